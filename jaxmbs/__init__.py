@@ -1,0 +1,20 @@
+"""jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions ask questions of it."""
+
+from . import forces as forces
+from . import joints as joints
+from .builder import SystemBuilder as SystemBuilder
+from .dynamics.newton_euler import forward_dynamics as forward_dynamics
+from .dynamics.newton_euler import inverse_dynamics as inverse_dynamics
+from .dynamics.newton_euler import mass_matrix as mass_matrix
+from .errors import AssemblyError as AssemblyError
+from .errors import ModelError as ModelError
+from .errors import SimulationError as SimulationError
+from .forces import *  # noqa: F403
+from .joints import *  # noqa: F403
+from .kinematics.constraints import constraint_jacobian as constraint_jacobian
+from .kinematics.constraints import constraint_residual as constraint_residual
+from .kinematics.kic import kic as kic
+from .kinematics.state import State as State
+from .model import Pose as Pose
+from .model import System as System
+from .model import inertia as inertia

@@ -1,0 +1,3 @@
+"""From declarations by name to a system: validation, spanning tree, arrays, count of freedoms."""
+
+from .builder import SystemBuilder as SystemBuilder

@@ -1,0 +1,206 @@
+"""From declarations and a spanning tree to the `System` pytree."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
+from ..forces._fields import function
+from ..forces.signals import as_signal
+from ..joints import AbstractClosure, Coupler, Rows
+from ..model.frame import Pose
+from ..model.system import ClosureGroup, CoordinateRows, ForceGroup, System
+from ..model.topology import JointRecord, Topology
+from ..model.tree import Tree
+from .arrays import after, concrete, joint_poses, pair, stacked, tree_arrays
+from .declarations import GROUND, inertia_matrix, resolve
+
+
+class _Frames:
+    """Growing list of frames: name, body and pose in body axes."""
+
+    def __init__(self):
+        self.names, self.bodies, self.poses = [], [], []
+
+    def add(self, name, body, pose):
+        self.names.append(name)
+        self.bodies.append(body)
+        self.poses.append(pose)
+        return len(self.names) - 1
+
+
+def assemble_system(gravity, bodies, named, joints, forces, constraints, tree) -> System:
+    """The system of a validated model; its mobility is not counted yet."""
+    order, parent, via, backwards, cuts = tree
+    poses = joint_poses(bodies, joints, named)
+    in_node, placements, leads = tree_arrays(order, parent, via, backwards, joints, poses)
+    index = {GROUND: -1, **{name: k for k, name in enumerate(order)}}
+    nodes, body_node = _nodes(order, parent, via, joints, index)
+
+    frames = _Frames()
+    for name in (GROUND, *order):
+        frames.add(name, name, pair(Pose()))
+    for frame in named.values():
+        frames.add(frame.name, frame.body, pair(frame.pose))
+    joint_frames = {
+        name: tuple(
+            frames.add(f"{name}.{end}", body, pose)
+            for end, body, pose in zip(("parent", "child"), (j.parent, j.child), poses[name], strict=True)
+        )
+        for name, j in joints.items()
+    }
+    records = _records(joints, joint_frames, nodes, cuts, index)
+    record = {r.name: r for r in records}
+    force_groups = _force_groups(forces, frames, record, bodies, named)
+    closures, rows, row_names = _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
+
+    topology = Topology(
+        body_names=tuple(order),
+        bodies=Tree(tuple(index[parent[b]] for b in order)),
+        body_node=body_node,
+        body_joint=tuple(list(joints).index(via[b]) for b in order),
+        nodes=Tree(tuple(n[0] for n in nodes)),
+        node_kind=tuple(n[1] for n in nodes),
+        node_joint=tuple(list(joints).index(n[2]) for n in nodes),
+        node_coordinate=tuple(n[3] for n in nodes),
+        num_coordinates=sum(r.num_coordinates for r in records),
+        joints=records,
+        frame_names=tuple(frames.names),
+        frame_node=tuple(-1 if b == GROUND else body_node[index[b]] for b in frames.bodies),
+        frame_body=tuple(index[b] for b in frames.bodies),
+        row_joint=row_names,
+    )
+    return System(
+        topology=topology,
+        gravity=gravity,
+        mass=_stack([bodies[b].mass for b in order]),
+        com=_stack([bodies[b].com for b in order]),
+        inertia=_stack([inertia_matrix(bodies[b].inertia) for b in order]),
+        body_pose=stacked([in_node[b] for b in order]),
+        placement=stacked(placements),
+        lead=_stack(leads) if leads else jnp.zeros(0),
+        frames=stacked([after(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]),
+        forces=force_groups,
+        closures=closures,
+        rows=rows,
+    )
+
+
+def _stack(values):
+    values = [concrete(v) if not isinstance(v, (tuple, list)) else jnp.stack([jnp.asarray(x, float) for x in v]) for v in values]
+    if any(isinstance(v, jax.core.Tracer) for v in values):
+        return jnp.stack([jnp.asarray(v, float) for v in values])
+    return jnp.asarray(np.stack([np.asarray(v, float) for v in values]), float)
+
+
+def _nodes(order, parent, via, joints, index):
+    """Rows (parent node, kind, joint, coordinate) of the node tree, and the last node of every body."""
+    nodes, last, coordinate = [], {GROUND: -1}, 0
+    for body in order:
+        at = last[parent[body]]
+        for node in joints[via[body]].kind.nodes:
+            for _ in range(3 if node.kind == "ball" else 1):
+                nodes.append((at, node.kind, via[body], coordinate))
+                at = len(nodes) - 1
+            coordinate += 4 if node.kind == "ball" else 1
+        last[body] = at
+    return nodes, tuple(last[b] for b in order)
+
+
+def _records(joints, joint_frames, nodes, cuts, index):
+    """A `JointRecord` per declared joint."""
+    records = []
+    for name, joint in joints.items():
+        mine = [k for k, node in enumerate(nodes) if node[2] == name]
+        balls = any(nodes[k][1] == "ball" for k in mine)
+        records.append(
+            JointRecord(
+                name=name,
+                kind=type(joint.kind).__name__,
+                parent=index[joint.parent],
+                child=index[joint.child],
+                is_cut=name in cuts,
+                frames=joint_frames[name],
+                first_coordinate=nodes[mine[0]][3] if mine else 0,
+                num_coordinates=len(mine) + (1 if balls else 0),
+                first_velocity=mine[0] if mine else 0,
+                num_velocities=len(mine),
+                labels=joint.kind.labels if mine else (),
+            )
+        )
+    return tuple(records)
+
+
+def _group(items):
+    """Items (name, law, first, second, extra) of equal structure, their arrays stacked."""
+    groups: dict = {}
+    for item in items:
+        leaves, treedef = jax.tree.flatten(item[1])
+        key = (item[4], treedef, tuple(jnp.shape(leaf) for leaf in leaves))
+        groups.setdefault(key, []).append(item)
+    for (port, *_), members in groups.items():
+        names, laws, first, second, _ = zip(*members, strict=True)
+        yield port, names, jax.tree.map(lambda *x: jnp.stack(x), *laws), first, second, members
+
+
+def _force_groups(forces, frames, record, bodies, named):
+    items = []
+    for force in forces.values():
+        if force.joint is not None:
+            joint = record[force.joint]
+            items.append((force.name, force.law, joint.first_velocity, joint.first_coordinate, "joint"))
+            continue
+        ends = force.between if force.between is not None else (() if force.on is None else (force.on, force.on))
+        places = []
+        for side, reference in zip("ab", ends, strict=False):
+            body, pose = resolve(reference, bodies, named)
+            places.append(frames.add(f"{force.name}.{side}", body, pair(pose)))
+        law = force.law
+        port = (
+            "line" if isinstance(law, AbstractScalarLaw) else "pose" if isinstance(law, AbstractPoseLaw)
+            else "frame" if isinstance(law, AbstractBodyLaw) else "system"
+        )
+        items.append((force.name, law, *(places or (0, 0)), port))
+    return tuple(
+        ForceGroup(names=names, port=port, first=first, second=second, law=law)
+        for port, names, law, first, second, _ in _group(items)
+    )
+
+
+def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named):
+    """Closure groups, coordinate rows, and the joint or constraint that each row belongs to."""
+    items = [(name, joints[name].kind, *record[name].frames, "closure") for name in cuts]
+    rows = [
+        CoordinateRows(name, (record[name].first_velocity,), (record[name].first_coordinate,), "drive", as_signal(j.drive))
+        for name, j in joints.items()
+        if j.drive is not None
+    ]
+    for item in constraints.values():
+        if isinstance(item.law, AbstractClosure):
+            ends = []
+            for side, reference in zip("ab", item.between, strict=True):
+                body, pose = resolve(reference, bodies, named)
+                ends.append(frames.add(f"{item.name}.{side}", body, pair(pose)))
+            items.append((item.name, item.law, *ends, "closure"))
+        elif isinstance(item.law, Coupler):
+            mine = [record[n] for n in item.law.joints]
+            columns = tuple(r.first_velocity for r in mine)
+            rows.append(CoordinateRows(item.name, columns, tuple(r.first_coordinate for r in mine), "coupler", item.law))
+        else:
+            rows.append(CoordinateRows(item.name, (), (), "rows", Rows(function(item.law.function))))
+    groups, names = [], []
+    for _, group_names, kind, first, second, members in _group(items):
+        basis = jnp.stack([jnp.asarray(member[1].basis()) for member in members])
+        groups.append(ClosureGroup(group_names, first, second, kind, basis))
+        names += [name for name in group_names for _ in range(members[0][1].num_rows)]
+    for row in rows:
+        size = 1
+        if row.role == "rows":
+            from_shape = jax.eval_shape(row.law.function, jnp.zeros(_num_coordinates(record)), jnp.zeros(()))
+            size = int(np.prod(from_shape.shape)) if from_shape.shape else 1
+        names += [row.name] * size
+    return tuple(groups), tuple(rows), tuple(names)
+
+
+def _num_coordinates(record):
+    return sum(r.num_coordinates for r in record.values())

@@ -1,0 +1,169 @@
+"""`SystemBuilder`: declare bodies, joints, forces and constraints by name, then build the system."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+
+from ..errors import ModelError
+from ..joints import Coupler, Weld
+from ..model.frame import Pose
+from ..model.system import System
+from . import declarations as declared
+from .assemble_system import assemble_system
+from .mobility import analyse, with_analysis
+from .spanning import spanning_tree
+from .validation import body_faults, constraint_faults, force_faults, joint_faults, known
+
+
+class SystemBuilder:
+    """Collects a model by names and builds a `System`; SI units, radians, the fixed body is "ground".
+
+    Every number may be traced: a function of design variables that builds a system is differentiable.  A traced
+    system with loops takes its freedoms from a concrete build of the same topology, `build(like=system)`.
+    """
+
+    def __init__(self, gravity=(0.0, 0.0, -9.81)):
+        self.gravity = jnp.asarray(gravity, float)
+        self._bodies: dict[str, declared.Body] = {}
+        self._frames: dict[str, declared.Frame] = {}
+        self._joints: dict[str, declared.Joint] = {}
+        self._forces: dict[str, declared.Force] = {}
+        self._constraints: dict[str, declared.Constraint] = {}
+        self._faults: list[str] = []
+
+    def _add(self, what, table, item):
+        names = {**self._bodies, **self._frames} if what in ("body", "frame") else table
+        if what in ("joint", "constraint"):
+            names = {**self._joints, **self._constraints}
+        if item.name in names or (what in ("body", "frame") and item.name == declared.GROUND):
+            self._faults.append(f"{what} {item.name!r}: the name is taken")
+        else:
+            table[item.name] = item
+
+    def body(self, name, mass, com=(0.0, 0.0, 0.0), inertia=0.0, position=None, rotation=None):
+        """A rigid body.
+
+        Args:
+            mass: [kg].
+            com: centre of mass in body axes [m].
+            inertia: about the centre of mass in body axes [kg m^2]: 0, three principal values or (3, 3).
+            position, rotation: world pose of the body frame in the reference pose, where `at=` of joints is used.
+        """
+        pose = None if position is None and rotation is None else Pose((0, 0, 0) if position is None else position, rotation)
+        self._add("body", self._bodies, declared.Body(name, mass, com, inertia, pose))
+
+    def frame(self, name, on, position=(0.0, 0.0, 0.0), rotation=None):
+        """A named frame fixed in the body `on` at `position` [m], `rotation` (3, 3), in body axes."""
+        self._add("frame", self._frames, declared.Frame(name, on, Pose(position, rotation)))
+
+    def joint(self, name, kind, parent, child, parent_frame=None, child_frame=None, at=None, drive=None):
+        """A joint between two bodies, which may close a loop.
+
+        Args:
+            kind: a joint such as `Revolute(axis="z")`.
+            parent_frame, child_frame: where it sits in each body: a point, `Pose` or frame name (default: the origin).
+            at: instead, a world point in the reference pose; joint axes are then world axes.
+            drive: function of time that prescribes its coordinate.
+        """
+        self._add(
+            "joint", self._joints, declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive)
+        )
+
+    def drive(self, joint, function):
+        """Prescribe the coordinate of a one-freedom joint as a function of time (rheonomic)."""
+        if joint not in self._joints:
+            self._faults.append(f"drive: {joint!r} is not a joint; the joints are: {', '.join(self._joints)}")
+        elif self._joints[joint].drive is not None:
+            self._faults.append(f"drive: joint {joint!r} is driven already")
+        else:
+            self._joints[joint] = dataclasses.replace(self._joints[joint], drive=function)
+
+    def force(self, name, law, between=None, joint=None, on=None):
+        """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
+        load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
+        self._add("force", self._forces, declared.Force(name, law, between, joint, on))
+
+    def constraint(self, name, law, between=None):
+        """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine` between two frames, `Coupler`
+        of joint coordinates, or `Rows` of the user."""
+        self._add("constraint", self._constraints, declared.Constraint(name, law, between))
+
+    def faults(self) -> list[str]:
+        """Every fault of the model so far, one sentence each."""
+        found = list(self._faults)
+        if not self._bodies:
+            found.append("the model has no bodies")
+        if known(self.gravity) and self.gravity.shape != (3,):
+            found.append(f"gravity must be three numbers, got shape {self.gravity.shape}")
+        for body in self._bodies.values():
+            found += body_faults(body)
+        for frame in self._frames.values():
+            if frame.body != declared.GROUND and frame.body not in self._bodies:
+                found.append(f"frame {frame.name!r}: {frame.body!r} is not a body")
+        for joint in self._joints.values():
+            found += joint_faults(joint, self._bodies, self._frames)
+        if not found:
+            for force in self._forces.values():
+                found += force_faults(force, self._bodies, self._frames, self._joints)
+            for item in self._constraints.values():
+                found += constraint_faults(item, self._bodies, self._frames, self._joints)
+        return found
+
+    def build(self, like: System | None = None, independent=None, cut=None) -> System:
+        """The system.
+
+        Args:
+            like: a concrete build of the same topology, whose freedoms and independent set are taken over; needed
+                for traced models with constraints, and quick for concrete ones.
+            independent: joint names whose velocities are the independent ones of the KIC (default: by pivoting).
+            cut: joint names to cut (default: those that close a loop in the order declared).
+
+        Raises: ModelError with every fault of the model.
+        """
+        found = self.faults()
+        found += [f"cut: {name!r} is not a joint" for name in cut or () if name not in self._joints]
+        if found:
+            raise ModelError(found)
+        bodies, joints, keep = dict(self._bodies), dict(self._joints), self._kept()
+        tree = spanning_tree(bodies, joints, keep, set(cut or ()))
+        split = [name for name in tree[-1] if name in keep]
+        if split:
+            _split_bodies(split, bodies, joints)
+            tree = spanning_tree(bodies, joints, keep, {f"{n}.weld" for n in split} | (set(cut or ()) - keep))
+        system = assemble_system(self.gravity, bodies, self._frames, joints, self._forces, self._constraints, tree)
+        if like is not None:
+            return _take_over(system, like)
+        traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(system))
+        if traced and system.has_constraints:
+            raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
+        return system if traced else with_analysis(system, analyse(system, independent))
+
+    def _kept(self):
+        """Joints that must keep their coordinate: they carry a law, a drive or a coupler."""
+        names = {f.joint for f in self._forces.values() if f.joint is not None}
+        names |= {j.name for j in self._joints.values() if j.drive is not None}
+        for item in self._constraints.values():
+            if isinstance(item.law, Coupler):
+                names |= set(item.law.joints)
+        return names
+
+
+def _split_bodies(names, bodies, joints):
+    """Cut loops whose every joint is needed inside a body: a massless twin of the child, welded to it."""
+    for name in names:
+        joint = joints[name]
+        twin = f"{joint.child}.{name}"
+        bodies[twin] = declared.Body(twin, 0.0, (0.0, 0.0, 0.0), 0.0, None)
+        frame = joint.child_frame
+        joints[name] = dataclasses.replace(joint, child=twin)
+        joints[f"{name}.weld"] = declared.Joint(f"{name}.weld", Weld(), joint.child, twin, None, None, None)
+        if isinstance(frame, str):
+            raise ModelError([f"joint {name!r}: give child_frame as a point or Pose, its body must be split"])
+
+
+def _take_over(system, like):
+    wanted = dataclasses.replace(like.topology, analysis=None)
+    if dataclasses.replace(system.topology, analysis=None) != wanted:
+        raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
+    return with_analysis(system, like.topology.analysis) if like.topology.analysis is not None else system

@@ -1,0 +1,102 @@
+"""What the user declares, before it becomes a system."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax.numpy as jnp
+
+from ..model.frame import Pose
+
+GROUND = "ground"
+
+
+@dataclass
+class Body:
+    """A rigid body as declared; pose is its world pose in the reference pose, or None."""
+
+    name: str
+    mass: Any
+    com: Any
+    inertia: Any
+    pose: Pose | None
+
+
+@dataclass
+class Frame:
+    """A named frame fixed in a body."""
+
+    name: str
+    body: str
+    pose: Pose
+
+
+@dataclass
+class Joint:
+    """A joint as declared; frames are references (None, point, Pose or frame name), `at` a world point."""
+
+    name: str
+    kind: Any
+    parent: str
+    child: str
+    parent_frame: Any
+    child_frame: Any
+    at: Any
+    drive: Any = None
+
+
+@dataclass
+class Force:
+    """A force element as declared, with its port."""
+
+    name: str
+    law: Any
+    between: tuple | None
+    joint: str | None
+    on: Any
+
+
+@dataclass
+class Constraint:
+    """Rows between two frames, joint coordinates, or given by the user."""
+
+    name: str
+    law: Any
+    between: tuple | None
+
+
+def inertia_matrix(value):
+    """(3, 3) from 0, three principal values or a matrix."""
+    value = jnp.asarray(value, float)
+    if value.shape == ():
+        return value * jnp.eye(3)
+    return jnp.diag(value) if value.shape == (3,) else value
+
+
+def as_pose(value) -> Pose:
+    """A pose from None, a point or a pose."""
+    if value is None:
+        return Pose()
+    return value if isinstance(value, Pose) else Pose(value)
+
+
+def resolve(reference, bodies, frames) -> tuple[str, Pose]:
+    """Body name and pose in body axes of a reference: a body or frame name, or (body, point | Pose).
+
+    Raises: KeyError with the unknown name.
+    """
+    if isinstance(reference, str):
+        if reference == GROUND or reference in bodies:
+            return reference, Pose()
+        frame = frames[reference]
+        return frame.body, frame.pose
+    body, place = reference
+    if body != GROUND and body not in bodies:
+        raise KeyError(body)
+    return body, as_pose(place)
+
+
+def joint_frame(value, body, frames) -> Pose:
+    """Pose in body axes of a joint's frame: None, a point, a Pose, or the name of a frame on that body."""
+    if isinstance(value, str):
+        return frames[value].pose if frames[value].body == body else None
+    return as_pose(value)

@@ -1,0 +1,163 @@
+"""Freedoms, redundancy and the independent set, counted on the host at several assembled poses."""
+
+import dataclasses
+
+import equinox as eqx
+import numpy as np
+import scipy.linalg
+
+from ..errors import ModelError
+from ..kinematics import constraints
+from ..kinematics.poses import (
+    frame_poses,
+    joint_twists,
+    neutral_coordinates,
+    node_inertias,
+    node_parameters,
+    node_poses,
+    step_coordinates,
+)
+from ..kinematics.tree import mass_matrix
+from ..model.system import System
+from ..model.topology import Mobility
+
+_POSES = 4
+_RANK = 1e-7
+_CLOSED = 1e-9
+
+
+@eqx.filter_jit
+def _evaluate(system: System, psi, t):
+    """Residual, Jacobian, reaction map, mass matrix and frame positions at a pose."""
+    P = node_parameters(system)
+    W = node_poses(system.topology, P, psi)
+    M = mass_matrix(system.topology.nodes, joint_twists(system.topology, P, W), node_inertias(P, W))
+    f = constraints.residual(system, P, psi, t)
+    A = constraints.jacobian(system, P, psi, t)
+    return f, A, constraints.reaction_map(system, P, psi, t), M, frame_poses(system, W)[1]
+
+
+def analyse(system: System, independent=None) -> Mobility:
+    """Mobility of a concrete system; see `Mobility`.
+
+    Raises: ModelError when the loops cannot be closed, when a joint can move without inertia, or when the user's
+    independent set does not determine the motion.
+    """
+    top, random = system.topology, np.random.default_rng(7)
+    psi, t = neutral_coordinates(top), np.zeros(())
+    x = np.asarray(_evaluate(system, psi, t)[-1])
+    length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
+    weight = np.where(top.spins > 0, 1.0, length)
+    psi = _close(system, psi, t, weight, random)
+    best = None
+    for _ in range(_POSES if top.num_rows else 1):
+        _, A, B, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
+        rank, Z, Y = _spaces(A * weight[None])
+        if best is None or rank > best[0]:
+            best = rank, Z, Y, B, M, A
+        if top.num_rows:
+            move = weight * (Z @ random.normal(size=Z.shape[1]) * 0.3)
+            psi = _newton(system, step_coordinates(top, psi, move), t, weight)[0]
+    rank, Z, Y, B, M, A = best
+    _check_inertia(top, M, Z, weight)
+    chosen = _independent(top, Z, independent)
+    undetermined, names = _undetermined(top, B, Y, length)
+    return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, length)
+
+
+def _spaces(A):
+    """Rank, null space of A (columns) and of A^T."""
+    if A.shape[0] == 0:
+        return 0, np.eye(A.shape[1]), np.zeros((0, 0))
+    U, s, Vt = np.linalg.svd(A)
+    rank = int(np.sum(s > _RANK * max(s[0], 1e-300))) if s.size else 0
+    return rank, Vt[rank:].T, U[:, rank:]
+
+
+def _newton(system, psi, t, weight, iterations=60):
+    """Least-squares Newton from psi with damping: (coordinates, largest residual)."""
+    top, damping = system.topology, 1e-3
+    f, A, *_ = _evaluate(system, psi, t)
+    for _ in range(iterations):
+        cost = float(np.dot(f, f))
+        if not np.isfinite(cost) or cost < 1e-24:
+            break
+        J = np.asarray(A) * weight[None]
+        step = -weight * np.linalg.lstsq(
+            np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
+        )[0]
+        trial = step_coordinates(top, psi, step)
+        g, B, *_ = _evaluate(system, trial, t)
+        if float(np.dot(g, g)) < cost:
+            psi, f, A, damping = trial, g, B, max(damping * 0.05, 1e-15)
+        else:
+            damping *= 10
+            if damping > 1e8:
+                break
+    return psi, float(np.max(np.abs(np.asarray(f)), initial=0.0))
+
+
+def _close(system, psi, t, weight, random):
+    """An assembled pose near the neutral one; ModelError when none is found."""
+    top = system.topology
+    if not top.num_rows:
+        return psi
+    start = psi
+    for _ in range(25):
+        found, error = _newton(system, psi, t, weight)
+        if error < _CLOSED:
+            return found
+        psi = step_coordinates(top, start, weight * random.normal(size=top.num_velocities))
+    f = np.abs(np.asarray(_evaluate(system, found, t)[0]))
+    open_rows = sorted({name for name, value in zip(top.row_joint, f, strict=True) if not value < _CLOSED})
+    raise ModelError(
+        [f"the loops cannot be closed; still open (largest residual {error:.3g}): {', '.join(open_rows)}; "
+         "check the joint frames and link lengths"]
+    )
+
+
+def _check_inertia(top, M, Z, weight):
+    reduced = (Z * weight[:, None]).T @ M @ (Z * weight[:, None])
+    if reduced.size == 0:
+        return
+    values, vectors = np.linalg.eigh(reduced)
+    if values[0] > 1e-13 * max(values[-1], 1e-300) and values[-1] > 0:
+        return
+    mode = np.abs(Z @ vectors[:, 0])
+    names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})
+    raise ModelError([f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"])
+
+
+def _independent(top, Z, wanted):
+    """Velocity columns of the independent set: the user's joints, else by pivoting on scaled null vectors."""
+    if Z.shape[1] == 0:
+        return ()
+    if wanted is None:
+        pivots = scipy.linalg.qr(Z.T, pivoting=True, mode="r")[1]
+        return tuple(sorted(int(k) for k in pivots[: Z.shape[1]]))
+    unknown = [n for n in wanted if n not in top.joint_index]
+    if unknown:
+        raise ModelError([f"independent: {n!r} is not a joint" for n in unknown])
+    columns = [k for n in wanted for k in range(*top.joints[top.joint_index[n]].velocities.indices(10**9))]
+    part = Z[columns]
+    if len(columns) != Z.shape[1] or np.linalg.svd(part, compute_uv=False)[-1] < 1e-9:
+        raise ModelError(
+            [f"independent: joints {', '.join(wanted)} give {len(columns)} velocities that do not determine "
+             f"the motion; the mobility is {Z.shape[1]}"]
+        )
+    return tuple(columns)
+
+
+def _undetermined(top, B, Y, length):
+    """Reaction components that a self-stress of redundant rows changes, and the joints they belong to."""
+    if Y.shape[1] == 0:
+        return tuple((False,) * 6 for _ in top.joints), ()
+    change = np.abs(B @ Y) / np.r_[np.ones(3), np.full(3, length)][None, :, None]
+    marks = change.max(axis=2) > 1e-6 * max(change.max(), 1e-300)
+    flags = tuple(tuple(bool(m) for m in row) for row in marks)
+    return flags, tuple(j.name for j, row in zip(top.joints, flags, strict=True) if any(row))
+
+
+def with_analysis(system: System, found: Mobility) -> System:
+    """The system with the counted mobility in its topology."""
+    return dataclasses.replace(system, topology=dataclasses.replace(system.topology, analysis=found))

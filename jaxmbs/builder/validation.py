@@ -1,0 +1,148 @@
+"""Faults of a declared model, found before anything is traced."""
+
+import jax
+import numpy as np
+
+from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows
+from .declarations import GROUND, inertia_matrix, resolve
+
+
+def known(*values) -> bool:
+    """Whether all values are concrete numbers."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
+
+
+def body_faults(body) -> list[str]:
+    """Mass, centre of mass and inertia of one body."""
+    where, found = f"body {body.name!r}", []
+    if known(body.mass):
+        mass = np.asarray(body.mass, float)
+        if mass.shape != ():
+            found.append(f"{where}: mass must be one number, got shape {mass.shape}")
+        elif not np.isfinite(mass) or mass < 0:
+            found.append(f"{where}: mass is {mass}; it must be finite and not negative")
+    if known(body.com) and (np.shape(body.com) != (3,) or not np.all(np.isfinite(np.asarray(body.com, float)))):
+        found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
+    shape = np.shape(body.inertia)
+    if shape not in ((), (3,), (3, 3)):
+        return [*found, f"{where}: inertia must be 0, three principal values or (3, 3), got shape {shape}"]
+    return found + (_inertia_faults(where, body) if known(body.inertia, body.mass) else [])
+
+
+def _inertia_faults(where, body):
+    matrix = np.asarray(inertia_matrix(body.inertia), float)
+    if not np.all(np.isfinite(matrix)):
+        return [f"{where}: inertia is not finite"]
+    scale = max(np.abs(matrix).max(), 1e-300)
+    if np.abs(matrix - matrix.T).max() > 1e-9 * scale:
+        return [f"{where}: inertia is not symmetric"]
+    a, b, c = np.linalg.eigvalsh(matrix)
+    if a < -1e-9 * scale:
+        return [f"{where}: inertia has the negative principal value {a:.6g}"]
+    if a + b < c * (1 - 1e-6):
+        return [
+            f"{where}: principal inertias {a:.6g}, {b:.6g}, {c:.6g} break A + B >= C; "
+            "is the inertia about the centre of mass, in body axes?"
+        ]
+    if c > 0 and np.asarray(body.mass).shape == () and float(body.mass) == 0.0:
+        return [f"{where}: has inertia but no mass"]
+    return []
+
+
+def joint_faults(joint, bodies, frames) -> list[str]:
+    """Names, frames and kind of one joint."""
+    where, found = f"joint {joint.name!r}", []
+    if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
+        return [f"{where}: its kind must be a joint such as Revolute(axis='z'), got {joint.kind!r}"]
+    for end, body in (("parent", joint.parent), ("child", joint.child)):
+        if body != GROUND and body not in bodies:
+            found.append(f"{where}: {end} {body!r} is not a body; {_known(bodies)}")
+    if joint.parent == joint.child:
+        found.append(f"{where}: parent and child are both {joint.parent!r}")
+    for end, frame, body in (
+        ("parent_frame", joint.parent_frame, joint.parent),
+        ("child_frame", joint.child_frame, joint.child),
+    ):
+        if isinstance(frame, str):
+            if frame not in frames:
+                found.append(f"{where}: {end} {frame!r} is not a frame; declare it with b.frame(...)")
+            elif frames[frame].body != body:
+                found.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
+    found += [f"{where}: {fault}" for fault in joint.kind.faults()]
+    if joint.drive is not None and len(joint.kind.nodes) != 1 or joint.drive is not None and _is_ball(joint):
+        found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
+    return found
+
+
+def _is_ball(joint):
+    return any(node.kind == "ball" for node in joint.kind.nodes)
+
+
+def _known(bodies):
+    return "the bodies are: " + ", ".join([GROUND, *bodies])
+
+
+def _reference_faults(where, reference, bodies, frames):
+    try:
+        resolve(reference, bodies, frames)
+    except KeyError as missing:
+        return [f"{where}: {missing} is neither a body nor a frame; {_known(bodies)}"]
+    except (TypeError, ValueError):
+        return [f"{where}: {reference!r} is not a body name, frame name, (body, point) or (body, Pose)"]
+    return []
+
+
+def force_faults(force, bodies, frames, joints) -> list[str]:
+    """Law, port and references of one force element."""
+    where, law, found = f"force {force.name!r}", force.law, []
+    given = [p for p in ("between", "joint", "on") if getattr(force, p) is not None]
+    if isinstance(law, AbstractScalarLaw):
+        wanted = ("between", "joint")
+    elif isinstance(law, AbstractPoseLaw):
+        wanted = ("between",)
+    elif isinstance(law, AbstractBodyLaw):
+        wanted = ("on",)
+    elif isinstance(law, AbstractSystemLaw):
+        wanted = ()
+    else:
+        return [f"{where}: {law!r} is not a force law such as SpringDamper(...) or Force(...)"]
+    if (wanted and (len(given) != 1 or given[0] not in wanted)) or (not wanted and given):
+        need = " or ".join(f"{w}=..." for w in wanted) or "no port"
+        return [f"{where}: {type(law).__name__} takes {need}, got {', '.join(given) or 'none'}"]
+    if force.joint is not None:
+        if force.joint not in joints:
+            found.append(f"{where}: {force.joint!r} is not a joint; the joints are: {', '.join(joints)}")
+        elif len(joints[force.joint].kind.nodes) != 1 or _is_ball(joints[force.joint]):
+            found.append(f"{where}: joint {force.joint!r} has not exactly one coordinate; use a Bushing between frames")
+    references = force.between if force.between is not None else ([force.on] if force.on is not None else [])
+    if force.between is not None and len(force.between) != 2:
+        return [f"{where}: between= takes two frames, got {len(force.between)}"]
+    for reference in references:
+        found += _reference_faults(where, reference, bodies, frames)
+    return found + [f"{where}: {fault}" for fault in law.faults()]
+
+
+def constraint_faults(item, bodies, frames, joints) -> list[str]:
+    """Law and references of one constraint."""
+    where, law = f"constraint {item.name!r}", item.law
+    if isinstance(law, AbstractClosure):
+        if item.between is None or len(item.between) != 2:
+            return [f"{where}: {type(law).__name__} takes between=(frame, frame)"]
+        found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
+    elif isinstance(law, Coupler):
+        found = [
+            f"{where}: {name!r} is not a joint; the joints are: {', '.join(joints)}"
+            for name in law.joints
+            if name not in joints
+        ]
+        found += [
+            f"{where}: joint {name!r} has not exactly one coordinate"
+            for name in law.joints
+            if name in joints and (len(joints[name].kind.nodes) != 1 or _is_ball(joints[name]))
+        ]
+    elif isinstance(law, Rows):
+        found = []
+    else:
+        return [f"{where}: {law!r} is not a constraint such as Distance(...), Coupler(...) or Rows(...)"]
+    return found + [f"{where}: {fault}" for fault in law.faults()]

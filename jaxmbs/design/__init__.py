@@ -1,0 +1,4 @@
+"""Design: finding the numbers of a model that make an objective small."""
+
+from jaxmbs.design.optimise import minimise
+from jaxmbs.design.optimum import History, Optimum

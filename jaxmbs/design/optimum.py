@@ -1,0 +1,83 @@
+"""What an optimisation found, and how it went."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import PyTree
+
+
+class History(NamedTuple):
+    """One entry for the first design and for every step taken.
+
+    Attributes:
+        values: objective (steps + 1,).
+        gradient_norms: the largest fall of the objective (steps + 1,) that its slope promises when one
+            variable moves by its scale (width of its bounds, else its first size or one), or up to its bound.
+        evaluations: objective evaluations so far (steps + 1,).
+    """
+
+    values: np.ndarray
+    gradient_norms: np.ndarray
+    evaluations: np.ndarray
+
+
+class Optimum(eqx.Module):
+    """The best design of an optimisation.
+
+    Attributes:
+        design: the best design, a pytree like the first one.
+        value: its objective.
+        initial_design: the first design.
+        initial_value: its objective.
+        history: the course of the search.
+        lower: lower bounds of the scalar variables (n,).
+        upper: upper bounds (n,).
+        names: their names.
+        reason: why the search ended: "converged", "step limit", "stopped by callback", "non-finite" (no
+            finite objective and gradient ahead) or "no further descent" (no lower value on the last line).
+    """
+
+    design: PyTree
+    value: float
+    initial_design: PyTree
+    initial_value: float
+    history: History
+    lower: np.ndarray
+    upper: np.ndarray
+    names: tuple[str, ...] = eqx.field(static=True)
+    reason: str = eqx.field(static=True)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the tolerance was met."""
+        return self.reason == "converged"
+
+    def table(self) -> str:
+        """Every variable before and after, with its bounds and a mark where a bound is active."""
+        before, after = _flat(self.initial_design), _flat(self.design)
+        rows = [("variable", "before", "after", "lower", "upper", "")]
+        for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
+            rows.append((name, *(f"{number:.6g}" for number in numbers), _mark(*numbers[1:])))
+        rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
+        widths = [max(len(row[column]) for row in rows) for column in range(5)]
+        return "\n".join(_line(row, widths) for row in rows)
+
+
+def _flat(design: PyTree) -> np.ndarray:
+    return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(design)])
+
+
+def _line(row: tuple[str, ...], widths: list[int]) -> str:
+    numbers = (cell.rjust(width) for cell, width in zip(row[1:5], widths[1:], strict=True))
+    return "  ".join([row[0].ljust(widths[0]), *numbers, row[5]]).rstrip()
+
+
+def _mark(x: float, lower: float, upper: float) -> str:
+    if lower == upper:
+        return "fixed"
+    size = upper - lower if np.isfinite(upper - lower) else abs(x) + 1.0
+    if x - lower <= 1e-9 * size:
+        return "at lower"
+    return "at upper" if upper - x <= 1e-9 * size else ""

@@ -1,0 +1,120 @@
+"""The book that every optimiser keeps: evaluations, the best design so far, history, and when to stop."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import PyTree
+from tqdm import tqdm
+
+from jaxmbs.design.optimum import History, Optimum
+from jaxmbs.design.variables import Variables
+
+
+class Point(NamedTuple):
+    """Objective and gradient (n,) at the variables x (n,)."""
+
+    x: np.ndarray
+    value: float
+    gradient: np.ndarray
+
+    @property
+    def finite(self) -> bool:
+        """Whether objective and gradient are finite."""
+        return bool(np.isfinite(self.value) and np.all(np.isfinite(self.gradient)))
+
+
+class Search:
+    """One optimisation on the host; optimisers call `evaluate` at trial points and `accept` after each step.
+
+    Attributes:
+        variables: the variables and their bounds.
+        current: the point accepted last.
+        reason: why the search has ended, empty while it goes on.
+    """
+
+    def __init__(
+        self,
+        evaluate: Callable,
+        variables: Variables,
+        tolerance: float,
+        callback: Callable[[int, PyTree, float], Any] | None,
+        progress: tqdm,
+    ):
+        self.variables, self.reason = variables, ""
+        self._evaluate, self._tolerance = evaluate, tolerance
+        self._callback, self._progress = callback, progress
+        self._evaluations, self._history = 0, []
+        self.current = self._last = self._best = self._first = self.evaluate(variables.start)
+        if not self.current.finite:
+            raise ValueError(self._complaint())
+        self._note()
+        if self.gradient_norm == 0.0:
+            self.reason = "converged"
+
+    @property
+    def gradient_norm(self) -> float:
+        """Size of the projected gradient at the current point, as in `History`."""
+        return self._history[-1][1]
+
+    def evaluate(self, x: np.ndarray) -> Point:
+        """Objective and gradient at a trial point, brought within the bounds; the best one is kept."""
+        vector = self.variables.vector(x)
+        x = np.asarray(vector, float)
+        if self._evaluations and np.array_equal(x, self._last.x):
+            return self._last
+        value, gradient = self._evaluate(vector)
+        self._last = Point(x, float(value), np.asarray(gradient, float))
+        self._evaluations += 1
+        if self._evaluations > 1 and self._last.finite and self._last.value < self._best.value:
+            self._best = self._last
+        return self._last
+
+    def accept(self, point: Point, by_decrease: bool) -> bool:
+        """Take a step to a finite point; whether to stop, by its gradient or also by its decrease."""
+        decrease = self.current.value - point.value
+        self.current = point
+        self._note()
+        self._progress.set_postfix_str(f"objective {point.value:.6g}", refresh=False)
+        self._progress.update()
+        size = max(abs(point.value), self._history[0][1])
+        flat = by_decrease and 0 <= decrease <= self._tolerance * abs(point.value)
+        if flat or self.gradient_norm <= self._tolerance * size:
+            self.reason = "converged"
+        step = len(self._history) - 1
+        if self._callback is not None and self._callback(step, self._tree(point), point.value):
+            self.reason = "stopped by callback"
+        return bool(self.reason)
+
+    def stuck(self) -> str:
+        """The reason when a line search finds no lower value."""
+        return "no further descent" if self._last.finite else "non-finite"
+
+    def optimum(self) -> Optimum:
+        """The best point so far as a result."""
+        columns = (np.array(column) for column in zip(*self._history, strict=True))
+        first, best, variables = self._first, self._best, self.variables
+        return Optimum(
+            design=self._tree(best),
+            value=best.value,
+            initial_design=self._tree(first),
+            initial_value=first.value,
+            history=History(*columns),
+            lower=variables.lower,
+            upper=variables.upper,
+            names=variables.names,
+            reason=self.reason or "step limit",
+        )
+
+    def _tree(self, point: Point) -> PyTree:
+        return self.variables.unravel(self.variables.vector(point.x))
+
+    def _note(self) -> None:
+        norm = np.max(self.variables.promise(self.current.x, self.current.gradient))
+        self._history.append((self.current.value, float(norm), self._evaluations))
+
+    def _complaint(self) -> str:
+        slopes = zip(self.variables.names, self.current.gradient, strict=True)
+        bad = [name for name, slope in slopes if not np.isfinite(slope)]
+        also = f", its gradient is not finite for {', '.join(bad)}" if bad else ""
+        return f"no search can start at design0: the objective is {self.current.value:g}{also}"

@@ -1,0 +1,118 @@
+"""The variables of a design: a pytree of numbers as one vector with names and bounds."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, PyTree
+
+
+class Variables(NamedTuple):
+    """The n scalar variables of a design.
+
+    Attributes:
+        names: path of each variable in the pytree, with its index in an array.
+        start: the first design (n,).
+        lower: lower bounds (n,), minus infinity without one.
+        upper: upper bounds (n,), infinity without one.
+        scale: width between the bounds (n,); without both bounds the size of the first value, or one.
+        unravel: takes a vector (n,) to the pytree.
+    """
+
+    names: tuple[str, ...]
+    start: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    scale: np.ndarray
+    unravel: Callable[[Array], PyTree]
+
+    def vector(self, x: np.ndarray) -> Array:
+        """A host vector within the bounds, in the type of the design."""
+        return jnp.asarray(np.clip(x, self.lower, self.upper), float)
+
+    def promise(self, x: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        """Fall of the objective (n,), by its slope, if one variable moves by its scale or up to its bound."""
+        room = np.where(gradient > 0, x - self.lower, self.upper - x)
+        return np.abs(gradient) * np.minimum(room, self.scale)
+
+
+def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
+    """Check a first design and its bounds.
+
+    Raises:
+        TypeError: for a leaf that is not a number or an array of numbers.
+        ValueError: naming the variable, for bounds that do not match or cross, or a start outside of them.
+    """
+    paths, structure = jax.tree_util.tree_flatten_with_path(design0)
+    if not paths:
+        raise ValueError("design0 has no variables")
+    labels = [jax.tree_util.keystr(path, simple=True, separator=".") or "design" for path, _ in paths]
+    leaves = [_numbers(label, leaf) for label, (_, leaf) in zip(labels, paths, strict=True)]
+    pairs = [_pair(*row) for row in zip(labels, leaves, _pairs(structure, bounds), strict=True)]
+    names = tuple(name for label, leaf in zip(labels, leaves, strict=True) for name in _names(label, leaf))
+    lower, upper = (_flat([pair[side] for pair in pairs]) for side in (0, 1))
+    start = _flat(leaves)
+    size = _flat([np.full(leaf.shape, np.max(np.abs(leaf), initial=0.0) or 1.0) for leaf in leaves])
+    width = upper - lower
+    scale = np.where(np.isfinite(width) & (width > 0), width, size)
+    arrays = [jnp.asarray(leaf, float) for leaf in leaves]
+    _, unravel = ravel_pytree(jax.tree_util.tree_unflatten(structure, arrays))
+    variables = Variables(names, start, lower, upper, scale, unravel)
+    _check(variables)
+    return variables
+
+
+def _numbers(label: str, leaf) -> np.ndarray:
+    values = np.asarray(leaf)
+    if values.dtype.kind not in "fiu" and not jnp.issubdtype(values.dtype, jnp.floating):
+        raise TypeError(f"{label} is not a number or an array of numbers: {leaf!r}")
+    return values.astype(float)
+
+
+def _names(label: str, leaf: np.ndarray) -> list[str]:
+    if leaf.ndim == 0:
+        return [label]
+    return [f"{label}[{','.join(map(str, index))}]" for index in np.ndindex(leaf.shape)]
+
+
+def _pairs(structure, bounds: PyTree | None) -> list:
+    """The bounds in place of each leaf."""
+    if bounds is None:
+        return [None] * structure.num_leaves
+    try:
+        return structure.flatten_up_to(bounds)
+    except ValueError as error:
+        message = "bounds must have the structure of design0, with (lower, upper) or None for each variable"
+        raise ValueError(f"{message}: {error}") from error
+
+
+def _pair(label: str, leaf: np.ndarray, pair) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bounds of one leaf, in its shape."""
+    if pair is None:
+        pair = (None, None)
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
+        raise ValueError(f"{label}: bounds are (lower, upper) or None, not {pair!r}")
+    lower, upper = (default if x is None else x for x, default in zip(pair, (-np.inf, np.inf), strict=True))
+    try:
+        lower, upper = (np.broadcast_to(np.asarray(x, float), leaf.shape) for x in (lower, upper))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{label}: bounds {pair!r} do not fit the shape {leaf.shape}") from error
+    return lower, upper
+
+
+def _flat(arrays: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.ravel(array) for array in arrays])
+
+
+def _check(variables: Variables) -> None:
+    faults = []
+    for name, x, lower, upper in zip(*variables[:4], strict=True):
+        if not lower <= upper:
+            faults.append(f"{name}: the bounds cross, {lower:g} > {upper:g}")
+        elif not lower <= x <= upper or not np.isfinite(x):
+            faults.append(f"{name}: {x:g} lies outside its bounds [{lower:g}, {upper:g}]")
+    if faults:
+        raise ValueError("; ".join(faults))

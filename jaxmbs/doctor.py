@@ -1,0 +1,55 @@
+"""A report on the installation: versions, devices, and the settings that decide speed and accuracy."""
+
+import importlib.metadata
+import os
+import platform
+
+import jax
+
+_PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy")
+_BAD_RELEASES = {("jax", "0.11.1"): "makes scans with stacked outputs quadratic on CPU: take another"}
+_SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
+_FLAG = f"--xla_backend_extra_options={_SMALL_LOOPS}=100000000"
+
+
+def report() -> str:
+    """Versions, devices and settings, one to a line, then advice where something can be better."""
+    versions = {name: _version(name) for name in _PACKAGES}
+    lines = [f"{'python':<10} {platform.python_version()} on {platform.platform()}"]
+    lines += [f"{name:<10} {version}" for name, version in versions.items()]
+    lines += [f"{'devices':<10} {', '.join(str(device) for device in jax.devices())}"]
+    lines += [f"{'x64':<10} {'on' if jax.config.jax_enable_x64 else 'off'}"]
+    if _needs_flag(versions["jax"]):
+        state = "on" if _SMALL_LOOPS in os.environ.get("XLA_FLAGS", "") else "off"
+        lines += [f"{'XLA':<10} small CPU loops compiled as one kernel: {state}"]
+    advice = _advice(versions)
+    return "\n".join([*lines, "", *(advice or ["nothing to advise"])])
+
+
+def main() -> int:
+    """Print the report; the exit status is 0."""
+    print(report())
+    return 0
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _needs_flag(jax_version: str) -> bool:
+    """Whether this release of jax compiles small CPU loops well only when asked to."""
+    return tuple(int(part) for part in jax_version.split(".")[:2]) < (0, 12)
+
+
+def _advice(versions: dict[str, str]) -> list[str]:
+    advice = [f"{name} {bad} {why}." for (name, bad), why in _BAD_RELEASES.items() if versions[name] == bad]
+    if not jax.config.jax_enable_x64:
+        advice += ['x64 is off: call jax.config.update("jax_enable_x64", True) before building a model.']
+    on_cpu = jax.default_backend() == "cpu"
+    if on_cpu and _needs_flag(versions["jax"]) and _SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
+        advice += [f'jax before 0.12 on CPU: set XLA_FLAGS="{_FLAG}" before Python starts;']
+        advice += ["  simulations then run several times faster."]
+    return advice

@@ -1,0 +1,154 @@
+"""Efforts of gravity and force elements on the tree, their stored energy and the power of each element.
+
+Every law is carried to its nodes as a world wrench or to its own velocity column, so a new law never touches
+kinematics.  Source: S2 (56)-(76), total `Q = Q* + e_C + e_R + e_G`.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..kinematics.poses import frame_poses
+from ..math.spatial import cross, pack, scale, unpack
+from ..model.system import ForceGroup, System
+
+
+def gravity_wrench(J, gravity):
+    """Wrench (nodes, 6, ...) of gravity on inertias J (nodes, 10, ...).  Source: S2 (75)."""
+    j, g = unpack(J), tuple(gravity)
+    return pack(cross(j[1:4], g) + scale(g, j[0]))
+
+
+def frame_twists(system: System, V):
+    """World twist (frames, 6) of the node that carries each frame, about the world origin."""
+    V = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])
+    return V[np.asarray(system.topology.frame_node)]
+
+
+def _at(x, V):
+    """Angular velocity and the velocity of the point x of a body with world twist V."""
+    return V[:3], V[3:] + jnp.cross(V[:3], x)
+
+
+def _wrench_at(x, moment, force):
+    """World wrench about the origin of a force and moment at the point x."""
+    return jnp.concatenate([moment + jnp.cross(x, force), force])
+
+
+def _line(law, a, b, t):
+    """Law along the line between two points: (wrench on A, wrench on B, power); Source: S2 (56)-(67), (72)."""
+    (_, x_a, V_a), (_, x_b, V_b) = a, b
+    d, v = x_b - x_a, _at(x_b, V_b)[1] - _at(x_a, V_a)[1]
+    force = law.line_force(d, v, t)
+    stored = jax.jvp(lambda d: law.line_potential(d, t), (d,), (v,))[1]
+    wrench = _wrench_at(x_b, jnp.zeros_like(force), force)
+    return -wrench, wrench, jnp.dot(force, v) + stored
+
+
+def _pose_arguments(a, b):
+    (R_a, x_a, V_a), (R_b, x_b, V_b) = a, b
+    (w_a, v_a), (w_b, v_b) = _at(x_a, V_a), _at(x_b, V_b)
+    d = x_b - x_a
+    return R_a.T @ R_b, R_a.T @ d, R_a.T @ (w_b - w_a), R_a.T @ (v_b - v_a - jnp.cross(w_a, d))
+
+
+def _pose(law, a, b, t):
+    """Law between two frames: (wrench on A, wrench on B, power)."""
+    R, d, w, v = _pose_arguments(a, b)
+    local = law.wrench(R, d, w, v, t)
+    spin = jax.vmap(jnp.cross, in_axes=(None, 1), out_axes=1)(w, R)
+    stored = jax.jvp(lambda R, d: law.potential(R, d, t), (R, d), (spin, v))[1]
+    R_a, x_b = a[0], b[1]
+    wrench = _wrench_at(x_b, R_a @ local[:3], R_a @ local[3:])
+    return -wrench, wrench, jnp.dot(local, jnp.concatenate([w, v])) + stored
+
+
+def _frame(law, a, _, t):
+    """Load at a frame: (wrench on the frame's body, nothing, power); Source: S2 (76), Q*."""
+    R, x, V = a
+    w, v = _at(x, V)
+    load = law.wrench(R, x, w, v, t)
+    spin = jax.vmap(jnp.cross, in_axes=(None, 1), out_axes=1)(w, R)
+    stored = jax.jvp(lambda R, x: law.potential(R, x, t), (R, x), (spin, v))[1]
+    wrench = _wrench_at(x, load[:3], load[3:])
+    return wrench, jnp.zeros_like(wrench), jnp.dot(load, jnp.concatenate([w, v])) + stored
+
+
+_PORTS = {"line": _line, "pose": _pose, "frame": _frame}
+
+
+def _group_wrenches(system, group: ForceGroup, frames, t):
+    """Wrench on every node (nodes, 6) and power of every element of a group between frames."""
+    a, b = np.asarray(group.first), np.asarray(group.second)
+    ends = [tuple(x[index] for x in frames) for index in (a, b)]
+    on_a, on_b, power = jax.vmap(_PORTS[group.port], in_axes=(0, 0, 0, None))(group.law, *ends, t)
+    node, n = np.asarray(system.topology.frame_node), system.topology.nodes.size
+    total = jnp.zeros((n + 1, 6), on_a.dtype).at[node[a] % (n + 1)].add(on_a).at[node[b] % (n + 1)].add(on_b)
+    return total[:n], power
+
+
+def _joint_efforts(system, group: ForceGroup, psi, u, t):
+    """Efforts (nv,) and powers of scalar laws on joint coordinates."""
+    columns, coordinates = np.asarray(group.first), np.asarray(group.second)
+    q, v = psi[coordinates], u[columns]
+    effort = jax.vmap(lambda law, q, v: law.effort(q, v, t))(group.law, q, v)
+    slope = jax.vmap(lambda law, q, v: jax.jvp(lambda q: law.potential(q, t), (q,), (v,))[1])(group.law, q, v)
+    return jnp.zeros_like(u).at[columns].add(effort), effort * v + slope
+
+
+def efforts(system: System, W, V, psi, u, t):
+    """All force elements: wrench on every node (nodes, 6), effort on every column (nv,), power per element.
+
+    The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
+    sources that drive; in the order of `element_names`.  Gravity is not included.
+    """
+    F = jnp.zeros((system.topology.nodes.size, 6), psi.dtype)
+    Q, powers = jnp.zeros_like(u), []
+    frames = None
+    for group in system.forces:
+        if group.port in _PORTS:
+            frames = frames or (*frame_poses(system, W), frame_twists(system, V))
+            wrench, power = _group_wrenches(system, group, frames, t)
+            F = F + wrench
+        elif group.port == "joint":
+            effort, power = _joint_efforts(system, group, psi, u, t)
+            Q = Q + effort
+        else:
+            effort = jax.vmap(lambda law: law.effort(t, psi, u))(group.law)
+            Q, power = Q + jnp.sum(effort, axis=0), effort @ u
+        powers.append(power)
+    return F, Q, jnp.concatenate(powers) if powers else jnp.zeros(0, psi.dtype)
+
+
+def element_names(system: System) -> tuple[str, ...]:
+    """Names of the force elements in the order of their powers."""
+    return tuple(name for group in system.forces for name in group.names)
+
+
+def element_is_source(system: System) -> tuple[bool, ...]:
+    """Whether the power of each element counts as input (else as dissipation)."""
+    return tuple(group.law.is_source for group in system.forces for _ in group.names)
+
+
+def stored_energy(system: System, W, psi, t):
+    """Potential energy [J] of all force elements; gravity is not included.  Source: S2 (70), V."""
+    total, frames = jnp.zeros((), psi.dtype), None
+    for group in system.forces:
+        if group.port in _PORTS:
+            R, x = frames = frames or frame_poses(system, W)
+            a, b = np.asarray(group.first), np.asarray(group.second)
+            if group.port == "line":
+                parts = jax.vmap(lambda law, d: law.line_potential(d, t))(group.law, x[b] - x[a])
+            elif group.port == "pose":
+                turn = jnp.einsum("eji,ejk->eik", R[a], R[b])
+                shift = jnp.einsum("eji,ej->ei", R[a], x[b] - x[a])
+                parts = jax.vmap(lambda law, R, d: law.potential(R, d, t))(group.law, turn, shift)
+            else:
+                parts = jax.vmap(lambda law, R, x: law.potential(R, x, t))(group.law, R[a], x[a])
+        elif group.port == "joint":
+            q = psi[np.asarray(group.second)]
+            parts = jax.vmap(lambda law, q: law.potential(q, t))(group.law, q)
+        else:
+            continue
+        total = total + jnp.sum(parts)
+    return total

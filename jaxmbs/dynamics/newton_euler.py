@@ -1,0 +1,91 @@
+"""Newton-Euler on the tree: accelerations to efforts and back, O(nodes) for trees.
+
+Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from ..kinematics import constraints
+from ..kinematics.poses import joint_twists, node_inertias, node_parameters, node_poses
+from ..kinematics.tree import ancestors, solve, subtrees
+from ..kinematics.tree import mass_matrix as composite_mass_matrix
+from ..math.linalg import saddle_solve
+from ..math.spatial import add, cross_force, cross_motion, dot, momentum, pack, scale, unpack
+from ..model.system import System
+from .efforts import efforts, gravity_wrench
+
+
+def column_twists(topology, V):
+    """Twist of the node whose frame carries each column (a ball's three columns turn with its child)."""
+    return V if topology.is_simple else V[topology.column_frame]
+
+
+def node_motion(topology, S, u):
+    """World twists (nodes, 6, ...) of all nodes at velocities u (nv, ...)."""
+    return ancestors(topology.nodes, pack(scale(unpack(S), u)))
+
+
+def node_accelerations(topology, S, V, u, a):
+    """World twist rates (nodes, 6) at velocities u and accelerations a (nv,): ancestor sum of `S a + S_dot u`."""
+    s, v = unpack(S), unpack(column_twists(topology, V))
+    return ancestors(topology.nodes, pack(add(scale(s, a), scale(cross_motion(v, s), u))))
+
+
+def momentum_rates(J, V, V_dot):
+    """h_dot (nodes, 6) = J V_dot + V x* J V."""
+    j, v = unpack(J), unpack(V)
+    return pack(add(momentum(j, unpack(V_dot)), cross_force(v, momentum(j, v))))
+
+
+def tree_efforts(system: System, P, psi, u, a, t):
+    """Efforts (nv,) that the tree needs at accelerations a beside gravity and its force elements, `M a + bias - Q`."""
+    top = system.topology
+    W = node_poses(top, P, psi)
+    S, J = joint_twists(top, P, W), node_inertias(P, W)
+    V = node_motion(top, S, u)
+    rate = momentum_rates(J, V, node_accelerations(top, S, V, u, a))
+    F, Q, _ = efforts(system, W, V, psi, u, t)
+    return dot(unpack(S), unpack(subtrees(top.nodes, rate - F - gravity_wrench(J, system.gravity)))) - Q
+
+
+def accelerations(system: System, P, psi, u, t):
+    """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`."""
+    top = system.topology
+    W = node_poses(top, P, psi)
+    S, J = joint_twists(top, P, W), node_inertias(P, W)
+    need = -tree_efforts(system, P, psi, u, jnp.zeros_like(u), t)
+    if not system.has_constraints:
+        return solve(top.nodes, S, J, need), jnp.zeros(0, psi.dtype)
+    A = constraints.jacobian(system, P, psi, t)
+    gamma = constraints.acceleration_bias(system, P, psi, u, t)
+    a, y = saddle_solve(composite_mass_matrix(top.nodes, S, J), A, need, gamma)
+    return a, -y
+
+
+@eqx.filter_jit
+def forward_dynamics(system: System, state):
+    """Accelerations and constraint multipliers of a state.
+
+    Returns: u_dot (nv,) [m/s^2 or rad/s^2] and lambda (rows,), the efforts along the constraint rows: `A^T lambda`
+    acts on the velocities.  Redundant rows share their load (see `reactions` for the least-norm choice).
+    Source: S2 (40) solved for accelerations.
+    """
+    P = node_parameters(system)
+    return accelerations(system, P, state.coordinates, state.velocities, state.t)
+
+
+@eqx.filter_jit
+def inverse_dynamics(system: System, state, acceleration):
+    """Efforts (nv,) on the tree's velocities that produce the accelerations (nv,), beside gravity and all force
+    elements; constraint multipliers are not subtracted.  Source: S2 (40)."""
+    P = node_parameters(system)
+    return tree_efforts(system, P, state.coordinates, state.velocities, acceleration, state.t)
+
+
+@eqx.filter_jit
+def mass_matrix(system: System, state):
+    """Mass matrix (nv, nv) of the tree, all loops cut.  Source: S2 (35) with every coordinate independent."""
+    P = node_parameters(system)
+    W = node_poses(system.topology, P, state.coordinates)
+    return composite_mass_matrix(system.topology.nodes, joint_twists(system.topology, P, W), node_inertias(P, W))

@@ -1,0 +1,54 @@
+"""The errors of the library: a wrong model, a pose that cannot be assembled, a simulation that failed."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+class ModelError(ValueError):
+    """A model that cannot be built, with every fault found in one report.
+
+    Attributes:
+        faults: one sentence for each fault.
+    """
+
+    def __init__(self, faults: Sequence[str]):
+        self.faults = [faults] if isinstance(faults, str) else list(faults)
+        count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
+        lines = [f"  {number}. {fault}" for number, fault in enumerate(self.faults, start=1)]
+        super().__init__("\n".join([f"the model has {count}:", *lines]))
+
+    def __reduce__(self):
+        return type(self), (self.faults,)
+
+
+class AssemblyError(ValueError):
+    """A state whose loops cannot be closed with the coordinates that are held.
+
+    Attributes:
+        residuals: what remains open, by the name of the joint or constraint [m or rad].
+    """
+
+    def __init__(self, message: str, residuals: Mapping[str, float] | None = None):
+        self.message = message
+        self.residuals = dict(residuals or {})
+        lines = [f"  {name}: {float(value):.3g}" for name, value in self.residuals.items()]
+        super().__init__("\n".join([message, *lines]))
+
+    def __reduce__(self):
+        return type(self), (self.message, self.residuals)
+
+
+class SimulationError(RuntimeError):
+    """A simulation that stopped before its end.
+
+    Attributes:
+        motion: what was computed up to the failure, or None.
+    """
+
+    def __init__(self, message: str, motion: Any = None):
+        self.message = message
+        self.motion = motion
+        super().__init__(message)
+
+    def __reduce__(self):
+        return type(self), (self.message, self.motion)

@@ -1,0 +1,110 @@
+"""Fields of laws: numbers become array leaves, functions pytrees; values are checked when they are known."""
+
+import dataclasses
+import types
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+
+def number(value: Any) -> jax.Array:
+    """Array leaf of the default float type; takes Python numbers, arrays, tracers and sequences of them."""
+    return jnp.asarray(value, dtype=float)
+
+
+def optional_number(value: Any) -> jax.Array | None:
+    """`number`, or None where there is none."""
+    return None if value is None else number(value)
+
+
+class StaticFunction(eqx.Module):
+    """A callable whose arrays are leaves and whose code and settings are static.
+
+    Two of them have the same structure only if they hold the very same function object: define functions
+    once, at module level, rather than anew at every build.
+    """
+
+    arrays: list[Any]
+    treedef: Any = eqx.field(static=True)
+    settings: tuple[Any, ...] = eqx.field(static=True)
+
+    def __call__(self, *args):
+        arrays = iter(self.arrays)
+        leaves = [next(arrays) if is_array else setting for is_array, setting in self.settings]
+        return jax.tree.unflatten(self.treedef, leaves)(*args)
+
+
+def function(fn: Callable) -> Callable:
+    """A callable as a pytree of arrays: modules of arrays alone stay as they are, others are wrapped.
+
+    Raises:
+        TypeError: for what cannot be called, and for plain functions that close over traced values.
+    """
+    if not callable(fn):
+        raise TypeError(f"expected a function or a callable module, got {type(fn).__name__}")
+    if not concrete(_closed_over(fn)):
+        name = getattr(fn, "__name__", "the function")
+        raise TypeError(
+            f"{name} closes over traced values, which are lost to derivatives: make them fields of an "
+            "eqx.Module with a __call__, or pass them first by jax.tree_util.Partial(function, values)"
+        )
+    leaves, treedef = jax.tree.flatten(fn)
+    leaves = [jnp.asarray(leaf) if isinstance(leaf, (float, np.ndarray)) else leaf for leaf in leaves]
+    flags = [eqx.is_array(leaf) for leaf in leaves]
+    if all(flags):
+        return jax.tree.unflatten(treedef, leaves)
+    arrays = [leaf for leaf, flag in zip(leaves, flags, strict=True) if flag]
+    settings = tuple((flag, None if flag else leaf) for leaf, flag in zip(leaves, flags, strict=True))
+    return StaticFunction(arrays, treedef, settings)
+
+
+def _closed_over(fn: Callable) -> list[Any]:
+    """What a plain function holds besides its code."""
+    cells = getattr(fn, "__closure__", None) or ()
+    return [cell.cell_contents for cell in cells if cell != types.CellType()]
+
+
+def concrete(*values: Any) -> bool:
+    """Whether no leaf is a tracer."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
+
+
+def broken(condition: Callable[..., Any], *values: Any) -> bool:
+    """Whether `condition` holds anywhere for these values; False while any of them is traced."""
+    return concrete(*values) and bool(np.any(condition(*map(np.asarray, values))))
+
+
+def faults_if(*checks: tuple[bool, str]) -> list[str]:
+    """Messages of the checks that failed."""
+    return [message for failed, message in checks if failed]
+
+
+def negative(value: Any) -> bool:
+    """Whether any known entry is negative."""
+    return broken(lambda x: x < 0, value)
+
+
+def not_positive(value: Any) -> bool:
+    """Whether any known entry is zero or negative."""
+    return broken(lambda x: x <= 0, value)
+
+
+def not_increasing(points: Any) -> bool:
+    """Whether known abscissae fail to increase strictly."""
+    return broken(lambda x: np.diff(x) <= 0, points)
+
+
+def value_faults(module: eqx.Module) -> list[str]:
+    """Known entries that are not numbers, and the faults of the signals the module holds."""
+    found = []
+    for field in dataclasses.fields(module):
+        value = getattr(module, field.name)
+        if hasattr(value, "faults"):
+            found += [f"{field.name}: {message}" for message in value.faults()]
+        elif any(broken(np.isnan, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)):
+            found.append(f"{field.name} is not a number")
+    return found

@@ -1,0 +1,55 @@
+"""Sources of effort on a scalar displacement: any function, and a servo."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import equinox as eqx
+
+from jaxmbs.typing import Scalar
+
+from ._fields import faults_if, function, negative, number
+from .base import AbstractScalarLaw
+from .signals import as_signal, value_and_rate
+
+
+class Actuator(AbstractScalarLaw):
+    """Effort on the system along increasing x from `function(t, x, v)`; its power counts as input.
+
+    Attributes:
+        function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static.
+    """
+
+    function: Callable[..., Any] = eqx.field(converter=function)
+    is_source: ClassVar[bool] = True
+
+    def effort(self, x, v, t):
+        """`function(t, x, v)` [N or N m]."""
+        return number(self.function(t, x, v))
+
+
+class PD(AbstractScalarLaw):
+    """Servo that follows a target: `kp (target - x) + kd (rate of target - v)`; its power counts as input.
+
+    Attributes:
+        target: function of time or a number [m or rad].
+        kp: proportional gain >= 0 [N/m or N m/rad].
+        kd: derivative gain >= 0 [N s/m or N m s/rad].
+    """
+
+    target: Callable[..., Any] = eqx.field(converter=as_signal)
+    kp: Scalar = eqx.field(converter=number)
+    kd: Scalar = eqx.field(converter=number, default=0.0)
+    is_source: ClassVar[bool] = True
+
+    def effort(self, x, v, t):
+        """Effort towards the target [N or N m]."""
+        wanted, wanted_rate = value_and_rate(self.target, t)
+        return self.kp * (wanted - x) + self.kd * (wanted_rate - v)
+
+    def faults(self):
+        """Gains must not be negative."""
+        checks = (
+            (negative(self.kp), "kp must not be negative"),
+            (negative(self.kd), "kd must not be negative"),
+        )
+        return super().faults() + faults_if(*checks)

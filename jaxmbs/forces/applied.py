@@ -1,0 +1,77 @@
+"""Loads applied at the origin of a frame; their power counts as input.
+
+Source: S2 (76), the external efforts Q*.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ._fields import faults_if, function, number
+from .base import AbstractBodyLaw
+from .signals import as_signal
+
+
+class _VectorLoad(AbstractBodyLaw):
+    value: Callable[..., Any] = eqx.field(converter=as_signal)
+    axes: str = eqx.field(static=True, default="world")
+
+    def __check_init__(self):
+        if self.axes not in ("world", "body"):
+            raise ValueError(f"axes must be 'world' or 'body', not {self.axes!r}")
+
+    def faults(self):
+        """The value has three components."""
+        shape = jax.eval_shape(lambda: number(self.value(number(0.0)))).shape
+        return super().faults() + faults_if((shape != (3,), f"value must have shape (3,), not {shape}"))
+
+    def _vector(self, rotation, t):
+        """(3,) in world axes."""
+        vector = number(self.value(t))
+        return rotation @ vector if self.axes == "body" else vector
+
+
+class Force(_VectorLoad):
+    """Force at the frame's origin [N].
+
+    Attributes:
+        value: (3,), or a function of time that gives (3,).
+        axes: "world", or "body": it turns with the frame (a follower force).
+    """
+
+    def wrench(self, rotation, position, angular_velocity, velocity, t):
+        """No moment, then the force. Source: S2 (76)."""
+        force = self._vector(rotation, t)
+        return jnp.concatenate([jnp.zeros_like(force), force])
+
+
+class Torque(_VectorLoad):
+    """Moment on the body of the frame [N m].
+
+    Attributes:
+        value: (3,), or a function of time that gives (3,).
+        axes: "world", or "body": it turns with the frame.
+    """
+
+    def wrench(self, rotation, position, angular_velocity, velocity, t):
+        """The moment, then no force. Source: S2 (76)."""
+        moment = self._vector(rotation, t)
+        return jnp.concatenate([moment, jnp.zeros_like(moment)])
+
+
+class Wrench(AbstractBodyLaw):
+    """Any load: `function(t, rotation, position, angular_velocity, velocity)`, in and out in world axes.
+
+    Attributes:
+        function: gives (6,), moment [N m] then force [N] about the frame's origin; the arrays of an
+            `eqx.Module` are leaves, a plain function is static.
+    """
+
+    function: Callable[..., Any] = eqx.field(converter=function)
+
+    def wrench(self, rotation, position, angular_velocity, velocity, t):
+        """The function's (6,). Source: S2 (76)."""
+        return number(self.function(t, rotation, position, angular_velocity, velocity))

@@ -1,0 +1,99 @@
+"""What a force law is: a port that turns motion into effort, of one of four kinds.
+
+A law is a frozen pytree whose numbers are array leaves. The engine stacks the leaves of laws with the same
+structure and calls the methods under `jax.vmap`, so methods never branch on values and treat one law at a
+time. The part of the effort that derives from `potential` is stored energy; the rest is dissipation, or input
+when `is_source`. Effort times flow is the power fed into the system.
+Source: S2 (76).
+"""
+
+import abc
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxmbs.typing import Scalar, ScalarLike
+
+from ._fields import value_faults
+
+
+class AbstractLaw(eqx.Module):
+    """Common to all laws."""
+
+    is_source: ClassVar[bool] = False
+
+    def faults(self) -> list[str]:
+        """What is wrong with the values, one message each; values that are traced are not looked at."""
+        return value_faults(self)
+
+
+class AbstractScalarLaw(AbstractLaw):
+    """One-port law on a scalar displacement: a joint coordinate [m or rad] or a distance of points [m]."""
+
+    @abc.abstractmethod
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
+        """Effort [N or N m] exerted on the system along increasing x.
+
+        Args:
+            x: displacement [m or rad].
+            v: its rate [m/s or rad/s].
+            t: time [s].
+        """
+
+    def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
+        """Stored energy [J]; `effort(x, 0, t) = -d potential / dx` for laws that store all they take."""
+        return jnp.zeros((), jnp.result_type(x, float))
+
+
+class AbstractPoseLaw(AbstractLaw):
+    """Law between frames A and B. Zero configuration: B coincides with A."""
+
+    @abc.abstractmethod
+    def wrench(self, rotation, displacement, angular_velocity, velocity, t) -> Float[Array, " 6"]:
+        """Moment [N m] then force [N] on B, in A axes, about B's origin; A gets the opposite wrench there.
+
+        Args:
+            rotation: (3, 3) `R_A^T R_B`, B axes in A axes.
+            displacement: (3,) origin of B from that of A, in A axes [m].
+            angular_velocity: (3,) of B relative to A, in A axes [rad/s].
+            velocity: (3,) of B's origin seen in the rotating frame A, in A axes [m/s].
+            t: time [s].
+        """
+
+    def potential(self, rotation, displacement, t) -> Scalar:
+        """Stored energy [J]."""
+        return jnp.zeros((), displacement.dtype)
+
+
+class AbstractBodyLaw(AbstractLaw):
+    """Load at the origin of a frame, all quantities in world axes."""
+
+    is_source: ClassVar[bool] = True
+
+    @abc.abstractmethod
+    def wrench(self, rotation, position, angular_velocity, velocity, t) -> Float[Array, " 6"]:
+        """Moment [N m] then force [N] on the body, in world axes, about the frame's origin.
+
+        Args:
+            rotation: (3, 3) frame axes in world axes.
+            position: (3,) frame origin [m].
+            angular_velocity: (3,) [rad/s].
+            velocity: (3,) of the frame origin [m/s].
+            t: time [s].
+        """
+
+    def potential(self, rotation, position, t) -> Scalar:
+        """Stored energy [J]; zero for loads whose work is counted as input."""
+        return jnp.zeros((), position.dtype)
+
+
+class AbstractSystemLaw(AbstractLaw):
+    """Generalised efforts on the velocities of the whole system."""
+
+    is_source: ClassVar[bool] = True
+
+    @abc.abstractmethod
+    def effort(self, t, coordinates, velocities) -> Float[Array, " nv"]:
+        """Efforts (nv,) along the velocities, from time [s], coordinates (nq,) and velocities (nv,)."""

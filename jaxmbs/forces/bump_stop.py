@@ -1,0 +1,58 @@
+"""Stops at the ends of a stroke."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from jaxmbs.typing import Scalar
+
+from ._fields import broken, faults_if, negative, number
+from .base import AbstractScalarLaw
+
+
+class BumpStop(AbstractScalarLaw):
+    """Nothing inside the gap `lower <= x <= upper`; beyond it `k d^n (1 + c max(rate of d, 0))`, d the depth.
+
+    The damping factor (Hunt and Crossley) acts in compression only and grows from zero with the depth, so the
+    stop never pulls and the effort has no jump. For n > 1 the effort is C1 at the edge, for n > 2 C2. Give
+    one bound for a one-sided stop.
+
+    Attributes:
+        stiffness: k >= 0 [N/m^n or N m/rad^n].
+        lower: lower edge of the gap [m or rad], default none.
+        upper: upper edge of the gap [m or rad], default none.
+        exponent: n >= 1.
+        damping: c >= 0 [s/m or s/rad].
+    """
+
+    stiffness: Scalar = eqx.field(converter=number)
+    lower: Scalar = eqx.field(converter=number, default=-jnp.inf)
+    upper: Scalar = eqx.field(converter=number, default=jnp.inf)
+    exponent: Scalar = eqx.field(converter=number, default=2.0)
+    damping: Scalar = eqx.field(converter=number, default=0.0)
+
+    def effort(self, x, v, t):
+        """Push of the lower stop minus push of the upper one."""
+        return self._push(self.lower - x, -v) - self._push(x - self.upper, v)
+
+    def potential(self, x, t):
+        """`k d^(n+1) / (n+1)` of the stop that is touched [J]."""
+        n = self.exponent + 1.0
+        return self.stiffness / n * (_power(self.lower - x, n) + _power(x - self.upper, n))
+
+    def faults(self):
+        """A passive stop with a gap between its edges."""
+        return super().faults() + faults_if(
+            (negative(self.stiffness), "stiffness must not be negative"),
+            (negative(self.damping), "damping must not be negative"),
+            (broken(lambda n: n < 1, self.exponent), "exponent must be at least 1"),
+            (broken(lambda low, high: low > high, self.lower, self.upper), "lower must not exceed upper"),
+        )
+
+    def _push(self, depth, rate):
+        return self.stiffness * _power(depth, self.exponent) * (1.0 + self.damping * jnp.maximum(rate, 0.0))
+
+
+def _power(depth, exponent):
+    """`max(depth, 0) ** exponent` with finite derivatives in both, also where the stop is free."""
+    touching = depth > 0
+    return jnp.where(touching, jnp.where(touching, depth, 1.0) ** exponent, 0.0)

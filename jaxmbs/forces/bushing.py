@@ -1,0 +1,93 @@
+"""Six-degree bushing between two frames; with rotational stiffness alone, a rotational spring."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxmbs.math.rotation import rotation_vector
+from jaxmbs.typing import Scalar, Vector3
+
+from ._fields import broken, faults_if, number
+from .base import AbstractPoseLaw
+
+
+def six_by_six(value) -> Float[Array, "6 6"]:
+    """Full matrix from (6, 6), a diagonal (6,), or the pair (rotational, translational) of scalars."""
+    value = number(value)
+    if value.shape == (2,):
+        value = jnp.repeat(value, 3)
+    if value.shape == (6,):
+        value = jnp.diag(value)
+    if value.shape != (6, 6):
+        raise ValueError(f"expected rotational, translational terms as a pair, (6,) or (6, 6): {value.shape}")
+    return value
+
+
+class Bushing(AbstractPoseLaw):
+    """Elastic mount on `z = (rotation vector, displacement)` of B seen from A, in A axes.
+
+    The wrench of the springs is the exact gradient of the potential for large rotations too (below half a
+    turn), so a motion without damping keeps its energy. The damper acts on the relative twist. Zero
+    configuration: B on A. Stiffness and damping are rotational then translational: (6, 6), a diagonal (6,),
+    or a pair of scalars. `Bushing((k, 0.0))` is a rotational spring.
+    Source: S2 (56)-(67), (72)-(74), with the rotation vector in place of the angles.
+
+    Attributes:
+        stiffness: (6, 6) symmetric [N m/rad, N/rad = N m/m, N/m].
+        damping: (6, 6) positive semidefinite [N m s/rad, N s, N s/m].
+        preload: (6,) moment [N m] and force [N] of the element in the zero configuration; B feels the
+            opposite.
+    """
+
+    stiffness: Float[Array, "6 6"] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
+    damping: Float[Array, "6 6"] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
+    preload: Float[Array, " 6"] = eqx.field(converter=number, default=(0.0,) * 6)
+
+    def wrench(self, rotation, displacement, angular_velocity, velocity, t):
+        """`-(d potential) - C twist` on B. Source: S2 (56), (72)."""
+        vector = rotation_vector(rotation)
+        symmetric = (self.stiffness + self.stiffness.T) / 2
+        gradient = symmetric @ jnp.concatenate([vector, displacement]) + self.preload
+        elastic = jnp.concatenate([moment_of_gradient(vector, gradient[:3]), gradient[3:]])
+        return -elastic - self.damping @ jnp.concatenate([angular_velocity, velocity])
+
+    def potential(self, rotation, displacement, t):
+        """`z^T K z / 2 + preload^T z` [J]."""
+        z = jnp.concatenate([rotation_vector(rotation), displacement])
+        return z @ self.stiffness @ z / 2 + self.preload @ z
+
+    def faults(self):
+        """Stiffness is symmetric, damping dissipates."""
+        return super().faults() + faults_if(
+            (self.preload.shape != (6,), "preload must have six components"),
+            (broken(_asymmetric, self.stiffness), "stiffness matrix must be symmetric"),
+            (broken(_indefinite, self.damping), "damping matrix must be positive semidefinite"),
+        )
+
+
+def moment_of_gradient(vector: Vector3, covector: Vector3) -> Vector3:
+    """Moment that a gradient along the rotation vector makes on a small rotation in the fixed axes.
+
+    `d vector = J_l^-1 d theta`, so the moment is `J_l^-T covector = c + v x c / 2 + b v x (v x c)`.
+    """
+    turn = jnp.cross(vector, covector)
+    return covector + turn / 2 + _second_coefficient(vector @ vector) * jnp.cross(vector, turn)
+
+
+def _second_coefficient(square: Scalar) -> Scalar:
+    """`(1 - h cot h) / angle^2` with `h = angle / 2`, from the squared angle; smooth at zero."""
+    small = square < 0.04
+    series = 1 / 12 + square * (1 / 720 + square * (1 / 30240 + square * (1 / 1209600 + square / 47900160)))
+    half = jnp.sqrt(jnp.where(small, 1.0, square)) / 2
+    return jax.lax.select(small, series, (1 - half / jnp.tan(half)) / (4 * half**2))
+
+
+def _asymmetric(matrix: np.ndarray) -> bool:
+    return bool(np.abs(matrix - matrix.T).max() > 1e-6 * np.abs(matrix).max())
+
+
+def _indefinite(matrix: np.ndarray) -> bool:
+    eigenvalues = np.linalg.eigvalsh(matrix + matrix.T)
+    return bool(eigenvalues[0] < -1e-6 * np.abs(eigenvalues).max())

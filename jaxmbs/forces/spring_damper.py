@@ -1,0 +1,41 @@
+"""Linear spring and damper in parallel."""
+
+import equinox as eqx
+
+from jaxmbs.typing import Scalar
+
+from ._fields import faults_if, negative, number
+from .base import AbstractScalarLaw
+
+
+class SpringDamper(AbstractScalarLaw):
+    """Spring `k (x - x0) + preload` beside a damper `c v`.
+
+    Between two points a positive sum is tension and pulls them together; on a joint it drives the coordinate
+    back. Zero effort at `x = free_length` and rest, when `preload` is zero. Negative stiffness is allowed.
+    Source: S2 (56)-(67) springs, (72)-(74) dampers.
+
+    Attributes:
+        stiffness: k [N/m or N m/rad].
+        damping: c >= 0 [N s/m or N m s/rad].
+        free_length: x0 [m or rad].
+        preload: tension at the free length [N or N m].
+    """
+
+    stiffness: Scalar = eqx.field(converter=number, default=0.0)
+    damping: Scalar = eqx.field(converter=number, default=0.0)
+    free_length: Scalar = eqx.field(converter=number, default=0.0)
+    preload: Scalar = eqx.field(converter=number, default=0.0)
+
+    def effort(self, x, v, t):
+        """`-(k (x - x0) + preload + c v)`. Source: S2 (56)-(57), (72)."""
+        return -(self.stiffness * (x - self.free_length) + self.preload + self.damping * v)
+
+    def potential(self, x, t):
+        """`k/2 (x - x0)^2 + preload (x - x0)` [J]."""
+        stretch = x - self.free_length
+        return self.stiffness * stretch**2 / 2 + self.preload * stretch
+
+    def faults(self):
+        """Damping must not be negative."""
+        return super().faults() + faults_if((negative(self.damping), "damping must not be negative"))

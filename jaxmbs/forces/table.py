@@ -1,0 +1,84 @@
+"""Spring and damper from measured curves."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxmbs.math.interpolation import hermite, hermite_integral, pchip_slopes
+
+from ._fields import broken, concrete, faults_if, not_increasing, number, optional_number
+from .base import AbstractScalarLaw
+
+
+class Table(AbstractScalarLaw):
+    """Spring curve, and optionally a damper curve, through tabulated points.
+
+    Monotone cubic interpolation (PCHIP) between the points, straight lines beyond them: C1, and without
+    overshoot. The curves are those of the element under test, positive for a spring that resists increasing
+    x: `Table([-1, 1], [-k, k])` equals `SpringDamper(k)`. Zero energy at the first point of the table.
+    Source: S2 (56)-(67), (72)-(74), with curves in place of the constants.
+
+    Attributes:
+        x_points: (n,) displacements, increasing [m or rad].
+        efforts: (n,) tension or restoring moment at these [N or N m].
+        flow_points: (m,) rates, increasing [m/s or rad/s].
+        damping_efforts: (m,) resisting effort at these [N or N m]; zero at rest, never along the flow.
+    """
+
+    x_points: Float[Array, " n"] = eqx.field(converter=number)
+    efforts: Float[Array, " n"] = eqx.field(converter=number)
+    flow_points: Float[Array, " m"] | None = eqx.field(converter=optional_number, default=None)
+    damping_efforts: Float[Array, " m"] | None = eqx.field(converter=optional_number, default=None)
+
+    def __check_init__(self):
+        _check_curve(self.x_points, self.efforts)
+        if (self.flow_points is None) != (self.damping_efforts is None):
+            raise ValueError("a damper curve needs both flow_points and damping_efforts")
+        if self.flow_points is not None:
+            _check_curve(self.flow_points, self.damping_efforts)
+
+    def effort(self, x, v, t):
+        """Minus the curves at x and v. Source: S2 (56), (72)."""
+        return -_curve(hermite, self.x_points, self.efforts, x) - self._damper(v)
+
+    def potential(self, x, t):
+        """Integral of the spring curve from the first point [J]."""
+        return _curve(hermite_integral, self.x_points, self.efforts, x)
+
+    def faults(self):
+        """Abscissae increase; the damper dissipates at every rate."""
+        found = super().faults() + faults_if((not_increasing(self.x_points), "x_points must increase"))
+        if self.flow_points is None or not concrete(self):
+            return found
+        if not_increasing(self.flow_points):
+            return [*found, "flow_points must increase"]
+        slopes = pchip_slopes(self.flow_points, self.damping_efforts)
+        return found + faults_if(
+            (broken(_feeds, self.flow_points, self.damping_efforts), "damping_efforts must oppose the flow"),
+            (broken(_moves, self._damper(number(0.0)), self.damping_efforts), "damping must be zero at rest"),
+            (broken(_ends_fall, slopes), "damping must not fall at the ends"),
+        )
+
+    def _damper(self, v):
+        return 0.0 if self.flow_points is None else _curve(hermite, self.flow_points, self.damping_efforts, v)
+
+
+def _curve(evaluate, points, values, x):
+    return evaluate(points, values, pchip_slopes(points, values), x)
+
+
+def _check_curve(points, values) -> None:
+    if points.ndim != 1 or points.shape != values.shape or points.shape[0] < 2:
+        raise ValueError(f"a curve needs two or more points, as many efforts: {points.shape}, {values.shape}")
+
+
+def _feeds(flows, efforts):
+    return flows * efforts < 0
+
+
+def _moves(at_rest, efforts):
+    return np.abs(at_rest) > 1e-6 * np.abs(efforts).max()
+
+
+def _ends_fall(slopes):
+    return slopes[[0, -1]] < 0

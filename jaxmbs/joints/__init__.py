@@ -1,0 +1,20 @@
+"""Joints, one per file.  A new joint is a file here and a line below; the tests over all joints take it in."""
+
+from .base import AbstractJoint as AbstractJoint
+from .closures import AbstractClosure as AbstractClosure
+from .closures import Coupler as Coupler
+from .closures import Distance as Distance
+from .closures import PointOnLine as PointOnLine
+from .closures import PointOnPlane as PointOnPlane
+from .closures import Rows as Rows
+from .cylindrical import Cylindrical as Cylindrical
+from .free import Free as Free
+from .planar import Planar as Planar
+from .prismatic import Prismatic as Prismatic
+from .revolute import Revolute as Revolute
+from .screw import Screw as Screw
+from .spherical import Spherical as Spherical
+from .universal import Universal as Universal
+from .weld import Weld as Weld
+
+ALL = (Revolute, Prismatic, Cylindrical, Screw, Universal, Spherical, Planar, Free, Weld)

@@ -1,0 +1,78 @@
+"""What a joint is: a run of simple joints for the tree, and closure rows for the cut of a loop."""
+
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+
+
+class Node(NamedTuple):
+    """One simple joint of a run: `kind` is revolute, prismatic, screw or ball; `axis` a canonical axis x, y or z."""
+
+    kind: str
+    axis: str = "z"
+
+
+class AbstractJoint(eqx.Module):
+    """A joint between a frame on the parent and a frame on the child.
+
+    `nodes` is the run of simple joints from parent to child in canonical axes; `basis()` turns canonical axes into
+    the axes of the joint frame, so that an axis chosen by the user costs nothing later.  `closure(R, d)` gives the
+    rows that vanish while the joint is closed, from the child frame's rotation R (3, 3) and displacement d (3,) in
+    the canonical axes of the parent frame.  `labels` names the coordinates.
+    """
+
+    nodes: ClassVar[tuple[Node, ...]] = ()
+    labels: ClassVar[tuple[str, ...]] = ()
+    num_rows: ClassVar[int] = 0
+
+    def basis(self):
+        """Rotation (3, 3) from canonical axes to the axes of the joint frame."""
+        return jnp.eye(3)
+
+    def lead(self):
+        """Advance per radian [m/rad] of a screw; 0 for every other joint."""
+        return jnp.zeros(())
+
+    def closure(self, R, d):
+        """Rows (num_rows,) that vanish when the joint is closed: lengths [m] or tangents of half angles."""
+        raise NotImplementedError(f"a {type(self).__name__} joint leaves all motions free, so it cannot close a loop")
+
+    def faults(self) -> list[str]:
+        """What is wrong with concrete values; empty when traced."""
+        return []
+
+
+def axis_vector(axis):
+    """Unit or raw direction (3,) from a name such as "x" or "-z", or from three numbers."""
+    if isinstance(axis, str):
+        sign = -1.0 if axis.startswith("-") else 1.0
+        name = axis.lstrip("+-")
+        if name not in ("x", "y", "z"):
+            raise ValueError(f"axis {axis!r} is not one of x, y, z, -x, -y, -z or three numbers")
+        return jnp.asarray(sign * np.eye(3)["xyz".index(name)])
+    axis = jnp.asarray(axis, float)
+    if axis.shape != (3,):
+        raise ValueError(f"an axis needs three numbers, got shape {axis.shape}")
+    return axis
+
+
+def axis_faults(axis) -> list[str]:
+    """A zero or non-finite axis, when its values are known."""
+    if isinstance(axis, Tracer):
+        return []
+    length = np.linalg.norm(np.asarray(axis))
+    return [] if np.isfinite(length) and length > 1e-12 else ["its axis has no direction (zero or not finite)"]
+
+
+def parallel(R):
+    """Two rows that vanish when the child's z lies along the parent's z: tangents of half the tilt."""
+    return 2.0 * R[:2, 2] / jnp.maximum(1.0 + R[2, 2], 1e-6)
+
+
+def aligned(R):
+    """Three rows that vanish when the rotation R is the identity: axis times twice the tangent of half the angle."""
+    skew = jnp.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    return 2.0 * skew / jnp.maximum(1.0 + jnp.trace(R), 1e-6)

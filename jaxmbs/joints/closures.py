@@ -1,0 +1,93 @@
+"""Constraints beside joints: rows between two frames, and rows between joint coordinates."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from .base import AbstractJoint
+
+
+class AbstractClosure(AbstractJoint):
+    """Rows on the pose of frame B in frame A, like those of a cut joint, but with no joint behind them."""
+
+
+class Distance(AbstractClosure):
+    """A massless rod with ball ends: the two origins stay `length` [m] apart.  The multiplier is the rod's force
+    times one metre over one metre: positive pushes the ends apart."""
+
+    num_rows: ClassVar[int] = 1
+
+    length: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float))
+
+    def closure(self, R, d):
+        return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]
+
+    def faults(self):
+        bad = not isinstance(self.length, Tracer) and not (np.isfinite(self.length) and self.length > 0)
+        return ["its length is not positive; for coinciding points use a Spherical joint"] if bad else []
+
+
+class PointOnPlane(AbstractClosure):
+    """The origin of frame B stays in the x-y plane of frame A."""
+
+    num_rows: ClassVar[int] = 1
+
+    def closure(self, R, d):
+        return d[2:]
+
+
+class PointOnLine(AbstractClosure):
+    """The origin of frame B stays on the z axis of frame A."""
+
+    num_rows: ClassVar[int] = 2
+
+    def closure(self, R, d):
+        return d[:2]
+
+
+class Coupler(eqx.Module):
+    """A gear, rack or cam between joint coordinates q_i: `sum c_i q_i = offset`, or `function(*q) = 0`.
+
+    Args:
+        coefficients: joint name -> coefficient (any value when `function` is given: only the order counts).
+        offset: right-hand side [unit of c q].
+        function: scalar function of the coordinates, in the order of `coefficients`.
+    """
+
+    joints: tuple[str, ...] = eqx.field(static=True)
+    coefficients: Float[Array, " joints"]
+    offset: Float[Array, ""]
+    function: Callable | None = eqx.field(static=True)
+
+    def __init__(self, coefficients, offset=0.0, function=None):
+        self.joints = tuple(coefficients)
+        self.coefficients = jnp.stack([jnp.asarray(c, float) for c in coefficients.values()])
+        self.offset = jnp.asarray(offset, float)
+        self.function = function
+
+    def rows(self, q):
+        """Residual (1,) at the coupled coordinates q (joints,)."""
+        value = jnp.dot(self.coefficients, q) if self.function is None else self.function(*q)
+        return jnp.reshape(value - self.offset, (1,))
+
+    def faults(self):
+        if self.function is None and not isinstance(self.coefficients, Tracer) and not np.any(self.coefficients):
+            return ["all its coefficients are zero"]
+        return []
+
+
+class Rows(eqx.Module):
+    """Holonomic rows given by the user: `function(coordinates (nq,), t) -> (m,)`, zero when satisfied.
+
+    A function with design parameters should be an `equinox.Module`, whose numbers are then leaves of the system.
+    """
+
+    function: Callable
+
+    def faults(self):
+        return []

@@ -1,0 +1,27 @@
+"""Cylindrical joint: sliding along and turning about one axis."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..math.rotation import axis_basis
+from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
+
+
+class Cylindrical(AbstractJoint):
+    """Translation along and rotation about `axis`; coordinates: distance [m], angle [rad]."""
+
+    nodes = (Node("prismatic"), Node("revolute"))
+    labels = ("distance", "angle")
+    num_rows = 4
+
+    axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+
+    def basis(self):
+        return axis_basis(self.axis)
+
+    def closure(self, R, d):
+        return jnp.concatenate([d[:2], parallel(R)])
+
+    def faults(self):
+        return axis_faults(self.axis)

@@ -1,0 +1,27 @@
+"""Planar joint: sliding in a plane and turning about its normal."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..math.rotation import axis_basis
+from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
+
+
+class Planar(AbstractJoint):
+    """Motion in the plane with the given `normal`; coordinates: x, y [m] in the parent's plane, angle [rad]."""
+
+    nodes = (Node("prismatic", "x"), Node("prismatic", "y"), Node("revolute"))
+    labels = ("x", "y", "angle")
+    num_rows = 3
+
+    normal: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+
+    def basis(self):
+        return axis_basis(self.normal)
+
+    def closure(self, R, d):
+        return jnp.concatenate([d[2:], parallel(R)])
+
+    def faults(self):
+        return axis_faults(self.normal)

@@ -1,0 +1,30 @@
+"""Prismatic joint: one sliding distance along an axis common to both frames."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..math.rotation import axis_basis
+from .base import AbstractJoint, Node, aligned, axis_faults, axis_vector
+
+
+class Prismatic(AbstractJoint):
+    """Translation along `axis` (name or vector, joint axes); coordinate: distance [m], zero when the frames agree.
+
+    Source: S2 (11)-(15), a simple joint with alpha = 0.
+    """
+
+    nodes = (Node("prismatic"),)
+    labels = ("distance",)
+    num_rows = 5
+
+    axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+
+    def basis(self):
+        return axis_basis(self.axis)
+
+    def closure(self, R, d):
+        return jnp.concatenate([d[:2], aligned(R)])
+
+    def faults(self):
+        return axis_faults(self.axis)

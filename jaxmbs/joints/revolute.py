@@ -1,0 +1,30 @@
+"""Revolute joint: one angle about an axis common to both frames."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..math.rotation import axis_basis
+from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
+
+
+class Revolute(AbstractJoint):
+    """Rotation about `axis` (name or vector, joint axes); coordinate: angle [rad], zero when the frames agree.
+
+    Source: S2 (11)-(15), a simple joint with alpha = 1.
+    """
+
+    nodes = (Node("revolute"),)
+    labels = ("angle",)
+    num_rows = 5
+
+    axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+
+    def basis(self):
+        return axis_basis(self.axis)
+
+    def closure(self, R, d):
+        return jnp.concatenate([d, parallel(R)])
+
+    def faults(self):
+        return axis_faults(self.axis)

@@ -1,0 +1,39 @@
+"""Screw joint: turning about an axis advances along it."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from ..math.rotation import axis_basis
+from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
+
+
+class Screw(AbstractJoint):
+    """Rotation about `axis` with an advance of `pitch` [m/rad] along it; coordinate: angle [rad].
+
+    Closing a loop it counts whole turns by the nearest one, so the loop's other joints carry the number of turns.
+    """
+
+    nodes = (Node("screw"),)
+    labels = ("angle",)
+    num_rows = 5
+
+    axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+    pitch: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float), default=0.0, kw_only=True)
+
+    def basis(self):
+        return axis_basis(self.axis)
+
+    def lead(self):
+        return self.pitch
+
+    def closure(self, R, d):
+        angle = d[2] / self.pitch
+        slip = self.pitch * (R[0, 0] * jnp.sin(angle) - R[1, 0] * jnp.cos(angle))
+        return jnp.concatenate([d[:2], slip[None], parallel(R)])
+
+    def faults(self):
+        flat = not isinstance(self.pitch, Tracer) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)
+        return axis_faults(self.axis) + (["its pitch is zero or not finite; use a Revolute"] if flat else [])

@@ -1,0 +1,20 @@
+"""Spherical (ball) joint, by a unit quaternion: no gimbal singularity."""
+
+import jax.numpy as jnp
+
+from .base import AbstractJoint, Node
+
+
+class Spherical(AbstractJoint):
+    """All rotations about a common point.
+
+    Coordinates: quaternion (w, x, y, z) of the child frame in the parent frame, (1, 0, 0, 0) when they agree;
+    velocities: angular velocity [rad/s] of the child in the parent, resolved in the child frame.
+    """
+
+    nodes = (Node("ball"),)
+    labels = ("w", "x", "y", "z")
+    num_rows = 3
+
+    def closure(self, R, d):
+        return jnp.asarray(d)

@@ -1,0 +1,43 @@
+"""Universal (Cardan) joint: two crossing axes, the first fixed in the parent, the second in the child."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from .base import AbstractJoint, Node, axis_vector
+
+
+class Universal(AbstractJoint):
+    """Rotation about `axes[0]` of the parent frame, then about `axes[1]` of the child frame; angles [rad].
+
+    The axes must be at right angles.  The second angle at +-pi/2 brings no singularity (the axes stay crossed).
+    """
+
+    nodes = (Node("revolute", "x"), Node("revolute", "y"))
+    labels = ("first", "second")
+    num_rows = 4
+
+    axes: Float[Array, "2 3"] = eqx.field(
+        converter=lambda axes: jnp.stack([axis_vector(a) for a in axes]), default=("x", "y")
+    )
+
+    def basis(self):
+        x = self.axes[0] / jnp.linalg.norm(self.axes[0])
+        y = self.axes[1] - jnp.dot(self.axes[1], x) * x
+        y = y / jnp.linalg.norm(y)
+        return jnp.stack([x, y, jnp.cross(x, y)], axis=1)
+
+    def closure(self, R, d):
+        return jnp.concatenate([d, R[0, 1][None]])
+
+    def faults(self):
+        if isinstance(self.axes, Tracer):
+            return []
+        a, b = np.asarray(self.axes)
+        sine = np.linalg.norm(np.cross(a, b))
+        if not (np.isfinite(sine) and sine > 1e-12):
+            return ["its two axes are zero, parallel or not finite"]
+        square = abs(a @ b) <= 1e-9 * sine
+        return [] if square else ["its two axes are not at right angles"]

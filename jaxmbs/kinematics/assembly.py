@@ -1,0 +1,104 @@
+"""Closing the loops: coordinates and velocities that satisfy every constraint row, with exact derivatives."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import lax
+
+from ..math.linalg import saddle_solve
+from ..model.system import System
+from . import constraints
+from .poses import node_parameters, normalise, step_coordinates
+
+_ITERATIONS = 100
+
+
+def metric(system: System):
+    """Diagonal weights (nv,) that make lengths and angles comparable: 1 for turning, 1/L^2 for sliding columns."""
+    top = system.topology
+    length = 1.0 if top.analysis is None else top.analysis.length
+    spins = jnp.asarray(top.spins)
+    return spins + (1.0 - spins) / length**2
+
+
+def newton_step(system: System, P, psi, t, free):
+    """One step of least size in `metric` towards closed loops; columns with free = 0 stay."""
+    A = constraints.jacobian(system, P, psi, t) * free[None, :]
+    f = constraints.residual(system, P, psi, t)
+    delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f)
+    return step_coordinates(system.topology, psi, delta)
+
+
+def _levenberg_marquardt(system, P, psi, t, free):
+    """Coordinates near psi with the least residual; robust far from a solution, no derivative passes."""
+    top, weight = system.topology, metric(system)
+
+    def cost(psi):
+        f = constraints.residual(system, P, psi, t)
+        return jnp.dot(f, f)
+
+    def step(carry):
+        k, psi, value, damping = carry
+        A = constraints.jacobian(system, P, psi, t) * free[None, :]
+        f = constraints.residual(system, P, psi, t)
+        normal = A.T @ A + damping * jnp.diag(weight)
+        delta = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), -(A.T @ f))
+        trial = step_coordinates(top, psi, delta)
+        new = cost(trial)
+        better = new < value
+        psi = jnp.where(better, trial, psi)
+        value = jnp.where(better, new, value)
+        return k + 1, psi, value, jnp.clip(damping * jnp.where(better, 0.1, 10.0), 1e-12, 1e8)
+
+    def running(carry):
+        k, _, value, damping = carry
+        return (k < _ITERATIONS) & (value > 1e-20) & (damping < 1e7)
+
+    start = (0, psi, cost(psi), jnp.asarray(1e-3, psi.dtype))
+    return lax.while_loop(running, step, start)[1]
+
+
+def assemble(system: System, P, psi, t, free):
+    """Coordinates (nq,) on the constraint manifold near psi; columns with free (nv,) = 0 are held.
+
+    The search carries no derivative; two Newton steps after it give exact first and second derivatives with
+    respect to parameters, held coordinates and time.
+    """
+    if not system.has_constraints:
+        return psi
+    fixed = lax.stop_gradient((P, psi, t))
+    frozen = jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_inexact_array(x) else x, system)
+    found = _levenberg_marquardt(frozen, *fixed, free)
+    found = newton_step(frozen, fixed[0], found, fixed[2], free)
+    start = psi + lax.stop_gradient(found - psi)
+    for _ in range(2):
+        start = newton_step(system, P, start, t, free)
+    return normalise(system.topology, start)
+
+
+def consistent_velocities(system: System, P, psi, u, t, free):
+    """Velocities of least change from u (nv,) that satisfy the rows; columns with free = 0 are held."""
+    if not system.has_constraints:
+        return u
+    A = constraints.jacobian(system, P, psi, t)
+    gap = -constraints.time_rate(system, P, psi, t) - A @ u
+    delta, _ = saddle_solve(jnp.diag(metric(system)), A * free[None, :], jnp.zeros_like(u), gap)
+    return u + delta
+
+
+def velocity_residual(system: System, P, psi, u, t):
+    """`A u + f_t` (rows,)."""
+    return constraints.jacobian(system, P, psi, t) @ u + constraints.time_rate(system, P, psi, t)
+
+
+@eqx.filter_jit
+def assembled(system: System, psi, u, t, free_position, free_velocity):
+    """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
+    P = node_parameters(system)
+    psi = assemble(system, P, psi, t, free_position)
+    u = consistent_velocities(system, P, psi, u, t, free_velocity)
+    f = constraints.residual(system, P, psi, t)
+    g = velocity_residual(system, P, psi, u, t) if system.has_constraints else f
+    return psi, u, f, g
+
+

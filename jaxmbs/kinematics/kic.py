@@ -1,0 +1,116 @@
+"""Kinematic influence coefficients of the first order: internal (loops) and external (bodies).
+
+`u = Gamma phi_dot + b`: Gamma has a unit block at the independent velocities and the internal KIC Gi at the
+dependent ones.  Bodies follow by `V_k = J_k u`.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..math.linalg import full_rank_lstsq
+from ..model.system import System
+from . import constraints
+from .poses import frame_poses, joint_twists, node_parameters, node_poses
+
+
+def independent_columns(system: System) -> np.ndarray:
+    """Velocity columns chosen as independent (static)."""
+    top = system.topology
+    return np.arange(top.num_velocities) if top.analysis is None else np.asarray(top.analysis.independent, int)
+
+
+def dependent_columns(system: System) -> np.ndarray:
+    """The other velocity columns."""
+    return np.setdiff1d(np.arange(system.topology.num_velocities), independent_columns(system))
+
+
+def velocity_map(system: System, P, psi, t):
+    """(Gamma (nv, N), b (nv,)): `u = Gamma phi_dot + b`, by full-column-rank least squares of `[A; P]`.
+
+    Redundant rows do no harm.  Source: S2 (3)-(5); b is the part of driven joints and moving supports.
+    """
+    n, chosen = system.topology.num_velocities, independent_columns(system)
+    pick = jnp.asarray(np.eye(n)[chosen], psi.dtype)
+    if not system.has_constraints:
+        return pick.T, jnp.zeros(n, psi.dtype)
+    A = constraints.jacobian(system, P, psi, t)
+    rows = jnp.concatenate([A, pick])
+    right = jnp.zeros((rows.shape[0], len(chosen) + 1), psi.dtype)
+    right = right.at[A.shape[0] :, :-1].set(jnp.eye(len(chosen), dtype=psi.dtype))
+    right = right.at[: A.shape[0], -1].set(-constraints.time_rate(system, P, psi, t))
+    solution = full_rank_lstsq(rows, right)
+    return solution[:, :-1], solution[:, -1]
+
+
+def point_jacobian(system: System, W, S, node, point):
+    """(6, nv) angular velocity, then velocity of the world `point` carried by `node` (-1: the ground), per velocity.
+
+    Source: S2 (11)-(12), (14)-(15) with every joint independent, 1 - alpha and alpha as S carries them.
+    """
+    path = np.vstack([system.topology.nodes.path, np.zeros((1, system.topology.nodes.size), bool)])[node]
+    twist = S * jnp.asarray(path, S.dtype)[:, None]
+    linear = twist[:, 3:] + jax.vmap(jnp.cross, in_axes=(0, None))(twist[:, :3], point)
+    return jnp.concatenate([twist[:, :3], linear], axis=1).T
+
+
+class Kic(eqx.Module):
+    """First-order KIC by body name.
+
+    Attributes:
+        internal: Gi (M, N), dependent by independent velocities; S2 (5).
+        rotational, translational: body name -> (3, N), world axes, at the centre of mass; S2 (12), (15).
+        independent, dependent: velocity columns of the split (static).
+    """
+
+    internal: Float[Array, "m n"]
+    rotational: dict
+    translational: dict
+    independent: tuple[int, ...] = eqx.field(static=True)
+    dependent: tuple[int, ...] = eqx.field(static=True)
+
+
+def internal_kic(system: System, state):
+    """Gi (M, N): rates of the dependent velocities per independent one.
+
+    `Gi = -(df/dq)^-1 (df/dphi)` with the left inverse for redundant rows.  Source: S2 (3)-(5); its transpose maps
+    efforts, `tau_phi = Gi^T tau_q`, S2 (6).
+    """
+    Gamma, _ = velocity_map(system, node_parameters(system), state.coordinates, state.t)
+    return Gamma[dependent_columns(system)]
+
+
+def body_kic(system: System, P, psi, t):
+    """External KIC (bodies, 6, N): angular velocity and velocity of the centre of mass per independent velocity."""
+    top = system.topology
+    W = node_poses(top, P, psi)
+    S = joint_twists(top, P, W)
+    R, x = frame_poses(system, W)
+    index = np.arange(1, top.bodies.size + 1)
+    com = x[index] + jnp.einsum("bij,bj->bi", R[index], system.com)
+    path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.body_node, int)]
+    twist = jnp.asarray(path, S.dtype)[:, :, None] * S[None]
+    cross = jax.vmap(jax.vmap(jnp.cross, in_axes=(0, None)))
+    J = jnp.concatenate([twist[..., :3], twist[..., 3:] + cross(twist[..., :3], com)], axis=-1)
+    return jnp.einsum("bnk,ni->bki", J, velocity_map(system, P, psi, t)[0])
+
+
+@eqx.filter_jit
+def kic(system: System, state) -> Kic:
+    """First-order KIC of a state, internal and of every body.
+
+    The independent set is the user's (`build(independent=...)`) or was chosen at build by pivoting.
+    Source: S2 (3)-(6), (11)-(16).
+    """
+    P = node_parameters(system)
+    G = body_kic(system, P, state.coordinates, state.t)
+    names = system.topology.body_names
+    return Kic(
+        internal=internal_kic(system, state),
+        rotational={name: G[k, :3] for k, name in enumerate(names)},
+        translational={name: G[k, 3:] for k, name in enumerate(names)},
+        independent=tuple(int(i) for i in independent_columns(system)),
+        dependent=tuple(int(i) for i in dependent_columns(system)),
+    )

@@ -1,0 +1,174 @@
+"""Poses, joint twists and inertias of all nodes; rates of quaternions; steps on the configuration space."""
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..math.rotation import quaternion_exp, quaternion_product, quaternion_rate
+from ..math.spatial import add, compose, cross, pack, quaternion_rotation, scale, unpack, world_inertia
+from ..model.system import System
+from ..model.topology import Topology
+from .tree import poses
+
+#: Cyclic rotation that takes z to x: a ball's three columns are x, y, z of the child by applying it thrice.
+CYCLE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def per_node(values, x):
+    """Static numbers per node as an array that multiplies (nodes[, batch]) arrays like `x`."""
+    return jnp.asarray(values, x.dtype).reshape((-1,) + (1,) * (x.ndim - 1))
+
+
+def node_parameters(system: System):
+    """All parameters of the tree in one array (nodes, 23): placement rotation (9) and position (3), lead, then the
+    mass, centre of mass (3) and inertia about it (6) of the bodies on the node, in node axes."""
+    top, n = system.topology, system.topology.nodes.size
+    R, p = system.body_pose.rotation, system.body_pose.position
+    com = p + jnp.einsum("bij,bj->bi", R, system.com)
+    inertia = jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
+    node = np.asarray(top.body_node)
+    if not np.array_equal(node, np.arange(n)):
+        mass, com, inertia = _combine(n, np.where(node < 0, n, node), system.mass, com, inertia)
+    else:
+        mass = system.mass
+    upper = inertia.reshape(n, 9)[:, np.array([0, 1, 2, 4, 5, 8])]
+    rotation = system.placement.rotation.reshape(n, 9)
+    columns = [rotation, system.placement.position, system.lead[:, None], mass[:, None], com, upper]
+    return jnp.concatenate(columns, axis=1)
+
+
+def _combine(n, node, mass, com, inertia):
+    """Mass, centre of mass and inertia of the bodies welded to each of `n` nodes (index n is the ground)."""
+
+    def total(x):
+        return jnp.zeros((n + 1, *x.shape[1:]), x.dtype).at[node].add(x)[:n]
+
+    M = total(mass)
+    safe = jnp.where(M > 0, M, 1.0)
+    C = total(mass[:, None] * com) / safe[:, None]
+    r = com - jnp.concatenate([C, jnp.zeros((1, 3), C.dtype)])[node]
+    square = jnp.einsum("bi,bi->b", r, r)[:, None, None] * jnp.eye(3)[None] - r[:, :, None] * r[:, None, :]
+    return M, C, total(inertia + mass[:, None, None] * square)
+
+
+def local_transforms(topology: Topology, P, psi):
+    """Pose of each node in its parent, (nodes, 12, ...), at coordinates psi (nq[, batch])."""
+    prm = unpack(P)
+    R, x, lead = prm[:9], prm[9:12], prm[12]
+    simple = topology.is_simple
+    start = np.asarray(topology.node_coordinate)
+    q = psi if simple else psi[start]
+    angle = q if all(topology.turns) else q * per_node(topology.turns, q)
+    c, s = jnp.cos(angle), jnp.sin(angle)
+    turned = sum(
+        ((c * R[3 * i] + s * R[3 * i + 1], c * R[3 * i + 1] - s * R[3 * i], R[3 * i + 2] + 0.0 * c) for i in range(3)),
+        (),
+    )
+    moved = add(x, scale((R[2], R[5], R[8]), lead * q))
+    local = pack(turned + moved)
+    if simple:
+        return local
+    first = topology.balls
+    turn = quaternion_rotation(tuple(psi[start[first] + i] for i in range(4)))
+    cycled = sum(((turn[3 * i + 1], turn[3 * i + 2], turn[3 * i]) for i in range(3)), ())
+    ball = compose(tuple(r[first] for r in R), cycled)
+    position = tuple(jnp.broadcast_to(c[first], ball[0].shape) for c in x)
+    return local.at[first].set(pack(ball + position))
+
+
+def match_batch(P, psi):
+    """Parameters with as many trailing batch axes as the coordinates."""
+    missing = psi.ndim - (P.ndim - 1)
+    return P.reshape(P.shape + (1,) * missing) if missing > 0 else P
+
+
+def node_poses(topology: Topology, P, psi):
+    """World pose (nodes, 12, ...) of every node; Source: S2 (1), the tree of links."""
+    return poses(topology.nodes, local_transforms(topology, match_batch(P, psi), psi))
+
+
+def joint_twists(topology: Topology, P, W):
+    """World twist (nodes, 6, ...) of a unit rate of each column, about the world origin.  Source: S2 (11), (14)."""
+    w = unpack(W)
+    z, X, lead = (w[2], w[5], w[8]), w[9:], match_batch(P, W[:, 0])[:, 12]
+    spins = per_node(topology.spins, w[0])
+    if all(topology.spins):
+        spin = tuple(c + 0.0 * lead for c in z)
+    else:
+        spin = scale(z, spins + 0.0 * lead)
+    return pack(spin + add(cross(X, spin), scale(z, lead)))
+
+
+def node_inertias(P, W):
+    """World inertia (nodes, 10, ...) of every node about the world origin."""
+    w, prm = unpack(W), unpack(match_batch(P, W[:, 0]))
+    return pack(world_inertia(w[:9], w[9:], prm[13], prm[14:17], prm[17:23]))
+
+
+def coordinate_rate(topology: Topology, psi, u):
+    """Rates of the coordinates (nq,) from velocities u (nv,): the map T(psi)."""
+    if topology.is_simple:
+        return u
+    rate = _scatter_simple(topology, jnp.zeros_like(psi), u)
+    for first in topology.balls:
+        at = topology.node_coordinate[first]
+        rate = rate.at[at : at + 4].set(quaternion_rate(psi[at : at + 4], u[first : first + 3]))
+    return rate
+
+
+def step_coordinates(topology: Topology, psi, delta):
+    """`psi (+) delta`: a step delta (nv,) on the configuration space, exact for quaternions."""
+    if topology.is_simple:
+        return psi + delta
+    moved = psi + _scatter_simple(topology, jnp.zeros_like(psi), delta)
+    for first in topology.balls:
+        at = topology.node_coordinate[first]
+        turned = quaternion_product(psi[at : at + 4], quaternion_exp(delta[first : first + 3]))
+        moved = moved.at[at : at + 4].set(turned)
+    return moved
+
+
+def normalise(topology: Topology, psi):
+    """Coordinates with quaternions of unit length."""
+    for first in topology.balls:
+        at = topology.node_coordinate[first]
+        q = psi[at : at + 4]
+        psi = psi.at[at : at + 4].set(q * lax.rsqrt(jnp.sum(q * q)))
+    return psi
+
+
+def neutral_coordinates(topology: Topology):
+    """Zero coordinates, unit quaternions."""
+    psi = np.zeros(topology.num_coordinates)
+    for first in topology.balls:
+        psi[topology.node_coordinate[first]] = 1.0
+    return jnp.asarray(psi)
+
+
+def simple_columns(topology: Topology):
+    """Velocity columns and coordinates that are rate and integral of each other."""
+    columns = np.array([k for k, kind in enumerate(topology.node_kind) if kind != "ball"], int)
+    return columns, np.asarray(topology.node_coordinate, int)[columns]
+
+
+def _scatter_simple(topology, into, values):
+    columns, coordinates = simple_columns(topology)
+    return into.at[coordinates].set(values[columns])
+
+
+def frame_poses(system: System, W):
+    """World pose of every frame: rotations (frames, 3, 3) and positions (frames, 3); no batch axes."""
+    R = W[:, :9].reshape(-1, 3, 3)
+    R = jnp.concatenate([R, jnp.eye(3, dtype=R.dtype)[None]])
+    X = jnp.concatenate([W[:, 9:], jnp.zeros((1, 3), W.dtype)])
+    node = np.asarray(system.topology.frame_node)
+    R, X = R[node], X[node]
+    position = X + jnp.einsum("fij,fj->fi", R, system.frames.position)
+    return jnp.einsum("fij,fjk->fik", R, system.frames.rotation), position
+
+
+def body_frame(topology: Topology) -> np.ndarray:
+    """Frame index of each body's own frame (frame 0 is the ground)."""
+    return np.arange(1, topology.bodies.size + 1)
+
+

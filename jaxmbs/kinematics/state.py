@@ -1,0 +1,114 @@
+"""The state of a system at a time, and how to get one that closes all loops."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..errors import AssemblyError, ModelError
+from ..model.system import System
+from .assembly import assembled
+from .poses import neutral_coordinates
+
+_TOLERANCE = 1e-8
+_RESTARTS = 12
+
+
+class State(eqx.Module):
+    """Time t () [s], coordinates (nq,) and velocities (nv,) of the tree's joints; leading axes for a motion."""
+
+    t: Float[Array, "..."]
+    coordinates: Float[Array, "... nq"]
+    velocities: Float[Array, "... nv"]
+
+    @classmethod
+    def at(cls, system: System, values=None, rates=None, guess=None, t=0.0, **named) -> "State":
+        """The assembled state in which the named joint coordinates and rates have the given values.
+
+        Args:
+            values: joint name -> coordinate (several-freedom joints: an array; a ball: its quaternion w, x, y, z);
+                keywords serve as well, `State.at(system, crank=0.3)`.  These are held, all others are solved for.
+            rates: joint name -> velocity, held; other velocities take the least that closes the loops.
+            guess: joint name -> coordinate to start the search from (default: zero).
+            t: time [s], for driven joints.
+
+        Raises:
+            ModelError: unknown names, wrong sizes, or values for a joint that was cut (all in one report).
+            AssemblyError: the loops cannot be closed there; names the joints and what remains open.
+        """
+        values = {**(values or {}), **named}
+        top = system.topology
+        faults: list[str] = []
+        psi = _place(top, neutral_coordinates(top), guess or {}, "coordinates", faults)
+        psi = _place(top, psi, values, "coordinates", faults)
+        u = _place(top, jnp.zeros(top.num_velocities), rates or {}, "velocities", faults)
+        if faults:
+            raise ModelError(faults)
+        free = jnp.asarray(_free(top, values)), jnp.asarray(_free(top, rates or {}))
+        t = jnp.asarray(t, float)
+        state, f, g = _solve(system, psi, u, t, free, restart=not guess)
+        if not isinstance(f, jax.core.Tracer):
+            _check(system, np.asarray(f), np.asarray(g))
+        return state
+
+
+def _solve(system, psi, u, t, free, restart):
+    """Assemble from psi; concrete searches that fail start again from random guesses."""
+    *found, f, g = assembled(system, psi, u, t, *free)
+    if isinstance(f, jax.core.Tracer) or not system.has_constraints or not restart:
+        return State(t, *found), f, g
+    random, simple = np.random.default_rng(0), np.array([k != "ball" for k in system.topology.node_kind])
+    columns = np.nonzero(simple)[0]
+    index = np.asarray(system.topology.node_coordinate)[columns]
+    for _ in range(_RESTARTS):
+        if np.max(np.abs(f), initial=0.0) < _TOLERANCE:
+            break
+        scale = np.where(system.topology.spins[columns] > 0, 1.0, system.topology.analysis.length)
+        move = random.normal(size=len(columns)) * scale * np.asarray(free[0])[columns]
+        *found, f, g = assembled(system, psi.at[index].add(jnp.asarray(move)), u, t, *free)
+    return State(t, *found), f, g
+
+
+def _place(top, array, values, part, faults):
+    """`array` with the named joints' entries set; faults are collected."""
+    for name, value in values.items():
+        if name not in top.joint_index:
+            known = ", ".join(top.joint_names)
+            faults.append(f"state: there is no joint {name!r}; the joints are: {known}")
+            continue
+        joint = top.joints[top.joint_index[name]]
+        where = getattr(joint, part)
+        if joint.is_cut:
+            faults.append(
+                f"state: joint {name!r} closes a loop and has no coordinate; "
+                f"choose another joint to cut with build(cut=[...])"
+            )
+            continue
+        value = jnp.asarray(value, float)
+        size = where.stop - where.start
+        if value.shape not in (((), (1,)) if size == 1 else ((size,),)):
+            faults.append(f"state: joint {name!r} takes {size} {part}, got shape {value.shape}")
+            continue
+        array = array.at[where].set(jnp.reshape(value, (size,)))
+    return array
+
+
+def _free(top, values):
+    free = np.ones(top.num_velocities)
+    for name in values:
+        free[top.joints[top.joint_index[name]].velocities] = 0.0
+    return free
+
+
+def _check(system, f, g):
+    """AssemblyError when residuals remain, by the name of the joint or constraint."""
+    for residual, what in ((f, "the mechanism cannot be assembled with the coordinates held"),
+                           (g, "the rates held contradict the constraints")):
+        if np.all(np.abs(residual) < _TOLERANCE):
+            continue
+        worst: dict = {}
+        for name, value in zip(system.topology.row_joint, np.abs(residual), strict=True):
+            if not value < _TOLERANCE:
+                worst[name] = max(worst.get(name, 0.0), float(value) if np.isfinite(value) else np.inf)
+        raise AssemblyError(f"{what}; residual [m or rad] by joint:", worst)

@@ -1,0 +1,197 @@
+"""The four primitives that know the kinematic tree: poses, ancestor sums, subtree sums and the solve.
+
+All else is algebra per body.  Arrays are (nodes, components[, batch]) with any batch axes LAST, in depth-first order.
+One executor serves chains and trees: `lax.scan` over nodes, with a carry on chains and a stack indexed by depth on
+trees.  Three derivative rules make reverse mode cost a few evaluations: the tangent of `poses` is one ancestor sum
+of twists, the two sums are declared transposes of each other, and `solve` is a symmetric linear solve that
+reuses its factors.
+"""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..math.spatial import (
+    UPPER,
+    add,
+    compose,
+    cross,
+    dot,
+    momentum,
+    pack,
+    rotate,
+    scale,
+    symmetric_matrix,
+    symmetric_product,
+    transpose,
+    unpack,
+)
+from ..model.tree import Tree
+
+_IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
+_ROW, _COLUMN = (np.array(index) for index in zip(*UPPER, strict=True))
+
+
+def _walk_down(tree: Tree, step, x, start):
+    """From the root to the leaves: `step(state of the parent, x_k) -> (state, output)`; returns the outputs."""
+    if tree.is_chain:
+        return lax.scan(step, start, x)[1]
+    stack = jnp.zeros((int(tree.depth.max()) + 2, *start.shape), start.dtype).at[0].set(start)
+
+    def visit(stack, row):
+        depth, row = row
+        state, output = step(lax.dynamic_index_in_dim(stack, depth, 0, False), row)
+        return lax.dynamic_update_index_in_dim(stack, state, depth + 1, 0), output
+
+    return lax.scan(visit, stack, (jnp.asarray(tree.depth), x))[1]
+
+
+def _walk_up(tree: Tree, step, x, zero):
+    """From the leaves to the root: `step(sum of the children's states, x_k) -> (state, output)`."""
+    if tree.is_chain:
+        return lax.scan(step, zero, x, reverse=True)[1]
+
+    def visit(stack, row):
+        depth, row = row
+        state, output = step(lax.dynamic_index_in_dim(stack, depth + 1, 0, False), row)
+        stack = lax.dynamic_update_index_in_dim(stack, zero, depth + 1, 0)
+        state = state + lax.dynamic_index_in_dim(stack, depth, 0, False)
+        return lax.dynamic_update_index_in_dim(stack, state, depth, 0), output
+
+    stack = jnp.zeros((int(tree.depth.max()) + 2, *zero.shape), zero.dtype)
+    return lax.scan(visit, stack, (jnp.asarray(tree.depth), x), reverse=True)[1]
+
+
+# ---------------------------------------------------------------------------------------------------------- sums
+def _sum_ancestors(tree, x):
+    return _walk_down(tree, lambda c, y: (c + y, c + y), x, jnp.zeros_like(x[0]))
+
+
+def _sum_subtrees(tree, x):
+    total = lax.scan(lambda c, y: (c + y, c + y), jnp.zeros_like(x[0]), x, reverse=True)[1]
+    if tree.is_chain:
+        return total
+    return total - jnp.concatenate([total, jnp.zeros_like(total[:1])])[tree.end]
+
+
+def _less_parent(tree, y):
+    return y - jnp.concatenate([y, jnp.zeros_like(y[:1])])[tree.parent_or_size]
+
+
+def ancestors(tree: Tree, x):
+    """Sum of the rows of `x` over each node and all nodes above it; (nodes, ...)."""
+    return lax.custom_linear_solve(
+        partial(_less_parent, tree), x, lambda _, b: _sum_ancestors(tree, b), lambda _, b: _sum_subtrees(tree, b)
+    )
+
+
+def subtrees(tree: Tree, x):
+    """Sum of the rows of `x` over each node and all nodes below it; the transpose of `ancestors`."""
+    less_children = jax.linear_transpose(partial(_less_parent, tree), x)
+    return lax.custom_linear_solve(
+        lambda y: less_children(y)[0], x, lambda _, b: _sum_subtrees(tree, b), lambda _, b: _sum_ancestors(tree, b)
+    )
+
+
+# --------------------------------------------------------------------------------------------------------- poses
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def poses(tree: Tree, local):
+    """World pose of every node from its pose in its parent: (nodes, 12, ...), 9 numbers of the rotation, 3 of the
+    position.  Rotations must stay rotations under perturbation (the derivative rule drops any other part)."""
+
+    def step(above, below):
+        R, X = tuple(above[:9]), tuple(above[9:])
+        pose = jnp.stack(compose(R, tuple(below[:9])) + add(X, rotate(R, tuple(below[9:]))))
+        return pose, pose
+
+    start = jnp.broadcast_to(
+        jnp.asarray(_IDENTITY, local.dtype).reshape((12,) + (1,) * (local.ndim - 2)), local.shape[1:]
+    )
+    return _walk_down(tree, step, local, start)
+
+
+@poses.defjvp
+def _poses_jvp(tree, primals, tangents):
+    (local,), (local_dot,) = primals, tangents
+    world = poses(tree, local)
+    w, l, d = unpack(world), unpack(local), unpack(local_dot)
+    R, X = w[:9], w[9:]
+    R_parent = compose(R, transpose(l[:9]))
+    spin = compose(compose(R_parent, d[:9]), transpose(R))
+    omega = tuple(0.5 * s for s in (spin[7] - spin[5], spin[2] - spin[6], spin[3] - spin[1]))
+    twist = pack(omega + add(rotate(R_parent, d[9:]), cross(X, omega)))
+    return world, pose_rate(world, ancestors(tree, twist))
+
+
+def pose_rate(world, twist):
+    """Rate of world poses (nodes, 12, ...) that move with world twists (nodes, 6, ...)."""
+    w, v = unpack(world), unpack(twist)
+    columns = sum((cross(v[:3], w[i:9:3]) for i in range(3)), ())
+    return pack(transpose(columns) + add(v[3:], cross(v[:3], w[9:])))
+
+
+# --------------------------------------------------------------------------------------------------------- solve
+def _factor(tree, S, J):
+    """Articulated inertias, leaf to root: (U, 1/D) of each node, U = A S, D = S . U."""
+    matrix = pack(symmetric_matrix(unpack(J)))
+
+    def step(below, row):
+        s, j = row
+        A = below + j
+        U = lax.optimization_barrier(jnp.stack(symmetric_product(tuple(A), tuple(s))))
+        inverse = lax.optimization_barrier(1.0 / dot(tuple(s), tuple(U)))
+        return A - U[_ROW] * (U * inverse)[_COLUMN], (U, inverse)
+
+    zero = jnp.zeros((21, *S.shape[2:]), S.dtype)
+    return _walk_up(tree, step, (S, matrix), zero)
+
+
+def _substitute(tree, S, factors, p):
+    """Velocities of momenta `p` by one sweep up (impulses) and one down (twists)."""
+    U, inverse = factors
+
+    def up(below, row):
+        s, U, inverse, p = row
+        u = lax.optimization_barrier(p - dot(tuple(s), tuple(below)))
+        return below + U * (inverse * u), u
+
+    def down(above, row):
+        s, U, inverse, u = row
+        rate = lax.optimization_barrier((u[0] - dot(tuple(U), tuple(above))) * inverse[0])
+        return above + s * rate, rate
+
+    zero = jnp.zeros((6, *S.shape[2:]), S.dtype)
+    u = _walk_up(tree, up, (S, U, inverse, p), zero)
+    return _walk_down(tree, down, (S, U, inverse[:, None], u[:, None]), zero)
+
+
+def apply_mass(tree: Tree, S, J, x):
+    """Mass matrix times `x` (nodes, ...), O(nodes): `S . subtrees(J ancestors(S x))`."""
+    s = unpack(S)
+    twist = ancestors(tree, pack(scale(s, x)))
+    return dot(s, unpack(subtrees(tree, pack(momentum(unpack(J), unpack(twist))))))
+
+
+def solve(tree: Tree, S, J, p):
+    """Velocities u with `M(S, J) u = p`, in O(nodes).
+
+    Args: S (nodes, 6, ...) joint twists, J (nodes, 10, ...) inertias, both world; p (nodes, ...) momenta.
+    Source: S2 (43) for a tree, `phi_dot = I*^-1 p`.
+    """
+    fixed_S, fixed_J = lax.stop_gradient((S, J))
+    factors = _factor(tree, fixed_S, fixed_J)
+    return lax.custom_linear_solve(
+        partial(apply_mass, tree, S, J), p, lambda _, b: _substitute(tree, fixed_S, factors, b), symmetric=True
+    )
+
+
+def mass_matrix(tree: Tree, S, J):
+    """The mass matrix (..., nodes, nodes) by composite inertias: `M_ij = S_i . (Jc_j S_j)` for i above j."""
+    composite = unpack(subtrees(tree, J))
+    F = pack(momentum(composite, unpack(S)))
+    lower = jnp.einsum("kc...,jc...->...kj", F, S) * jnp.asarray(tree.path, S.dtype)
+    strict = jnp.asarray(tree.path & ~np.eye(tree.size, dtype=bool), S.dtype)
+    return lower + jnp.swapaxes(lower * strict, -1, -2)

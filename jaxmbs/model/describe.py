@@ -1,0 +1,52 @@
+"""A system in words: what `system.describe()` prints and a notebook shows."""
+
+from html import escape
+
+_AXES = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+
+
+def _rows(topology):
+    bodies = ("ground", *topology.body_names)
+    for index, joint in enumerate(topology.joints):
+        undetermined = topology.analysis.undetermined[index] if topology.analysis else ()
+        marks = [name for name, mark in zip(_AXES, undetermined, strict=False) if mark]
+        yield (
+            joint.name,
+            joint.kind,
+            f"{bodies[joint.parent + 1]} -> {bodies[joint.child + 1]}",
+            "closes a loop" if joint.is_cut else ", ".join(joint.labels) or "-",
+            ", ".join(marks) or "-",
+        )
+
+
+def _summary(topology):
+    lines = [
+        f"{len(topology.body_names)} bodies, {len(topology.joints)} joints, "
+        f"{len(topology.cut_joints)} loops, {topology.num_rows} constraint rows"
+    ]
+    lines.append(f"mobility: {topology.mobility} (tree velocities {topology.num_velocities})")
+    found = topology.analysis
+    if found is not None and found.redundant:
+        lines.append(
+            f"redundant constraints: {found.redundant}; reactions that statics cannot determine in: "
+            + ", ".join(found.redundant_names)
+        )
+    return lines
+
+
+_HEAD = ("joint", "kind", "parent -> child", "coordinates", "undetermined reactions")
+
+
+def describe(topology) -> str:
+    """Bodies, joints, loops, mobility and redundancy of a topology, as aligned text."""
+    rows = [_HEAD, *_rows(topology)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(_HEAD))]
+    table = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join(_summary(topology) + [""] + table)
+
+
+def describe_html(topology) -> str:
+    """The same as an HTML table, for notebooks."""
+    head = "".join(f"<th>{escape(cell)}</th>" for cell in _HEAD)
+    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in _rows(topology))
+    return "<p>" + "<br>".join(map(escape, _summary(topology))) + f"</p><table><tr>{head}</tr>{body}</table>"

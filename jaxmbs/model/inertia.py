@@ -1,0 +1,104 @@
+"""Inertia matrices of simple homogeneous bodies about their centres of mass, and of bodies made of parts.
+
+Masses in kg, lengths in m, inertias in kg m^2. Every number may be traced. `axis` is the axis of symmetry:
+"x", "y", "z" or three numbers in body axes.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike
+
+from jaxmbs.math.rotation import axis_vector
+from jaxmbs.typing import Axis, Matrix3, ScalarLike
+
+
+def point() -> Matrix3:
+    """Inertia of a point mass: zero."""
+    return jnp.zeros((3, 3))
+
+
+def rod(mass: ScalarLike, length: ScalarLike, axis: Axis = "x") -> Matrix3:
+    """Inertia of a thin straight rod along `axis`."""
+    return _symmetric(0.0, mass * length**2 / 12, axis)
+
+
+def box(mass: ScalarLike, size: Sequence[ScalarLike] | Array) -> Matrix3:
+    """Inertia of a solid box with the edges `size` (3,) along x, y, z."""
+    squares = jnp.stack([jnp.asarray(edge, float) ** 2 for edge in size])
+    return mass / 12 * jnp.diag(jnp.sum(squares) - squares)
+
+
+def cylinder(mass: ScalarLike, radius: ScalarLike, length: ScalarLike, axis: Axis = "z") -> Matrix3:
+    """Inertia of a solid cylinder (a disc when it is short)."""
+    return tube(mass, 0.0, radius, length, axis)
+
+
+def tube(
+    mass: ScalarLike, inner_radius: ScalarLike, outer_radius: ScalarLike, length: ScalarLike, axis: Axis = "z"
+) -> Matrix3:
+    """Inertia of a hollow cylinder; equal radii make a thin shell without end caps."""
+    squares = inner_radius**2 + outer_radius**2
+    return _symmetric(mass * squares / 2, mass * (squares / 4 + length**2 / 12), axis)
+
+
+def sphere(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
+    """Inertia of a solid sphere."""
+    return mass * radius**2 * 0.4 * jnp.eye(3)
+
+
+def spherical_shell(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
+    """Inertia of a thin spherical shell."""
+    return mass * radius**2 * (2 / 3) * jnp.eye(3)
+
+
+def turned(inertia: ArrayLike, rotation: Matrix3) -> Matrix3:
+    """Inertia in other axes: `rotation` takes components in the axes of `inertia` to the new ones."""
+    return rotation @ as_matrix(inertia) @ rotation.T
+
+
+def combine(parts: Iterable[tuple]) -> dict[str, Array]:
+    """Mass, centre of mass and inertia of one body made of parts.
+
+    Args:
+        parts: tuples (mass, com, inertia), with the part's centre of mass `com` (3,) in body axes and its
+            inertia about that centre in body axes: 0 (point mass), (3,) principal values or (3, 3). A part of
+            negative mass and inertia cuts a hole.
+
+    Returns:
+        `mass` (), `com` (3,) and `inertia` (3, 3) about `com`, to be splatted into `SystemBuilder.body`.
+
+    Raises:
+        ValueError: without any part.
+    """
+    parts = [(jnp.asarray(m, float), jnp.asarray(c, float), as_matrix(inertia)) for m, c, inertia in parts]
+    if not parts:
+        raise ValueError("combine needs at least one part")
+    mass = sum(m for m, _, _ in parts)
+    com = sum(m * c for m, c, _ in parts) / mass
+    inertia = sum(inertia + m * _offset(c - com) for m, c, inertia in parts)
+    return {"mass": mass, "com": com, "inertia": inertia}
+
+
+def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
+    """Inertia (3, 3) from 0 (point mass), (3,) principal values or (3, 3).
+
+    Raises:
+        ValueError: for any other shape.
+    """
+    inertia = jnp.asarray(inertia, float)
+    if inertia.ndim == 0:
+        return inertia * jnp.eye(3)
+    if inertia.shape not in ((3,), (3, 3)):
+        raise ValueError(f"an inertia is 0, (3,) or (3, 3), not of shape {inertia.shape}")
+    return jnp.diag(inertia) if inertia.ndim == 1 else inertia
+
+
+def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:
+    direction = axis_vector(axis)
+    return transverse * jnp.eye(3) + (axial - transverse) * jnp.outer(direction, direction)
+
+
+def _offset(c: Array) -> Matrix3:
+    """Inertia of a unit point mass at c."""
+    return jnp.dot(c, c) * jnp.eye(3) - jnp.outer(c, c)

@@ -1,0 +1,97 @@
+"""The system: a pytree whose topology is static and whose every physical number is a leaf."""
+
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from .describe import describe, describe_html
+from .frame import Pose
+from .topology import Topology
+
+
+class ForceGroup(eqx.Module):
+    """Force elements of one law on one kind of port, their parameters stacked.
+
+    `port` is "line" or "pose" (between two frames), "joint" (one coordinate), "frame" (a load at a frame) or
+    "system"; `first` and `second` are frame indices, or `first` the velocity column of a joint port.
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    port: str = eqx.field(static=True)
+    first: tuple[int, ...] = eqx.field(static=True)
+    second: tuple[int, ...] = eqx.field(static=True)
+    law: Any
+
+
+class ClosureGroup(eqx.Module):
+    """Cut joints or two-frame constraints of one kind; `basis` (n, 3, 3) turns canonical axes into frame axes."""
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    first: tuple[int, ...] = eqx.field(static=True)
+    second: tuple[int, ...] = eqx.field(static=True)
+    kind: Any
+    basis: Float[Array, "n 3 3"]
+
+
+class CoordinateRows(eqx.Module):
+    """One driven joint, coupler or user function; `columns` are the velocity columns it reads (all: empty)."""
+
+    name: str = eqx.field(static=True)
+    columns: tuple[int, ...] = eqx.field(static=True)
+    coordinates: tuple[int, ...] = eqx.field(static=True)
+    role: str = eqx.field(static=True)
+    law: Any
+
+
+class System(eqx.Module):
+    """A mechanism.  Built by `SystemBuilder`; questions are asked of it by functions `f(system, state, ...)`.
+
+    Leaves: gravity (3,) [m/s^2]; per body mass [kg], com [m] and inertia [kg m^2] about it in body axes, and the
+    body's pose in its node; per node (simple joint) its placement in the parent node and its lead [m/rad]; per frame
+    its pose in its node; the parameters of forces and constraints.
+    """
+
+    topology: Topology = eqx.field(static=True)
+    gravity: Float[Array, "3"]
+    mass: Float[Array, " bodies"]
+    com: Float[Array, "bodies 3"]
+    inertia: Float[Array, "bodies 3 3"]
+    body_pose: Pose
+    placement: Pose
+    lead: Float[Array, " nodes"]
+    frames: Pose
+    forces: tuple[ForceGroup, ...] = ()
+    closures: tuple[ClosureGroup, ...] = ()
+    rows: tuple[CoordinateRows, ...] = ()
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether constraint rows (loops, drives, couplers, ...) restrict the tree."""
+        return self.topology.num_rows > 0
+
+    def coordinates(self, state) -> dict:
+        """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
+        return _by_joint(self.topology, state.coordinates, lambda j: j.coordinates)
+
+    def rates(self, state) -> dict:
+        """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
+        return _by_joint(self.topology, state.velocities, lambda j: j.velocities)
+
+    def describe(self) -> str:
+        """Bodies, joints, loops, freedoms and redundant constraints, as text."""
+        return describe(self.topology)
+
+    def _repr_html_(self) -> str:
+        return describe_html(self.topology)
+
+
+def _by_joint(topology, values, part):
+    named = {}
+    for joint in topology.joints:
+        index = part(joint)
+        if index.stop - index.start == 1:
+            named[joint.name] = values[..., index.start]
+        elif index.stop > index.start:
+            named[joint.name] = values[..., index]
+    return named

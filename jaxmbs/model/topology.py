@@ -1,0 +1,147 @@
+"""The static half of a system: names, tree, cuts and index maps; hashable, so equal topologies share compiled code."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from .tree import Tree
+
+
+@dataclass(frozen=True)
+class JointRecord:
+    """One declared joint.  `parent` and `child` are body indices as in the tree (-1 ground); slices into the
+    coordinates and velocities are empty for a cut joint.  `frames` are its (parent, child) frame indices."""
+
+    name: str
+    kind: str
+    parent: int
+    child: int
+    is_cut: bool
+    frames: tuple[int, int]
+    first_coordinate: int = 0
+    num_coordinates: int = 0
+    first_velocity: int = 0
+    num_velocities: int = 0
+    labels: tuple[str, ...] = ()
+
+    @property
+    def coordinates(self) -> slice:
+        return slice(self.first_coordinate, self.first_coordinate + self.num_coordinates)
+
+    @property
+    def velocities(self) -> slice:
+        return slice(self.first_velocity, self.first_velocity + self.num_velocities)
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """What the count of freedoms at assembled poses found.
+
+    `rank` of the constraint rows, `mobility` = velocities - rank, `redundant` = rows - rank.  `undetermined` marks
+    per joint the reaction components (force x y z, moment x y z, joint axes) that statics cannot determine, and
+    `rows` names each constraint row.  `independent` are the velocity columns chosen for the KIC.
+    """
+
+    rank: int
+    num_rows: int
+    num_velocities: int
+    independent: tuple[int, ...]
+    undetermined: tuple[tuple[bool, ...], ...] = ()
+    redundant_names: tuple[str, ...] = ()
+    length: float = 1.0
+
+    @property
+    def mobility(self) -> int:
+        return self.num_velocities - self.rank
+
+    @property
+    def redundant(self) -> int:
+        return self.num_rows - self.rank
+
+
+@dataclass(frozen=True)
+class Topology:
+    """Names, the tree of bodies and the tree of nodes (simple joints), in depth-first order.
+
+    Each body hangs on its tree joint, a run of nodes; `body_node` is the last node of the run (or the parent's node
+    for a weld, -1 on the ground).  A ball is three nodes with one quaternion.  `frame_node` says which node carries
+    each frame.
+    """
+
+    body_names: tuple[str, ...]
+    bodies: Tree
+    body_node: tuple[int, ...]
+    body_joint: tuple[int, ...]
+    nodes: Tree
+    node_kind: tuple[str, ...]
+    node_joint: tuple[int, ...]
+    node_coordinate: tuple[int, ...]
+    num_coordinates: int
+    joints: tuple[JointRecord, ...]
+    frame_names: tuple[str, ...]
+    frame_node: tuple[int, ...]
+    frame_body: tuple[int, ...]
+    row_joint: tuple[str, ...] = ()
+    analysis: Mobility | None = field(default=None)
+
+    @property
+    def num_velocities(self) -> int:
+        return self.nodes.size
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        return tuple(j.name for j in self.joints)
+
+    @cached_property
+    def joint_index(self) -> dict:
+        return {j.name: i for i, j in enumerate(self.joints)}
+
+    @cached_property
+    def frame_index(self) -> dict:
+        return {name: i for i, name in enumerate(self.frame_names)}
+
+    @property
+    def cut_joints(self) -> tuple[str, ...]:
+        return tuple(j.name for j in self.joints if j.is_cut)
+
+    @property
+    def num_rows(self) -> int:
+        return len(self.row_joint)
+
+    @property
+    def mobility(self) -> int:
+        return self.num_velocities if self.analysis is None else self.analysis.mobility
+
+    @cached_property
+    def balls(self) -> np.ndarray:
+        """First node of every ball."""
+        kinds = np.array(self.node_kind)
+        return np.nonzero(kinds == "ball")[0]
+
+    @cached_property
+    def is_simple(self) -> bool:
+        """Every coordinate is the integral of one velocity: no quaternions."""
+        return len(self.balls) == 0
+
+    @cached_property
+    def spins(self) -> np.ndarray:
+        """1 where the node's column turns (revolute, screw, ball), 0 where it slides; S2 (11) alpha."""
+        return np.array([kind != "prismatic" for kind in self.node_kind], float)
+
+    @cached_property
+    def turns(self) -> np.ndarray:
+        """1 where the node's own coordinate is an angle about z."""
+        return np.array([kind in ("revolute", "screw") for kind in self.node_kind], float)
+
+    @cached_property
+    def column_frame(self) -> np.ndarray:
+        """Node whose frame carries each column: itself, but the last node of a ball for all its three."""
+        frame = np.arange(self.nodes.size)
+        for first in self.balls:
+            frame[first : first + 3] = first + 2
+        return frame
+
+    @cached_property
+    def column_joint_name(self) -> tuple[str, ...]:
+        return tuple(self.joints[j].name for j in self.node_joint)

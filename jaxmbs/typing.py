@@ -1,0 +1,11 @@
+"""Names for the array types that many signatures share."""
+
+import numpy as np
+from jaxtyping import Array, Float
+
+Scalar = Float[Array, ""]
+ScalarLike = Float[Array, ""] | Float[np.ndarray, ""] | float | int
+Vector3 = Float[Array, "3"]
+Quaternion = Float[Array, "4"]  # w, x, y, z
+Matrix3 = Float[Array, "3 3"]
+Axis = str | tuple | list | np.ndarray | Array  # "x", "-z", ... or three numbers

@@ -1,0 +1,24 @@
+"""Settings of the test run: made here, since importing the library changes none."""
+
+import importlib.metadata
+import os
+from pathlib import Path
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+_SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
+_JAX_VERSION = tuple(int(part) for part in importlib.metadata.version("jax").split(".")[:2])
+if _JAX_VERSION < (0, 12) and _SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
+    _flag = f"--xla_backend_extra_options={_SMALL_LOOPS}=100000000"
+    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {_flag}".strip()
+
+import jax
+from jaxtyping import install_import_hook
+
+install_import_hook("jaxmbs", "beartype.beartype")
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_rank_promotion", "raise")
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_compilation_cache_dir", str(Path(__file__).parent.parent / ".jax_cache"))
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
+jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)

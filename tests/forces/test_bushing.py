@@ -1,0 +1,110 @@
+"""Bushing: the wrench is the gradient of the potential on the group of poses."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.forces import Bushing
+from jaxmbs.math.rotation import rotation_matrix
+
+_ROOT = np.random.default_rng(3).normal(size=(6, 6))
+FULL = Bushing(_ROOT @ _ROOT.T, damping=0.1 * _ROOT.T @ _ROOT, preload=[1.0, -2.0, 0.5, 3.0, 0.0, -1.0])
+REST = jnp.zeros(3)
+VECTORS = {
+    "zero": (0.0, 0.0, 0.0),
+    "tiny": (1e-9, 0.0, 2e-9),
+    "small": (0.1, -0.15, 0.05),
+    "series": (0.2, 0.0, 0.0),
+}
+VECTORS |= {"medium": (0.9, -0.4, 1.1), "large": (-1.8, 1.9, 1.2)}
+poses = pytest.mark.parametrize("vector", [jnp.array(v) for v in VECTORS.values()], ids=VECTORS)
+
+
+def at_rest(law, rotation, displacement):
+    return law.wrench(rotation, displacement, REST, REST, 0.0)
+
+
+@jax.jit
+def perturbed_energy(law, vector, displacement, step):
+    """Energy after a small rotation step[:3] about A axes and translation step[3:] of B."""
+    rotation = rotation_matrix(step[:3]) @ rotation_matrix(vector)
+    return law.potential(rotation, displacement + step[3:], 0.0)
+
+
+@poses
+def test_wrench_is_minus_the_gradient_of_the_potential(vector):
+    displacement = jnp.array([0.2, -0.1, 0.4])
+    wrench = at_rest(FULL, rotation_matrix(vector), displacement)
+    exact = jax.grad(lambda step: perturbed_energy(FULL, vector, displacement, step))(jnp.zeros(6))
+    np.testing.assert_allclose(wrench, -exact, rtol=1e-10, atol=1e-10)
+    h = 1e-5
+    ends = [
+        [perturbed_energy(FULL, vector, displacement, s * h * row) for s in (1, -1)] for row in jnp.eye(6)
+    ]
+    np.testing.assert_allclose(wrench, [-(a - b) / (2 * h) for a, b in ends], rtol=1e-7, atol=1e-7)
+
+
+def test_stiffness_at_zero_is_the_matrix():
+    law = Bushing(FULL.stiffness)
+    stiffness = jax.jacfwd(lambda s: -at_rest(law, rotation_matrix(s[:3]), s[3:]))(jnp.zeros(6))
+    np.testing.assert_allclose(stiffness, law.stiffness, rtol=1e-12, atol=1e-12)
+
+
+@poses
+def test_derivatives_are_finite_and_right(vector):
+    displacement, h = jnp.array([0.2, -0.1, 0.4]), 1e-6
+
+    @jax.jit
+    def wrench(s, law):
+        return law.wrench(rotation_matrix(s[:3]), s[3:], 0.3 * s[:3], s[3:], 0.0)
+
+    pose = jnp.concatenate([vector, displacement])
+    slope = jax.jit(jax.jacrev(wrench))(pose, FULL)
+    ends = [(wrench(pose + h * row, FULL) - wrench(pose - h * row, FULL)) / (2 * h) for row in jnp.eye(6)]
+    np.testing.assert_allclose(slope, jnp.stack(ends, axis=1), rtol=1e-6, atol=1e-6)
+    law_slopes = jax.jit(jax.jacfwd(lambda law: wrench(pose, law)))(FULL)
+    changed = jax.tree.map(lambda leaf: leaf * (1 + h), FULL)
+    expected = sum(
+        jnp.tensordot(d, leaf, leaf.ndim)
+        for d, leaf in zip(jax.tree.leaves(law_slopes), jax.tree.leaves(FULL), strict=True)
+    )
+    np.testing.assert_allclose(
+        (wrench(pose, changed) - wrench(pose, FULL)) / h, expected, rtol=1e-6, atol=1e-6
+    )
+    second = jax.jit(jax.hessian(lambda s: wrench(s, FULL).sum()))(pose)
+    assert np.isfinite(second).all()
+
+
+def test_damping_dissipates():
+    twists = jax.random.normal(jax.random.key(1), (50, 6))
+    law = Bushing(damping=FULL.damping)
+    power = jax.vmap(lambda w: w @ law.wrench(jnp.eye(3), REST, w[:3], w[3:], 0.0))(twists)
+    assert power.max() <= 0.0
+
+
+def test_forms_of_stiffness_agree():
+    pair, diagonal = Bushing((2.0, 5.0)), Bushing([2.0] * 3 + [5.0] * 3)
+    np.testing.assert_array_equal(pair.stiffness, diagonal.stiffness)
+    np.testing.assert_array_equal(Bushing(np.diag([2.0] * 3 + [5.0] * 3)).stiffness, pair.stiffness)
+    vector = jnp.array([0.3, -1.0, 0.8])
+    moment = at_rest(Bushing((2.0, 0.0)), rotation_matrix(vector), jnp.ones(3))
+    np.testing.assert_allclose(moment, jnp.concatenate([-2.0 * vector, REST]), atol=1e-14)
+    with pytest.raises(ValueError):
+        Bushing(jnp.ones(3))
+
+
+def test_stacking_and_tracing():
+    laws = [FULL, jax.tree.map(lambda leaf: 2 * leaf, FULL)]
+    stack = jax.tree.map(lambda *leaves: jnp.stack(leaves), *laws)
+    rotation = rotation_matrix(jnp.array([0.3, 0.2, 0.1]))
+    together = jax.vmap(lambda law: at_rest(law, rotation, jnp.ones(3)))(stack)
+    np.testing.assert_allclose(together[1], 2 * together[0], rtol=1e-13)
+    slope = jax.jit(jax.grad(lambda k: at_rest(Bushing((k, 2.0 * k)), rotation, jnp.ones(3)).sum()))(3.0)
+    np.testing.assert_allclose(slope, -6.6, rtol=1e-12)
+
+
+def test_faults():
+    assert FULL.faults() == []
+    assert "stiffness matrix must be symmetric" in Bushing(np.arange(36.0).reshape(6, 6)).faults()
+    assert "damping matrix must be positive semidefinite" in Bushing(damping=(-1.0, 1.0)).faults()

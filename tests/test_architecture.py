@@ -1,0 +1,157 @@
+"""The house: imports go down the floors, extras stay optional, files small, public names documented."""
+
+import ast
+import graphlib
+import json
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "jaxmbs"
+FLOORS = [  # a room imports rooms of lower floors, and of its own floor those to its left
+    ["typing", "errors", "math", "blocksparse"],
+    ["joints", "forces", "elements", "model"],
+    ["kinematics", "builder", "structures"],
+    ["dynamics", "substructures", "flexible", "bondgraph"],
+    ["simulate", "frequency", "design", "sweep"],
+    ["io", "viz", "demo", "doctor", "cli", "__main__"],
+]
+DOORS = set(FLOORS[-1])
+HEIGHT = {room: (floor, place) for floor, rooms in enumerate(FLOORS) for place, room in enumerate(rooms)}
+EXTRAS = {
+    *("matplotlib", "networkx", "mujoco", "pinocchio", "xarray", "zarr", "dask"),
+    *("pyyeti", "pyuff", "nlopt", "viser", "scipy.optimize"),
+}
+LAZY = {"design": {"scipy.optimize", "nlopt"}, "sweep": {"xarray", "zarr", "dask"}}  # besides the doors
+
+
+def _module_name(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in FILES}
+MODULES = {_module_name(path): path for path in FILES}
+PACKAGES = {_module_name(path.parent / "__init__.py") for path in FILES}
+
+
+def _statements(body):
+    """The statements that importing a module runs (functions and type checking left out)."""
+    for node in body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            continue
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            continue
+        yield node
+        blocks = [getattr(node, name, []) for name in ("body", "orelse", "finalbody")]
+        blocks += [handler.body for handler in getattr(node, "handlers", [])]
+        for block in blocks:
+            yield from _statements(block)
+
+
+def _targets(path, nodes):
+    """Full dotted names that the import statements among the nodes name."""
+    here = _module_name(path).split(".")
+    package = here if path.name == "__init__.py" else here[:-1]
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            base = ".".join([*base, *([node.module] if node.module else [])])
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+def _imports_at_top(path):
+    return list(_targets(path, _statements(TREES[path].body)))
+
+
+def _module_of(name):
+    """The module of this package that a dotted name lies in, or None."""
+    if name.split(".")[0] != "jaxmbs":
+        return None
+    return name if name in MODULES or name in PACKAGES else name.rpartition(".")[0]
+
+
+def _room(module):
+    return module.split(".")[1] if "." in module else ""
+
+
+def _named(name, extras):
+    return {extra for extra in extras if name == extra or name.startswith(extra + ".")}
+
+
+@pytest.mark.parametrize("path", FILES, ids=_module_name)
+def test_imports_go_down_or_left(path):
+    room = _room(_module_name(path))
+    if not room:
+        return  # the front door of the package shows every room
+    assert room in HEIGHT, f"give the room {room!r} a floor in FLOORS"
+    for name in _imports_at_top(path):
+        module = _module_of(name)
+        if module is None or _room(module) == room:
+            continue
+        if not _room(module):
+            assert room in DOORS, f"{room} imports {name} through the front door; import its own module"
+            continue
+        assert HEIGHT[_room(module)] < HEIGHT[room], f"{room} may not import {name}"
+
+
+def test_no_import_cycles():
+    graph = {}
+    for name, path in MODULES.items():
+        found = {_module_of(target) for target in _imports_at_top(path)}
+        graph[name] = found - {None, name}
+    tuple(graphlib.TopologicalSorter(graph).static_order())  # CycleError names the modules
+
+
+@pytest.mark.parametrize("path", FILES, ids=_module_name)
+def test_extras_are_imported_late_and_at_the_doors(path):
+    room = _room(_module_name(path))
+    at_top = {extra for name in _imports_at_top(path) for extra in _named(name, EXTRAS)}
+    assert not at_top, f"import {at_top} inside the function that needs it"
+    anywhere = {extra for name in _targets(path, ast.walk(TREES[path])) for extra in _named(name, EXTRAS)}
+    assert room in DOORS or anywhere <= LAZY.get(room, set())
+
+
+_PROBE = """
+import json, os, sys
+import jax, equinox, diffrax, optimistix, lineax, optax, jaxtyping, tqdm
+def settings():
+    return {name: repr(value) for name, value in sorted(jax.config.values.items())}
+before, environment, loaded = settings(), dict(os.environ), set(sys.modules)
+import jaxmbs
+changed = [name for name, value in settings().items() if before[name] != value]
+changed += [name for name in {**environment, **os.environ} if environment.get(name) != os.environ.get(name)]
+print(json.dumps([changed, sorted(set(sys.modules) - loaded)]))
+"""
+
+
+def test_importing_changes_no_setting_and_loads_no_extra():
+    done = subprocess.run([sys.executable, "-c", _PROBE], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    changed, loaded = json.loads(done.stdout)
+    assert not changed
+    assert not [name for name in loaded if _named(name, EXTRAS)]
+
+
+def test_files_are_small():
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in FILES}
+    assert statistics.median(lengths.values()) <= 150
+    assert not {str(path): length for path, length in lengths.items() if length > 400}
+
+
+def test_public_names_have_docstrings():
+    definitions = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+    bare = [
+        f"{path.relative_to(ROOT)}:{node.lineno} {node.name}"
+        for path, tree in TREES.items()
+        for node in tree.body
+        if isinstance(node, definitions) and not node.name.startswith("_") and not ast.get_docstring(node)
+    ]
+    assert not bare
