@@ -6,6 +6,8 @@ from .builder import SystemBuilder as SystemBuilder
 from .dynamics.newton_euler import forward_dynamics as forward_dynamics
 from .dynamics.newton_euler import inverse_dynamics as inverse_dynamics
 from .dynamics.newton_euler import mass_matrix as mass_matrix
+from .dynamics.energy import kinetic_energy as kinetic_energy
+from .dynamics.energy import potential_energy as potential_energy
 from .errors import AssemblyError as AssemblyError
 from .errors import ModelError as ModelError
 from .errors import SimulationError as SimulationError
@@ -18,3 +20,6 @@ from .kinematics.state import State as State
 from .model import Pose as Pose
 from .model import System as System
 from .model import inertia as inertia
+from .simulate import Motion as Motion
+from .simulate import SemiImplicitEuler as SemiImplicitEuler
+from .simulate import simulate as simulate

@@ -114,7 +114,7 @@ def efforts(system: System, W, V, psi, u, t):
             effort, power = _joint_efforts(system, group, psi, u, t)
             Q = Q + effort
         else:
-            effort = jax.vmap(lambda law: law.effort(t, psi, u))(group.law)
+            effort = jax.vmap(lambda law: law.effort(t, psi, u), axis_size=len(group.names))(group.law)
             Q, power = Q + jnp.sum(effort, axis=0), effort @ u
         powers.append(power)
     return F, Q, jnp.concatenate(powers) if powers else jnp.zeros(0, psi.dtype)

@@ -124,3 +124,15 @@ def independent_rate(system: System, P, t, psi, p):
         lambda psi, t: velocity_map(system, P, psi, t)[0].T @ h, (psi, t), (psi_dot, jnp.ones_like(t))
     )[1]
     return psi_dot, Gamma.T @ rate + turning, powers, u
+
+
+def element_powers(system: System, P, psi, u, t):
+    """Power of every force element beside stored energy [W], in the order of `element_names`."""
+    W, S, _ = _geometry(system, P, psi)
+    return efforts(system, W, node_motion(system.topology, S, u), psi, u, t)[2]
+
+
+def tree_mass(system: System, P, psi):
+    """Mass matrix (nv, nv) of the tree."""
+    _, S, J = _geometry(system, P, psi)
+    return mass_matrix(system.topology.nodes, S, J)

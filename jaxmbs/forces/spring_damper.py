@@ -1,9 +1,11 @@
 """Linear spring and damper in parallel."""
 
 import equinox as eqx
+import jax.numpy as jnp
 
 from jaxmbs.typing import Scalar
 
+from ..math.linalg import direction, safe_norm
 from ._fields import faults_if, negative, number
 from .base import AbstractScalarLaw
 
@@ -13,7 +15,7 @@ class SpringDamper(AbstractScalarLaw):
 
     Between two points a positive sum is tension and pulls them together; on a joint it drives the coordinate
     back. Zero effort at `x = free_length` and rest, when `preload` is zero. Negative stiffness is allowed.
-    Source: S2 (56)-(67) springs, (72)-(74) dampers.
+    Springs, then dampers. Source: S2 (56)-(67), (72)-(74).
 
     Attributes:
         stiffness: k [N/m or N m/rad].
@@ -35,6 +37,20 @@ class SpringDamper(AbstractScalarLaw):
         """`k/2 (x - x0)^2 + preload (x - x0)` [J]."""
         stretch = x - self.free_length
         return self.stiffness * stretch**2 / 2 + self.preload * stretch
+
+    def line_force(self, d, v, t):
+        """`-k (d - x0 n) - preload n - c n n.v` on B, smooth through zero length when x0 and preload are zero.
+
+        Source: S2 (57)-(58), (72).
+        """
+        n = direction(d)
+        along = self.stiffness * self.free_length - self.preload - self.damping * jnp.dot(n, v)
+        return -self.stiffness * d + along * n
+
+    def line_potential(self, d, t):
+        """`k/2 |d|^2 - (k x0 - preload) |d|` and the constant that makes it zero at the free length [J]."""
+        x0, k = self.free_length, self.stiffness
+        return k / 2 * (jnp.dot(d, d) + x0**2) - (k * x0 - self.preload) * safe_norm(d) - self.preload * x0
 
     def faults(self):
         """Damping must not be negative."""

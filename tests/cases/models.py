@@ -19,7 +19,7 @@ def simple_pendulum(mass=1.0, length=1.0):
 
 
 def n_four_bar(n):
-    """A02: n windows of cranks and couplers, uniform rods of 1 kg and 1 m; all coordinates zero with cranks up."""
+    """A02: n windows of cranks and couplers, uniform rods of 1 kg, 1 m; coordinates are zero, cranks up."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)
     upright, level = mbs.inertia.rod(1.0, 1.0, axis="y"), mbs.inertia.rod(1.0, 1.0, axis="x")
     for i in range(n + 1):
@@ -45,9 +45,9 @@ ANDREWS = {
 def andrews(torque=0.033, stiffness=4530.0, free_length=0.07785):
     """A03: Andrews' squeezing mechanism.
 
-    Joint coordinates are the angles of the IVP test set: beta and Theta along K1, K2; gamma of K3; delta and Phi
-    along K5, K4; epsilon and Omega along K7, K6.  The three pins E3, E4, E6 at the end E of K2 close the loops, so
-    the published multipliers (1, 2), (3, 4), (5, 6) are the forces of K2 on K3, K4 and K6 there.
+    Joint coordinates are the angles of the IVP test set: beta and Theta along K1, K2; gamma of K3; delta
+    and Phi along K5, K4; epsilon and Omega along K7, K6.  The pins E3, E4, E6 at the end E of K2 close the
+    loops, so the multipliers (1, 2), (3, 4), (5, 6) are the forces of K2 on K3, K4 and K6 there.
     """
     b = mbs.SystemBuilder(gravity=NO_GRAVITY)
     coms = {  # in body axes
@@ -65,7 +65,7 @@ def andrews(torque=0.033, stiffness=4530.0, free_length=0.07785):
     E_on_K2 = (-0.028, 0.0, 0.0)
 
     def pin(name, parent, child, parent_frame=None, child_frame=None):
-        b.joint(name, mbs.Revolute(axis="z"), parent, child, parent_frame=parent_frame, child_frame=child_frame)
+        b.joint(name, mbs.Revolute(axis="z"), parent, child, parent_frame, child_frame)
 
     pin("beta", "ground", "K1")
     pin("Theta", "K1", "K2", parent_frame=(0.007, 0.0, 0.0))
@@ -86,8 +86,10 @@ def andrews(torque=0.033, stiffness=4530.0, free_length=0.07785):
 def flyball_governor(stiffness=8e5, damping=4e4):
     """A05: slider on a spinning shaft, held by two stiff springs to the middles of two hinged rods.
 
-    Bodies as composed in the benchmark's models: shaft and rods are 1 x 0.01 x 0.01 m, the slider a cube of 0.1 m, all
-    of 3000 kg/m^3 (0.3, 0.3 and 3 kg); the tips are points of 5 kg.  A rod's coordinate is its angle below horizontal.
+    Bodies as composed in the benchmark's models: shaft and rods are 1 x 0.01 x 0.01 m, the slider a cube of
+    0.1 m, all of 3000 kg/m^3 (0.3, 0.3 and 3 kg); the tips are points of 5 kg.  A rod's coordinate is its
+    angle below horizontal.  (A hand Lagrangian with these inertias meets the printed rows within 1e-12;
+    without the slider's own inertia or the rods' thickness it misses them.)
     """
     b = mbs.SystemBuilder()
     b.body("shaft", mass=0.3, com=(0.0, 0.0, 0.5), inertia=mbs.inertia.box(0.3, (0.01, 0.01, 1.0)))
@@ -152,7 +154,7 @@ def gough_lengths():
 
 
 def gough_pose():
-    """Coordinates (7,) of the platform's free joint in the pose of the case: position, quaternion (w, x, y, z)."""
+    """Coordinates (7,) of the free joint in the pose of the case: position, quaternion (w, x, y, z)."""
     w = np.sqrt(1.0 + np.trace(GOUGH_ROTATION)) / 2.0
     skew = GOUGH_ROTATION - GOUGH_ROTATION.T
     vector = np.array([skew[2, 1], skew[0, 2], skew[1, 0]]) / (4.0 * w)
@@ -160,7 +162,7 @@ def gough_pose():
 
 
 def gough_platform(legs="rigid", stiffness=2e4, damping=50.0):
-    """C4: 6-6 platform on a free joint; legs are fixed distances ("rigid"), springs ("spring") or absent ("none")."""
+    """C4: 6-6 platform; legs are fixed distances ("rigid"), springs ("spring") or absent ("none")."""
     b = mbs.SystemBuilder()
     b.body("platform", mass=50.0, com=(0.0, 0.0, 0.1), inertia=(2.0, 2.5, 4.0))
     b.joint("platform", mbs.Free(), parent="ground", child="platform")
@@ -181,8 +183,9 @@ def double_pendulum(mass_1=1.0, mass_2=1.0, length_1=1.0, length_2=1.0):
     b = mbs.SystemBuilder(gravity=DOWN_Y)
     b.body("upper", mass=mass_1, com=(0.0, -length_1, 0.0))
     b.body("lower", mass=mass_2, com=(0.0, -length_2, 0.0))
-    b.joint("shoulder", mbs.Revolute(axis="z"), parent="ground", child="upper")
-    b.joint("elbow", mbs.Revolute(axis="z"), parent="upper", child="lower", parent_frame=(0.0, -length_1, 0.0))
+    pin = mbs.Revolute(axis="z")
+    b.joint("shoulder", pin, parent="ground", child="upper")
+    b.joint("elbow", pin, parent="upper", child="lower", parent_frame=(0.0, -length_1, 0.0))
     return b.build()
 
 
@@ -196,7 +199,7 @@ def free_rigid_body(kind="free", inertia=(1.0, 2.0, 3.0)):
 
 
 def panda(links, efforts=None):
-    """D4: seven revolute joints; `links` as in `panda_links.LINKS`, `efforts` (7,) constant joint torques [N m]."""
+    """D4: seven revolute joints; `links` as `panda_links.LINKS`, `efforts` (7,) constant torques [N m]."""
     b = mbs.SystemBuilder()
     parent = "ground"
     for i, link in enumerate(links):
@@ -238,9 +241,10 @@ def quarter_car(sprung=300.0, unsprung=60.0, spring=16e3, damper=1000.0, tyre=19
 def half_car(road_front=0.05, corner_front=165.0):
     """F2: exactly linear pitch and bounce, with couplers instead of small angles.
 
-    The sprung mass is shared by four bodies: one at the centre of mass that heaves, one that only pitches, and two corners
-    that rise above the wheels (`corner_front` kg in front, the rear in the ratio a / b, so that the sums give
-    mass, inertia and no static moment).  The couplers say that a corner is at heave - x * pitch.  No gravity, as in `quarter_car`.
+    The sprung mass is shared by four bodies: one at the centre of mass that heaves, one that only pitches,
+    and two corners above the wheels (`corner_front` kg in front, the rear in the ratio a / b, so that the
+    sums give mass, inertia and no static moment).  The couplers put a corner at heave - x * pitch.  No
+    gravity, as in `quarter_car`.
     """
     mass, inertia, a, b_rear = 568.0, 1200.0, 1.15, 1.65
     corner_rear = corner_front * a / b_rear
@@ -260,8 +264,10 @@ def half_car(road_front=0.05, corner_front=165.0):
         b.body(f"corner_{end}", mass=corner)
         b.joint(f"tyre_{end}", up, parent="ground", child=f"wheel_{end}")
         b.joint(f"strut_{end}", up, parent=f"wheel_{end}", child=f"corner_{end}")
-        b.force(f"tyre_{end}_spring", mbs.SpringDamper(stiffness=182470.0, free_length=road), joint=f"tyre_{end}")
-        b.force(f"strut_{end}_law", mbs.SpringDamper(stiffness=stiffness, damping=damping), joint=f"strut_{end}")
+        tyre = mbs.SpringDamper(stiffness=182470.0, free_length=road)
+        strut = mbs.SpringDamper(stiffness=stiffness, damping=damping)
+        b.force(f"tyre_{end}", tyre, joint=f"tyre_{end}")
+        b.force(f"strut_{end}", strut, joint=f"strut_{end}")
         rigid = mbs.Coupler({f"tyre_{end}": 1.0, f"strut_{end}": 1.0, "heave": -1.0, "pitch": x})
         b.constraint(f"corner_{end}", rigid)
     return b.build()
@@ -279,14 +285,14 @@ def _wheel_y(t):
 
 
 def _axle_ends(b):
-    """The two end masses of the car axis; each slides in the plane and may turn, which nothing makes it do."""
+    """The two end masses; each slides in the plane and may turn, which nothing makes it do."""
     for name in ("left", "right"):
         b.body(name, mass=CAR_AXIS_MASS, inertia=CAR_AXIS_MASS * np.ones(3))
         b.joint(name, mbs.Planar(normal="z"), parent="ground", child=name)
 
 
 def car_axis():
-    """F4 in the test set's own terms: its two closure rows, and the right spring to a point that only time moves."""
+    """F4 in the test set's own terms: its two closure rows, the right spring to a point that time moves."""
     b = mbs.SystemBuilder(gravity=(0.0, -1.0, 0.0))
     _axle_ends(b)
 
@@ -308,10 +314,9 @@ def car_axis():
 
 
 def car_axis_with_wheel():
-    """F4 as a mechanism: the right wheel is a driven body, its spring a two-point spring, the axle a distance.
+    """F4 as a mechanism: the right wheel is a driven body with a two-point spring, the axle a distance.
 
-    The left spring's end stays on the normal through the left foot of the line to the wheel: a point on a line that
-    turns with a third driven body, the chassis.
+    The left end stays on the normal of the line between the feet: a plane of the driven body "chassis".
     """
     b = mbs.SystemBuilder(gravity=(0.0, -1.0, 0.0))
     b.body("carriage", mass=1.0)

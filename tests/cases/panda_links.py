@@ -1,6 +1,6 @@
-"""The links of case D4: Franka Panda, URDF of example-robot-data (inertial data after Gaz et al. 2019), hand in link 7.
+"""The links of case D4: Franka Panda, URDF of example-robot-data (Gaz et al. 2019), hand in link 7.
 
-Joint frame in the previous link (`rotation`, `position` [m]), mass [kg], `com` [m] and `inertia` [kg m^2] about it.
+`rotation` and `position` [m] of the joint in the previous link, `mass` [kg], `com` [m], `inertia` [kg m^2].
 """
 
 LINKS = [

@@ -7,7 +7,7 @@ import jaxmbs as mbs
 
 
 def along(function, system, motion, *args):
-    """`function(system, state, *args)` at every saved state: numpy array with the leading axis of `motion.ts`."""
+    """`function(system, state, *args)` at every saved state: numpy array with a leading axis of time."""
     return np.asarray(jax.vmap(lambda state: function(system, state, *args))(motion.states))
 
 

@@ -27,7 +27,7 @@ MULTIPLIERS = np.array((-0.004736886590848933, -0.0011046803312573436))
 
 
 def _motion(system):
-    """Motion from the test set's start; coordinates of a planar joint are x, y and an angle that stays zero."""
+    """Motion from the test set's start; a planar joint has x, y and an angle, which stays zero."""
     rates = {"left": np.array([-0.5, 0.0, 0.0]), "right": np.array([-0.5, 0.0, 0.0])}
     state = mbs.State.at(system, left=np.array([0.0, 0.5, 0.0]), right=np.array([1.0, 0.5, 0.0]), rates=rates)
     return run(system, state, TIMES, rtol=1e-12, atol=1e-12)
@@ -35,7 +35,8 @@ def _motion(system):
 
 def _ends(function, system, motion):
     """x and y of the left, then of the right end, (T, 4)."""
-    return np.concatenate([along(function, system, motion, name)[:, :2] for name in ("left", "right")], axis=1)
+    left, right = (along(function, system, motion, name)[:, :2] for name in ("left", "right"))
+    return np.concatenate([left, right], axis=1)
 
 
 @pytest.mark.parametrize("build", [models.car_axis, models.car_axis_with_wheel])

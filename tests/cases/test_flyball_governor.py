@@ -1,4 +1,4 @@
-"""A05, stiff flyball governor: IFToMM benchmark (Gonzalez et al. 2006); a hand Lagrangian with SciPy's Radau."""
+"""A05, stiff flyball governor: IFToMM benchmark (Gonzalez et al. 2006); hand Lagrangian, SciPy's Radau."""
 
 import diffrax
 import numpy as np

@@ -1,4 +1,4 @@
-"""C4, 6-6 Gough platform: statics J^T f = -w (Merlet, Parallel Robots); dynamics on spring legs by Pinocchio."""
+"""C4, 6-6 Gough platform: statics (Merlet, Parallel Robots); dynamics on spring legs by Pinocchio."""
 
 import numpy as np
 import pytest

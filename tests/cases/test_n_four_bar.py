@@ -1,4 +1,4 @@
-"""A02, N four-bars through every singular pose: IFToMM benchmark (Gonzalez et al. 2006; Bayo and Avello 1994)."""
+"""A02, N four-bars through every singular pose: IFToMM (Gonzalez et al. 2006; Bayo and Avello 1994)."""
 
 import numpy as np
 import pytest
@@ -83,6 +83,6 @@ def test_start_has_the_acceleration_of_the_exact_equation(n):
 
 
 def _guess(n, angle):
-    """Coordinates of the other joints when every crank leans by the angle and the couplers stay level."""
+    """Coordinates of the other joints of the tree: cranks lean by the angle, couplers stay level."""
     cranks = {f"A{i}": angle for i in range(1, n + 1)}
-    return cranks | {f"left_{i}": -angle for i in range(n)} | {f"right_{i}": angle for i in range(n)}
+    return cranks | {f"left_{i}": -angle for i in range(n)}

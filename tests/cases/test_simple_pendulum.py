@@ -35,7 +35,7 @@ def test_pendulum_follows_the_elliptic_functions():
     check(rates(system, motion, "pivot")[SAVED, 0], RATE, 1e-8)
     force = np.asarray(mbs.reactions(system, motion)["pivot"].force)
     check(np.linalg.norm(force[SAVED], axis=1), TENSION, 1e-7)
-    # At the turning point the angle is -90 degrees again; the rate over the acceleration is the error in time.
+    # Back at the turning point: the rate over the acceleration is the error in time.
     check(coordinates(system, motion, "pivot")[2, 0], -np.pi / 2, 1e-10)
     check(rates(system, motion, "pivot")[2, 0] / 9.81, 0.0, 1e-10)
 

@@ -1,0 +1,33 @@
+"""Kinetic and potential energy."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from ..kinematics.poses import joint_twists, node_inertias, node_parameters, node_poses
+from ..math.spatial import dot, momentum, unpack
+from ..model.system import System
+from .efforts import stored_energy
+from .newton_euler import node_motion
+
+
+def energies(system: System, P, psi, u, t):
+    """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
+    top = system.topology
+    W = node_poses(top, P, psi)
+    J = node_inertias(P, W)
+    v = unpack(node_motion(top, joint_twists(top, P, W), u))
+    kinetic = 0.5 * jnp.sum(dot(v, momentum(unpack(J), v)))
+    potential = -jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0)) + stored_energy(system, W, psi, t)
+    return kinetic, potential
+
+
+@eqx.filter_jit
+def kinetic_energy(system: System, state):
+    """Kinetic energy [J] of a state; Source: S2 (36)-(37)."""
+    return energies(system, node_parameters(system), state.coordinates, state.velocities, state.t)[0]
+
+
+@eqx.filter_jit
+def potential_energy(system: System, state):
+    """Potential energy [J] of gravity (zero at the world origin) and of all springs."""
+    return energies(system, node_parameters(system), state.coordinates, state.velocities, state.t)[1]

@@ -1,0 +1,100 @@
+"""What is integrated: the second half of the state, its rate, and the way back to velocities.
+
+canonical    (psi, P): S2 (42)-(44) in all velocities, any loops and drives; the default
+independent  (psi, p): the paper's own momenta, a fixed independent set
+velocity     (psi, u): accelerations, for semi-implicit Euler
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from ..dynamics import hamiltonian
+from ..dynamics.newton_euler import accelerations
+from ..kinematics import constraints
+from ..kinematics.assembly import newton_step
+from ..kinematics.kic import velocity_map
+from ..kinematics.poses import coordinate_rate, normalise
+from ..model.system import System
+
+FORMULATIONS = ("canonical", "independent", "velocity")
+
+
+class Problem(eqx.Module):
+    """Arguments of the vector field: the system, its tree parameters and the scale of the second state."""
+
+    system: System
+    P: jnp.ndarray
+    scale: jnp.ndarray
+    formulation: str = eqx.field(static=True)
+
+    def start(self, psi, u, t):
+        """Second half of the state, unscaled."""
+        if self.formulation == "velocity":
+            return u
+        P = hamiltonian.momenta(self.system, self.P, psi, u)
+        if self.formulation == "independent":
+            return velocity_map(self.system, self.P, psi, t)[0].T @ P
+        return P
+
+    def velocities(self, t, psi, p):
+        """Velocities (nv,) of the scaled second half of the state."""
+        p = p * self.scale
+        if self.formulation == "velocity":
+            return p
+        if self.formulation == "independent":
+            return hamiltonian.independent_velocities(self.system, self.P, psi, p, t)
+        return hamiltonian.velocities(self.system, self.P, psi, p, t)[0]
+
+    def rate(self, t, y):
+        """Rate of (psi, scaled p, work): the vector field."""
+        psi, p, _ = y
+        p = p * self.scale
+        if self.formulation == "velocity":
+            u, system = p, self.system
+            rate, multipliers = accelerations(system, self.P, psi, u, t)
+            psi_dot = coordinate_rate(system.topology, psi, u)
+            powers = hamiltonian.element_powers(system, self.P, psi, u, t)
+        else:
+            equations = (
+                hamiltonian.independent_rate if self.formulation == "independent" else hamiltonian.canonical_rate
+            )
+            psi_dot, rate, powers, u = equations(self.system, self.P, t, psi, p)
+            multipliers = None
+        if is_rheonomic(self.system):
+            if multipliers is None:
+                multipliers = accelerations(self.system, self.P, psi, u, t)[1]
+            drive = -jnp.dot(multipliers, constraints.time_rate(self.system, self.P, psi, t))
+            powers = jnp.concatenate([powers, drive[None]])
+        return psi_dot, rate / self.scale, powers
+
+    def project(self, t, y):
+        """Positions and velocities back on the constraints; quaternions of unit length."""
+        psi, p, work = y
+        psi = self.project_position(t, psi)
+        if self.formulation == "independent":
+            return psi, p, work
+        u = self.velocities(t, psi, p)
+        if self.formulation == "velocity":
+            A = constraints.jacobian(self.system, self.P, psi, t)
+            M = hamiltonian.tree_mass(self.system, self.P, psi)
+            from_rows = -constraints.time_rate(self.system, self.P, psi, t)
+            return psi, hamiltonian.saddle_solve(M, A, M @ u, from_rows)[0] / self.scale, work
+        return psi, hamiltonian.momenta(self.system, self.P, psi, u) / self.scale, work
+
+    def project_position(self, t, psi):
+        """Two Newton steps onto the loops."""
+        if self.system.has_constraints:
+            free = jnp.ones(self.system.topology.num_velocities, psi.dtype)
+            for _ in range(2):
+                psi = newton_step(self.system, self.P, psi, t, free)
+        return normalise(self.system.topology, psi)
+
+
+def is_rheonomic(system: System) -> bool:
+    """Whether some row may depend on time."""
+    return any(row.role != "coupler" for row in system.rows)
+
+
+def num_powers(system: System) -> int:
+    """Entries of the work account: one per force element, one for all drives."""
+    return sum(len(group.names) for group in system.forces) + int(is_rheonomic(system))

@@ -1,0 +1,271 @@
+"""`simulate`: Hamilton's equations through diffrax, with projection, accounts and a result code."""
+
+import math
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix
+
+from ..dynamics.efforts import element_names
+from ..dynamics.energy import energies
+from ..dynamics.hamiltonian import tree_mass
+from ..errors import SimulationError
+from ..kinematics import constraints
+from ..kinematics.assembly import velocity_residual
+from ..kinematics.poses import node_parameters
+from ..kinematics.state import State
+from ..model.system import System
+from . import motion as codes
+from .formulation import FORMULATIONS, Problem, is_rheonomic, num_powers
+from .motion import Diagnostics, Motion
+from .prescribed import prescribed_states
+from .solvers import Projected, SemiImplicitEuler
+
+_GRADIENTS = {"reverse": ("checkpointed", None), "forward": ("lax", None), "both": ("bounded", None)}
+
+
+def simulate(
+    system: System,
+    state: State,
+    t1=None,
+    ts=None,
+    dt=None,
+    solver=None,
+    rtol=1e-9,
+    atol=1e-9,
+    gradient="reverse",
+    formulation=None,
+    event=None,
+    max_steps=100_000,
+    progress=False,
+    throw=True,
+) -> Motion:
+    """The motion that starts at a state.
+
+    Args:
+        t1: end time [s] (default: the last of `ts`).
+        ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1).
+        dt: fixed step [s]; without it steps adapt to rtol, atol (coordinates and velocities, m, rad, s).
+        solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or `SemiImplicitEuler()`.
+        gradient: derivative mode of the motion: "reverse", "forward" or "both".
+        formulation: "canonical" (default), "independent" or "velocity"; see `formulation.py`.
+        event: function of a State whose zero crossing ends the motion.
+        max_steps: bound on the integrator's steps.
+        progress: show a progress bar.
+        throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
+
+    Returns: a Motion; saved states satisfy the constraints to rounding.
+
+    Raises:
+        ValueError: contradictory options.
+        SimulationError: the motion failed; carries what was computed as `.motion`.
+    """
+    solver, formulation = _choose(solver, dt, gradient, formulation, event, system)
+    t0 = state.t
+    ts = _save_times(t0, t1, ts)
+    t1 = ts[-1] if t1 is None else jnp.asarray(t1, float)
+    if system.topology.mobility == 0:
+        motion = _evaluate_prescribed(system, state, ts)
+    else:
+        steps = _fixed_steps(t0, t1, dt)
+        options = (solver, gradient, formulation, max_steps if steps is None else steps + 2, steps, bool(progress))
+        motion = _integrate(system, state, ts, t1, dt, rtol, atol, event, options)
+    if throw and not isinstance(motion.result, jax.core.Tracer) and np.any(np.asarray(motion.result) > codes.EVENT):
+        raise SimulationError(f"the motion failed: {motion.status}", motion)
+    return motion
+
+
+def _choose(solver, dt, gradient, formulation, event, system):
+    """Solver and formulation; ValueError for options that contradict each other."""
+    if gradient not in _GRADIENTS:
+        raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_GRADIENTS)}")
+    if isinstance(gradient, diffrax.BacksolveAdjoint):
+        raise ValueError("BacksolveAdjoint differentiates the unprojected flow; use gradient='reverse'")
+    solver = diffrax.Dopri8() if solver is None else solver
+    if not isinstance(solver, diffrax.AbstractSolver):
+        raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
+    euler = isinstance(solver, SemiImplicitEuler)
+    formulation = formulation or ("velocity" if euler else "canonical")
+    if formulation not in FORMULATIONS:
+        raise ValueError(f"formulation={formulation!r} must be one of {', '.join(FORMULATIONS)}")
+    if euler and (dt is None or formulation != "velocity"):
+        raise ValueError("SemiImplicitEuler needs dt= and formulation='velocity'")
+    adaptive = isinstance(solver, diffrax.AbstractAdaptiveSolver)
+    if dt is None and not adaptive:
+        raise ValueError(f"{type(solver).__name__} has no error estimate: give dt=")
+    kind = _GRADIENTS[gradient][0]
+    if hasattr(solver, "scan_kind"):
+        solver = eqx.tree_at(lambda s: s.scan_kind, solver, kind, is_leaf=lambda x: x is None)
+    return solver, formulation
+
+
+def _save_times(t0, t1, ts):
+    if ts is None:
+        if t1 is None:
+            raise ValueError("give t1= (end time) or ts= (times to save)")
+        return jnp.linspace(t0, jnp.asarray(t1, float), 101)
+    ts = jnp.asarray(ts, float)
+    known = not any(isinstance(x, jax.core.Tracer) for x in (t0, ts))
+    if ts.ndim != 1 or ts.shape[0] == 0:
+        raise ValueError(f"ts must be a list of times, got shape {ts.shape}")
+    if known and (np.any(np.diff(ts) < 0) or ts[0] < t0 - 1e-12):
+        raise ValueError(f"ts must increase and start at or after the state's time {float(t0)}")
+    return ts
+
+
+def _fixed_steps(t0, t1, dt):
+    """Number of fixed steps where it is known, else None."""
+    if dt is None or any(isinstance(x, jax.core.Tracer) for x in (t0, t1, dt)):
+        return None
+    if not dt > 0:
+        raise ValueError(f"dt must be positive, got {dt}")
+    return max(1, math.ceil(float(t1 - t0) / float(dt) - 1e-9))
+
+
+@eqx.filter_jit
+def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
+    solver, gradient, formulation, max_steps, steps, progress = options
+    P = node_parameters(system)
+    psi, u, t0 = state.coordinates, state.velocities, state.t
+    problem = _scaled(Problem(system, P, jnp.ones(()), formulation), psi, u, t0)
+    y0 = (psi, problem.start(psi, u, t0) / problem.scale, jnp.zeros(num_powers(system), psi.dtype))
+    if system.has_constraints:
+        solver = Projected(solver, _project)
+    adjoint = {
+        "reverse": diffrax.RecursiveCheckpointAdjoint(checkpoints=min(steps, 4000) if steps else None),
+        "forward": diffrax.ForwardMode(),
+        "both": diffrax.DirectAdjoint(),
+    }[gradient]
+    solution = diffrax.diffeqsolve(
+        diffrax.ODETerm(_rate),
+        solver,
+        t0,
+        t1,
+        dt,
+        y0,
+        args=problem,
+        saveat=diffrax.SaveAt(ts=ts),
+        stepsize_controller=_controller(dt, rtol, atol, t1 - t0),
+        adjoint=adjoint,
+        event=None if event is None else _event(event),
+        max_steps=max_steps,
+        throw=False,
+        progress_meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
+    )
+    return _motion(problem, state, ts, solution)
+
+
+def _rate(t, y, problem):
+    return problem.rate(t, y)
+
+
+def _project(t, y, problem):
+    return problem.project(t, y)
+
+
+def _scaled(problem, psi, u, t):
+    """The problem with momenta in units of velocity: divided by the inertia each velocity sees at the start."""
+    if problem.formulation == "velocity":
+        return problem
+    M = tree_mass(problem.system, problem.P, psi)
+    diagonal = jnp.diagonal(M)
+    if problem.formulation == "independent":
+        diagonal = diagonal[np.asarray(problem.system.topology.analysis.independent, int)]
+    scale = jax.lax.stop_gradient(jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal)))
+    return eqx.tree_at(lambda p: p.scale, problem, scale)
+
+
+def _controller(dt, rtol, atol, span):
+    if dt is not None:
+        return diffrax.ConstantStepSize()
+    def norm(y):
+        return optimistix.rms_norm(y[:2])  # the work account follows, it does not lead
+    return diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
+
+
+def _event(function):
+    def crossing(t, y, problem, **_):
+        return function(State(jnp.asarray(t, y[0].dtype), y[0], problem.velocities(t, y[0], y[1])))
+
+    return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10))
+
+
+def _motion(problem, start, ts, solution):
+    """Saved states back on the constraints, energies and the result code."""
+    psi, p, work = solution.ys
+
+    def saved(t, psi, p):
+        psi = problem.project_position(t, psi)
+        return psi, problem.velocities(t, psi, p)
+
+    ended = ~jnp.isfinite(solution.ts)  # after an event or a failure nothing is saved
+    safe = jax.tree.map(lambda x, x0: _fill(ended, x, x0), (psi, p, ts), (psi[0], p[0], start.t))
+    psi, u = jax.vmap(saved)(safe[2], safe[0], safe[1])
+    psi, u, work = (jnp.where(_wide(ended, x), jnp.nan, x) for x in (psi, u, work))
+    states = State(solution.ts, psi, u)
+    diagnostics = account(problem.system, problem.P, start, states, work, solution.stats)
+    return Motion(solution.ts, states, _result(solution.result, states, diagnostics, ended), diagnostics)
+
+
+def _wide(mask, x):
+    return mask.reshape(mask.shape + (1,) * (x.ndim - 1))
+
+
+def _fill(mask, x, value):
+    return jnp.where(_wide(mask, x), jnp.broadcast_to(value, x.shape), x)
+
+
+def account(system, P, start, states, work, stats) -> Diagnostics:
+    """Energies, work by element and residuals of saved states."""
+    kinetic, potential = jax.vmap(lambda s: energies(system, P, s.coordinates, s.velocities, s.t))(states)
+    before = sum(energies(system, P, start.coordinates, start.velocities, start.t))
+    names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
+    drift = jax.vmap(lambda s: jnp.max(jnp.abs(constraints.residual(system, P, s.coordinates, s.t)), initial=0.0))
+    speed = jax.vmap(
+        lambda s: jnp.max(jnp.abs(velocity_residual(system, P, s.coordinates, s.velocities, s.t)), initial=0.0)
+    )
+    return Diagnostics(
+        kinetic=kinetic,
+        potential=potential,
+        work={name: work[:, i] for i, name in enumerate(names)},
+        energy_residual=kinetic + potential - before - jnp.sum(work, axis=1),
+        constraint_drift=drift(states),
+        velocity_drift=speed(states),
+        num_steps=jnp.asarray(stats.get("num_steps", 0)),
+        num_rejected=jnp.asarray(stats.get("num_rejected_steps", 0)),
+    )
+
+
+def _result(result, states, diagnostics, ended):
+    """Result code (): the integrator's, overruled by states that are not finite or break the constraints."""
+    is_ = lambda name: result == getattr(diffrax.RESULTS, name)  # noqa: E731
+    code = jnp.asarray(codes.FAILED)
+    for name, value in (
+        ("successful", codes.SUCCESS), ("event_occurred", codes.EVENT),
+        ("max_steps_reached", codes.MAX_STEPS), ("dt_min_reached", codes.STEP_SIZE),
+    ):
+        code = jnp.where(is_(name), value, code)
+    fine = jnp.all(jnp.isfinite(states.coordinates) | ended[:, None]) & jnp.all(
+        jnp.isfinite(states.velocities) | ended[:, None]
+    )
+    code = jnp.where((code <= codes.EVENT) & ~fine, codes.NOT_FINITE, code)
+    speed = 1.0 + jnp.max(jnp.abs(jnp.nan_to_num(states.velocities)), initial=0.0)
+    broken = (jnp.nan_to_num(diagnostics.constraint_drift) > 1e-6) | (
+        jnp.nan_to_num(diagnostics.velocity_drift) > 1e-6 * speed
+    )
+    code = jnp.where((code <= codes.EVENT) & broken[0], codes.NOT_ASSEMBLED, code)
+    return jnp.where((code <= codes.EVENT) & jnp.any(broken), codes.INCONSISTENT, code)
+
+
+@eqx.filter_jit
+def _evaluate_prescribed(system, state, ts):
+    """The motion of a system without freedom: evaluated at each time, not integrated."""
+    P = node_parameters(system)
+    states = prescribed_states(system, P, state, ts)
+    work = jnp.full((ts.shape[0], num_powers(system)), jnp.nan)
+    diagnostics = account(system, P, state, states, work, {})
+    ended = jnp.zeros(ts.shape, bool)
+    return Motion(ts, states, _result(diffrax.RESULTS.successful, states, diagnostics, ended), diagnostics)

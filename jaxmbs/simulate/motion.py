@@ -1,0 +1,63 @@
+"""What a simulation returns: states at the saved times, how it ended, and its accounts."""
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from ..kinematics.state import State
+
+#: Texts of the result codes of a motion.
+STATUS = (
+    "success",
+    "an event ended the motion",
+    "maximum number of steps reached",
+    "the step size fell below its least value (stiff or singular motion: try an implicit solver or more damping)",
+    "the state is not finite",
+    "the constraints contradict the motion (locked, singular or redundantly driven)",
+    "the initial state does not satisfy the constraints",
+    "the integrator failed",
+)
+SUCCESS, EVENT, MAX_STEPS, STEP_SIZE, NOT_FINITE, INCONSISTENT, NOT_ASSEMBLED, FAILED = range(len(STATUS))
+
+
+class Diagnostics(eqx.Module):
+    """Accounts of a motion, per saved time (T,) unless said otherwise.
+
+    Attributes:
+        kinetic, potential: energies [J].
+        work: done on the system up to each time beside stored energy, by force element [J], negative when dissipated;
+            "drives" holds that of driven joints and moving constraints.
+        energy_residual: kinetic + potential - their start - all work [J].
+        constraint_drift: largest residual of the positions.
+        velocity_drift: largest residual of the velocities.
+        num_steps, num_rejected: of the integrator ().
+    """
+
+    kinetic: Float[Array, " times"]
+    potential: Float[Array, " times"]
+    work: dict
+    energy_residual: Float[Array, " times"]
+    constraint_drift: Float[Array, " times"]
+    velocity_drift: Float[Array, " times"]
+    num_steps: Int[Array, ""]
+    num_rejected: Int[Array, ""]
+
+
+class Motion(eqx.Module):
+    """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched."""
+
+    ts: Float[Array, " times"]
+    states: State
+    result: Int[Array, "..."]
+    diagnostics: Diagnostics
+
+    @property
+    def status(self) -> str:
+        """How the motion ended, in words (concrete motions of one design)."""
+        return STATUS[int(np.asarray(self.result))]
+
+    @property
+    def ok(self) -> jax.Array:
+        """Whether the motion ended as asked (traceable)."""
+        return self.result <= EVENT

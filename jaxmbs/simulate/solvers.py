@@ -1,0 +1,77 @@
+"""Solvers of ours for diffrax: projection after every step, and semi-implicit Euler."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+import diffrax
+import equinox as eqx
+import jax
+
+
+class Projected(diffrax.AbstractWrappedSolver, diffrax.AbstractAdaptiveSolver):
+    """A solver whose every step ends with `project(t, y, args) -> y`.
+
+    The next step starts as after a jump, since a first-same-as-last stage is stale once y has moved.
+    """
+
+    solver: diffrax.AbstractSolver
+    project: Callable = eqx.field(static=True)
+
+    @property
+    def term_structure(self):
+        return self.solver.term_structure
+
+    @property
+    def interpolation_cls(self):
+        return self.solver.interpolation_cls
+
+    @property
+    def term_compatible_contr_kwargs(self):
+        return self.solver.term_compatible_contr_kwargs
+
+    def order(self, terms):
+        return self.solver.order(terms)
+
+    def error_order(self, terms):
+        return self.solver.error_order(terms)
+
+    def init(self, terms, t0, t1, y0, args):
+        return self.solver.init(terms, t0, t1, y0, args)
+
+    def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
+        del made_jump
+        y1, error, dense, state, result = self.solver.step(terms, t0, t1, y0, args, solver_state, True)
+        return self.project(t1, y1, args), error, dense, state, result
+
+    def func(self, terms, t0, y0, args):
+        return self.solver.func(terms, t0, y0, args)
+
+
+class SemiImplicitEuler(diffrax.AbstractSolver):
+    """First order in (coordinates, velocities): new velocities first, coordinates with them.
+
+    The fixed-step scheme of several engines, for comparison with them; not symplectic once the mass matrix
+    depends on the coordinates.  Needs `dt=`.
+    """
+
+    term_structure: ClassVar = diffrax.AbstractTerm
+    interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
+
+    def order(self, terms):
+        return 1
+
+    def init(self, terms, t0, t1, y0, args):
+        return None
+
+    def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
+        del solver_state, made_jump
+        h = terms.contr(t0, t1)
+        q, u, work = y0
+        _, a, power = terms.vf(t0, y0, args)
+        u1 = u + h * a
+        rate = terms.vf(t0, (q, u1, work), args)[0]
+        y1 = (q + h * rate, u1, jax.tree.map(lambda w, p: w + h * p, work, power))
+        return y1, None, {"y0": y0, "y1": y1}, None, diffrax.RESULTS.successful
+
+    def func(self, terms, t0, y0, args):
+        return terms.vf(t0, y0, args)
