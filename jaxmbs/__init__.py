@@ -6,8 +6,12 @@ from .builder import SystemBuilder as SystemBuilder
 from .dynamics.newton_euler import forward_dynamics as forward_dynamics
 from .dynamics.newton_euler import inverse_dynamics as inverse_dynamics
 from .dynamics.newton_euler import mass_matrix as mass_matrix
+from .design import minimise as minimise
 from .dynamics.energy import kinetic_energy as kinetic_energy
 from .dynamics.energy import potential_energy as potential_energy
+from .dynamics.points import acceleration as acceleration
+from .dynamics.points import angular_acceleration as angular_acceleration
+from .dynamics.reactions import reactions as reactions
 from .errors import AssemblyError as AssemblyError
 from .errors import ModelError as ModelError
 from .errors import SimulationError as SimulationError
@@ -16,6 +20,11 @@ from .joints import *  # noqa: F403
 from .kinematics.constraints import constraint_jacobian as constraint_jacobian
 from .kinematics.constraints import constraint_residual as constraint_residual
 from .kinematics.kic import kic as kic
+from .kinematics.points import angular_velocity as angular_velocity
+from .kinematics.points import jacobian as jacobian
+from .kinematics.points import position as position
+from .kinematics.points import rotation as rotation
+from .kinematics.points import velocity as velocity
 from .kinematics.state import State as State
 from .model import Pose as Pose
 from .model import System as System

@@ -77,13 +77,14 @@ def _frame(law, a, _, t):
 _PORTS = {"line": _line, "pose": _pose, "frame": _frame}
 
 
-def _group_wrenches(system, group: ForceGroup, frames, t):
-    """Wrench on every node (nodes, 6) and power of every element of a group between frames."""
+def _group_wrenches(system, group: ForceGroup, frames, t, owner):
+    """Wrench on every owner (n, 6), nodes or bodies, and power of every element of a group between frames."""
     a, b = np.asarray(group.first), np.asarray(group.second)
     ends = [tuple(x[index] for x in frames) for index in (a, b)]
     on_a, on_b, power = jax.vmap(_PORTS[group.port], in_axes=(0, 0, 0, None))(group.law, *ends, t)
-    node, n = np.asarray(system.topology.frame_node), system.topology.nodes.size
-    total = jnp.zeros((n + 1, 6), on_a.dtype).at[node[a] % (n + 1)].add(on_a).at[node[b] % (n + 1)].add(on_b)
+    of_frame, n = owner
+    total = jnp.zeros((n + 1, 6), on_a.dtype)
+    total = total.at[of_frame[a] % (n + 1)].add(on_a).at[of_frame[b] % (n + 1)].add(on_b)
     return total[:n], power
 
 
@@ -96,19 +97,30 @@ def _joint_efforts(system, group: ForceGroup, psi, u, t):
     return jnp.zeros_like(u).at[columns].add(effort), effort * v + slope
 
 
-def efforts(system: System, W, V, psi, u, t):
-    """All force elements: wrench on every node (nodes, 6), effort on every column (nv,), power per element.
+def node_owner(system: System):
+    """Carrier of every frame, for wrenches on nodes."""
+    return np.asarray(system.topology.frame_node), system.topology.nodes.size
+
+
+def body_owner(system: System):
+    """Carrier of every frame, for wrenches on bodies."""
+    return np.asarray(system.topology.frame_body), system.topology.bodies.size
+
+
+def efforts(system: System, W, V, psi, u, t, owner=None):
+    """All force elements: wrench on every node (nodes, 6) (or body, by `owner`), effort on every column (nv,), power per element.
 
     The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
     sources that drive; in the order of `element_names`.  Gravity is not included.
     """
-    F = jnp.zeros((system.topology.nodes.size, 6), psi.dtype)
+    owner = owner or node_owner(system)
+    F = jnp.zeros((owner[1], 6), psi.dtype)
     Q, powers = jnp.zeros_like(u), []
     frames = None
     for group in system.forces:
         if group.port in _PORTS:
             frames = frames or (*frame_poses(system, W), frame_twists(system, V))
-            wrench, power = _group_wrenches(system, group, frames, t)
+            wrench, power = _group_wrenches(system, group, frames, t, owner)
             F = F + wrench
         elif group.port == "joint":
             effort, power = _joint_efforts(system, group, psi, u, t)

@@ -71,8 +71,7 @@ def assemble(system: System, P, psi, t, free):
     found = _levenberg_marquardt(frozen, *fixed, free)
     found = newton_step(frozen, fixed[0], found, fixed[2], free)
     start = psi + lax.stop_gradient(found - psi)
-    for _ in range(2):
-        start = newton_step(system, P, start, t, free)
+    start = lax.scan(lambda q, _: (newton_step(system, P, q, t, free), None), start, length=2)[0]
     return normalise(system.topology, start)
 
 

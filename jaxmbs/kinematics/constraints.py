@@ -137,30 +137,34 @@ def reaction_map(system: System, P, psi, t):
     their joints and load no body from outside.  Source: S1 (27)-(28), the homogeneous family of the loops.
     """
     top = system.topology
-    num, bodies = len(top.joints), top.bodies
+    num = len(top.joints)
     out = jnp.zeros((num, 6, top.num_rows), psi.dtype)
     if not system.closures:
         return out
     R, x = frame_poses(system, node_poses(top, P, psi))
-    first = 0
+    parts = []
     for group in system.closures:
         D = closure_directions(group, R, x)
-        elements, rows, _ = D.shape
-        for e in range(elements):
-            a, b = top.frame_body[group.first[e]], top.frame_body[group.second[e]]
-            weight = np.zeros(num)
-            for k in range(bodies.size):
-                below = float(b >= 0 and bodies.path[b, k]) - float(a >= 0 and bodies.path[a, k])
-                joint = top.joints[top.body_joint[k]]
-                weight[top.body_joint[k]] = -below if joint.child == k else below
-            if group.names[e] in top.joint_index:
-                weight[top.joint_index[group.names[e]]] = 1.0
-            wrench = D[e].T[None] * jnp.asarray(weight, D.dtype)[:, None, None]
-            at = first + e * rows
-            out = out.at[:, :, at : at + rows].set(wrench)
-        first += elements * rows
+        weight = jnp.asarray(_reaction_weights(top, group), D.dtype)
+        parts.append(jnp.einsum("ej,erk->jker", weight, D).reshape(num, 6, -1))
+    known = sum(part.shape[2] for part in parts)
+    out = jnp.concatenate([*parts, out[:, :, known:]], axis=2)
     child = np.array([j.frames[1] for j in top.joints])
     moment, force = out[:, :3], out[:, 3:]
     moment = moment - jax.vmap(jax.vmap(jnp.cross, in_axes=(None, 1), out_axes=1))(x[child], force)
     turn = jnp.einsum("jba,jbm->jam", R[child], force), jnp.einsum("jba,jbm->jam", R[child], moment)
     return jnp.concatenate(turn, axis=1)
+
+
+def _reaction_weights(top, group):
+    """(elements, joints): share of an element's wrench that each joint carries on its child; static."""
+    weights = np.zeros((len(group.names), len(top.joints)))
+    for e, name in enumerate(group.names):
+        a, b = (top.frame_body[end[e]] for end in (group.first, group.second))
+        for k in range(top.bodies.size):
+            below = float(b >= 0 and top.bodies.path[b, k]) - float(a >= 0 and top.bodies.path[a, k])
+            joint = top.body_joint[k]
+            weights[e, joint] = -below if top.joints[joint].child == k else below
+        if name in top.joint_index:
+            weights[e, top.joint_index[name]] = 1.0
+    return weights

@@ -7,6 +7,7 @@ velocity     (psi, u): accelerations, for semi-implicit Euler
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax import lax
 
 from ..dynamics import hamiltonian
 from ..dynamics.newton_euler import accelerations
@@ -85,8 +86,7 @@ class Problem(eqx.Module):
         """Two Newton steps onto the loops."""
         if self.system.has_constraints:
             free = jnp.ones(self.system.topology.num_velocities, psi.dtype)
-            for _ in range(2):
-                psi = newton_step(self.system, self.P, psi, t, free)
+            psi = lax.scan(lambda q, _: (newton_step(self.system, self.P, q, t, free), None), psi, length=2)[0]
         return normalise(self.system.topology, psi)
 
 

@@ -220,23 +220,30 @@ def _fill(mask, x, value):
 
 def account(system, P, start, states, work, stats) -> Diagnostics:
     """Energies, work by element and residuals of saved states."""
-    kinetic, potential = jax.vmap(lambda s: energies(system, P, s.coordinates, s.velocities, s.t))(states)
-    before = sum(energies(system, P, start.coordinates, start.velocities, start.t))
+    every = jax.tree.map(lambda x0, x: jnp.concatenate([x0[None], x]), start, states)
+    kinetic, potential = jax.vmap(lambda s: energies(system, P, s.coordinates, s.velocities, s.t))(every)
+    before, kinetic, potential = kinetic[0] + potential[0], kinetic[1:], potential[1:]
     names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
-    drift = jax.vmap(lambda s: jnp.max(jnp.abs(constraints.residual(system, P, s.coordinates, s.t)), initial=0.0))
-    speed = jax.vmap(
-        lambda s: jnp.max(jnp.abs(velocity_residual(system, P, s.coordinates, s.velocities, s.t)), initial=0.0)
-    )
+    drift, speed = jax.vmap(lambda s: _drifts(system, P, s))(states)
     return Diagnostics(
         kinetic=kinetic,
         potential=potential,
         work={name: work[:, i] for i, name in enumerate(names)},
         energy_residual=kinetic + potential - before - jnp.sum(work, axis=1),
-        constraint_drift=drift(states),
-        velocity_drift=speed(states),
+        constraint_drift=drift,
+        velocity_drift=speed,
         num_steps=jnp.asarray(stats.get("num_steps", 0)),
         num_rejected=jnp.asarray(stats.get("num_rejected_steps", 0)),
     )
+
+
+def _drifts(system, P, state):
+    """Largest residual of the positions and of the velocities of a state."""
+    if not system.has_constraints:
+        return jnp.zeros_like(state.t), jnp.zeros_like(state.t)
+    psi, u, t = state.coordinates, state.velocities, state.t
+    f, speed = constraints.residual(system, P, psi, t), velocity_residual(system, P, psi, u, t)
+    return jnp.max(jnp.abs(f)), jnp.max(jnp.abs(speed))
 
 
 def _result(result, states, diagnostics, ended):

@@ -29,6 +29,10 @@ class Projected(diffrax.AbstractWrappedSolver, diffrax.AbstractAdaptiveSolver):
     def term_compatible_contr_kwargs(self):
         return self.solver.term_compatible_contr_kwargs
 
+    @property
+    def scan_kind(self):
+        return getattr(self.solver, "scan_kind", "lax")
+
     def order(self, terms):
         return self.solver.order(terms)
 

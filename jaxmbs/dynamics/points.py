@@ -1,0 +1,27 @@
+"""Accelerations of points in the motion that the forces and constraints of a state produce."""
+
+from ..kinematics.points import point_acceleration
+from ..model.system import System
+from .newton_euler import forward_dynamics
+
+
+def acceleration(system: System, state, frame, accelerations=None):
+    """World acceleration (3,) [m/s^2] of a frame's origin or point, by default that of `forward_dynamics`.
+
+    Args:
+        frame: a frame or body name, or (name, point).
+        accelerations: (nv,) instead of those of the motion.
+
+    Raises: ModelError for an unknown frame.
+    """
+    return _acceleration(system, state, frame, accelerations)[3:]
+
+
+def angular_acceleration(system: System, state, frame, accelerations=None):
+    """Angular acceleration (3,) [rad/s^2] of a frame in world axes; arguments as for `acceleration`."""
+    return _acceleration(system, state, frame, accelerations)[:3]
+
+
+def _acceleration(system, state, frame, accelerations):
+    rates = forward_dynamics(system, state)[0] if accelerations is None else accelerations
+    return point_acceleration(system, state, frame, rates)

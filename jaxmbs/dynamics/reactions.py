@@ -1,0 +1,214 @@
+"""Reactions of every joint: subtree sums on trees, multipliers in loops, least norm where statics cannot decide.
+
+Source: S1 (26)-(29); the wrench a joint carries is the momentum rate of all that hangs on it, less other loads.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..kinematics import constraints
+from ..kinematics.poses import frame_poses, joint_twists, node_parameters, node_poses
+from ..kinematics.state import State
+from ..kinematics.tree import subtrees
+from ..math.linalg import saddle_solve
+from ..math.spatial import pack, world_inertia
+from ..model.system import System
+from .efforts import body_owner, efforts, gravity_wrench
+from .newton_euler import accelerations, momentum_rates, node_accelerations, node_motion, tree_efforts
+
+
+class JointReaction(eqx.Module):
+    """The wrench a joint transmits, with all that acts inside it (drives, joint springs).
+
+    Attributes:
+        force [N], moment [N m]: (..., 3), the moment about the origin of the joint's frame on that side.
+        effort: (..., n) along the joint's freedoms [N or N m]: drive, motor and spring efforts.
+        unique_force, unique_moment: (3,) bool in the joint's axes: whether statics alone determines the component.
+    """
+
+    force: Float[Array, "... 3"]
+    moment: Float[Array, "... 3"]
+    effort: Float[Array, "... n"]
+    undetermined: tuple[bool, ...] = eqx.field(static=True)
+
+    @property
+    def unique_force(self) -> np.ndarray:
+        return ~np.array(self.undetermined[:3])
+
+    @property
+    def unique_moment(self) -> np.ndarray:
+        return ~np.array(self.undetermined[3:])
+
+
+class Reactions(eqx.Module):
+    """Reactions by joint or constraint name, `loads["main"].force`.
+
+    Attributes:
+        multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
+        residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve.
+    """
+
+    joints: dict
+    multipliers: Float[Array, "... rows"]
+    residual: Float[Array, "..."]
+
+    def __getitem__(self, name: str) -> JointReaction:
+        return self.joints[name]
+
+    def __iter__(self):
+        return iter(self.joints)
+
+    def items(self):
+        """Pairs of name and reaction."""
+        return self.joints.items()
+
+
+def body_rates(system: System, R, x, V, A):
+    """Momentum rates and inertias (bodies, 6), (bodies, 10) of single bodies about the world origin."""
+    top = system.topology
+    index, node = np.arange(1, top.bodies.size + 1), np.asarray(top.body_node, int)
+    upper = np.array([0, 1, 2, 4, 5, 8])
+    inertia = system.inertia.reshape(-1, 9)[:, upper]
+    J = pack(
+        world_inertia(
+            tuple(R[index].reshape(-1, 9).T), tuple(x[index].T), system.mass, tuple(system.com.T), tuple(inertia.T)
+        )
+    )
+    pad = jnp.zeros((1, 6), V.dtype)
+    V, A = (jnp.concatenate([v, pad])[node] for v in (V, A))
+    return momentum_rates(J, V, A), J
+
+
+def _cut_wrenches(system, R, x, multipliers):
+    """Wrench of all loop rows on every body (bodies, 6), and (name, wrench on its frame B) per element."""
+    n = system.topology.bodies.size
+    body = np.asarray(system.topology.frame_body)
+    total, each, first = jnp.zeros((n + 1, 6), x.dtype), {}, 0
+    for group in system.closures:
+        D = constraints.closure_directions(group, R, x)
+        size = D.shape[0] * D.shape[1]
+        wrench = jnp.einsum("erk,er->ek", D, multipliers[first : first + size].reshape(D.shape[:2]))
+        a, b = body[np.asarray(group.first)] % (n + 1), body[np.asarray(group.second)] % (n + 1)
+        total = total.at[b].add(wrench).at[a].add(-wrench)
+        each |= {name: (wrench[i], group.first[i], group.second[i]) for i, name in enumerate(group.names)}
+        first += size
+    return total[:n], each
+
+
+def _least_norm(system, P, psi, t, multipliers, wrenches):
+    """Multipliers moved along the self-stresses until all reactions together are least.
+
+    The norm sums forces squared and moments squared over the square of the characteristic length, moments about
+    each joint's own origin; drives count by their efforts.
+    """
+    top = system.topology
+    B = constraints.reaction_map(system, P, psi, t)
+    scale = jnp.asarray(np.r_[np.ones(3), np.full(3, 1.0 / top.analysis.length)], psi.dtype)
+    B = (B * scale[None, :, None]).reshape(-1, top.num_rows)
+    W = (wrenches * scale[None, :]).reshape(-1)
+    idle = jnp.asarray(np.array([name in _coordinate_names(system) for name in top.row_joint], float), psi.dtype)
+    A = constraints.jacobian(system, P, psi, t)
+    right = -(B.T @ W) - idle * multipliers
+    move, _ = saddle_solve(B.T @ B + jnp.diag(idle), A.T, right, jnp.zeros(top.num_velocities, psi.dtype))
+    return multipliers + move
+
+
+def _coordinate_names(system):
+    return {row.name for row in system.rows}
+
+
+def _joint_wrenches(system, S, R, x, rate, loads, multipliers):
+    """World wrench on the child of every joint (joints, 6) about the origin, efforts (nv,), other closures."""
+    top = system.topology
+    cut, each = _cut_wrenches(system, R, x, multipliers)
+    carried = subtrees(top.bodies, rate - loads - cut)
+    sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
+    wrench = jnp.zeros((len(top.joints), 6), carried.dtype)
+    wrench = wrench.at[np.asarray(top.body_joint)].set(carried * jnp.asarray(sign, carried.dtype)[:, None])
+    for name, (value, _, _) in each.items():
+        if name in top.joint_index:
+            wrench = wrench.at[top.joint_index[name]].set(value)
+    body_of = {j: k for k, j in enumerate(top.body_joint)}
+    column_body = np.array([body_of[j] for j in top.node_joint], int)
+    return wrench, jnp.einsum("nk,nk->n", S, carried[column_body]), each
+
+
+def _at_frame(wrench, R, x, axes, sign):
+    """(force, moment) about x, in world axes or those of R."""
+    force, moment = sign * wrench[3:], sign * (wrench[:3] - jnp.cross(x, wrench[3:]))
+    return (R.T @ force, R.T @ moment) if axes == "joint" else (force, moment)
+
+
+def _local(top, R, x, wrench):
+    """(joints, 6) force, moment on the child in its joint frame."""
+    child = np.array([j.frames[1] for j in top.joints])
+    parts = jax.vmap(lambda w, R, x: _at_frame(w, R, x, "joint", 1.0))(wrench, R[child], x[child])
+    return jnp.concatenate(parts, axis=1)
+
+
+def _reactions(system: System, P, state: State, frame: str, side: str) -> Reactions:
+    top = system.topology
+    psi, u, t = state.coordinates, state.velocities, state.t
+    W = node_poses(top, P, psi)
+    S = joint_twists(top, P, W)
+    R, x = frame_poses(system, W)
+    a, multipliers = accelerations(system, P, psi, u, t)
+    V = node_motion(top, S, u)
+    rate, J = body_rates(system, R, x, V, node_accelerations(top, S, V, u, a))
+    F, _, _ = efforts(system, W, V, psi, u, t, body_owner(system))
+    loads = F + gravity_wrench(J, system.gravity)
+    if top.analysis is not None and top.analysis.redundant:
+        wrench, _, _ = _joint_wrenches(system, S, R, x, rate, loads, multipliers)
+        multipliers = _least_norm(system, P, psi, t, multipliers, _local(top, R, x, wrench))
+    wrench, effort, others = _joint_wrenches(system, S, R, x, rate, loads, multipliers)
+    joints = {}
+    sign, end = (1.0, 1) if side == "child" else (-1.0, 0)
+    for index, joint in enumerate(top.joints):
+        f = joint.frames[end]
+        force, moment = _at_frame(wrench[index], R[f], x[f], frame, sign)
+        marks = top.analysis.undetermined[index] if top.analysis else (False,) * 6
+        joints[joint.name] = JointReaction(force, moment, effort[joint.velocities], marks)
+    for name, (value, *ends) in others.items():
+        if name not in joints:
+            f = ends[end]
+            joints[name] = JointReaction(*_at_frame(value, R[f], x[f], frame, sign), jnp.zeros(0), (False,) * 6)
+    return Reactions(joints, multipliers, _unbalanced(system, P, psi, u, a, t, multipliers))
+
+
+def _unbalanced(system, P, psi, u, a, t, multipliers):
+    """Largest entry of `M u_dot + bias - Q - A^T lambda`."""
+    gap = tree_efforts(system, P, psi, u, a, t)
+    if system.has_constraints:
+        gap = gap - constraints.jacobian(system, P, psi, t).T @ multipliers
+    return jnp.max(jnp.abs(gap))
+
+
+@eqx.filter_jit
+def _reactions_jit(system, states, frame, side, batched):
+    P = node_parameters(system)
+    one = lambda s: _reactions(system, P, s, frame, side)  # noqa: E731
+    return jax.vmap(one)(states) if batched else one(states)
+
+
+def reactions(system: System, motion, frame: str = "world", side: str = "child") -> Reactions:
+    """Reactions of all joints at a state or along a motion.
+
+    Args:
+        motion: a State, a Motion, or a State with one leading axis.
+        frame: "world" axes, or "joint": those of the joint's frame on that side.
+        side: "child": the wrench the parent applies on the child; "parent": the opposite one on the parent.
+
+    Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
+
+    Redundant loops: components that statics cannot determine have unique_... False and take the least-norm value,
+    moments over the system's characteristic length `system.topology.analysis.length`.
+
+    Raises: ValueError for an unknown frame or side.  Source: S1 (26)-(29).
+    """
+    if frame not in ("world", "joint") or side not in ("child", "parent"):
+        raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
+    states = motion if isinstance(motion, State) else motion.states
+    return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2)

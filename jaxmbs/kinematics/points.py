@@ -1,0 +1,77 @@
+"""Position, velocity, acceleration and Jacobian of any frame or point."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..errors import ModelError
+from ..model.system import System
+from .kic import point_jacobian
+from .poses import coordinate_rate, joint_twists, node_parameters, node_poses
+
+
+def locate(system: System, frame):
+    """Node, position and rotation in node axes of a frame reference: a frame or body name, or (name, point).
+
+    Raises: ModelError for an unknown name.
+    """
+    name, point = (frame, None) if isinstance(frame, str) else frame
+    top = system.topology
+    if name not in top.frame_index:
+        raise ModelError([f"{name!r} is neither a body nor a frame; the frames are: {', '.join(top.frame_names)}"])
+    index = top.frame_index[name]
+    position, rotation = system.frames.position[index], system.frames.rotation[index]
+    if point is not None:
+        position = position + rotation @ jnp.asarray(point, float)
+    return top.frame_node[index], position, rotation
+
+
+def _pose(system, P, psi, place):
+    node, position, rotation = place
+    if node < 0:
+        return rotation, position
+    w = node_poses(system.topology, P, psi)[node]
+    R = w[:9].reshape(3, 3)
+    return R @ rotation, w[9:] + R @ position
+
+
+def position(system: System, state, frame):
+    """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
+    return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[1]
+
+
+def rotation(system: System, state, frame):
+    """World rotation (3, 3) of a frame."""
+    return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[0]
+
+
+def velocity(system: System, state, frame):
+    """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
+    return (jacobian(system, state, frame) @ state.velocities)[3:]
+
+
+def angular_velocity(system: System, state, frame):
+    """Angular velocity (3,) [rad/s] of a frame, world axes."""
+    return (jacobian(system, state, frame) @ state.velocities)[:3]
+
+
+def point_acceleration(system: System, state, frame, rates):
+    """Angular and linear acceleration (6,) of a frame, world axes, at accelerations `rates` (nv,)."""
+
+    def speed(psi):
+        return jacobian(system, eqx.tree_at(lambda s: s.coordinates, state, psi), frame) @ state.velocities
+
+    psi_dot = coordinate_rate(system.topology, state.coordinates, state.velocities)
+    bias = jax.jvp(speed, (state.coordinates,), (psi_dot,))[1]
+    return bias + jacobian(system, state, frame) @ rates
+
+
+def jacobian(system: System, state, frame):
+    """Jacobian (6, nv) of a frame: angular velocity, then velocity of its origin, world axes, per velocity.
+
+    Source: S2 (11)-(12), (14)-(15) with every joint independent.
+    """
+    P, place = node_parameters(system), locate(system, frame)
+    W = node_poses(system.topology, P, state.coordinates)
+    S = joint_twists(system.topology, P, W)
+    return point_jacobian(system, W, S, place[0], _pose(system, P, state.coordinates, place)[1])
