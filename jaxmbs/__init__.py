@@ -3,12 +3,12 @@
 from . import forces as forces
 from . import joints as joints
 from .builder import SystemBuilder as SystemBuilder
-from .dynamics.newton_euler import forward_dynamics as forward_dynamics
-from .dynamics.newton_euler import inverse_dynamics as inverse_dynamics
-from .dynamics.newton_euler import mass_matrix as mass_matrix
 from .design import minimise as minimise
 from .dynamics.energy import kinetic_energy as kinetic_energy
 from .dynamics.energy import potential_energy as potential_energy
+from .dynamics.newton_euler import forward_dynamics as forward_dynamics
+from .dynamics.newton_euler import inverse_dynamics as inverse_dynamics
+from .dynamics.newton_euler import mass_matrix as mass_matrix
 from .dynamics.points import acceleration as acceleration
 from .dynamics.points import angular_acceleration as angular_acceleration
 from .dynamics.reactions import reactions as reactions

@@ -62,7 +62,9 @@ def reference_poses(bodies, joints, frames):
 def _neighbour(joint, here, there, world, frames):
     if joint.at is not None:
         frame = joint.child_frame if there == joint.child else joint.parent_frame
-        return after((np.eye(3), concrete(jnp.asarray(joint.at, float))), back(pair(joint_frame(frame, there, frames))))
+        return after(
+            (np.eye(3), concrete(jnp.asarray(joint.at, float))), back(pair(joint_frame(frame, there, frames)))
+        )
     ends = {joint.parent: joint.parent_frame, joint.child: joint.child_frame}
     near, far = (pair(joint_frame(ends[b], b, frames)) for b in (here, there))
     return after(after(world[here], near), back(far))

@@ -87,7 +87,10 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, tree) -
 
 
 def _stack(values):
-    values = [concrete(v) if not isinstance(v, (tuple, list)) else jnp.stack([jnp.asarray(x, float) for x in v]) for v in values]
+    values = [
+        concrete(v) if not isinstance(v, (tuple, list)) else jnp.stack([jnp.asarray(x, float) for x in v])
+        for v in values
+    ]
     if any(isinstance(v, jax.core.Tracer) for v in values):
         return jnp.stack([jnp.asarray(v, float) for v in values])
     return jnp.asarray(np.stack([np.asarray(v, float) for v in values]), float)
@@ -157,8 +160,13 @@ def _force_groups(forces, frames, record, bodies, named):
             places.append(frames.add(f"{force.name}.{side}", body, pair(pose)))
         law = force.law
         port = (
-            "line" if isinstance(law, AbstractScalarLaw) else "pose" if isinstance(law, AbstractPoseLaw)
-            else "frame" if isinstance(law, AbstractBodyLaw) else "system"
+            "line"
+            if isinstance(law, AbstractScalarLaw)
+            else "pose"
+            if isinstance(law, AbstractPoseLaw)
+            else "frame"
+            if isinstance(law, AbstractBodyLaw)
+            else "system"
         )
         items.append((force.name, law, *(places or (0, 0)), port))
     return tuple(
@@ -171,7 +179,9 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
     """Closure groups, coordinate rows, and the joint or constraint that each row belongs to."""
     items = [(name, joints[name].kind, *record[name].frames, "closure") for name in cuts]
     rows = [
-        CoordinateRows(name, (record[name].first_velocity,), (record[name].first_coordinate,), "drive", as_signal(j.drive))
+        CoordinateRows(
+            name, (record[name].first_velocity,), (record[name].first_coordinate,), "drive", as_signal(j.drive)
+        )
         for name, j in joints.items()
         if j.drive is not None
     ]
@@ -185,7 +195,9 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         elif isinstance(item.law, Coupler):
             mine = [record[n] for n in item.law.joints]
             columns = tuple(r.first_velocity for r in mine)
-            rows.append(CoordinateRows(item.name, columns, tuple(r.first_coordinate for r in mine), "coupler", item.law))
+            rows.append(
+                CoordinateRows(item.name, columns, tuple(r.first_coordinate for r in mine), "coupler", item.law)
+            )
         else:
             rows.append(CoordinateRows(item.name, (), (), "rows", Rows(function(item.law.function))))
     groups, names = [], []

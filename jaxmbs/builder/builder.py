@@ -50,7 +50,11 @@ class SystemBuilder:
             inertia: about the centre of mass in body axes [kg m^2]: 0, three principal values or (3, 3).
             position, rotation: world pose of the body frame in the reference pose, where `at=` of joints is used.
         """
-        pose = None if position is None and rotation is None else Pose((0, 0, 0) if position is None else position, rotation)
+        pose = (
+            None
+            if position is None and rotation is None
+            else Pose((0, 0, 0) if position is None else position, rotation)
+        )
         self._add("body", self._bodies, declared.Body(name, mass, com, inertia, pose))
 
     def frame(self, name, on, position=(0.0, 0.0, 0.0), rotation=None):

@@ -83,9 +83,12 @@ def _newton(system, psi, t, weight, iterations=60):
         if not np.isfinite(cost) or cost < 1e-24:
             break
         J = np.asarray(A) * weight[None]
-        step = -weight * np.linalg.lstsq(
-            np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
-        )[0]
+        step = (
+            -weight
+            * np.linalg.lstsq(
+                np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
+            )[0]
+        )
         trial = step_coordinates(top, psi, step)
         g, B, *_ = _evaluate(system, trial, t)
         if float(np.dot(g, g)) < cost:
@@ -111,8 +114,10 @@ def _close(system, psi, t, weight, random):
     f = np.abs(np.asarray(_evaluate(system, found, t)[0]))
     open_rows = sorted({name for name, value in zip(top.row_joint, f, strict=True) if not value < _CLOSED})
     raise ModelError(
-        [f"the loops cannot be closed; still open (largest residual {error:.3g}): {', '.join(open_rows)}; "
-         "check the joint frames and link lengths"]
+        [
+            f"the loops cannot be closed; still open (largest residual {error:.3g}): {', '.join(open_rows)}; "
+            "check the joint frames and link lengths"
+        ]
     )
 
 
@@ -125,7 +130,9 @@ def _check_inertia(top, M, Z, weight):
         return
     mode = np.abs(Z @ vectors[:, 0])
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})
-    raise ModelError([f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"])
+    raise ModelError(
+        [f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"]
+    )
 
 
 def _independent(top, Z, wanted):
@@ -142,8 +149,10 @@ def _independent(top, Z, wanted):
     part = Z[columns]
     if len(columns) != Z.shape[1] or np.linalg.svd(part, compute_uv=False)[-1] < 1e-9:
         raise ModelError(
-            [f"independent: joints {', '.join(wanted)} give {len(columns)} velocities that do not determine "
-             f"the motion; the mobility is {Z.shape[1]}"]
+            [
+                f"independent: joints {', '.join(wanted)} give {len(columns)} velocities that do not determine "
+                f"the motion; the mobility is {Z.shape[1]}"
+            ]
         )
     return tuple(columns)
 

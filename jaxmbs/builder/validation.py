@@ -114,7 +114,9 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
         if force.joint not in joints:
             found.append(f"{where}: {force.joint!r} is not a joint; the joints are: {', '.join(joints)}")
         elif len(joints[force.joint].kind.nodes) != 1 or _is_ball(joints[force.joint]):
-            found.append(f"{where}: joint {force.joint!r} has not exactly one coordinate; use a Bushing between frames")
+            found.append(
+                f"{where}: joint {force.joint!r} has not exactly one coordinate; use a Bushing between frames"
+            )
     references = force.between if force.between is not None else ([force.on] if force.on is not None else [])
     if force.between is not None and len(force.between) != 2:
         return [f"{where}: between= takes two frames, got {len(force.between)}"]

@@ -120,9 +120,9 @@ def independent_rate(system: System, P, t, psi, p):
     h = momenta(system, P, psi, u)
     psi_dot = coordinate_rate(system.topology, psi, u)
     Gamma = velocity_map(system, P, psi, t)[0]
-    turning = jax.jvp(
-        lambda psi, t: velocity_map(system, P, psi, t)[0].T @ h, (psi, t), (psi_dot, jnp.ones_like(t))
-    )[1]
+    turning = jax.jvp(lambda psi, t: velocity_map(system, P, psi, t)[0].T @ h, (psi, t), (psi_dot, jnp.ones_like(t)))[
+        1
+    ]
     return psi_dot, Gamma.T @ rate + turning, powers, u
 
 

@@ -16,7 +16,6 @@ from jaxtyping import Array, Float
 
 from jaxmbs.typing import Scalar, ScalarLike
 
-from ..math.linalg import direction, safe_norm
 from ._fields import value_faults
 
 

@@ -109,9 +109,7 @@ class Spline(AbstractSignal):
         """`end_slopes`: first and last rate of a clamped spline; None for the natural one."""
         self.times, self.values = number(times), number(values)
         if self.times.ndim != 1 or self.times.shape[0] < 2 or self.values.shape[:1] != self.times.shape:
-            raise ValueError(
-                f"need two or more times, as many values: {self.times.shape}, {self.values.shape}"
-            )
+            raise ValueError(f"need two or more times, as many values: {self.times.shape}, {self.values.shape}")
         self.slopes = spline_slopes(self.times, self.values, optional_number(end_slopes))
 
     def __call__(self, t):

@@ -99,5 +99,3 @@ def assembled(system: System, psi, u, t, free_position, free_velocity):
     f = constraints.residual(system, P, psi, t)
     g = velocity_residual(system, P, psi, u, t) if system.has_constraints else f
     return psi, u, f, g
-
-

@@ -61,7 +61,10 @@ def local_transforms(topology: Topology, P, psi):
     angle = q if all(topology.turns) else q * per_node(topology.turns, q)
     c, s = jnp.cos(angle), jnp.sin(angle)
     turned = sum(
-        ((c * R[3 * i] + s * R[3 * i + 1], c * R[3 * i + 1] - s * R[3 * i], R[3 * i + 2] + 0.0 * c) for i in range(3)),
+        (
+            (c * R[3 * i] + s * R[3 * i + 1], c * R[3 * i + 1] - s * R[3 * i], R[3 * i + 2] + 0.0 * c)
+            for i in range(3)
+        ),
         (),
     )
     moved = add(x, scale((R[2], R[5], R[8]), lead * q))
@@ -170,5 +173,3 @@ def frame_poses(system: System, W):
 def body_frame(topology: Topology) -> np.ndarray:
     """Frame index of each body's own frame (frame 0 is the ground)."""
     return np.arange(1, topology.bodies.size + 1)
-
-

@@ -103,8 +103,10 @@ def _free(top, values):
 
 def _check(system, f, g):
     """AssemblyError when residuals remain, by the name of the joint or constraint."""
-    for residual, what in ((f, "the mechanism cannot be assembled with the coordinates held"),
-                           (g, "the rates held contradict the constraints")):
+    for residual, what in (
+        (f, "the mechanism cannot be assembled with the coordinates held"),
+        (g, "the rates held contradict the constraints"),
+    ):
         if np.all(np.abs(residual) < _TOLERANCE):
             continue
         worst: dict = {}

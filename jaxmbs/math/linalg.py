@@ -39,7 +39,10 @@ def saddle_solve(M, A, b, c, factor=None, iterations=2):
 
     def solve(right):
         return lax.custom_linear_solve(
-            apply, right, lambda _, r: jax.scipy.linalg.lu_solve(lu, r), lambda _, r: jax.scipy.linalg.lu_solve(lu, r),
+            apply,
+            right,
+            lambda _, r: jax.scipy.linalg.lu_solve(lu, r),
+            lambda _, r: jax.scipy.linalg.lu_solve(lu, r),
             symmetric=True,
         )
 

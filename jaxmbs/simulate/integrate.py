@@ -181,8 +181,10 @@ def _scaled(problem, psi, u, t):
 def _controller(dt, rtol, atol, span):
     if dt is not None:
         return diffrax.ConstantStepSize()
+
     def norm(y):
         return optimistix.rms_norm(y[:2])  # the work account follows, it does not lead
+
     return diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
 
 
@@ -251,8 +253,10 @@ def _result(result, states, diagnostics, ended):
     is_ = lambda name: result == getattr(diffrax.RESULTS, name)  # noqa: E731
     code = jnp.asarray(codes.FAILED)
     for name, value in (
-        ("successful", codes.SUCCESS), ("event_occurred", codes.EVENT),
-        ("max_steps_reached", codes.MAX_STEPS), ("dt_min_reached", codes.STEP_SIZE),
+        ("successful", codes.SUCCESS),
+        ("event_occurred", codes.EVENT),
+        ("max_steps_reached", codes.MAX_STEPS),
+        ("dt_min_reached", codes.STEP_SIZE),
     ):
         code = jnp.where(is_(name), value, code)
     fine = jnp.all(jnp.isfinite(states.coordinates) | ended[:, None]) & jnp.all(

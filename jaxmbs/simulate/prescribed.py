@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from ..kinematics.assembly import assemble, metric
 from ..kinematics import constraints
+from ..kinematics.assembly import assemble, metric
 from ..kinematics.poses import coordinate_rate
 from ..kinematics.state import State
 from ..math.linalg import saddle_solve
@@ -44,8 +44,16 @@ def _follow(system, P, start, ts):
         return coordinate_rate(system.topology, psi, constrained_velocities(system, P, psi, t))
 
     solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(rate), diffrax.Tsit5(), start.t, ts[-1], None, start.coordinates,
-        saveat=diffrax.SaveAt(ts=ts), stepsize_controller=diffrax.PIDController(rtol=1e-5, atol=1e-5),
-        adjoint=diffrax.ForwardMode(), throw=False, max_steps=100_000,
+        diffrax.ODETerm(rate),
+        diffrax.Tsit5(),
+        start.t,
+        ts[-1],
+        None,
+        start.coordinates,
+        saveat=diffrax.SaveAt(ts=ts),
+        stepsize_controller=diffrax.PIDController(rtol=1e-5, atol=1e-5),
+        adjoint=diffrax.ForwardMode(),
+        throw=False,
+        max_steps=100_000,
     )
     return lax.stop_gradient(jnp.nan_to_num(solution.ys, posinf=0.0, neginf=0.0))

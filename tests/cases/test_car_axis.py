@@ -39,7 +39,10 @@ def _ends(function, system, motion):
     return np.concatenate([left, right], axis=1)
 
 
-@pytest.mark.parametrize("build", [models.car_axis, models.car_axis_with_wheel])
+WHEEL = pytest.param(models.car_axis_with_wheel, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("build", [models.car_axis, WHEEL])
 def test_motion(build):
     system = build()
     motion = _motion(system)
