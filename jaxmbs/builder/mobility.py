@@ -3,6 +3,7 @@
 import dataclasses
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
@@ -44,7 +45,7 @@ def analyse(system: System, independent=None) -> Mobility:
     independent set does not determine the motion.
     """
     top, random = system.topology, np.random.default_rng(7)
-    psi, t = neutral_coordinates(top), np.zeros(())
+    psi, t = neutral_coordinates(top), jnp.zeros(())
     x = np.asarray(_evaluate(system, psi, t)[-1])
     length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
     weight = np.where(top.spins > 0, 1.0, length)
@@ -57,7 +58,7 @@ def analyse(system: System, independent=None) -> Mobility:
             best = rank, Z, Y, B, M, A
         if top.num_rows:
             move = weight * (Z @ random.normal(size=Z.shape[1]) * 0.3)
-            psi = _newton(system, step_coordinates(top, psi, move), t, weight)[0]
+            psi = _newton(system, step_coordinates(top, psi, jnp.asarray(move)), t, weight)[0]
     rank, Z, Y, B, M, A = best
     _check_inertia(top, M, Z, weight)
     chosen = _independent(top, Z, independent)
@@ -89,7 +90,7 @@ def _newton(system, psi, t, weight, iterations=60):
                 np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
             )[0]
         )
-        trial = step_coordinates(top, psi, step)
+        trial = step_coordinates(top, psi, jnp.asarray(step))
         g, B, *_ = _evaluate(system, trial, t)
         if float(np.dot(g, g)) < cost:
             psi, f, A, damping = trial, g, B, max(damping * 0.05, 1e-15)
@@ -110,7 +111,7 @@ def _close(system, psi, t, weight, random):
         found, error = _newton(system, psi, t, weight)
         if error < _CLOSED:
             return found
-        psi = step_coordinates(top, start, weight * random.normal(size=top.num_velocities))
+        psi = step_coordinates(top, start, jnp.asarray(weight * random.normal(size=top.num_velocities)))
     f = np.abs(np.asarray(_evaluate(system, found, t)[0]))
     open_rows = sorted({name for name, value in zip(top.row_joint, f, strict=True) if not value < _CLOSED})
     raise ModelError(

@@ -31,7 +31,8 @@ def body_faults(body) -> list[str]:
 
 
 def _inertia_faults(where, body):
-    matrix = np.asarray(inertia_matrix(body.inertia), float)
+    with jax.ensure_compile_time_eval():  # a constant inside a traced build
+        matrix = np.asarray(inertia_matrix(body.inertia), float)
     if not np.all(np.isfinite(matrix)):
         return [f"{where}: inertia is not finite"]
     scale = max(np.abs(matrix).max(), 1e-300)

@@ -69,7 +69,9 @@ def _velocities(system, P, S, J, psi, p, t):
     if not system.has_constraints:
         return solve(nodes, S, J, p), jnp.zeros(0, p.dtype)
     A = constraints.jacobian(system, P, psi, t)
-    return saddle_solve(mass_matrix(nodes, S, J), A, p, -constraints.time_rate(system, P, psi, t))
+    return saddle_solve(
+        mass_matrix(nodes, S, J), A, p, -constraints.time_rate(system, P, psi, t), constraints.row_scale(system)
+    )
 
 
 def momenta(system: System, P, psi, u):

@@ -59,7 +59,7 @@ def accelerations(system: System, P, psi, u, t):
         return solve(top.nodes, S, J, need), jnp.zeros(0, psi.dtype)
     A = constraints.jacobian(system, P, psi, t)
     gamma = constraints.acceleration_bias(system, P, psi, u, t)
-    a, y = saddle_solve(composite_mass_matrix(top.nodes, S, J), A, need, gamma)
+    a, y = saddle_solve(composite_mass_matrix(top.nodes, S, J), A, need, gamma, constraints.row_scale(system))
     return a, -y
 
 

@@ -21,12 +21,17 @@ class AbstractJoint(eqx.Module):
     `nodes` is the run of simple joints from parent to child in canonical axes; `basis()` turns canonical axes into
     the axes of the joint frame, so that an axis chosen by the user costs nothing later.  `closure(R, d)` gives the
     rows that vanish while the joint is closed, from the child frame's rotation R (3, 3) and displacement d (3,) in
-    the canonical axes of the parent frame.  `labels` names the coordinates.
+    the canonical axes of the parent frame.  `labels` names the coordinates, `row_units` gives each row's unit.
     """
 
     nodes: ClassVar[tuple[Node, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
-    num_rows: ClassVar[int] = 0
+    row_units: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def num_rows(self) -> int:
+        """Number of closure rows."""
+        return len(self.row_units)
 
     def basis(self):
         """Rotation (3, 3) from canonical axes to the axes of the joint frame."""

@@ -20,7 +20,7 @@ class Distance(AbstractClosure):
     """A massless rod with ball ends: the two origins stay `length` [m] apart.  The multiplier is the rod's force
     times one metre over one metre: positive pushes the ends apart."""
 
-    num_rows: ClassVar[int] = 1
+    row_units: ClassVar[tuple[str, ...]] = ("m",)
 
     length: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float))
 
@@ -35,7 +35,7 @@ class Distance(AbstractClosure):
 class PointOnPlane(AbstractClosure):
     """The origin of frame B stays in the x-y plane of frame A."""
 
-    num_rows: ClassVar[int] = 1
+    row_units: ClassVar[tuple[str, ...]] = ("m",)
 
     def closure(self, R, d):
         return d[2:]
@@ -44,7 +44,7 @@ class PointOnPlane(AbstractClosure):
 class PointOnLine(AbstractClosure):
     """The origin of frame B stays on the z axis of frame A."""
 
-    num_rows: ClassVar[int] = 2
+    row_units: ClassVar[tuple[str, ...]] = ("m", "m")
 
     def closure(self, R, d):
         return d[:2]

@@ -13,7 +13,7 @@ class Cylindrical(AbstractJoint):
 
     nodes = (Node("prismatic"), Node("revolute"))
     labels = ("distance", "angle")
-    num_rows = 4
+    row_units = ("m", "m", "rad", "rad")
 
     axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
 

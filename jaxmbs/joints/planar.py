@@ -13,7 +13,7 @@ class Planar(AbstractJoint):
 
     nodes = (Node("prismatic", "x"), Node("prismatic", "y"), Node("revolute"))
     labels = ("x", "y", "angle")
-    num_rows = 3
+    row_units = ("m", "rad", "rad")
 
     normal: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
 

@@ -16,7 +16,7 @@ class Prismatic(AbstractJoint):
 
     nodes = (Node("prismatic"),)
     labels = ("distance",)
-    num_rows = 5
+    row_units = ("m", "m", "rad", "rad", "rad")
 
     axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
 

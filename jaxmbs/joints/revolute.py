@@ -16,7 +16,7 @@ class Revolute(AbstractJoint):
 
     nodes = (Node("revolute"),)
     labels = ("angle",)
-    num_rows = 5
+    row_units = ("m", "m", "m", "rad", "rad")
 
     axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
 

@@ -18,7 +18,7 @@ class Screw(AbstractJoint):
 
     nodes = (Node("screw"),)
     labels = ("angle",)
-    num_rows = 5
+    row_units = ("m", "m", "m", "rad", "rad")
 
     axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
     pitch: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float), default=0.0, kw_only=True)

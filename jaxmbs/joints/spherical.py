@@ -14,7 +14,7 @@ class Spherical(AbstractJoint):
 
     nodes = (Node("ball"),)
     labels = ("w", "x", "y", "z")
-    num_rows = 3
+    row_units = ("m", "m", "m")
 
     def closure(self, R, d):
         return jnp.asarray(d)

@@ -17,7 +17,7 @@ class Universal(AbstractJoint):
 
     nodes = (Node("revolute", "x"), Node("revolute", "y"))
     labels = ("first", "second")
-    num_rows = 4
+    row_units = ("m", "m", "m", "rad")
 
     axes: Float[Array, "2 3"] = eqx.field(
         converter=lambda axes: jnp.stack([axis_vector(a) for a in axes]), default=("x", "y")

@@ -8,7 +8,7 @@ from .base import AbstractJoint, aligned
 class Weld(AbstractJoint):
     """The two frames agree; its reaction is the load carried between the two parts."""
 
-    num_rows = 6
+    row_units = ("m", "m", "m", "rad", "rad", "rad")
 
     def closure(self, R, d):
         return jnp.concatenate([d, aligned(R)])

@@ -25,7 +25,7 @@ def newton_step(system: System, P, psi, t, free):
     """One step of least size in `metric` towards closed loops; columns with free = 0 stay."""
     A = constraints.jacobian(system, P, psi, t) * free[None, :]
     f = constraints.residual(system, P, psi, t)
-    delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f)
+    delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f, constraints.row_scale(system))
     return step_coordinates(system.topology, psi, delta)
 
 
@@ -81,7 +81,9 @@ def consistent_velocities(system: System, P, psi, u, t, free):
         return u
     A = constraints.jacobian(system, P, psi, t)
     gap = -constraints.time_rate(system, P, psi, t) - A @ u
-    delta, _ = saddle_solve(jnp.diag(metric(system)), A * free[None, :], jnp.zeros_like(u), gap)
+    delta, _ = saddle_solve(
+        jnp.diag(metric(system)), A * free[None, :], jnp.zeros_like(u), gap, constraints.row_scale(system)
+    )
     return u + delta
 
 

@@ -97,6 +97,17 @@ def jacobian(system: System, P, psi, t):
     return jnp.concatenate(parts) if parts else jnp.zeros((0, top.num_velocities), psi.dtype)
 
 
+def row_scale(system: System):
+    """Weights (rows,) that bring lengths to multiples of the characteristic length, angles and others as they are."""
+    top = system.topology
+    length = 1.0 if top.analysis is None else top.analysis.length
+    units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
+    for row in system.rows:
+        sliding = row.role == "drive" and top.node_kind[row.columns[0]] == "prismatic"
+        units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
+    return jnp.asarray([1.0 / length if unit == "m" else 1.0 for unit in units])
+
+
 def time_rate(system: System, P, psi, t):
     """f_t (rows,): the partial derivative in time, nonzero for drives and moving supports."""
     if not system.rows:

@@ -105,7 +105,8 @@ def joint_twists(topology: Topology, P, W):
 def node_inertias(P, W):
     """World inertia (nodes, 10, ...) of every node about the world origin."""
     w, prm = unpack(W), unpack(match_batch(P, W[:, 0]))
-    return pack(world_inertia(w[:9], w[9:], prm[13], prm[14:17], prm[17:23]))
+    mass = jnp.broadcast_to(prm[13], w[0].shape)  # parameters may serve a batch of states
+    return pack(world_inertia(w[:9], w[9:], mass, prm[14:17], prm[17:23]))
 
 
 def coordinate_rate(topology: Topology, psi, u):

@@ -4,53 +4,51 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-#: Weight of the lower block of a saddle system, relative to the rows' own scale A diag(M)^-1 A^T.
+#: Weight of the lower block of a saddle system, relative to the largest row of A diag(M)^-1 A^T.
 PROXIMAL = 1e-8
 
 
-def saddle_factor(M, A, weight=PROXIMAL):
-    """LU factors of `[M A^T; A -eps C]`, C diagonal in the scale of each row; no derivative passes.
+def saddle_factor(M, A):
+    """LU factors of `[M A^T; A -eps C]`, C one scale for all rows; no derivative passes.
 
-    Works for redundant but consistent rows and for M singular outside the null space of A.
+    Works for redundant but consistent rows, for rows that vanish at a singular pose (one scale for all: a row must
+    fade out there, not be blown up), and for M singular outside the null space of A.
     """
     M, A = lax.stop_gradient((M, A))
     n, m = M.shape[0], A.shape[0]
     diagonal = jnp.diagonal(M)
     diagonal = jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal, initial=1e-30))
-    C = jnp.sum(A * A / diagonal[None, :], axis=1)
-    C = weight * jnp.where(C > 0, C, 1.0)
-    K = jnp.block([[M, A.T], [A, -jnp.diag(C)]]) if m else M
-    return jax.scipy.linalg.lu_factor(K), C, n
+    C = PROXIMAL * jnp.max(jnp.sum(A * A / diagonal[None, :], axis=1), initial=1e-30)
+    K = jnp.block([[M, A.T], [A, -C * jnp.eye(m, dtype=M.dtype)]]) if m else M
+    return jax.scipy.linalg.lu_factor(K), C
 
 
-def saddle_solve(M, A, b, c, factor=None, iterations=2):
+def saddle_solve(M, A, b, c, scale=None, iterations=2):
     """Solution (x, y) of `M x + A^T y = b`, `A x = c`, by proximal iterations on one factor.
 
     Redundant consistent rows leave x unique and give some y; both have derivatives of every order.  Costs one
     factorisation; its adjoint reuses it.
+
+    Args: M (n, n), A (m, n), b (n,), c (m,); scale (m,) brings the rows to one unit.
     """
-    (lu, C, n) = saddle_factor(M, A) if factor is None else factor
-    C = lax.stop_gradient(C)
-    lu = lax.stop_gradient(lu)
+    n = M.shape[0]
+    if scale is not None:
+        A, c = scale[:, None] * A, scale * c
+    lu, C = lax.stop_gradient(saddle_factor(M, A))
 
     def apply(z):
         x, y = z[:n], z[n:]
         return jnp.concatenate([M @ x + A.T @ y, A @ x - C * y])
 
-    def solve(right):
-        return lax.custom_linear_solve(
-            apply,
-            right,
-            lambda _, r: jax.scipy.linalg.lu_solve(lu, r),
-            lambda _, r: jax.scipy.linalg.lu_solve(lu, r),
-            symmetric=True,
-        )
+    def inverse(_, right):
+        return jax.scipy.linalg.lu_solve(lu, right)
 
     y = jnp.zeros_like(c)
     for _ in range(iterations):
-        z = solve(jnp.concatenate([b, c - C * y]))
+        right = jnp.concatenate([b, c - C * y])
+        z = lax.custom_linear_solve(apply, right, inverse, inverse, symmetric=True)
         y = z[n:]
-    return z[:n], y
+    return z[:n], (y if scale is None else scale * y)
 
 
 def full_rank_lstsq(B, right):

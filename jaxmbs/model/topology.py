@@ -117,7 +117,7 @@ class Topology:
     def balls(self) -> np.ndarray:
         """First node of every ball."""
         kinds = np.array(self.node_kind)
-        return np.nonzero(kinds == "ball")[0]
+        return np.nonzero(kinds == "ball")[0][::3]
 
     @cached_property
     def is_simple(self) -> bool:

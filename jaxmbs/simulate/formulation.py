@@ -79,7 +79,11 @@ class Problem(eqx.Module):
             A = constraints.jacobian(self.system, self.P, psi, t)
             M = hamiltonian.tree_mass(self.system, self.P, psi)
             from_rows = -constraints.time_rate(self.system, self.P, psi, t)
-            return psi, hamiltonian.saddle_solve(M, A, M @ u, from_rows)[0] / self.scale, work
+            return (
+                psi,
+                hamiltonian.saddle_solve(M, A, M @ u, from_rows, constraints.row_scale(self.system))[0] / self.scale,
+                work,
+            )
         return psi, hamiltonian.momenta(self.system, self.P, psi, u) / self.scale, work
 
     def project_position(self, t, psi):

@@ -148,7 +148,7 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         y0,
         args=problem,
         saveat=diffrax.SaveAt(ts=ts),
-        stepsize_controller=_controller(dt, rtol, atol, t1 - t0),
+        stepsize_controller=_controller(dt, rtol, atol, t1 - t0, ts),
         adjoint=adjoint,
         event=None if event is None else _event(event),
         max_steps=max_steps,
@@ -178,14 +178,16 @@ def _scaled(problem, psi, u, t):
     return eqx.tree_at(lambda p: p.scale, problem, scale)
 
 
-def _controller(dt, rtol, atol, span):
+def _controller(dt, rtol, atol, span, ts):
+    """Fixed steps, or adaptive ones that land on the saved times: interpolation would cost digits."""
     if dt is not None:
         return diffrax.ConstantStepSize()
 
     def norm(y):
         return optimistix.rms_norm(y[:2])  # the work account follows, it does not lead
 
-    return diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
+    adaptive = diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
+    return diffrax.ClipStepSizeController(adaptive, step_ts=ts)
 
 
 def _event(function):

@@ -1,0 +1,143 @@
+"""What the benchmarks share: arguments, timing in CPU seconds, rows, tables and JSON.
+
+Import this before anything that imports JAX or NumPy: `environment` sets what they read at import.
+"""
+
+import argparse
+import importlib.metadata
+import json
+import os
+import platform
+import statistics
+import time
+from dataclasses import asdict, dataclass, field
+
+import environment  # noqa: F401
+import jax
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_enable_compilation_cache", False)  # compile times are measured, never read from disk
+
+PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy", "pin", "mujoco", "exudyn")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure: ours, the peer's if any, and ours over the peer's.  The goal is printed, not stored."""
+
+    case: str
+    metric: str
+    value: float | int | str
+    unit: str = ""
+    peer: str | None = None
+    peer_value: float | None = None
+    ratio: float | None = field(default=None)
+    goal: str = field(default="", compare=False)
+
+
+def row(case, metric, value, unit="", peer=None, peer_value=None, goal=""):
+    """A row, its ratio filled in."""
+    if not isinstance(value, str | int):
+        value = float(value)
+    peer_value = None if peer_value is None else float(peer_value)
+    ratio = value / peer_value if peer_value else None
+    return Row(case, metric, value, unit, peer, peer_value, ratio, goal)
+
+
+def parser(description, *names):
+    """Argument parser with the options of every benchmark; `names` are the cases that `--only` takes."""
+    p = argparse.ArgumentParser(description=description.splitlines()[0])
+    p.add_argument(
+        "--quick", action="store_true", help="small cases and few repeats: a check that it runs, no figures"
+    )
+    p.add_argument("--json", metavar="FILE", help="write the rows to this file")
+    if names:
+        p.add_argument("--only", nargs="+", metavar="CASE", help=f"run these cases only: {', '.join(names)}")
+    return p
+
+
+def wanted(options, name):
+    """Whether `--only` lets the case run."""
+    return not options.only or any(name == pattern or name.startswith(pattern + " ") for pattern in options.only)
+
+
+# --------------------------------------------------------------------------------------------------------- timing
+def cpu_seconds(functions, rounds=5, least=0.2):
+    """Median CPU seconds of one call of each function of a dict, all threads of the process counted.
+
+    The functions take turns, so that a slow spell of the machine meets all of them; each turn repeats its function
+    for about `least` seconds.  The first call is the warm-up.
+    """
+    counts = {}
+    for name, function in functions.items():
+        jax.block_until_ready(function())
+        once = _timed(function, 1)
+        counts[name] = max(1, int(least / max(once, 1e-7)))
+    times = {name: [] for name in functions}
+    for _ in range(rounds):
+        for name, function in functions.items():
+            times[name].append(_timed(function, counts[name]) / counts[name])
+    return {name: statistics.median(values) for name, values in times.items()}
+
+
+def _timed(function, count):
+    start = time.process_time()
+    for _ in range(count):
+        result = function()
+    jax.block_until_ready(result)
+    return time.process_time() - start
+
+
+def compiled(function, *args):
+    """The compiled function and the CPU seconds of tracing, lowering and compiling it, from cold."""
+    jax.clear_caches()
+    start = time.process_time()
+    executable = jax.jit(function).lower(*args).compile()
+    return executable, time.process_time() - start
+
+
+# ---------------------------------------------------------------------------------------------------------- output
+def versions():
+    """Rows that say what was measured where."""
+    found = {"machine": f"{_processor()}, {os.cpu_count()} cores", "python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    found["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", "")
+    return [row(name, "version", value) for name, value in found.items()]
+
+
+def _processor():
+    try:
+        with open("/proc/cpuinfo") as info:
+            return next(line.split(":", 1)[1].strip() for line in info if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def _text(value):
+    if value is None:
+        return ""
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def table(rows):
+    """The rows as aligned text."""
+    heads = ("case", "metric", "ours", "unit", "peer", "peer's", "ratio", "goal")
+    cells = [tuple(_text(getattr(r, name)) for name in Row.__dataclass_fields__) for r in rows]
+    widths = [max(len(line[i]) for line in (heads, *cells)) for i in range(len(heads))]
+    lines = ["  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)).rstrip() for line in (heads, *cells)]
+    return "\n".join(lines)
+
+
+def report(rows, options):
+    """Print the table; write the JSON list if asked for."""
+    print(table(rows))
+    if options.json:
+        everything = [{k: v for k, v in asdict(r).items() if k != "goal"} for r in (*versions(), *rows)]
+        with open(options.json, "w") as file:
+            json.dump(everything, file, indent=1)
+            file.write("\n")
+        print(f"wrote {options.json}")

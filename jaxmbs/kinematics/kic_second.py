@@ -1,0 +1,128 @@
+"""Second-order kinematic influence coefficients: of the loops, and of every body, by `jacfwd` and in vector form.
+
+`H[n, :, m] = dG[:, n] / dphi_m`, the total derivative along the constraints: `G_dot[:, n] = H[n] phi_dot`.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..math.linalg import full_rank_lstsq
+from ..math.tensor import left_product, plane_mix, right_product
+from ..model.system import System
+from . import constraints
+from .kic import body_kic, dependent_columns, independent_columns, velocity_map
+from .poses import coordinate_rate, frame_poses, joint_twists, node_parameters, node_poses
+
+
+def along_independent(system: System, P, psi, t, function):
+    """Total derivative of `function(psi)` by the independent coordinates: (..., N).  Source: S2 (7), (17)."""
+    Gamma = velocity_map(system, P, psi, t)[0]
+
+    def along(column):
+        return jax.jvp(function, (psi,), (coordinate_rate(system.topology, psi, column),))[1]
+
+    return jax.vmap(along, in_axes=1, out_axes=-1)(Gamma)
+
+
+def velocity_map_second(system: System, P, psi, t):
+    """dGamma / dphi (nv, N, N): zero at the independent rows, Hi at the dependent ones."""
+    return along_independent(system, P, psi, t, lambda q: velocity_map(system, P, q, t)[0])
+
+
+def internal_kic_second(system: System, state):
+    """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jacfwd` of Gi along (I, Gi).
+
+    No root is sought inside the derivative.  Source: S2 (7)-(9).
+    """
+    P = node_parameters(system)
+    return velocity_map_second(system, P, state.coordinates, state.t)[dependent_columns(system)]
+
+
+def internal_kic_second_printed(system: System, state):
+    """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
+
+    For coordinates that are integrals of their velocities (no quaternions).  Source: S2 (8)-(9), products (77)-(84).
+    """
+    P, psi, t = node_parameters(system), state.coordinates, state.t
+    p, q = independent_columns(system), dependent_columns(system)
+    f_xx = jax.jacfwd(lambda x: constraints.jacobian(system, P, x, t))(psi)
+    Gi = velocity_map(system, P, psi, t)[0][q]
+    f_pp, f_pq, f_qp, f_qq = (f_xx[:, a][:, :, b] for a in (p, q) for b in (p, q))
+    planes = f_pp + right_product(f_pq, Gi) + left_product(Gi.T, f_qp)
+    planes = planes + right_product(left_product(Gi.T, f_qq), Gi)
+    left_inverse = full_rank_lstsq(constraints.jacobian(system, P, psi, t)[:, q], jnp.eye(planes.shape[0]))
+    return -plane_mix(left_inverse, planes)
+
+
+class SecondKic(eqx.Module):
+    """Second-order KIC: `internal` Hi (M, N, N); `rotational`, `translational` (N, 3, N) by body name."""
+
+    internal: Float[Array, "m n n"]
+    rotational: dict
+    translational: dict
+
+
+def body_kic_second(system: System, P, psi, t):
+    """(bodies, 6, N, N) derivative of the external KIC by the independent coordinates, by forward mode.
+
+    Axes: body, component, n, m.  Source: S2 (17)-(18), (26).
+    """
+    return along_independent(system, P, psi, t, lambda q: body_kic(system, P, q, t))
+
+
+def body_kic_second_vector(system: System, P, psi, t):
+    """The same in vector form: every joint twist S_j turns with its frame, `dS_j/dphi_m = V_m x S_j`.
+
+    Rotational part: `sum_i sum_{j before i} w_in w_jm (z_j x z_i) + sum_i Hi[s(i), n, m] z_i`; the translational
+    part, not printed, is its moment about the moving centre of mass.  Source: S2 (19)-(25), (26)-(27).
+    """
+    top = system.topology
+    W = node_poses(top, P, psi)
+    S = joint_twists(top, P, W)
+    Gamma, dGamma = velocity_map(system, P, psi, t)[0], velocity_map_second(system, P, psi, t)
+    path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])
+    above = jnp.asarray(path[: top.nodes.size][top.column_frame], S.dtype)
+    V = jnp.einsum("ji,im,ik->jmk", above, Gamma, S)  # twist of each column's frame per phi_m
+    cross = jax.vmap(jax.vmap(jnp.cross, in_axes=(0, None)))  # (column, m) x (column)
+    w, v, s, l = V[..., :3], V[..., 3:], S[:, :3], S[:, 3:]
+    turned = jnp.concatenate([cross(w, s), cross(w, l) + cross(v, s)], axis=-1)
+    of_body = jnp.asarray(path[np.asarray(top.body_node, int)], S.dtype)
+    X = jnp.einsum("bj,jn,jk->bkn", of_body, Gamma, S)
+    dX = jnp.einsum("bj,jnm,jk->bknm", of_body, dGamma, S) + jnp.einsum("bj,jn,jmk->bknm", of_body, Gamma, turned)
+    R, x = frame_poses(system, W)
+    index = np.arange(1, top.bodies.size + 1)
+    com = x[index] + jnp.einsum("bij,bj->bi", R[index], system.com)
+
+    def at_com(X, dX, com):
+        g_r = X[:3]
+        g_t = X[3:] + jax.vmap(jnp.cross, (1, None), 1)(g_r, com)
+        moving = jax.vmap(jax.vmap(jnp.cross, (None, 1), 1), (1, None), 1)(g_r, g_t)
+        moment = jax.vmap(jax.vmap(jnp.cross, (1, None), 1), (2, None), 2)(dX[:3], com)
+        return jnp.concatenate([dX[:3], dX[3:] + moment + moving])
+
+    return jax.vmap(at_com)(X, dX, com)
+
+
+@eqx.filter_jit
+def kic_second(system: System, state) -> SecondKic:
+    """Second-order KIC of a state, internal and of every body at its centre of mass, world axes.
+
+    H_t is symmetric in (n, m) for one-freedom joints and holonomic rows, H_r is not:
+    `dg_n/dphi_m - dg_m/dphi_n = g_m x g_n`.  Source: S2 (7)-(9), (17)-(27).
+    """
+    P = node_parameters(system)
+    H = jnp.swapaxes(body_kic_second(system, P, state.coordinates, state.t), 1, 2)
+    names = system.topology.body_names
+    return SecondKic(
+        internal=internal_kic_second(system, state),
+        rotational={name: H[k, :, :3] for k, name in enumerate(names)},
+        translational={name: H[k, :, 3:] for k, name in enumerate(names)},
+    )
+
+
+def kic_rate(second, phi_dot):
+    """G_dot (3, N) of a body from its H (N, 3, N) and phi_dot (N,): column n is `H[n] phi_dot`.  Source: S2 (10), (27)."""
+    return jnp.einsum("ncm,m->cn", second, phi_dot)
