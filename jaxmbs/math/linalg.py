@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jax import lax
 
 #: Weight of the lower block of a saddle system, relative to the largest row of A diag(M)^-1 A^T.
-PROXIMAL = 1e-8
+PROXIMAL = 1e-9
 
 
 def saddle_factor(M, A):

@@ -1,0 +1,108 @@
+"""Assembly of states: the four-bar in closed form, branches, failures by name, derivatives."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from mechanisms import LENGTHS, four_bar, four_bar_angles
+
+import jaxmbs as mbs
+
+GUESS = {"B": -0.3, "D": 1.5}
+
+
+@pytest.fixture(scope="module")
+def system():
+    return four_bar()
+
+
+def coordinates(system, state):
+    values = system.coordinates(state)
+    return np.array([values[name] for name in ("A", "B", "D")])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, -1.5])
+def test_four_bar_by_two_circles(system, angle):
+    expected = four_bar_angles(angle)
+    near = {"B": expected[1] + 0.2, "D": expected[2] - 0.2}
+    state = mbs.State.at(system, A=angle, guess=near)
+    np.testing.assert_allclose(coordinates(system, state), expected, atol=1e-11)
+    np.testing.assert_allclose(mbs.constraint_residual(system, state), 0.0, atol=1e-12)
+
+
+def test_the_guess_chooses_the_branch(system):
+    """The crossed branch is the mirror image in the line from B to D."""
+    open_branch = four_bar_angles(0.7)
+    B = LENGTHS[1] * np.array([np.cos(0.7), np.sin(0.7)])
+    line = np.arctan2(-B[1], LENGTHS[0] - B[0])
+    crossed = np.array([0.7, 2 * line - (open_branch[1] + 0.7) - 0.7, 2 * line - open_branch[2]])
+    state = mbs.State.at(system, A=0.7, guess={"B": crossed[1] + 0.1, "D": crossed[2] - 0.1})
+    found = coordinates(system, state)
+    np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * crossed), atol=1e-10)
+    assert mbs.position(system, state, ("coupler", (0.9, 0.0, 0.0)))[1] < 0.0
+
+
+def test_held_coordinates_stay_held(system):
+    expected = four_bar_angles(0.5)
+    state = mbs.State.at(system, {"D": expected[2]}, guess={"A": 0.4, "B": expected[1]})
+    np.testing.assert_allclose(coordinates(system, state), expected, atol=1e-10)
+
+
+def test_no_guess_is_needed(system):
+    state = mbs.State.at(system, A=0.7)
+    np.testing.assert_allclose(mbs.constraint_residual(system, state), 0.0, atol=1e-10)
+
+
+def test_unassemblable_names_the_joint_that_stays_open(system):
+    far = four_bar((3.0, 0.3, 0.9, 0.7), like=system)
+    with pytest.raises(mbs.AssemblyError, match="cannot be assembled") as caught:
+        mbs.State.at(far, A=0.7, guess=GUESS)
+    assert set(caught.value.residuals) == {"C"}
+    # The pins come no nearer than ground - crank reach - coupler - rocker.
+    B = 0.3 * np.array([np.cos(0.7), np.sin(0.7)])
+    gap = np.hypot(3.0 - B[0], B[1]) - 1.6
+    assert gap * 0.7 < caught.value.residuals["C"] < gap * 1.0001
+
+
+def test_contradicting_rates_are_refused(system):
+    B, D = four_bar_angles(0.7)[1:]
+    with pytest.raises(mbs.AssemblyError, match="rates held contradict"):
+        mbs.State.at(system, A=0.7, rates={"A": 1.0, "D": -3.0}, guess={"B": B, "D": D})
+
+
+def test_rates_follow_the_closed_form(system):
+    h = 1e-6
+    slope = (four_bar_angles(0.7 + h) - four_bar_angles(0.7 - h)) / (2 * h)
+    state = mbs.State.at(system, A=0.7, rates={"A": 2.0}, guess=GUESS)
+    rates = system.rates(state)
+    np.testing.assert_allclose([rates[n] for n in ("A", "B", "D")], 2.0 * slope, atol=1e-8)
+    np.testing.assert_allclose(mbs.constraint_jacobian(system, state) @ state.velocities, 0.0, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def derivatives(system):
+    """Value, Jacobian and Hessian of (B, D) with respect to the four lengths and the crank angle."""
+
+    def solved(x):
+        state = mbs.State.at(four_bar(tuple(x[:4]), like=system), A=x[4], guess=GUESS)
+        return state.coordinates[jnp.array([1, 2])]
+
+    return jax.jit(lambda x: (solved(x), jax.jacfwd(solved)(x), jax.jacrev(solved)(x), jax.jacfwd(jax.jacrev(solved))(x)))
+
+
+def test_derivatives_of_assembled_coordinates(derivatives):
+    x = np.array([*LENGTHS, 0.7])
+
+    def truth(x):
+        return four_bar_angles(x[4], x[:4])[1:]
+
+    def central(f, x, h):
+        steps = h * np.eye(5)
+        return np.stack([(f(x + s) - f(x - s)) / (2 * h) for s in steps], axis=-1)
+
+    value, forward, reverse, hessian = (np.asarray(d) for d in derivatives(jnp.asarray(x)))
+    np.testing.assert_allclose(value, truth(x), atol=1e-11)
+    np.testing.assert_allclose(forward, central(truth, x, 1e-6), rtol=1e-7, atol=1e-8)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(hessian, central(lambda y: central(truth, y, 1e-4), x, 1e-4), rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(hessian, np.swapaxes(hessian, 1, 2), atol=1e-9)

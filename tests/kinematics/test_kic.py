@@ -1,0 +1,154 @@
+"""First- and second-order KIC against derivatives of positions and against one another."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.kinematics import kic as first
+from jaxmbs.kinematics import kic_second as second
+from jaxmbs.kinematics.assembly import assemble
+from jaxmbs.kinematics.poses import node_parameters
+
+from .. import systems
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    system = systems.four_bar()
+    return system, systems.four_bar_state(system)
+
+
+@pytest.fixture(scope="module")
+def loop():
+    system = systems.spatial_loop()
+    guess = {"cross": (0.2, -0.3), "elbow": (0.1, 0.4)}
+    return system, mbs.State.at(system, cross=(0.2, -0.3), rates={"cross": (0.7, -0.4)}, guess=guess)
+
+
+@pytest.fixture(scope="module")
+def tree():
+    system = systems.spatial_tree()
+    return system, systems.general_state(system)
+
+
+ALL = ["four_bar", "loop", "tree"]
+
+
+@pytest.fixture(params=ALL)
+def case(request):
+    return request.getfixturevalue(request.param)
+
+
+def moved(system, state, phi):
+    """Coordinates on the constraints at the independent values phi (simple joints)."""
+    chosen = np.asarray(first.independent_columns(system))
+    free = jnp.ones(system.topology.num_velocities).at[chosen].set(0.0)
+    psi = state.coordinates.at[chosen].set(phi)
+    return assemble(system, node_parameters(system), psi, state.t, free)
+
+
+def phi_of(system, state):
+    return state.coordinates[np.asarray(first.independent_columns(system))]
+
+
+def test_internal_kic_is_the_derivative_of_the_closed_loop(four_bar):
+    system, state = four_bar
+    q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])
+    phi = phi_of(system, state)
+    finite = (q(phi + 1e-6) - q(phi - 1e-6)) / 2e-6
+    np.testing.assert_allclose(first.internal_kic(system, state)[:, 0], finite, atol=1e-8)
+    np.testing.assert_allclose(
+        state.velocities[first.dependent_columns(system)],
+        first.internal_kic(system, state) @ state.velocities[first.independent_columns(system)],
+        atol=1e-10,
+    )
+
+
+def test_internal_kic_transposed_carries_efforts_without_loss_of_power(loop):
+    system, state = loop
+    tau = jnp.arange(1.0, 1.0 + len(first.dependent_columns(system)))
+    Gi = first.internal_kic(system, state)
+    phi_dot = state.velocities[first.independent_columns(system)]
+    q_dot = state.velocities[first.dependent_columns(system)]
+    np.testing.assert_allclose((Gi.T @ tau) @ phi_dot, tau @ q_dot, rtol=1e-10)
+
+
+def test_body_kic_gives_the_bodies_velocities(case):
+    system, state = case
+    K = mbs.kic(system, state)
+    phi_dot = state.velocities[np.asarray(K.independent)]
+    for k, name in enumerate(system.topology.body_names):
+        com = (name, system.com[k])
+        np.testing.assert_allclose(K.translational[name] @ phi_dot, mbs.velocity(system, state, com), atol=1e-10)
+        np.testing.assert_allclose(K.rotational[name] @ phi_dot, mbs.angular_velocity(system, state, name), atol=1e-10)
+
+
+def test_translational_kic_is_the_derivative_of_positions(case):
+    system, state = case
+    name, com = system.topology.body_names[-1], system.com[-1]
+
+    @jax.jit
+    def place(phi):
+        psi = moved(system, state, phi)
+        return mbs.position(system, mbs.State(state.t, psi, state.velocities), (name, com))
+
+    phi, h = phi_of(system, state), 1e-6
+    finite = [(place(phi.at[i].add(h)) - place(phi.at[i].add(-h))) / (2 * h) for i in range(len(phi))]
+    np.testing.assert_allclose(mbs.kic(system, state).translational[name], np.stack(finite, 1), atol=1e-8)
+
+
+def test_internal_kic_second_forms_agree(four_bar, loop):
+    for system, state in (four_bar, loop):
+        forward = jax.jit(second.internal_kic_second)(system, state)
+        printed = jax.jit(second.internal_kic_second_printed)(system, state)
+        assert np.max(np.abs(forward)) > 0.1
+        np.testing.assert_allclose(forward, printed, atol=1e-11 * np.max(np.abs(forward)))
+
+
+def test_internal_kic_second_is_the_second_derivative_of_the_loop(four_bar):
+    system, state = four_bar
+    q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])
+    phi, h = phi_of(system, state), 1e-4
+    finite = (q(phi + h) - 2 * q(phi) + q(phi - h)) / h**2
+    np.testing.assert_allclose(second.internal_kic_second(system, state)[:, 0, 0], finite, rtol=1e-6)
+    exact = jax.jit(jax.jacfwd(jax.jacfwd(q)))(phi)
+    np.testing.assert_allclose(second.internal_kic_second(system, state), exact, rtol=1e-10)
+
+
+def test_body_kic_second_vector_form_equals_forward_mode(case):
+    system, state = case
+    P = node_parameters(system)
+    forward = jax.jit(second.body_kic_second)(system, P, state.coordinates, state.t)
+    vector = jax.jit(second.body_kic_second_vector)(system, P, state.coordinates, state.t)
+    assert np.max(np.abs(forward)) > 0.1
+    np.testing.assert_allclose(forward, vector, atol=1e-12 * np.max(np.abs(forward)))
+
+
+def test_second_kic_symmetries(case):
+    system, state = case
+    K, H = mbs.kic(system, state), mbs.kic_second(system, state)
+    for name in system.topology.body_names:
+        t, r, g = H.translational[name], H.rotational[name], K.rotational[name]
+        np.testing.assert_allclose(t, np.swapaxes(t, 0, 2), atol=1e-11)
+        turn = np.einsum("abc,bm,cn->nam", np.array(_LEVI_CIVITA), g, g)  # g_m x g_n
+        np.testing.assert_allclose(r - np.swapaxes(r, 0, 2), turn, atol=1e-11)
+
+
+def test_kic_rate_is_the_change_of_the_kic_along_the_motion(loop):
+    system, state = loop
+    K, H = mbs.kic(system, state), mbs.kic_second(system, state)
+    phi_dot, h = state.velocities[np.asarray(K.independent)], 1e-6
+    ahead, behind = (
+        mbs.State(state.t, moved(system, state, phi_of(system, state) + s * h * phi_dot), state.velocities)
+        for s in (1.0, -1.0)
+    )
+    for name in system.topology.body_names:
+        finite = (mbs.kic(system, ahead).translational[name] - mbs.kic(system, behind).translational[name]) / (2 * h)
+        np.testing.assert_allclose(mbs.kic_rate(H.translational[name], phi_dot), finite, atol=1e-7)
+
+
+_LEVI_CIVITA = np.zeros((3, 3, 3))
+for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    _LEVI_CIVITA[i, j, k], _LEVI_CIVITA[i, k, j] = 1.0, -1.0

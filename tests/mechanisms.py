@@ -1,0 +1,78 @@
+"""Small mechanisms that several tests share; every number may be traced."""
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import jaxmbs as mbs
+
+DOWN_Y = (0.0, -9.81, 0.0)
+PIN = mbs.Revolute(axis="z")
+LENGTHS = (1.0, 0.3, 0.9, 0.7)  # ground, crank, coupler, rocker [m]
+
+
+def four_bar(lengths=LENGTHS, masses=(1.0, 2.0, 1.5), stiffness=0.0, load=0.0, drive=None, like=None, cut=None):
+    """Planar four-bar in the plane z = 0: pins A (crank), B, D (rocker); C closes the loop."""
+    ground, *links = lengths
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    for name, mass, length in zip(("crank", "coupler", "rocker"), masses, links, strict=True):
+        inertia = mass * length**2 / 12.0 * jnp.array([0.01, 1.0, 1.0])
+        b.body(name, mass=mass, com=(0.5 * length, 0.0, 0.0), inertia=inertia)
+    crank, coupler, rocker = ((length, 0.0, 0.0) for length in links)
+    b.joint("A", PIN, "ground", "crank", drive=drive)
+    b.joint("B", PIN, "crank", "coupler", parent_frame=crank)
+    b.joint("D", PIN, "ground", "rocker", parent_frame=(ground, 0.0, 0.0))
+    b.joint("C", PIN, "coupler", "rocker", parent_frame=coupler, child_frame=rocker)
+    b.force("spring", mbs.SpringDamper(stiffness=stiffness), joint="D")
+    b.force("load", mbs.Force(jnp.stack([0.0 * jnp.asarray(load, float), load, 0.0 * jnp.asarray(load, float)])), on=("coupler", coupler))
+    return b.build(like=like, cut=cut)
+
+
+def four_bar_angles(crank_angle, lengths=LENGTHS):
+    """Joint coordinates (A, B, D) of the open branch (C above the ground) by the crossing of two circles."""
+    ground, a, b, c = lengths
+    B = a * np.array([np.cos(crank_angle), np.sin(crank_angle)])
+    to_D = np.array([ground, 0.0]) - B
+    d = np.linalg.norm(to_D)
+    along = (b**2 - c**2 + d**2) / (2.0 * d)
+    e = to_D / d
+    C = B + along * e + np.sqrt(b**2 - along**2) * np.array([-e[1], e[0]])
+    coupler = np.arctan2(*(C - B)[::-1])
+    rocker = np.arctan2(C[1], C[0] - ground)
+    return np.array([crank_angle, coupler - crank_angle, rocker])
+
+
+def four_bar_state(system, crank_angle=0.7, rate=2.0, lengths=LENGTHS):
+    """Assembled state on the open branch."""
+    _, B, D = four_bar_angles(crank_angle, lengths)
+    return mbs.State.at(system, A=crank_angle, rates={"A": rate}, guess={"B": B, "D": D})
+
+
+def rotation_about(axis, angle):
+    """Rotation matrix (3, 3) about an axis of any length."""
+    axis = np.asarray(axis, float)
+    return Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
+
+
+def bennett(a=1.0, alpha=0.6, b=0.7, beta=None):
+    """Bennett's spatial four-bar of revolutes: it moves only when `a sin beta = b sin alpha`."""
+    beta = np.arcsin(b * np.sin(alpha) / a) if beta is None else beta
+    dimensions = [(a, alpha), (b, beta), (a, alpha), (b, beta)]
+    return closed_chain(dimensions)
+
+
+def closed_chain(dimensions):
+    """Loop of revolutes from Denavit-Hartenberg pairs (length along x, twist about x); the last link is the ground."""
+    build = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    n = len(dimensions)
+    for k in range(n - 1):
+        build.body(f"link_{k}", mass=1.0, com=(0.5 * dimensions[k][0], 0.0, 0.0), inertia=(0.1, 0.12, 0.15))
+    place, previous = None, "ground"
+    for k in range(n - 1):
+        build.joint(f"J{k}", PIN, previous, f"link_{k}", parent_frame=place)
+        length, twist = dimensions[k]
+        place, previous = mbs.Pose((length, 0.0, 0.0), rotation_about((1, 0, 0), twist)), f"link_{k}"
+    length, twist = dimensions[-1]
+    last = mbs.Pose((-length, 0.0, 0.0), rotation_about((1, 0, 0), -twist))
+    build.joint(f"J{n - 1}", PIN, previous, "ground", parent_frame=place, child_frame=last)
+    return build
