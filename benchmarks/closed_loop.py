@@ -62,6 +62,11 @@ def _window(n, reference):
     )
 
 
+def _andrews_start(system):
+    guess = dict(zip(ANDREWS_NAMES[1:], ANDREWS_START[1:], strict=True))
+    return mbs.State.at(system, beta=ANDREWS_START[0], guess=guess)
+
+
 def _governor_start(system):
     still = {"slide": 0.0, "right": 0.0, "left": 0.0}
     pose = {"spin": 0.0, "slide": 0.5, "right": np.pi / 6, "left": np.pi / 6}
@@ -76,7 +81,7 @@ CASES = (
     Case(
         "A03",
         models.andrews,
-        lambda system: mbs.State.at(system, beta=ANDREWS_START[0], guess=dict(zip(ANDREWS_NAMES[1:], ANDREWS_START[1:], strict=True))),
+        _andrews_start,
         lambda system, state: jnp.reshape(system.coordinates(state)["beta"], (1,)),
         0.03,
         (15.810771195153775,),
@@ -92,7 +97,7 @@ CASES = (
         (0.6196229170613065,),
         STIFF,
     ),
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ Total energy is conserved; its error is given relative to the peak kinetic energ
 function, this library's kinetic and potential energy.
 """
 
-import time
 from pathlib import Path
 
 import common
@@ -18,34 +17,33 @@ import jaxmbs as mbs
 
 GOAL = 1e-7
 DT = 1e-3
+OURS = "jaxmbs default (Dopri8, 1e-9)"
 MUJOCO = {"MuJoCo Euler 1 ms (its default)": "Euler", "MuJoCo RK4 1 ms": "RK4"}
 
 
-def ours(system, end, ts):
-    """Coordinates and velocities (T, 10) at our defaults, and CPU seconds of a compiled run."""
+def ours(system, ts):
+    """Our motion at the defaults, as a function without arguments."""
     start = our_start(system)
-    mbs.simulate(system, start, ts=ts)
-    began = time.process_time()
-    motion = mbs.simulate(system, start, ts=ts)
-    jax.block_until_ready(motion)
-    seconds = time.process_time() - began
-    return (motion.states.coordinates, motion.states.velocities), seconds, int(motion.diagnostics.num_steps)
+    return lambda: mbs.simulate(system, start, ts=ts)
 
 
 def theirs(integrator, ts):
-    """Coordinates and velocities (T, 10) of MuJoCo at the same times."""
+    """Coordinates and velocities (T, 10) of MuJoCo at the same times, as a function without arguments."""
     model = mujoco_model(integrator, DT)
     data = mujoco.MjData(model)
-    data.qpos[:] = START
-    states, done = [], 0
-    began = time.process_time()
-    for t in ts:
-        steps = round(t / DT)
-        if steps > done:
-            mujoco.mj_step(model, data, nstep=steps - done)
-        done = steps
-        states.append((data.qpos.copy(), data.qvel.copy()))
-    return tuple(map(np.stack, zip(*states, strict=True))), time.process_time() - began, done
+
+    def run():
+        mujoco.mj_resetData(model, data)
+        data.qpos[:] = START
+        states, done = [], 0
+        for steps in np.round(ts / DT).astype(int):
+            if steps > done:
+                mujoco.mj_step(model, data, nstep=steps - done)
+            done = steps
+            states.append((data.qpos.copy(), data.qvel.copy()))
+        return tuple(map(np.stack, zip(*states, strict=True)))
+
+    return run
 
 
 def energy_error(system, ts, q, v):
@@ -57,28 +55,32 @@ def energy_error(system, ts, q, v):
     return total - total[0], np.max(kinetic)
 
 
-def measure(end):
-    """Rows and the curves {name: error over time relative to the peak kinetic energy}."""
+def measure(end, rounds):
+    """Rows, times and the curves {name: error over time relative to the peak kinetic energy}."""
     system = our_system()
     ts = np.linspace(0.0, end, round(end / 0.05) + 1)
-    runs = {"jaxmbs default (Dopri8, 1e-9)": ours(system, end, ts)}
-    runs |= {name: theirs(integrator, ts) for name, integrator in MUJOCO.items()}
-    errors = {name: energy_error(system, ts, *states) for name, (states, _, _) in runs.items()}
-    peak = next(iter(errors.values()))[1]
+    runs = {OURS: ours(system, ts)} | {name: theirs(integrator, ts) for name, integrator in MUJOCO.items()}
+    seconds = common.cpu_seconds(runs, rounds, least=0.1)
+    motion = runs[OURS]()
+    states = {name: runs[name]() for name in MUJOCO}
+    states[OURS] = motion.states.coordinates, motion.states.velocities
+    errors = {name: energy_error(system, ts, *states[name]) for name in runs}
+    peak = errors[OURS][1]
     curves = {name: np.abs(error) / peak for name, (error, _) in errors.items()}
-    return _rows(f"chain N=10 t={end:g} s", runs, curves, peak), ts, curves
+    steps = int(motion.diagnostics.num_steps), round(end / DT)
+    return _rows(f"chain N=10 t={end:g} s", seconds, steps, curves, peak), ts, curves
 
 
-def _rows(case, runs, curves, peak):
-    name, *peers = runs
-    worst = {key: np.max(curve) for key, curve in curves.items()}
+def _rows(case, seconds, steps, curves, peak):
+    worst = {name: np.max(curve) for name, curve in curves.items()}
     rows = [common.row(case, "peak kinetic energy", peak, "J")]
-    for peer in peers:
+    for peer in MUJOCO:
         rows += [
-            common.row(case, "largest energy error", worst[name], "of peak KE", peer, worst[peer], f"<{GOAL:g}"),
-            common.row(case, "one run", runs[name][1], "s CPU", peer, runs[peer][1]),
+            common.row(case, "largest energy error", worst[OURS], "of peak KE", peer, worst[peer], f"<{GOAL:g}"),
+            common.row(case, "one run", seconds[OURS], "s CPU", peer, seconds[peer]),
+            common.row(case, "steps", steps[0], "", peer, steps[1]),
         ]
-    return [*rows, common.row(case, "steps", runs[name][2], "", peers[0], runs[peers[0]][2])]
+    return rows
 
 
 def over_time(ts, curves):
@@ -112,7 +114,7 @@ def main():
     parser = common.parser(__doc__)
     parser.add_argument("--plot", metavar="FILE", help="picture of the errors (default: beside --json)")
     options = parser.parse_args()
-    rows, ts, curves = measure(1.0 if options.quick else 10.0)
+    rows, ts, curves = measure(1.0, 1) if options.quick else measure(10.0, 5)
     print(over_time(ts, curves))
     common.report(rows, options)
     file = options.plot or (options.json and Path(options.json).with_suffix(".png"))

@@ -1,4 +1,4 @@
-"""jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions ask questions of it."""
+"""jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions question it."""
 
 from . import forces as forces
 from . import joints as joints

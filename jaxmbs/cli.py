@@ -45,11 +45,14 @@ def _prepare() -> None:
     """Double precision and compiler flags for this process; flags count only before the first compilation."""
     import jax
 
-    from .doctor import SMALL_LOOPS_FLAG, needs_small_loops_flag
+    from . import doctor
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    flags = [_QUICK_COMPILE] + ([SMALL_LOOPS_FLAG] if needs_small_loops_flag() else [])
     given = os.environ.get("XLA_FLAGS", "")
-    missing = [flag for flag in flags if flag.split("=")[-2] not in given]
-    os.environ["XLA_FLAGS"] = " ".join([given, *missing]).strip()
+    flags = [given] if given else []
+    if "xla_backend_optimization_level" not in given:
+        flags.append(_QUICK_COMPILE)
+    if doctor._needs_flag(jax.__version__) and doctor._SMALL_LOOPS not in given:
+        flags.append(doctor._FLAG)
+    os.environ["XLA_FLAGS"] = " ".join(flags)
     jax.config.update("jax_enable_x64", True)

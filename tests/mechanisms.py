@@ -24,7 +24,11 @@ def four_bar(lengths=LENGTHS, masses=(1.0, 2.0, 1.5), stiffness=0.0, load=0.0, d
     b.joint("D", PIN, "ground", "rocker", parent_frame=(ground, 0.0, 0.0))
     b.joint("C", PIN, "coupler", "rocker", parent_frame=coupler, child_frame=rocker)
     b.force("spring", mbs.SpringDamper(stiffness=stiffness), joint="D")
-    b.force("load", mbs.Force(jnp.stack([0.0 * jnp.asarray(load, float), load, 0.0 * jnp.asarray(load, float)])), on=("coupler", coupler))
+    b.force(
+        "load",
+        mbs.Force(jnp.stack([0.0 * jnp.asarray(load, float), load, 0.0 * jnp.asarray(load, float)])),
+        on=("coupler", coupler),
+    )
     return b.build(like=like, cut=cut)
 
 
@@ -62,7 +66,7 @@ def bennett(a=1.0, alpha=0.6, b=0.7, beta=None):
 
 
 def closed_chain(dimensions):
-    """Loop of revolutes from Denavit-Hartenberg pairs (length along x, twist about x); the last link is the ground."""
+    """Loop of revolutes from Denavit-Hartenberg pairs (length, twist) along x; the last link is the ground."""
     build = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
     n = len(dimensions)
     for k in range(n - 1):

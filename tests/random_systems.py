@@ -121,9 +121,9 @@ def pinocchio_model(links, gravity=GRAVITY):
             joint = pin.JointModelSpherical()
         else:
             axis = np.array(link.kind.axis) / np.linalg.norm(link.kind.axis)
-            joint = {"Revolute": pin.JointModelRevoluteUnaligned, "Prismatic": pin.JointModelPrismaticUnaligned}[kind](
-                axis
-            )
+            joint = {"Revolute": pin.JointModelRevoluteUnaligned, "Prismatic": pin.JointModelPrismaticUnaligned}[
+                kind
+            ](axis)
         (R, p), com, inertia = _placement(links, link)
         index = model.addJoint(link.parent + 1, joint, pin.SE3(R, p), f"j{k}")
         model.appendBodyToJoint(index, pin.Inertia(link.mass, com, inertia), pin.SE3.Identity())

@@ -48,7 +48,7 @@ class SystemBuilder:
             mass: [kg].
             com: centre of mass in body axes [m].
             inertia: about the centre of mass in body axes [kg m^2]: 0, three principal values or (3, 3).
-            position, rotation: world pose of the body frame in the reference pose, where `at=` of joints is used.
+            position, rotation: world pose of its frame in the reference pose, for joints given by `at=`.
         """
         pose = (
             None
@@ -107,11 +107,10 @@ class SystemBuilder:
                 found.append(f"frame {frame.name!r}: {frame.body!r} is not a body")
         for joint in self._joints.values():
             found += joint_faults(joint, self._bodies, self._frames)
-        if not found:
-            for force in self._forces.values():
-                found += force_faults(force, self._bodies, self._frames, self._joints)
-            for item in self._constraints.values():
-                found += constraint_faults(item, self._bodies, self._frames, self._joints)
+        for force in self._forces.values():
+            found += force_faults(force, self._bodies, self._frames, self._joints)
+        for item in self._constraints.values():
+            found += constraint_faults(item, self._bodies, self._frames, self._joints)
         return found
 
     def build(self, like: System | None = None, independent=None, cut=None) -> System:
@@ -135,6 +134,9 @@ class SystemBuilder:
         if split:
             _split_bodies(split, bodies, joints)
             tree = spanning_tree(bodies, joints, keep, {f"{n}.weld" for n in split} | (set(cut or ()) - keep))
+        loose = [name for name in tree[-1] if joints[name].kind.num_rows == 0]
+        if loose:
+            raise ModelError([f"joint {n!r} (Free) leaves all motions free, so it cannot close a loop" for n in loose])
         system = assemble_system(self.gravity, bodies, self._frames, joints, self._forces, self._constraints, tree)
         if like is not None:
             return _take_over(system, like)

@@ -9,15 +9,7 @@ import scipy.linalg
 
 from ..errors import ModelError
 from ..kinematics import constraints
-from ..kinematics.poses import (
-    frame_poses,
-    joint_twists,
-    neutral_coordinates,
-    node_inertias,
-    node_parameters,
-    node_poses,
-    step_coordinates,
-)
+from ..kinematics.poses import geometry, neutral_coordinates, node_inertias, node_parameters, step_coordinates
 from ..kinematics.tree import mass_matrix
 from ..model.system import System
 from ..model.topology import Mobility
@@ -31,11 +23,11 @@ _CLOSED = 1e-9
 def _evaluate(system: System, psi, t):
     """Residual, Jacobian, reaction map, mass matrix and frame positions at a pose."""
     P = node_parameters(system)
-    W = node_poses(system.topology, P, psi)
-    M = mass_matrix(system.topology.nodes, joint_twists(system.topology, P, W), node_inertias(P, W))
-    f = constraints.residual(system, P, psi, t)
-    A = constraints.jacobian(system, P, psi, t)
-    return f, A, constraints.reaction_map(system, P, psi, t), M, frame_poses(system, W)[1]
+    geo = geometry(system, P, psi)
+    M = mass_matrix(system.topology.nodes, geo.S, node_inertias(P, geo.W))
+    f = constraints.residual_at(system, geo, psi, t)
+    A = constraints.jacobian_at(system, geo, psi, t)
+    return f, A, constraints.reaction_map(system, geo), M, geo.x
 
 
 def analyse(system: System, independent=None) -> Mobility:

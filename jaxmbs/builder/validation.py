@@ -71,13 +71,16 @@ def joint_faults(joint, bodies, frames) -> list[str]:
             elif frames[frame].body != body:
                 found.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
     found += [f"{where}: {fault}" for fault in joint.kind.faults()]
-    if joint.drive is not None and len(joint.kind.nodes) != 1 or joint.drive is not None and _is_ball(joint):
+    if joint.drive is not None and not _has_one_coordinate(joint):
         found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
     return found
 
 
-def _is_ball(joint):
-    return any(node.kind == "ball" for node in joint.kind.nodes)
+def _has_one_coordinate(joint):
+    """Whether it has; joints of no valid kind are reported elsewhere and pass."""
+    if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
+        return True
+    return len(joint.kind.nodes) == 1 and joint.kind.nodes[0].kind != "ball"
 
 
 def _known(bodies):
@@ -114,7 +117,7 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
     if force.joint is not None:
         if force.joint not in joints:
             found.append(f"{where}: {force.joint!r} is not a joint; the joints are: {', '.join(joints)}")
-        elif len(joints[force.joint].kind.nodes) != 1 or _is_ball(joints[force.joint]):
+        elif not _has_one_coordinate(joints[force.joint]):
             found.append(
                 f"{where}: joint {force.joint!r} has not exactly one coordinate; use a Bushing between frames"
             )
@@ -142,7 +145,7 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
         found += [
             f"{where}: joint {name!r} has not exactly one coordinate"
             for name in law.joints
-            if name in joints and (len(joints[name].kind.nodes) != 1 or _is_ball(joints[name]))
+            if name in joints and not _has_one_coordinate(joints[name])
         ]
     elif isinstance(law, Rows):
         found = []

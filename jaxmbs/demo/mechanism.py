@@ -20,7 +20,7 @@ DESIGN = {"counterweight_mass": 0.0, "counterweight_radius": 0.10, "rod_length":
 BOUNDS = {  # [kg], [m]
     "counterweight_mass": (0.0, 8.0),
     "counterweight_radius": (0.04, 0.12),
-    "rod_length": (0.4, 0.7),
+    "rod_length": (0.45, 0.7),  # three crank radii and more
     "rod_tail_mass": (0.0, 1.5),
 }
 

@@ -8,7 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics.poses import frame_poses
+from ..kinematics.poses import Geometry
+from ..math.linalg import skew
 from ..math.spatial import cross, pack, scale, unpack
 from ..model.system import ForceGroup, System
 
@@ -27,12 +28,12 @@ def frame_twists(system: System, V):
 
 def _at(x, V):
     """Angular velocity and the velocity of the point x of a body with world twist V."""
-    return V[:3], V[3:] + jnp.cross(V[:3], x)
+    return V[:3], V[3:] + skew(V[:3]) @ x
 
 
 def _wrench_at(x, moment, force):
     """World wrench about the origin of a force and moment at the point x."""
-    return jnp.concatenate([moment + jnp.cross(x, force), force])
+    return jnp.concatenate([moment + skew(x) @ force, force])
 
 
 def _line(law, a, b, t):
@@ -49,14 +50,14 @@ def _pose_arguments(a, b):
     (R_a, x_a, V_a), (R_b, x_b, V_b) = a, b
     (w_a, v_a), (w_b, v_b) = _at(x_a, V_a), _at(x_b, V_b)
     d = x_b - x_a
-    return R_a.T @ R_b, R_a.T @ d, R_a.T @ (w_b - w_a), R_a.T @ (v_b - v_a - jnp.cross(w_a, d))
+    return R_a.T @ R_b, R_a.T @ d, R_a.T @ (w_b - w_a), R_a.T @ (v_b - v_a - skew(w_a) @ d)
 
 
 def _pose(law, a, b, t):
     """Law between two frames: (wrench on A, wrench on B, power)."""
     R, d, w, v = _pose_arguments(a, b)
     local = law.wrench(R, d, w, v, t)
-    spin = jax.vmap(jnp.cross, in_axes=(None, 1), out_axes=1)(w, R)
+    spin = skew(w) @ R
     stored = jax.jvp(lambda R, d: law.potential(R, d, t), (R, d), (spin, v))[1]
     R_a, x_b = a[0], b[1]
     wrench = _wrench_at(x_b, R_a @ local[:3], R_a @ local[3:])
@@ -68,7 +69,7 @@ def _frame(law, a, _, t):
     R, x, V = a
     w, v = _at(x, V)
     load = law.wrench(R, x, w, v, t)
-    spin = jax.vmap(jnp.cross, in_axes=(None, 1), out_axes=1)(w, R)
+    spin = skew(w) @ R
     stored = jax.jvp(lambda R, x: law.potential(R, x, t), (R, x), (spin, v))[1]
     wrench = _wrench_at(x, load[:3], load[3:])
     return wrench, jnp.zeros_like(wrench), jnp.dot(load, jnp.concatenate([w, v])) + stored
@@ -107,8 +108,8 @@ def body_owner(system: System):
     return np.asarray(system.topology.frame_body), system.topology.bodies.size
 
 
-def efforts(system: System, W, V, psi, u, t, owner=None):
-    """All force elements: wrench on every node (nodes, 6) (or body, by `owner`), effort on every column (nv,), power per element.
+def efforts(system: System, geo: Geometry, V, psi, u, t, owner=None):
+    """All force elements: wrench on every node (nodes, 6), or body by `owner`; effort on every column (nv,); powers.
 
     The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
     sources that drive; in the order of `element_names`.  Gravity is not included.
@@ -119,7 +120,7 @@ def efforts(system: System, W, V, psi, u, t, owner=None):
     frames = None
     for group in system.forces:
         if group.port in _PORTS:
-            frames = frames or (*frame_poses(system, W), frame_twists(system, V))
+            frames = frames or (geo.R, geo.x, frame_twists(system, V))
             wrench, power = _group_wrenches(system, group, frames, t, owner)
             F = F + wrench
         elif group.port == "joint":
@@ -142,12 +143,11 @@ def element_is_source(system: System) -> tuple[bool, ...]:
     return tuple(group.law.is_source for group in system.forces for _ in group.names)
 
 
-def stored_energy(system: System, W, psi, t):
+def stored_energy(system: System, geo: Geometry, psi, t):
     """Potential energy [J] of all force elements; gravity is not included.  Source: S2 (70), V."""
-    total, frames = jnp.zeros((), psi.dtype), None
+    total, (R, x) = jnp.zeros((), psi.dtype), (geo.R, geo.x)
     for group in system.forces:
         if group.port in _PORTS:
-            R, x = frames = frames or frame_poses(system, W)
             a, b = np.asarray(group.first), np.asarray(group.second)
             if group.port == "line":
                 parts = jax.vmap(lambda law, d: law.line_potential(d, t))(group.law, x[b] - x[a])

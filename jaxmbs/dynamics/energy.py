@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from ..kinematics.poses import joint_twists, node_inertias, node_parameters, node_poses
+from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..math.spatial import dot, momentum, unpack
 from ..model.system import System
 from .efforts import stored_energy
@@ -12,12 +12,11 @@ from .newton_euler import node_motion
 
 def energies(system: System, P, psi, u, t):
     """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
-    top = system.topology
-    W = node_poses(top, P, psi)
-    J = node_inertias(P, W)
-    v = unpack(node_motion(top, joint_twists(top, P, W), u))
+    geo = geometry(system, P, psi)
+    J = node_inertias(P, geo.W)
+    v = unpack(node_motion(system.topology, geo.S, u))
     kinetic = 0.5 * jnp.sum(dot(v, momentum(unpack(J), v)))
-    potential = -jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0)) + stored_energy(system, W, psi, t)
+    potential = -jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0)) + stored_energy(system, geo, psi, t)
     return kinetic, potential
 
 

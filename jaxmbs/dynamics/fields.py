@@ -43,7 +43,7 @@ def inertia_field(system: System, state):
 
 @eqx.filter_jit
 def gyristor_field(system: System, state):
-    """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the state's velocities.  Source: S2 (41)."""
+    """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion.  Source: S2 (41)."""
     P, psi, t = _arguments(system, state)
     phi_dot = independent_rates(system, state)
     G, H = body_kic(system, P, psi, t), body_kic_second(system, P, psi, t)
@@ -77,7 +77,7 @@ def independent_rates(system: System, state):
 
 @eqx.filter_jit
 def generalised_momentum(system: System, state):
-    """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` with the bodies' total velocities.  Source: S2 (30)-(34)."""
+    """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
     P, psi, t = _arguments(system, state)
     G = body_kic(system, P, psi, t)
     b = velocity_map(system, P, psi, t)[1]

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ..kinematics import constraints
-from ..kinematics.poses import joint_twists, node_inertias, node_parameters, node_poses
+from ..kinematics.poses import geometry, joint_twists, node_inertias, node_parameters, node_poses
 from ..kinematics.tree import ancestors, solve, subtrees
 from ..kinematics.tree import mass_matrix as composite_mass_matrix
 from ..math.linalg import saddle_solve
@@ -38,29 +38,39 @@ def momentum_rates(J, V, V_dot):
     return pack(add(momentum(j, unpack(V_dot)), cross_force(v, momentum(j, v))))
 
 
+def required_efforts(system: System, geo, J, V, V_dot, psi, u, t):
+    """Efforts (nv,) that the tree needs at twist rates V_dot beside gravity and its force elements."""
+    F, Q, _ = efforts(system, geo, V, psi, u, t)
+    load = momentum_rates(J, V, V_dot) - F - gravity_wrench(J, system.gravity)
+    return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, load))) - Q
+
+
 def tree_efforts(system: System, P, psi, u, a, t):
-    """Efforts (nv,) that the tree needs at accelerations a beside gravity and its force elements, `M a + bias - Q`."""
-    top = system.topology
-    W = node_poses(top, P, psi)
-    S, J = joint_twists(top, P, W), node_inertias(P, W)
-    V = node_motion(top, S, u)
-    rate = momentum_rates(J, V, node_accelerations(top, S, V, u, a))
-    F, Q, _ = efforts(system, W, V, psi, u, t)
-    return dot(unpack(S), unpack(subtrees(top.nodes, rate - F - gravity_wrench(J, system.gravity)))) - Q
+    """Efforts (nv,) that the tree needs at accelerations a beside gravity and force elements, `M a + bias - Q`."""
+    geo = geometry(system, P, psi)
+    V = node_motion(system.topology, geo.S, u)
+    V_dot = node_accelerations(system.topology, geo.S, V, u, a)
+    return required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, t)
+
+
+def accelerations_at(system: System, geo, J, V, psi, u, t):
+    """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`."""
+    nodes = system.topology.nodes
+    V_dot = node_accelerations(system.topology, geo.S, V, u, jnp.zeros_like(u))
+    need = -required_efforts(system, geo, J, V, V_dot, psi, u, t)
+    if not system.has_constraints:
+        return solve(nodes, geo.S, J, need), jnp.zeros(0, psi.dtype)
+    A = constraints.jacobian_at(system, geo, psi, t)
+    gamma = constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)
+    a, y = saddle_solve(composite_mass_matrix(nodes, geo.S, J), A, need, gamma, constraints.row_scale(system))
+    return a, -y
 
 
 def accelerations(system: System, P, psi, u, t):
-    """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`."""
-    top = system.topology
-    W = node_poses(top, P, psi)
-    S, J = joint_twists(top, P, W), node_inertias(P, W)
-    need = -tree_efforts(system, P, psi, u, jnp.zeros_like(u), t)
-    if not system.has_constraints:
-        return solve(top.nodes, S, J, need), jnp.zeros(0, psi.dtype)
-    A = constraints.jacobian(system, P, psi, t)
-    gamma = constraints.acceleration_bias(system, P, psi, u, t)
-    a, y = saddle_solve(composite_mass_matrix(top.nodes, S, J), A, need, gamma, constraints.row_scale(system))
-    return a, -y
+    """(u_dot, multipliers) from the tree parameters P; see `accelerations_at`."""
+    geo = geometry(system, P, psi)
+    V = node_motion(system.topology, geo.S, u)
+    return accelerations_at(system, geo, node_inertias(P, geo.W), V, psi, u, t)
 
 
 @eqx.filter_jit

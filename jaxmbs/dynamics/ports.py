@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from ..kinematics.kic import body_kic, velocity_map
 from ..kinematics.points import jacobian, locate, position
-from ..kinematics.poses import coordinate_rate, joint_twists, node_parameters, node_poses
+from ..kinematics.poses import coordinate_rate, geometry, node_parameters
 from ..kinematics.tree import subtrees
 from ..math.spatial import dot, unpack
 from ..model.system import System
@@ -24,10 +24,9 @@ def _gamma(system, state):
 def _element_efforts(system, state, u):
     """Efforts (nv,) of all force elements at velocities u, without gravity."""
     P, psi, t = node_parameters(system), state.coordinates, state.t
-    W = node_poses(system.topology, P, psi)
-    S = joint_twists(system.topology, P, W)
-    F, Q, _ = efforts(system, W, node_motion(system.topology, S, u), psi, u, t)
-    return dot(unpack(S), unpack(subtrees(system.topology.nodes, F))) + Q
+    geo = geometry(system, P, psi)
+    F, Q, _ = efforts(system, geo, node_motion(system.topology, geo.S, u), psi, u, t)
+    return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, F))) + Q
 
 
 @eqx.filter_jit
@@ -37,7 +36,7 @@ def compliance_effort(system: System, state):
 
     def energy(delta):
         moved = psi + coordinate_rate(system.topology, psi, delta)
-        return stored_energy(system, node_poses(system.topology, P, moved), moved, t)
+        return stored_energy(system, geometry(system, P, moved), moved, t)
 
     return -_gamma(system, state).T @ jax.grad(energy)(jnp.zeros_like(state.velocities))
 

@@ -10,14 +10,14 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..kinematics import constraints
-from ..kinematics.poses import frame_poses, joint_twists, node_parameters, node_poses
+from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..kinematics.tree import subtrees
-from ..math.linalg import saddle_solve
+from ..math.linalg import saddle_solve, skew
 from ..math.spatial import pack, world_inertia
 from ..model.system import System
 from .efforts import body_owner, efforts, gravity_wrench
-from .newton_euler import accelerations, momentum_rates, node_accelerations, node_motion, tree_efforts
+from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion, required_efforts
 
 
 class JointReaction(eqx.Module):
@@ -82,35 +82,33 @@ def body_rates(system: System, R, x, V, A):
     return momentum_rates(J, V, A), J
 
 
-def _cut_wrenches(system, R, x, multipliers):
-    """Wrench of all loop rows on every body (bodies, 6), and (name, wrench on its frame B) per element."""
+def _cut_wrenches(system, geo, multipliers):
+    """Wrench of all loop rows on every body (bodies, 6), and (wrench on frame B, frames A, B) by element name."""
     n = system.topology.bodies.size
-    body = np.asarray(system.topology.frame_body)
-    total, each, first = jnp.zeros((n + 1, 6), x.dtype), {}, 0
-    for group in system.closures:
-        D = constraints.closure_directions(group, R, x)
-        size = D.shape[0] * D.shape[1]
-        wrench = jnp.einsum("erk,er->ek", D, multipliers[first : first + size].reshape(D.shape[:2]))
-        a, b = body[np.asarray(group.first)] % (n + 1), body[np.asarray(group.second)] % (n + 1)
-        total = total.at[b].add(wrench).at[a].add(-wrench)
-        each |= {name: (wrench[i], group.first[i], group.second[i]) for i, name in enumerate(group.names)}
-        first += size
-    return total[:n], each
+    if not system.closures:
+        return jnp.zeros((n, 6), geo.x.dtype), {}
+    wrenches = constraints.closure_wrenches(system, geo.R, geo.x, multipliers)
+    each = {
+        name: (wrench[i], group.first[i], group.second[i])
+        for group, wrench in zip(system.closures, wrenches, strict=True)
+        for i, name in enumerate(group.names)
+    }
+    return constraints.sum_on_carriers(system, wrenches, system.topology.frame_body, n), each
 
 
-def _least_norm(system, P, psi, t, multipliers, wrenches):
+def _least_norm(system, geo, psi, t, multipliers, wrenches):
     """Multipliers moved along the self-stresses until all reactions together are least.
 
     The norm sums forces squared and moments squared over the square of the characteristic length, moments about
     each joint's own origin; drives count by their efforts.
     """
     top = system.topology
-    B = constraints.reaction_map(system, P, psi, t)
+    B = constraints.reaction_map(system, geo)
     scale = jnp.asarray(np.r_[np.ones(3), np.full(3, 1.0 / top.analysis.length)], psi.dtype)
     B = (B * scale[None, :, None]).reshape(-1, top.num_rows)
     W = (wrenches * scale[None, :]).reshape(-1)
     idle = jnp.asarray(np.array([name in _coordinate_names(system) for name in top.row_joint], float), psi.dtype)
-    A = constraints.jacobian(system, P, psi, t)
+    A = constraints.jacobian_at(system, geo, psi, t)
     right = -(B.T @ W) - idle * multipliers
     move, _ = saddle_solve(B.T @ B + jnp.diag(idle), A.T, right, jnp.zeros(top.num_velocities, psi.dtype))
     return multipliers + move
@@ -120,10 +118,10 @@ def _coordinate_names(system):
     return {row.name for row in system.rows}
 
 
-def _joint_wrenches(system, S, R, x, rate, loads, multipliers):
+def _joint_wrenches(system, geo, rate, loads, multipliers):
     """World wrench on the child of every joint (joints, 6) about the origin, efforts (nv,), other closures."""
     top = system.topology
-    cut, each = _cut_wrenches(system, R, x, multipliers)
+    cut, each = _cut_wrenches(system, geo, multipliers)
     carried = subtrees(top.bodies, rate - loads - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
     wrench = jnp.zeros((len(top.joints), 6), carried.dtype)
@@ -133,12 +131,12 @@ def _joint_wrenches(system, S, R, x, rate, loads, multipliers):
             wrench = wrench.at[top.joint_index[name]].set(value)
     body_of = {j: k for k, j in enumerate(top.body_joint)}
     column_body = np.array([body_of[j] for j in top.node_joint], int)
-    return wrench, jnp.einsum("nk,nk->n", S, carried[column_body]), each
+    return wrench, jnp.einsum("nk,nk->n", geo.S, carried[column_body]), each
 
 
 def _at_frame(wrench, R, x, axes, sign):
     """(force, moment) about x, in world axes or those of R."""
-    force, moment = sign * wrench[3:], sign * (wrench[:3] - jnp.cross(x, wrench[3:]))
+    force, moment = sign * wrench[3:], sign * (wrench[:3] - skew(x) @ wrench[3:])
     return (R.T @ force, R.T @ moment) if axes == "joint" else (force, moment)
 
 
@@ -152,18 +150,20 @@ def _local(top, R, x, wrench):
 def _reactions(system: System, P, state: State, frame: str, side: str) -> Reactions:
     top = system.topology
     psi, u, t = state.coordinates, state.velocities, state.t
-    W = node_poses(top, P, psi)
-    S = joint_twists(top, P, W)
-    R, x = frame_poses(system, W)
-    a, multipliers = accelerations(system, P, psi, u, t)
-    V = node_motion(top, S, u)
-    rate, J = body_rates(system, R, x, V, node_accelerations(top, S, V, u, a))
-    F, _, _ = efforts(system, W, V, psi, u, t, body_owner(system))
-    loads = F + gravity_wrench(J, system.gravity)
+    geo = geometry(system, P, psi)
+    R, x, J = geo.R, geo.x, node_inertias(P, geo.W)
+    V = node_motion(top, geo.S, u)
+    a, multipliers = accelerations_at(system, geo, J, V, psi, u, t)
+    V_dot = node_accelerations(top, geo.S, V, u, a)
+    rate, bodies = body_rates(system, R, x, V, V_dot)
+    loads = efforts(system, geo, V, psi, u, t, body_owner(system))[0] + gravity_wrench(bodies, system.gravity)
     if top.analysis is not None and top.analysis.redundant:
-        wrench, _, _ = _joint_wrenches(system, S, R, x, rate, loads, multipliers)
-        multipliers = _least_norm(system, P, psi, t, multipliers, _local(top, R, x, wrench))
-    wrench, effort, others = _joint_wrenches(system, S, R, x, rate, loads, multipliers)
+        wrench, _, _ = _joint_wrenches(system, geo, rate, loads, multipliers)
+        multipliers = _least_norm(system, geo, psi, t, multipliers, _local(top, R, x, wrench))
+    wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
+    gap = required_efforts(system, geo, J, V, V_dot, psi, u, t)
+    if system.has_constraints:
+        gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
     joints = {}
     sign, end = (1.0, 1) if side == "child" else (-1.0, 0)
     for index, joint in enumerate(top.joints):
@@ -175,15 +175,7 @@ def _reactions(system: System, P, state: State, frame: str, side: str) -> Reacti
         if name not in joints:
             f = ends[end]
             joints[name] = JointReaction(*_at_frame(value, R[f], x[f], frame, sign), jnp.zeros(0), (False,) * 6)
-    return Reactions(joints, multipliers, _unbalanced(system, P, psi, u, a, t, multipliers))
-
-
-def _unbalanced(system, P, psi, u, a, t, multipliers):
-    """Largest entry of `M u_dot + bias - Q - A^T lambda`."""
-    gap = tree_efforts(system, P, psi, u, a, t)
-    if system.has_constraints:
-        gap = gap - constraints.jacobian(system, P, psi, t).T @ multipliers
-    return jnp.max(jnp.abs(gap))
+    return Reactions(joints, multipliers, jnp.max(jnp.abs(gap)))
 
 
 @eqx.filter_jit

@@ -8,7 +8,7 @@ from jax import lax
 from ..math.linalg import saddle_solve
 from ..model.system import System
 from . import constraints
-from .poses import node_parameters, normalise, step_coordinates
+from .poses import geometry, node_parameters, normalise, step_coordinates
 
 _ITERATIONS = 100
 
@@ -23,8 +23,9 @@ def metric(system: System):
 
 def newton_step(system: System, P, psi, t, free):
     """One step of least size in `metric` towards closed loops; columns with free = 0 stay."""
-    A = constraints.jacobian(system, P, psi, t) * free[None, :]
-    f = constraints.residual(system, P, psi, t)
+    geo = geometry(system, P, psi)
+    A = constraints.jacobian_at(system, geo, psi, t) * free[None, :]
+    f = constraints.residual_at(system, geo, psi, t)
     delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f, constraints.row_scale(system))
     return step_coordinates(system.topology, psi, delta)
 
@@ -39,8 +40,9 @@ def _levenberg_marquardt(system, P, psi, t, free):
 
     def step(carry):
         k, psi, value, damping = carry
-        A = constraints.jacobian(system, P, psi, t) * free[None, :]
-        f = constraints.residual(system, P, psi, t)
+        geo = geometry(system, P, psi)
+        A = constraints.jacobian_at(system, geo, psi, t) * free[None, :]
+        f = constraints.residual_at(system, geo, psi, t)
         normal = A.T @ A + damping * jnp.diag(weight)
         delta = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), -(A.T @ f))
         trial = step_coordinates(top, psi, delta)
@@ -80,7 +82,7 @@ def consistent_velocities(system: System, P, psi, u, t, free):
     if not system.has_constraints:
         return u
     A = constraints.jacobian(system, P, psi, t)
-    gap = -constraints.time_rate(system, P, psi, t) - A @ u
+    gap = -constraints.time_rate(system, psi, t) - A @ u
     delta, _ = saddle_solve(
         jnp.diag(metric(system)), A * free[None, :], jnp.zeros_like(u), gap, constraints.row_scale(system)
     )
@@ -89,7 +91,7 @@ def consistent_velocities(system: System, P, psi, u, t, free):
 
 def velocity_residual(system: System, P, psi, u, t):
     """`A u + f_t` (rows,)."""
-    return constraints.jacobian(system, P, psi, t) @ u + constraints.time_rate(system, P, psi, t)
+    return constraints.jacobian(system, P, psi, t) @ u + constraints.time_rate(system, psi, t)
 
 
 @eqx.filter_jit

@@ -1,29 +1,50 @@
 """Constraint rows of loops, drives and couplers: residual f(psi, t), Jacobian A with `A u = -f_t`, and their rates.
 
-Row order: cut joints and two-frame constraints group by group, then drives, couplers and user rows.
+Row order: cut joints and two-frame constraints group by group, then drives, couplers and user rows.  Functions
+named `..._at` take the `Geometry` of the coordinates, so that one walk of the tree serves them all.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..math.linalg import skew
 from ..model.system import ClosureGroup, System
-from .poses import coordinate_rate, frame_poses, joint_twists, node_parameters, node_poses, step_coordinates
+from .poses import coordinate_rate, geometry, node_parameters
 
 
-def _closure(group: ClosureGroup):
-    """Rows of one element of a group from the world poses of its two frames."""
-
-    def rows(kind, basis, R_a, x_a, R_b, x_b):
-        axes = R_a @ basis
-        return kind.closure(axes.T @ R_b @ basis, axes.T @ (x_b - x_a))
-
-    return rows
+def _relative(basis, a, b):
+    """Canonical axes of frame A, and the pose of frame B in them."""
+    (R_a, x_a), (R_b, x_b) = a, b
+    axes = R_a @ basis
+    return axes, axes.T @ R_b @ basis, axes.T @ (x_b - x_a)
 
 
-def _closure_rows(group, R, x):
-    a, b = np.asarray(group.first), np.asarray(group.second)
-    return jax.vmap(_closure(group))(group.kind, group.basis, R[a], x[a], R[b], x[b])
+def _rows(kind, basis, a, b):
+    _, R, d = _relative(basis, a, b)
+    return kind.closure(R, d)
+
+
+def _row_rates(kind, basis, a, b, twist):
+    """Rates of the rows while B moves with the world `twist` relative to A."""
+    axes, R, d = _relative(basis, a, b)
+    omega, v = axes.T @ twist[:3], axes.T @ (twist[3:] + skew(twist[:3]) @ b[1])
+    return jax.jvp(kind.closure, (R, d), (skew(omega) @ R, v))[1]
+
+
+def _directions(kind, basis, a, b):
+    return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, twist), out_axes=1)(jnp.eye(6, dtype=basis.dtype))
+
+
+def _wrench(kind, basis, a, b, multipliers):
+    """World wrench (6,) on B's body of the rows' multipliers."""
+    at_rest = jnp.zeros(6, multipliers.dtype)
+    return jax.grad(lambda twist: jnp.dot(multipliers, _row_rates(kind, basis, a, b, twist)))(at_rest)
+
+
+def _ends(group: ClosureGroup, *arrays):
+    """The arrays at the elements' frames A, and at their frames B."""
+    return tuple(tuple(x[np.asarray(end)] for x in arrays) for end in (group.first, group.second))
 
 
 def closure_directions(group: ClosureGroup, R, x):
@@ -31,17 +52,27 @@ def closure_directions(group: ClosureGroup, R, x):
 
     Its transpose turns multipliers into the wrench (moment about the world origin, force) on frame B's body.
     """
+    return jax.vmap(_directions)(group.kind, group.basis, *_ends(group, R, x))
 
-    def directions(kind, basis, R_a, x_a, R_b, x_b):
-        def moved(twist):
-            omega, v = twist[:3], twist[3:]
-            spin = jax.vmap(jnp.cross, in_axes=(None, 1), out_axes=1)(omega, R_b)
-            return _closure(group)(kind, basis, R_a, x_a, R_b + spin, x_b + v + jnp.cross(omega, x_b))
 
-        return jax.jacfwd(moved)(jnp.zeros(6, x_b.dtype))
+def closure_wrenches(system: System, R, x, multipliers):
+    """Wrench (elements, 6) on every element's B body, about the world origin, group by group."""
+    first, wrenches = 0, []
+    for group in system.closures:
+        shape = (len(group.names), group.kind.num_rows)
+        part = multipliers[first : first + shape[0] * shape[1]].reshape(shape)
+        wrenches.append(jax.vmap(_wrench)(group.kind, group.basis, *_ends(group, R, x), part))
+        first += shape[0] * shape[1]
+    return wrenches
 
-    a, b = np.asarray(group.first), np.asarray(group.second)
-    return jax.vmap(directions)(group.kind, group.basis, R[a], x[a], R[b], x[b])
+
+def sum_on_carriers(system: System, wrenches, carrier, n):
+    """Wrenches of all elements on their carriers (n, 6), nodes or bodies: plus on B, minus on A."""
+    total = jnp.zeros((n + 1, 6), wrenches[0].dtype)
+    for group, wrench in zip(system.closures, wrenches, strict=True):
+        a, b = (np.asarray(carrier)[np.asarray(end)] % (n + 1) for end in (group.first, group.second))
+        total = total.at[b].add(wrench).at[a].add(-wrench)
+    return total[:n]
 
 
 def _coordinate_rows(system: System, psi, t):
@@ -57,12 +88,11 @@ def _coordinate_rows(system: System, psi, t):
     return jnp.concatenate(rows)
 
 
-def residual(system: System, P, psi, t):
+def residual_at(system: System, geo, psi, t):
     """f(psi, t), shape (rows,): lengths [m], tangents of half angles, coordinates.  Source: S2 (1)-(2)."""
-    parts = []
-    if system.closures:
-        R, x = frame_poses(system, node_poses(system.topology, P, psi))
-        parts += [_closure_rows(group, R, x).reshape(-1) for group in system.closures]
+    parts = [
+        jax.vmap(_rows)(group.kind, group.basis, *_ends(group, geo.R, geo.x)).reshape(-1) for group in system.closures
+    ]
     if system.rows:
         parts.append(_coordinate_rows(system, psi, t))
     return jnp.concatenate(parts) if parts else jnp.zeros(0, psi.dtype)
@@ -75,26 +105,23 @@ def path_difference(system: System, group: ClosureGroup):
     return path[node[np.asarray(group.second)]] - path[node[np.asarray(group.first)]]
 
 
-def jacobian(system: System, P, psi, t):
+def jacobian_at(system: System, geo, psi, t):
     """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T.  Source: S2 (3), (5)."""
-    top, parts = system.topology, []
-    if system.closures:
-        W = node_poses(top, P, psi)
-        R, x = frame_poses(system, W)
-        S = joint_twists(top, P, W)
-        for group in system.closures:
-            path = jnp.asarray(path_difference(system, group), psi.dtype)
-            rows = jnp.einsum("erk,nk->ern", closure_directions(group, R, x), S) * path[:, None, :]
-            parts.append(rows.reshape(-1, top.num_velocities))
+    n, parts = system.topology.num_velocities, []
+    for group in system.closures:
+        path = jnp.asarray(path_difference(system, group), psi.dtype)
+        rows = jnp.einsum("erk,nk->ern", closure_directions(group, geo.R, geo.x), geo.S) * path[:, None, :]
+        parts.append(rows.reshape(-1, n))
     if system.rows:
-        basis = jnp.eye(top.num_velocities, dtype=psi.dtype)
+        along = jax.vmap(lambda u: _coordinate_rates(system, psi, t, u), out_axes=1)
+        parts.append(along(jnp.eye(n, dtype=psi.dtype)))
+    return jnp.concatenate(parts) if parts else jnp.zeros((0, n), psi.dtype)
 
-        def along(u):
-            rate = coordinate_rate(top, psi, u)
-            return jax.jvp(lambda q: _coordinate_rows(system, q, t), (psi,), (rate,))[1]
 
-        parts.append(jax.vmap(along, out_axes=1)(basis))
-    return jnp.concatenate(parts) if parts else jnp.zeros((0, top.num_velocities), psi.dtype)
+def _coordinate_rates(system, psi, t, u):
+    """Rates of the coordinate rows at velocities u, without the part of time."""
+    rate = coordinate_rate(system.topology, psi, u)
+    return jax.jvp(lambda q: _coordinate_rows(system, q, t), (psi,), (rate,))[1]
 
 
 def row_scale(system: System):
@@ -108,7 +135,7 @@ def row_scale(system: System):
     return jnp.asarray([1.0 / length if unit == "m" else 1.0 for unit in units])
 
 
-def time_rate(system: System, P, psi, t):
+def time_rate(system: System, psi, t):
     """f_t (rows,): the partial derivative in time, nonzero for drives and moving supports."""
     if not system.rows:
         return jnp.zeros(system.topology.num_rows, psi.dtype)
@@ -116,14 +143,76 @@ def time_rate(system: System, P, psi, t):
     return jnp.concatenate([jnp.zeros(system.topology.num_rows - rate.shape[0], psi.dtype), rate])
 
 
-def acceleration_bias(system: System, P, psi, u, t):
-    """gamma (rows,) with `A u_dot = gamma`: `-(A_dot u + d f_t/dt)` along the motion."""
+def _frame_rates(system, geo, V):
+    """Twists of the frames' carriers (frames, 6), and the rates of R and x they make."""
+    carried = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])[np.asarray(system.topology.frame_node)]
+    spin = jax.vmap(skew)(carried[:, :3])
+    return carried, jnp.einsum("fij,fjk->fik", spin, geo.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, geo.x)
 
-    def speed(psi, t):
-        return jacobian(system, P, psi, t) @ u + time_rate(system, P, psi, t)
 
-    rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
-    return -jax.jvp(speed, (psi, t), rates)[1]
+def acceleration_bias(system: System, geo, V, V_dot, psi, u, t):
+    """gamma (rows,) with `A u_dot = gamma`: `-(A_dot u + d f_t/dt)` along the motion.
+
+    Args: V, V_dot (nodes, 6) twists and their rates at zero accelerations.
+    """
+    twist, R_dot, x_dot = _frame_rates(system, geo, V)
+    twist_dot = _frame_rates(system, geo, V_dot)[0]
+    parts = []
+    for group in system.closures:
+        a, b = np.asarray(group.first), np.asarray(group.second)
+
+        def speed(R, x, twist, group=group):
+            return jax.vmap(_row_rates)(group.kind, group.basis, *_ends(group, R, x), twist)
+
+        moving = (geo.R, geo.x, twist[b] - twist[a]), (R_dot, x_dot, twist_dot[b] - twist_dot[a])
+        parts.append(jax.jvp(speed, *moving)[1].reshape(-1))
+    if system.rows:
+
+        def row_speed(psi, t):
+            in_time = jax.jvp(lambda t: _coordinate_rows(system, psi, t), (t,), (jnp.ones_like(t),))[1]
+            return _coordinate_rates(system, psi, t, u) + in_time
+
+        rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
+        parts.append(jax.jvp(row_speed, (psi, t), rates)[1])
+    return -jnp.concatenate(parts)
+
+
+def pull(system: System, geo, V, psi, u, t, sigma):
+    """What the multipliers sigma (rows,) of the momentum do to its rate: `A_dot^T sigma` in three parts.
+
+    Returns: node wrenches D^T sigma (nodes, 6), their rates along the motion, and the coordinate rows' part (nv,):
+    `A_dot^T sigma = S_dot . subtrees(wrenches) + S . subtrees(rates) + part`.
+    """
+    top = system.topology
+    wrenches = rates = jnp.zeros((top.nodes.size, 6), psi.dtype)
+    if system.closures:
+        _, R_dot, x_dot = _frame_rates(system, geo, V)
+
+        def on_nodes(R, x):
+            each = closure_wrenches(system, R, x, sigma)
+            return sum_on_carriers(system, each, top.frame_node, top.nodes.size)
+
+        wrenches, rates = jax.jvp(on_nodes, (geo.R, geo.x), (R_dot, x_dot))
+    part = jnp.zeros_like(u)
+    if system.rows:
+        known = top.num_rows - sum(len(g.names) * g.kind.num_rows for g in system.closures)
+
+        def transposed(psi, t):
+            return jax.linear_transpose(lambda v: _coordinate_rates(system, psi, t, v), u)(sigma[-known:])[0]
+
+        moving = (coordinate_rate(top, psi, u), jnp.ones_like(t))
+        part = jax.jvp(transposed, (psi, t), moving)[1]
+    return wrenches, rates, part
+
+
+def residual(system: System, P, psi, t):
+    """f(psi, t) (rows,) from the tree parameters P; see `residual_at`."""
+    return residual_at(system, geometry(system, P, psi), psi, t)
+
+
+def jacobian(system: System, P, psi, t):
+    """A (rows, nv) from the tree parameters P; see `jacobian_at`."""
+    return jacobian_at(system, geometry(system, P, psi), psi, t)
 
 
 def constraint_residual(system: System, state):
@@ -136,12 +225,7 @@ def constraint_jacobian(system: System, state):
     return jacobian(system, node_parameters(system), state.coordinates, state.t)
 
 
-def perturbed(system: System, P, psi, t, delta):
-    """Residual after a step `delta` (nv,) on the configuration space."""
-    return residual(system, P, step_coordinates(system.topology, psi, delta), t)
-
-
-def reaction_map(system: System, P, psi, t):
+def reaction_map(system: System, geo):
     """Joint reactions per unit multiplier, (joints, 6, rows): force then moment on the joint's child.
 
     About the origin and in the axes of the joint's child frame.  Multipliers of drives and couplers act inside
@@ -149,10 +233,10 @@ def reaction_map(system: System, P, psi, t):
     """
     top = system.topology
     num = len(top.joints)
-    out = jnp.zeros((num, 6, top.num_rows), psi.dtype)
+    R, x = geo.R, geo.x
+    out = jnp.zeros((num, 6, top.num_rows), x.dtype)
     if not system.closures:
         return out
-    R, x = frame_poses(system, node_poses(top, P, psi))
     parts = []
     for group in system.closures:
         D = closure_directions(group, R, x)

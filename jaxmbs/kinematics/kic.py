@@ -40,7 +40,7 @@ def velocity_map(system: System, P, psi, t):
     rows = jnp.concatenate([A, pick])
     right = jnp.zeros((rows.shape[0], len(chosen) + 1), psi.dtype)
     right = right.at[A.shape[0] :, :-1].set(jnp.eye(len(chosen), dtype=psi.dtype))
-    right = right.at[: A.shape[0], -1].set(-constraints.time_rate(system, P, psi, t))
+    right = right.at[: A.shape[0], -1].set(-constraints.time_rate(system, psi, t))
     solution = full_rank_lstsq(rows, right)
     return solution[:, :-1], solution[:, -1]
 

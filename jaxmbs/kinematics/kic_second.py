@@ -124,5 +124,8 @@ def kic_second(system: System, state) -> SecondKic:
 
 
 def kic_rate(second, phi_dot):
-    """G_dot (3, N) of a body from its H (N, 3, N) and phi_dot (N,): column n is `H[n] phi_dot`.  Source: S2 (10), (27)."""
+    """G_dot (3, N) of a body from its H (N, 3, N) and phi_dot (N,): column n is `H[n] phi_dot`.
+
+    Source: S2 (10), (27).
+    """
     return jnp.einsum("ncm,m->cn", second, phi_dot)

@@ -1,8 +1,11 @@
 """Poses, joint twists and inertias of all nodes; rates of quaternions; steps on the configuration space."""
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array
 
 from ..math.rotation import quaternion_exp, quaternion_product, quaternion_rate
 from ..math.spatial import add, compose, cross, pack, quaternion_rotation, scale, unpack, world_inertia
@@ -87,7 +90,8 @@ def match_batch(P, psi):
 
 def node_poses(topology: Topology, P, psi):
     """World pose (nodes, 12, ...) of every node; Source: S2 (1), the tree of links."""
-    return poses(topology.nodes, local_transforms(topology, match_batch(P, psi), psi))
+    local = local_transforms(topology, match_batch(P, psi), psi)
+    return poses(topology.nodes, lax.optimization_barrier(local))  # else its derivative is computed many times over
 
 
 def joint_twists(topology: Topology, P, W):
@@ -158,6 +162,22 @@ def simple_columns(topology: Topology):
 def _scatter_simple(topology, into, values):
     columns, coordinates = simple_columns(topology)
     return into.at[coordinates].set(values[columns])
+
+
+class Geometry(NamedTuple):
+    """What one walk of the tree finds: node poses W (nodes, 12) and joint twists S (nodes, 6), both with any batch
+    axes last, and the frames' rotations R (frames, 3, 3) and positions x (frames, 3)."""
+
+    W: Array
+    S: Array
+    R: Array
+    x: Array
+
+
+def geometry(system: System, P, psi) -> Geometry:
+    """Poses, joint twists and frames at coordinates psi (nq,)."""
+    W = node_poses(system.topology, P, psi)
+    return Geometry(W, joint_twists(system.topology, P, W), *frame_poses(system, W))
 
 
 def frame_poses(system: System, W):

@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 #: Weight of the lower block of a saddle system, relative to the largest row of A diag(M)^-1 A^T.
@@ -15,7 +16,7 @@ def saddle_factor(M, A):
     fade out there, not be blown up), and for M singular outside the null space of A.
     """
     M, A = lax.stop_gradient((M, A))
-    n, m = M.shape[0], A.shape[0]
+    m = A.shape[0]
     diagonal = jnp.diagonal(M)
     diagonal = jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal, initial=1e-30))
     C = PROXIMAL * jnp.max(jnp.sum(A * A / diagonal[None, :], axis=1), initial=1e-30)
@@ -69,3 +70,13 @@ def direction(x):
     square = jnp.sum(x * x)
     positive = square > 0
     return x * jnp.where(positive, lax.rsqrt(jnp.where(positive, square, 1.0)), 0.0)
+
+
+_LEVI_CIVITA = np.zeros((3, 3, 3))
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    _LEVI_CIVITA[_i, _k, _j], _LEVI_CIVITA[_i, _j, _k] = 1.0, -1.0
+
+
+def skew(a):
+    """Matrix (3, 3) of the vector product: `skew(a) @ b = a x b`; also `skew(a) @ R` for columns."""
+    return jnp.tensordot(jnp.asarray(_LEVI_CIVITA, a.dtype), a, axes=([2], [0]))

@@ -8,11 +8,13 @@ axis 1 holds the components.
 """
 
 import jax.numpy as jnp
+from jax import lax
 
 
 def unpack(x):
     """Components of an array (bodies, components, ...) as a tuple."""
-    return tuple(x[:, i] for i in range(x.shape[1]))
+    # A split, whose transpose is one concatenation; slices would transpose to a sum of padded arrays.
+    return tuple(lax.squeeze(c, (1,)) for c in lax.split(x, (1,) * x.shape[1], axis=1))
 
 
 def pack(components):

@@ -1,4 +1,4 @@
-"""The static half of a system: names, tree, cuts and index maps; hashable, so equal topologies share compiled code."""
+"""The static half of a system: names, tree, cuts and index maps; hashable: equal ones share compiled code."""
 
 from dataclasses import dataclass, field
 from functools import cached_property

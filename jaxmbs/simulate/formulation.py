@@ -14,7 +14,7 @@ from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
 from ..kinematics.assembly import newton_step
 from ..kinematics.kic import velocity_map
-from ..kinematics.poses import coordinate_rate, normalise
+from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise
 from ..model.system import System
 
 FORMULATIONS = ("canonical", "independent", "velocity")
@@ -44,7 +44,7 @@ class Problem(eqx.Module):
             return p
         if self.formulation == "independent":
             return hamiltonian.independent_velocities(self.system, self.P, psi, p, t)
-        return hamiltonian.velocities(self.system, self.P, psi, p, t)[0]
+        return hamiltonian.velocities(self.system, self.P, psi, p, t)
 
     def rate(self, t, y):
         """Rate of (psi, scaled p, work): the vector field."""
@@ -64,7 +64,7 @@ class Problem(eqx.Module):
         if is_rheonomic(self.system):
             if multipliers is None:
                 multipliers = accelerations(self.system, self.P, psi, u, t)[1]
-            drive = -jnp.dot(multipliers, constraints.time_rate(self.system, self.P, psi, t))
+            drive = -jnp.dot(multipliers, constraints.time_rate(self.system, psi, t))
             powers = jnp.concatenate([powers, drive[None]])
         return psi_dot, rate / self.scale, powers
 
@@ -74,17 +74,15 @@ class Problem(eqx.Module):
         psi = self.project_position(t, psi)
         if self.formulation == "independent":
             return psi, p, work
-        u = self.velocities(t, psi, p)
+        geo = geometry(self.system, self.P, psi)
+        J = node_inertias(self.P, geo.W)
+        momentum = p * self.scale
         if self.formulation == "velocity":
-            A = constraints.jacobian(self.system, self.P, psi, t)
-            M = hamiltonian.tree_mass(self.system, self.P, psi)
-            from_rows = -constraints.time_rate(self.system, self.P, psi, t)
-            return (
-                psi,
-                hamiltonian.saddle_solve(M, A, M @ u, from_rows, constraints.row_scale(self.system))[0] / self.scale,
-                work,
-            )
-        return psi, hamiltonian.momenta(self.system, self.P, psi, u) / self.scale, work
+            momentum = hamiltonian.momenta_at(self.system.topology, geo, J, momentum)
+        u, _ = hamiltonian.velocities_at(self.system, geo, J, psi, momentum, t)
+        if self.formulation == "velocity":
+            return psi, u / self.scale, work
+        return psi, hamiltonian.momenta_at(self.system.topology, geo, J, u) / self.scale, work
 
     def project_position(self, t, psi):
         """Two Newton steps onto the loops."""

@@ -14,8 +14,7 @@ from ..dynamics.energy import energies
 from ..dynamics.hamiltonian import tree_mass
 from ..errors import SimulationError
 from ..kinematics import constraints
-from ..kinematics.assembly import velocity_residual
-from ..kinematics.poses import node_parameters
+from ..kinematics.poses import geometry, node_parameters
 from ..kinematics.state import State
 from ..model.system import System
 from . import motion as codes
@@ -144,7 +143,7 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         solver,
         t0,
         t1,
-        dt,
+        1e-3 * (t1 - t0) if dt is None else dt,
         y0,
         args=problem,
         saveat=diffrax.SaveAt(ts=ts),
@@ -246,7 +245,9 @@ def _drifts(system, P, state):
     if not system.has_constraints:
         return jnp.zeros_like(state.t), jnp.zeros_like(state.t)
     psi, u, t = state.coordinates, state.velocities, state.t
-    f, speed = constraints.residual(system, P, psi, t), velocity_residual(system, P, psi, u, t)
+    geo = geometry(system, P, psi)
+    f = constraints.residual_at(system, geo, psi, t)
+    speed = constraints.jacobian_at(system, geo, psi, t) @ u + constraints.time_rate(system, psi, t)
     return jnp.max(jnp.abs(f)), jnp.max(jnp.abs(speed))
 
 

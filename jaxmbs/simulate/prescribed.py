@@ -16,7 +16,7 @@ from ..math.linalg import saddle_solve
 def constrained_velocities(system, P, psi, t):
     """Velocities (nv,) that the rows prescribe, `A u = -f_t`."""
     A = constraints.jacobian(system, P, psi, t)
-    b = -constraints.time_rate(system, P, psi, t)
+    b = -constraints.time_rate(system, psi, t)
     return saddle_solve(
         jnp.diag(metric(system)), A, jnp.zeros(A.shape[1], A.dtype), b, constraints.row_scale(system)
     )[0]

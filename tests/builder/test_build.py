@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, four_bar_state, rotation_about
 
 import jaxmbs as mbs
+from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, four_bar_state, rotation_about
 
 
 @jax.jit
@@ -15,7 +15,9 @@ def body_motion(system, state):
     a = mbs.forward_dynamics(system, state)[0]
     loads = mbs.reactions(system, state)
     names = ("crank", "coupler", "rocker")
-    accelerations = {n: (mbs.acceleration(system, state, n, a), mbs.angular_acceleration(system, state, n, a)) for n in names}
+    accelerations = {
+        n: (mbs.acceleration(system, state, n, a), mbs.angular_acceleration(system, state, n, a)) for n in names
+    }
     return accelerations, {n: (loads[n].force, loads[n].moment) for n in "ABCD"}
 
 
@@ -77,8 +79,18 @@ def _sprung(law_on_every_joint, at=False):
     for (name, length), start, angle in zip(lengths.items(), starts, world, strict=True):
         pose = {"position": start, "rotation": rotation_about((0, 0, 1), angle)} if at else {}
         b.body(name, mass=1.0, com=(length / 2, 0.0, 0.0), inertia=(0.01, 0.1, 0.1), **pose)
-    ends = {"A": ("ground", "crank"), "B": ("crank", "coupler"), "D": ("ground", "rocker"), "C": ("coupler", "rocker")}
-    points = {"A": ((0, 0, 0), None), "B": ((0.3, 0, 0), None), "D": ((1.0, 0, 0), None), "C": ((0.9, 0, 0), (0.7, 0, 0))}
+    ends = {
+        "A": ("ground", "crank"),
+        "B": ("crank", "coupler"),
+        "D": ("ground", "rocker"),
+        "C": ("coupler", "rocker"),
+    }
+    points = {
+        "A": ((0, 0, 0), None),
+        "B": ((0.3, 0, 0), None),
+        "D": ((1.0, 0, 0), None),
+        "C": ((0.9, 0, 0), (0.7, 0, 0)),
+    }
     at_points = {"A": starts[0], "B": starts[1], "D": starts[2], "C": tip}
     for name, (parent, child) in ends.items():
         if at:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from mechanisms import DOWN_Y, PIN, bennett, closed_chain, four_bar, rotation_about
 
 import jaxmbs as mbs
+from tests.mechanisms import DOWN_Y, PIN, bennett, closed_chain, four_bar, rotation_about
 
 
 def test_planar_four_bar():

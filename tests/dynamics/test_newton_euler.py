@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pinocchio as pin
 import pytest
-import random_systems as rs
 
 import jaxmbs as mbs
+from tests import random_systems as rs
 
 AXES = ((1.0, 0.2, -0.4), (0.0, 1.0, 0.0), (-0.3, 0.1, 1.0))
 KINDS = {

@@ -5,10 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 import pinocchio as pin
 import pytest
-import random_systems as rs
-from mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, rotation_about
 
 import jaxmbs as mbs
+from tests import random_systems as rs
+from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, rotation_about
 
 
 def both(loads, name):
@@ -228,7 +228,12 @@ def test_every_body_of_a_driven_loop_is_in_equilibrium():
 
 @pytest.fixture(scope="module")
 def random_tree():
-    kinds = [mbs.Spherical(), mbs.Revolute(axis=(1.0, 0.2, -0.4)), mbs.Prismatic(axis=(-0.3, 0.1, 1.0)), mbs.Spherical()]
+    kinds = [
+        mbs.Spherical(),
+        mbs.Revolute(axis=(1.0, 0.2, -0.4)),
+        mbs.Prismatic(axis=(-0.3, 0.1, 1.0)),
+        mbs.Spherical(),
+    ]
     links = rs.random_links(2, kinds * 2)
     system = rs.build(links)
     return links, system, rs.random_state(system, 2)

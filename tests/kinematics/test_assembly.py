@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from mechanisms import LENGTHS, four_bar, four_bar_angles
 
 import jaxmbs as mbs
+from tests.mechanisms import LENGTHS, four_bar, four_bar_angles
 
 GUESS = {"B": -0.3, "D": 1.5}
 
@@ -87,7 +87,9 @@ def derivatives(system):
         state = mbs.State.at(four_bar(tuple(x[:4]), like=system), A=x[4], guess=GUESS)
         return state.coordinates[jnp.array([1, 2])]
 
-    return jax.jit(lambda x: (solved(x), jax.jacfwd(solved)(x), jax.jacrev(solved)(x), jax.jacfwd(jax.jacrev(solved))(x)))
+    return jax.jit(
+        lambda x: (solved(x), jax.jacfwd(solved)(x), jax.jacrev(solved)(x), jax.jacfwd(jax.jacrev(solved))(x))
+    )
 
 
 def test_derivatives_of_assembled_coordinates(derivatives):

@@ -76,9 +76,7 @@ def everything():
 def dense_mass(tree, S, dense):
     """sum_k J_k^T I_k J_k with the columns on each body's path."""
     paths = above(tree)
-    return sum(
-        (S * paths[k][:, None]) @ dense[k] @ (S * paths[k][:, None]).T for k in range(tree.size)
-    )
+    return sum((S * paths[k][:, None]) @ dense[k] @ (S * paths[k][:, None]).T for k in range(tree.size))
 
 
 def check_against_dense(tree, local, S, dense, p, found):
@@ -153,9 +151,7 @@ def naive_mass(tree, S, J):
         m, h = J[k, 0], J[k, 1:4]
         spin = jnp.stack([J[k, jnp.array([4, 5, 6])], J[k, jnp.array([5, 7, 8])], J[k, jnp.array([6, 8, 9])]])
         H = jnp.cross(jnp.broadcast_to(h[None], (3, 3)), jnp.eye(3), axisb=0, axisc=0)
-        block = jnp.concatenate(
-            [jnp.concatenate([spin, H], axis=1), jnp.concatenate([H.T, m * jnp.eye(3)], axis=1)]
-        )
+        block = jnp.concatenate([jnp.concatenate([spin, H], axis=1), jnp.concatenate([H.T, m * jnp.eye(3)], axis=1)])
         own = S * jnp.asarray(above(tree)[k])[:, None]
         rows.append(own @ block @ own.T)
     return sum(rows)

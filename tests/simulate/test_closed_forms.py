@@ -4,10 +4,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from mechanisms import PIN, rotation_about
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
+from tests.mechanisms import PIN, rotation_about
 
 G, PITCH, SLOPE = 9.81, 0.05, 0.6
 SPIN = np.array([0.8, 0.3, 2.0])  # body axes, of a body with inertia (2, 2, 3)

@@ -5,9 +5,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles
 
 import jaxmbs as mbs
+from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles
 
 
 def falling(load=None):
@@ -38,7 +38,10 @@ class Unusable:
         ({"t1": 1.0, "solver": Unusable()}, "solver must be a diffrax solver"),
         ({"t1": 1.0, "formulation": "lagrange"}, "formulation='lagrange' must be one of canonical, independent"),
         ({"t1": 1.0, "solver": mbs.SemiImplicitEuler()}, "SemiImplicitEuler needs dt="),
-        ({"t1": 1.0, "dt": 0.1, "solver": mbs.SemiImplicitEuler(), "formulation": "canonical"}, "SemiImplicitEuler needs"),
+        (
+            {"t1": 1.0, "dt": 0.1, "solver": mbs.SemiImplicitEuler(), "formulation": "canonical"},
+            "SemiImplicitEuler needs",
+        ),
         ({"t1": 1.0, "solver": diffrax.Euler()}, "Euler has no error estimate: give dt="),
         ({"t1": 1.0, "dt": -0.1}, "dt must be positive, got -0.1"),
         ({}, "give t1= .* or ts="),
@@ -75,7 +78,9 @@ def test_an_event_ends_the_motion(ball):
     saved = np.isfinite(np.asarray(motion.ts))
     np.testing.assert_array_equal(saved, ts < t_hit)
     assert np.isnan(np.asarray(motion.states.coordinates)[~saved]).all()
-    np.testing.assert_allclose(motion.states.coordinates[saved, 0], 5.0 + ts[saved] - 4.905 * ts[saved] ** 2, atol=1e-8)
+    np.testing.assert_allclose(
+        motion.states.coordinates[saved, 0], 5.0 + ts[saved] - 4.905 * ts[saved] ** 2, atol=1e-8
+    )
 
 
 def test_status_of_too_few_steps(ball):

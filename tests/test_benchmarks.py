@@ -1,0 +1,54 @@
+"""Every benchmark runs with --quick and writes well-formed rows; nothing here judges a time."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parent.parent / "benchmarks"
+KEYS = {"case", "metric", "value", "unit", "peer", "peer_value", "ratio"}
+PACKAGES = {
+    "tree_dynamics": ("pinocchio",),
+    "trajectory_gradient": ("mujoco",),
+    "energy_drift": ("mujoco", "matplotlib"),
+    "closed_loop": (),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PACKAGES)
+def test_quick_run_writes_rows(name, tmp_path):
+    for package in PACKAGES[name]:
+        pytest.importorskip(package)
+    file = tmp_path / "rows.json"
+    command = [sys.executable, str(FOLDER / f"{name}.py"), "--quick", "--json", str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    rows = json.loads(file.read_text())
+    check_rows(rows)
+    if name == "energy_drift":
+        assert file.with_suffix(".png").stat().st_size > 0
+
+
+def check_rows(rows):
+    assert isinstance(rows, list)
+    versions = [row for row in rows if row["metric"] == "version"]
+    assert {"machine", "jax", "jaxmbs"} <= {row["case"] for row in versions}
+    assert len(rows) > len(versions)
+    for row in rows:
+        assert set(row) == KEYS
+        assert all(isinstance(row[key], str) for key in ("case", "metric", "unit"))
+        if row["metric"] == "version":
+            continue
+        assert isinstance(row["value"], int | float) and math.isfinite(row["value"])
+        if row["peer_value"] is not None:
+            assert isinstance(row["peer"], str)
+            assert row["ratio"] == pytest.approx(row["value"] / row["peer_value"])
+
+
+def test_every_benchmark_is_run_by_run():
+    text = (FOLDER / "run.py").read_text()
+    assert all(f'"{name}"' in text for name in PACKAGES)

@@ -1,0 +1,202 @@
+"""Derivatives through assembly, simulation and reactions: reverse, forward and central differences agree."""
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.math.rotation import rotation_matrix
+from tests.mechanisms import DOWN_Y, four_bar
+
+RUN = {"ts": jnp.array([0.1, 0.2]), "dt": 0.02, "solver": diffrax.Tsit5()}
+
+
+def outputs(system, state, joints, gradient):
+    """Final coordinates and velocities, and the reactions of some joints at the end of a short run."""
+    motion = mbs.simulate(system, state, gradient=gradient, **RUN)
+    last = jax.tree.map(lambda x: x[-1], motion.states)
+    loads = mbs.reactions(system, last)
+    parts = [last.coordinates, last.velocities]
+    parts += [part for name in joints for part in (loads[name].force, loads[name].moment, loads[name].effort)]
+    return jnp.concatenate(parts)
+
+
+# --------------------------------------------------------------------------------------------------- a tree
+TREE = {
+    "mass": np.array([1.0, 2.0]),
+    "com": np.array([0.1, 0.0, -0.3]),
+    "inertia": np.array([0.1, 0.12, 0.15]),
+    "position": np.array([0.1, -0.2, 0.3]),
+    "turn": np.array([0.2, 0.1, -0.3]),
+    "spring": np.array([20.0, 0.5, 0.3]),
+    "anchor": np.array([0.2, 0.1, 0.4]),
+    "force": np.array([1.0, -2.0, 0.5]),
+    "start": np.array([0.4]),
+    "rates": np.array([0.5, -0.4, 0.8, 1.0]),
+}
+AT_ZERO = TREE | {
+    "turn": np.zeros(3),
+    "anchor": np.zeros(3),
+    "spring": np.array([20.0, 0.5, 0.0]),
+    "start": np.zeros(1),
+    "rates": np.zeros(4),
+}
+
+
+def tree(design, gradient):
+    """A ball-jointed body on a turning arm, a spring from the ground to it and a force on it."""
+    d = design
+    b = mbs.SystemBuilder()
+    b.body("arm", mass=d["mass"][0], com=d["com"], inertia=d["inertia"])
+    b.body("bob", mass=d["mass"][1], com=2.0 * d["com"], inertia=0.5 * d["inertia"])
+    place = mbs.Pose(d["position"], rotation_matrix(d["turn"]))
+    b.joint("hinge", mbs.Revolute(axis="y"), "ground", "arm", parent_frame=place)
+    b.joint("ball", mbs.Spherical(), "arm", "bob", parent_frame=place)
+    stiffness, damping, free = d["spring"]
+    anchor = 2.0 * d["position"]  # the bob's origin in the neutral pose: a spring of no length if d["anchor"] is zero
+    b.force("spring", mbs.SpringDamper(stiffness, damping, free), between=(("ground", anchor), ("bob", d["anchor"])))
+    b.force("push", mbs.Force(d["force"]), on="bob")
+    system = b.build()
+    psi = jnp.concatenate([d["start"], jnp.array([1.0, 0.0, 0.0, 0.0])])
+    return outputs(system, mbs.State(jnp.zeros(()), psi, d["rates"]), ("hinge", "ball"), gradient)
+
+
+# ------------------------------------------------------------------------------------------------- two loops
+LOOP = {
+    "lengths": np.array([1.0, 0.3, 0.9, 0.7]),
+    "masses": np.array([1.0, 2.0, 1.5]),
+    "stiffness": np.array(3.0),
+    "load": np.array(2.0),
+    "start": np.array([0.7, 2.0]),
+}
+GUESS = {"A": 0.7, "B": -0.4, "D": 1.4}
+
+
+def loop(design, gradient):
+    d = design
+    system = four_bar(tuple(d["lengths"]), tuple(d["masses"]), d["stiffness"], d["load"], like=LIKE["loop"])
+    state = mbs.State.at(system, A=d["start"][0], rates={"A": d["start"][1]}, guess={"B": -0.4, "D": 1.4})
+    return outputs(system, state, ("A", "C"), gradient)
+
+
+def driven(design, gradient):
+    """The same four-bar with its crank prescribed: evaluated, not integrated; the drive has a parameter."""
+    d = design
+    drive = mbs.forces.Harmonic(d["start"][0], 0.5, d["start"][1])
+    masses = tuple(d["masses"])
+    system = four_bar(tuple(d["lengths"]), masses, d["stiffness"], d["load"], drive=drive, like=LIKE["driven"])
+    return outputs(system, mbs.State.at(system, guess=GUESS), ("A", "C"), gradient)
+
+
+LIKE = {}
+MODELS = {"tree": (tree, TREE), "loop": (loop, LOOP), "driven": (driven, LOOP)}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def concrete_builds():
+    LIKE["loop"] = four_bar()
+    LIKE["driven"] = four_bar(drive=mbs.forces.Harmonic(0.7, 0.5, 2.0))
+    assert LIKE["driven"].topology.mobility == 0
+
+
+class Derivatives:
+    """Compiled once per model: value, Jacobian by forward mode (vmap of jvp), gradient by reverse mode."""
+
+    def __init__(self, model):
+        function, self.design = MODELS[model]
+        self.value = jax.jit(lambda d: function(d, "reverse"))
+        self.forward = jax.jit(jax.jacfwd(lambda d: function(d, "forward")))
+        self.reverse = jax.jit(jax.grad(lambda d, w: jnp.dot(w, function(d, "reverse"))))
+
+
+@pytest.fixture(scope="module", params=MODELS)
+def derivatives(request):
+    return Derivatives(request.param)
+
+
+def central(function, design):
+    """Jacobian by differences of fourth order."""
+    out = {}
+    for name, value in design.items():
+        columns = []
+        for index in np.ndindex(value.shape):
+            h = 2e-3 * max(abs(value[index]), 0.1)
+
+            def at(shift, name=name, value=value, index=index):
+                moved = np.array(value)
+                moved[index] += shift
+                return np.asarray(function({k: jnp.asarray(v) for k, v in (design | {name: moved}).items()}))
+
+            columns.append((8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h))
+        out[name] = np.stack(columns, axis=-1).reshape(-1, *value.shape)
+    return out
+
+
+def as_jax(design):
+    return {name: jnp.asarray(value) for name, value in design.items()}
+
+
+def test_against_central_differences(derivatives):
+    forward = derivatives.forward(as_jax(derivatives.design))
+    expected = central(derivatives.value, derivatives.design)
+    for name, wanted in expected.items():
+        assert np.abs(wanted).max() > 1e-3, f"{name} has no influence"
+        error = np.abs(np.asarray(forward[name]) - wanted).max() / np.abs(wanted).max()
+        assert error < 1e-6, f"{name}: relative error {error:.1e}"
+
+
+def test_reverse_equals_forward(derivatives):
+    design = as_jax(derivatives.design)
+    forward = derivatives.forward(design)
+    size = next(iter(forward.values())).shape[0]
+    weights = jnp.asarray(np.random.default_rng(0).normal(size=size))
+    reverse = derivatives.reverse(design, weights)
+    for name, jacobian in forward.items():
+        expected = np.tensordot(np.asarray(weights), np.asarray(jacobian), axes=1)
+        np.testing.assert_allclose(reverse[name], expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
+
+
+def test_finite_at_zero(derivatives):
+    """Zero angles and rates, unit quaternion, a spring of no length: as smooth as elsewhere."""
+    if derivatives.design is not TREE:
+        pytest.skip("the tree holds every such part")
+    forward = derivatives.forward(as_jax(AT_ZERO))
+    weights = jnp.ones(next(iter(forward.values())).shape[0])
+    reverse = derivatives.reverse(as_jax(AT_ZERO), weights)
+    for name, jacobian in forward.items():
+        assert np.all(np.isfinite(np.asarray(jacobian))), name
+        np.testing.assert_allclose(reverse[name], np.sum(jacobian, axis=0), rtol=1e-7, atol=1e-7)
+    smooth = {k: v for k, v in AT_ZERO.items() if k in ("mass", "turn", "anchor", "start", "rates")}
+    expected = central(lambda d: derivatives.value(as_jax(AT_ZERO) | d), smooth)
+    for name, wanted in expected.items():
+        np.testing.assert_allclose(forward[name], wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
+
+
+@pytest.mark.slow
+def test_second_derivatives_of_a_motion():
+    """gradient="both": the Hessian of the final crank angle against differences of the gradient."""
+    d = as_jax(LOOP)
+
+    def scalar(x):
+        return loop(d | {"start": x[:2], "stiffness": x[2]}, "both")[0]
+
+    x = jnp.array([0.7, 2.0, 3.0])
+    gradient = jax.jit(jax.grad(scalar))
+    hessian = jax.jit(jax.jacfwd(jax.grad(scalar)))(x)
+    h = 1e-4
+    expected = np.stack([(gradient(x + s) - gradient(x - s)) / (2 * h) for s in h * np.eye(3)])
+    np.testing.assert_allclose(hessian, expected, rtol=1e-5, atol=1e-7)
+
+
+def test_gravity_is_a_parameter():
+    """The start of a fall: d(acceleration)/d(gravity) by hand."""
+
+    def acceleration(g):
+        b = mbs.SystemBuilder(gravity=g * jnp.array(DOWN_Y))
+        b.body("bob", mass=2.0, com=(0.0, -0.8, 0.0))
+        b.joint("pin", mbs.Revolute(axis="z"), "ground", "bob")
+        return mbs.forward_dynamics(b.build(), mbs.State(jnp.zeros(()), jnp.array([0.5]), jnp.zeros(1)))[0][0]
+
+    np.testing.assert_allclose(jax.jit(jax.grad(acceleration))(1.0), -9.81 * np.sin(0.5) / 0.8, rtol=1e-12)
