@@ -136,7 +136,9 @@ class SystemBuilder:
             tree = spanning_tree(bodies, joints, keep, {f"{n}.weld" for n in split} | (set(cut or ()) - keep))
         loose = [name for name in tree[-1] if joints[name].kind.num_rows == 0]
         if loose:
-            raise ModelError([f"joint {n!r} (Free) leaves all motions free, so it cannot close a loop" for n in loose])
+            raise ModelError(
+                [f"joint {n!r} (Free) leaves all motions free, so it cannot close a loop" for n in loose]
+            )
         system = assemble_system(self.gravity, bodies, self._frames, joints, self._forces, self._constraints, tree)
         if like is not None:
             return _take_over(system, like)

@@ -25,7 +25,7 @@ def write(folder: Path, results: dict) -> list[Path]:
     try:
         return written + draw(folder, results)
     except ModuleNotFoundError as error:
-        if error.name != "matplotlib":
+        if (error.name or "").partition(".")[0] != "matplotlib":
             raise
         print("demo: no plots, matplotlib is missing: pip install -e '.[viz]'", file=sys.stderr)
         return written

@@ -10,14 +10,17 @@ from .efforts import stored_energy
 from .newton_euler import node_motion
 
 
-def energies(system: System, P, psi, u, t):
+def energies_at(system: System, geo, J, V, psi, t):
     """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
-    geo = geometry(system, P, psi)
-    J = node_inertias(P, geo.W)
-    v = unpack(node_motion(system.topology, geo.S, u))
+    v = unpack(V)
     kinetic = 0.5 * jnp.sum(dot(v, momentum(unpack(J), v)))
-    potential = -jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0)) + stored_energy(system, geo, psi, t)
-    return kinetic, potential
+    return kinetic, stored_energy(system, geo, psi, t) - jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0))
+
+
+def energies(system: System, P, psi, u, t):
+    """(kinetic, potential) energy [J] from the tree parameters P; see `energies_at`."""
+    geo = geometry(system, P, psi)
+    return energies_at(system, geo, node_inertias(P, geo.W), node_motion(system.topology, geo.S, u), psi, t)
 
 
 @eqx.filter_jit

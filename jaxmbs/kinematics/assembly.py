@@ -22,12 +22,15 @@ def metric(system: System):
 
 
 def newton_step(system: System, P, psi, t, free):
-    """One step of least size in `metric` towards closed loops; columns with free = 0 stay."""
+    """One step of least size in `metric` towards closed loops, and the largest residual before it.
+
+    Columns with free (nv,) = 0 stay.
+    """
     geo = geometry(system, P, psi)
     A = constraints.jacobian_at(system, geo, psi, t) * free[None, :]
     f = constraints.residual_at(system, geo, psi, t)
     delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f, constraints.row_scale(system))
-    return step_coordinates(system.topology, psi, delta)
+    return step_coordinates(system.topology, psi, delta), jnp.max(jnp.abs(f))
 
 
 def _levenberg_marquardt(system, P, psi, t, free):
@@ -71,9 +74,9 @@ def assemble(system: System, P, psi, t, free):
     fixed = lax.stop_gradient((P, psi, t))
     frozen = jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_inexact_array(x) else x, system)
     found = _levenberg_marquardt(frozen, *fixed, free)
-    found = newton_step(frozen, fixed[0], found, fixed[2], free)
+    found, _ = newton_step(frozen, fixed[0], found, fixed[2], free)
     start = psi + lax.stop_gradient(found - psi)
-    start = lax.scan(lambda q, _: (newton_step(system, P, q, t, free), None), start, length=2)[0]
+    start = lax.scan(lambda q, _: newton_step(system, P, q, t, free), start, length=2)[0]
     return normalise(system.topology, start)
 
 
@@ -89,17 +92,13 @@ def consistent_velocities(system: System, P, psi, u, t, free):
     return u + delta
 
 
-def velocity_residual(system: System, P, psi, u, t):
-    """`A u + f_t` (rows,)."""
-    return constraints.jacobian(system, P, psi, t) @ u + constraints.time_rate(system, psi, t)
-
-
 @eqx.filter_jit
 def assembled(system: System, psi, u, t, free_position, free_velocity):
     """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
     P = node_parameters(system)
     psi = assemble(system, P, psi, t, free_position)
     u = consistent_velocities(system, P, psi, u, t, free_velocity)
-    f = constraints.residual(system, P, psi, t)
-    g = velocity_residual(system, P, psi, u, t) if system.has_constraints else f
+    geo = geometry(system, P, psi)
+    f = constraints.residual_at(system, geo, psi, t)
+    g = constraints.jacobian_at(system, geo, psi, t) @ u + constraints.time_rate(system, psi, t)
     return psi, u, f, g

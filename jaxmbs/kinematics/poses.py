@@ -161,7 +161,7 @@ def simple_columns(topology: Topology):
 
 def _scatter_simple(topology, into, values):
     columns, coordinates = simple_columns(topology)
-    return into.at[coordinates].set(values[columns])
+    return into.at[coordinates].set(values[columns], unique_indices=True)
 
 
 class Geometry(NamedTuple):

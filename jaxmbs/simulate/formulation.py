@@ -13,7 +13,7 @@ from ..dynamics import hamiltonian
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
 from ..kinematics.assembly import newton_step
-from ..kinematics.kic import velocity_map
+from ..kinematics.kic import independent_columns, velocity_map
 from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise
 from ..model.system import System
 
@@ -28,14 +28,18 @@ class Problem(eqx.Module):
     scale: jnp.ndarray
     formulation: str = eqx.field(static=True)
 
-    def start(self, psi, u, t):
-        """Second half of the state, unscaled."""
-        if self.formulation == "velocity":
-            return u
-        P = hamiltonian.momenta(self.system, self.P, psi, u)
-        if self.formulation == "independent":
-            return velocity_map(self.system, self.P, psi, t)[0].T @ P
-        return P
+    @classmethod
+    def begin(cls, system, P, formulation, psi, u, t):
+        """The problem and the scaled second half of its state: momenta in units of velocity, divided by the inertia
+        that each velocity sees at the start."""
+        if formulation == "velocity":
+            return cls(system, P, jnp.ones_like(u), formulation), u
+        M = hamiltonian.tree_mass(system, P, psi)
+        p, diagonal = M @ u, jnp.diagonal(M)
+        if formulation == "independent":
+            p, diagonal = velocity_map(system, P, psi, t)[0].T @ p, diagonal[independent_columns(system)]
+        scale = lax.stop_gradient(jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal)))
+        return cls(system, P, scale, formulation), p / scale
 
     def velocities(self, t, psi, p):
         """Velocities (nv,) of the scaled second half of the state."""
@@ -71,7 +75,7 @@ class Problem(eqx.Module):
     def project(self, t, y):
         """Positions and velocities back on the constraints; quaternions of unit length."""
         psi, p, work = y
-        psi = self.project_position(t, psi)
+        psi, _ = self.project_position(t, psi)
         if self.formulation == "independent":
             return psi, p, work
         geo = geometry(self.system, self.P, psi)
@@ -85,11 +89,13 @@ class Problem(eqx.Module):
         return psi, hamiltonian.momenta_at(self.system.topology, geo, J, u) / self.scale, work
 
     def project_position(self, t, psi):
-        """Two Newton steps onto the loops."""
+        """Two Newton steps onto the loops, quaternions of unit length; and the largest residual found before."""
+        gap = jnp.zeros((), psi.dtype)
         if self.system.has_constraints:
             free = jnp.ones(self.system.topology.num_velocities, psi.dtype)
-            psi = lax.scan(lambda q, _: (newton_step(self.system, self.P, q, t, free), None), psi, length=2)[0]
-        return normalise(self.system.topology, psi)
+            psi, gaps = lax.scan(lambda q, _: newton_step(self.system, self.P, q, t, free), psi, length=2)
+            gap = gaps[0]
+        return normalise(self.system.topology, psi), gap
 
 
 def is_rheonomic(system: System) -> bool:

@@ -9,17 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix
 
-from ..dynamics.efforts import element_names
-from ..dynamics.energy import energies
-from ..dynamics.hamiltonian import tree_mass
 from ..errors import SimulationError
-from ..kinematics import constraints
-from ..kinematics.poses import geometry, node_parameters
+from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..model.system import System
 from . import motion as codes
-from .formulation import FORMULATIONS, Problem, is_rheonomic, num_powers
-from .motion import Diagnostics, Motion
+from .account import diagnose, masked, observe, result_code, with_start
+from .formulation import FORMULATIONS, Problem, num_powers
+from .motion import Motion
 from .prescribed import prescribed_states
 from .solvers import Projected, SemiImplicitEuler
 
@@ -128,9 +125,9 @@ def _fixed_steps(t0, t1, dt):
 def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
     solver, gradient, formulation, max_steps, steps, progress = options
     P = node_parameters(system)
-    psi, u, t0 = state.coordinates, state.velocities, state.t
-    problem = _scaled(Problem(system, P, jnp.ones(()), formulation), psi, u, t0)
-    y0 = (psi, problem.start(psi, u, t0) / problem.scale, jnp.zeros(num_powers(system), psi.dtype))
+    psi, t0 = state.coordinates, state.t
+    problem, p0 = Problem.begin(system, P, formulation, psi, state.velocities, t0)
+    y0 = (psi, p0, jnp.zeros(num_powers(system), psi.dtype))
     if system.has_constraints:
         solver = Projected(solver, _project)
     adjoint = {
@@ -154,7 +151,7 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         throw=False,
         progress_meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
-    return _motion(problem, state, ts, solution)
+    return _motion(problem, state, y0, ts, solution)
 
 
 def _rate(t, y, problem):
@@ -163,18 +160,6 @@ def _rate(t, y, problem):
 
 def _project(t, y, problem):
     return problem.project(t, y)
-
-
-def _scaled(problem, psi, u, t):
-    """The problem with momenta in units of velocity: divided by the inertia each velocity sees at the start."""
-    if problem.formulation == "velocity":
-        return problem
-    M = tree_mass(problem.system, problem.P, psi)
-    diagonal = jnp.diagonal(M)
-    if problem.formulation == "independent":
-        diagonal = diagonal[np.asarray(problem.system.topology.analysis.independent, int)]
-    scale = jax.lax.stop_gradient(jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal)))
-    return eqx.tree_at(lambda p: p.scale, problem, scale)
 
 
 def _controller(dt, rtol, atol, span, ts):
@@ -196,82 +181,23 @@ def _event(function):
     return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10))
 
 
-def _motion(problem, start, ts, solution):
-    """Saved states back on the constraints, energies and the result code."""
+def _motion(problem, start, y0, ts, solution):
+    """Saved states back on the constraints, accounts and the result code."""
     psi, p, work = solution.ys
-
-    def saved(t, psi, p):
-        psi = problem.project_position(t, psi)
-        return psi, problem.velocities(t, psi, p)
-
     ended = ~jnp.isfinite(solution.ts)  # after an event or a failure nothing is saved
-    safe = jax.tree.map(lambda x, x0: _fill(ended, x, x0), (psi, p, ts), (psi[0], p[0], start.t))
-    psi, u = jax.vmap(saved)(safe[2], safe[0], safe[1])
-    psi, u, work = (jnp.where(_wide(ended, x), jnp.nan, x) for x in (psi, u, work))
+
+    def sample(t, psi, p):
+        psi, gap = problem.project_position(t, psi)
+        u = problem.velocities(t, psi, p)
+        return psi, u, gap, observe(problem.system, problem.P, psi, u, t)
+
+    filled = [masked(ended, x, x0) for x, x0 in zip((ts, psi, p), (start.t, *y0[:2]), strict=True)]
+    psi, u, gap, observed = jax.vmap(sample)(*with_start((start.t, *y0[:2]), tuple(filled)))
+    psi, u, work = (masked(ended, x, jnp.nan) for x in (psi[1:], u[1:], work))
     states = State(solution.ts, psi, u)
-    diagnostics = account(problem.system, problem.P, start, states, work, solution.stats)
-    return Motion(solution.ts, states, _result(solution.result, states, diagnostics, ended), diagnostics)
-
-
-def _wide(mask, x):
-    return mask.reshape(mask.shape + (1,) * (x.ndim - 1))
-
-
-def _fill(mask, x, value):
-    return jnp.where(_wide(mask, x), jnp.broadcast_to(value, x.shape), x)
-
-
-def account(system, P, start, states, work, stats) -> Diagnostics:
-    """Energies, work by element and residuals of saved states."""
-    every = jax.tree.map(lambda x0, x: jnp.concatenate([x0[None], x]), start, states)
-    kinetic, potential = jax.vmap(lambda s: energies(system, P, s.coordinates, s.velocities, s.t))(every)
-    before, kinetic, potential = kinetic[0] + potential[0], kinetic[1:], potential[1:]
-    names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
-    drift, speed = jax.vmap(lambda s: _drifts(system, P, s))(states)
-    return Diagnostics(
-        kinetic=kinetic,
-        potential=potential,
-        work={name: work[:, i] for i, name in enumerate(names)},
-        energy_residual=kinetic + potential - before - jnp.sum(work, axis=1),
-        constraint_drift=drift,
-        velocity_drift=speed,
-        num_steps=jnp.asarray(stats.get("num_steps", 0)),
-        num_rejected=jnp.asarray(stats.get("num_rejected_steps", 0)),
-    )
-
-
-def _drifts(system, P, state):
-    """Largest residual of the positions and of the velocities of a state."""
-    if not system.has_constraints:
-        return jnp.zeros_like(state.t), jnp.zeros_like(state.t)
-    psi, u, t = state.coordinates, state.velocities, state.t
-    geo = geometry(system, P, psi)
-    f = constraints.residual_at(system, geo, psi, t)
-    speed = constraints.jacobian_at(system, geo, psi, t) @ u + constraints.time_rate(system, psi, t)
-    return jnp.max(jnp.abs(f)), jnp.max(jnp.abs(speed))
-
-
-def _result(result, states, diagnostics, ended):
-    """Result code (): the integrator's, overruled by states that are not finite or break the constraints."""
-    is_ = lambda name: result == getattr(diffrax.RESULTS, name)  # noqa: E731
-    code = jnp.asarray(codes.FAILED)
-    for name, value in (
-        ("successful", codes.SUCCESS),
-        ("event_occurred", codes.EVENT),
-        ("max_steps_reached", codes.MAX_STEPS),
-        ("dt_min_reached", codes.STEP_SIZE),
-    ):
-        code = jnp.where(is_(name), value, code)
-    fine = jnp.all(jnp.isfinite(states.coordinates) | ended[:, None]) & jnp.all(
-        jnp.isfinite(states.velocities) | ended[:, None]
-    )
-    code = jnp.where((code <= codes.EVENT) & ~fine, codes.NOT_FINITE, code)
-    speed = 1.0 + jnp.max(jnp.abs(jnp.nan_to_num(states.velocities)), initial=0.0)
-    broken = (jnp.nan_to_num(diagnostics.constraint_drift) > 1e-6) | (
-        jnp.nan_to_num(diagnostics.velocity_drift) > 1e-6 * speed
-    )
-    code = jnp.where((code <= codes.EVENT) & broken[0], codes.NOT_ASSEMBLED, code)
-    return jnp.where((code <= codes.EVENT) & jnp.any(broken), codes.INCONSISTENT, code)
+    diagnostics = diagnose(problem.system, observed, work, solution.stats)
+    code = result_code(solution.result, states, diagnostics, ended, gap[0])
+    return Motion(solution.ts, states, code, diagnostics)
 
 
 @eqx.filter_jit
@@ -280,6 +206,9 @@ def _evaluate_prescribed(system, state, ts):
     P = node_parameters(system)
     states = prescribed_states(system, P, state, ts)
     work = jnp.full((ts.shape[0], num_powers(system)), jnp.nan)
-    diagnostics = account(system, P, state, states, work, {})
+    every = with_start(state, states)
+    observed = jax.vmap(lambda s: observe(system, P, s.coordinates, s.velocities, s.t))(every)
+    diagnostics = diagnose(system, observed, work, {})
     ended = jnp.zeros(ts.shape, bool)
-    return Motion(ts, states, _result(diffrax.RESULTS.successful, states, diagnostics, ended), diagnostics)
+    code = result_code(diffrax.RESULTS.successful, states, diagnostics, ended, observed[2][0])
+    return Motion(ts, states, code, diagnostics)

@@ -1,0 +1,76 @@
+"""Accounts of a motion: energies, work, residuals of the saved states, and the result code."""
+
+import diffrax
+import jax
+import jax.numpy as jnp
+
+from ..dynamics.efforts import element_names
+from ..dynamics.energy import energies_at
+from ..dynamics.newton_euler import node_motion
+from ..kinematics import constraints
+from ..kinematics.poses import geometry, node_inertias
+from . import motion as codes
+from .formulation import is_rheonomic
+from .motion import Diagnostics
+
+_CLOSED = 1e-6
+_CODES = {
+    "successful": codes.SUCCESS,
+    "event_occurred": codes.EVENT,
+    "max_steps_reached": codes.MAX_STEPS,
+    "dt_min_reached": codes.STEP_SIZE,
+}
+
+
+def observe(system, P, psi, u, t):
+    """(kinetic, potential energy, largest position residual, largest velocity residual) of a state."""
+    geo = geometry(system, P, psi)
+    J, V = node_inertias(P, geo.W), node_motion(system.topology, geo.S, u)
+    kinetic, potential = energies_at(system, geo, J, V, psi, t)
+    if not system.has_constraints:
+        return kinetic, potential, jnp.zeros_like(t), jnp.zeros_like(t)
+    drift = jnp.max(jnp.abs(constraints.residual_at(system, geo, psi, t)))
+    speed = constraints.jacobian_at(system, geo, psi, t) @ u + constraints.time_rate(system, psi, t)
+    return kinetic, potential, drift, jnp.max(jnp.abs(speed))
+
+
+def diagnose(system, observed, work, stats) -> Diagnostics:
+    """Diagnostics from what was observed at the start and at the saved times (1 + T,) and the work account (T, n)."""
+    kinetic, potential, drift, speed = observed
+    total = kinetic + potential
+    names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
+    return Diagnostics(
+        kinetic=kinetic[1:],
+        potential=potential[1:],
+        work={name: work[:, i] for i, name in enumerate(names)},
+        energy_residual=total[1:] - total[0] - jnp.sum(work, axis=1),
+        constraint_drift=drift[1:],
+        velocity_drift=speed[1:],
+        num_steps=jnp.asarray(stats.get("num_steps", 0)),
+        num_rejected=jnp.asarray(stats.get("num_rejected_steps", 0)),
+    )
+
+
+def result_code(result, states, diagnostics, ended, open_at_start):
+    """Result code (): the integrator's, overruled by states that are not finite or break the constraints."""
+    code = jnp.asarray(codes.FAILED)
+    for name, value in _CODES.items():
+        code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
+    finite = [jnp.all(jnp.isfinite(x), axis=1) | ended for x in (states.coordinates, states.velocities)]
+    speed = 1.0 + jnp.max(jnp.abs(jnp.nan_to_num(states.velocities)), initial=0.0)
+    drift, velocity_drift = (jnp.nan_to_num(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
+    broken = jnp.any((drift > _CLOSED) | (velocity_drift > _CLOSED * speed))
+    code = jnp.where((code <= codes.EVENT) & broken, codes.INCONSISTENT, code)
+    code = jnp.where(~(jnp.all(finite[0]) & jnp.all(finite[1])), codes.NOT_FINITE, code)
+    return jnp.where(open_at_start > _CLOSED, codes.NOT_ASSEMBLED, code)
+
+
+def masked(mask, x, value):
+    """x with the entries of its first axis where `mask` holds replaced by `value`."""
+    mask = mask.reshape(mask.shape + (1,) * (x.ndim - 1))
+    return jnp.where(mask, jnp.broadcast_to(jnp.asarray(value, x.dtype), x.shape), x)
+
+
+def with_start(start, saved):
+    """Arrays with the start before the saved ones."""
+    return jax.tree.map(lambda x0, x: jnp.concatenate([x0[None], x]), start, saved)
