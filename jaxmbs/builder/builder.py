@@ -66,7 +66,7 @@ class SystemBuilder:
 
         Args:
             kind: a joint such as `Revolute(axis="z")`.
-            parent_frame, child_frame: where it sits in each body: a point, `Pose` or frame name (default: the origin).
+            parent_frame, child_frame: its place in each body: a point, `Pose` or frame name (default: the origin).
             at: instead, a world point in the reference pose; joint axes are then world axes.
             drive: function of time that prescribes its coordinate.
         """

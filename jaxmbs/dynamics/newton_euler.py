@@ -79,7 +79,7 @@ def forward_dynamics(system: System, state):
 
     Returns: u_dot (nv,) [m/s^2 or rad/s^2] and lambda (rows,), the efforts along the constraint rows: `A^T lambda`
     acts on the velocities.  Redundant rows share their load (see `reactions` for the least-norm choice).
-    Source: S2 (40) solved for accelerations.
+    Source: S2 (28)-(29), (40) solved for accelerations.
     """
     P = node_parameters(system)
     return accelerations(system, P, state.coordinates, state.velocities, state.t)
