@@ -1,6 +1,8 @@
 """`SystemBuilder`: declare bodies, joints, forces and constraints by name, then build the system."""
 
 import dataclasses
+import functools
+import warnings
 
 import jax
 import jax.numpy as jnp
@@ -145,6 +147,7 @@ class SystemBuilder:
         traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(system))
         if traced and system.has_constraints:
             raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
+        _warn_single_precision()
         return system if traced else with_analysis(system, analyse(system, independent))
 
     def _kept(self):
@@ -155,6 +158,16 @@ class SystemBuilder:
             if isinstance(item.law, Coupler):
                 names |= set(item.law.joints)
         return names
+
+
+@functools.cache
+def _warn_single_precision():
+    if jnp.zeros(()).dtype.itemsize == 4:
+        warnings.warn(
+            "building in single precision: loops close to 1e-4 and stiff systems lose all digits; "
+            "call jax.config.update('jax_enable_x64', True) first",
+            stacklevel=3,
+        )
 
 
 def _split_bodies(names, bodies, joints):

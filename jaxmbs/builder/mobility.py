@@ -15,8 +15,15 @@ from ..model.system import System
 from ..model.topology import Mobility
 
 _POSES = 4
-_RANK = 1e-7
-_CLOSED = 1e-9
+_RANK = {8: 1e-7, 4: 1e-3}  # singular values that count as zero, by precision
+_CLOSED = {8: 1e-9, 4: 1e-4}  # residuals that count as closed
+
+
+_INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
+
+
+def _precision() -> int:
+    return jnp.zeros(()).dtype.itemsize
 
 
 @eqx.filter_jit
@@ -63,7 +70,7 @@ def _spaces(A):
     if A.shape[0] == 0:
         return 0, np.eye(A.shape[1]), np.zeros((0, 0))
     U, s, Vt = np.linalg.svd(A)
-    rank = int(np.sum(s > _RANK * max(s[0], 1e-300))) if s.size else 0
+    rank = int(np.sum(s > _RANK[_precision()] * max(s[0], 1e-30))) if s.size else 0
     return rank, Vt[rank:].T, U[:, rank:]
 
 
@@ -101,11 +108,13 @@ def _close(system, psi, t, weight, random):
     start = psi
     for _ in range(25):
         found, error = _newton(system, psi, t, weight)
-        if error < _CLOSED:
+        if error < _CLOSED[_precision()]:
             return found
         psi = step_coordinates(top, start, jnp.asarray(weight * random.normal(size=top.num_velocities)))
     f = np.abs(np.asarray(_evaluate(system, found, t)[0]))
-    open_rows = sorted({name for name, value in zip(top.row_joint, f, strict=True) if not value < _CLOSED})
+    open_rows = sorted(
+        {name for name, value in zip(top.row_joint, f, strict=True) if not value < _CLOSED[_precision()]}
+    )
     raise ModelError(
         [
             f"the loops cannot be closed; still open (largest residual {error:.3g}): {', '.join(open_rows)}; "
@@ -119,7 +128,7 @@ def _check_inertia(top, M, Z, weight):
     if reduced.size == 0:
         return
     values, vectors = np.linalg.eigh(reduced)
-    if values[0] > 1e-13 * max(values[-1], 1e-300) and values[-1] > 0:
+    if values[0] > _INERTIA[_precision()] * max(values[-1], 1e-300) and values[-1] > 0:
         return
     mode = np.abs(Z @ vectors[:, 0])
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})

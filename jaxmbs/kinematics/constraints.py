@@ -4,6 +4,7 @@ Row order: cut joints and two-frame constraints group by group, then drives, cou
 named `..._at` take the `Geometry` of the coordinates, so that one walk of the tree serves them all.
 """
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -215,11 +216,13 @@ def jacobian(system: System, P, psi, t):
     return jacobian_at(system, geometry(system, P, psi), psi, t)
 
 
+@eqx.filter_jit
 def constraint_residual(system: System, state):
     """Residual f(psi, t) (rows,) of all loops, drives and couplers; zero when assembled.  Source: S2 (1)-(2)."""
     return residual(system, node_parameters(system), state.coordinates, state.t)
 
 
+@eqx.filter_jit
 def constraint_jacobian(system: System, state):
     """Velocity rows A (rows, nv): `A u + f_t = 0`.  Source: S2 (3), (5)."""
     return jacobian(system, node_parameters(system), state.coordinates, state.t)

@@ -72,6 +72,7 @@ class Kic(eqx.Module):
     dependent: tuple[int, ...] = eqx.field(static=True)
 
 
+@eqx.filter_jit
 def internal_kic(system: System, state):
     """Gi (M, N): rates of the dependent velocities per independent one.
 

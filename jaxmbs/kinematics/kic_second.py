@@ -32,6 +32,7 @@ def velocity_map_second(system: System, P, psi, t):
     return along_independent(system, P, psi, t, lambda q: velocity_map(system, P, q, t)[0])
 
 
+@eqx.filter_jit
 def internal_kic_second(system: System, state):
     """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jacfwd` of Gi along (I, Gi).
 
@@ -41,6 +42,7 @@ def internal_kic_second(system: System, state):
     return velocity_map_second(system, P, state.coordinates, state.t)[dependent_columns(system)]
 
 
+@eqx.filter_jit
 def internal_kic_second_printed(system: System, state):
     """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
 

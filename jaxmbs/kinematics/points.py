@@ -35,21 +35,25 @@ def _pose(system, P, psi, place):
     return R @ rotation, w[9:] + R @ position
 
 
+@eqx.filter_jit
 def position(system: System, state, frame):
     """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
     return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[1]
 
 
+@eqx.filter_jit
 def rotation(system: System, state, frame):
     """World rotation (3, 3) of a frame."""
     return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[0]
 
 
+@eqx.filter_jit
 def velocity(system: System, state, frame):
     """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
     return (jacobian(system, state, frame) @ state.velocities)[3:]
 
 
+@eqx.filter_jit
 def angular_velocity(system: System, state, frame):
     """Angular velocity (3,) [rad/s] of a frame, world axes."""
     return (jacobian(system, state, frame) @ state.velocities)[:3]
@@ -66,6 +70,7 @@ def point_acceleration(system: System, state, frame, rates):
     return bias + jacobian(system, state, frame) @ rates
 
 
+@eqx.filter_jit
 def jacobian(system: System, state, frame):
     """Jacobian (6, nv) of a frame: angular velocity, then velocity of its origin, world axes, per velocity.
 

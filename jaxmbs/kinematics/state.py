@@ -11,7 +11,7 @@ from ..model.system import System
 from .assembly import assembled
 from .poses import neutral_coordinates
 
-_TOLERANCE = 1e-8
+_TOLERANCE = {8: 1e-8, 4: 1e-3}  # residuals that count as closed, by precision
 _RESTARTS = 12
 
 
@@ -62,7 +62,7 @@ def _solve(system, psi, u, t, free, restart):
     columns = np.nonzero(simple)[0]
     index = np.asarray(system.topology.node_coordinate)[columns]
     for _ in range(_RESTARTS):
-        if np.max(np.abs(f), initial=0.0) < _TOLERANCE:
+        if np.max(np.abs(f), initial=0.0) < _TOLERANCE[f.dtype.itemsize]:
             break
         scale = np.where(system.topology.spins[columns] > 0, 1.0, system.topology.analysis.length)
         move = random.normal(size=len(columns)) * scale * np.asarray(free[0])[columns]
@@ -107,10 +107,11 @@ def _check(system, f, g):
         (f, "the mechanism cannot be assembled with the coordinates held"),
         (g, "the rates held contradict the constraints"),
     ):
-        if np.all(np.abs(residual) < _TOLERANCE):
+        closed = _TOLERANCE[residual.dtype.itemsize]
+        if np.all(np.abs(residual) < closed):
             continue
         worst: dict = {}
         for name, value in zip(system.topology.row_joint, np.abs(residual), strict=True):
-            if not value < _TOLERANCE:
+            if not value < closed:
                 worst[name] = max(worst.get(name, 0.0), float(value) if np.isfinite(value) else np.inf)
         raise AssemblyError(f"{what}; residual [m or rad] by joint:", worst)

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-#: Weight of the lower block of a saddle system, relative to the largest row of A diag(M)^-1 A^T.
-PROXIMAL = 1e-9
+#: Weight of the lower block of a saddle system, relative to the largest row of A diag(M)^-1 A^T (double, single).
+PROXIMAL = {8: 1e-9, 4: 1e-5}
 
 
 def saddle_factor(M, A):
@@ -19,7 +19,7 @@ def saddle_factor(M, A):
     m = A.shape[0]
     diagonal = jnp.diagonal(M)
     diagonal = jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal, initial=1e-30))
-    C = PROXIMAL * jnp.max(jnp.sum(A * A / diagonal[None, :], axis=1), initial=1e-30)
+    C = PROXIMAL[M.dtype.itemsize] * jnp.max(jnp.sum(A * A / diagonal[None, :], axis=1), initial=1e-30)
     K = jnp.block([[M, A.T], [A, -C * jnp.eye(m, dtype=M.dtype)]]) if m else M
     return jax.scipy.linalg.lu_factor(K), C
 

@@ -128,6 +128,8 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
     psi, t0 = state.coordinates, state.t
     problem, p0 = Problem.begin(system, P, formulation, psi, state.velocities, t0)
     y0 = (psi, p0, jnp.zeros(num_powers(system), psi.dtype))
+    if dt is not None and isinstance(solver, diffrax.AbstractImplicitSolver):
+        solver = eqx.tree_at(lambda s: s.root_finder, solver, diffrax.VeryChord(rtol=rtol, atol=atol))
     if system.has_constraints:
         solver = Projected(solver, _project)
     adjoint = {
