@@ -83,17 +83,17 @@ def body_rates(system: System, R, x, V, A):
 
 
 def _cut_wrenches(system, geo, multipliers):
-    """Wrench of all loop rows on every body (bodies, 6), and (wrench on frame B, frames A, B) by element name."""
+    """Wrench of all loop rows on every body (bodies, 6), and of every element on its frame B (elements, 6)."""
     n = system.topology.bodies.size
     if not system.closures:
-        return jnp.zeros((n, 6), geo.x.dtype), {}
+        return jnp.zeros((n, 6), geo.x.dtype), jnp.zeros((0, 6), geo.x.dtype)
     wrenches = constraints.closure_wrenches(system, geo.R, geo.x, multipliers)
-    each = {
-        name: (wrench[i], group.first[i], group.second[i])
-        for group, wrench in zip(system.closures, wrenches, strict=True)
-        for i, name in enumerate(group.names)
-    }
-    return constraints.sum_on_carriers(system, wrenches, system.topology.frame_body, n), each
+    return constraints.sum_on_carriers(system, wrenches, system.topology.frame_body, n), jnp.concatenate(wrenches)
+
+
+def _elements(system):
+    """(name, frames A and B) of every closing joint and two-frame constraint, in the order of their wrenches."""
+    return [row for group in system.closures for row in zip(group.names, group.first, group.second, strict=True)]
 
 
 def _least_norm(system, geo, psi, t, multipliers, wrenches):
@@ -119,32 +119,34 @@ def _coordinate_names(system):
 
 
 def _joint_wrenches(system, geo, rate, loads, multipliers):
-    """World wrench on the child of every joint (joints, 6) about the origin, efforts (nv,), other closures."""
+    """World wrench on the child of every joint (joints, 6) about the origin, efforts (nv,), elements' wrenches."""
     top = system.topology
     cut, each = _cut_wrenches(system, geo, multipliers)
     carried = subtrees(top.bodies, rate - loads - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
     wrench = jnp.zeros((len(top.joints), 6), carried.dtype)
     wrench = wrench.at[np.asarray(top.body_joint)].set(carried * jnp.asarray(sign, carried.dtype)[:, None])
-    for name, (value, _, _) in each.items():
-        if name in top.joint_index:
-            wrench = wrench.at[top.joint_index[name]].set(value)
+    cut_joints = [(i, top.joint_index[e[0]]) for i, e in enumerate(_elements(system)) if e[0] in top.joint_index]
+    if cut_joints:
+        element, joint = np.array(cut_joints).T
+        wrench = wrench.at[joint].set(each[element])
     body_of = {j: k for k, j in enumerate(top.body_joint)}
     column_body = np.array([body_of[j] for j in top.node_joint], int)
     return wrench, jnp.einsum("nk,nk->n", geo.S, carried[column_body]), each
 
 
-def _at_frame(wrench, R, x, axes, sign):
-    """(force, moment) about x, in world axes or those of R."""
-    force, moment = sign * wrench[3:], sign * (wrench[:3] - skew(x) @ wrench[3:])
-    return (R.T @ force, R.T @ moment) if axes == "joint" else (force, moment)
+def _at_frames(wrench, R, x, axes, sign):
+    """(forces, moments) (n, 3) about the points x, in world axes or those of R."""
+    force, moment = wrench[:, 3:], wrench[:, :3] - jnp.einsum("nij,nj->ni", jax.vmap(skew)(x), wrench[:, 3:])
+    if axes == "joint":
+        force, moment = (jnp.einsum("nji,nj->ni", R, v) for v in (force, moment))
+    return sign * force, sign * moment
 
 
 def _local(top, R, x, wrench):
     """(joints, 6) force, moment on the child in its joint frame."""
     child = np.array([j.frames[1] for j in top.joints])
-    parts = jax.vmap(lambda w, R, x: _at_frame(w, R, x, "joint", 1.0))(wrench, R[child], x[child])
-    return jnp.concatenate(parts, axis=1)
+    return jnp.concatenate(_at_frames(wrench, R[child], x[child], "joint", 1.0), axis=1)
 
 
 def _reactions(system: System, P, state: State, frame: str, side: str) -> Reactions:
@@ -164,18 +166,25 @@ def _reactions(system: System, P, state: State, frame: str, side: str) -> Reacti
     gap = required_efforts(system, geo, J, V, V_dot, psi, u, t)
     if system.has_constraints:
         gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
-    joints = {}
-    sign, end = (1.0, 1) if side == "child" else (-1.0, 0)
-    for index, joint in enumerate(top.joints):
-        f = joint.frames[end]
-        force, moment = _at_frame(wrench[index], R[f], x[f], frame, sign)
-        marks = top.analysis.undetermined[index] if top.analysis else (False,) * 6
-        joints[joint.name] = JointReaction(force, moment, effort[joint.velocities], marks)
-    for name, (value, *ends) in others.items():
-        if name not in joints:
-            f = ends[end]
-            joints[name] = JointReaction(*_at_frame(value, R[f], x[f], frame, sign), jnp.zeros(0), (False,) * 6)
-    return Reactions(joints, multipliers, jnp.max(jnp.abs(gap)))
+    return Reactions(_named(system, geo, wrench, effort, others, frame, side), multipliers, jnp.max(jnp.abs(gap)))
+
+
+def _named(system, geo, wrench, effort, others, frame, side):
+    """`JointReaction` by name, of joints and of two-frame constraints."""
+    top, (sign, end) = system.topology, (1.0, 1) if side == "child" else (-1.0, 0)
+    named = {joint.name: (joint.frames[end], effort[joint.velocities]) for joint in top.joints}
+    marks = (
+        {j.name: row for j, row in zip(top.joints, top.analysis.undetermined, strict=True)} if top.analysis else {}
+    )
+    extra = [i for i, (name, *_) in enumerate(_elements(system)) if name not in named]
+    named |= {_elements(system)[i][0]: (_elements(system)[i][1 + end], jnp.zeros(0)) for i in extra}
+    wrench = jnp.concatenate([wrench, others[np.array(extra, int)]])
+    at = np.array([f for f, _ in named.values()], int)
+    force, moment = _at_frames(wrench, geo.R[at], geo.x[at], frame, sign)
+    return {
+        name: JointReaction(force[i], moment[i], effort, marks.get(name, (False,) * 6))
+        for i, (name, (_, effort)) in enumerate(named.items())
+    }
 
 
 @eqx.filter_jit
