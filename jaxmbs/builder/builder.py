@@ -12,6 +12,7 @@ from ..joints import Coupler, Weld
 from ..model.frame import Pose
 from ..model.system import System
 from . import declarations as declared
+from .arrays import reference_poses
 from .assemble_system import assemble_system
 from .mobility import analyse, with_analysis
 from .spanning import spanning_tree
@@ -134,7 +135,7 @@ class SystemBuilder:
         tree = spanning_tree(bodies, joints, keep, set(cut or ()))
         split = [name for name in tree[-1] if name in keep]
         if split:
-            _split_bodies(split, bodies, joints)
+            _split_bodies(split, bodies, joints, self._frames)
             tree = spanning_tree(bodies, joints, keep, {f"{n}.weld" for n in split} | (set(cut or ()) - keep))
         loose = [name for name in tree[-1] if joints[name].kind.num_rows == 0]
         if loose:
@@ -170,12 +171,15 @@ def _warn_single_precision():
         )
 
 
-def _split_bodies(names, bodies, joints):
+def _split_bodies(names, bodies, joints, frames):
     """Cut loops whose every joint is needed inside a body: a massless twin of the child, welded to it."""
+    world = reference_poses(bodies, joints, frames) if any(j.at is not None for j in joints.values()) else {}
     for name in names:
         joint = joints[name]
         twin = f"{joint.child}.{name}"
-        bodies[twin] = declared.Body(twin, 0.0, (0.0, 0.0, 0.0), 0.0, None)
+        place = world.get(joint.child)
+        pose = None if place is None else Pose(place[1], place[0])
+        bodies[twin] = declared.Body(twin, 0.0, (0.0, 0.0, 0.0), 0.0, pose)
         frame = joint.child_frame
         joints[name] = dataclasses.replace(joint, child=twin)
         joints[f"{name}.weld"] = declared.Joint(f"{name}.weld", Weld(), joint.child, twin, None, None, None)

@@ -166,7 +166,7 @@ def _reactions(system: System, P, state: State, frame: str, side: str) -> Reacti
     gap = required_efforts(system, geo, J, V, V_dot, psi, u, t)
     if system.has_constraints:
         gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
-    return Reactions(_named(system, geo, wrench, effort, others, frame, side), multipliers, jnp.max(jnp.abs(gap)))
+    return Reactions(_named(system, geo, wrench, effort, others, frame, side), multipliers, jnp.max(jnp.abs(gap), initial=0.0))
 
 
 def _named(system, geo, wrench, effort, others, frame, side):

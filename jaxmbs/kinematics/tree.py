@@ -67,11 +67,11 @@ def _walk_up(tree: Tree, step, x, zero):
 
 # ---------------------------------------------------------------------------------------------------------- sums
 def _sum_ancestors(tree, x):
-    return _walk_down(tree, lambda c, y: (c + y, c + y), x, jnp.zeros_like(x[0]))
+    return _walk_down(tree, lambda c, y: (c + y, c + y), x, jnp.zeros(x.shape[1:], x.dtype))
 
 
 def _sum_subtrees(tree, x):
-    total = lax.scan(lambda c, y: (c + y, c + y), jnp.zeros_like(x[0]), x, reverse=True)[1]
+    total = lax.scan(lambda c, y: (c + y, c + y), jnp.zeros(x.shape[1:], x.dtype), x, reverse=True)[1]
     if tree.is_chain:
         return total
     return total - jnp.concatenate([total, jnp.zeros_like(total[:1])])[tree.end]
@@ -143,7 +143,7 @@ def _factor(tree, S, J):
         A = below + j
         U = lax.optimization_barrier(jnp.stack(symmetric_product(tuple(A), tuple(s))))
         inverse = lax.optimization_barrier(1.0 / dot(tuple(s), tuple(U)))
-        return A - U[_ROW] * (U * inverse)[_COLUMN], (U, inverse)
+        return A - U[_ROW] * (U * inverse[None])[_COLUMN], (U, inverse)
 
     zero = jnp.zeros((21, *S.shape[2:]), S.dtype)
     return _walk_up(tree, step, (S, matrix), zero)
@@ -156,12 +156,12 @@ def _substitute(tree, S, factors, p):
     def up(below, row):
         s, U, inverse, p = row
         u = lax.optimization_barrier(p - dot(tuple(s), tuple(below)))
-        return below + U * (inverse * u), u
+        return below + U * (inverse * u)[None], u
 
     def down(above, row):
         s, U, inverse, u = row
         rate = lax.optimization_barrier((u[0] - dot(tuple(U), tuple(above))) * inverse[0])
-        return above + s * rate, rate
+        return above + s * rate[None], rate
 
     zero = jnp.zeros((6, *S.shape[2:]), S.dtype)
     u = _walk_up(tree, up, (S, U, inverse, p), zero)
@@ -192,6 +192,8 @@ def mass_matrix(tree: Tree, S, J):
     """The mass matrix (..., nodes, nodes) by composite inertias: `M_ij = S_i . (Jc_j S_j)` for i above j."""
     composite = unpack(subtrees(tree, J))
     F = pack(momentum(composite, unpack(S)))
-    lower = jnp.einsum("kc...,jc...->...kj", F, S) * jnp.asarray(tree.path, S.dtype)
-    strict = jnp.asarray(tree.path & ~np.eye(tree.size, dtype=bool), S.dtype)
+    lower = jnp.einsum("kc...,jc...->...kj", F, S)
+    path = tree.path.reshape((1,) * (lower.ndim - 2) + tree.path.shape)
+    lower = lower * jnp.asarray(path, S.dtype)
+    strict = jnp.asarray(path & ~np.eye(tree.size, dtype=bool), S.dtype)
     return lower + jnp.swapaxes(lower * strict, -1, -2)

@@ -18,8 +18,9 @@ def saddle_factor(M, A):
     M, A = lax.stop_gradient((M, A))
     m = A.shape[0]
     diagonal = jnp.diagonal(M)
-    diagonal = jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal, initial=1e-30))
-    C = PROXIMAL[M.dtype.itemsize] * jnp.max(jnp.sum(A * A / diagonal[None, :], axis=1), initial=1e-30)
+    massless = diagonal <= 1e-9 * jnp.max(diagonal, initial=1e-30)  # columns that must not set the scale
+    mobility = jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, diagonal))
+    C = PROXIMAL[M.dtype.itemsize] * jnp.max(jnp.sum(A * A * mobility[None, :], axis=1), initial=1e-30)
     K = jnp.block([[M, A.T], [A, -C * jnp.eye(m, dtype=M.dtype)]]) if m else M
     return jax.scipy.linalg.lu_factor(K), C
 

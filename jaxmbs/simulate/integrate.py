@@ -48,7 +48,8 @@ def simulate(
         solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or `SemiImplicitEuler()`.
         gradient: derivative mode of the motion: "reverse", "forward" or "both".
         formulation: "canonical" (default), "independent" or "velocity"; see `formulation.py`.
-        event: function of a State whose zero crossing ends the motion.
+        event: function of a State whose zero crossing ends the motion; the state there is saved too, right after the
+            times before it, so the motion has one entry more (unused entries: times inf, states nan).
         max_steps: bound on the integrator's steps.
         progress: show a progress bar.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
@@ -76,10 +77,10 @@ def simulate(
 
 def _choose(solver, dt, gradient, formulation, event, system):
     """Solver and formulation; ValueError for options that contradict each other."""
-    if gradient not in _GRADIENTS:
-        raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_GRADIENTS)}")
     if isinstance(gradient, diffrax.BacksolveAdjoint):
         raise ValueError("BacksolveAdjoint differentiates the unprojected flow; use gradient='reverse'")
+    if not isinstance(gradient, str) or gradient not in _GRADIENTS:
+        raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_GRADIENTS)}")
     solver = diffrax.Dopri8() if solver is None else solver
     if not isinstance(solver, diffrax.AbstractSolver):
         raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
@@ -145,7 +146,7 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         1e-3 * (t1 - t0) if dt is None else dt,
         y0,
         args=problem,
-        saveat=diffrax.SaveAt(ts=ts),
+        saveat=diffrax.SaveAt(ts=ts, t1=event is not None),
         stepsize_controller=_controller(dt, rtol, atol, t1 - t0, ts),
         adjoint=adjoint,
         event=None if event is None else _event(event),
@@ -177,8 +178,8 @@ def _controller(dt, rtol, atol, span, ts):
 
 
 def _event(function):
-    def crossing(t, y, problem, **_):
-        return function(State(jnp.asarray(t, y[0].dtype), y[0], problem.velocities(t, y[0], y[1])))
+    def crossing(t, y, args, **_):
+        return function(State(jnp.asarray(t, y[0].dtype), y[0], args.velocities(t, y[0], y[1])))
 
     return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10))
 

@@ -58,10 +58,9 @@ def test_unassemblable_names_the_joint_that_stays_open(system):
     with pytest.raises(mbs.AssemblyError, match="cannot be assembled") as caught:
         mbs.State.at(far, A=0.7, guess=GUESS)
     assert set(caught.value.residuals) == {"C"}
-    # The pins come no nearer than ground - crank reach - coupler - rocker.
     B = 0.3 * np.array([np.cos(0.7), np.sin(0.7)])
-    gap = np.hypot(3.0 - B[0], B[1]) - 1.6
-    assert gap * 0.7 < caught.value.residuals["C"] < gap * 1.0001
+    gap = np.hypot(3.0 - B[0], B[1]) - 1.6  # the pins come no nearer, and one axis sees 0.7 of it or more
+    assert caught.value.residuals["C"] > 0.7 * gap
 
 
 def test_contradicting_rates_are_refused(system):
