@@ -28,6 +28,7 @@ ANDREWS_START = (
     -0.22266839016588588,
     1.2305474445498212,
 )
+QUICK = ("A02 N=2", "A03")
 EXPLICIT, STIFF = ("Dopri8", "Tsit5"), ("Kvaerno5", "Kvaerno3", "Dopri8")
 
 
@@ -182,7 +183,9 @@ def main():
     options = common.parser(__doc__, *(case.name for case in CASES)).parse_args()
     rounds, everything, rows = (1 if options.quick else 5), [], []
     for case in CASES:
-        if not common.wanted(options, case.name) or (options.quick and case.name not in ("A02 N=2", "A03")):
+        if not common.wanted(options, case.name):
+            continue
+        if options.quick and not options.only and case.name not in QUICK:
             continue
         tolerances, steps = case.tolerances, case.peer_steps
         if options.quick:

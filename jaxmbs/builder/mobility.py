@@ -61,7 +61,7 @@ def analyse(system: System, independent=None) -> Mobility:
     rank, Z, Y, B, M, A = best
     _check_inertia(top, M, Z, weight)
     chosen = _independent(top, Z, independent)
-    undetermined, names = _undetermined(top, B, Y, length)
+    undetermined, names = _undetermined(constraints.carriers(system), B, Y, length)
     return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, length)
 
 
@@ -159,14 +159,14 @@ def _independent(top, Z, wanted):
     return tuple(columns)
 
 
-def _undetermined(top, B, Y, length):
-    """Reaction components that a self-stress of redundant rows changes, and the joints they belong to."""
+def _undetermined(carriers, B, Y, length):
+    """Reaction components that a self-stress of redundant rows changes, and the carriers they belong to."""
     if Y.shape[1] == 0:
-        return tuple((False,) * 6 for _ in top.joints), ()
+        return tuple((False,) * 6 for _ in carriers), ()
     change = np.abs(B @ Y) / np.r_[np.ones(3), np.full(3, length)][None, :, None]
     marks = change.max(axis=2) > 1e-6 * max(change.max(), 1e-300)
     flags = tuple(tuple(bool(m) for m in row) for row in marks)
-    return flags, tuple(j.name for j, row in zip(top.joints, flags, strict=True) if any(row))
+    return flags, tuple(name for (name, *_), row in zip(carriers, flags, strict=True) if any(row))
 
 
 def with_analysis(system: System, found: Mobility) -> System:

@@ -143,10 +143,16 @@ def _at_frames(wrench, R, x, axes, sign):
     return sign * force, sign * moment
 
 
-def _local(top, R, x, wrench):
-    """(joints, 6) force, moment on the child in its joint frame."""
-    child = np.array([j.frames[1] for j in top.joints])
-    return jnp.concatenate(_at_frames(wrench, R[child], x[child], "joint", 1.0), axis=1)
+def _all_wrenches(system, joints, elements):
+    """Wrenches (carriers, 6) of the joints, then of the constraints that are no joints."""
+    extra = [i for i, (name, *_) in enumerate(_elements(system)) if name not in system.topology.joint_index]
+    return jnp.concatenate([joints, elements[np.array(extra, int)]])
+
+
+def _local(system, geo, wrench):
+    """(carriers, 6) force, moment on the child (frame B) in its frame."""
+    at = np.array([b for *_, b in constraints.carriers(system)])
+    return jnp.concatenate(_at_frames(wrench, geo.R[at], geo.x[at], "joint", 1.0), axis=1)
 
 
 def _reactions(system: System, P, state: State, frame: str, side: str) -> Reactions:
@@ -160,31 +166,26 @@ def _reactions(system: System, P, state: State, frame: str, side: str) -> Reacti
     rate, bodies = body_rates(system, R, x, V, V_dot)
     loads = efforts(system, geo, V, psi, u, t, body_owner(system))[0] + gravity_wrench(bodies, system.gravity)
     if top.analysis is not None and top.analysis.redundant:
-        wrench, _, _ = _joint_wrenches(system, geo, rate, loads, multipliers)
-        multipliers = _least_norm(system, geo, psi, t, multipliers, _local(top, R, x, wrench))
+        wrench, _, others = _joint_wrenches(system, geo, rate, loads, multipliers)
+        local = _local(system, geo, _all_wrenches(system, wrench, others))
+        multipliers = _least_norm(system, geo, psi, t, multipliers, local)
     wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
     gap = required_efforts(system, geo, J, V, V_dot, psi, u, t)
     if system.has_constraints:
         gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
-    return Reactions(_named(system, geo, wrench, effort, others, frame, side), multipliers, jnp.max(jnp.abs(gap), initial=0.0))
+    named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)
+    return Reactions(named, multipliers, jnp.max(jnp.abs(gap), initial=0.0))
 
 
-def _named(system, geo, wrench, effort, others, frame, side):
-    """`JointReaction` by name, of joints and of two-frame constraints."""
+def _named(system, wrench, effort, geo, frame, side):
+    """`JointReaction` by name from the wrenches (carriers, 6): of joints and of two-frame constraints."""
     top, (sign, end) = system.topology, (1.0, 1) if side == "child" else (-1.0, 0)
-    named = {joint.name: (joint.frames[end], effort[joint.velocities]) for joint in top.joints}
-    marks = (
-        {j.name: row for j, row in zip(top.joints, top.analysis.undetermined, strict=True)} if top.analysis else {}
-    )
-    extra = [i for i, (name, *_) in enumerate(_elements(system)) if name not in named]
-    named |= {_elements(system)[i][0]: (_elements(system)[i][1 + end], jnp.zeros(0)) for i in extra}
-    wrench = jnp.concatenate([wrench, others[np.array(extra, int)]])
-    at = np.array([f for f, _ in named.values()], int)
+    carriers = constraints.carriers(system)
+    efforts = [effort[j.velocities] for j in top.joints] + [jnp.zeros(0)] * (len(carriers) - len(top.joints))
+    marks = top.analysis.undetermined if top.analysis else [(False,) * 6] * len(carriers)
+    at = np.array([c[1 + end] for c in carriers], int)
     force, moment = _at_frames(wrench, geo.R[at], geo.x[at], frame, sign)
-    return {
-        name: JointReaction(force[i], moment[i], effort, marks.get(name, (False,) * 6))
-        for i, (name, (_, effort)) in enumerate(named.items())
-    }
+    return {name: JointReaction(force[i], moment[i], efforts[i], marks[i]) for i, (name, *_) in enumerate(carriers)}
 
 
 @eqx.filter_jit

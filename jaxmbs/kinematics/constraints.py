@@ -228,41 +228,45 @@ def constraint_jacobian(system: System, state):
     return jacobian(system, node_parameters(system), state.coordinates, state.t)
 
 
-def reaction_map(system: System, geo):
-    """Joint reactions per unit multiplier, (joints, 6, rows): force then moment on the joint's child.
-
-    About the origin and in the axes of the joint's child frame.  Multipliers of drives and couplers act inside
-    their joints and load no body from outside.  Source: S1 (27)-(28), the homogeneous family of the loops.
-    """
+def carriers(system: System):
+    """(name, frames A and B) of all that carries reactions: every joint, then every two-frame constraint."""
     top = system.topology
-    num = len(top.joints)
-    R, x = geo.R, geo.x
-    out = jnp.zeros((num, 6, top.num_rows), x.dtype)
+    elements = [e for g in system.closures for e in zip(g.names, g.first, g.second, strict=True)]
+    return [(j.name, *j.frames) for j in top.joints] + [e for e in elements if e[0] not in top.joint_index]
+
+
+def reaction_map(system: System, geo):
+    """Reactions per unit multiplier, (carriers, 6, rows): force then moment on the joint's child or on frame B.
+
+    About the origin and in the axes of that frame.  Multipliers of drives and couplers act inside their joints and
+    load no body from outside.  Source: S1 (27)-(28), the homogeneous family of the loops.
+    """
+    top, names = system.topology, [name for name, *_ in carriers(system)]
+    num = len(names)
+    out = jnp.zeros((num, 6, top.num_rows), geo.x.dtype)
     if not system.closures:
         return out
     parts = []
     for group in system.closures:
-        D = closure_directions(group, R, x)
-        weight = jnp.asarray(_reaction_weights(top, group), D.dtype)
+        D = closure_directions(group, geo.R, geo.x)
+        weight = jnp.asarray(_reaction_weights(top, group, names), D.dtype)
         parts.append(jnp.einsum("ej,erk->jker", weight, D).reshape(num, 6, -1))
     known = sum(part.shape[2] for part in parts)
     out = jnp.concatenate([*parts, out[:, :, known:]], axis=2)
-    child = np.array([j.frames[1] for j in top.joints])
-    moment, force = out[:, :3], out[:, 3:]
-    moment = moment - jax.vmap(jax.vmap(jnp.cross, in_axes=(None, 1), out_axes=1))(x[child], force)
-    turn = jnp.einsum("jba,jbm->jam", R[child], force), jnp.einsum("jba,jbm->jam", R[child], moment)
-    return jnp.concatenate(turn, axis=1)
+    at = np.array([b for *_, b in carriers(system)])
+    R, x, moment, force = geo.R[at], geo.x[at], out[:, :3], out[:, 3:]
+    moment = moment - jnp.einsum("jab,jbm->jam", jax.vmap(skew)(x), force)
+    return jnp.concatenate([jnp.einsum("jba,jbm->jam", R, part) for part in (force, moment)], axis=1)
 
 
-def _reaction_weights(top, group):
-    """(elements, joints): share of an element's wrench that each joint carries on its child; static."""
-    weights = np.zeros((len(group.names), len(top.joints)))
+def _reaction_weights(top, group, names):
+    """(elements, carriers): share of an element's wrench that each joint or constraint carries; static."""
+    weights = np.zeros((len(group.names), len(names)))
     for e, name in enumerate(group.names):
         a, b = (top.frame_body[end[e]] for end in (group.first, group.second))
         for k in range(top.bodies.size):
             below = float(b >= 0 and top.bodies.path[b, k]) - float(a >= 0 and top.bodies.path[a, k])
             joint = top.body_joint[k]
             weights[e, joint] = -below if top.joints[joint].child == k else below
-        if name in top.joint_index:
-            weights[e, top.joint_index[name]] = 1.0
+        weights[e, names.index(name)] = 1.0
     return weights

@@ -54,15 +54,20 @@ def _walk_up(tree: Tree, step, x, zero):
     if tree.is_chain:
         return lax.scan(step, zero, x, reverse=True)[1]
 
+    # Depth first, a node's last child comes first: it overwrites what an earlier branch left at its depth.
+    inner = tree.end > np.arange(tree.size) + 1
+    later = tree.end < np.append(tree.end, tree.size)[tree.parent_or_size]
+
     def visit(stack, row):
-        depth, row = row
-        state, output = step(lax.dynamic_index_in_dim(stack, depth + 1, 0, False), row)
-        stack = lax.dynamic_update_index_in_dim(stack, zero, depth + 1, 0)
-        state = state + lax.dynamic_index_in_dim(stack, depth, 0, False)
+        depth, inner, later, row = row
+        below = jnp.where(inner, lax.dynamic_index_in_dim(stack, depth + 1, 0, False), zero)
+        state, output = step(below, row)
+        state = state + jnp.where(later, lax.dynamic_index_in_dim(stack, depth, 0, False), zero)
         return lax.dynamic_update_index_in_dim(stack, state, depth, 0), output
 
     stack = jnp.zeros((int(tree.depth.max()) + 2, *zero.shape), zero.dtype)
-    return lax.scan(visit, stack, (jnp.asarray(tree.depth), x), reverse=True)[1]
+    rows = (jnp.asarray(tree.depth), jnp.asarray(inner), jnp.asarray(later), x)
+    return lax.scan(visit, stack, rows, reverse=True)[1]
 
 
 # ---------------------------------------------------------------------------------------------------------- sums

@@ -39,8 +39,8 @@ class Mobility:
     """What the count of freedoms at assembled poses found.
 
     `rank` of the constraint rows, `mobility` = velocities - rank, `redundant` = rows - rank.  `undetermined` marks
-    per joint the reaction components (force x y z, moment x y z, joint axes) that statics cannot determine, and
-    `rows` names each constraint row.  `independent` are the velocity columns chosen for the KIC.
+    per joint, then per two-frame constraint, the reaction components (force x y z, moment x y z, its own axes) that
+    statics cannot determine; `redundant_names` are theirs.  `independent` are the velocity columns of the KIC.
     """
 
     rank: int

@@ -154,7 +154,7 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         throw=False,
         progress_meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
-    return _motion(problem, state, y0, ts, solution)
+    return _motion(problem, state, y0, solution)
 
 
 def _rate(t, y, problem):
@@ -184,7 +184,7 @@ def _event(function):
     return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10))
 
 
-def _motion(problem, start, y0, ts, solution):
+def _motion(problem, start, y0, solution):
     """Saved states back on the constraints, accounts and the result code."""
     psi, p, work = solution.ys
     ended = ~jnp.isfinite(solution.ts)  # after an event or a failure nothing is saved
@@ -194,7 +194,7 @@ def _motion(problem, start, y0, ts, solution):
         u = problem.velocities(t, psi, p)
         return psi, u, gap, observe(problem.system, problem.P, psi, u, t)
 
-    filled = [masked(ended, x, x0) for x, x0 in zip((ts, psi, p), (start.t, *y0[:2]), strict=True)]
+    filled = [masked(ended, x, x0) for x, x0 in zip((solution.ts, psi, p), (start.t, *y0[:2]), strict=True)]
     psi, u, gap, observed = jax.vmap(sample)(*with_start((start.t, *y0[:2]), tuple(filled)))
     psi, u, work = (masked(ended, x, jnp.nan) for x in (psi[1:], u[1:], work))
     states = State(solution.ts, psi, u)
