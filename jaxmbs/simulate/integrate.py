@@ -60,7 +60,7 @@ def simulate(
         ValueError: contradictory options.
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
-    solver, formulation = _choose(solver, dt, gradient, formulation, event, system)
+    solver, formulation = _choose(solver, dt, rtol, atol, gradient, formulation)
     t0 = state.t
     ts = _save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else jnp.asarray(t1, float)
@@ -75,7 +75,7 @@ def simulate(
     return motion
 
 
-def _choose(solver, dt, gradient, formulation, event, system):
+def _choose(solver, dt, rtol, atol, gradient, formulation):
     """Solver and formulation; ValueError for options that contradict each other."""
     if isinstance(gradient, diffrax.BacksolveAdjoint):
         raise ValueError("BacksolveAdjoint differentiates the unprojected flow; use gradient='reverse'")
@@ -93,10 +93,19 @@ def _choose(solver, dt, gradient, formulation, event, system):
     adaptive = isinstance(solver, diffrax.AbstractAdaptiveSolver)
     if dt is None and not adaptive:
         raise ValueError(f"{type(solver).__name__} has no error estimate: give dt=")
+    if isinstance(solver, diffrax.AbstractImplicitSolver) and isinstance(solver.root_finder, diffrax.VeryChord):
+        solver = eqx.tree_at(lambda s: s.root_finder, solver, _newton(dt, rtol, atol))
     kind = _GRADIENTS[gradient][0]
     if hasattr(solver, "scan_kind"):
         solver = eqx.tree_at(lambda s: s.scan_kind, solver, kind, is_leaf=lambda x: x is None)
     return solver, formulation
+
+
+def _newton(dt, rtol, atol):
+    """Newton with a fresh Jacobian in place of diffrax's default: that one fails at every second step of A05."""
+    if dt is not None:
+        return optimistix.Newton(rtol=rtol, atol=atol)
+    return diffrax.with_stepsize_controller_tols(optimistix.Newton)()
 
 
 def _save_times(t0, t1, ts):
@@ -129,8 +138,6 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
     psi, t0 = state.coordinates, state.t
     problem, p0 = Problem.begin(system, P, formulation, psi, state.velocities, t0)
     y0 = (psi, p0, jnp.zeros(num_powers(system), psi.dtype))
-    if dt is not None and isinstance(solver, diffrax.AbstractImplicitSolver):
-        solver = eqx.tree_at(lambda s: s.root_finder, solver, diffrax.VeryChord(rtol=rtol, atol=atol))
     if system.has_constraints:
         solver = Projected(solver, _project)
     adjoint = {

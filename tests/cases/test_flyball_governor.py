@@ -37,7 +37,7 @@ SLOW_HEIGHT = np.array(
         0.42989908967870644, 0.24916533236667285,
     )
 )
-STIFF = {"solver": diffrax.Kvaerno5(), "rtol": 1e-10, "atol": 1e-10}
+STIFF = {"solver": diffrax.Kvaerno5(), "rtol": 1e-11, "atol": 1e-11}
 
 
 def _start(system, shaft_rate):
