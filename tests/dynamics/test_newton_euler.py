@@ -23,7 +23,9 @@ jitted = jax.jit(
 )
 
 
-@pytest.mark.parametrize("kinds, seed", [("simple", 0), ("simple", 1), ("balls", 2)])
+@pytest.mark.parametrize(
+    "kinds, seed", [("simple", 0), pytest.param("simple", 1, marks=pytest.mark.slow), ("balls", 2)]
+)
 def test_random_trees_against_pinocchio(kinds, seed):
     links = rs.random_links(seed, KINDS[kinds])
     system, model = rs.build(links), rs.pinocchio_model(links)

@@ -172,28 +172,42 @@ def test_three_legs_are_determined():
 
 
 # ----------------------------------------------------------------------------------- equilibrium of bodies
+@jax.jit
+def body_motions(system, state):
+    """(R, x, angular velocity, angular acceleration, acceleration) by body, frame origins, and parents' reactions."""
+    accelerations = mbs.forward_dynamics(system, state)[0]
+    motions = {
+        body: (
+            mbs.rotation(system, state, body),
+            mbs.position(system, state, body),
+            mbs.angular_velocity(system, state, body),
+            mbs.angular_acceleration(system, state, body, accelerations),
+            mbs.acceleration(system, state, body, accelerations),
+        )
+        for body in system.topology.body_names
+    }
+    frames = {name: mbs.position(system, state, name) for name in system.topology.frame_names}
+    return motions, frames, mbs.reactions(system, state, side="parent")
+
+
 def newton_euler(system, state, loads, others=None):
     """Largest gap of `sum of joint wrenches + gravity + other loads - h_dot`, body by body, in numpy.
 
-    `others`: body -> list of (force, world point). Uses poses, velocities and accelerations of bodies only.
+    `others`: body -> list of (force, world point).  Uses poses, velocities and accelerations of bodies only.
     """
     top, gap = system.topology, 0.0
-    accelerations = mbs.forward_dynamics(system, state)[0]
-    parents = mbs.reactions(system, state, side="parent")
+    motions, frames, parents = body_motions(system, state)
     for k, body in enumerate(top.body_names):
-        R, x = (np.asarray(f(system, state, body)) for f in (mbs.rotation, mbs.position))
-        w = np.asarray(mbs.angular_velocity(system, state, body))
-        alpha = np.asarray(mbs.angular_acceleration(system, state, body, accelerations))
+        R, x, w, alpha, a = (np.asarray(part) for part in motions[body])
         r = R @ np.asarray(system.com[k])
-        a = np.asarray(mbs.acceleration(system, state, body, accelerations)) + np.cross(alpha, r)
-        a = a + np.cross(w, np.cross(w, r))
+        a = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
         mass, inertia = float(system.mass[k]), R @ np.asarray(system.inertia[k]) @ R.T
         force = mass * (np.asarray(system.gravity) - a)
         moment = -(inertia @ alpha + np.cross(w, inertia @ w))
         for joint in top.joints:
             for end, who, side in ((1, joint.child, loads), (0, joint.parent, parents)):
                 if who == k:
-                    point = np.asarray(mbs.position(system, state, top.frame_names[joint.frames[end]]))
+                    point = np.asarray(frames[top.frame_names[joint.frames[end]]])
                     F, M = both(side, joint.name)
                     force, moment = force + F, moment + M + np.cross(point - x - r, F)
         for F, point in (others or {}).get(body, []):
@@ -234,7 +248,7 @@ def random_tree():
         mbs.Prismatic(axis=(-0.3, 0.1, 1.0)),
         mbs.Spherical(),
     ]
-    links = rs.random_links(2, kinds * 2)
+    links = rs.random_links(2, kinds)
     system = rs.build(links)
     return links, system, rs.random_state(system, 2)
 

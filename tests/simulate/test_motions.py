@@ -39,6 +39,7 @@ def test_semi_implicit_euler_is_that_of_mujoco(chain):
     np.testing.assert_allclose(euler(chain, 0.001), np.r_[data.qpos, data.qvel], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_semi_implicit_euler_is_of_first_order(chain):
     _, system, state = chain
     exact = mbs.simulate(system, state, ts=jnp.array([0.1]), rtol=1e-11, atol=1e-11).states
@@ -49,6 +50,7 @@ def test_semi_implicit_euler_is_of_first_order(chain):
 
 
 # ------------------------------------------------------------------------------------------------ stiffness
+@pytest.mark.slow
 def test_a_stiff_spring_needs_few_steps_of_an_implicit_solver():
     """A mass on k = 1e8 N/m with heavy damping creeps; x = x0 exp(-k/c t) beside a fast transient."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
