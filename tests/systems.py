@@ -56,7 +56,9 @@ def spatial_tree():
     b.body("c", 0.5, com=(0.2, 0.0, 0.1), inertia=(0.01, 0.01, 0.01))
     b.body("d", 0.9, com=(-0.1, 0.1, 0.0), inertia=(0.012, 0.02, 0.03))
     b.joint("one", R, "ground", "a", parent_frame=(0.0, 0.1, 0.0))
-    b.joint("two", mbs.Prismatic((1.0, 0.5, 0.2)), "a", "b", parent_frame=(0.3, 0.0, 0.1), child_frame=(0.0, 0.1, 0.0))
+    b.joint(
+        "two", mbs.Prismatic((1.0, 0.5, 0.2)), "a", "b", parent_frame=(0.3, 0.0, 0.1), child_frame=(0.0, 0.1, 0.0)
+    )
     b.joint("three", mbs.Screw((0.0, 0.6, 0.8), pitch=0.07), "b", "c", parent_frame=(0.0, 0.2, 0.2))
     b.joint("four", mbs.Universal(), "a", "d", parent_frame=(-0.2, 0.1, 0.0), child_frame=(0.05, 0.0, 0.1))
     b.force("spring", mbs.SpringDamper(stiffness=50.0, damping=0.5, free_length=0.2), between=("c", "d"))

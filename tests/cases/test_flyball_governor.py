@@ -33,8 +33,12 @@ RATES = np.array(
 # Slider height when the shaft starts at 0.16 turns per second, as in Exudyn's model.
 SLOW_HEIGHT = np.array(
     (
-        0.46290643215354305, 0.017351751070889487, 0.49709481850142095, 0.48847400849528827,
-        0.42989908967870644, 0.24916533236667285,
+        0.46290643215354305,
+        0.017351751070889487,
+        0.49709481850142095,
+        0.48847400849528827,
+        0.42989908967870644,
+        0.24916533236667285,
     )
 )
 STIFF = {"solver": diffrax.Kvaerno5(), "rtol": 1e-11, "atol": 1e-11}
@@ -53,7 +57,7 @@ def test_first_accelerations_from_the_lagrangian():
     angle, across, axial = np.pi / 6, 0.3 * (1.0 + 1e-4) / 12, 0.3 * 2e-4 / 12
     inertia = across + 0.3 / 4 + 5.0  # of a rod with its tip about the hinge
     arm = 0.3 * (0.05 + 0.5 * np.cos(angle)) * 0.5 + 5.0 * (0.05 + np.cos(angle))
-    spin = -(2 * np.pi) ** 2 * np.sin(angle) * (arm + (across - axial) * np.cos(angle))
+    spin = -((2 * np.pi) ** 2) * np.sin(angle) * (arm + (across - axial) * np.cos(angle))
     rod = (9.81 * (0.15 + 5.0) * np.cos(angle) + spin) / inertia
     check(np.sort(accelerations), np.sort([0.0, -9.81, rod, rod]), 1e-9)  # the springs are just at rest
 

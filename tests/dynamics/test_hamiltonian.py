@@ -131,7 +131,7 @@ def test_conservative_ports_are_the_slope_of_the_potential(four_bar, loop):
 
 
 def test_spring_port_from_the_spring_vector(loop):
-    """(59) with G_hat (61) equals (64) with the derivative of the length, also off the free length; (66) would not."""
+    """(59) with G_hat (61) equals (64) with the derivative of the length, also off the free length."""
     system, state = loop
     q_C, G_hat = ports.spring_vector(system, state, "arm", "block")
     length = jnp.linalg.norm(q_C)

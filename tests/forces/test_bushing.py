@@ -39,9 +39,7 @@ def test_wrench_is_minus_the_gradient_of_the_potential(vector):
     exact = jax.grad(lambda step: perturbed_energy(FULL, vector, displacement, step))(jnp.zeros(6))
     np.testing.assert_allclose(wrench, -exact, rtol=1e-10, atol=1e-10)
     h = 1e-5
-    ends = [
-        [perturbed_energy(FULL, vector, displacement, s * h * row) for s in (1, -1)] for row in jnp.eye(6)
-    ]
+    ends = [[perturbed_energy(FULL, vector, displacement, s * h * row) for s in (1, -1)] for row in jnp.eye(6)]
     np.testing.assert_allclose(wrench, [-(a - b) / (2 * h) for a, b in ends], rtol=1e-7, atol=1e-7)
 
 
@@ -69,9 +67,7 @@ def test_derivatives_are_finite_and_right(vector):
         jnp.tensordot(d, leaf, leaf.ndim)
         for d, leaf in zip(jax.tree.leaves(law_slopes), jax.tree.leaves(FULL), strict=True)
     )
-    np.testing.assert_allclose(
-        (wrench(pose, changed) - wrench(pose, FULL)) / h, expected, rtol=1e-6, atol=1e-6
-    )
+    np.testing.assert_allclose((wrench(pose, changed) - wrench(pose, FULL)) / h, expected, rtol=1e-6, atol=1e-6)
     second = jax.jit(jax.hessian(lambda s: wrench(s, FULL).sum()))(pose)
     assert np.isfinite(second).all()
 

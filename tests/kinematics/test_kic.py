@@ -82,7 +82,9 @@ def test_body_kic_gives_the_bodies_velocities(case):
     for k, name in enumerate(system.topology.body_names):
         com = (name, system.com[k])
         np.testing.assert_allclose(K.translational[name] @ phi_dot, mbs.velocity(system, state, com), atol=1e-10)
-        np.testing.assert_allclose(K.rotational[name] @ phi_dot, mbs.angular_velocity(system, state, name), atol=1e-10)
+        np.testing.assert_allclose(
+            K.rotational[name] @ phi_dot, mbs.angular_velocity(system, state, name), atol=1e-10
+        )
 
 
 def test_translational_kic_is_the_derivative_of_positions(case):

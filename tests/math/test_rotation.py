@@ -100,6 +100,7 @@ def test_derivatives_of_the_logarithm():
 
 def test_derivative_of_the_logarithm_close_to_pi_on_its_own_side():
     """Turning about its own axis changes the angle at rate one, however near pi."""
+
     def rate(direction):
         angle = np.pi - 1e-9
         return jax.jacfwd(lambda a: rotation.rotation_vector(rotation.rotation_matrix(a * direction)))(angle)
