@@ -10,7 +10,7 @@ import jaxmbs as mbs
 from jaxmbs.math.rotation import rotation_matrix
 from tests.mechanisms import DOWN_Y, four_bar
 
-EULER, HEUN = diffrax.Euler(), diffrax.Heun()  # short to compile; the slow test takes one of higher order
+EULER = diffrax.Euler()  # short to compile; the slow test takes a solver of higher order
 
 
 def outputs(system, state, joints, gradient, solver):
@@ -45,7 +45,7 @@ AT_ZERO = TREE | {
 }
 
 
-def tree(design, gradient, solver=HEUN):
+def tree(design, gradient, solver=EULER):
     """A ball-jointed body on a turning arm, a spring from the ground to it and a force on it."""
     d = design
     b = mbs.SystemBuilder()
@@ -111,6 +111,10 @@ class Derivatives:
         self.both = jax.jit(jax.value_and_grad(lambda d: jnp.dot(self.weights, function(d, "reverse", **options))))
         self.forward = jax.jit(jax.jacfwd(lambda d: function(d, "forward", **options)))
 
+        self.along = lambda d, v: jnp.dot(
+            self.weights, jax.jvp(lambda x: function(x, "forward", **options), (d,), (v,))[1]
+        )
+
     def value(self, design):
         return self.both(design)[0]
 
@@ -167,10 +171,18 @@ def test_reverse_against_central_differences(derivatives):
     check_reverse(derivatives, derivatives.design, derivatives.design)
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("loop", "driven")]
+@pytest.mark.parametrize("derivatives", ["tree"], indirect=True)
+def test_forward_along_one_direction(derivatives):
+    """A jvp with respect to all parameters at once."""
+    random = np.random.default_rng(1)
+    direction = {name: jnp.asarray(random.normal(size=value.shape)) for name, value in derivatives.design.items()}
+    tangent = jax.jit(derivatives.along)(as_jax(derivatives.design), direction)
+    gradient = derivatives.reverse(as_jax(derivatives.design))
+    expected = sum(float(jnp.sum(gradient[name] * direction[name])) for name in gradient)
+    np.testing.assert_allclose(tangent, expected, rtol=1e-8)
 
 
-@pytest.mark.parametrize("derivatives", ["tree", *SLOW], indirect=True)
+@pytest.mark.slow
 def test_forward_equals_reverse(derivatives):
     check_forward(derivatives, derivatives.design)
 

@@ -31,7 +31,9 @@ class Screw(AbstractJoint):
 
     def closure(self, R, d):
         angle = d[2] / self.pitch
-        slip = self.pitch * (R[0, 0] * jnp.sin(angle) - R[1, 0] * jnp.cos(angle))
+        sine = R[0, 0] * jnp.sin(angle) - R[1, 0] * jnp.cos(angle)
+        cosine = R[0, 0] * jnp.cos(angle) + R[1, 0] * jnp.sin(angle)
+        slip = 2.0 * self.pitch * sine / jnp.maximum(1.0 + cosine, 1e-6)  # a tangent: half a turn off is not closed
         return jnp.concatenate([d[:2], slip[None], parallel(R)])
 
     def faults(self):

@@ -249,6 +249,15 @@ def test_rows_vanish_on_the_joint_and_nowhere_else(name):
         assert np.linalg.matrix_rank(J, tol=1e-6) == kind.num_rows
 
 
+@pytest.mark.parametrize("name, turn", [("Revolute", (1, 0, 0)), ("Prismatic", (0, 0, 1)), ("Screw", (0, 0, 1))])
+def test_half_a_turn_off_is_not_closed(name, turn):
+    """In canonical axes: rows by tangents of half angles, unlike sines, see the opposite pose as open."""
+    rows = EXAMPLES[name].closure(jnp.asarray(rotation_about(turn, np.pi)), jnp.zeros(3))
+    almost = EXAMPLES[name].closure(jnp.asarray(rotation_about(turn, np.pi - 0.1)), jnp.zeros(3))
+    assert np.max(np.abs(almost)) > 1.0
+    assert np.all(np.isfinite(rows))
+
+
 def test_a_free_joint_closes_nothing():
     with pytest.raises(NotImplementedError, match="Free joint leaves all motions free"):
         mbs.Free().closure(jnp.eye(3), jnp.zeros(3))
