@@ -1,5 +1,6 @@
 """Settings of the test run: made here, since importing the library changes none."""
 
+import gc
 import importlib.metadata
 import os
 from pathlib import Path
@@ -12,6 +13,7 @@ if _JAX_VERSION < (0, 12) and _SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""
     os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {_flag}".strip()
 
 import jax
+import pytest
 from jaxtyping import install_import_hook
 
 install_import_hook("jaxmbs", "beartype.beartype")
@@ -22,3 +24,11 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_compilation_cache_dir", str(Path(__file__).parent.parent / ".jax_cache"))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _forget_compiled_functions():
+    """Free what a module compiled: thousands of executables exhaust a process's memory maps."""
+    yield
+    jax.clear_caches()
+    gc.collect()
