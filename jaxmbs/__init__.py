@@ -53,6 +53,7 @@ from .joints import Rows as Rows
 from .joints import Screw as Screw
 from .joints import Spherical as Spherical
 from .joints import Universal as Universal
+from .joints import VelocityRows as VelocityRows
 from .joints import Weld as Weld
 from .kinematics.constraints import constraint_jacobian as constraint_jacobian
 from .kinematics.constraints import constraint_residual as constraint_residual

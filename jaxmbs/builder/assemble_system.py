@@ -7,13 +7,15 @@ import numpy as np
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
 from ..forces._fields import function
 from ..forces.signals import as_signal
-from ..joints import AbstractClosure, Coupler, Rows
+from ..joints import AbstractClosure, Coupler, VelocityRows
 from ..model.frame import Pose
 from ..model.system import ClosureGroup, CoordinateRows, ForceGroup, System
 from ..model.topology import JointRecord, Topology
 from ..model.tree import Tree
 from .arrays import after, concrete, joint_poses, pair, stacked, tree_arrays
 from .declarations import GROUND, inertia_matrix, resolve
+
+_SIZES = ("num_coordinates", "num_velocities")
 
 
 class _Frames:
@@ -52,7 +54,9 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, tree) -
     records = _records(joints, joint_frames, nodes, cuts, index)
     record = {r.name: r for r in records}
     force_groups = _force_groups(forces, frames, record, bodies, named)
-    closures, rows, row_names = _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
+    closures, rows, row_names, slip_rows = _constraint_groups(
+        constraints, joints, cuts, record, frames, bodies, named
+    )
 
     topology = Topology(
         body_names=tuple(order),
@@ -69,6 +73,7 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, tree) -
         frame_node=tuple(-1 if b == GROUND else body_node[index[b]] for b in frames.bodies),
         frame_body=tuple(index[b] for b in frames.bodies),
         row_joint=row_names,
+        slip_rows=slip_rows,
     )
     return System(
         topology=topology,
@@ -176,7 +181,7 @@ def _force_groups(forces, frames, record, bodies, named):
 
 
 def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named):
-    """Closure groups, coordinate rows, and the joint or constraint that each row belongs to."""
+    """Closure groups, coordinate rows, the joint or constraint of each row, and which rows are of velocity alone."""
     items = [(name, joints[name].kind, *record[name].frames, "closure") for name in cuts]
     rows = [
         CoordinateRows(
@@ -199,20 +204,26 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
                 CoordinateRows(item.name, columns, tuple(r.first_coordinate for r in mine), "coupler", item.law)
             )
         else:
-            rows.append(CoordinateRows(item.name, (), (), "rows", Rows(function(item.law.function))))
-    groups, names = [], []
+            role = "velocity" if isinstance(item.law, VelocityRows) else "rows"
+            rows.append(CoordinateRows(item.name, (), (), role, type(item.law)(function(item.law.function))))
+    rows.sort(key=lambda row: row.role == "velocity")
+    groups, names, slips = [], [], []
     for _, group_names, kind, first, second, members in _group(items):
         basis = jnp.stack([jnp.asarray(member[1].basis()) for member in members])
         groups.append(ClosureGroup(group_names, first, second, kind, basis))
-        names += [name for name in group_names for _ in range(members[0][1].num_rows)]
+        for name in group_names:
+            names += [name] * kind.num_rows
+            slips += range(len(names) - kind.num_slips, len(names))
     for row in rows:
-        size = 1
-        if row.role == "rows":
-            from_shape = jax.eval_shape(row.law.function, jnp.zeros(_num_coordinates(record)), jnp.zeros(()))
-            size = int(np.prod(from_shape.shape)) if from_shape.shape else 1
+        size = _num_rows(row, record)
         names += [row.name] * size
-    return tuple(groups), tuple(rows), tuple(names)
+        slips += range(len(names) - size, len(names)) if row.role == "velocity" else ()
+    return tuple(groups), tuple(rows), tuple(names), tuple(slips)
 
 
-def _num_coordinates(record):
-    return sum(r.num_coordinates for r in record.values())
+def _num_rows(row, record):
+    if row.role not in ("rows", "velocity"):
+        return 1
+    psi, u = (jnp.zeros(sum(getattr(r, what) for r in record.values())) for what in _SIZES)
+    arguments = (psi, jnp.zeros(())) if row.role == "rows" else (psi, u, jnp.zeros(()))
+    return int(np.prod(jax.eval_shape(row.law.function, *arguments).shape))

@@ -82,7 +82,7 @@ def _newton(system, psi, t, weight, iterations=60):
         cost = float(np.dot(f, f))
         if not np.isfinite(cost) or cost < 1e-24:
             break
-        J = np.asarray(A) * weight[None]
+        J = np.asarray(A)[top.position_rows] * weight[None]
         step = (
             -weight
             * np.linalg.lstsq(
@@ -113,7 +113,7 @@ def _close(system, psi, t, weight, random):
         psi = step_coordinates(top, start, jnp.asarray(weight * random.normal(size=top.num_velocities)))
     f = np.abs(np.asarray(_evaluate(system, found, t)[0]))
     open_rows = sorted(
-        {name for name, value in zip(top.row_joint, f, strict=True) if not value < _CLOSED[_precision()]}
+        {top.row_joint[k] for k, value in zip(top.position_rows, f, strict=True) if not value < _CLOSED[_precision()]}
     )
     raise ModelError(
         [

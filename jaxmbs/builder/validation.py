@@ -4,7 +4,7 @@ import jax
 import numpy as np
 
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
-from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows
+from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
 from .declarations import GROUND, inertia_matrix, resolve
 
 
@@ -147,7 +147,7 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
             for name in law.joints
             if name in joints and not _has_one_coordinate(joints[name])
         ]
-    elif isinstance(law, Rows):
+    elif isinstance(law, (Rows, VelocityRows)):
         found = []
     else:
         return [f"{where}: {law!r} is not a constraint such as Distance(...), Coupler(...) or Rows(...)"]

@@ -7,6 +7,7 @@ from .closures import Distance as Distance
 from .closures import PointOnLine as PointOnLine
 from .closures import PointOnPlane as PointOnPlane
 from .closures import Rows as Rows
+from .closures import VelocityRows as VelocityRows
 from .cylindrical import Cylindrical as Cylindrical
 from .free import Free as Free
 from .planar import Planar as Planar

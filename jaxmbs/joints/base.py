@@ -21,16 +21,19 @@ class AbstractJoint(eqx.Module):
     `nodes` is the run of simple joints from parent to child in canonical axes; `basis()` turns canonical axes into
     the axes of the joint frame, so that an axis chosen by the user costs nothing later.  `closure(R, d)` gives the
     rows that vanish while the joint is closed, from the child frame's rotation R (3, 3) and displacement d (3,) in
-    the canonical axes of the parent frame.  `labels` names the coordinates, `row_units` gives each row's unit.
+    the canonical axes of the parent frame.  Kinds that roll or slide add `num_slips` rows `slip(R, d, omega, v)`,
+    speeds that vanish though no coordinate does.  `labels` names the coordinates, `row_units` gives each row's unit,
+    closure rows before slips.
     """
 
     nodes: ClassVar[tuple[Node, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
     row_units: ClassVar[tuple[str, ...]] = ()
+    num_slips: ClassVar[int] = 0
 
     @property
     def num_rows(self) -> int:
-        """Number of closure rows."""
+        """Number of velocity rows: closure rows and slips."""
         return len(self.row_units)
 
     def basis(self):
@@ -42,8 +45,13 @@ class AbstractJoint(eqx.Module):
         return jnp.zeros(())
 
     def closure(self, R, d):
-        """Rows (num_rows,) that vanish when the joint is closed: lengths [m] or tangents of half angles."""
+        """Rows (num_rows - num_slips,) that vanish when closed: lengths [m] or tangents of half angles."""
         raise NotImplementedError(f"a {type(self).__name__} joint leaves all motions free, so it cannot close a loop")
+
+    def slip(self, R, d, omega, v):
+        """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity and velocity of the child
+        frame's origin, in the canonical axes of the parent frame."""
+        raise NotImplementedError(f"{type(self).__name__} has no slips")
 
     def faults(self) -> list[str]:
         """What is wrong with concrete values; empty when traced."""

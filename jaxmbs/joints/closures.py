@@ -81,6 +81,22 @@ class Coupler(eqx.Module):
         return []
 
 
+class VelocityRows(eqx.Module):
+    """Rows of velocity given by the user (nonholonomic): `function(coordinates (nq,), velocities (nv,), t) -> (m,)`.
+
+    Zero when satisfied, affine in the velocities.
+    """
+
+    function: Callable
+
+    def rows(self, psi, u, t):
+        """The rows (m,)."""
+        return jnp.atleast_1d(self.function(psi, u, t))
+
+    def faults(self):
+        return []
+
+
 class Rows(eqx.Module):
     """Holonomic rows given by the user: `function(coordinates (nq,), t) -> (m,)`, zero when satisfied.
 

@@ -21,16 +21,22 @@ def metric(system: System):
     return spins + (1.0 - spins) / length**2
 
 
+def _linearised(system, P, psi, t, free):
+    """Residual of the positions and its Jacobian in the free columns."""
+    geo = geometry(system, P, psi)
+    A = constraints.jacobian_at(system, geo, psi, t)[system.topology.position_rows]
+    return constraints.residual_at(system, geo, psi, t), A * free[None, :]
+
+
 def newton_step(system: System, P, psi, t, free):
     """One step of least size in `metric` towards closed loops, and the largest residual before it.
 
     Columns with free (nv,) = 0 stay.
     """
-    geo = geometry(system, P, psi)
-    A = constraints.jacobian_at(system, geo, psi, t) * free[None, :]
-    f = constraints.residual_at(system, geo, psi, t)
-    delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f, constraints.row_scale(system))
-    return step_coordinates(system.topology, psi, delta), jnp.max(jnp.abs(f))
+    f, A = _linearised(system, P, psi, t, free)
+    rows = jax.tree.map(lambda x: x[system.topology.position_rows], constraints.row_scale(system))
+    delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f, rows)
+    return step_coordinates(system.topology, psi, delta), jnp.max(jnp.abs(f), initial=0.0)
 
 
 def _levenberg_marquardt(system, P, psi, t, free):
@@ -43,9 +49,7 @@ def _levenberg_marquardt(system, P, psi, t, free):
 
     def step(carry):
         k, psi, value, damping = carry
-        geo = geometry(system, P, psi)
-        A = constraints.jacobian_at(system, geo, psi, t) * free[None, :]
-        f = constraints.residual_at(system, geo, psi, t)
+        f, A = _linearised(system, P, psi, t, free)
         normal = A.T @ A + damping * jnp.diag(weight)
         delta = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), -(A.T @ f))
         trial = step_coordinates(top, psi, delta)

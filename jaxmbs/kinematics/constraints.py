@@ -1,7 +1,9 @@
-"""Constraint rows of loops, drives and couplers: residual f(psi, t), Jacobian A with `A u = -f_t`, and their rates.
+"""Constraint rows: residual f(psi, t) of loops, drives, couplers; Jacobian A with `A u = -f_t`, and their rates.
 
-Row order: cut joints and two-frame constraints group by group, then drives, couplers and user rows.  Functions
-named `..._at` take the `Geometry` of the coordinates, so that one walk of the tree serves them all.
+Row order: cut joints and two-frame constraints group by group, then drives, couplers and user rows.  Rows of velocity
+alone (rolling, blades; nonholonomic) stand among them in A but not in f: `topology.position_rows` picks the others;
+f_t is what a row amounts to at rest.  Functions named `..._at` take the `Geometry` of the coordinates, so that one
+walk of the tree serves them all.
 """
 
 import equinox as eqx
@@ -9,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..math.linalg import skew
+from ..math.linalg import RowScale, skew
 from ..model.system import ClosureGroup, System
 from .poses import coordinate_rate, geometry, node_parameters
 
@@ -30,7 +32,12 @@ def _row_rates(kind, basis, a, b, twist):
     """Rates of the rows while B moves with the world `twist` relative to A."""
     axes, R, d = _relative(basis, a, b)
     omega, v = axes.T @ twist[:3], axes.T @ (twist[3:] + skew(twist[:3]) @ b[1])
-    return jax.jvp(kind.closure, (R, d), (skew(omega) @ R, v))[1]
+    rates = []
+    if kind.num_rows > kind.num_slips:
+        rates.append(jax.jvp(kind.closure, (R, d), (skew(omega) @ R, v))[1])
+    if kind.num_slips:
+        rates.append(kind.slip(R, d, omega, v))
+    return jnp.concatenate(rates)
 
 
 def _directions(kind, basis, a, b):
@@ -77,14 +84,14 @@ def sum_on_carriers(system: System, wrenches, carrier, n):
 
 
 def _coordinate_rows(system: System, psi, t):
-    """Rows of drives, couplers and user functions."""
-    rows = []
+    """Rows of drives, couplers and user functions of position."""
+    rows = [jnp.zeros(0, psi.dtype)]
     for item in system.rows:
         if item.role == "drive":
             rows.append(psi[np.asarray(item.coordinates)] - jnp.reshape(item.law(t), (1,)))
         elif item.role == "coupler":
             rows.append(item.law.rows(psi[np.asarray(item.coordinates)]))
-        else:
+        elif item.role == "rows":
             rows.append(jnp.atleast_1d(item.law.function(psi, t)))
     return jnp.concatenate(rows)
 
@@ -92,7 +99,9 @@ def _coordinate_rows(system: System, psi, t):
 def residual_at(system: System, geo, psi, t):
     """f(psi, t), shape (rows,): lengths [m], tangents of half angles, coordinates.  Source: S2 (1)-(2)."""
     parts = [
-        jax.vmap(_rows)(group.kind, group.basis, *_ends(group, geo.R, geo.x)).reshape(-1) for group in system.closures
+        jax.vmap(_rows)(group.kind, group.basis, *_ends(group, geo.R, geo.x)).reshape(-1)
+        for group in system.closures
+        if group.kind.num_rows > group.kind.num_slips
     ]
     if system.rows:
         parts.append(_coordinate_rows(system, psi, t))
@@ -120,27 +129,43 @@ def jacobian_at(system: System, geo, psi, t):
 
 
 def _coordinate_rates(system, psi, t, u):
-    """Rates of the coordinate rows at velocities u, without the part of time."""
+    """Rates of the coordinate rows and the user's velocity rows at velocities u, without the part of time."""
     rate = coordinate_rate(system.topology, psi, u)
-    return jax.jvp(lambda q: _coordinate_rows(system, q, t), (psi,), (rate,))[1]
+    rates = jax.jvp(lambda q: _coordinate_rows(system, q, t), (psi,), (rate,))[1]
+    slips = jax.jvp(lambda v: _velocity_rows(system, psi, t, v), (jnp.zeros_like(u),), (u,))[1]
+    return jnp.concatenate([rates, slips])
 
 
-def row_scale(system: System):
-    """Weights (rows,) that bring lengths to multiples of the characteristic length, angles and others as they are."""
+def _velocity_rows(system, psi, t, u):
+    """The user's velocity rows; they come last."""
+    rows = [row.law.rows(psi, u, t) for row in system.rows if row.role == "velocity"]
+    return jnp.concatenate([jnp.zeros(0, psi.dtype), *rows])
+
+
+def _coordinate_time_rates(system, psi, t):
+    """The part of the same rows that remains at rest."""
+    rate = jax.jvp(lambda t: _coordinate_rows(system, psi, t), (t,), (jnp.ones_like(t),))[1]
+    rest = jnp.zeros(system.topology.num_velocities, psi.dtype)
+    return jnp.concatenate([rate, _velocity_rows(system, psi, t, rest)])
+
+
+def row_scale(system: System) -> RowScale:
+    """Brings lengths to multiples of the characteristic length, angles and others as they are; rows by element."""
     top = system.topology
     length = 1.0 if top.analysis is None else top.analysis.length
     units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
     for row in system.rows:
         sliding = row.role == "drive" and top.node_kind[row.columns[0]] == "prismatic"
         units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
-    return jnp.asarray([1.0 / length if unit == "m" else 1.0 for unit in units])
+    unit = jnp.asarray([1.0 / length if unit == "m" else 1.0 for unit in units])
+    return RowScale(unit, np.unique(np.array(top.row_joint, str), return_inverse=True)[1])
 
 
 def time_rate(system: System, psi, t):
-    """f_t (rows,): the partial derivative in time, nonzero for drives and moving supports."""
+    """f_t (rows,): the rates of the rows at rest, nonzero for drives and moving supports."""
     if not system.rows:
         return jnp.zeros(system.topology.num_rows, psi.dtype)
-    rate = jax.jvp(lambda t: _coordinate_rows(system, psi, t), (t,), (jnp.ones_like(t),))[1]
+    rate = _coordinate_time_rates(system, psi, t)
     return jnp.concatenate([jnp.zeros(system.topology.num_rows - rate.shape[0], psi.dtype), rate])
 
 
@@ -170,8 +195,7 @@ def acceleration_bias(system: System, geo, V, V_dot, psi, u, t):
     if system.rows:
 
         def row_speed(psi, t):
-            in_time = jax.jvp(lambda t: _coordinate_rows(system, psi, t), (t,), (jnp.ones_like(t),))[1]
-            return _coordinate_rates(system, psi, t, u) + in_time
+            return _coordinate_rates(system, psi, t, u) + _coordinate_time_rates(system, psi, t)
 
         rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
         parts.append(jax.jvp(row_speed, (psi, t), rates)[1])

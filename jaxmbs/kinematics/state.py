@@ -103,15 +103,16 @@ def _free(top, values):
 
 def _check(system, f, g):
     """AssemblyError when residuals remain, by the name of the joint or constraint."""
-    for residual, what in (
-        (f, "the mechanism cannot be assembled with the coordinates held"),
-        (g, "the rates held contradict the constraints"),
+    for residual, rows, what in (
+        (f, system.topology.position_rows, "the mechanism cannot be assembled with the coordinates held"),
+        (g, slice(None), "the rates held contradict the constraints"),
     ):
         closed = _TOLERANCE[residual.dtype.itemsize]
         if np.all(np.abs(residual) < closed):
             continue
         worst: dict = {}
-        for name, value in zip(system.topology.row_joint, np.abs(residual), strict=True):
+        names = np.array(system.topology.row_joint)[rows]
+        for name, value in zip(names, np.abs(residual), strict=True):
             if not value < closed:
                 worst[name] = max(worst.get(name, 0.0), float(value) if np.isfinite(value) else np.inf)
         raise AssemblyError(f"{what}; residual [m or rad] by joint:", worst)

@@ -1,43 +1,62 @@
 """Linear algebra that keeps its derivatives: saddle systems with redundant rows, full-column-rank least squares."""
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-#: Weight of the lower block of a saddle system, relative to the largest row of A diag(M)^-1 A^T (double, single).
+#: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
 #: Motions through singular poses (A02, 10 s) err 2e-8 at 1e-8, 5e-9 here, 2e-8 at 1e-10, 1e-7 at 1e-11.
 PROXIMAL = {8: 3e-10, 4: 1e-5}
 
 
-def saddle_factor(M, A):
-    """LU factors of `[M A^T; A -eps C]`, C one scale for all rows; no derivative passes.
+class RowScale(NamedTuple):
+    """Units of constraint rows: `unit` (rows,) brings rows to one unit, `block` (rows,) numbers their elements."""
 
-    Works for redundant but consistent rows, for rows that vanish at a singular pose (one scale for all: a row must
-    fade out there, not be blown up), and for M singular outside the null space of A.
+    unit: jax.Array
+    block: np.ndarray
+
+
+def _row_mobility(M, A, block):
+    """Scale (rows,) of A M^-1 A^T: one for all rows of an element.
+
+    A row that vanishes at a singular pose fades out there and is not blown up; light and heavy elements keep theirs.
     """
-    M, A = lax.stop_gradient((M, A))
-    m = A.shape[0]
     diagonal = jnp.diagonal(M)
     massless = diagonal <= 1e-9 * jnp.max(diagonal, initial=1e-30)  # columns that must not set the scale
     mobility = jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, diagonal))
-    C = PROXIMAL[M.dtype.itemsize] * jnp.max(jnp.sum(A * A * mobility[None, :], axis=1), initial=1e-30)
-    K = jnp.block([[M, A.T], [A, -C * jnp.eye(m, dtype=M.dtype)]]) if m else M
-    return jax.scipy.linalg.lu_factor(K), C
+    size = jnp.sum(A * A * mobility[None, :], axis=1)
+    together = block[:, None] == block[None, :]
+    of_block = jnp.max(jnp.where(together, size[None, :], 0.0), axis=1, initial=0.0)
+    return jnp.maximum(of_block, 1e-12 * jnp.max(size, initial=1e-18))
 
 
-def saddle_solve(M, A, b, c, scale=None, iterations=2):
+def saddle_factor(M, A, block):
+    """LU factors of `[M A^T; A -eps C]` and the diagonal eps C (rows,); no derivative passes.
+
+    Works for redundant but consistent rows, and for M singular outside the null space of A.
+    """
+    M, A = lax.stop_gradient((M, A))
+    if A.shape[0] == 0:
+        return jax.scipy.linalg.lu_factor(M), jnp.zeros(0, M.dtype)
+    C = PROXIMAL[M.dtype.itemsize] * _row_mobility(M, A, block)
+    return jax.scipy.linalg.lu_factor(jnp.block([[M, A.T], [A, -jnp.diag(C)]])), C
+
+
+def saddle_solve(M, A, b, c, rows: RowScale | None = None, iterations=2):
     """Solution (x, y) of `M x + A^T y = b`, `A x = c`, by proximal iterations on one factor.
 
     Redundant consistent rows leave x unique and give some y; both have derivatives of every order.  Costs one
     factorisation; its adjoint reuses it.
 
-    Args: M (n, n), A (m, n), b (n,), c (m,); scale (m,) brings the rows to one unit.
+    Args: M (n, n), A (m, n), b (n,), c (m,); rows: units and elements of the rows (default: one element).
     """
     n = M.shape[0]
-    if scale is not None:
-        A, c = scale[:, None] * A, scale * c
-    lu, C = lax.stop_gradient(saddle_factor(M, A))
+    unit, block = (jnp.ones_like(c), np.zeros(c.shape[0], int)) if rows is None else rows
+    A, c = unit[:, None] * A, unit * c
+    lu, C = lax.stop_gradient(saddle_factor(M, A, block))
 
     def apply(z):
         x, y = z[:n], z[n:]
@@ -51,7 +70,7 @@ def saddle_solve(M, A, b, c, scale=None, iterations=2):
         right = jnp.concatenate([b, c - C * y])
         z = lax.custom_linear_solve(apply, right, inverse, inverse, symmetric=True)
         y = z[n:]
-    return z[:n], (y if scale is None else scale * y)
+    return z[:n], unit * y
 
 
 def full_rank_lstsq(B, right):

@@ -66,7 +66,8 @@ class Topology:
 
     Each body hangs on its tree joint, a run of nodes; `body_node` is the last node of the run (or the parent's node
     for a weld, -1 on the ground).  A ball is three nodes with one quaternion.  `frame_node` says which node carries
-    each frame.
+    each frame.  `row_joint` names the joint or constraint of every constraint row; `slip_rows` are those of velocity
+    alone.
     """
 
     body_names: tuple[str, ...]
@@ -83,6 +84,7 @@ class Topology:
     frame_node: tuple[int, ...]
     frame_body: tuple[int, ...]
     row_joint: tuple[str, ...] = ()
+    slip_rows: tuple[int, ...] = ()
     analysis: Mobility | None = field(default=None)
 
     @property
@@ -108,6 +110,11 @@ class Topology:
     @property
     def num_rows(self) -> int:
         return len(self.row_joint)
+
+    @cached_property
+    def position_rows(self) -> np.ndarray:
+        """Rows that restrict positions, in the order of the residual."""
+        return np.setdiff1d(np.arange(self.num_rows), self.slip_rows)
 
     @property
     def mobility(self) -> int:

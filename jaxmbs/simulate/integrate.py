@@ -17,7 +17,7 @@ from . import motion as codes
 from .account import diagnose, masked, observe, result_code, with_start
 from .formulation import FORMULATIONS, Problem, num_powers
 from .motion import Motion
-from .prescribed import prescribed_states
+from .prescribed import prescribed_motion
 from .solvers import Projected, SemiImplicitEuler
 
 _GRADIENTS = {"reverse": ("checkpointed", None), "forward": ("lax", None), "both": ("bounded", None)}
@@ -65,7 +65,7 @@ def simulate(
     ts = _save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else jnp.asarray(t1, float)
     if system.topology.mobility == 0:
-        motion = _evaluate_prescribed(system, state, ts)
+        motion = prescribed_motion(system, state, ts)
     else:
         steps = _fixed_steps(t0, t1, dt)
         options = (solver, gradient, formulation, max_steps if steps is None else steps + 2, steps, bool(progress))
@@ -208,17 +208,3 @@ def _motion(problem, start, y0, solution):
     diagnostics = diagnose(problem.system, observed, work, solution.stats)
     code = result_code(solution.result, states, diagnostics, ended, gap[0])
     return Motion(solution.ts, states, code, diagnostics)
-
-
-@eqx.filter_jit
-def _evaluate_prescribed(system, state, ts):
-    """The motion of a system without freedom: evaluated at each time, not integrated."""
-    P = node_parameters(system)
-    states = prescribed_states(system, P, state, ts)
-    work = jnp.full((ts.shape[0], num_powers(system)), jnp.nan)
-    every = with_start(state, states)
-    observed = jax.vmap(lambda s: observe(system, P, s.coordinates, s.velocities, s.t))(every)
-    diagnostics = diagnose(system, observed, work, {})
-    ended = jnp.zeros(ts.shape, bool)
-    code = result_code(diffrax.RESULTS.successful, states, diagnostics, ended, observed[2][0])
-    return Motion(ts, states, code, diagnostics)

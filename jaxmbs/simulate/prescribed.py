@@ -1,16 +1,22 @@
-"""Systems without freedom: positions, velocities at given times from the constraints alone."""
+"""Systems without freedom: evaluated at given times from the constraints alone, not integrated."""
 
 import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from ..kinematics import constraints
 from ..kinematics.assembly import assemble, metric
-from ..kinematics.poses import coordinate_rate
+from ..kinematics.poses import coordinate_rate, node_parameters
 from ..kinematics.state import State
 from ..math.linalg import saddle_solve
+from .account import diagnose, observe, result_code, with_start
+from .formulation import Problem
+from .motion import Motion
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def constrained_velocities(system, P, psi, t):
@@ -59,3 +65,24 @@ def _follow(system, P, start, ts):
         max_steps=100_000,
     )
     return lax.stop_gradient(jnp.nan_to_num(solution.ys, posinf=0.0, neginf=0.0))
+
+
+@eqx.filter_jit
+def prescribed_motion(system, start: State, ts) -> Motion:
+    """The motion at the times ts (T,); the work account by Gauss quadrature between them (four points each)."""
+    P = node_parameters(system)
+    before = jnp.concatenate([start.t[None], ts[:-1]])
+    half = (ts - before) / 2.0
+    inner = (before + half)[:, None] + half[:, None] * jnp.asarray(_NODES, ts.dtype)[None]
+    times = jnp.concatenate([inner, ts[:, None]], axis=1)
+    states = prescribed_states(system, P, start, times.reshape(-1))
+    states = jax.tree.map(lambda x: x.reshape(times.shape + x.shape[1:]), states)
+    saved, between = jax.tree.map(lambda x: x[:, -1], states), jax.tree.map(lambda x: x[:, :-1], states)
+    problem = Problem(system, P, jnp.ones_like(start.velocities), "velocity")
+    power = jax.vmap(jax.vmap(lambda s: problem.rate(s.t, (s.coordinates, s.velocities, None))[2]))(between)
+    work = jnp.cumsum(half[:, None] * jnp.einsum("k,tkn->tn", jnp.asarray(_WEIGHTS, ts.dtype), power), axis=0)
+    observed = jax.vmap(lambda s: observe(system, P, s.coordinates, s.velocities, s.t))(with_start(start, saved))
+    diagnostics = diagnose(system, observed, work, {})
+    ended = jnp.zeros(ts.shape, bool)
+    code = result_code(diffrax.RESULTS.successful, saved, diagnostics, ended, observed[2][0])
+    return Motion(ts, saved, code, diagnostics)
