@@ -30,17 +30,20 @@ def studied(results, monkeypatch):
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
 
 
+@pytest.mark.slow
 def test_loads_meet_the_reference(results):
     for name, reference in LOADS.items():
         assert results["deviations"][name] < reference.tolerance, name
     assert results["deviations"]["free run"] < FREE_TOLERANCE
 
 
+@pytest.mark.slow
 def test_energy_of_the_free_run_is_kept(results):
     accounts = results["free"].diagnostics
     assert np.max(np.abs(accounts.energy_residual)) < 1e-7 * np.max(accounts.kinetic)
 
 
+@pytest.mark.slow
 def test_design_improves_within_its_bounds(results):
     optimum = results["optimum"]
     assert optimum.initial_value == pytest.approx(1.0)
@@ -58,6 +61,7 @@ def test_grid_holds_the_reference_times():
     assert crank_angle(TIMES[-1]) == pytest.approx(0.4 + 50.0 * TIMES[-1])
 
 
+@pytest.mark.slow
 def test_command_writes_table_and_plots(studied, tmp_path, capsys):
     folder = tmp_path / "new" / "folder"
     assert cli.main(["demo", "--quick", "--output", str(folder)]) == 0
@@ -70,6 +74,7 @@ def test_command_writes_table_and_plots(studied, tmp_path, capsys):
     assert float(rows[0]["torque_Nm"]) == pytest.approx(LOADS["torque"].values[0][0])
 
 
+@pytest.mark.slow
 def test_without_matplotlib_the_table_is_written(studied, tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
@@ -78,6 +83,7 @@ def test_without_matplotlib_the_table_is_written(studied, tmp_path, capsys, monk
     assert ".[viz]" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_folder_that_cannot_be_written(studied, tmp_path, capsys):
     (tmp_path / "file").write_text("not a folder")
     assert cli.main(["demo", "--output", str(tmp_path / "file")]) == 2
@@ -85,6 +91,7 @@ def test_folder_that_cannot_be_written(studied, tmp_path, capsys):
     assert "cannot write" in message and str(tmp_path / "file") in message
 
 
+@pytest.mark.slow
 def test_refused_folder(studied, tmp_path, capsys, monkeypatch):
     def refuse(dir):
         raise PermissionError(13, "Permission denied")

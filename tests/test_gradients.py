@@ -122,7 +122,7 @@ class Derivatives:
         return self.both(design)[1]
 
 
-@pytest.fixture(scope="module", params=MODELS)
+@pytest.fixture(scope="module", params=["tree", "loop", pytest.param("driven", marks=pytest.mark.slow)])
 def derivatives(request):
     return Derivatives(request.param)
 
@@ -171,6 +171,7 @@ def test_reverse_against_central_differences(derivatives):
     check_reverse(derivatives, derivatives.design, derivatives.design)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("derivatives", ["tree"], indirect=True)
 def test_forward_along_one_direction(derivatives):
     """A jvp with respect to all parameters at once."""
