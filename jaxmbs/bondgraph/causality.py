@@ -1,0 +1,127 @@
+"""Causality: integral wherever a momentum is a state of its own, derivative where others determine it.
+
+The bonds are vectors, so inertias claim the independent velocities component by component, in the order of the
+bodies, turning before sliding, as the sequential assignment procedure does bond by bond.  Whether a component is still
+free depends on the moduli of the transformers, hence on the pose: it is counted at a state.
+"""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..kinematics.assembly import assembled
+from ..kinematics.kic import position_map
+from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
+from ..kinematics.state import State
+from ..model.system import System
+from .elements import Storage
+from .graph import BondGraph
+from .moduli import body_moduli
+from .views import build_view, root_sizes
+
+_RANK = {8: 1e-8, 4: 1e-3}  # parts of a row that count as new, by precision
+
+
+def bond_graph(system: System, view: str = "hamiltonian", state=None) -> BondGraph:
+    """The bond graph of a mechanism with half arrows and causal strokes.
+
+    Args:
+        view: "detailed": inertias of every body behind transformers G_r, G_t (Fig. 2), with compliances C,
+            resistors R, sources Se and drives Sf; "inertia": their equivalent field I* with the gyristor GR (Fig. 3);
+            "hamiltonian": the same with all ports summed to Q (Fig. 4).
+        state: the pose at which dependent inertias are found (default: a pose in general position).
+
+    Strokes are left out while the system is traced.
+
+    Raises: ValueError for an unknown view, ModelError when nothing moves, AssemblyError when no pose can be found.
+    Source: S2 (28)-(44), Figs 2-4.
+    """
+    graph = build_view(system, view)
+    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((system, state))):
+        return graph
+    return assign_causality(graph, _storages(system, graph, general_pose(system) if state is None else state))
+
+
+def general_pose(system: System) -> State:
+    """An assembled state in general position, all velocities zero."""
+    top, random = system.topology, np.random.default_rng(11)
+    state = State.at(system) if system.has_constraints else State(*_neutral(top))
+    P = node_parameters(system)
+    away = position_map(system, P, state.coordinates, state.t)
+    move = away @ jnp.asarray(random.normal(size=away.shape[1]) * 0.3, away.dtype)
+    psi = normalise(top, step_coordinates(top, state.coordinates, move))
+    if system.has_constraints:
+        free = jnp.ones(top.num_velocities, psi.dtype)
+        psi = assembled(system, psi, state.velocities, state.t, free, free)[0]
+    return State(state.t, psi, jnp.zeros_like(state.velocities))
+
+
+def _neutral(top):
+    psi = neutral_coordinates(top)
+    return jnp.zeros((), psi.dtype), psi, jnp.zeros(top.num_velocities, psi.dtype)
+
+
+@eqx.filter_jit
+def _moduli(system, state):
+    return body_moduli(system, node_parameters(system), state.coordinates, state.t)
+
+
+def _storages(system, graph, state) -> tuple[Storage, ...]:
+    """What every inertia of a graph holds: states of its own, or momenta that follow from others."""
+    sizes = root_sizes(system)
+    if graph.view != "detailed":
+        found = {"phi_dot": (sizes.get("phi_dot", 0), 0, 0), "drives": (0, sizes.get("drives", 0), 0)}
+        return tuple(Storage("I*", root, *found[root]) for root in graph.roots)
+    moduli, N = np.asarray(_moduli(system, state)), sizes.get("phi_dot", 0)
+    length = 1.0 if system.topology.analysis is None else system.topology.analysis.length
+    moduli = moduli * np.repeat([length, 1.0], 3)[None, :, None]
+    rank, small, basis = [], _RANK[moduli.dtype.itemsize], np.zeros((0, N))
+    for element in (e for e in graph.elements if e.kind == "I"):
+        what, body = element.name.split(":", 1)
+        k = system.topology.body_names.index(body)
+        rows = moduli[k, :3] if what == "I" else moduli[k, 3:]
+        moving = int(np.sum(np.max(np.abs(rows), axis=1) > small * np.max(np.abs(moduli))))
+        before = len(basis)
+        basis = _extend(basis, rows[:, :N], small)
+        new = len(basis) - before
+        rank.append(Storage(element.name, graph.inward(element.name)[0][1], new, moving - new, 3 - moving))
+    return tuple(rank)
+
+
+def _extend(basis, rows, small):
+    """Orthonormal basis (r, N) enlarged by what the rows add."""
+    for row in rows:
+        rest = row - (row @ basis.T) @ basis
+        rest = rest - (rest @ basis.T) @ basis
+        if np.linalg.norm(rest) > small * max(np.linalg.norm(row), np.finfo(float).tiny):
+            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+    return basis
+
+
+def assign_causality(graph: BondGraph, storages: tuple[Storage, ...]) -> BondGraph:
+    """The graph with its strokes: efforts run inwards to the roots, but outwards to inertias that hold states of
+    their own (integral causality) and to the drives, which set flows."""
+    outward = {("drive", "drives")}
+    for storage in storages:
+        if storage.independent:
+            outward |= _way_in(graph, storage.name)
+    bonds = []
+    for bond in graph.bonds:
+        inner, outer = sorted((bond.tail, bond.head), key=graph.order.get)
+        end = outer if (outer, inner) in outward else inner
+        bonds.append(dataclasses.replace(bond, stroke="head" if end == bond.head else "tail"))
+    return dataclasses.replace(graph, bonds=tuple(bonds), storages=storages)
+
+
+def _way_in(graph, name):
+    """Pairs (outer, inner) of the elements from an inertia to the root phi_dot."""
+    for _, inner, _ in graph.inward(name):
+        if inner == "phi_dot":
+            return {(name, inner)}
+        way = _way_in(graph, inner)
+        if way:
+            return way | {(name, inner)}
+    return set()

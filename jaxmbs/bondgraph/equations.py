@@ -1,0 +1,63 @@
+"""The state equations read back from a graph: sums at the junction of phi_dot, inertias seen through transformers."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from ..dynamics.fields import world_inertias
+from ..kinematics.poses import node_parameters
+from ..model.system import System
+from .moduli import numbers
+from .naming import named, split
+from .power import leaf_efforts, propagate
+from .views import build_view
+
+
+@eqx.filter_jit
+def state_equations(system: System, state, view: str = "hamiltonian"):
+    """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
+
+    Every inertia p_k = I_k f_k behind the modulus G_k adds `G_k^T I_k G_k` to I*, `G_k^T p_k` to p and `G_k_dot^T p_k`
+    to p_dot; the other bonds of the junction of phi_dot add their efforts, GR's among them.  Drives included.
+    Source: S2 (28)-(34), (42)-(44).
+    """
+    P, graph = node_parameters(system), build_view(system, view)
+    values = numbers(system, P, state.coordinates, state.velocities, state.t)
+    names = named(system, values)
+    driven = split(system, values.rates)["drives"]
+    Gi, B_q = names.modulus["Gi"], names.modulus["B_q"]
+    if "phi_dot" not in graph.roots:
+        return jnp.zeros_like(driven[:0]), jnp.zeros_like(driven[:0]), B_q @ driven
+    p_dot = -_junction_sum(system, graph, names)
+    inertia, p, carried = 0.0, 0.0, 0.0
+    for I_k, G_k, B_k, G_k_dot in _inertias(system, graph, P, state, values):
+        p_k = I_k @ (G_k @ split(system, values.rates)["phi_dot"] + B_k @ driven)
+        inertia, p = inertia + G_k.T @ I_k @ G_k, p + G_k.T @ p_k
+        carried, p_dot = carried + G_k.T @ I_k @ B_k @ driven, p_dot + G_k_dot.T @ p_k
+    phi_dot = jnp.linalg.solve(inertia, p - carried)
+    return p_dot, phi_dot, Gi @ phi_dot + B_q @ driven
+
+
+def _junction_sum(system, graph, names):
+    """Sum of the efforts that leave the junction of phi_dot, those of inertias and drives left out."""
+    free = {
+        e.name: jnp.zeros_like(names.flow[e.name]) for e in graph.elements if e.kind in ("I", "Sf") and e.name != "I*"
+    }
+    free["I*"] = jnp.zeros_like(names.effort["Q"])
+    efforts, _ = propagate(graph, names.flow, names.modulus, leaf_efforts(system, graph, names.effort | free))
+    return sum(sign * efforts[bond.name] for bond, _, sign in graph.bonds_of("phi_dot"))
+
+
+def _inertias(system, graph, P, state, values):
+    """(inertia, modulus, modulus of the drives, rate of the modulus) of every inertia, as phi_dot sees it."""
+    if "I*" in graph.order:
+        rows = split(system, jnp.eye(values.inertia.shape[0], dtype=values.inertia.dtype))
+        yield values.inertia, rows["phi_dot"], rows["drives"], jnp.zeros_like(rows["phi_dot"])
+        return
+    turning = world_inertias(system, P, state.coordinates)
+    for element in (e for e in graph.elements if e.kind == "I"):
+        what, body = element.name.split(":", 1)
+        k = system.topology.body_names.index(body)
+        part = slice(0, 3) if what == "I" else slice(3, 6)
+        I_k = turning[k] if what == "I" else system.mass[k] * jnp.eye(3, dtype=turning.dtype)
+        G, G_dot = (split(system, x[k, part]) for x in (values.modulus, values.modulus_rate))
+        yield I_k, G["phi_dot"], G["drives"], G_dot["phi_dot"]

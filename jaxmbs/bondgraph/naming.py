@@ -1,0 +1,80 @@
+"""From arrays to names: flow by junction and one-port, modulus by transformer, effort by one-port."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..kinematics.kic import dependent_columns, independent_columns
+from ..model.system import System
+from .moduli import Numbers
+from .views import joint_junction, root_sizes
+
+
+class Named(NamedTuple):
+    """Numbers by element name, in every view at once.
+
+    Attributes:
+        flow: of every 1-junction and one-port, and `modulus` of every transformer.
+        effort: of every one-port but inertias and drives, along its half arrow; fields hold all roots' parts.
+    """
+
+    flow: dict
+    modulus: dict
+    effort: dict
+
+
+def named(system: System, numbers: Numbers) -> Named:
+    """Names of all that moves power but inertias' and drives' efforts, which need accelerations."""
+    result = Named({}, {}, {})
+    _roots(system, numbers, result)
+    _bodies(system, numbers, result)
+    for group, values in zip(system.forces, numbers.ports, strict=True):
+        _forces(system, group, values, result)
+    return result
+
+
+def split(system: System, values) -> dict:
+    """Parts of the last axis by root, (..., N) and (..., D)."""
+    N = root_sizes(system).get("phi_dot", 0)
+    return {"phi_dot": values[..., :N], "drives": values[..., N:]}
+
+
+def _store(system, result, target, matrix, symbol, driven):
+    parts = split(system, matrix)
+    result.modulus[f"{symbol}:{target}" if target else symbol] = parts["phi_dot"]
+    result.modulus[f"{driven}:{target}" if target else driven] = parts["drives"]
+
+
+def _roots(system, numbers, result):
+    dependent = dependent_columns(system)
+    result.flow.update(split(system, numbers.rates))
+    result.flow["drive"] = result.flow["drives"]
+    result.flow["q_dot"] = numbers.velocities[dependent]
+    _store(system, result, "", numbers.map[dependent], "Gi", "B_q")
+    gravity = jnp.einsum("b,bci,c->i", system.mass, numbers.modulus[:, 3:], system.gravity)
+    result.effort.update({"GR": numbers.gyristor @ numbers.rates, "Q": numbers.total, "gravity": gravity})
+
+
+def _bodies(system, numbers, result):
+    for k, body in enumerate(system.topology.body_names):
+        turning, sliding = numbers.flow[k, :3], numbers.flow[k, 3:]
+        result.flow.update({f"I:{body}": turning, f"m:{body}": sliding, f"v:{body}": sliding})
+        _store(system, result, body, numbers.modulus[k, :3], "G_r", "B_r")
+        _store(system, result, body, numbers.modulus[k, 3:], "G_t", "B_t")
+        result.effort[f"mg:{body}"] = system.mass[k] * system.gravity
+
+
+def _forces(system, group, values, result):
+    modulus, flow, stored, total = values
+    for i, name in enumerate(group.names):
+        for place in ("v", "C", "R", "Se"):
+            result.flow[f"{place}:{name}"] = flow[i]
+        rest = total[i] - stored[i]
+        result.effort.update({f"C:{name}": -stored[i], f"R:{name}": -rest, f"Se:{name}": rest})
+        _store(system, result, name, modulus[i], "Gamma" if group.port == "system" else "G", "B")
+        if group.port == "joint":
+            column = group.first[i]
+            at = independent_columns if joint_junction(system, column) == "phi_dot" else dependent_columns
+            row = (at(system) == column).astype(float)[None]
+            result.modulus[f"e:{name}"] = jnp.asarray(np.asarray(row), flow.dtype)

@@ -1,0 +1,153 @@
+"""Effort, flow and power of every bond at a state or along a motion."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..dynamics.newton_euler import accelerations
+from ..kinematics import constraints
+from ..kinematics.poses import coordinate_rate, node_parameters
+from ..kinematics.state import State
+from ..model.system import System
+from .graph import BondGraph
+from .moduli import body_momenta, numbers, rate_map, root_rates
+from .naming import named, split
+from .views import build_view
+
+
+class BondPowers(eqx.Module):
+    """What every bond carries, by its name, "tail -> head"; leading axes for a motion.
+
+    Attributes:
+        effort, flow: (..., size) of the bond; `power` their product [W], positive along the half arrow.
+        graph: the view they belong to (static, without causal strokes).
+    """
+
+    effort: dict
+    flow: dict
+    graph: BondGraph = eqx.field(static=True)
+
+    @property
+    def power(self) -> dict:
+        """Power (...) [W] by bond."""
+        return {name: jnp.sum(self.effort[name] * self.flow[name], axis=-1) for name in self.effort}
+
+    def into(self, name: str):
+        """Net power (...) [W] into an element: what it stores or dissipates; minus what a source feeds in."""
+        return sum(-sign * self.power[bond.name] for bond, _, sign in self.graph.bonds_of(name))
+
+    def ports(self) -> dict:
+        """Net power (...) [W] into the mechanism's stores (I, C, GR), resistors and sources, by one-port."""
+        power = self.power
+        return {e.name: _net(self.graph, power, e.name)[0] for e in self.graph.elements if e.is_port}
+
+
+def _net(graph, power, name):
+    """(net power into an element, sum of the sizes of its powers)."""
+    flows = [-sign * power[bond.name] for bond, _, sign in graph.bonds_of(name)]
+    return sum(flows), sum(jnp.abs(f) for f in flows)
+
+
+def junction_residual(powers: BondPowers) -> dict:
+    """Power (...) [W] that every junction and transformer fails to pass on: zero to rounding.
+
+    Flows are those of the bodies and elements themselves, efforts at the roots those of all their bonds, inertias'
+    from the accelerations: nothing is closed by construction.  Source: S2 (6), (13), (16), (28).
+    """
+    power = powers.power
+    inner = [e.name for e in powers.graph.elements if not e.is_port]
+    return {name: _net(powers.graph, power, name)[0] for name in inner}
+
+
+def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict):
+    """(efforts, flows) by bond from those of the one-ports: efforts run inwards through junctions and transformers.
+
+    Args: flow by 1-junction and one-port, modulus by transformer, leaf efforts by (one-port, junction beside it).
+    """
+    efforts, flows = {}, {bond.name: _bond_flow(graph, bond, flow, modulus) for bond in graph.bonds}
+    for element in reversed(graph.elements):
+        inward, outward = graph.inward(element.name), graph.outward(element.name)
+        if element.is_port:
+            effort = None
+        elif element.kind == "1":
+            parts = [sign * efforts[bond.name] for bond, _, sign in outward]
+            effort = sum(parts[1:], parts[0]) if parts else jnp.zeros_like(flow[element.name])
+        else:
+            effort = efforts[outward[0][0].name]
+            effort = modulus[element.name].T @ effort if element.kind in ("TF", "MTF") else effort
+        for bond, inner, _ in inward:
+            efforts[bond.name] = leaf[element.name, inner] if effort is None else effort
+    return efforts, flows
+
+
+def _bond_flow(graph, bond, flow, modulus):
+    """A bond's flow: that of a 1-junction or one-port at an end, else of the transformer beside a 0-junction."""
+    for end in sorted((bond.tail, bond.head), key=graph.order.get):
+        if graph[end].kind == "1":
+            return flow[end]
+    for end in (bond.tail, bond.head):
+        if graph[end].is_port:
+            return flow[end]
+    transformer = next(end for end in (bond.tail, bond.head) if graph[end].kind != "0")
+    return modulus[transformer] @ flow[graph.inward(transformer)[0][1]]
+
+
+def leaf_efforts(system: System, graph: BondGraph, effort: dict) -> dict:
+    """Efforts by (one-port, element beside it); the fields' split by root."""
+    leaf = {}
+    for element in graph.elements:
+        if not element.is_port or element.name not in effort:
+            continue
+        beside = [other for _, other, _ in graph.bonds_of(element.name)]
+        spread = element.name in ("I*", "GR", "Q", "gravity")
+        parts = split(system, effort[element.name]) if spread else dict.fromkeys(beside, effort[element.name])
+        leaf.update({(element.name, other): parts[other] for other in beside})
+    return leaf
+
+
+def inertial_efforts(system: System, P, values, psi, u, t) -> dict:
+    """Momentum rates of all inertias and the drives' efforts, by one-port, from the accelerations.
+
+    Source: S2 (28), (34); a drive's effort is its constraint's multiplier.
+    """
+    u_dot, multipliers = accelerations(system, P, psi, u, t)
+    psi_dot, one = coordinate_rate(system.topology, psi, u), jnp.ones_like(t)
+    h_dot = jax.jvp(lambda psi, u: body_momenta(system, P, psi, u), (psi, u), (psi_dot, u_dot))[1]
+    w_dot = jax.jvp(lambda *x: root_rates(system, *x), (psi, u, t), (psi_dot, u_dot, one))[1]
+    effort = {"I*": values.inertia @ w_dot + values.inertia_rate @ values.rates}
+    for k, body in enumerate(system.topology.body_names):
+        effort.update({f"I:{body}": h_dot[k, :3], f"m:{body}": h_dot[k, 3:]})
+    if system.has_constraints:
+        pull = rate_map(system, P, psi, t).T @ (constraints.jacobian(system, P, psi, t).T @ multipliers)
+        effort["drive"] = split(system, pull)["drives"]
+    return effort
+
+
+def _bond_powers(system, graph, P, state):
+    psi, u, t = state.coordinates, state.velocities, state.t
+    values = numbers(system, P, psi, u, t)
+    names = named(system, values)
+    effort = names.effort | inertial_efforts(system, P, values, psi, u, t)
+    return propagate(graph, names.flow, names.modulus, leaf_efforts(system, graph, effort))
+
+
+@eqx.filter_jit
+def _bond_powers_jit(system, graph, states, batched):
+    P = node_parameters(system)
+    one = lambda s: _bond_powers(system, graph, P, s)  # noqa: E731
+    return jax.vmap(one)(states) if batched else one(states)
+
+
+def bond_powers(system: System, motion, view: str = "detailed") -> BondPowers:
+    """Efforts, flows and power of every bond of a view at a state or along a motion.
+
+    Args:
+        motion: a State, a Motion, or a State with one leading axis.
+        view: "detailed", "inertia" or "hamiltonian", as in `bond_graph`.
+
+    The bond of I* alone does not conserve: `p_dot.phi_dot = dKE/dt + phi_dot^T GR phi_dot`, so the power of GR counts
+    with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
+    """
+    states = motion if isinstance(motion, State) else motion.states
+    graph = build_view(system, view)
+    return BondPowers(*_bond_powers_jit(system, graph, states, states.coordinates.ndim == 2), graph)

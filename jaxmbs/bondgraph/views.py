@@ -1,0 +1,180 @@
+"""The three views of a mechanism's bond graph, built from its topology and the names of bodies, forces and drives.
+
+detailed     every body's inertias behind transformers, S2 Fig. 2
+inertia      the equivalent inertia field I* and the gyristor GR at the junction of phi_dot, ports in full, S2 Fig. 3
+hamiltonian  the same with all ports summed to Q, S2 Fig. 4
+"""
+
+import jax
+import numpy as np
+
+from ..errors import ModelError
+from ..forces.base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ..kinematics.kic import dependent_columns
+from ..model.system import System
+from .elements import Bond, Element
+from .graph import BondGraph
+
+VIEWS = ("detailed", "inertia", "hamiltonian")
+SIZES = {"line": 3, "pose": 6, "frame": 6, "joint": 1}
+_ABSTRACT = (AbstractScalarLaw, AbstractPoseLaw, AbstractBodyLaw, AbstractSystemLaw)
+
+
+def drive_rows(system: System) -> list[int]:
+    """Constraint rows that may prescribe a rate: drives, functions of time, the user's rows of velocity."""
+    names = {row.name for row in system.rows if row.role != "coupler"}
+    return [i for i, name in enumerate(system.topology.row_joint) if name in names]
+
+
+def root_sizes(system: System) -> dict[str, int]:
+    """Components of the flows at the roots; roots without any are left out."""
+    sizes = {"phi_dot": system.topology.mobility, "drives": len(drive_rows(system))}
+    return {root: size for root, size in sizes.items() if size}
+
+
+def build_view(system: System, view: str) -> BondGraph:
+    """The graph of a view without causal strokes.
+
+    Raises: ValueError for an unknown view, ModelError when nothing moves.
+    Source: S2 (28)-(44), Figs 2-4, ports (56)-(76).
+    """
+    if view not in VIEWS:
+        raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
+    sketch = _Sketch(system)
+    if not sketch.roots:
+        raise ModelError(["nothing moves: the mechanism has no freedom and no drive, so its bond graph is empty"])
+    if len(dependent_columns(system)):
+        sketch.junction("q_dot", "q̇", len(dependent_columns(system)), "Gi", "B_q")
+    if view == "detailed":
+        sketch.bodies()
+    else:
+        sketch.field("I", "I*", "I*")
+        sketch.field("GR", "GR", "GR")
+    if view == "hamiltonian":
+        sketch.field("Se", "Q", "Q")
+    else:
+        if view == "inertia" and _present(system.gravity):
+            sketch.field("Se", "gravity", "e_G")
+        sketch.forces()
+    return BondGraph(view, tuple(sketch.elements), tuple(sketch.bonds))
+
+
+class _Sketch:
+    """A graph under construction; elements are added from the roots outwards."""
+
+    def __init__(self, system):
+        self.system, self.roots = system, root_sizes(system)
+        self.elements, self.bonds = [], []
+        for root, size in self.roots.items():
+            self.add("1", root, {"phi_dot": "φ̇", "drives": "ṡ"}[root], size)
+        if "drives" in self.roots:
+            names = dict.fromkeys(system.topology.row_joint[i] for i in drive_rows(system))
+            self.leaf("Sf", "drive", ", ".join(names), "drives")
+
+    def add(self, kind, name, label, size):
+        self.elements.append(Element(name, kind, label, size))
+        return name
+
+    def bond(self, inner, outer, size, outward=True):
+        self.bonds.append(Bond(inner, outer, size) if outward else Bond(outer, inner, size))
+
+    def size(self, name):
+        return next(e.size for e in self.elements if e.name == name)
+
+    def leaf(self, kind, name, label, junction):
+        """A one-port at a 1-junction; sources and the gyristor point at it."""
+        size = self.size(junction)
+        self.add(kind, name, label, size)
+        self.bond(junction, name, size, outward=kind in ("I", "C", "R"))
+
+    def field(self, kind, name, label):
+        """An element with a port at every root."""
+        self.add(kind, name, label, sum(self.roots.values()))
+        for root, size in self.roots.items():
+            self.bond(root, name, size, outward=kind == "I")
+
+    def junction(self, name, label, size, modulus, driven, kind="1"):
+        """A junction or one-port whose flow is `modulus phi_dot + driven rates`, a 0-junction adding the two."""
+        into = []
+        for root, symbol in zip(("phi_dot", "drives"), (modulus, driven), strict=True):
+            if root in self.roots:
+                into.append(self.add("MTF", symbol, symbol.replace(":", " "), size))
+                self.bond(root, symbol, self.roots[root], outward=kind != "Se")
+        if len(into) > 1:
+            total = self.add("0", f"0:{name}", "", size)
+            for transformer in into:
+                self.bond(transformer, total, size, outward=kind != "Se")
+            into = [total]
+        self.add(kind, name, label, size)
+        self.bond(into[0], name, size, outward=kind != "Se")
+
+    def bodies(self):
+        """Rotational and translational inertia of every body with mass, and gravity on it."""
+        gravity = _present(self.system.gravity)
+        for k, body in enumerate(self.system.topology.body_names):
+            if _present(self.system.inertia[k]):
+                self.junction(f"I:{body}", f"I {body}", 3, f"G_r:{body}", f"B_r:{body}", kind="I")
+            if _present(self.system.mass[k]):
+                moduli = f"G_t:{body}", f"B_t:{body}"
+                if not gravity:
+                    self.junction(f"m:{body}", f"m {body}", 3, *moduli, kind="I")
+                    continue
+                self.junction(f"v:{body}", f"v {body}", 3, *moduli)
+                self.leaf("I", f"m:{body}", f"m {body}", f"v:{body}")
+                self.leaf("Se", f"mg:{body}", "m g", f"v:{body}")
+
+    def forces(self):
+        """Every force element: what it stores (C), dissipates (R) or feeds in (Se) behind its transformer."""
+        for group in self.system.forces:
+            for i, name in enumerate(group.names):
+                size = SIZES.get(group.port, self.system.topology.num_velocities)
+                parts = law_parts(group, i)
+                if not parts:
+                    continue
+                if len(parts) == 1:
+                    self.port(group, i, f"{parts[0]}:{name}", name, size, parts[0])
+                    continue
+                self.port(group, i, f"v:{name}", f"v {name}", size, "1")
+                for kind in parts:
+                    self.leaf(kind, f"{kind}:{name}", name, f"v:{name}")
+
+    def port(self, group, i, name, label, size, kind):
+        """The junction or one-port of a force element; joint laws hang on their own coordinate."""
+        element = group.names[i]
+        if group.port != "joint":
+            symbol = "Gamma" if group.port == "system" else "G"
+            return self.junction(name, label, size, f"{symbol}:{element}", f"B:{element}", kind)
+        junction = joint_junction(self.system, group.first[i])
+        outward = kind != "Se"
+        self.add("TF", f"e:{element}", f"e {element}", 1)
+        self.bond(junction, f"e:{element}", self.size(junction), outward)
+        self.add(kind, name, label, 1)
+        self.bond(f"e:{element}", name, 1, outward)
+
+
+def joint_junction(system: System, column: int) -> str:
+    """The 1-junction that holds a velocity column."""
+    return "q_dot" if column in dependent_columns(system) else "phi_dot"
+
+
+def law_parts(group, i: int) -> list[str]:
+    """Kinds of one-ports that law `i` of a group needs; parameters known to be zero leave theirs out."""
+    law = group.law
+    stores = any(_overrides(law, method) for method in ("potential", "line_potential"))
+    springs = [getattr(law, part) for part in ("stiffness", "preload") if hasattr(law, part)]
+    if springs and not any(_present(value[i]) for value in springs):
+        stores = False
+    rest = "Se" if law.is_source else "R"
+    dampers = [getattr(law, part) for part in ("damping", "damping_efforts") if hasattr(law, part)]
+    spent = not dampers or any(value is not None and _present(value[i]) for value in dampers)
+    return ["C"] * stores + [rest] * spent
+
+
+def _overrides(law, method):
+    own = getattr(type(law), method, None)
+    return own is not None and not any(own is getattr(base, method, None) for base in _ABSTRACT)
+
+
+def _present(value) -> bool:
+    """Whether a number is other than zero, or not known yet."""
+    return isinstance(value, jax.core.Tracer) or bool(np.any(np.asarray(value) != 0))
