@@ -1,8 +1,8 @@
 """Causality: integral wherever a momentum is a state of its own, derivative where others determine it.
 
 The bonds are vectors, so inertias claim the independent velocities component by component, in the order of the
-bodies, turning before sliding, as the sequential assignment procedure does bond by bond.  Whether a component is still
-free depends on the moduli of the transformers, hence on the pose: it is counted at a state.
+bodies, turning before sliding, as the sequential assignment procedure does bond by bond.  Whether a component is
+still free depends on the moduli of the transformers, hence on the pose: it is counted at a state.
 """
 
 import dataclasses

@@ -16,8 +16,9 @@ from .views import build_view
 def state_equations(system: System, state, view: str = "hamiltonian"):
     """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
 
-    Every inertia p_k = I_k f_k behind the modulus G_k adds `G_k^T I_k G_k` to I*, `G_k^T p_k` to p and `G_k_dot^T p_k`
-    to p_dot; the other bonds of the junction of phi_dot add their efforts, GR's among them.  Drives included.
+    Every inertia p_k = I_k f_k behind the modulus G_k adds `G_k^T I_k G_k` to I*, `G_k^T p_k` to p and
+    `G_k_dot^T p_k` to p_dot; the other bonds of the junction of phi_dot add their efforts, GR's among them.  Drives
+    included.
     Source: S2 (28)-(34), (42)-(44).
     """
     P, graph = node_parameters(system), build_view(system, view)
@@ -39,10 +40,8 @@ def state_equations(system: System, state, view: str = "hamiltonian"):
 
 def _junction_sum(system, graph, names):
     """Sum of the efforts that leave the junction of phi_dot, those of inertias and drives left out."""
-    free = {
-        e.name: jnp.zeros_like(names.flow[e.name]) for e in graph.elements if e.kind in ("I", "Sf") and e.name != "I*"
-    }
-    free["I*"] = jnp.zeros_like(names.effort["Q"])
+    silent = [e.name for e in graph.elements if e.kind in ("I", "Sf")]
+    free = {name: jnp.zeros_like(names.effort["Q"] if name == "I*" else names.flow[name]) for name in silent}
     efforts, _ = propagate(graph, names.flow, names.modulus, leaf_efforts(system, graph, names.effort | free))
     return sum(sign * efforts[bond.name] for bond, _, sign in graph.bonds_of("phi_dot"))
 

@@ -35,11 +35,12 @@ class BondGraph:
 
     @property
     def dependent(self) -> tuple[str, ...]:
-        """Inertias with components in derivative causality: the dependent inertial elements of the paper."""
-        return tuple(dict.fromkeys(s.name for s in self.storages if s.dependent))
+        """Inertias in derivative causality: the dependent inertial elements of the paper."""
+        own = {s.name for s in self.storages if s.independent}
+        return tuple(dict.fromkeys(s.name for s in self.storages if s.dependent and s.name not in own))
 
     def bonds_of(self, name: str) -> Iterator[tuple[Bond, str, int]]:
-        """Bonds of an element with the element at the other end and +1 where power leaves by it, -1 where it enters."""
+        """Bonds of an element, the element at the other end, and +1 where power leaves by it, -1 where it enters."""
         for bond in self.bonds:
             if bond.tail == name:
                 yield bond, bond.head, 1

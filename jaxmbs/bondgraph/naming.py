@@ -68,7 +68,7 @@ def _bodies(system, numbers, result):
 def _forces(system, group, values, result):
     modulus, flow, stored, total = values
     for i, name in enumerate(group.names):
-        for place in ("v", "C", "R", "Se"):
+        for place in ("rate", "C", "R", "Se"):
             result.flow[f"{place}:{name}"] = flow[i]
         rest = total[i] - stored[i]
         result.effort.update({f"C:{name}": -stored[i], f"R:{name}": -rest, f"Se:{name}": rest})

@@ -48,13 +48,13 @@ def build_view(system: System, view: str) -> BondGraph:
     if view == "detailed":
         sketch.bodies()
     else:
-        sketch.field("I", "I*", "I*")
-        sketch.field("GR", "GR", "GR")
+        sketch.field("I", "I*", "[I*]")
+        sketch.field("GR", "GR", "")
     if view == "hamiltonian":
         sketch.field("Se", "Q", "Q")
     else:
         if view == "inertia" and _present(system.gravity):
-            sketch.field("Se", "gravity", "e_G")
+            sketch.field("Se", "gravity", "gravity")
         sketch.forces()
     return BondGraph(view, tuple(sketch.elements), tuple(sketch.bonds))
 
@@ -98,7 +98,7 @@ class _Sketch:
         into = []
         for root, symbol in zip(("phi_dot", "drives"), (modulus, driven), strict=True):
             if root in self.roots:
-                into.append(self.add("MTF", symbol, symbol.replace(":", " "), size))
+                into.append(self.add("MTF", symbol, _symbol(symbol), size))
                 self.bond(root, symbol, self.roots[root], outward=kind != "Se")
         if len(into) > 1:
             total = self.add("0", f"0:{name}", "", size)
@@ -113,7 +113,7 @@ class _Sketch:
         gravity = _present(self.system.gravity)
         for k, body in enumerate(self.system.topology.body_names):
             if _present(self.system.inertia[k]):
-                self.junction(f"I:{body}", f"I {body}", 3, f"G_r:{body}", f"B_r:{body}", kind="I")
+                self.junction(f"I:{body}", f"[I] {body}", 3, f"G_r:{body}", f"B_r:{body}", kind="I")
             if _present(self.system.mass[k]):
                 moduli = f"G_t:{body}", f"B_t:{body}"
                 if not gravity:
@@ -134,9 +134,9 @@ class _Sketch:
                 if len(parts) == 1:
                     self.port(group, i, f"{parts[0]}:{name}", name, size, parts[0])
                     continue
-                self.port(group, i, f"v:{name}", f"v {name}", size, "1")
+                self.port(group, i, f"rate:{name}", f"v {name}", size, "1")
                 for kind in parts:
-                    self.leaf(kind, f"{kind}:{name}", name, f"v:{name}")
+                    self.leaf(kind, f"{kind}:{name}", name, f"rate:{name}")
 
     def port(self, group, i, name, label, size, kind):
         """The junction or one-port of a force element; joint laws hang on their own coordinate."""
@@ -150,6 +150,14 @@ class _Sketch:
         self.bond(junction, f"e:{element}", self.size(junction), outward)
         self.add(kind, name, label, 1)
         self.bond(f"e:{element}", name, 1, outward)
+
+
+def _symbol(name):
+    """A modulus as the picture shows it: "G_t:crank" as Gₜ crank."""
+    symbol, _, owner = name.partition(":")
+    for plain, shown in (("_r", "ᵣ"), ("_t", "ₜ"), ("_q", ""), ("Gamma", "Γ")):
+        symbol = symbol.replace(plain, shown)
+    return f"{symbol} {owner}".rstrip()
 
 
 def joint_junction(system: System, column: int) -> str:

@@ -1,0 +1,68 @@
+"""Where the energy of a motion goes: stacked powers of all elements, and their energies since the start."""
+
+import numpy as np
+
+from .canvas import COLORS, RED, axes, finish
+
+_SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
+
+
+def plot_power(motion, powers, by="element", ax=None):
+    """Power [W] that every element feeds into the mechanism, stacked; what stores or dissipates counts negative.
+
+    Below, the energies [J] that sources and drives fed in since the start and that motion, springs and resistors
+    took, by trapezoids over the saved times, and what is missing between them.
+
+    Args:
+        motion: the simulated motion; powers: its `bond_powers`, of any view (gravity is a source).
+        by: "element", or "kind" to sum them by what they do.
+        ax: matplotlib axes to draw into (default: new ones); they give the energies the lower part of their room.
+
+    Raises: ValueError for another `by`.
+    """
+    from mpl_toolkits.axes_grid1 import make_axes_locatable
+
+    if by not in ("element", "kind"):
+        raise ValueError(f"by must be 'element' or 'kind', not {by!r}")
+    ax, ts = axes(ax), np.asarray(motion.ts)
+    kinds = {e.name: _SHOWN[e.kind] for e in powers.graph.elements if e.is_port}
+    fed = {name: -np.asarray(power) for name, power in powers.ports().items()}
+    by_kind = {}
+    for name, power in fed.items():
+        by_kind[kinds[name]] = by_kind.get(kinds[name], 0.0) + power
+    _stack(ax, ts, fed if by == "element" else by_kind)
+    _outside(finish(ax, "", "power fed in [W]", legend=False))
+    ax.tick_params(labelbottom=False)
+    below = make_axes_locatable(ax).append_axes("bottom", size="60%", pad=0.2, sharex=ax)
+    energies = {kind: energy_since_start(ts, power) for kind, power in by_kind.items()}
+    for i, (kind, energy) in enumerate(energies.items()):
+        sign = 1.0 if kind in ("sources", "drives") else -1.0
+        below.plot(ts, sign * energy, label=kind, color=COLORS[i % len(COLORS)])
+    below.plot(ts, sum(energies.values()), label="missing", color=RED, linestyle=":")
+    _outside(finish(below, "time [s]", "energy [J]", legend=False))
+    return ax
+
+
+def _outside(ax):
+    """Legend to the right of the axes, where it hides nothing."""
+    ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small")
+
+
+def energy_since_start(ts, power):
+    """Integral of a power (T,) [W] over the times (T,) by trapezoids, (T,) [J]."""
+    steps = np.diff(ts) * (power[1:] + power[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _stack(ax, ts, parts):
+    """Positive parts stacked upwards, negative ones downwards."""
+    top, bottom = np.zeros_like(ts), np.zeros_like(ts)
+    for i, (name, power) in enumerate(parts.items()):
+        if not np.any(power):
+            continue
+        style = {"color": COLORS[i % len(COLORS)], "alpha": 0.85 - 0.3 * (i // len(COLORS) % 2), "linewidth": 0}
+        up, down = np.maximum(power, 0.0), np.minimum(power, 0.0)
+        ax.fill_between(ts, top, top + up, label=name, **style)
+        ax.fill_between(ts, bottom, bottom + down, **style)
+        top, bottom = top + up, bottom + down
+    ax.axhline(0.0, color="0.2", linewidth=0.8)

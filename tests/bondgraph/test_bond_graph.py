@@ -1,0 +1,154 @@
+"""Powers, balances, causality and state equations of bond graphs against the dynamics they picture."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.bondgraph import junction_residual, state_equations
+from jaxmbs.bondgraph.views import VIEWS
+from jaxmbs.dynamics import fields, hamiltonian
+from jaxmbs.dynamics.efforts import element_is_source, element_names, stored_energy
+from jaxmbs.kinematics.kic import dependent_columns
+from jaxmbs.kinematics.poses import coordinate_rate, geometry, node_parameters
+
+from ..cases import models
+from ..cases.test_slider_crank import OMEGA, START, TIMES, TORQUE
+from . import cases
+
+
+def everything(system, state):
+    """Powers and state equations of all views, and what they should be, in one compiled function."""
+    P = node_parameters(system)
+
+    @jax.jit
+    def ask(state):
+        powers = {view: mbs.bond_powers(system, state, view) for view in VIEWS}
+        equations = {view: state_equations(system, state, view) for view in VIEWS}
+        u_dot, _ = mbs.forward_dynamics(system, state)
+        psi, u, t = state.coordinates, state.velocities, state.t
+        moving = (coordinate_rate(system.topology, psi, u), u_dot, jnp.ones_like(t))
+
+        def energy(psi, u, t):
+            springs = stored_energy(system, geometry(system, P, psi), psi, t)
+            state = mbs.State(t, psi, u)
+            return mbs.kinetic_energy(system, state), springs, mbs.potential_energy(system, state) - springs
+
+        rates = jax.jvp(energy, (psi, u, t), moving)[1]
+        p = fields.generalised_momentum(system, state) if system.topology.mobility else None
+        truth = hamiltonian.independent_rate(system, P, t, psi, p) if p is not None else None
+        return powers, equations, rates, hamiltonian.element_powers(system, P, psi, u, t), truth
+
+    return system, state, *ask(state)
+
+
+@pytest.fixture(scope="module")
+def crank():
+    system = cases.slider_crank()
+    return everything(system, cases.slider_crank_state(system))
+
+
+@pytest.fixture(scope="module")
+def arm():
+    system = cases.driven_arm()
+    return everything(system, cases.driven_arm_state(system))
+
+
+@pytest.fixture(params=["crank", "arm"])
+def case(request):
+    return request.getfixturevalue(request.param)
+
+
+def largest(powers):
+    return max(float(np.max(np.abs(p))) for p in powers.power.values())
+
+
+def test_every_junction_passes_its_power_on(case):
+    for powers in case[2].values():
+        for name, power in junction_residual(powers).items():
+            assert abs(float(power)) < 1e-12 * largest(powers), name
+
+
+def test_powers_of_all_elements_sum_to_zero(case):
+    for powers in case[2].values():
+        assert abs(float(sum(powers.ports().values()))) < 1e-11 * largest(powers)
+
+
+def test_stores_take_the_rates_of_the_energies(case):
+    _, _, powers, _, (kinetic, springs, gravity), _, _ = case
+    ports = {view: powers[view].ports() for view in VIEWS}
+    close = {"rtol": 1e-10, "atol": 1e-12}
+    detailed = sum(p for name, p in ports["detailed"].items() if name[:2] in ("I:", "m:"))
+    np.testing.assert_allclose(detailed, kinetic, **close)
+    for view in ("inertia", "hamiltonian"):  # the bond of I* alone does not conserve
+        np.testing.assert_allclose(ports[view]["I*"] + ports[view]["GR"], kinetic, **close)
+        assert abs(float(ports[view]["I*"] - kinetic)) > 1e-3
+    np.testing.assert_allclose(sum(p for name, p in ports["inertia"].items() if name[:2] == "C:"), springs, **close)
+    np.testing.assert_allclose(sum(p for name, p in ports["detailed"].items() if name[:3] == "mg:"), gravity, **close)
+    np.testing.assert_allclose(ports["inertia"]["gravity"], gravity, **close)
+
+
+def test_resistors_and_sources_pass_the_elements_powers(case):
+    system, _, powers, _, _, elements, _ = case
+    ports = powers["detailed"].ports()
+    for name, is_source, power in zip(element_names(system), element_is_source(system), elements, strict=True):
+        found = ports.get(f"{'Se' if is_source else 'R'}:{name}", 0.0)
+        np.testing.assert_allclose(found, -power, rtol=1e-11, atol=1e-13)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_state_equations_read_back(case, view):
+    system, state, _, equations, _, _, (_, p_dot, _, u) = case
+    found = equations[view]
+    np.testing.assert_allclose(found[0], p_dot, rtol=1e-10, atol=1e-11)
+    np.testing.assert_allclose(found[1], fields.independent_rates(system, state), rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(found[2], state.velocities[dependent_columns(system)], rtol=1e-9, atol=1e-11)
+    np.testing.assert_allclose(u, state.velocities, atol=1e-10)
+
+
+def test_state_equations_are_those_of_the_paper(crank):
+    system, state, _, equations, *_ = crank
+    for found, expected in zip(equations["detailed"], fields.state_equations(system, state), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-12)
+
+
+def test_wholly_driven_mechanism_along_its_motion():
+    """Without freedom the drives are the only root, and their power is the textbook's torque times speed."""
+    system = models.slider_crank(drive=lambda t: START + OMEGA * t, gas_force=-200.0)
+    angles = START + OMEGA * TIMES
+    states = [
+        mbs.State.at(system, guess={"main": angle} | models.slider_crank_guess(angle), t=t)
+        for angle, t in zip(angles, TIMES, strict=True)
+    ]
+    powers = mbs.bond_powers(system, cases.stacked(states))
+    assert powers.graph.roots == ("drives",)
+    np.testing.assert_allclose(-powers.into("drive"), TORQUE * OMEGA, rtol=1e-6)
+    worst = max(np.max(np.abs(p)) for p in junction_residual(powers).values())
+    assert worst < 1e-11 * largest(powers)
+    graph = mbs.bond_graph(system, "detailed", states[0])
+    assert set(graph.dependent) == {"I:crank", "m:crank", "I:rod", "m:rod", "m:slider"}
+
+
+def test_powers_differentiate(crank):
+    system, state, powers, *_ = crank
+    stiffness = system.forces[0].law.stiffness
+
+    def power(k):
+        changed = eqx.tree_at(lambda s: s.forces[0].law.stiffness, system, stiffness.at[0].set(k))
+        return mbs.bond_powers(changed, state, "inertia").ports()["C:buffer"]
+
+    slope = jax.jit(jax.grad(power))(300.0)
+    np.testing.assert_allclose(slope, powers["inertia"].ports()["C:buffer"] / 300.0, rtol=1e-12)
+
+
+def test_faults():
+    system = cases.double_pendulum()
+    with pytest.raises(ValueError, match="view must be one of detailed, inertia, hamiltonian"):
+        mbs.bond_graph(system, "paper")
+    b = mbs.SystemBuilder()
+    b.body("block", 1.0, inertia=0.1)
+    b.joint("glue", mbs.Weld(), "ground", "block")
+    with pytest.raises(mbs.ModelError, match="nothing moves"):
+        mbs.bond_graph(b.build())

@@ -1,0 +1,123 @@
+"""Drawings of bond graphs: well-formed, complete, nothing on top of another; powers over time."""
+
+from itertools import combinations
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.textpath import TextPath
+
+import jaxmbs as mbs
+from jaxmbs import viz
+from jaxmbs.bondgraph.views import VIEWS
+from jaxmbs.viz.bond_layout import layout, text_of
+
+from . import cases
+
+
+@pytest.fixture(scope="module")
+def crank():
+    return cases.slider_crank()
+
+
+@pytest.fixture(scope="module")
+def motion(crank):
+    return mbs.simulate(crank, cases.slider_crank_state(crank), ts=np.linspace(0.0, 0.5, 201))
+
+
+@pytest.fixture(scope="module")
+def graphs(crank):
+    arm = cases.driven_arm()
+    found = {f"crank {view}": mbs.bond_graph(crank, view) for view in VIEWS}
+    return found | {f"arm {view}": mbs.bond_graph(arm, view) for view in VIEWS}
+
+
+NAMES = [f"{system} {view}" for system in ("crank", "arm") for view in VIEWS]
+
+
+def test_graphs_are_large_enough_to_test(graphs):
+    assert len(graphs["arm detailed"].elements) > 30
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_overlaps(graphs, name):
+    places = layout(graphs[name])
+    for (a, p), (b, q) in combinations(places.boxes.items(), 2):
+        apart = p[2] <= q[0] or q[2] <= p[0] or p[3] <= q[1] or q[3] <= p[1]
+        assert apart, f"{a} lies on {b}"
+    for bond in graphs[name].bonds:
+        points = np.array(places.paths[bond.name])
+        line = np.concatenate([np.linspace(a, b, 50) for a, b in zip(points, points[1:], strict=False)])
+        for other, box in places.boxes.items():
+            inside = np.all((line > np.array(box[:2]) + 0.5) & (line < np.array(box[2:]) - 0.5), axis=1)
+            assert not np.any(inside), f"{bond.name} crosses {other}"
+
+
+@pytest.mark.parametrize("name", ["crank detailed", "arm detailed"])
+def test_texts_fit_their_boxes(graphs, name):
+    boxes = layout(graphs[name]).boxes
+    for element in graphs[name].elements:
+        text, label = text_of(element)
+        for string, size, weight in ((text, 12, "bold"), (label, 10, "normal")):
+            if string:
+                path = TextPath((0, 0), string, size=size, prop={"family": "DejaVu Sans", "weight": weight})
+                assert path.get_extents().width <= boxes[element.name][2] - boxes[element.name][0], string
+
+
+def test_svg_is_xml_and_complete(graphs, tmp_path):
+    graph = graphs["arm detailed"]
+    text = viz.draw_bond_graph(graph, tmp_path / "graph.svg")
+    assert (tmp_path / "graph.svg").read_text(encoding="utf-8") == text == graph._repr_svg_()
+    root = ElementTree.fromstring(text)
+    titles = {t.text.rsplit(" (", 1)[0] for t in root.iter("{http://www.w3.org/2000/svg}title")}
+    assert titles == {e.name for e in graph.elements} | {b.name for b in graph.bonds}
+    marks = [p.get("d") for p in root.iter("{http://www.w3.org/2000/svg}path")][1::2]
+    assert all(mark.count("M") == 2 for mark in marks)  # half arrow and stroke
+
+
+def test_names_are_escaped():
+    b = mbs.SystemBuilder()
+    b.body("a<b & c", 1.0, inertia=0.1)
+    b.joint("pin", cases.PIN, "ground", "a<b & c")
+    ElementTree.fromstring(viz.draw_bond_graph(mbs.bond_graph(b.build(), "detailed")))
+
+
+def test_widths_follow_the_powers(crank, motion):
+    powers = mbs.bond_powers(crank, motion, "inertia")
+    graph = mbs.bond_graph(crank, "inertia")
+    text = viz.draw_bond_graph(graph, powers=powers)
+    values = [a.get("values") for a in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}animate")]
+    widths = np.array([[float(w) for w in value.split(";")] for value in values])
+    assert widths.shape == (len(graph.bonds), len(motion.ts))
+    size = np.array([np.abs(powers.power[bond.name]) for bond in graph.bonds])
+    np.testing.assert_allclose(widths, 1.0 + 6.0 * size / size.max(), atol=0.006)
+    with pytest.raises(ValueError, match="belong to the inertia view"):
+        viz.draw_bond_graph(mbs.bond_graph(crank), powers=powers)
+
+
+def test_plot_power(crank, motion):
+    powers = mbs.bond_powers(crank, motion, "inertia")
+    ax = Figure().add_subplot()
+    assert viz.plot_power(motion, powers, ax=ax) is ax
+    labels = {text.get_text() for text in ax.get_legend().get_texts()}
+    assert {"I*", "GR", "gravity", "C:buffer", "R:buffer", "Se:motor"} <= labels
+    below = {line.get_label(): line.get_ydata() for line in ax.figure.axes[1].lines}
+    kinetic = motion.diagnostics.kinetic - motion.diagnostics.kinetic[0]
+    np.testing.assert_allclose(below["kinetic"], kinetic, atol=1e-3 * np.max(np.abs(kinetic)))
+    work = motion.diagnostics.work
+    spent = -sum(np.asarray(work[name]) for name in ("buffer", "stay"))
+    np.testing.assert_allclose(below["dissipated"], spent, atol=1e-3 * np.max(np.abs(spent)))
+    assert np.max(np.abs(below["missing"])) < 1e-9
+    with pytest.raises(ValueError, match="by must be"):
+        viz.plot_power(motion, powers, by="body", ax=ax)
+
+
+def test_networkx(graphs):
+    pytest.importorskip("networkx")
+    graph = graphs["crank detailed"]
+    net = graph.to_networkx()
+    assert set(net) == set(graph.order) and net.number_of_edges() == len(graph.bonds)
+    bond = graph.bonds[-1]
+    assert net.edges[bond.tail, bond.head, bond.name]["stroke"] == bond.stroke
+    assert net.nodes["m:rod"] == {"kind": "I", "label": "m rod", "size": 3}
