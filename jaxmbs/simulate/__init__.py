@@ -1,5 +1,7 @@
 """Motions in time."""
 
+from .gauss import Gauss4 as Gauss4
+from .gauss import ImplicitMidpoint as ImplicitMidpoint
 from .integrate import simulate as simulate
 from .motion import Motion as Motion
 from .solvers import SemiImplicitEuler as SemiImplicitEuler

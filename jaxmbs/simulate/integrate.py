@@ -45,7 +45,8 @@ def simulate(
         t1: end time [s] (default: the last of `ts`).
         ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1).
         dt: fixed step [s]; without it steps adapt to rtol, atol (coordinates and velocities, m, rad, s).
-        solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or `SemiImplicitEuler()`.
+        solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or one of ours at fixed steps:
+            `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
         gradient: derivative mode of the motion: "reverse", "forward" or "both".
         formulation: "canonical" (default), "independent" or "velocity"; see `formulation.py`.
         event: function of a State whose zero crossing ends the motion; the state there is saved too, right after the
