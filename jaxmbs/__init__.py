@@ -69,6 +69,8 @@ from .kinematics.state import State as State
 from .model import Pose as Pose
 from .model import System as System
 from .model import inertia as inertia
+from .simulate import Gauss4 as Gauss4
+from .simulate import ImplicitMidpoint as ImplicitMidpoint
 from .simulate import Motion as Motion
 from .simulate import SemiImplicitEuler as SemiImplicitEuler
 from .simulate import simulate as simulate
