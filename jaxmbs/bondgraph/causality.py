@@ -42,26 +42,34 @@ def bond_graph(system: System, view: str = "hamiltonian", state=None) -> BondGra
     graph = build_view(system, view)
     if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((system, state))):
         return graph
-    return assign_causality(graph, _storages(system, graph, general_pose(system) if state is None else state))
+    if view != "detailed":
+        return assign_causality(graph, _field_storages(system, graph))
+    state = general_pose(system) if state is None else state
+    return assign_causality(graph, _body_storages(system, graph, np.asarray(_moduli(system, state))))
 
 
 def general_pose(system: System) -> State:
     """An assembled state in general position, all velocities zero."""
     top, random = system.topology, np.random.default_rng(11)
-    state = State.at(system) if system.has_constraints else State(*_neutral(top))
-    P = node_parameters(system)
-    away = position_map(system, P, state.coordinates, state.t)
-    move = away @ jnp.asarray(random.normal(size=away.shape[1]) * 0.3, away.dtype)
-    psi = normalise(top, step_coordinates(top, state.coordinates, move))
     if system.has_constraints:
-        free = jnp.ones(top.num_velocities, psi.dtype)
-        psi = assembled(system, psi, state.velocities, state.t, free, free)[0]
-    return State(state.t, psi, jnp.zeros_like(state.velocities))
+        state = State.at(system)
+    else:
+        psi = neutral_coordinates(top)
+        state = State(jnp.zeros((), psi.dtype), psi, jnp.zeros(top.num_velocities, psi.dtype))
+    move = jnp.asarray(0.3 * random.normal(size=top.num_velocities), state.coordinates.dtype)
+    return State(state.t, _moved(system, state, move), jnp.zeros_like(state.velocities))
 
 
-def _neutral(top):
-    psi = neutral_coordinates(top)
-    return jnp.zeros((), psi.dtype), psi, jnp.zeros(top.num_velocities, psi.dtype)
+@eqx.filter_jit
+def _moved(system, state, move):
+    """Coordinates some way along the freedoms, loops closed."""
+    top = system.topology
+    away = position_map(system, node_parameters(system), state.coordinates, state.t)
+    psi = normalise(top, step_coordinates(top, state.coordinates, away @ (away.T @ move)))
+    if not system.has_constraints:
+        return psi
+    free = jnp.ones(top.num_velocities, psi.dtype)
+    return assembled(system, psi, state.velocities, state.t, free, free)[0]
 
 
 @eqx.filter_jit
@@ -69,26 +77,28 @@ def _moduli(system, state):
     return body_moduli(system, node_parameters(system), state.coordinates, state.t)
 
 
-def _storages(system, graph, state) -> tuple[Storage, ...]:
-    """What every inertia of a graph holds: states of its own, or momenta that follow from others."""
-    sizes = root_sizes(system)
-    if graph.view != "detailed":
-        found = {"phi_dot": (sizes.get("phi_dot", 0), 0, 0), "drives": (0, sizes.get("drives", 0), 0)}
-        return tuple(Storage("I*", root, *found[root]) for root in graph.roots)
-    moduli, N = np.asarray(_moduli(system, state)), sizes.get("phi_dot", 0)
-    length = 1.0 if system.topology.analysis is None else system.topology.analysis.length
+def _field_storages(system, graph) -> tuple[Storage, ...]:
+    """I* holds the momenta of phi_dot as states; its port at the drives follows their flow."""
+    return tuple(
+        Storage("I*", root, size * (root == "phi_dot"), size * (root == "drives"), 0)
+        for root, size in root_sizes(system).items()
+    )
+
+
+def _body_storages(system, graph, moduli) -> tuple[Storage, ...]:
+    """What the inertias of the bodies hold, from their moduli (bodies, 6, N + D)."""
+    N, top = root_sizes(system).get("phi_dot", 0), system.topology
+    length = 1.0 if top.analysis is None else top.analysis.length
     moduli = moduli * np.repeat([length, 1.0], 3)[None, :, None]
-    rank, small, basis = [], _RANK[moduli.dtype.itemsize], np.zeros((0, N))
+    small, basis, found = _RANK[moduli.dtype.itemsize], np.zeros((0, N)), []
     for element in (e for e in graph.elements if e.kind == "I"):
         what, body = element.name.split(":", 1)
-        k = system.topology.body_names.index(body)
-        rows = moduli[k, :3] if what == "I" else moduli[k, 3:]
+        rows = moduli[top.body_names.index(body)][slice(0, 3) if what == "I" else slice(3, 6)]
         moving = int(np.sum(np.max(np.abs(rows), axis=1) > small * np.max(np.abs(moduli))))
-        before = len(basis)
-        basis = _extend(basis, rows[:, :N], small)
+        before, basis = len(basis), _extend(basis, rows[:, :N], small)
         new = len(basis) - before
-        rank.append(Storage(element.name, graph.inward(element.name)[0][1], new, moving - new, 3 - moving))
-    return tuple(rank)
+        found.append(Storage(element.name, graph.inward(element.name)[0][1], new, moving - new, 3 - moving))
+    return tuple(found)
 
 
 def _extend(basis, rows, small):

@@ -3,7 +3,6 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from ..dynamics.fields import world_inertias
 from ..kinematics.poses import node_parameters
 from ..model.system import System
 from .moduli import numbers
@@ -30,7 +29,7 @@ def state_equations(system: System, state, view: str = "hamiltonian"):
         return jnp.zeros_like(driven[:0]), jnp.zeros_like(driven[:0]), B_q @ driven
     p_dot = -_junction_sum(system, graph, names)
     inertia, p, carried = 0.0, 0.0, 0.0
-    for I_k, G_k, B_k, G_k_dot in _inertias(system, graph, P, state, values):
+    for I_k, G_k, B_k, G_k_dot in _inertias(system, graph, values):
         p_k = I_k @ (G_k @ split(system, values.rates)["phi_dot"] + B_k @ driven)
         inertia, p = inertia + G_k.T @ I_k @ G_k, p + G_k.T @ p_k
         carried, p_dot = carried + G_k.T @ I_k @ B_k @ driven, p_dot + G_k_dot.T @ p_k
@@ -46,17 +45,16 @@ def _junction_sum(system, graph, names):
     return sum(sign * efforts[bond.name] for bond, _, sign in graph.bonds_of("phi_dot"))
 
 
-def _inertias(system, graph, P, state, values):
+def _inertias(system, graph, values):
     """(inertia, modulus, modulus of the drives, rate of the modulus) of every inertia, as phi_dot sees it."""
     if "I*" in graph.order:
         rows = split(system, jnp.eye(values.inertia.shape[0], dtype=values.inertia.dtype))
         yield values.inertia, rows["phi_dot"], rows["drives"], jnp.zeros_like(rows["phi_dot"])
         return
-    turning = world_inertias(system, P, state.coordinates)
     for element in (e for e in graph.elements if e.kind == "I"):
         what, body = element.name.split(":", 1)
         k = system.topology.body_names.index(body)
         part = slice(0, 3) if what == "I" else slice(3, 6)
-        I_k = turning[k] if what == "I" else system.mass[k] * jnp.eye(3, dtype=turning.dtype)
+        I_k = values.inertias[k] if what == "I" else system.mass[k] * jnp.eye(3, dtype=values.rates.dtype)
         G, G_dot = (split(system, x[k, part]) for x in (values.modulus, values.modulus_rate))
         yield I_k, G["phi_dot"], G["drives"], G_dot["phi_dot"]

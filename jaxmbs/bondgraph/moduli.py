@@ -5,13 +5,13 @@ All flows are linear in the rates w = (phi_dot, s) at the roots, s the prescribe
 
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
 from ..dynamics.efforts import efforts, frame_twists, gravity_wrench
-from ..dynamics.fields import world_inertias
 from ..dynamics.newton_euler import node_motion
 from ..kinematics import constraints
 from ..kinematics.kic import independent_columns
@@ -23,7 +23,7 @@ from ..model.system import System
 from .views import drive_rows
 
 
-def rate_map(system: System, P, psi, t):
+def rate_map(system: System, geo: Geometry, psi, t):
     """L (nv, N + D): velocities per independent velocity and per prescribed rate, `u = L (phi_dot, s)`.
 
     Its first N columns are Gamma of `velocity_map`, the others times s its b.  Source: S2 (3)-(5).
@@ -32,7 +32,7 @@ def rate_map(system: System, P, psi, t):
     pick = np.eye(n)[independent_columns(system)]
     if not system.has_constraints:
         return jnp.asarray(pick.T, psi.dtype)
-    A = constraints.jacobian(system, P, psi, t)
+    A = constraints.jacobian_at(system, geo, psi, t)
     right = np.zeros((A.shape[0] + len(pick), len(pick) + len(driven)))
     right[A.shape[0] :, : len(pick)] = np.eye(len(pick))
     right[driven, len(pick) + np.arange(len(driven))] = 1.0
@@ -105,55 +105,58 @@ def port_efforts(group, geo: Geometry, flow, psi, t):
     return stored, jax.vmap(lambda law, R, x, f: law.wrench(R, x, f[:3], f[3:], t))(group.law, R, x, flow)
 
 
-def body_momenta(system: System, P, psi, u):
-    """(bodies, 6) angular momentum about the centre of mass, then momentum, world axes.  Source: S2 (31)-(32)."""
-    geo = geometry(system, P, psi)
-    flow = body_flows(system, geo, node_motion(system.topology, geo.S, u))
-    return apply_inertia(system, world_inertias(system, P, psi), flow)
+def world_inertias(system: System, geo: Geometry):
+    """Inertia (bodies, 3, 3) of every body about its centre of mass, world axes."""
+    R = geo.R[body_frame(system.topology)]
+    return jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
 
 
 def apply_inertia(system: System, inertia, flow):
-    """(bodies, 6) momenta of flows (bodies, 6) with world inertias (bodies, 3, 3)."""
-    turning = jnp.einsum("bij,bj->bi", inertia, flow[:, :3])
-    return jnp.concatenate([turning, system.mass[:, None] * flow[:, 3:]], axis=1)
+    """(bodies, 6, ...) angular momentum about the centre of mass, then momentum, of flows (bodies, 6, ...).
+
+    Source: S2 (31)-(32).
+    """
+    turning = jnp.einsum("bij,bj...->bi...", inertia, flow[:, :3])
+    return jnp.concatenate([turning, jnp.einsum("b,bi...->bi...", system.mass, flow[:, 3:])], axis=1)
+
+
+def _fields(system, P, psi, t):
+    """Body moduli G (bodies, 6, r) and I* (r, r), the drives' columns included; beside them the geometry, the rate
+    map, its twists (r, nodes, 6) and the world inertias.  Source: S2 (11)-(15), (35)."""
+    geo = geometry(system, P, psi)
+    L, inertia = rate_map(system, geo, psi, t), world_inertias(system, geo)
+    twists = jax.vmap(lambda u: node_motion(system.topology, geo.S, u), 1)(L)
+    G = jax.vmap(lambda V: body_flows(system, geo, V), out_axes=-1)(twists)
+    I = jnp.einsum("bki,bkj->ij", G, apply_inertia(system, inertia, G))
+    return (G, I), (geo, L, twists, inertia)
 
 
 def body_moduli(system: System, P, psi, t):
     """G (bodies, 6, N + D): flows of the bodies per root rate.  Source: S2 (11)-(15)."""
-    geo, L = geometry(system, P, psi), rate_map(system, P, psi, t)
-    return jax.vmap(lambda u: body_flows(system, geo, node_motion(system.topology, geo.S, u)), 1, -1)(L)
-
-
-def apply_inertia_to_all(system: System, inertia, moduli):
-    """(bodies, 6, r) momenta per root rate."""
-    return jax.vmap(lambda flow: apply_inertia(system, inertia, flow), -1, -1)(moduli)
-
-
-def _inertia_fields(system, P, psi, t):
-    """Body moduli (bodies, 6, r) and I* (r, r), the drives' columns included.  Source: S2 (35)."""
-    G = body_moduli(system, P, psi, t)
-    MG = apply_inertia_to_all(system, world_inertias(system, P, psi), G)
-    return G, jnp.einsum("bki,bkj->ij", G, MG)
+    return _fields(system, P, psi, t)[0][0]
 
 
 class Numbers(NamedTuple):
     """Numbers of all views at a state; r = N + D root rates, bodies' flows being (turning 3, sliding 3).
 
     Attributes:
-        velocities u (nv,), rates w (r,), map L (nv, r): `u = L w`.
-        modulus, modulus_rate (bodies, 6, r), flow, momentum (bodies, 6): of the bodies.
+        geo, twists (nodes, 6), velocities u (nv,): where the tree is and how it moves.
+        rates (r,), map L (nv, r): `u = L w`.
+        modulus, modulus_rate (bodies, 6, r), flow (bodies, 6), inertias (bodies, 3, 3): of the bodies.
         inertia, inertia_rate (r, r): I* and its rate; gyristor (r, r): GR.
         ports: by force group modulus (n, size, r), flow, stored and total effort (n, size).
         total (r,): the effort Q of all ports and gravity.
     """
 
+    geo: Geometry
+    twists: Array
     velocities: Array
     rates: Array
     map: Array
     modulus: Array
     modulus_rate: Array
     flow: Array
-    momentum: Array
+    inertias: Array
     inertia: Array
     inertia_rate: Array
     gyristor: Array
@@ -161,34 +164,33 @@ class Numbers(NamedTuple):
     total: Array
 
 
+@eqx.filter_jit
 def numbers(system: System, P, psi, u, t) -> Numbers:
     """Numbers of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
-    geo = geometry(system, P, psi)
-    V, L = node_motion(system.topology, geo.S, u), rate_map(system, P, psi, t)
-    psi_dot = coordinate_rate(system.topology, psi, u)
-    (G, I), (G_dot, I_dot) = jax.jvp(
-        lambda psi, t: _inertia_fields(system, P, psi, t), (psi, t), (psi_dot, jnp.ones_like(t))
+    moving = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
+    (G, I), (G_dot, I_dot), (geo, L, twists, inertias) = jax.jvp(
+        lambda psi, t: _fields(system, P, psi, t), (psi, t), moving, has_aux=True
     )
-    inertia = world_inertias(system, P, psi)
-    ports = []
+    V, ports = node_motion(system.topology, geo.S, u), []
     for group in system.forces:
-        modulus = jax.vmap(
-            lambda u, group=group: port_flow(system, group, geo, node_motion(system.topology, geo.S, u), u), 1, -1
-        )(L)
         flow = port_flow(system, group, geo, V, u)
+        modulus = jax.vmap(
+            lambda V, u, group=group: port_flow(system, group, geo, V, u), in_axes=(0, 1), out_axes=-1
+        )(twists, L)
         ports.append((modulus, flow, *port_efforts(group, geo, flow, psi, t)))
-    flow = body_flows(system, geo, V)
     return Numbers(
+        geo=geo,
+        twists=V,
         velocities=u,
         rates=root_rates(system, psi, u, t),
         map=L,
         modulus=G,
         modulus_rate=G_dot,
-        flow=flow,
-        momentum=apply_inertia(system, inertia, flow),
+        flow=body_flows(system, geo, V),
+        inertias=inertias,
         inertia=I,
         inertia_rate=I_dot,
-        gyristor=jnp.einsum("bki,bkj->ij", G_dot, apply_inertia_to_all(system, inertia, G)),
+        gyristor=jnp.einsum("bki,bkj->ij", G_dot, apply_inertia(system, inertias, G)),
         ports=ports,
         total=L.T @ tree_loads(system, P, geo, V, psi, u, t),
     )

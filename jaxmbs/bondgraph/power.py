@@ -4,13 +4,13 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from ..dynamics.newton_euler import accelerations
+from ..dynamics.newton_euler import accelerations_at
 from ..kinematics import constraints
-from ..kinematics.poses import coordinate_rate, node_parameters
+from ..kinematics.poses import coordinate_rate, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..model.system import System
 from .graph import BondGraph
-from .moduli import body_momenta, numbers, rate_map, root_rates
+from .moduli import apply_inertia, numbers, root_rates
 from .naming import named, split
 from .views import build_view
 
@@ -110,32 +110,41 @@ def inertial_efforts(system: System, P, values, psi, u, t) -> dict:
 
     Source: S2 (28), (34); a drive's effort is its constraint's multiplier.
     """
-    u_dot, multipliers = accelerations(system, P, psi, u, t)
-    psi_dot, one = coordinate_rate(system.topology, psi, u), jnp.ones_like(t)
-    h_dot = jax.jvp(lambda psi, u: body_momenta(system, P, psi, u), (psi, u), (psi_dot, u_dot))[1]
-    w_dot = jax.jvp(lambda *x: root_rates(system, *x), (psi, u, t), (psi_dot, u_dot, one))[1]
+    J = node_inertias(P, values.geo.W)
+    u_dot, multipliers = accelerations_at(system, values.geo, J, values.twists, psi, u, t)
+    moving = coordinate_rate(system.topology, psi, u), u_dot, jnp.ones_like(t)
+    w_dot = jax.jvp(lambda *x: root_rates(system, *x), (psi, u, t), moving)[1]
+    flow_dot = values.modulus_rate @ values.rates + values.modulus @ w_dot
+    h, h_dot = (apply_inertia(system, values.inertias, f) for f in (values.flow, flow_dot))
+    h_dot = h_dot.at[:, :3].add(jnp.cross(values.flow[:, :3], h[:, :3]))
     effort = {"I*": values.inertia @ w_dot + values.inertia_rate @ values.rates}
     for k, body in enumerate(system.topology.body_names):
         effort.update({f"I:{body}": h_dot[k, :3], f"m:{body}": h_dot[k, 3:]})
     if system.has_constraints:
-        pull = rate_map(system, P, psi, t).T @ (constraints.jacobian(system, P, psi, t).T @ multipliers)
+        pull = values.map.T @ (constraints.jacobian_at(system, values.geo, psi, t).T @ multipliers)
         effort["drive"] = split(system, pull)["drives"]
     return effort
 
 
-def _bond_powers(system, graph, P, state):
+def _values(system, P, state):
+    """Flows, moduli and efforts by name of all views at a state."""
     psi, u, t = state.coordinates, state.velocities, state.t
     values = numbers(system, P, psi, u, t)
     names = named(system, values)
-    effort = names.effort | inertial_efforts(system, P, values, psi, u, t)
-    return propagate(graph, names.flow, names.modulus, leaf_efforts(system, graph, effort))
+    return names.flow, names.modulus, names.effort | inertial_efforts(system, P, values, psi, u, t)
 
 
 @eqx.filter_jit
-def _bond_powers_jit(system, graph, states, batched):
+def _all_values(system, states, batched):
     P = node_parameters(system)
-    one = lambda s: _bond_powers(system, graph, P, s)  # noqa: E731
+    one = lambda s: _values(system, P, s)  # noqa: E731
     return jax.vmap(one)(states) if batched else one(states)
+
+
+@eqx.filter_jit
+def _spread(system, graph, flow, modulus, effort, batched):
+    one = lambda f, m, e: propagate(graph, f, m, leaf_efforts(system, graph, e))  # noqa: E731
+    return jax.vmap(one)(flow, modulus, effort) if batched else one(flow, modulus, effort)
 
 
 def bond_powers(system: System, motion, view: str = "detailed") -> BondPowers:
@@ -149,5 +158,5 @@ def bond_powers(system: System, motion, view: str = "detailed") -> BondPowers:
     with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
     """
     states = motion if isinstance(motion, State) else motion.states
-    graph = build_view(system, view)
-    return BondPowers(*_bond_powers_jit(system, graph, states, states.coordinates.ndim == 2), graph)
+    graph, batched = build_view(system, view), states.coordinates.ndim == 2
+    return BondPowers(*_spread(system, graph, *_all_values(system, states, batched), batched), graph)

@@ -57,8 +57,9 @@ def energy_since_start(ts, power):
 def _stack(ax, ts, parts):
     """Positive parts stacked upwards, negative ones downwards."""
     top, bottom = np.zeros_like(ts), np.zeros_like(ts)
+    least = 1e-9 * max((np.max(np.abs(power)) for power in parts.values()), default=0.0)
     for i, (name, power) in enumerate(parts.items()):
-        if not np.any(power):
+        if np.max(np.abs(power)) <= least:
             continue
         style = {"color": COLORS[i % len(COLORS)], "alpha": 0.85 - 0.3 * (i // len(COLORS) % 2), "linewidth": 0}
         up, down = np.maximum(power, 0.0), np.minimum(power, 0.0)

@@ -11,7 +11,7 @@ from jaxmbs.bondgraph import junction_residual, state_equations
 from jaxmbs.bondgraph.views import VIEWS
 from jaxmbs.dynamics import fields, hamiltonian
 from jaxmbs.dynamics.efforts import element_is_source, element_names, stored_energy
-from jaxmbs.kinematics.kic import dependent_columns
+from jaxmbs.kinematics.kic import dependent_columns, velocity_map
 from jaxmbs.kinematics.poses import coordinate_rate, geometry, node_parameters
 
 from ..cases import models
@@ -37,8 +37,8 @@ def everything(system, state):
             return mbs.kinetic_energy(system, state), springs, mbs.potential_energy(system, state) - springs
 
         rates = jax.jvp(energy, (psi, u, t), moving)[1]
-        p = fields.generalised_momentum(system, state) if system.topology.mobility else None
-        truth = hamiltonian.independent_rate(system, P, t, psi, p) if p is not None else None
+        p = velocity_map(system, P, psi, t)[0].T @ mbs.mass_matrix(system, state) @ u
+        truth = hamiltonian.independent_rate(system, P, t, psi, p)
         return powers, equations, rates, hamiltonian.element_powers(system, P, psi, u, t), truth
 
     return system, state, *ask(state)

@@ -17,20 +17,16 @@ from . import cases
 
 
 @pytest.fixture(scope="module")
-def crank():
-    return cases.slider_crank()
-
-
-@pytest.fixture(scope="module")
-def motion(crank):
-    return mbs.simulate(crank, cases.slider_crank_state(crank), ts=np.linspace(0.0, 0.5, 201))
-
-
-@pytest.fixture(scope="module")
-def graphs(crank):
-    arm = cases.driven_arm()
-    found = {f"crank {view}": mbs.bond_graph(crank, view) for view in VIEWS}
-    return found | {f"arm {view}": mbs.bond_graph(arm, view) for view in VIEWS}
+def swing():
+    """A pendulum with a spring, a damper and a motor, and its motion."""
+    b = mbs.SystemBuilder(gravity=(0.0, -9.81, 0.0))
+    b.body("arm", mass=2.0, com=(0.5, 0.0, 0.0), inertia=(0.01, 0.1, 0.1))
+    b.joint("pin", cases.PIN, "ground", "arm")
+    b.force("spring", mbs.SpringDamper(20.0, 0.8), joint="pin")
+    b.force("motor", mbs.Torque((0.0, 0.0, 1.5)), on="arm")
+    system = b.build()
+    motion = mbs.simulate(system, mbs.State.at(system, pin=0.4), ts=np.linspace(0.0, 1.0, 201))
+    return system, motion, mbs.bond_powers(system, motion, "inertia")
 
 
 NAMES = [f"{system} {view}" for system in ("crank", "arm") for view in VIEWS]
@@ -83,9 +79,9 @@ def test_names_are_escaped():
     ElementTree.fromstring(viz.draw_bond_graph(mbs.bond_graph(b.build(), "detailed")))
 
 
-def test_widths_follow_the_powers(crank, motion):
-    powers = mbs.bond_powers(crank, motion, "inertia")
-    graph = mbs.bond_graph(crank, "inertia")
+def test_widths_follow_the_powers(swing):
+    system, motion, powers = swing
+    graph = mbs.bond_graph(system, "inertia")
     text = viz.draw_bond_graph(graph, powers=powers)
     values = [a.get("values") for a in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}animate")]
     widths = np.array([[float(w) for w in value.split(";")] for value in values])
@@ -93,24 +89,28 @@ def test_widths_follow_the_powers(crank, motion):
     size = np.array([np.abs(powers.power[bond.name]) for bond in graph.bonds])
     np.testing.assert_allclose(widths, 1.0 + 6.0 * size / size.max(), atol=0.006)
     with pytest.raises(ValueError, match="belong to the inertia view"):
-        viz.draw_bond_graph(mbs.bond_graph(crank), powers=powers)
+        viz.draw_bond_graph(mbs.bond_graph(system), powers=powers)
 
 
-def test_plot_power(crank, motion):
-    powers = mbs.bond_powers(crank, motion, "inertia")
+@pytest.mark.parametrize("by", ["element", "kind"])
+def test_plot_power(swing, by):
+    _, motion, powers = swing
     ax = Figure().add_subplot()
-    assert viz.plot_power(motion, powers, ax=ax) is ax
+    assert viz.plot_power(motion, powers, by=by, ax=ax) is ax
     labels = {text.get_text() for text in ax.get_legend().get_texts()}
-    assert {"I*", "GR", "gravity", "C:buffer", "R:buffer", "Se:motor"} <= labels
+    element = {"I*", "gravity", "C:spring", "R:spring", "Se:motor"}
+    assert labels == (element if by == "element" else {"kinetic", "springs", "dissipated", "sources"})
     below = {line.get_label(): line.get_ydata() for line in ax.figure.axes[1].lines}
-    kinetic = motion.diagnostics.kinetic - motion.diagnostics.kinetic[0]
-    np.testing.assert_allclose(below["kinetic"], kinetic, atol=1e-3 * np.max(np.abs(kinetic)))
-    work = motion.diagnostics.work
-    spent = -sum(np.asarray(work[name]) for name in ("buffer", "stay"))
-    np.testing.assert_allclose(below["dissipated"], spent, atol=1e-3 * np.max(np.abs(spent)))
+    accounts = motion.diagnostics
+    for name, expected in (("kinetic", accounts.kinetic), ("dissipated", -accounts.work["spring"])):
+        expected = expected - expected[0]
+        np.testing.assert_allclose(below[name], expected, atol=1e-3 * np.max(np.abs(expected)))
     assert np.max(np.abs(below["missing"])) < 1e-9
+
+
+def test_plot_power_faults(swing):
     with pytest.raises(ValueError, match="by must be"):
-        viz.plot_power(motion, powers, by="body", ax=ax)
+        viz.plot_power(*swing[1:], by="body", ax=Figure().add_subplot())
 
 
 def test_networkx(graphs):
