@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..kinematics.assembly import assembled
-from ..kinematics.kic import position_map
+from ..kinematics.kic import velocity_map
 from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..model.system import System
@@ -64,7 +64,7 @@ def general_pose(system: System) -> State:
 def _moved(system, state, move):
     """Coordinates some way along the freedoms, loops closed."""
     top = system.topology
-    away = position_map(system, node_parameters(system), state.coordinates, state.t)
+    away = velocity_map(system, node_parameters(system), state.coordinates, state.t)[0]
     psi = normalise(top, step_coordinates(top, state.coordinates, away @ (away.T @ move)))
     if not system.has_constraints:
         return psi
