@@ -2,6 +2,8 @@
 
 from . import forces as forces
 from . import joints as joints
+from .bondgraph import bond_graph as bond_graph
+from .bondgraph import bond_powers as bond_powers
 from .builder import SystemBuilder as SystemBuilder
 from .design import minimise as minimise
 from .dynamics.energy import kinetic_energy as kinetic_energy
