@@ -109,7 +109,8 @@ def _root(residual, Z, scale, newton):
 
     far = jnp.asarray(jnp.inf, Z.dtype)
     Z, size, _, _ = lax.while_loop(unfinished, iterate, (Z, far, far, 0))
-    return Z, size < limit
+    converged = size < limit
+    return jnp.where(converged, Z, 0.0), converged
 
 
 @_root.def_jvp
