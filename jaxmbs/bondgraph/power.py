@@ -34,29 +34,27 @@ class BondPowers(eqx.Module):
 
     def into(self, name: str):
         """Net power (...) [W] into an element: what it stores or dissipates; minus what a source feeds in."""
-        return sum(-sign * self.power[bond.name] for bond, _, sign in self.graph.bonds_of(name))
+        return _into(self.graph, self.power, name)
 
     def ports(self) -> dict:
         """Net power (...) [W] into the mechanism's stores (I, C, GR), resistors and sources, by one-port."""
         power = self.power
-        return {e.name: _net(self.graph, power, e.name)[0] for e in self.graph.elements if e.is_port}
+        return {e.name: _into(self.graph, power, e.name) for e in self.graph.elements if e.is_port}
 
 
-def _net(graph, power, name):
-    """(net power into an element, sum of the sizes of its powers)."""
-    flows = [-sign * power[bond.name] for bond, _, sign in graph.bonds_of(name)]
-    return sum(flows), sum(jnp.abs(f) for f in flows)
+def _into(graph, power, name):
+    return sum(-sign * power[bond.name] for bond, _, sign in graph.bonds_of(name))
 
 
 def junction_residual(powers: BondPowers) -> dict:
     """Power (...) [W] that every junction and transformer fails to pass on: zero to rounding.
 
-    Flows are those of the bodies and elements themselves, efforts at the roots those of all their bonds, inertias'
-    from the accelerations: nothing is closed by construction.  Source: S2 (6), (13), (16), (28).
+    Flows are those of the bodies and elements themselves, efforts of the inertias and drives come from the
+    accelerations: transformers and 0-junctions test the moduli, the roots the balance of all efforts.  1-junctions
+    further out close by construction.  Source: S2 (6), (13), (16), (28).
     """
     power = powers.power
-    inner = [e.name for e in powers.graph.elements if not e.is_port]
-    return {name: _net(powers.graph, power, name)[0] for name in inner}
+    return {e.name: _into(powers.graph, power, e.name) for e in powers.graph.elements if not e.is_port}
 
 
 def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict):

@@ -54,15 +54,16 @@ def analyse(system: System, independent=None) -> Mobility:
         _, A, B, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
         rank, Z, Y = _spaces(A * weight[None])
         if best is None or rank > best[0]:
-            best = rank, Z, Y, B, M, A
+            best = rank, Z, Y, B, M, _spaces((A * weight[None])[top.position_rows])[1]
         if top.num_rows:
             move = weight * (Z @ random.normal(size=Z.shape[1]) * 0.3)
             psi = _newton(system, step_coordinates(top, psi, jnp.asarray(move)), t, weight)[0]
-    rank, Z, Y, B, M, A = best
+    rank, Z, Y, B, M, Z_positions = best
     _check_inertia(top, M, Z, weight)
     chosen = _independent(top, Z, independent)
     undetermined, names = _undetermined(constraints.carriers(system), B, Y, length)
-    return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, length)
+    positions = _extended(Z_positions, chosen)
+    return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, length, positions)
 
 
 def _spaces(A):
@@ -157,6 +158,16 @@ def _independent(top, Z, wanted):
             ]
         )
     return tuple(columns)
+
+
+def _extended(Z, chosen):
+    """The chosen columns and those that complete them to coordinates of the null space Z, by pivoting."""
+    missing = Z.shape[1] - len(chosen)
+    if missing == 0:
+        return chosen
+    known = np.linalg.qr(Z[list(chosen)].T)[0] if chosen else np.zeros((Z.shape[1], 0))
+    pivots = scipy.linalg.qr(Z.T - known @ (known.T @ Z.T), pivoting=True, mode="r")[1]
+    return tuple(sorted([*chosen, *(int(k) for k in pivots[:missing])]))
 
 
 def _undetermined(carriers, B, Y, length):

@@ -13,6 +13,9 @@ from .free import Free as Free
 from .planar import Planar as Planar
 from .prismatic import Prismatic as Prismatic
 from .revolute import Revolute as Revolute
+from .rolling import KnifeEdge as KnifeEdge
+from .rolling import RollingDisk as RollingDisk
+from .rolling import RollingSphere as RollingSphere
 from .screw import Screw as Screw
 from .spherical import Spherical as Spherical
 from .universal import Universal as Universal

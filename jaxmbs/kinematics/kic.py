@@ -45,6 +45,20 @@ def velocity_map(system: System, P, psi, t):
     return solution[:, :-1], solution[:, -1]
 
 
+def position_map(system: System, P, psi, t):
+    """(nv, n): displacements of all columns per independent coordinate, rows of position alone.
+
+    Equals Gamma unless rolling or blades restrict velocities further.
+    """
+    top = system.topology
+    if not top.slip_rows:
+        return velocity_map(system, P, psi, t)[0]
+    pick = np.eye(top.num_velocities)[list(top.analysis.independent_positions)]
+    A = constraints.jacobian(system, P, psi, t)[top.position_rows]
+    right = np.concatenate([np.zeros((A.shape[0], len(pick))), np.eye(len(pick))])
+    return full_rank_lstsq(jnp.concatenate([A, jnp.asarray(pick, psi.dtype)]), jnp.asarray(right, psi.dtype))
+
+
 def point_jacobian(system: System, W, S, node, point):
     """(6, nv) angular velocity, then velocity of the world `point` carried by `node` (-1: the ground), per velocity.
 

@@ -26,6 +26,8 @@ def _summary(topology):
     ]
     lines.append(f"mobility: {topology.mobility} (tree velocities {topology.num_velocities})")
     found = topology.analysis
+    if found is not None and topology.slip_rows:
+        lines.append(f"freedoms of position: {len(found.independent_positions)} (rolling restricts velocities only)")
     if found is not None and found.redundant:
         lines.append(
             f"redundant constraints: {found.redundant}; reactions that statics cannot determine in: "

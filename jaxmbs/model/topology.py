@@ -40,7 +40,8 @@ class Mobility:
 
     `rank` of the constraint rows, `mobility` = velocities - rank, `redundant` = rows - rank.  `undetermined` marks
     per joint, then per two-frame constraint, the reaction components (force x y z, moment x y z, its own axes) that
-    statics cannot determine; `redundant_names` are theirs.  `independent` are the velocity columns of the KIC.
+    statics cannot determine; `redundant_names` are theirs.  `independent` are the velocity columns of the KIC;
+    `independent_positions` adds those that only rows of velocity restrict.
     """
 
     rank: int
@@ -50,6 +51,7 @@ class Mobility:
     undetermined: tuple[tuple[bool, ...], ...] = ()
     redundant_names: tuple[str, ...] = ()
     length: float = 1.0
+    independent_positions: tuple[int, ...] = ()
 
     @property
     def mobility(self) -> int:

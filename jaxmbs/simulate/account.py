@@ -29,7 +29,7 @@ def observe(system, P, psi, u, t):
     kinetic, potential = energies_at(system, geo, J, V, psi, t)
     if not system.has_constraints:
         return kinetic, potential, jnp.zeros_like(t), jnp.zeros_like(t)
-    drift = jnp.max(jnp.abs(constraints.residual_at(system, geo, psi, t)))
+    drift = jnp.max(jnp.abs(constraints.residual_at(system, geo, psi, t)), initial=0.0)
     speed = constraints.jacobian_at(system, geo, psi, t) @ u + constraints.time_rate(system, psi, t)
     return kinetic, potential, drift, jnp.max(jnp.abs(speed))
 

@@ -11,17 +11,15 @@ def plot_power(motion, powers, by="element", ax=None):
     """Power [W] that every element feeds into the mechanism, stacked; what stores or dissipates counts negative.
 
     Below, the energies [J] that sources and drives fed in since the start and that motion, springs and resistors
-    took, by trapezoids over the saved times, and what is missing between them.
+    took, by trapezoids over the saved times, and what these miss of the motion's own kinetic energy.
 
     Args:
         motion: the simulated motion; powers: its `bond_powers`, of any view (gravity is a source).
         by: "element", or "kind" to sum them by what they do.
-        ax: matplotlib axes to draw into (default: new ones); they give the energies the lower part of their room.
+        ax: matplotlib axes to draw into (default: new ones); the energies take the lower part of their room.
 
     Raises: ValueError for another `by`.
     """
-    from mpl_toolkits.axes_grid1 import make_axes_locatable
-
     if by not in ("element", "kind"):
         raise ValueError(f"by must be 'element' or 'kind', not {by!r}")
     ax, ts = axes(ax), np.asarray(motion.ts)
@@ -31,21 +29,29 @@ def plot_power(motion, powers, by="element", ax=None):
     for name, power in fed.items():
         by_kind[kinds[name]] = by_kind.get(kinds[name], 0.0) + power
     _stack(ax, ts, fed if by == "element" else by_kind)
-    _outside(finish(ax, "", "power fed in [W]", legend=False))
+    finish(ax, "", "power fed in [W]", legend=False)
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, fontsize="small")
     ax.tick_params(labelbottom=False)
-    below = make_axes_locatable(ax).append_axes("bottom", size="60%", pad=0.2, sharex=ax)
+    below = _lower_part(ax)
     energies = {kind: energy_since_start(ts, power) for kind, power in by_kind.items()}
     for i, (kind, energy) in enumerate(energies.items()):
         sign = 1.0 if kind in ("sources", "drives") else -1.0
         below.plot(ts, sign * energy, label=kind, color=COLORS[i % len(COLORS)])
-    below.plot(ts, sum(energies.values()), label="missing", color=RED, linestyle=":")
-    _outside(finish(below, "time [s]", "energy [J]", legend=False))
+    gained = np.asarray(motion.diagnostics.kinetic) - np.asarray(motion.diagnostics.kinetic)[0]
+    others = sum((energy for kind, energy in energies.items() if kind != "kinetic"), np.zeros_like(ts))
+    below.plot(ts, others - gained, label="missing", color=RED, linestyle=":")
+    finish(below, "time [s]", "energy [J]")
     return ax
 
 
-def _outside(ax):
-    """Legend to the right of the axes, where it hides nothing."""
-    ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small")
+def _lower_part(ax):
+    """New axes in the lower part of the room of a subplot; axes placed by hand get theirs underneath."""
+    place = ax.get_subplotspec()
+    if place is None:
+        return ax.inset_axes((0.0, -0.7, 1.0, 0.6), sharex=ax)
+    upper, lower = place.subgridspec(2, 1, height_ratios=(3, 2))
+    ax.set_subplotspec(upper)
+    return ax.figure.add_subplot(lower, sharex=ax)
 
 
 def energy_since_start(ts, power):

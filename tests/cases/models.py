@@ -333,3 +333,21 @@ def car_axis_with_wheel():
     across_x = mbs.Pose((0.0, 0.0, 0.0), np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
     b.constraint("upright", mbs.PointOnPlane(), between=(("chassis", across_x), "left"))
     return b.build()
+
+
+def knife_edge_incline(mass=1.0, inertia=0.1, slope=np.pi / 6):
+    """E2: a skate on an inclined plane; x down the slope, y across, gravity inclined instead of the plane."""
+    b = mbs.SystemBuilder(gravity=(9.81 * np.sin(slope), 0.0, -9.81 * np.cos(slope)))
+    b.body("skate", mass=mass, inertia=(inertia, inertia, inertia))
+    b.joint("plane", mbs.Planar(), parent="ground", child="skate")
+    b.constraint("blade", mbs.KnifeEdge(), between=("ground", "skate"))
+    return b.build()
+
+
+def chaplygin_sleigh(mass=1.2, inertia=0.15, ahead=0.3):
+    """E3: a body on a horizontal plane with a blade at its origin, the centre of mass ahead of it."""
+    b = mbs.SystemBuilder(gravity=NO_GRAVITY)
+    b.body("sleigh", mass=mass, com=(ahead, 0.0, 0.0), inertia=(inertia, inertia, inertia))
+    b.joint("plane", mbs.Planar(), parent="ground", child="sleigh")
+    b.constraint("blade", mbs.KnifeEdge(), between=("ground", "sleigh"))
+    return b.build()

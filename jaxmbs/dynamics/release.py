@@ -1,0 +1,46 @@
+"""A driven mechanism with some of its drives taken off: their coordinates become independent ones."""
+
+import dataclasses
+
+import numpy as np
+
+from ..errors import ModelError
+from ..model.system import System
+
+
+def release(system: System, names) -> System:
+    """The system without the drives of the joints `names`, their velocities added to the independent set.
+
+    Raises: ModelError when drives are redundant, so that taking one off frees nothing.
+    """
+    if not names:
+        return system
+    top = system.topology
+    found = top.analysis
+    keep = np.array([not (row in names and _is_drive(system, k)) for k, row in enumerate(top.row_joint)])
+    number = np.cumsum(keep) - 1
+    freed = tuple(top.joints[top.joint_index[name]].first_velocity for name in names)
+    redundant_drives = [name for name in names if name in found.redundant_names]
+    if redundant_drives:
+        raise ModelError([f"the drive of joint {n!r} is redundant and cannot be released" for n in redundant_drives])
+    analysis = dataclasses.replace(
+        found,
+        rank=found.rank - len(freed),
+        num_rows=found.num_rows - len(freed),
+        independent=tuple(sorted({*found.independent, *freed})),
+        independent_positions=tuple(sorted({*found.independent_positions, *freed})),
+    )
+    topology = dataclasses.replace(
+        top,
+        row_joint=tuple(name for name, kept in zip(top.row_joint, keep, strict=True) if kept),
+        slip_rows=tuple(int(number[k]) for k in top.slip_rows),
+        analysis=analysis,
+    )
+    rows = tuple(row for row in system.rows if not (row.role == "drive" and row.name in names))
+    return dataclasses.replace(system, topology=topology, rows=rows)
+
+
+def _is_drive(system, k):
+    """Whether row k is a drive: closures come first."""
+    closures = sum(len(g.names) * g.kind.num_rows for g in system.closures)
+    return k >= closures

@@ -1,0 +1,112 @@
+"""Local stiffness on the independent coordinates, by cause: springs, their preload, gravity, loads.
+
+`K = -dQ/dphi`, the total derivative along the constraints at rest.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..kinematics.kic import velocity_map
+from ..kinematics.kic_second import along_independent
+from ..kinematics.poses import geometry, node_parameters
+from ..math.linalg import direction, safe_norm, skew
+from ..model.system import System
+from .ports import compliance_effort, gravity_effort, source_effort
+
+
+class Stiffness(eqx.Module):
+    """Shares (N, N) of the local stiffness; rows are efforts, columns independent coordinates.
+
+    Attributes:
+        elastic: `sum K_i G_C^T G_C`, the springs' own rates seen through their KIC.
+        antagonistic: `sum K_i dq_C^T . {dG_C/dphi}`, what preload makes of the changing geometry; any sign.
+        gravity: -de_G/dphi.
+        sources: -dQ*/dphi of loads and actuators at rest: preload of redundant actuation is here.
+    """
+
+    elastic: Float[Array, "n n"]
+    antagonistic: Float[Array, "n n"]
+    gravity: Float[Array, "n n"]
+    sources: Float[Array, "n n"]
+
+    @property
+    def total(self):
+        """K (N, N), the Hessian of the potential where all loads have one."""
+        return self.elastic + self.antagonistic + self.gravity + self.sources
+
+
+@eqx.filter_jit
+def stiffness(system: System, state) -> Stiffness:
+    """Local stiffness at a state, velocities taken as zero.
+
+    `-d e_C/dphi` has plus on both terms; S2 (71) prints a stray minus.  Loops, redundant springs and redundant
+    actuation included; for coordinates that are integrals of their velocities the spring shares are symmetric.
+
+    Source: S2 (68)-(71).
+    """
+    state = eqx.tree_at(lambda s: s.velocities, state, jnp.zeros_like(state.velocities))
+
+    def slope(effort):
+        def at(psi):
+            return effort(system, eqx.tree_at(lambda s: s.coordinates, state, psi))
+
+        return -along_independent(system, node_parameters(system), state.coordinates, state.t, at)
+
+    elastic = elastic_stiffness(system, state)
+    return Stiffness(elastic, slope(compliance_effort) - elastic, slope(gravity_effort), slope(source_effort))
+
+
+def elastic_stiffness(system: System, state):
+    """`sum K_i G_C^T G_C` (N, N): each law's own rate, its geometry frozen.  Source: S2 (70), first term."""
+    P, psi, t = node_parameters(system), state.coordinates, state.t
+    geo = geometry(system, P, psi)
+    Gamma = velocity_map(system, P, psi, t)[0]
+    frames = _frame_jacobian(system, geo, Gamma)
+    total = jnp.zeros((Gamma.shape[1],) * 2, psi.dtype)
+    for group in system.forces:
+        a, b = np.asarray(group.first), np.asarray(group.second)
+        if group.port == "line":
+            d = geo.x[b] - geo.x[a]
+            k = jax.vmap(lambda law, d: -jax.grad(law.effort)(safe_norm(d), jnp.zeros_like(d[0]), t))(group.law, d)
+            g = jnp.einsum("ec,ecn->en", jax.vmap(direction)(d), frames[b, 3:] - frames[a, 3:])
+            total = total + jnp.einsum("e,en,em->nm", k, g, g)
+        elif group.port == "joint":
+            k = jax.vmap(lambda law, q: -jax.grad(law.effort)(q, jnp.zeros_like(q), t))(group.law, psi[b])
+            total = total + jnp.einsum("e,en,em->nm", k, Gamma[a], Gamma[a])
+        elif group.port == "pose":
+            total = total + jnp.sum(
+                jax.vmap(_pose_stiffness, (0, 0, 0, 0, None))(group.law, *_relative(geo, frames, a, b), t), axis=0
+            )
+    return total
+
+
+def _frame_jacobian(system, geo, Gamma):
+    """(frames, 6, N): angular velocity of every frame and velocity of its origin per independent velocity."""
+    top = system.topology
+    path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.frame_node)]
+    twist = jnp.einsum("fk,kc,kn->fcn", jnp.asarray(path, Gamma.dtype), geo.S, Gamma)
+    moved = twist[:, 3:] + jnp.einsum("fij,fjn->fin", -jax.vmap(skew)(geo.x), twist[:, :3])
+    return jnp.concatenate([twist[:, :3], moved], axis=1)
+
+
+def _relative(geo, frames, a, b):
+    """Pose of frame B in frame A, and its rate (6, N) per independent velocity, in A axes."""
+    R_a, d = geo.R[a], geo.x[b] - geo.x[a]
+    turn = frames[b, :3] - frames[a, :3]
+    move = frames[b, 3:] - frames[a, 3:] + jnp.einsum("eij,ejn->ein", jax.vmap(skew)(d), frames[a, :3])
+    rate = jnp.concatenate([jnp.einsum("eji,ejn->ein", R_a, part) for part in (turn, move)], axis=1)
+    return jnp.einsum("eji,ejk->eik", R_a, geo.R[b]), jnp.einsum("eji,ej->ei", R_a, d), rate
+
+
+def _pose_stiffness(law, R, d, G, t):
+    """`G^T K G` of a law between two frames, K (6, 6) minus the slope of its wrench."""
+    rest = jnp.zeros_like(d)
+
+    def slope(column):
+        moved = (skew(column[:3]) @ R, column[3:])
+        return jax.jvp(lambda R, d: law.wrench(R, d, rest, rest, t), (R, d), moved)[1]
+
+    return -G.T @ jax.vmap(slope, 1, 1)(G)

@@ -1,0 +1,96 @@
+"""Contacts that roll or cut: rows of position for the touch, rows of velocity for the grip (nonholonomic).
+
+The contact force of each comes out of `reactions` under the constraint's name, on the body of frame B.
+"""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from .base import axis_faults, axis_vector
+from .closures import AbstractClosure
+
+
+class AbstractRolling(AbstractClosure):
+    """Rolling without slip on the x-y plane of frame A: `contact(R)` points from B's origin to the touching point."""
+
+    row_units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
+    num_slips: ClassVar[int] = 2
+
+    radius: eqx.AbstractVar[Float[Array, ""]]
+
+    def contact(self, R):
+        """Vector (3,) [m] from the centre to the contact point, in the axes of frame A."""
+        raise NotImplementedError
+
+    def closure(self, R, d):
+        return (d + self.contact(R))[2:]
+
+    def slip(self, R, d, omega, v):
+        return (v + jnp.cross(omega, self.contact(R)))[:2]
+
+    def faults(self):
+        bad = not isinstance(self.radius, Tracer) and not (np.isfinite(self.radius) and self.radius > 0)
+        return ["its radius is not positive"] if bad else []
+
+
+class RollingSphere(AbstractRolling):
+    """A sphere of `radius` [m] about the origin of frame B rolls on the x-y plane of frame A, z pointing out."""
+
+    radius: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float))
+
+    def contact(self, R):
+        return jnp.zeros(3).at[2].set(-self.radius)
+
+
+class RollingDisk(AbstractRolling):
+    """A thin disk or wheel about the origin of frame B rolls on the x-y plane of frame A, z pointing out.
+
+    Args:
+        radius: [m].
+        axle: axis of the disk in frame B: "x", "y", "z" or three numbers.
+
+    The disk may lean, but not lie flat (the touching point is undetermined there).
+    """
+
+    radius: Float[Array, ""]
+    axle: Float[Array, "3"]
+
+    def __init__(self, radius, axle="y"):
+        self.radius = jnp.asarray(radius, float)
+        self.axle = axis_vector(axle)
+
+    def contact(self, R):
+        axle = R @ (self.axle / jnp.sqrt(jnp.sum(self.axle**2)))
+        down = axle * axle[2] - jnp.eye(3)[2]
+        return self.radius * down / jnp.sqrt(jnp.maximum(1.0 - axle[2] ** 2, 1e-12))
+
+    def faults(self):
+        return [*super().faults(), *axis_faults(self.axle)]
+
+
+class KnifeEdge(AbstractClosure):
+    """A blade or skate at the origin of frame B: in the x-y plane of frame A it moves along itself, not across.
+
+    Args:
+        along: direction of the blade in frame B: "x", "y", "z" or three numbers.
+    """
+
+    row_units: ClassVar[tuple[str, ...]] = ("m",)
+    num_slips: ClassVar[int] = 1
+
+    along: Float[Array, "3"]
+
+    def __init__(self, along="x"):
+        self.along = axis_vector(along)
+
+    def slip(self, R, d, omega, v):
+        x, y, _ = R @ self.along
+        return ((x * v[1] - y * v[0]) / jnp.sqrt(x * x + y * y))[None]
+
+    def faults(self):
+        return axis_faults(self.along)

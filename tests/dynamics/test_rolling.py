@@ -1,0 +1,181 @@
+"""Rows of velocity: rolling spheres and disks, the benchmark bicycle, carts, rows of the user."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+
+G = 9.81
+
+
+def upright(position=(0.0, 0.0, 0.0), rotation=(1.0, 0.0, 0.0, 0.0)):
+    """Coordinates of a free joint."""
+    return np.concatenate([position, rotation])
+
+
+def sphere(gravity=(0.0, 0.0, -G), turntable=None, radius=0.2, mass=3.0):
+    b = mbs.SystemBuilder(gravity=gravity)
+    b.body("ball", mass=mass, inertia=0.4 * mass * radius**2)
+    b.joint("free", mbs.Free(), "ground", "ball")
+    if turntable is not None:
+        b.body("table", mass=1.0, inertia=1.0)
+        b.joint("axle", mbs.Revolute(axis="z"), "ground", "table", drive=mbs.Polynomial([0.0, turntable]))
+    plane = "ground" if turntable is None else "table"
+    b.constraint("contact", mbs.RollingSphere(radius), between=(plane, "ball"))
+    return b.build()
+
+
+def disk(radius=0.3, mass=2.0):
+    b = mbs.SystemBuilder()
+    turning = mass * radius**2 * np.array([0.25, 0.5, 0.25])
+    b.body("disk", mass=mass, inertia=turning)
+    b.joint("free", mbs.Free(), "ground", "disk")
+    b.constraint("contact", mbs.RollingDisk(radius), between=("ground", "disk"))
+    return b.build()
+
+
+def rolling_rates(system, state, spin):
+    """Velocities (6,) of a free body whose contact holds, from its angular velocity in body axes."""
+    A = np.asarray(mbs.constraint_jacobian(system, state))[:, :6]
+    return np.concatenate([np.linalg.solve(A[:, :3], -A[:, 3:] @ spin), spin])
+
+
+def test_a_sphere_on_an_incline_takes_five_sevenths_of_the_slope():
+    slope = 0.3
+    system = sphere(gravity=(G * np.sin(slope), 0.0, -G * np.cos(slope)))
+    assert system.topology.mobility == 3
+    state = mbs.State.at(system, free=upright((0.0, 0.0, 0.2)))
+    np.testing.assert_allclose(
+        mbs.acceleration(system, state, "ball"), [5.0 / 7.0 * G * np.sin(slope), 0.0, 0.0], atol=1e-10
+    )
+    force = mbs.reactions(system, state)["contact"].force
+    np.testing.assert_allclose(force, 3.0 * G * np.array([-2.0 / 7.0 * np.sin(slope), 0.0, np.cos(slope)]), rtol=1e-9)
+
+
+def test_a_ball_on_a_turntable_goes_in_circles_at_two_sevenths_of_its_rate():
+    """The centre obeys v' = (2/7) Omega x v: one circle in 3.5 turns of the table."""
+    rate = 3.0
+    system = sphere(turntable=rate)
+    start = np.array([0.1, 0.0])
+    contact = rate * np.array([0.0, 0.5])  # velocity of the table there; omega x (-r z) = contact - start
+    spin = np.array([(contact - start)[1], -(contact - start)[0], 0.0]) / 0.2
+    state = mbs.State.at(system, free=upright((0.5, 0.0, 0.2)), rates={"free": np.concatenate([start, [0.0], spin])})
+    period = 2 * np.pi / (2.0 / 7.0 * rate)
+    motion = mbs.simulate(system, state, ts=np.array([period / 4, period]), rtol=1e-11, atol=1e-11)
+    velocity = np.asarray(jax.vmap(lambda s: mbs.velocity(system, s, "ball"))(motion.states))
+    np.testing.assert_allclose(velocity, [[0.0, 0.1, 0.0], [0.1, 0.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(motion.states.coordinates[-1, :2], [0.5, 0.0], atol=1e-9)
+
+
+def test_a_leaning_disk_keeps_its_energy_over_a_hundred_turns():
+    system, lean = disk(), 0.3
+    turned = (np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)
+    state = mbs.State.at(system, free=upright((0.0, 0.0, 0.3 * np.cos(lean)), turned))
+    rates = rolling_rates(system, state, np.array([0.1, 6.0, 0.5]))
+    state = mbs.State.at(system, free=state.coordinates, rates={"free": rates})
+    motion = mbs.simulate(system, state, t1=100 * 2 * np.pi / 6.0)
+    accounts = motion.diagnostics
+    total = accounts.kinetic + accounts.potential
+    assert np.max(np.abs(accounts.energy_residual)) < 1e-9 * np.max(np.abs(total))
+    assert max(np.max(accounts.constraint_drift), np.max(accounts.velocity_drift)) < 1e-12
+
+
+def test_a_disk_rolls_steadily_on_a_circle():
+    """The balance of moments about the centre, by hand, fixes the spin for a lean and a rate of precession."""
+    m, r, lean, precession = 2.0, 0.3, 0.4, 1.5
+    system = disk(r, m)
+    turned = (np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)
+    place = upright((0.0, 0.0, r * np.cos(lean)), turned)
+    # Angular velocity (0, spin, precession cos(lean)) in axes that lean with the disk but do not spin.
+    diameter, axle = 0.25 * m * r**2, 0.5 * m * r**2
+    normal = precession * np.cos(lean)
+    spin = (diameter * precession * np.sin(lean) - m * G * r * np.sin(lean) / normal) / (axle + m * r**2)
+    state = mbs.State.at(system, free=place)
+    rates = rolling_rates(system, state, np.array([0.0, spin, normal]))
+    state = mbs.State.at(system, free=place, rates={"free": rates})
+    motion = mbs.simulate(system, state, t1=2.0, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(motion.states.coordinates[:, 2], r * np.cos(lean), atol=1e-8)
+
+
+def test_a_blade_as_rows_of_the_user():
+    """`VelocityRows` on the coordinates give the motion of the `KnifeEdge`."""
+    ends = []
+    for law, between in ((mbs.KnifeEdge(), ("ground", "sleigh")), (mbs.VelocityRows(across), None)):
+        b = mbs.SystemBuilder(gravity=(1.0, 0.0, 0.0))
+        b.body("sleigh", mass=1.2, com=(0.3, 0.0, 0.0), inertia=0.15)
+        b.joint("plane", mbs.Planar(), "ground", "sleigh")
+        b.constraint("blade", law, between=between)
+        system = b.build()
+        state = mbs.State.at(system, plane=np.zeros(3), rates={"plane": np.array((1.0, 0.0, 2.0))})
+        ends.append(mbs.simulate(system, state, t1=1.0).states.coordinates[-1])
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
+
+
+def across(coordinates, velocities, t):
+    heading = coordinates[2]
+    return -jnp.sin(heading) * velocities[0] + jnp.cos(heading) * velocities[1]
+
+
+def cart(steer=0.0):
+    """Four wheels, the front pair steered by a driven angle: rolling, a drive and redundant contacts together."""
+    b = mbs.SystemBuilder()
+    b.body("cart", mass=10.0, inertia=(0.5, 1.0, 1.2))
+    b.joint("free", mbs.Free(), "ground", "cart")
+    half, radius = 0.25, 0.1
+    for end, x in (("rear", -0.4), ("front", 0.4)):
+        for side, y in (("left", half), ("right", -half)):
+            name, at = f"{end}_{side}", (x, y, 0.0)
+            b.body(name, mass=0.5, inertia=(0.002, 0.004, 0.002))
+            carrier = "cart"
+            if end == "front" and steer:
+                carrier, turn = f"knuckle_{side}", np.arctan(0.8 / (0.8 / np.tan(steer) - y))
+                b.body(carrier, mass=0.2, inertia=0.001)
+                b.joint(
+                    f"king_{side}",
+                    mbs.Revolute(axis="z"),
+                    "cart",
+                    carrier,
+                    parent_frame=at,
+                    drive=mbs.Polynomial([turn]),
+                )
+                at = (0.0, 0.0, 0.0)
+            b.joint(name, mbs.Revolute(axis="y"), carrier, name, parent_frame=at)
+            b.constraint(f"tyre_{name}", mbs.RollingDisk(radius), between=("ground", name))
+    return b.build()
+
+
+def test_a_cart_with_steered_wheels_turns_about_the_axles_meeting_point():
+    steer = 0.5
+    system = cart(steer)
+    assert system.topology.mobility == 1
+    assert system.topology.analysis.redundant > 0
+    state = mbs.State.at(system, free=upright((0.0, 0.0, 0.1)), rates={"rear_left": np.array(10.0)})
+    centre = np.array([-0.4, 0.8 / np.tan(steer)])
+    turning = float(mbs.angular_velocity(system, state, "cart")[2])
+    velocity = np.asarray(mbs.velocity(system, state, "cart"))[:2]
+    expected = turning * np.array([centre[1], -centre[0]])
+    np.testing.assert_allclose(velocity, expected, atol=1e-10)
+    assert abs(turning) > 0.1
+    loads = mbs.reactions(system, state)
+    weight = sum(float(loads[f"tyre_{e}_{s}"].force[2]) for e in ("front", "rear") for s in ("left", "right"))
+    np.testing.assert_allclose(weight, 12.4 * G, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "law, words",
+    [
+        (mbs.RollingDisk(0.0), "radius"),
+        (mbs.RollingSphere(-1.0), "radius"),
+        (mbs.RollingDisk(1.0, axle=(0, 0, 0)), "axis"),
+        (mbs.KnifeEdge(along=(0, 0, 0)), "axis"),
+    ],
+)
+def test_wrong_contacts_are_refused(law, words):
+    b = mbs.SystemBuilder()
+    b.body("body", mass=1.0, inertia=1.0)
+    b.joint("free", mbs.Free(), "ground", "body")
+    b.constraint("contact", law, between=("ground", "body"))
+    with pytest.raises(mbs.ModelError, match=words):
+        b.build()
