@@ -9,6 +9,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.kinematics.poses import node_parameters
 from jaxmbs.simulate.formulation import Problem
+from jaxmbs.simulate.gauss import solve_stages
 from tests.cases import models
 from tests.cases.test_double_pendulum import ANGLES
 from tests.mechanisms import four_bar, four_bar_state
@@ -172,12 +173,21 @@ def test_derivatives(damped, mode, newton):
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
-@pytest.mark.slow
-def test_second_derivative(damped):
-    outcome, _ = damped
-    found = jax.jit(jax.jacfwd(jax.grad(lambda length: outcome(length, "both"))))(1.1)
-    first = jax.jit(jax.grad(lambda length: outcome(length, "both")))
-    np.testing.assert_allclose(found, (first(1.1 + 1e-4) - first(1.1 - 1e-4)) / 2e-4, rtol=1e-6)
+@pytest.mark.parametrize("newton", [False, True])
+def test_implicit_function_theorem(newton):
+    """z + z^3 / 5 = a: z' = 1 / (1 + 3 z^2 / 5), z'' = -6 z z'^3 / 5, forward, reverse and both."""
+
+    def root(a):
+        Z, converged = solve_stages(lambda Z: Z + Z**3 / 5 - a, jnp.zeros((1, 1)), jnp.ones(1), newton)
+        return jnp.where(converged, Z[0, 0], jnp.nan)
+
+    z = 0.5
+    first = 1.0 / (1.0 + 0.6 * z**2)
+    second = -1.2 * z * first**3
+    derivatives = jax.jit(
+        lambda a: (root(a), jax.jacfwd(root)(a), jax.grad(root)(a), jax.hessian(root)(a), jax.grad(jax.grad(root))(a))
+    )
+    np.testing.assert_allclose(derivatives(z + z**3 / 5), [z, first, first, second, second], rtol=1e-13)
 
 
 @pytest.mark.slow
