@@ -68,8 +68,8 @@ class Gauss4(_Gauss):
     """Two-stage Gauss method, fourth order, for long motions without energy drift.  Needs `dt=`.
 
     On trees of one-freedom joints the step is symplectic in (coordinates, momenta) and reversible: the energy error
-    stays in a band.  Not so with closed loops, which are projected after every step, or quaternion joints.  Dopri8 with
-    steps of the same cost drifts, but errs less over 10 000 periods of a smooth motion (benchmarks/long_run_energy.py).
+    stays in a band.  Not so with closed loops, which are projected after every step, or quaternion joints.
+    Dopri8 at the same cost drifts, but errs less over 10 000 periods of a smooth motion (benchmarks/long_run_energy).
 
     Args:
         newton: solve the stages by Newton's method, many times dearer a step but good for stiff systems; the default,
