@@ -17,7 +17,7 @@ from ..kinematics.poses import coordinate_rate, node_parameters
 from ..kinematics.state import State
 from ..math.linalg import full_rank_lstsq
 from ..model.system import System
-from .newton_euler import tree_efforts
+from .newton_euler import forward_dynamics, tree_efforts
 from .ports import resistance_field
 from .release import release
 
@@ -71,11 +71,12 @@ def linearise(system: System, state, inputs=(), outputs=()) -> Linearisation:
         known = ", ".join(system.topology.joint_names)
         raise ModelError([f"linearise: {name!r} is not a joint; the joints are: {known}" for name in unknown])
     driven = tuple(name for name in inputs if name in _drives(system))
+    accelerations = forward_dynamics(system, state)[0]
     system = release(system, driven)
     if not callable(outputs):
         joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
         outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
-    return _linearise(system, state, tuple(inputs), driven, outputs)
+    return _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
 
 
 class _Coordinates(eqx.Module):
@@ -108,12 +109,11 @@ def local_efforts(system: System, P, psi, w, a, t):
 
 
 @eqx.filter_jit
-def _linearise(system, state, inputs, driven, outputs):
+def _linearise(system, state, accelerations, inputs, driven, outputs):
     P, psi, t = node_parameters(system), state.coordinates, state.t
     top, chosen = system.topology, independent_columns(system)
-    w, rest = state.velocities[chosen], jnp.zeros(len(chosen), psi.dtype)
-    M = jax.jacfwd(lambda a: local_efforts(system, P, psi, w, a, t)[0])(rest)
-    a = -jnp.linalg.solve(M + _idle(M), local_efforts(system, P, psi, w, rest, t)[0])
+    w, a = state.velocities[chosen], accelerations[chosen]
+    M = jax.jacfwd(lambda a: local_efforts(system, P, psi, w, a, t)[0])(a)
     Z = position_map(system, P, psi, t)
     displaced = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(Z)
 
@@ -140,12 +140,6 @@ def _linearise(system, state, inputs, driven, outputs):
     )
     R = resistance_field(system, state)
     return Linearisation(M, C, C - R, K, space, tuple(int(k) for k in positions), tuple(int(k) for k in chosen))
-
-
-def _idle(M):
-    """Unit inertia for columns without any: released drives of massless supports."""
-    diagonal = jnp.diagonal(M)
-    return jnp.diag(jnp.where(diagonal <= 1e-14 * jnp.max(diagonal, initial=0.0), 1.0, 0.0))
 
 
 def independent_positions(system: System) -> np.ndarray:
@@ -180,9 +174,10 @@ def _accelerations(system, P, psi, t, M, KC, inputs, driven):
 
 def frequency_response(space: StateSpace, omega):
     """Transfer matrices (..., outputs, inputs) of a state space at angular frequencies omega (...,) [rad/s]."""
-    eye = jnp.eye(space.A.shape[0])
+    eye = jnp.eye(space.A.shape[0], dtype=space.A.dtype)
+    A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)
 
     def at(w):
-        return space.C @ jnp.linalg.solve(1j * w * eye - space.A, space.B.astype(complex)) + space.D
+        return C @ jnp.linalg.solve(jax.lax.complex(jnp.zeros_like(eye), w * eye) - A, B) + D
 
     return jnp.vectorize(at, signature="()->(m,k)")(jnp.asarray(omega, float))

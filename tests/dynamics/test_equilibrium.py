@@ -1,0 +1,101 @@
+"""Equilibria and steady motions against closed forms; derivatives, verdicts, refusals."""
+
+import jax
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+
+G = 9.81
+
+
+def pendulum(stiffness=0.0, mass=2.0, length=0.8):
+    b = mbs.SystemBuilder()
+    b.body("bob", mass=mass, com=(0.0, 0.0, -length), inertia=0.001)
+    b.joint("swing", mbs.Revolute(axis="y"), "ground", "bob")
+    b.force("spring", mbs.SpringDamper(stiffness=stiffness, free_length=1.0), joint="swing")
+    return b.build()
+
+
+def balance(k):
+    """Angle where k (1 - x) = m g l sin x, by bisection."""
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if k * (1 - middle) > 2.0 * G * 0.8 * np.sin(middle) else (low, middle)
+    return low
+
+
+def test_a_sprung_pendulum_and_its_derivative():
+    def angle(k):
+        system = pendulum(k)
+        return mbs.equilibrium(system, mbs.State.at(system, swing=0.2)).state.coordinates[0]
+
+    found, slope = jax.jit(jax.value_and_grad(angle))(20.0)
+    np.testing.assert_allclose(found, balance(20.0), atol=1e-10)
+    np.testing.assert_allclose(slope, (balance(20.01) - balance(19.99)) / 0.02, rtol=1e-6)
+
+
+def test_hanging_is_stable_and_standing_is_not():
+    system = pendulum()
+    hanging = mbs.equilibrium(system, mbs.State.at(system, swing=0.3))
+    standing = mbs.equilibrium(system, mbs.State.at(system, swing=np.pi - 0.3))
+    np.testing.assert_allclose(hanging.state.coordinates, 0.0, atol=1e-9)
+    np.testing.assert_allclose(standing.state.coordinates, np.pi, atol=1e-9)
+    assert bool(hanging.stable) and not bool(standing.stable)
+    np.testing.assert_allclose(hanging.stiffness, [[2.0 * G * 0.8]], rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_loop_hangs_in_its_lowest_position():
+    """A symmetric four-bar, a swing: the coupler hangs level; a load to the side tilts it, forces in balance."""
+    b = mbs.SystemBuilder(gravity=(0.0, -G, 0.0))
+    pin = mbs.Revolute(axis="z")
+    for name, length in (("left", 0.5), ("seat", 1.0), ("right", 0.5)):
+        b.body(name, mass=length, com=(length / 2, 0.0, 0.0), inertia=0.1)
+    b.joint("A", pin, "ground", "left")
+    b.joint("B", pin, "left", "seat", parent_frame=(0.5, 0.0, 0.0))
+    b.joint("D", pin, "ground", "right", parent_frame=(1.0, 0.0, 0.0))
+    b.joint("C", pin, "seat", "right", parent_frame=(1.0, 0.0, 0.0), child_frame=(0.5, 0.0, 0.0))
+    b.force("push", mbs.Force((4.0, 0.0, 0.0)), on="seat")
+    system = b.build()
+    start = mbs.State.at(system, A=-1.2, guess={"B": 1.2, "D": -1.2})
+    found = mbs.equilibrium(system, start)
+    # parallel swing: 4 N against (1 kg + 2 x 0.25 kg) g, tan of the angle from the vertical
+    np.testing.assert_allclose(found.state.coordinates[0], -np.pi / 2 + np.arctan(4.0 / (1.5 * G)), atol=1e-8)
+    assert bool(found.stable)
+    motion = mbs.simulate(system, found.state, t1=0.5)
+    np.testing.assert_allclose(motion.states.coordinates[-1], found.state.coordinates, atol=1e-8)
+
+
+def test_steady_rotation_of_a_governor():
+    """A bob hinged on a shaft that spins at w stands at cos x = g / (w^2 l); it needs no driving torque."""
+    b = mbs.SystemBuilder()
+    b.body("shaft", mass=1.0, inertia=0.05)
+    b.body("bob", mass=2.0, com=(0.0, 0.0, -0.5))
+    b.joint("spin", mbs.Revolute(axis="z"), "ground", "shaft")
+    b.joint("swing", mbs.Revolute(axis="y"), "shaft", "bob")
+    system = b.build()
+    start = mbs.State.at(system, swing=-0.5, rates={"spin": 6.0})
+    found = mbs.equilibrium(system, start, moving=("spin",))
+    swing = float(system.coordinates(found.state)["swing"])
+    np.testing.assert_allclose(np.cos(swing), G / (36.0 * 0.5), rtol=1e-9)
+    assert bool(found.stable)
+    np.testing.assert_allclose(found.efforts, 0.0, atol=1e-9)
+
+
+def test_no_equilibrium_is_said():
+    """A sphere of no support falls for ever."""
+    b = mbs.SystemBuilder()
+    b.body("stone", mass=1.0, inertia=0.1)
+    b.joint("fall", mbs.Prismatic(axis="z"), "ground", "stone")
+    system = b.build()
+    with pytest.raises(mbs.SimulationError, match="no equilibrium"):
+        mbs.equilibrium(system, mbs.State.at(system))
+    assert not bool(mbs.equilibrium(system, mbs.State.at(system), throw=False).found)
+
+
+def test_moving_joints_must_be_independent():
+    system = pendulum()
+    with pytest.raises(mbs.ModelError, match="'spin' is not a joint"):
+        mbs.equilibrium(system, mbs.State.at(system), moving=("spin",))
