@@ -122,7 +122,9 @@ class Derivatives:
         return self.both(design)[1]
 
 
-@pytest.fixture(scope="module", params=["tree", "loop", pytest.param("driven", marks=pytest.mark.slow)])
+@pytest.fixture(
+    scope="module", params=["tree", *(pytest.param(name, marks=pytest.mark.slow) for name in ("loop", "driven"))]
+)
 def derivatives(request):
     return Derivatives(request.param)
 

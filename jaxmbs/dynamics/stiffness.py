@@ -60,7 +60,7 @@ def stiffness(system: System, state) -> Stiffness:
 
 
 def elastic_stiffness(system: System, state):
-    """`sum K_i G_C^T G_C` (N, N): each law's own rate, its geometry frozen.  Source: S2 (70), first term."""
+    """`sum K_i G_C^T G_C` (N, N): each law at its own rate, geometry frozen; Source: S2 (68)-(71), first term."""
     P, psi, t = node_parameters(system), state.coordinates, state.t
     geo = geometry(system, P, psi)
     Gamma = velocity_map(system, P, psi, t)[0]

@@ -16,7 +16,7 @@ STATUS = (
     "the state is not finite",
     "the constraints contradict the motion (locked, singular or redundantly driven)",
     "the initial state does not satisfy the constraints",
-    "the integrator failed",
+    "the integrator failed (an implicit step was not solved: take smaller steps, or newton=True for Gauss solvers)",
 )
 SUCCESS, EVENT, MAX_STEPS, STEP_SIZE, NOT_FINITE, INCONSISTENT, NOT_ASSEMBLED, FAILED = range(len(STATUS))
 

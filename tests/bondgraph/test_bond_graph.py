@@ -116,6 +116,7 @@ def test_state_equations_read_back(case, view):
     np.testing.assert_allclose(equations[view][2], q_dot, rtol=1e-9, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_wholly_driven_mechanism_along_its_motion():
     """Without freedom the drives are the only root, and their power is the textbook's torque times speed."""
     system = models.slider_crank(drive=lambda t: START + OMEGA * t, gas_force=-200.0)
@@ -133,6 +134,7 @@ def test_wholly_driven_mechanism_along_its_motion():
     assert set(graph.dependent) == {"I:crank", "m:crank", "I:rod", "m:rod", "m:slider"}
 
 
+@pytest.mark.slow
 def test_powers_differentiate(crank):
     system, state, powers, *_ = crank
     stiffness = system.forces[0].law.stiffness

@@ -42,6 +42,7 @@ def test_quarter_car_eigenvalues():
     np.testing.assert_allclose(linear.stiffness, [[190e3, 0.0], [0.0, 16e3]], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_half_car_eigenvalues():
     system = models.half_car(road_front=0.0)
     linear = mbs.linearise(system, mbs.State.at(system))

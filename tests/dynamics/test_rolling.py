@@ -69,6 +69,7 @@ def test_a_ball_on_a_turntable_goes_in_circles_at_two_sevenths_of_its_rate():
     np.testing.assert_allclose(motion.states.coordinates[-1, :2], [0.5, 0.0], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_leaning_disk_keeps_its_energy_over_a_hundred_turns():
     system, lean = disk(), 0.3
     turned = (np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)
@@ -82,6 +83,7 @@ def test_a_leaning_disk_keeps_its_energy_over_a_hundred_turns():
     assert max(np.max(accounts.constraint_drift), np.max(accounts.velocity_drift)) < 1e-12
 
 
+@pytest.mark.slow
 def test_a_disk_rolls_steadily_on_a_circle():
     """The balance of moments about the centre, by hand, fixes the spin for a lean and a rate of precession."""
     m, r, lean, precession = 2.0, 0.3, 0.4, 1.5

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 from jaxmbs.kinematics.assembly import assemble
@@ -31,6 +32,7 @@ def sprung_four_bar(preload=0.3):
     return b.build()
 
 
+@pytest.mark.slow
 def test_total_is_the_hessian_on_the_constraint_manifold():
     """Second derivative of the potential along assembled positions of one independent coordinate."""
     system = sprung_four_bar()

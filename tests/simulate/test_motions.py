@@ -89,6 +89,7 @@ def loop():
     return system, four_bar_state(system)
 
 
+@pytest.mark.slow
 def test_formulations_agree(loop):
     """The momenta of the independent set give the same motion as those of all velocities."""
     ts = jnp.array([0.1, 0.3])
