@@ -52,7 +52,7 @@ def _prepare() -> None:
     flags = [given] if given else []
     if "xla_backend_optimization_level" not in given:
         flags.append(_QUICK_COMPILE)
-    if doctor._needs_flag(jax.__version__) and doctor._SMALL_LOOPS not in given:
-        flags.append(doctor._FLAG)
+    if doctor.needs_small_loops_flag(jax.__version__) and doctor.SMALL_LOOPS not in given:
+        flags.append(doctor.SMALL_LOOPS_FLAG)
     os.environ["XLA_FLAGS"] = " ".join(flags)
     jax.config.update("jax_enable_x64", True)

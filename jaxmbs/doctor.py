@@ -8,8 +8,8 @@ import jax
 
 _PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy")
 _BAD_RELEASES = {("jax", "0.11.1"): "makes scans with stacked outputs quadratic on CPU: take another"}
-_SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
-_FLAG = f"--xla_backend_extra_options={_SMALL_LOOPS}=100000000"
+SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
+SMALL_LOOPS_FLAG = f"--xla_backend_extra_options={SMALL_LOOPS}=100000000"
 
 
 def report() -> str:
@@ -19,8 +19,8 @@ def report() -> str:
     lines += [f"{name:<10} {version}" for name, version in versions.items()]
     lines += [f"{'devices':<10} {', '.join(str(device) for device in jax.devices())}"]
     lines += [f"{'x64':<10} {'on' if jax.config.jax_enable_x64 else 'off'}"]
-    if _needs_flag(versions["jax"]):
-        state = "on" if _SMALL_LOOPS in os.environ.get("XLA_FLAGS", "") else "off"
+    if needs_small_loops_flag(versions["jax"]):
+        state = "on" if SMALL_LOOPS in os.environ.get("XLA_FLAGS", "") else "off"
         lines += [f"{'XLA':<10} small CPU loops compiled as one kernel: {state}"]
     advice = _advice(versions)
     return "\n".join([*lines, "", *(advice or ["nothing to advise"])])
@@ -39,7 +39,7 @@ def _version(package: str) -> str:
         return "not installed"
 
 
-def _needs_flag(jax_version: str) -> bool:
+def needs_small_loops_flag(jax_version: str) -> bool:
     """Whether this release of jax compiles small CPU loops well only when asked to."""
     return tuple(int(part) for part in jax_version.split(".")[:2]) < (0, 12)
 
@@ -49,7 +49,7 @@ def _advice(versions: dict[str, str]) -> list[str]:
     if not jax.config.jax_enable_x64:
         advice += ['x64 is off: call jax.config.update("jax_enable_x64", True) before building a model.']
     on_cpu = jax.default_backend() == "cpu"
-    if on_cpu and _needs_flag(versions["jax"]) and _SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
-        advice += [f'jax before 0.12 on CPU: set XLA_FLAGS="{_FLAG}" before Python starts;']
+    if on_cpu and needs_small_loops_flag(versions["jax"]) and SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
+        advice += [f'jax before 0.12 on CPU: set XLA_FLAGS="{SMALL_LOOPS_FLAG}" before Python starts;']
         advice += ["  simulations then run several times faster."]
     return advice

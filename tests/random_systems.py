@@ -81,7 +81,7 @@ def back(a):
     return a[0].T, -a[0].T @ a[1]
 
 
-def build(links, gravity=GRAVITY):
+def build(links, gravity=GRAVITY, like=None):
     """The system; body k is "b<k>", its joint "j<k>"."""
     b = mbs.SystemBuilder(gravity=gravity)
     for k, link in enumerate(links):
@@ -90,7 +90,7 @@ def build(links, gravity=GRAVITY):
         parent = "ground" if link.parent < 0 else f"b{link.parent}"
         frames = {"parent_frame": as_pose(link.parent_frame), "child_frame": as_pose(link.child_frame)}
         b.joint(f"j{k}", link.kind, parent, f"b{k}", **frames)
-    return b.build()
+    return b.build(like=like)
 
 
 def random_state(system, seed, spread=1.0):

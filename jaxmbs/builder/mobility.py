@@ -140,7 +140,7 @@ def _check_inertia(top, M, Z, weight):
 
 def _independent(top, Z, wanted):
     """Velocity columns of the independent set: the user's joints, else by pivoting on scaled null vectors."""
-    if Z.shape[1] == 0:
+    if Z.shape[1] == 0 and not wanted:
         return ()
     if wanted is None:
         pivots = scipy.linalg.qr(Z.T, pivoting=True, mode="r")[1]

@@ -15,6 +15,7 @@ from ..kinematics.state import State
 from ..model.system import System
 from . import motion as codes
 from .account import diagnose, masked, observe, result_code, with_start
+from .failure import explain
 from .formulation import FORMULATIONS, Problem, num_powers
 from .motion import Motion
 from .prescribed import prescribed_motion
@@ -72,7 +73,7 @@ def simulate(
         options = (solver, gradient, formulation, max_steps if steps is None else steps + 2, steps, bool(progress))
         motion = _integrate(system, state, ts, t1, dt, rtol, atol, event, options)
     if throw and not isinstance(motion.result, jax.core.Tracer) and np.any(np.asarray(motion.result) > codes.EVENT):
-        raise SimulationError(f"the motion failed: {motion.status}", motion)
+        raise SimulationError(explain(system, motion), motion)
     return motion
 
 

@@ -1,0 +1,57 @@
+"""Which joints a failed motion points at, in words; on the host, for the message of an error."""
+
+import jax
+import numpy as np
+
+from ..kinematics import constraints
+from ..model.system import System
+from .motion import STATUS, Motion
+
+_OPEN = 1e-6  # residual that counts as open
+_SINGULAR = 1e-4  # singular value over the largest that counts as lost
+
+
+def explain(system: System, motion: Motion) -> str:
+    """The status of one failed motion with its time, and the joints whose constraints are open or singular there."""
+    text = f"the motion failed: {STATUS[int(np.asarray(motion.result))]}"
+    last = _last_finite(motion)
+    if last is None or not system.has_constraints:
+        return text
+    text += f"; last saved state at t = {float(last.t):.4g} s"
+    open_rows, singular = _open(system, last), _singular(system, last)
+    if open_rows:
+        text += f"; open there: {', '.join(open_rows)}"
+    if singular:
+        text += f"; the pose is singular for: {', '.join(singular)}"
+    return text
+
+
+def _last_finite(motion):
+    """The last saved state with finite numbers, or None; None for batches."""
+    psi, u = (np.asarray(x) for x in (motion.states.coordinates, motion.states.velocities))
+    if psi.ndim != 2:
+        return None
+    finite = np.isfinite(np.asarray(motion.ts)) & np.isfinite(psi).all(1) & np.isfinite(u).all(1)
+    if not finite.any():
+        return None
+    index = int(np.nonzero(finite)[0][-1])
+    return jax.tree.map(lambda x: x[index], motion.states)
+
+
+def _open(system, state):
+    """Names of joints and constraints whose position rows are open, worst first."""
+    f = np.abs(np.asarray(constraints.constraint_residual(system, state)))
+    names = np.array(system.topology.row_joint)[system.topology.position_rows]
+    order = [k for k in np.argsort(-f) if f[k] > _OPEN]
+    return list(dict.fromkeys(str(names[k]) for k in order))
+
+
+def _singular(system, state):
+    """Names of joints whose constraint rows lost rank against the count at build."""
+    top = system.topology
+    A = np.asarray(constraints.constraint_jacobian(system, state))
+    A = A / np.maximum(np.linalg.norm(A, axis=1, keepdims=True), 1e-12)
+    U, s, _ = np.linalg.svd(A, full_matrices=False)
+    lost = [k for k in range(min(top.analysis.rank, len(s))) if s[k] < _SINGULAR * s[0]]
+    share = np.max(np.abs(U[:, lost]), axis=1, initial=0.0)
+    return list(dict.fromkeys(name for name, x in zip(top.row_joint, share, strict=True) if x > 0.1))

@@ -1,0 +1,35 @@
+"""Every notebook runs, in its fast mode, and its executed copy belongs to its script."""
+
+import json
+import runpy
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+FOLDER = Path(__file__).parent.parent / "notebooks"
+SCRIPTS = sorted(FOLDER.glob("*.py"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_notebook_runs(script, monkeypatch):
+    plt.switch_backend("Agg")
+    monkeypatch.setenv("JAXMBS_FAST", "1")
+    runpy.run_path(str(script))
+    plt.close("all")
+
+
+def _code(script):
+    """Code cells of a script in the percent format."""
+    cells = script.read_text(encoding="utf-8").split("# %%")[1:]
+    return [cell.partition("\n")[2].strip() for cell in cells if not cell.startswith(" [markdown]")]
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_executed_copy_is_of_this_script(script):
+    cells = json.loads(script.with_suffix(".ipynb").read_text(encoding="utf-8"))["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert ["".join(cell["source"]).strip() for cell in code] == _code(script)
+    assert all(cell["execution_count"] for cell in code)
+    assert not any(output.get("output_type") == "error" for cell in code for output in cell["outputs"])
