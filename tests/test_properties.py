@@ -112,7 +112,7 @@ def gaps(system, state):
     }
 
 
-@pytest.mark.parametrize("model", [tree, loop])
+@pytest.mark.parametrize("model", [tree, pytest.param(loop, marks=pytest.mark.slow)])
 @MANY
 @given(seed=SEEDS)
 def test_power_momentum_and_influence_coefficients(model, seed):

@@ -63,7 +63,7 @@ def arm():
     return everything(system, cases.driven_arm_state(system))
 
 
-@pytest.fixture(params=["crank", "arm"])
+@pytest.fixture(params=["crank", pytest.param("arm", marks=pytest.mark.slow)])
 def case(request):
     return request.getfixturevalue(request.param)
 

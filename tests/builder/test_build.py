@@ -114,9 +114,8 @@ def _sprung(law_on_every_joint, at=False):
     return b.build()
 
 
-@pytest.mark.parametrize(
-    "at", [pytest.param(False, id="frames", marks=pytest.mark.slow), pytest.param(True, id="at")]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("at", [False, True], ids=["frames", "at"])
 def test_laws_on_every_joint_of_a_loop_split_a_body(at):
     plain, split = _sprung(False), _sprung(True, at=at)
     assert split.topology.cut_joints == ("C.weld",)

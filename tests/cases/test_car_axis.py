@@ -48,6 +48,7 @@ def _ends(function, system, motion):
 WHEEL = pytest.param(models.car_axis_with_wheel, marks=pytest.mark.slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("build", [models.car_axis, WHEEL])
 def test_motion(build):
     system = build()

@@ -1,6 +1,7 @@
 """F2, half car over a step of 0.05 m under the front wheel: exact matrix exponential."""
 
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 
@@ -21,6 +22,7 @@ STEP = np.array(
 NAMES = ("heave", "pitch", "tyre_front", "tyre_rear")
 
 
+@pytest.mark.slow
 def test_road_step_under_the_front_wheel():
     system = models.half_car()
     start = dict.fromkeys(NAMES, 0.0)

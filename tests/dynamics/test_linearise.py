@@ -120,6 +120,7 @@ def governor():
     return b.build()
 
 
+@pytest.mark.slow
 def test_state_matrix_is_the_derivative_of_the_motion():
     """A quaternion joint in motion: A against differences of the equations over steps of the coordinates."""
     system = governor()

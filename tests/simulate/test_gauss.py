@@ -96,6 +96,7 @@ def pade(z, order):
     return np.linalg.solve(even - odd, even + odd)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", MIDPOINT_SLOW)
 def test_stiff_linear_system(solver):
     """Steps of 16 radians: Newton's method yields the Pade approximant; fixed-point iteration fails and says so."""

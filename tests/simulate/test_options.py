@@ -131,6 +131,7 @@ def double_driven(second):
     return b.build()
 
 
+@pytest.mark.slow
 def test_status_of_drives_that_contradict():
     start = four_bar_angles(0.7)
     system = double_driven(lambda t: start[2] + 0.0 * t)
@@ -149,6 +150,7 @@ def loop():
     return four_bar()
 
 
+@pytest.mark.slow
 def test_status_of_a_start_that_is_not_assembled(loop):
     far = four_bar((3.0, 0.3, 0.9, 0.7), like=loop)
     state = mbs.State(jnp.zeros(()), jnp.array([0.7, -0.3, 1.5]), jnp.zeros(3))
