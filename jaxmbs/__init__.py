@@ -73,6 +73,7 @@ from .kinematics.constraints import constraint_residual as constraint_residual
 from .kinematics.kic import kic as kic
 from .kinematics.kic_second import kic_rate as kic_rate
 from .kinematics.kic_second import kic_second as kic_second
+from .kinematics.kic_second import point_kic as point_kic
 from .kinematics.points import angular_velocity as angular_velocity
 from .kinematics.points import jacobian as jacobian
 from .kinematics.points import position as position

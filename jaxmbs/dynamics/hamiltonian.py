@@ -89,7 +89,11 @@ def momenta(system: System, P, psi, u):
 def canonical_rate(system: System, P, t, psi, p):
     """(psi_dot, p_dot, powers, u) of the state (psi, p), trees and constrained systems alike.
 
-    `p_dot = Q + sum J_dot^T h + A_dot^T sigma`; Source: S2 (42)-(44) in all velocities.
+    `p_dot = Q + sum J_dot^T h + A_dot^T sigma`.  The derivation uses only `V = J u` and the conservation of power, so
+    it holds for quasi-velocities (balls) and for rows of velocity alone (rolling) as it stands: the Hamel terms of
+    Lagrange's equations would come from commuting derivatives of coordinates, and none are taken.
+
+    Source: S2 (42)-(44) in all velocities.
     """
     geo = geometry(system, P, psi)
     J = node_inertias(P, geo.W)

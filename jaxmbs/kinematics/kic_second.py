@@ -14,6 +14,7 @@ from ..math.tensor import left_product, plane_mix, right_product
 from ..model.system import System
 from . import constraints
 from .kic import body_kic, dependent_columns, independent_columns, velocity_map
+from .points import jacobian
 from .poses import coordinate_rate, frame_poses, joint_twists, node_parameters, node_poses
 
 
@@ -123,6 +124,22 @@ def kic_second(system: System, state) -> SecondKic:
         rotational={name: H[k, :, :3] for k, name in enumerate(names)},
         translational={name: H[k, :, 3:] for k, name in enumerate(names)},
     )
+
+
+@eqx.filter_jit
+def point_kic(system: System, state, frame):
+    """First- and second-order KIC of a frame's origin or point: G (6, N) and H (N, 6, N), world axes.
+
+    Rotational rows before translational ones; `frame` is a frame or body name, or (name, point).
+    Source: S2 (11)-(18).
+    """
+    P, psi, t = node_parameters(system), state.coordinates, state.t
+
+    def G(psi):
+        moved = eqx.tree_at(lambda s: s.coordinates, state, psi)
+        return jacobian(system, moved, frame) @ velocity_map(system, P, psi, t)[0]
+
+    return G(psi), jnp.swapaxes(along_independent(system, P, psi, t, G), 0, 1)
 
 
 def kic_rate(second, phi_dot):

@@ -117,6 +117,40 @@ def test_a_blade_as_rows_of_the_user():
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
+def roller_racer(looped):
+    """Two sleighs at a hitch whose angle is driven; the second one hangs on the first, or closes a loop with it."""
+    b = mbs.SystemBuilder()
+    for name in ("front", "rear"):
+        b.body(name, mass=1.0, com=(0.1, 0.0, 0.0), inertia=0.05)
+        b.constraint(f"blade_{name}", mbs.KnifeEdge(), between=("ground", name))
+    b.joint("plane", mbs.Planar(), "ground", "front")
+    ends = {"parent_frame": (0.5, 0.0, 0.0), "child_frame": (0.4, 0.0, 0.0)}
+    drive = mbs.forces.Harmonic(np.pi, 0.6, 3.0)
+    b.joint("hitch", mbs.Revolute(axis="z"), "front", "rear", drive=drive, **ends)
+    if looped:
+        b.joint("other", mbs.Planar(), "ground", "rear")
+    return b.build()
+
+
+@pytest.mark.slow
+def test_loop_rolling_and_drive_together():
+    """The loop through a joint that restricts nothing changes no motion, and the blades' forces neither."""
+    forces = []
+    for looped in (False, True):
+        system = roller_racer(looped)
+        assert system.topology.mobility == 1
+        assert bool(system.topology.cut_joints) == looped
+        state = mbs.State.at(system, plane=np.zeros(3))
+        motion = mbs.simulate(system, state, t1=2.0, rtol=1e-10, atol=1e-10)
+        place = np.asarray(jax.vmap(lambda s, system=system: mbs.position(system, s, "rear"))(motion.states))
+        loads = mbs.reactions(system, motion)
+        planar = [np.asarray(loads[f"blade_{name}"].force)[:, :2] for name in ("front", "rear")]
+        forces.append(np.concatenate([place[:, :2], *planar], axis=1))
+        assert np.max(np.abs(motion.diagnostics.energy_residual)) < 1e-8
+    assert np.ptp(forces[0][:, 0]) > 0.01  # it travels
+    np.testing.assert_allclose(forces[0], forces[1], atol=1e-6)
+
+
 def across(coordinates, velocities, t):
     heading = coordinates[2]
     return -jnp.sin(heading) * velocities[0] + jnp.cos(heading) * velocities[1]

@@ -154,3 +154,13 @@ def test_kic_rate_is_the_change_of_the_kic_along_the_motion(loop):
 _LEVI_CIVITA = np.zeros((3, 3, 3))
 for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _LEVI_CIVITA[i, j, k], _LEVI_CIVITA[i, k, j] = 1.0, -1.0
+
+
+def test_point_kic_at_a_centre_of_mass_is_the_bodys(loop):
+    system, state = loop
+    K, H = mbs.kic(system, state), mbs.kic_second(system, state)
+    name = system.topology.body_names[-1]
+    G, second_order = mbs.point_kic(system, state, (name, system.com[-1]))
+    np.testing.assert_allclose(G, np.concatenate([K.rotational[name], K.translational[name]]), atol=1e-12)
+    both = np.concatenate([H.rotational[name], H.translational[name]], axis=1)
+    np.testing.assert_allclose(second_order, both, atol=1e-11 * np.abs(both).max())
