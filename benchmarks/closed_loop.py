@@ -28,7 +28,7 @@ ANDREWS_START = (
     -0.22266839016588588,
     1.2305474445498212,
 )
-QUICK = ("A02 N=2", "A03")
+QUICK = ("A02 N=2",)
 EXPLICIT, STIFF = ("Dopri8", "Tsit5"), ("Kvaerno5", "Kvaerno3")
 
 

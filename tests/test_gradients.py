@@ -111,10 +111,6 @@ class Derivatives:
         self.both = jax.jit(jax.value_and_grad(lambda d: jnp.dot(self.weights, function(d, "reverse", **options))))
         self.forward = jax.jit(jax.jacfwd(lambda d: function(d, "forward", **options)))
 
-        self.along = lambda d, v: jnp.dot(
-            self.weights, jax.jvp(lambda x: function(x, "forward", **options), (d,), (v,))[1]
-        )
-
     def value(self, design):
         return self.both(design)[0]
 
@@ -174,18 +170,6 @@ def test_reverse_against_central_differences(derivatives):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("derivatives", ["tree"], indirect=True)
-def test_forward_along_one_direction(derivatives):
-    """A jvp with respect to all parameters at once."""
-    random = np.random.default_rng(1)
-    direction = {name: jnp.asarray(random.normal(size=value.shape)) for name, value in derivatives.design.items()}
-    tangent = jax.jit(derivatives.along)(as_jax(derivatives.design), direction)
-    gradient = derivatives.reverse(as_jax(derivatives.design))
-    expected = sum(float(jnp.sum(gradient[name] * direction[name])) for name in gradient)
-    np.testing.assert_allclose(tangent, expected, rtol=1e-8)
-
-
-@pytest.mark.slow
 def test_forward_equals_reverse(derivatives):
     check_forward(derivatives, derivatives.design)
 
@@ -195,13 +179,6 @@ def test_finite_at_zero(derivatives):
     """Zero angles and rates, unit quaternion, a spring of no length: as smooth as elsewhere."""
     found = check_reverse(derivatives, AT_ZERO, ("mass", "turn", "anchor", "start", "rates", "force", "position"))
     assert all(np.all(np.isfinite(np.asarray(value))) for value in found.values())
-
-
-@pytest.mark.slow
-def test_a_solver_of_higher_order():
-    derivatives = Derivatives("loop", solver=diffrax.Tsit5(), joints=("A", "C"))
-    check_reverse(derivatives, LOOP, LOOP)
-    check_forward(derivatives, LOOP)
 
 
 @pytest.mark.slow

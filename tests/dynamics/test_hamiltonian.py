@@ -33,7 +33,7 @@ def tree():
     return system, systems.general_state(system)
 
 
-@pytest.fixture(params=[pytest.param("four_bar", marks=pytest.mark.slow), "loop", "tree"])
+@pytest.fixture(params=["loop", "tree"])
 def case(request):
     return request.getfixturevalue(request.param)
 

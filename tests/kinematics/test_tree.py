@@ -189,7 +189,7 @@ NAIVE = {
 }
 
 
-@pytest.mark.parametrize("tree", [BRANCHED, pytest.param(CHAIN, marks=pytest.mark.slow)], ids=["branched", "chain"])
+@pytest.mark.parametrize("tree", [BRANCHED], ids=["branched"])
 @pytest.mark.parametrize("name", NAIVE)
 def test_derivative_rules(name, tree):
     """Value, JVP, VJP, Hessian-vector product (both orders of modes) and vmap of the gradient."""

@@ -162,8 +162,6 @@ def damped():
     [
         ("forward", False),
         pytest.param("reverse", False, marks=pytest.mark.slow),
-        pytest.param("both", False, marks=pytest.mark.slow),
-        pytest.param("reverse", True, marks=pytest.mark.slow),
         pytest.param("forward", True, marks=pytest.mark.slow),
     ],
 )
