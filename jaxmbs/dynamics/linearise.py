@@ -72,7 +72,7 @@ def linearise(system: System, state, inputs=(), outputs=()) -> Linearisation:
         raise ModelError([f"linearise: {name!r} is not a joint; the joints are: {known}" for name in unknown])
     driven = tuple(name for name in inputs if name in _drives(system))
     accelerations = forward_dynamics(system, state)[0]
-    system = release(system, driven)
+    system = release(system, driven, state)
     if not callable(outputs):
         joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
         outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))

@@ -2,16 +2,18 @@
 
 import dataclasses
 
+import jax
 import numpy as np
 
 from ..errors import ModelError
+from ..kinematics.constraints import constraint_jacobian
 from ..model.system import System
 
 
-def release(system: System, names) -> System:
+def release(system: System, names, state) -> System:
     """The system without the drives of the joints `names`, their velocities added to the independent set.
 
-    Raises: ModelError when drives are redundant, so that taking one off frees nothing.
+    Raises: ModelError when a concrete state shows that drives are redundant: taking one off frees nothing.
     """
     if not names:
         return system
@@ -20,9 +22,6 @@ def release(system: System, names) -> System:
     keep = np.array([not (row in names and _is_drive(system, k)) for k, row in enumerate(top.row_joint)])
     number = np.cumsum(keep) - 1
     freed = tuple(top.joints[top.joint_index[name]].first_velocity for name in names)
-    redundant_drives = [name for name in names if name in found.redundant_names]
-    if redundant_drives:
-        raise ModelError([f"the drive of joint {n!r} is redundant and cannot be released" for n in redundant_drives])
     analysis = dataclasses.replace(
         found,
         rank=found.rank - len(freed),
@@ -37,7 +36,11 @@ def release(system: System, names) -> System:
         analysis=analysis,
     )
     rows = tuple(row for row in system.rows if not (row.role == "drive" and row.name in names))
-    return dataclasses.replace(system, topology=topology, rows=rows)
+    released = dataclasses.replace(system, topology=topology, rows=rows)
+    A = constraint_jacobian(released, state)
+    if not isinstance(A, jax.core.Tracer) and np.linalg.matrix_rank(np.asarray(A), tol=1e-7) > analysis.rank:
+        raise ModelError([f"the drives of {', '.join(names)} are redundant: taking them off frees nothing"])
+    return released
 
 
 def _is_drive(system, k):

@@ -9,6 +9,7 @@ import jaxmbs as mbs
 from jaxmbs.kinematics.poses import step_coordinates
 
 from ..cases import models
+from ..mechanisms import four_bar, four_bar_angles
 
 G = 9.81
 QUARTER_CAR = np.array((-1.4318178582151293 + 6.913960032282237j, -8.568182141784856 + 57.57019776700937j))
@@ -173,3 +174,14 @@ def test_unknown_names():
     system = models.quarter_car()
     with pytest.raises(mbs.ModelError, match="'road' is not a joint; the joints are: tyre, suspension"):
         mbs.linearise(system, mbs.State.at(system), inputs=("road",))
+
+
+def test_the_drive_of_a_planar_loop_is_released():
+    """Redundant out of its plane, yet its drive is not: the crank becomes the independent coordinate."""
+    system = four_bar(drive=mbs.Polynomial([0.7, 2.0]))
+    state = mbs.State.at(system, guess=dict(zip("ABD", four_bar_angles(0.7), strict=True)))
+    space = mbs.linearise(system, state, inputs=("A",), outputs=("D",)).state_space
+    h = 1e-5
+    slope = (four_bar_angles(0.7 + h)[2] - four_bar_angles(0.7 - h)[2]) / (2 * h)
+    np.testing.assert_allclose(space.C, [[slope, 0.0]], atol=1e-8)
+    np.testing.assert_allclose(space.A, [[0.0, 1.0], [0.0, 0.0]], atol=1e-12)
