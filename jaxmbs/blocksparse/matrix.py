@@ -1,0 +1,105 @@
+"""A sparse block matrix: values on a pattern, as a pytree; products, assembly from elements, dense form."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Inexact
+
+from .pattern import Pattern
+
+
+class BlockMatrix(eqx.Module):
+    """Values on a `Pattern`.
+
+    Attributes:
+        diagonal: (blocks, size, size).
+        upper: (edges, size, size), the blocks A[i, j] of the edges i < j.
+        lower: the blocks A[j, i], or None: the transposes of `upper` (a symmetric matrix, complex ones too).
+    """
+
+    pattern: Pattern = eqx.field(static=True)
+    diagonal: Inexact[Array, "blocks size size"]
+    upper: Inexact[Array, "edges size size"]
+    lower: Inexact[Array, "edges size size"] | None = None
+
+    @property
+    def is_symmetric(self) -> bool:
+        return self.lower is None
+
+    @property
+    def T(self) -> "BlockMatrix":
+        if self.lower is None:
+            return self
+        return BlockMatrix(self.pattern, _T(self.diagonal), _T(self.lower), _T(self.upper))
+
+    @property
+    def below(self) -> Inexact[Array, "edges size size"]:
+        """The blocks A[j, i] of the edges i < j."""
+        return _T(self.upper) if self.lower is None else self.lower
+
+    def __matmul__(self, x):
+        """Product with x (blocks, size) or (blocks, size, columns)."""
+        vector = x.ndim == 2
+        X = x[..., None] if vector else x
+        i, j = self.pattern.edges.T
+        Y = self.diagonal @ X
+        Y = Y.at[i].add(self.upper @ X[j]).at[j].add(self.below @ X[i])
+        return Y[..., 0] if vector else Y
+
+    def __add__(self, other: "BlockMatrix") -> "BlockMatrix":
+        if self.pattern != other.pattern:
+            raise ValueError(f"matrices on different patterns: {self.pattern} and {other.pattern}")
+        lower = None if self.lower is None and other.lower is None else self.below + other.below
+        return BlockMatrix(self.pattern, self.diagonal + other.diagonal, self.upper + other.upper, lower)
+
+    def __mul__(self, factor) -> "BlockMatrix":
+        lower = None if self.lower is None else self.lower * factor
+        return BlockMatrix(self.pattern, self.diagonal * factor, self.upper * factor, lower)
+
+    __rmul__ = __mul__
+
+    def dense(self) -> Inexact[Array, "n n"]:
+        """The full matrix (blocks * size, blocks * size)."""
+        n, b = self.pattern.shape
+        i, j = self.pattern.edges.T
+        full = jnp.zeros((n, n, b, b), self.diagonal.dtype).at[np.arange(n), np.arange(n)].set(self.diagonal)
+        full = full.at[i, j].set(self.upper).at[j, i].set(self.below)
+        return full.transpose(0, 2, 1, 3).reshape(n * b, n * b)
+
+
+def assemble(pattern: Pattern, blocks, elements) -> BlockMatrix:
+    """Symmetric matrix from the matrices of elements, each on the blocks it touches.
+
+    Args:
+        blocks: (elements, k) int, the blocks of every element; every pair of one element must be an edge.
+        elements: (elements, k, k, size, size), symmetric as a whole.
+
+    Raises: ValueError where an element couples blocks that the pattern does not.
+    """
+    blocks = np.asarray(blocks, np.int64)
+    b = pattern.size
+    diagonal = jnp.zeros((pattern.num_blocks, b, b), elements.dtype)
+    upper = jnp.zeros((pattern.num_edges, b, b), elements.dtype)
+    for r in range(blocks.shape[1]):
+        diagonal = diagonal.at[blocks[:, r]].add(elements[:, r, r])
+        for s in range(r + 1, blocks.shape[1]):
+            edge, swapped = _edges_between(pattern, blocks[:, r], blocks[:, s])
+            block = jnp.where(jnp.asarray(swapped)[:, None, None], elements[:, s, r], elements[:, r, s])
+            upper = upper.at[edge].add(block)
+    return BlockMatrix(pattern, diagonal, upper)
+
+
+def _edges_between(pattern, first, second):
+    """Numbers of the edges between two lists of blocks, and where the first block is the larger."""
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    n = pattern.num_blocks
+    keys = pattern.edges[:, 0] * n + pattern.edges[:, 1]
+    place = np.minimum(np.searchsorted(keys, low * n + high), max(len(keys) - 1, 0))
+    if len(keys) == 0 or np.any(keys[place] != low * n + high):
+        bad = np.nonzero(keys[place] != low * n + high)[0][0] if len(keys) else 0
+        raise ValueError(f"an element couples blocks {low[bad]} and {high[bad]}, which the pattern does not")
+    return place, first > second
+
+
+def _T(x):
+    return jnp.swapaxes(x, -1, -2)
