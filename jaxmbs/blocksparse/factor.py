@@ -1,7 +1,7 @@
 """Factor once, solve often: the public face of the block-sparse solver, with derivatives of every order.
 
 A factor carries the matrix values beside their factorisation.  The factorisation itself is a constant to
-differentiation; derivatives come from the identity A x = b, whose tangents and adjoints are solved by the same factor.
+differentiation; derivatives come from A x = b, whose tangents and adjoints are solved by the same factor.
 """
 
 from functools import partial

@@ -7,7 +7,7 @@ from jax import lax
 
 from .matrix import BlockMatrix
 from .pivots import KINDS
-from .plan import Plan, TierPlan
+from .plan import Plan
 
 
 def factorise(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
@@ -26,8 +26,7 @@ def factorise(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
                 front = front + updates[sources[slot]]
             F = _front_matrix(front, b)
             k = tier.pivots * b
-            ones = jnp.where(empty, jnp.ones((), F.dtype), jnp.zeros((), F.dtype))
-            F11 = F[:, :k, :k] + ones[:, :, None] * jnp.eye(k, dtype=F.dtype)
+            F11 = jnp.where(empty[:, :, None] & np.eye(k, dtype=bool)[None], jnp.ones((), F.dtype), F[:, :k, :k])
             pivots, passed = eliminate(F11, F[:, :k, k:], F[:, k:, :k], F[:, k:, k:])
             if tier.boundary:
                 updates = lax.dynamic_update_slice(updates, _front_blocks(passed, b), (first, 0))
@@ -51,7 +50,9 @@ def substitute(plan: Plan, kept: tuple, right):
 
         def forward(carried, x, tier=tier):
             pivot, sources, pivots, first = x
-            y = jnp.concatenate([right[pivot], jnp.zeros((tier.width, tier.boundary, b, columns), right.dtype)], axis=1)
+            y = jnp.concatenate(
+                [right[pivot], jnp.zeros((tier.width, tier.boundary, b, columns), right.dtype)], axis=1
+            )
             for slot in range(tier.carried.shape[1]):
                 y = y + carried[sources[slot]]
             y = y.reshape(tier.width, tier.rows * b, columns)
@@ -101,4 +102,3 @@ def _steps(body, carry, xs, reverse=False):
         carry, y = body(carry, jax.tree.map(lambda x: x[0], xs))
         return carry, jax.tree.map(lambda v: v[None], y)
     return lax.scan(body, carry, xs, reverse=reverse)
-

@@ -100,6 +100,10 @@ class Pattern:
         dtype = jnp.result_type(*parts.values())
         rows = []
         for name, size in zip(names, self.sizes, strict=True):
-            v = jnp.broadcast_to(parts[name], (*shape, int(size))) if name in parts else jnp.zeros((*shape, int(size)))
+            v = (
+                jnp.broadcast_to(parts[name], (*shape, int(size)))
+                if name in parts
+                else jnp.zeros((*shape, int(size)))
+            )
             rows.append(jnp.pad(v.astype(dtype), [(0, 0)] * len(shape) + [(0, self.size - int(size))]))
         return jnp.stack(rows, axis=-2)

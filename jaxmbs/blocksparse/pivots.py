@@ -134,7 +134,7 @@ def _solve_with_determinant(F, B):
     """F^-1 B, and sign and logarithm of the determinant of F."""
     LU, piv, permutation = linalg.lu(F)
     diagonal = jnp.diagonal(LU, axis1=-2, axis2=-1)
-    swaps = jnp.sum(piv != jnp.arange(piv.shape[-1], dtype=piv.dtype), axis=-1)
+    swaps = jnp.sum(piv != jnp.broadcast_to(jnp.arange(piv.shape[-1], dtype=piv.dtype), piv.shape), axis=-1)
     size = jnp.abs(diagonal)
     phase = jnp.prod(diagonal / jnp.where(size == 0, 1, size).astype(diagonal.dtype), axis=-1)
     B = jnp.take_along_axis(B, permutation[..., None], axis=-2)

@@ -92,7 +92,9 @@ def flops(pivots, boundary, size):
 def report(pattern: Pattern, made: list[Front]) -> Report:
     """Exact counts, without padding."""
     b = pattern.size
-    K, M = (np.array([len(part) for part in parts]) for parts in zip(*((f.pivots, f.boundary) for f in made), strict=True))
+    K, M = (
+        np.array([len(part) for part in parts]) for parts in zip(*((f.pivots, f.boundary) for f in made), strict=True)
+    )
     entries = int(np.sum((K * b) * (K * b + 1) // 2 + K * b * M * b))
     levels = max(f.height for f in made) + 1
     return Report(levels, len(made), int((K + M).max()) * b, float(np.sum(flops(K, M, b))), entries)
