@@ -118,9 +118,7 @@ class Derivatives:
         return self.both(design)[1]
 
 
-@pytest.fixture(
-    scope="module", params=["tree", *(pytest.param(name, marks=pytest.mark.slow) for name in ("loop", "driven"))]
-)
+@pytest.fixture(scope="module", params=["tree", "loop", "driven"])
 def derivatives(request):
     return Derivatives(request.param)
 
@@ -165,6 +163,7 @@ def check_forward(derivatives, design):
         np.testing.assert_allclose(reverse[name], expected, rtol=1e-7, atol=1e-8 * np.abs(expected).max(initial=1.0))
 
 
+@pytest.mark.slow
 def test_reverse_against_central_differences(derivatives):
     check_reverse(derivatives, derivatives.design, derivatives.design)
 
@@ -175,6 +174,7 @@ def test_forward_equals_reverse(derivatives):
 
 
 @pytest.mark.parametrize("derivatives", ["tree"], indirect=True)
+@pytest.mark.slow
 def test_finite_at_zero(derivatives):
     """Zero angles and rates, unit quaternion, a spring of no length: as smooth as elsewhere."""
     found = check_reverse(derivatives, AT_ZERO, ("mass", "turn", "anchor", "start", "rates", "force", "position"))

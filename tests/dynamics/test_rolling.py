@@ -42,6 +42,7 @@ def rolling_rates(system, state, spin):
     return np.concatenate([np.linalg.solve(A[:, :3], -A[:, 3:] @ spin), spin])
 
 
+@pytest.mark.slow
 def test_a_sphere_on_an_incline_takes_five_sevenths_of_the_slope():
     slope = 0.3
     system = sphere(gravity=(G * np.sin(slope), 0.0, -G * np.cos(slope)))

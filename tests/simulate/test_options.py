@@ -158,6 +158,7 @@ def test_status_of_a_start_that_is_not_assembled(loop):
     assert motion.status == "the initial state does not satisfy the constraints"
 
 
+@pytest.mark.slow
 def test_fixed_steps_are_counted(loop):
     _, B, D = four_bar_angles(0.7)
     state = mbs.State.at(loop, A=0.7, guess={"B": B, "D": D})
@@ -166,6 +167,7 @@ def test_fixed_steps_are_counted(loop):
     assert np.max(np.asarray(motion.diagnostics.constraint_drift)) < 1e-12
 
 
+@pytest.mark.slow
 def test_a_motion_without_freedom_is_evaluated():
     system = four_bar(drive=mbs.Polynomial([0.7, 2.0, 0.0]))
     ts = jnp.linspace(0.0, 4.0, 41)
