@@ -60,7 +60,10 @@ def solve(factor: Factor, right, refine: int = 0):
     Derivatives with respect to the values of the matrix and the right-hand side, of every order, reuse the factor.
     """
     X = right[..., None] if right.ndim == 2 else right
-    X = X.astype(jnp.result_type(X, factor.matrix.diagonal))
+    dtype = factor.matrix.diagonal.dtype
+    if jnp.iscomplexobj(X) and not jnp.issubdtype(dtype, jnp.complexfloating):
+        return lax.complex(solve(factor, right.real, refine), solve(factor, right.imag, refine))
+    X = X.astype(dtype)
     kept, transposed = (lax.stop_gradient(f.pivots) for f in (factor, factor.T))
     by = lambda pivots: lambda apply, b: _refined(factor.plan, pivots, apply, b, refine)  # noqa: E731
     symmetric = factor.kind != "lu"

@@ -58,6 +58,10 @@ class BlockMatrix(eqx.Module):
 
     __rmul__ = __mul__
 
+    def astype(self, dtype) -> "BlockMatrix":
+        lower = None if self.lower is None else self.lower.astype(dtype)
+        return BlockMatrix(self.pattern, self.diagonal.astype(dtype), self.upper.astype(dtype), lower)
+
     def dense(self) -> Inexact[Array, "n n"]:
         """The full matrix (blocks * size, blocks * size)."""
         n, b = self.pattern.shape

@@ -1,0 +1,3 @@
+"""Response over frequency."""
+
+from .direct import direct_response
