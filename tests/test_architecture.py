@@ -16,7 +16,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     ["typing", "errors", "math", "blocksparse"],
     ["joints", "forces", "elements", "model"],
     ["kinematics", "builder", "structures"],
-    ["dynamics", "substructures", "flexible", "bondgraph"],
+    ["statics", "dynamics", "substructures", "flexible", "bondgraph"],
     ["simulate", "frequency", "design", "sweep"],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]

@@ -1,0 +1,103 @@
+"""Self-equilibrated wrenches of least compliance: by the parameters of the loops, or by the twists of the nodes.
+
+Both answer one question: among the wrenches y that load no body (`I_E y = 0`), which makes `1/2 y.C y + d.y` least?
+`factor(network, C)` is done once; `correct(network, factors, d)` answers for d (q, 6).  C (q, 6, 6) is positive
+definite, about one common origin.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .cycles import cycle_pattern
+from .network import Network
+from .reduction import series_reduction
+
+#: Up to this many loops their parameters are solved for at once (dense, 6 S equations).
+FEW_LOOPS = 20
+
+
+class ForceMethod:
+    """y = Y lambda with `(Y^T C Y) lambda = -Y^T d`, dense.  Source: S1 (28)-(29)."""
+
+    @staticmethod
+    def factor(network: Network, C):
+        """Cholesky factor (6 S, 6 S)."""
+        Y = cycle_pattern(network)
+        q, S = Y.shape
+        pairs = jnp.asarray((Y[:, :, None] * Y[:, None, :]).reshape(q, S * S), C.dtype)
+        blocks = (pairs.T @ C.reshape(q, 36)).reshape(S, S, 6, 6)
+        return jnp.linalg.cholesky(blocks.transpose(0, 2, 1, 3).reshape(6 * S, 6 * S))
+
+    @staticmethod
+    def correct(network: Network, factors, d):
+        """y (q, 6)."""
+        Y = jnp.asarray(cycle_pattern(network), d.dtype)
+        parameters = jax.scipy.linalg.cho_solve((factors, True), -(Y.T @ d).reshape(-1))
+        return Y @ parameters.reshape(-1, 6)
+
+
+class _NodalFactors(NamedTuple):
+    stiffness: jax.Array  # (m, 6, 6) of every chain of bonds
+    nodes: jax.Array | None
+
+
+class NodalMethod:
+    """Chains of bonds as springs between nodes: one symmetric positive definite block-sparse system for the nodes."""
+
+    @staticmethod
+    def factor(network: Network, C):
+        """Stiffnesses of the chains and the factor of the nodes' equilibrium."""
+        r = series_reduction(network)
+        series = jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
+        eye = jnp.broadcast_to(jnp.eye(6, dtype=C.dtype), series.shape)
+        stiffness = jax.scipy.linalg.cho_solve((jnp.linalg.cholesky(series), True), eye)
+        if r.num_nodes == 0:
+            return _NodalFactors(stiffness, None)
+        first, last = np.where(r.ends[:, 0] == r.ends[:, 1], r.num_nodes, r.ends.T)
+        diagonal = jnp.zeros((r.num_nodes + 1, 6, 6), C.dtype).at[first].add(stiffness).at[last].add(stiffness)[:-1]
+        upper = jnp.zeros((len(r.edges) + 1, 6, 6), C.dtype).at[r.edge].add(-stiffness)[:-1]
+        return _NodalFactors(stiffness, nodal_factor(r.edges, diagonal, upper))
+
+    @staticmethod
+    def correct(network: Network, factors, d):
+        """y (q, 6)."""
+        r = series_reduction(network)
+        first, last = r.ends.T
+        sign = jnp.asarray(r.sign, d.dtype)[:, None]
+        gap = jnp.zeros((r.num_chains + 1, 6), d.dtype).at[r.chain].add(sign * d)[:-1]
+        load = jnp.einsum("mij,mj->mi", factors.stiffness, gap)
+        twist = jnp.zeros((r.num_nodes + 1, 6), d.dtype)
+        if r.num_nodes:
+            twist = twist.at[last].add(load).at[first].add(-load)
+            twist = twist.at[:-1].set(nodal_solve(factors.nodes, twist[:-1])).at[-1].set(0.0)
+        along = jnp.einsum("mij,mj->mi", factors.stiffness, twist[last] - twist[first]) - load
+        return sign * jnp.concatenate([along, jnp.zeros((1, 6), d.dtype)])[r.chain]
+
+
+def nodal_factor(edges, diagonal, upper):
+    """Factor of the symmetric matrix with blocks `diagonal` (n, 6, 6) and `upper` (m, 6, 6) at `edges` (i < j)."""
+    n = diagonal.shape[0]
+    i, j = np.array(edges, int).reshape(-1, 2).T
+    blocks = jnp.zeros((n, n, 6, 6), diagonal.dtype).at[np.arange(n), np.arange(n)].set(diagonal)
+    blocks = blocks.at[i, j].set(upper).at[j, i].set(jnp.swapaxes(upper, -1, -2))
+    return jnp.linalg.cholesky(blocks.transpose(0, 2, 1, 3).reshape(6 * n, 6 * n))
+
+
+def nodal_solve(factors, right):
+    """Solution (n, 6) for the right-hand side (n, 6)."""
+    return jax.scipy.linalg.cho_solve((factors, True), right.reshape(-1)).reshape(-1, 6)
+
+
+METHODS = {"force": ForceMethod, "nodal": NodalMethod}
+
+
+def choose(network: Network, method: str):
+    """The method of that name; "auto" takes the force method for few loops.  Raises: ValueError for other names."""
+    if method == "auto":
+        method = "force" if network.num_loops <= FEW_LOOPS else "nodal"
+    if method not in METHODS:
+        raise ValueError(f"method must be 'auto', 'force' or 'nodal', got {method!r}")
+    return METHODS[method]

@@ -1,0 +1,173 @@
+"""Which reactions statics cannot determine: rank, redundant bonds and self-stresses of a network, on the host."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .bonds import Bonds
+from .cycles import cycle_pattern
+from .least_compliance import least_compliance
+from .network import Network
+
+#: Up to this many loop parameters 6 S one dense singular value decomposition decides.
+DENSE = 600
+_COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
+_RANK = {8: 1e-9, 4: 1e-4}  # relative to the largest singular value
+_MARK = {8: 1e-6, 4: 1e-3}  # relative to the largest component of a self-stress
+_MOST_PROBES = 512
+
+
+@dataclass(frozen=True, eq=False)
+class Redundancy:
+    """What the count at one configuration found.  Source: S1 (26), q = 6p - N + r unknowns of rank 6p - N.
+
+    `rank` of the free directions in the 6 S loop parameters; `redundant` r = 6 S - rank, reactions that statics
+    leaves open; `mobility` N, freedoms of the bodies (those of floating parts as a whole left out).
+    `undetermined`: (force x y z, moment x y z) of every bond in its axes.  `self_stress` (r, q, 6): components of an
+    orthonormal basis (moments over the length) of the reactions without load, or None where there are too many.
+    `method`: "svd" or "random projection".
+    """
+
+    network: Network
+    rank: int
+    redundant: int
+    mobility: int
+    undetermined: tuple[tuple[bool, ...], ...]
+    self_stress: np.ndarray | None
+    method: str
+
+    @property
+    def components(self) -> dict[str, tuple[str, ...]]:
+        """The undetermined components by bond name, of the bonds that have any."""
+        marks = zip(self.network.bonds, self.undetermined, strict=True)
+        named = {name: tuple(c for c, m in zip(_COMPONENTS, row, strict=True) if m) for name, row in marks}
+        return {name: row for name, row in named.items() if row}
+
+
+def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
+    """Redundancy of concrete bonds at their configuration.
+
+    Args: method: "svd" of the free directions against the loops, dense; "random projection" of many vectors onto the
+        self-stresses and onto the motions by the solver of the reactions, linear in the size of the network, until
+        more vectors bring no new direction; "auto": svd up to 6 S = 600.
+
+    Raises: ValueError for another method; NotImplementedError when r and N are both beyond 512.
+    """
+    if method not in ("auto", "svd", "random projection"):
+        raise ValueError(f"method must be 'auto', 'svd' or 'random projection', got {method!r}")
+    network = bonds.network
+    if method == "auto":
+        method = "svd" if 6 * network.num_loops <= DENSE else "random projection"
+    middle = np.asarray(bonds.position).mean(0, keepdims=True)
+    near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - jnp.asarray(middle))
+    free = _free_count(near)
+    if method == "svd" or network.num_loops == 0:
+        stress = _dense(near)
+        redundant = len(stress)
+    else:
+        stress, redundant = _projected(near, free)
+    rank = 6 * network.num_loops - redundant
+    mobility = free - rank
+    marks = _marks(stress, bonds)
+    basis = stress if redundant == len(stress) else None
+    return Redundancy(network, rank, redundant, mobility, marks, _named_units(basis, bonds), method)
+
+
+def with_redundancy(bonds: Bonds, found: Redundancy | None = None) -> Bonds:
+    """The bonds with the undetermined components marked, so that reactions know which are unique."""
+    found = redundancy(bonds) if found is None else found
+    return dataclasses.replace(bonds, undetermined=found.undetermined)
+
+
+def _unit(bonds):
+    return np.r_[np.ones(3), np.full(3, 1.0 / float(bonds.length))]
+
+
+def _named_units(stress, bonds):
+    return None if stress is None else stress / _unit(bonds)
+
+
+def _marks(stress, bonds):
+    if len(stress) == 0:
+        return tuple((False,) * 6 for _ in bonds.network.bonds)
+    change = np.abs(stress).max(axis=0)
+    marks = change > _MARK[bonds.position.dtype.itemsize] * change.max()
+    return tuple(tuple(bool(m) for m in row) for row in marks)
+
+
+def _free_rows(bonds):
+    """Unit free twists (q, 6, 6) in the bonds' axes, angles times the length; zero columns where unused."""
+    size = np.asarray(bonds.free_sizes(), float)
+    scale = np.r_[np.full(3, float(bonds.length)), np.ones(3)]
+    return (
+        scale[None, :, None] * np.asarray(bonds.free, float) / np.sqrt(np.where(size > 0, size, np.inf))[:, None, :]
+    )
+
+
+def _free_count(bonds):
+    values = np.linalg.svd(_free_rows(bonds), compute_uv=False)
+    return int(np.sum(values > 1e-6))
+
+
+def _dense(bonds):
+    """Orthonormal self-stresses (r, q, 6), components in the bonds' axes, moments over the length."""
+    Y, L = cycle_pattern(bonds.network), float(bonds.length)
+    q, S = Y.shape
+    to_bond = np.swapaxes(np.asarray(bonds.twist_axes, float), 1, 2)
+    scale = np.r_[np.full(3, L), np.ones(3)]
+    to_bond = to_bond * scale[None, None, :] / scale[None, :, None]  # both sides in N, moments over the length
+    wrench = np.einsum("qs,qij->qisj", Y, to_bond).reshape(q, 6, 6 * S)
+    rows = np.einsum("qic,qis->qcs", _free_rows(bonds), wrench).reshape(6 * q, 6 * S)
+    rows = np.linalg.qr(rows, mode="r")
+    _, s, Vt = np.linalg.svd(rows) if rows.size else (None, np.zeros(0), np.eye(6 * S))
+    tolerance = _RANK[bonds.position.dtype.itemsize] * max(s.max(initial=0.0), 1e-30)
+    stress = (wrench.reshape(6 * q, 6 * S) @ Vt[int(np.sum(s > tolerance)) :].T).reshape(q, 6, -1)
+    stress = np.roll(stress, 3, axis=1).reshape(6 * q, -1)
+    return np.linalg.qr(stress)[0].T.reshape(-1, q, 6)
+
+
+@eqx.filter_jit
+def _project(bonds, deformations, efforts):
+    """Self-stresses nearest to random ones, and what random efforts along the free twists leave: motions."""
+    idle = jnp.zeros((len(bonds.network.bodies), 6), bonds.position.dtype)
+    zero = jnp.zeros_like(bonds.effort)
+
+    def one(deformation, effort):
+        stress = bonds.components(least_compliance(bonds, deformation, zero, idle))
+        answer = jnp.roll(bonds.components(least_compliance(bonds, zero, effort, idle)), 3, axis=1)
+        return stress, effort - jnp.einsum("qic,qi->qc", bonds.free, answer)
+
+    return jax.vmap(one)(deformations, efforts)
+
+
+def _projected(bonds, free):
+    """(self-stresses (n, q, 6), r) from 8, 16, 32, ... random vectors; n < r where only the motions are few."""
+    random, q, dtype = np.random.default_rng(3), len(bonds.network.bonds), bonds.position.dtype
+    unit = 1.0 / np.roll(_unit(bonds), 3)
+    equal = jnp.broadcast_to(jnp.diag(jnp.asarray(unit**-2, dtype)), bonds.compliance.shape)
+    bonds = eqx.tree_at(lambda b: b.compliance, bonds, equal)  # the rank is that of any compliance
+    size = np.sqrt(np.asarray(bonds.free_sizes(), float))
+    count = 8
+    while count <= _MOST_PROBES:
+        deformations, efforts = random.normal(size=(2, count, q, 6))
+        deformations = np.einsum("qij,nqj->nqi", np.asarray(bonds.twist_axes, float), deformations / unit)
+        stress, motion = _project(bonds, jnp.asarray(deformations, dtype), jnp.asarray(efforts * size, dtype))
+        stress = _span(np.asarray(stress, float) * _unit(bonds), dtype)
+        motions = _span(np.asarray(motion, float) / np.where(size > 0, size, np.inf), dtype)
+        if len(stress) < count:
+            return stress, len(stress)
+        if len(motions) < count:
+            return stress, 6 * bonds.network.num_loops - free + len(motions)
+        count *= 2
+    raise NotImplementedError(f"more than {_MOST_PROBES} redundant reactions and as many freedoms")
+
+
+def _span(vectors, dtype):
+    """Orthonormal basis (n, q, 6) of the vectors (m, q, 6); directions in the noise are left out."""
+    _, s, Vt = np.linalg.svd(vectors.reshape(len(vectors), -1), full_matrices=False)
+    n = int(np.sum(s > _MARK[dtype.itemsize] * np.sqrt(vectors[0].size)))
+    return Vt[:n].reshape(n, *vectors.shape[1:])
