@@ -13,12 +13,12 @@ def nested_dissection(pattern: Pattern, leaf: int | None = None, positions=None,
     """Supernodes by recursive separators.
 
     Args:
-        leaf: parts of at most this many blocks are not cut further; default about 24 coordinates.
+        leaf: parts of at most this many blocks are not cut further; default about 12 coordinates.
         positions: (blocks, d) points; cuts are then planes across the longest side (meshes).
         last: blocks to be eliminated last, in the root.
     """
     graph = _Graph(pattern, None if positions is None else np.asarray(positions, float))
-    leaf = max(1, 24 // pattern.size) if leaf is None else leaf
+    leaf = max(1, 12 // pattern.size) if leaf is None else leaf
     supernodes, stack = [], []
     everything, root = list(range(pattern.num_blocks)), -1
     if len(last):

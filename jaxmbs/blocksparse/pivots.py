@@ -30,10 +30,10 @@ class Cholesky(NamedTuple):
 
     @classmethod
     def eliminate(cls, F11, F12, F21, F22):
-        L = linalg.cholesky(F11, symmetrize_input=False)
+        L = linalg.cholesky(_T(F11), symmetrize_input=False)  # transposed: the layout LAPACK takes without a copy
         if F11.shape[-1] <= INVERTED:
-            both = _lower_solve(L, jnp.concatenate([F12, _eye_like(F11)], axis=-1))
-            W, L = both[..., : F12.shape[-1]], both[..., F12.shape[-1] :]
+            L = _lower_inverse(L, max(8, F11.shape[-1] // 4))
+            W = L @ F12
         else:
             W = _lower_solve(L, F12)
         return cls(L, W), F22 - _T(W) @ W
@@ -128,6 +128,17 @@ KINDS = {"cholesky": Cholesky, "ldl": Ldl, "lu": Lu}
 
 def _lower_solve(L, B, transposed=False):
     return linalg.triangular_solve(L, B, left_side=True, lower=True, transpose_a=transposed)
+
+
+def _lower_inverse(L, base):
+    """L^-1 by halves: products of small matrices are cheaper than triangular solves."""
+    n, half = L.shape[-1], L.shape[-1] // 2
+    if n <= base:
+        return _lower_solve(L, _eye_like(L))
+    A, D = _lower_inverse(L[..., :half, :half], base), _lower_inverse(L[..., half:, half:], base)
+    B = -(D @ L[..., half:, :half]) @ A
+    upper = jnp.concatenate([A, jnp.zeros_like(jnp.swapaxes(B, -1, -2))], axis=-1)
+    return jnp.concatenate([upper, jnp.concatenate([B, D], axis=-1)], axis=-2)
 
 
 def _solve_with_determinant(F, B):

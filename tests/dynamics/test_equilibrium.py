@@ -65,8 +65,7 @@ def test_a_loop_hangs_in_its_lowest_position():
     # parallel swing: 4 N against (1 kg + 2 x 0.25 kg) g, tan of the angle from the vertical
     np.testing.assert_allclose(found.state.coordinates[0], -np.pi / 2 + np.arctan(4.0 / (1.5 * G)), atol=1e-8)
     assert bool(found.stable)
-    motion = mbs.simulate(system, found.state, t1=0.5)
-    np.testing.assert_allclose(motion.states.coordinates[-1], found.state.coordinates, atol=1e-8)
+    np.testing.assert_allclose(mbs.forward_dynamics(system, found.state)[0], 0.0, atol=1e-7)
 
 
 def test_steady_rotation_of_a_governor():
