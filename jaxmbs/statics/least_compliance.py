@@ -17,9 +17,8 @@ from .bonds import Bonds
 from .loops import choose
 from .tree import across_bonds, on_bodies, tree_twists, tree_wrenches
 
-#: Stiffness of free directions against the weakest bond's (double, single precision).
-PENALTY = {8: 1e6, 4: 1e3}
-ITERATIONS = 3
+#: Each gains the factor that the penalty is above a loop's stiffness; on nearly singular loops that is not much.
+ITERATIONS = 5
 
 
 class _Conditions(eqx.Module):
@@ -35,14 +34,14 @@ class _Conditions(eqx.Module):
         return self.C + jnp.einsum("qik,qk,qjk->qij", self.F, self.penalty, self.F)
 
 
-def _conditions(bonds):
+def _conditions(bonds, solver):
     axes, L = bonds.twist_axes, bonds.length
     C = jnp.einsum("qik,qkl,qjl->qij", axes, bonds.compliance, axes)
     weight = jnp.concatenate([jnp.full(3, L**2), jnp.ones(3, L.dtype)])
     weakest = jnp.max(jnp.diagonal(bonds.compliance, axis1=1, axis2=2) * weight[None])
     size = bonds.free_sizes()
     used = size > 0.0
-    penalty = jnp.where(used, PENALTY[L.dtype.itemsize] * weakest / jnp.where(used, size, 1.0), 0.0)
+    penalty = jnp.where(used, solver.penalty[L.dtype.itemsize] * weakest / jnp.where(used, size, 1.0), 0.0)
     return _Conditions(C, axes @ bonds.free, penalty)
 
 
@@ -63,10 +62,10 @@ def least_compliance(bonds: Bonds, deformation, effort, loads, method: str = "au
         method: "force", "nodal" or "auto"; see `loops`.
     """
     network, q = bonds.network, len(bonds.network.bonds)
-    conditions = _conditions(bonds)
+    solver = choose(network, method)
+    conditions = _conditions(bonds, solver)
     fixed = lax.stop_gradient(conditions)
     C, F, penalty, stiff = fixed.C, fixed.F, fixed.penalty, fixed.penalised
-    solver = choose(network, method)
     factors = solver.factor(network, stiff)
 
     def apply(x):
@@ -79,13 +78,12 @@ def least_compliance(bonds: Bonds, deformation, effort, loads, method: str = "au
 
         def improve(_, x):
             w, mu, u = x
-            open_stretch = deformation - _times(C, w) - _times(F, mu) + across_bonds(network, u)
-            open_stretch = open_stretch + _times(F, penalty * (effort - _into(F, w)))
+            gap = effort - _into(F, w)
+            open_stretch = deformation - _times(C, w) - _times(F, mu - penalty * gap) + across_bonds(network, u)
             step = tree_wrenches(network, -minus_loads - on_bodies(network, w))
             step = step + solver.correct(network, factors, _times(stiff, step) - open_stretch)
             u = u + tree_twists(network, _times(stiff, step) - open_stretch)
-            w = w + step
-            return w, mu + penalty * (_into(F, w) - effort), u
+            return w + step, mu + penalty * (_into(F, step) - gap), u  # the gap as it was: rounding cancels
 
         start = jnp.zeros_like(deformation), jnp.zeros_like(effort), jnp.zeros_like(minus_loads)
         w, mu, u = lax.fori_loop(0, ITERATIONS, improve, start)

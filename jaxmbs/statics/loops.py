@@ -3,6 +3,9 @@
 Both answer one question: among the wrenches y that load no body (`I_E y = 0`), which makes `1/2 y.C y + d.y` least?
 `factor(network, C)` is done once; `correct(network, factors, d)` answers for d (q, 6).  C (q, 6, 6) is positive
 definite, about one common origin.
+
+`penalty` (double, single precision) is how much stiffer than the weakest bond the free directions may be made
+without loss: the nodes lose more, a ladder of n loops has a condition of n^4 of its own.
 """
 
 from typing import NamedTuple
@@ -11,6 +14,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .. import blocksparse
+from ..blocksparse import BlockMatrix, Pattern
 from .cycles import cycle_pattern
 from .network import Network
 from .reduction import series_reduction
@@ -21,6 +26,8 @@ FEW_LOOPS = 20
 
 class ForceMethod:
     """y = Y lambda with `(Y^T C Y) lambda = -Y^T d`, dense.  Source: S1 (28)-(29)."""
+
+    penalty = {8: 1e8, 4: 1e3}
 
     @staticmethod
     def factor(network: Network, C):
@@ -41,11 +48,13 @@ class ForceMethod:
 
 class _NodalFactors(NamedTuple):
     stiffness: jax.Array  # (m, 6, 6) of every chain of bonds
-    nodes: jax.Array | None
+    nodes: blocksparse.Factor | None
 
 
 class NodalMethod:
     """Chains of bonds as springs between nodes: one symmetric positive definite block-sparse system for the nodes."""
+
+    penalty = {8: 1e5, 4: 1e2}
 
     @staticmethod
     def factor(network: Network, C):
@@ -59,7 +68,8 @@ class NodalMethod:
         first, last = np.where(r.ends[:, 0] == r.ends[:, 1], r.num_nodes, r.ends.T)
         diagonal = jnp.zeros((r.num_nodes + 1, 6, 6), C.dtype).at[first].add(stiffness).at[last].add(stiffness)[:-1]
         upper = jnp.zeros((len(r.edges) + 1, 6, 6), C.dtype).at[r.edge].add(-stiffness)[:-1]
-        return _NodalFactors(stiffness, nodal_factor(r.edges, diagonal, upper))
+        matrix = BlockMatrix(Pattern(r.num_nodes, 6, r.edges), diagonal, upper)
+        return _NodalFactors(stiffness, blocksparse.factor(matrix, "cholesky"))
 
     @staticmethod
     def correct(network: Network, factors, d):
@@ -72,23 +82,9 @@ class NodalMethod:
         twist = jnp.zeros((r.num_nodes + 1, 6), d.dtype)
         if r.num_nodes:
             twist = twist.at[last].add(load).at[first].add(-load)
-            twist = twist.at[:-1].set(nodal_solve(factors.nodes, twist[:-1])).at[-1].set(0.0)
+            twist = twist.at[:-1].set(blocksparse.solve(factors.nodes, twist[:-1])).at[-1].set(0.0)
         along = jnp.einsum("mij,mj->mi", factors.stiffness, twist[last] - twist[first]) - load
         return sign * jnp.concatenate([along, jnp.zeros((1, 6), d.dtype)])[r.chain]
-
-
-def nodal_factor(edges, diagonal, upper):
-    """Factor of the symmetric matrix with blocks `diagonal` (n, 6, 6) and `upper` (m, 6, 6) at `edges` (i < j)."""
-    n = diagonal.shape[0]
-    i, j = np.array(edges, int).reshape(-1, 2).T
-    blocks = jnp.zeros((n, n, 6, 6), diagonal.dtype).at[np.arange(n), np.arange(n)].set(diagonal)
-    blocks = blocks.at[i, j].set(upper).at[j, i].set(jnp.swapaxes(upper, -1, -2))
-    return jnp.linalg.cholesky(blocks.transpose(0, 2, 1, 3).reshape(6 * n, 6 * n))
-
-
-def nodal_solve(factors, right):
-    """Solution (n, 6) for the right-hand side (n, 6)."""
-    return jax.scipy.linalg.cho_solve((factors, True), right.reshape(-1)).reshape(-1, 6)
 
 
 METHODS = {"force": ForceMethod, "nodal": NodalMethod}
