@@ -21,22 +21,29 @@ def factorise(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
 
         def step(updates, x, tier=tier):
             values, sources, empty, first = x
-            front = pool[values]
-            for slot in range(tier.updates.shape[1]):
-                front = front + updates[sources[slot]]
-            F = _front_matrix(front, b)
+            blocks = [pool[v] for v in values]  # rows of the pivots, columns of the pivots (unsymmetric only)
+            blocks += [jnp.zeros((tier.width, tier.boundary, tier.boundary, b * b), pool.dtype)]
+            for each in sources:
+                blocks = [block + updates[rows] for block, rows in zip(blocks, each, strict=True)]
+            F1, *F21, F22 = (_front_matrix(block, b) for block in blocks)
             k = tier.pivots * b
-            F11 = jnp.where(empty[:, :, None] & np.eye(k, dtype=bool)[None], jnp.ones((), F.dtype), F[:, :k, :k])
-            pivots, passed = eliminate(F11, F[:, :k, k:], F[:, k:, :k], F[:, k:, k:])
+            F11 = jnp.where(empty[:, :, None] & np.eye(k, dtype=bool)[None], jnp.ones((), F1.dtype), F1[:, :, :k])
+            pivots, passed = eliminate(F11, F1[:, :, k:], *F21, F22)
             if tier.boundary:
                 updates = lax.dynamic_update_slice(updates, _front_blocks(passed, b), (first, 0))
             return updates, pivots
 
         empty = padding[tier.pivot].reshape(tier.steps, tier.width, -1)
-        starts = tier.first_update + np.arange(tier.steps) * tier.width * tier.boundary**2
-        updates, pivots = _steps(step, updates, (tier.values, tier.updates, empty, starts))
+        values = _parts(tier.values, tier.pivots, kind)[:-1]  # the matrix has nothing between boundary blocks
+        sources = [_parts(tier.updates[:, slot], tier.pivots, kind) for slot in range(tier.updates.shape[1])]
+        updates, pivots = _steps(step, updates, (values, sources, empty, tier.first_update))
         kept.append(pivots)
     return tuple(kept)
+
+
+def _parts(table, k, kind):
+    """Index tables (..., r, r) cut up: rows of the pivots, columns below them ("lu" only), the boundary's own."""
+    return [table[..., :k, :], *([table[..., k:, :k]] if kind == "lu" else []), table[..., k:, k:]]
 
 
 def substitute(plan: Plan, kept: tuple, right):
@@ -61,8 +68,7 @@ def substitute(plan: Plan, kept: tuple, right):
                 carried = lax.dynamic_update_slice(carried, passed.reshape(-1, b, columns), (first, 0, 0))
             return carried, z
 
-        starts = tier.first_carried + np.arange(tier.steps) * tier.width * tier.boundary
-        carried, z = _steps(forward, carried, (tier.pivot, tier.carried, pivots, starts))
+        carried, z = _steps(forward, carried, (tier.pivot, tier.carried, pivots, tier.first_carried))
         reduced.append(z)
     x = jnp.zeros((n + 1, b, columns), right.dtype)
     for tier, pivots, z in reversed(list(zip(plan.tiers, kept, reduced, strict=True))):
@@ -85,9 +91,9 @@ def _pool(matrix: BlockMatrix):
 
 
 def _front_matrix(blocks, b):
-    """(width, r, r, b * b) -> (width, r b, r b)."""
-    c, r = blocks.shape[:2]
-    return blocks.reshape(c, r, r, b, b).transpose(0, 1, 3, 2, 4).reshape(c, r * b, r * b)
+    """(width, r, s, b * b) -> (width, r b, s b)."""
+    c, r, s = blocks.shape[:3]
+    return blocks.reshape(c, r, s, b, b).transpose(0, 1, 3, 2, 4).reshape(c, r * b, s * b)
 
 
 def _front_blocks(matrix, b):
@@ -98,7 +104,7 @@ def _front_blocks(matrix, b):
 
 def _steps(body, carry, xs, reverse=False):
     """`lax.scan`, or the body itself where there is one step."""
-    if len(xs[0]) == 1:
+    if len(jax.tree.leaves(xs)[0]) == 1:
         carry, y = body(carry, jax.tree.map(lambda x: x[0], xs))
         return carry, jax.tree.map(lambda v: v[None], y)
     return lax.scan(body, carry, xs, reverse=reverse)

@@ -1,5 +1,7 @@
 """Elimination of the pivots of dense fronts `[F11 F12; F21 F22]`: Cholesky, block LDL^T, LU; batched over fronts.
 
+`eliminate` returns what it keeps and what it passes on, F22 - F21 F11^-1 F12; symmetric kinds take no F21.
+
 Each kind keeps what two matrix products per front need later.  Small pivots are kept inverted: products of small
 matrices are cheaper than triangular solves.
 """
@@ -29,7 +31,7 @@ class Cholesky(NamedTuple):
     W: Array
 
     @classmethod
-    def eliminate(cls, F11, F12, F21, F22):
+    def eliminate(cls, F11, F12, F22):
         L = linalg.cholesky(_T(F11), symmetrize_input=False)  # transposed: the layout LAPACK takes without a copy
         if F11.shape[-1] <= INVERTED:
             L = _lower_inverse(L, max(8, F11.shape[-1] // 4))
@@ -68,7 +70,7 @@ class Ldl(NamedTuple):
     log: Array
 
     @classmethod
-    def eliminate(cls, F11, F12, F21, F22):
+    def eliminate(cls, F11, F12, F22):
         both, sign, log = _solve_with_determinant(F11, jnp.concatenate([F12, _eye_like(F11)], axis=-1))
         W, P = both[..., : F12.shape[-1]], both[..., F12.shape[-1] :]
         return cls(0.5 * (P + _T(P)), W, sign, log), F22 - _T(F12) @ W

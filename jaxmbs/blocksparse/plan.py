@@ -19,7 +19,7 @@ class TierPlan:
     updates (s, slots, width, r, r) and carried (s, slots, width, r): rows of the children's updates, of matrix and
     of vectors (last row zero).
     pivot (s, width, k), border (s, width, m): blocks (the number of blocks: none).
-    first_update, first_carried: where the updates of the tier begin.
+    first_update, first_carried (s,): where each step puts its updates.
     """
 
     pivots: int
@@ -30,8 +30,8 @@ class TierPlan:
     carried: np.ndarray
     pivot: np.ndarray
     border: np.ndarray
-    first_update: int
-    first_carried: int
+    first_update: np.ndarray
+    first_carried: np.ndarray
 
     @property
     def steps(self) -> int:
@@ -53,7 +53,7 @@ class Plan:
     report: Report
 
 
-def analyse(pattern: Pattern, order=None, leaf: int | None = None, positions=None, last=(), tiers: int = 6) -> Plan:
+def analyse(pattern: Pattern, order=None, leaf: int | None = None, positions=None, last=(), tiers: int = 8) -> Plan:
     """Symbolic analysis, kept for the pattern: ordering, fronts, tiers and index arrays.
 
     Args:
@@ -75,21 +75,43 @@ def _analyse(pattern, order, leaf, points, last, most):
         supernodes = nested_dissection(pattern, leaf, positions, last)
     made = fronts(pattern, supernodes)
     chosen = tiers(made, pattern.size, most)
-    places = _Places(pattern, made)
+    places = _Places(pattern, made, chosen)
     plans = tuple(places.tier(tier) for tier in chosen)
     plans = tuple(replace(p, **places.with_zero_rows(p)) for p in plans)
     padded = sum(len(t.steps) * t.width * flops(t.pivots, t.boundary, pattern.size) for t in chosen)
     shapes = tuple((sum(map(len, t.steps)), t.pivots, t.boundary) for t in chosen)
     done = replace(report(pattern, made), padded_flops=padded, tiers=shapes)
-    return Plan(pattern, plans, places.num_updates, places.num_carried, done)
+    return Plan(pattern, plans, places.updates.size, places.carried.size, done)
+
+
+class _Storage:
+    """Rows for the updates of steps, given out again once the fronts above have taken them."""
+
+    def __init__(self):
+        self.size, self.used = 0, []
+
+    def take(self, rows, now, until):
+        """First row of a free stretch; it is free again at step `until`."""
+        self.used = sorted(stretch for stretch in self.used if stretch[2] > now)
+        start = 0
+        for first, end, _ in self.used:
+            if first - start >= rows:
+                break
+            start = max(start, end)
+        self.used.append((start, start + rows, until))
+        self.size = max(self.size, start + rows)
+        return start
 
 
 class _Places:
     """Where everything stands; filled tier by tier."""
 
-    def __init__(self, pattern, made):
+    def __init__(self, pattern, made, chosen):
         self.pattern, self.made = pattern, made
-        self.num_updates = self.num_carried = 0
+        self.updates, self.carried = _Storage(), _Storage()
+        steps = [step for tier in chosen for step in tier.steps]
+        step_of = {f: now for now, step in enumerate(steps) for f in step}
+        self.now, self.taken = 0, {c: step_of[f] for f, front in enumerate(made) for c in front.children}
         self.of = {}  # front -> (first row of its update matrix, of its update vector, blocks in a row)
         self.supernode = np.full(pattern.num_blocks, -1)
         for k, front in enumerate(made):
@@ -102,8 +124,12 @@ class _Places:
         values = np.full((s, c, r, r), n + 2 * self.pattern.num_edges, np.int32)
         updates, carried = np.full((s, slots, c, r, r), -1, np.int32), np.full((s, slots, c, r), -1, np.int32)
         pivot, border = np.full((s, c, k), n, np.int32), np.full((s, c, m), n, np.int32)
-        first = self.num_updates, self.num_carried
+        first = np.zeros((2, s), np.int64)
         for i, step in enumerate(tier.steps):
+            until = max(self.taken.get(f, self.now) for f in step)
+            first[0, i] = self.updates.take(c * m * m, self.now, until)
+            first[1, i] = self.carried.take(c * m, self.now, until)
+            self.now += 1
             for j, f in enumerate(step):
                 front = self.made[f]
                 pivot[i, j, : len(front.pivots)] = front.pivots
@@ -112,10 +138,7 @@ class _Places:
                 at.update({v: k + row for row, v in enumerate(front.boundary)})
                 self._values(values[i, j], f, at)
                 self._children(updates[i, :, j], carried[i, :, j], front, at)
-                own = i * c + j
-                self.of[f] = (first[0] + own * m * m, first[1] + own * m, m)
-        self.num_updates += s * c * m * m
-        self.num_carried += s * c * m
+                self.of[f] = (first[0, i] + j * m * m, first[1, i] + j * m, m)
         return TierPlan(k, m, c, values, updates, carried, pivot, border, *first)
 
     def _values(self, table, f, at):
@@ -139,6 +162,6 @@ class _Places:
     def with_zero_rows(self, plan):
         """The last row of either pool is zero: what is assembled where no child adds."""
         return {
-            "updates": np.where(plan.updates < 0, self.num_updates, plan.updates).astype(np.int32),
-            "carried": np.where(plan.carried < 0, self.num_carried, plan.carried).astype(np.int32),
+            "updates": np.where(plan.updates < 0, self.updates.size, plan.updates).astype(np.int32),
+            "carried": np.where(plan.carried < 0, self.carried.size, plan.carried).astype(np.int32),
         }
