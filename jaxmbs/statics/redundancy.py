@@ -132,16 +132,13 @@ def _dense(bonds):
 
 @eqx.filter_jit
 def _project(bonds, deformations, efforts):
-    """Self-stresses nearest to random ones, and what random efforts along the free twists leave: motions."""
+    """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, 6) along the free
+    twists that random efforts there leave."""
     idle = jnp.zeros((len(bonds.network.bodies), 6), bonds.position.dtype)
-    zero = jnp.zeros_like(bonds.effort)
-
-    def one(deformation, effort):
-        stress = bonds.components(least_compliance(bonds, deformation, zero, idle))
-        answer = jnp.roll(bonds.components(least_compliance(bonds, zero, effort, idle)), 3, axis=1)
-        return stress, effort - jnp.einsum("qic,qi->qc", bonds.free, answer)
-
-    return jax.vmap(one)(deformations, efforts)
+    problems = (jnp.concatenate(pair) for pair in ((deformations, 0.0 * efforts), (0.0 * deformations, efforts)))
+    wrenches = jax.vmap(lambda d, e: bonds.components(least_compliance(bonds, d, e, idle)))(*problems)
+    stresses, answers = jnp.split(wrenches, 2)
+    return stresses, efforts - jnp.einsum("qic,nqi->nqc", bonds.free, jnp.roll(answers, 3, axis=2))
 
 
 def _projected(bonds, free):

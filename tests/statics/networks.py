@@ -58,6 +58,18 @@ GRAPHS = {  # pairs (parent, child), ground -1
 }
 
 
+def beside_each_other():
+    """All graphs as one network in many parts."""
+    pairs, first = [], 0
+    for graph in GRAPHS.values():
+        pairs += [tuple(k if k < 0 else k + first for k in pair) for pair in graph]
+        first = 1 + max(max(pair) for pair in pairs)
+    return pairs
+
+
+GRAPHS["all of them"] = beside_each_other()
+
+
 def random_bonds(graph, seed=0, most_free=3, dtype=float):
     """Bonds of a graph at random places with random frames, carried components, compliances and efforts."""
     random, pairs = np.random.default_rng(seed), GRAPHS[graph]

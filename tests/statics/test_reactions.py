@@ -8,7 +8,7 @@ import pytest
 
 from jaxmbs.statics import Bonds, bond_reactions, reaction_family, reaction_matrix, redundancy, with_redundancy
 
-from .networks import GRAPHS, applied, dense_reactions, four_bar, ladder, random_bonds, random_loads, solve
+from .networks import applied, dense_reactions, four_bar, ladder, random_bonds, random_loads, solve
 
 
 # ------------------------------------------------------------------------------------------------- closed forms
@@ -64,24 +64,23 @@ def test_a_warren_truss_of_seven_bars():
 FEET = np.array([[1.0, 0.5, 0.0], [1.0, -0.5, 0.0], [-1.0, 0.5, 0.0], [-1.0, -0.5, 0.0]])
 
 
-def table(carries, **options):
+def table(carries, size=1.0, **options):
     bonds = {f"foot {k}": ("ground", "table") for k in range(4)}
     bonds["guide"] = ("ground", "table")  # holds what feet on ice do not
-    position = np.vstack([FEET, np.zeros((1, 3))])
+    position = np.vstack([size * FEET, np.zeros((1, 3))])
     return Bonds.from_arrays(["table"], bonds, position, carries=[carries] * 4 + [(1, 1, 0, 0, 0, 1)], **options)
 
 
-@pytest.mark.parametrize("method", ["force", "nodal"])
-def test_a_table_on_four_legs_is_exactly_symmetric(method):
+def test_a_table_on_four_legs_is_exactly_symmetric():
     x, y = 0.3, 0.1
-    bonds = with_redundancy(table((0, 0, 1, 0, 0, 0)))
+    bonds = table((0, 0, 1, 0, 0, 0))
     loads = applied(["table"], {"table": [((0.0, 0.0, -98.1), (x, y, 0.3))]})
-    found = solve(bonds, loads, method)
     expected = 98.1 / 4.0 * (1.0 + x * FEET[:, 0] + y * FEET[:, 1] / 0.25)
-    np.testing.assert_allclose(found.components[:4, 2], expected, rtol=1e-12)
-    assert [tuple(found[f"foot {k}"].unique_force) for k in range(4)] == [(True, True, False)] * 4
-    centred = solve(bonds, applied(["table"], {"table": [((0.0, 0.0, -98.1), (0.0, 0.0, 0.3))]}), method)
+    np.testing.assert_allclose(solve(bonds, loads).components[:4, 2], expected, rtol=1e-12)
+    centred = solve(bonds, applied(["table"], {"table": [((0.0, 0.0, -98.1), (0.0, 0.0, 0.3))]}))
     np.testing.assert_allclose(centred.components[:4, 2], 98.1 / 4.0, rtol=1e-12)
+    marks = redundancy(bonds).undetermined
+    assert marks == ((False, False, True, False, False, False),) * 4 + ((False,) * 6,)
 
 
 def test_stiff_legs_take_more():
@@ -95,6 +94,14 @@ def test_stiff_legs_take_more():
     arms = np.c_[np.ones(4), FEET[:, :2]]
     plate = np.linalg.solve(arms.T @ (arms / c[:, None]), [1.0, 0.3, 0.1])
     np.testing.assert_allclose(found.components[:4, 2], arms @ plate / c, rtol=1e-11)
+
+
+def test_feet_close_together():
+    """Nearly singular: the feet of a narrow table, a hundredth of the characteristic length apart, hold a moment."""
+    loads = applied(["table"], {"table": [((0.0, 0.0, -1.0), (0.3, 0.1, 0.0))]})
+    found = solve(table((0, 0, 1, 0, 0, 0), size=0.01, length=1.0), loads)
+    expected = 0.25 * (1.0 + 30.0 * FEET[:, 0] + 10.0 * FEET[:, 1] / 0.25)
+    np.testing.assert_allclose(found.components[:4, 2], expected, rtol=1e-10)
 
 
 # ------------------------------------------------------------------------------------------- the paper's four-bar
@@ -130,23 +137,19 @@ def test_loads_that_would_move_the_network_show():
 
 
 # ---------------------------------------------------------------------------------------------- random networks
-@pytest.mark.parametrize(
-    "graph, method",
-    [*((graph, "nodal") for graph in GRAPHS if graph != "tree"), ("tree", "auto"), ("loops", "force")],
-)
+@pytest.mark.parametrize("graph, method", [("tree", "auto"), ("all of them", "force"), ("all of them", "nodal")])
 def test_random_networks_against_dense_algebra(graph, method):
     bonds = random_bonds(graph, seed=3)
     loads = random_loads(bonds)
-    expected = dense_reactions(bonds, loads)
     found = solve(bonds, loads, method)
-    np.testing.assert_allclose(found.components, expected, atol=1e-10)
+    np.testing.assert_allclose(found.components, dense_reactions(bonds, loads), atol=1e-10)
     assert found.relative_residual < 1e-13 and found.relative_free_residual < 1e-11
 
 
 def test_the_family_holds_the_solution_and_equilibrium():
-    bonds = random_bonds("loops", seed=3)
+    bonds = random_bonds("all of them", seed=3)
     loads = random_loads(bonds)
-    found, family = solve(bonds, loads, "force"), reaction_family(bonds, loads)
+    found, family = solve(bonds, loads, "nodal"), reaction_family(bonds, loads)
     np.testing.assert_allclose(family.wrench(found.parameters), found.wrench, atol=1e-11)
     Q = reaction_matrix(bonds)
     other = family.wrench(found.parameters + 1.7)
@@ -154,7 +157,7 @@ def test_the_family_holds_the_solution_and_equilibrium():
 
 
 def test_other_compliances_change_only_what_is_undetermined():
-    bonds = random_bonds("loops", seed=3)
+    bonds = random_bonds("all of them", seed=3)
     loads = random_loads(bonds)
     factor = jnp.asarray(np.random.default_rng(5).uniform(1.0, 9.0, size=bonds.compliance.shape))
     other = eqx.tree_at(lambda b: b.compliance, bonds, bonds.compliance * factor)
@@ -167,7 +170,7 @@ def test_other_compliances_change_only_what_is_undetermined():
 
 def test_far_from_the_origin():
     """Reactions in bond axes do not depend on where the mechanism stands."""
-    near = random_bonds("loops", seed=3)
+    near = random_bonds("all of them", seed=3)
     loads, shift = random_loads(near), np.array([300.0, -200.0, 100.0])
     far = eqx.tree_at(lambda b: b.position, near, near.position + jnp.asarray(shift[None]))
     moved = np.concatenate([loads[:, :3] + np.cross(shift, loads[:, 3:]), loads[:, 3:]], axis=1)
@@ -215,18 +218,16 @@ def test_redundancy_of_many_loops():
 def test_vmap_over_loads_and_positions():
     bonds = random_bonds("loops", seed=3, most_free=1)
     loads = jnp.stack([jnp.asarray(random_loads(bonds, seed)) for seed in range(3)])
-    many = jax.jit(jax.vmap(lambda x: bond_reactions(bonds, x).components))(loads)
     moves = 0.1 * jax.random.normal(jax.random.key(0), (3, *bonds.position.shape))
     at = lambda move: eqx.tree_at(lambda b: b.position, bonds, bonds.position + move)  # noqa: E731
-    placed = jax.jit(jax.vmap(lambda move, x: bond_reactions(at(move), x)))(moves, loads)
+    found = jax.jit(jax.vmap(lambda move, x: bond_reactions(at(move), x, "nodal")))(moves, loads)
     for k in range(3):
-        np.testing.assert_allclose(many[k], solve(bonds, loads[k]).components, atol=1e-11)
-        np.testing.assert_allclose(placed.components[k], solve(at(moves[k]), loads[k]).components, atol=1e-11)
-    assert placed["bond 2"].force.shape == (3, 3)
+        np.testing.assert_allclose(found.components[k], dense_reactions(at(moves[k]), loads[k]), atol=1e-10)
+    assert found["bond 2"].force.shape == (3, 3)
 
 
 def test_single_precision():
-    single, double = (random_bonds("loops", seed=3, dtype=dtype) for dtype in (np.float32, np.float64))
+    single, double = (random_bonds("all of them", seed=3, dtype=dtype) for dtype in (np.float32, np.float64))
     loads = random_loads(double)
     found = solve(single, jnp.asarray(loads, jnp.float32), "nodal")
     assert found.components.dtype == jnp.float32
@@ -245,7 +246,7 @@ def test_wrong_arguments():
 
 def test_free_twists_may_be_any_that_span_the_same():
     """World twists, six columns for one to three directions: the same reactions as by axes."""
-    bonds = random_bonds("loops", seed=3)
+    bonds = random_bonds("all of them", seed=3)
     loads, axes = random_loads(bonds), np.asarray(bonds.twist_axes)
     columns = np.asarray(bonds.free).copy()
     efforts = np.einsum("qic,qc->qi", columns, np.asarray(bonds.effort))  # wrench along the free axes
