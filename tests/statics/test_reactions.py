@@ -186,6 +186,7 @@ def long_ladder():
     return bonds, np.random.default_rng(0).normal(size=(120, 6))
 
 
+@pytest.mark.slow
 def test_nodes_and_parameters_agree_on_sixty_loops(long_ladder):
     bonds, loads = long_ladder
     by_nodes, by_parameters = solve(bonds, loads, "nodal"), solve(bonds, loads, "force")
@@ -205,6 +206,7 @@ def test_redundancy_by_projection_is_that_of_the_decomposition():
     assert np.linalg.matrix_rank(both, tol=1e-6) == dense.redundant
 
 
+@pytest.mark.slow
 def test_redundancy_of_many_loops():
     """Each loop of the ladder leaves four of six open: no moment about either pin, so none across their distance."""
     found = redundancy(ladder(104))
