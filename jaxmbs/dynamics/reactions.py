@@ -1,7 +1,9 @@
-"""Reactions of every joint: subtree sums on trees, multipliers in loops, least norm where statics cannot decide.
+"""Reactions of every joint: subtree sums on trees, multipliers in loops, compliances where statics cannot decide.
 
 Source: S1 (26)-(29); the wrench a joint carries is the momentum rate of all that hangs on it, less other loads.
 """
+
+from collections.abc import Mapping
 
 import equinox as eqx
 import jax
@@ -13,9 +15,10 @@ from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..kinematics.tree import subtrees
-from ..math.linalg import saddle_solve, skew
+from ..math.linalg import skew
 from ..math.spatial import pack, world_inertia
 from ..model.system import System
+from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
 from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion, required_efforts
 
@@ -96,28 +99,6 @@ def _elements(system):
     return [row for group in system.closures for row in zip(group.names, group.first, group.second, strict=True)]
 
 
-def _least_norm(system, geo, psi, t, multipliers, wrenches):
-    """Multipliers moved along the self-stresses until all reactions together are least.
-
-    The norm sums forces squared and moments squared over the square of the characteristic length, moments about
-    each joint's own origin; drives count by their efforts.
-    """
-    top = system.topology
-    B = constraints.reaction_map(system, geo)
-    scale = jnp.asarray(np.r_[np.ones(3), np.full(3, 1.0 / top.analysis.length)], psi.dtype)
-    B = (B * scale[None, :, None]).reshape(-1, top.num_rows)
-    W = (wrenches * scale[None, :]).reshape(-1)
-    idle = jnp.asarray(np.array([name in _coordinate_names(system) for name in top.row_joint], float), psi.dtype)
-    A = constraints.jacobian_at(system, geo, psi, t)
-    right = -(B.T @ W) - idle * multipliers
-    move, _ = saddle_solve(B.T @ B + jnp.diag(idle), A.T, right, jnp.zeros(top.num_velocities, psi.dtype))
-    return multipliers + move
-
-
-def _coordinate_names(system):
-    return {row.name for row in system.rows}
-
-
 def _joint_wrenches(system, geo, rate, loads, multipliers):
     """World wrench on the child of every joint (joints, 6) about the origin, efforts (nv,), elements' wrenches."""
     top = system.topology
@@ -149,13 +130,7 @@ def _all_wrenches(system, joints, elements):
     return jnp.concatenate([joints, elements[np.array(extra, int)]])
 
 
-def _local(system, geo, wrench):
-    """(carriers, 6) force, moment on the child (frame B) in its frame."""
-    at = np.array([b for *_, b in constraints.carriers(system)])
-    return jnp.concatenate(_at_frames(wrench, geo.R[at], geo.x[at], "joint", 1.0), axis=1)
-
-
-def _reactions(system: System, P, state: State, frame: str, side: str) -> Reactions:
+def _reactions(system: System, P, state: State, frame: str, side: str, compliance) -> Reactions:
     top = system.topology
     psi, u, t = state.coordinates, state.velocities, state.t
     geo = geometry(system, P, psi)
@@ -165,11 +140,10 @@ def _reactions(system: System, P, state: State, frame: str, side: str) -> Reacti
     V_dot = node_accelerations(top, geo.S, V, u, a)
     rate, bodies = body_rates(system, R, x, V, V_dot)
     loads = efforts(system, geo, V, psi, u, t, body_owner(system))[0] + gravity_wrench(bodies, system.gravity)
-    if top.analysis is not None and top.analysis.redundant:
-        wrench, _, others = _joint_wrenches(system, geo, rate, loads, multipliers)
-        local = _local(system, geo, _all_wrenches(system, wrench, others))
-        multipliers = _least_norm(system, geo, psi, t, multipliers, local)
     wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
+    if top.analysis is not None and top.analysis.redundant:
+        multipliers = distributed(system, geo, _all_wrenches(system, wrench, others), multipliers, compliance)
+        wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
     gap = required_efforts(system, geo, J, V, V_dot, psi, u, t)
     if system.has_constraints:
         gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
@@ -189,28 +163,39 @@ def _named(system, wrench, effort, geo, frame, side):
 
 
 @eqx.filter_jit
-def _reactions_jit(system, states, frame, side, batched):
+def _reactions_jit(system, states, frame, side, batched, compliance):
     P = node_parameters(system)
-    one = lambda s: _reactions(system, P, s, frame, side)  # noqa: E731
+    one = lambda s: _reactions(system, P, s, frame, side, compliance)  # noqa: E731
     return jax.vmap(one)(states) if batched else one(states)
 
 
-def reactions(system: System, motion, frame: str = "world", side: str = "child") -> Reactions:
+def reactions(
+    system: System, motion, frame: str = "world", side: str = "child", compliance: Mapping | None = None
+) -> Reactions:
     """Reactions of all joints at a state or along a motion.
 
     Args:
         motion: a State, a Motion, or a State with one leading axis.
         frame: "world" axes, or "joint": those of the joint's frame on that side.
         side: "child": the wrench the parent applies on the child; "parent": the opposite one on the parent.
+        compliance: name -> (6,), of joints and two-frame constraints for force x, y, z [m/N] and moment x, y, z
+            [rad/(N m)] in their own axes on the child's side; default 1 and 1 / length^2 for those not named.
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
 
-    Redundant loops: components that statics cannot determine have unique_... False and take the least-norm value,
-    moments over the system's characteristic length `system.topology.analysis.length`.
+    Redundant loops: components that statics cannot determine have unique_... False.  They are shared so that the
+    complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least norm, moments over
+    the system's characteristic length `system.topology.analysis.length`.
 
-    Raises: ValueError for an unknown frame or side.  Source: S1 (26)-(29).
+    Raises: ValueError for an unknown frame, side or name.  Source: S1 (26)-(29).
     """
     if frame not in ("world", "joint") or side not in ("child", "parent"):
         raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
     states = motion if isinstance(motion, State) else motion.states
-    return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2)
+    compliance = {} if compliance is None else dict(compliance)
+    names = [name for name, *_ in constraints.carriers(system)]
+    for name in compliance:
+        if name not in names:
+            raise ValueError(f"compliance of {name!r}: there is no such joint or constraint; there are {names}")
+    compliance = {name: jnp.asarray(c, states.coordinates.dtype) for name, c in compliance.items()}
+    return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2, compliance)

@@ -124,6 +124,46 @@ def test_two_pins_share_what_statics_cannot_tell():
         np.testing.assert_array_equal(loads[name].unique_force, [False, True, False])
 
 
+@pytest.mark.parametrize("right", ["pin", "rod"])
+def test_compliant_joints_take_less(right):
+    """A bar between two bearings: the pull along it is shared as 1 : 3 where one is three times as soft.
+
+    With a rod at the right the softer bearing is a two-frame constraint.
+    """
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    b.body("bar", mass=3.0, com=(0.4, 0.0, 0.0), inertia=(0.01, 0.3, 0.3))
+    b.joint("left", PIN, "ground", "bar")
+    if right == "pin":
+        b.joint("right", PIN, "ground", "bar", parent_frame=(2.0, 0.0, 0.0), child_frame=(2.0, 0.0, 0.0))
+    else:
+        b.constraint("right", mbs.Distance(1.0), between=(("ground", (3.0, 0.0, 0.0)), ("bar", (2.0, 0.0, 0.0))))
+        b.constraint("up", mbs.Distance(1.0), between=(("ground", (2.0, 1.0, 0.0)), ("bar", (2.0, 0.0, 0.0))))
+    b.force("pull", mbs.Force((10.0, 0.0, 0.0)), on="bar")
+    system = b.build()
+    soft = {"left": np.r_[np.full(3, 1e-6), np.full(3, 1e-6)], "right": np.r_[np.full(3, 3e-6), np.full(3, 1e-6)]}
+    loads = mbs.reactions(system, mbs.State.at(system), compliance=soft)
+    np.testing.assert_allclose(loads["left"].force, [-7.5, 0.0, 0.0], atol=1e-8)
+    np.testing.assert_allclose(loads["right"].force, [-2.5, 0.0, 0.0], atol=1e-8)
+    assert loads.residual < 1e-10
+    with pytest.raises(ValueError, match="compliance of 'middle': there is no such joint or constraint"):
+        mbs.reactions(system, mbs.State.at(system), compliance={"middle": np.ones(6)})
+
+
+def test_redundant_drives_share_the_torque():
+    """Two motors on one shaft, one declared from the shaft to the ground: the halves have opposite signs."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    b.body("shaft", mass=2.0, com=(0.3, 0.0, 0.5), inertia=(0.02, 0.02, 0.01))
+    b.joint("front", PIN, "shaft", "ground", drive=lambda t: 0.0 * t)
+    b.joint("back", PIN, "ground", "shaft", parent_frame=(0.0, 0.0, 1.0), child_frame=(0.0, 0.0, 1.0))
+    b.force("motor", mbs.Torque((0.0, 0.0, 1.0)), on="shaft")
+    system = b.build()
+    loads = mbs.reactions(system, mbs.State.at(system))
+    torque = 2.0 * 9.81 * 0.3 - 1.0
+    np.testing.assert_allclose(loads["front"].moment[2] * -1.0 + loads["back"].moment[2], torque, atol=1e-7)
+    np.testing.assert_allclose(abs(loads["front"].effort[0]), abs(loads["front"].moment[2]), atol=1e-7)
+    assert loads.residual < 1e-9
+
+
 FEET = np.array([[1.0, 0.5], [1.0, -0.5], [-1.0, 0.5], [-1.0, -0.5]])
 
 

@@ -1,0 +1,90 @@
+"""How redundant joints share what statics leaves open: the bonds of a system, weighed by their compliance."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..kinematics import constraints
+from ..model.system import System
+from ..statics import Bonds, Network, bond_reactions
+from ..statics.tree import on_bodies
+
+
+def bond_network(system: System) -> Network:
+    """Bodies, and as bonds every joint and two-frame constraint, in the order of `constraints.carriers`."""
+    top, carriers = system.topology, constraints.carriers(system)
+    ends = [tuple(top.frame_body[frame] for frame in frames) for _, *frames in carriers]
+    parent, child = zip(*ends, strict=True)
+    return Network(top.body_names, tuple(name for name, *_ in carriers), parent, child)
+
+
+def system_bonds(system: System, geo, wrench, compliance=None) -> Bonds:
+    """The bonds at the poses `geo`, at their child's frame; efforts along what they leave free are those of `wrench`.
+
+    Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`.
+    """
+    at = np.array([b for *_, b in constraints.carriers(system)])
+    length = 1.0 if system.topology.analysis is None else system.topology.analysis.length
+    twists = _free_twists(system, geo)
+    effort = jnp.einsum("qij,qi->qj", twists, wrench)
+    bonds = Bonds.from_twists(bond_network(system), geo.x[at], geo.R[at], twists, effort, length)
+    if not compliance:
+        return bonds
+    index = np.array([bonds.network.bonds.index(name) for name in compliance])
+    rows = jnp.roll(jnp.stack(list(compliance.values())), 3, axis=1)
+    full = bonds.compliance.at[index].set(jax.vmap(jnp.diag)(rows))
+    return eqx.tree_at(lambda b: b.compliance, bonds, full)
+
+
+def _free_twists(system, geo):
+    """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
+    top, names = system.topology, [name for name, *_ in constraints.carriers(system)]
+    driven = {column for row in system.rows if row.role == "drive" for column in row.columns}
+    twists = jnp.zeros((len(names), 6, 6), geo.x.dtype)
+    for joint in top.joints:
+        columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
+        if columns and not joint.is_cut:
+            held = geo.S[np.array(columns)].T
+            twists = twists.at[names.index(joint.name), :, : len(columns)].set(held)
+    for group in system.closures:
+        D = constraints.closure_directions(group, geo.R, geo.x)
+        index = np.array([names.index(name) for name in group.names])
+        twists = twists.at[index].set(jax.vmap(_complement)(D))
+    return twists
+
+
+def _complement(D):
+    """Projector (6, 6) onto the twists that break no row of D (rows, 6)."""
+    Q, _ = jnp.linalg.qr(D.T)
+    return jnp.eye(6, dtype=D.dtype) - Q @ Q.T
+
+
+def distributed(system: System, geo, wrench, multipliers, compliance):
+    """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
+
+    Args: wrench (carriers, 6): reactions in balance, for the multipliers given.  Source: S1 (28).
+    """
+    bonds = system_bonds(system, geo, wrench, compliance)
+    change = bond_reactions(bonds, on_bodies(bonds.network, wrench)).wrench - wrench
+    names = list(bonds.network.bonds)
+    moves = []
+    for group in system.closures:
+        D = constraints.closure_directions(group, geo.R, geo.x)
+        index = np.array([names.index(name) for name in group.names])
+        moves.append(jax.vmap(lambda D, w: jnp.linalg.solve(D @ D.T, D @ w))(D, change[index]).reshape(-1))
+    for row in system.rows:
+        count = sum(name == row.name for name in system.topology.row_joint)
+        effort = jnp.zeros(count, change.dtype)
+        if row.role == "drive":
+            effort = _effort_change(system, geo, change, names, row.columns[0])[None]
+        moves.append(effort)
+    return multipliers + jnp.concatenate(moves)
+
+
+def _effort_change(system, geo, change, names, column):
+    """Of the joint that moves by the column; its wrench counts for the outer body, be that its child or its parent."""
+    top = system.topology
+    j = top.node_joint[column]
+    outward = 1.0 if top.joints[j].child == top.body_joint.index(j) else -1.0
+    return outward * (geo.S[column] @ change[names.index(top.joints[j].name)])
