@@ -25,25 +25,25 @@ FEW_LOOPS = 20
 
 
 class ForceMethod:
-    """y = Y lambda with `(Y^T C Y) lambda = -Y^T d`, dense.  Source: S1 (28)-(29)."""
+    """y = Y lambda with `(Y^T C Y) lambda = -Y^T d`, dense, each chain of bonds as one.  Source: S1 (28)-(29)."""
 
     penalty = {8: 1e8, 4: 1e3}
 
     @staticmethod
     def factor(network: Network, C):
         """Cholesky factor (6 S, 6 S)."""
-        Y = cycle_pattern(network)
-        q, S = Y.shape
-        pairs = jnp.asarray((Y[:, :, None] * Y[:, None, :]).reshape(q, S * S), C.dtype)
-        blocks = (pairs.T @ C.reshape(q, 36)).reshape(S, S, 6, 6)
+        Y = _chain_pattern(network)
+        m, S = Y.shape
+        pairs = jnp.asarray((Y[:, :, None] * Y[:, None, :]).reshape(m, S * S), C.dtype)
+        blocks = (pairs.T @ _in_series(network, C).reshape(m, 36)).reshape(S, S, 6, 6)
         return jnp.linalg.cholesky(blocks.transpose(0, 2, 1, 3).reshape(6 * S, 6 * S))
 
     @staticmethod
     def correct(network: Network, factors, d):
         """y (q, 6)."""
-        Y = jnp.asarray(cycle_pattern(network), d.dtype)
-        parameters = jax.scipy.linalg.cho_solve((factors, True), -(Y.T @ d).reshape(-1))
-        return Y @ parameters.reshape(-1, 6)
+        Y = jnp.asarray(_chain_pattern(network), d.dtype)
+        parameters = jax.scipy.linalg.cho_solve((factors, True), -(Y.T @ _along_chains(network, d)).reshape(-1))
+        return _to_bonds(network, Y @ parameters.reshape(-1, 6))
 
 
 class _NodalFactors(NamedTuple):
@@ -59,8 +59,7 @@ class NodalMethod:
     @staticmethod
     def factor(network: Network, C):
         """Stiffnesses of the chains and the factor of the nodes' equilibrium."""
-        r = series_reduction(network)
-        series = jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
+        r, series = series_reduction(network), _in_series(network, C)
         eye = jnp.broadcast_to(jnp.eye(6, dtype=C.dtype), series.shape)
         stiffness = jax.scipy.linalg.cho_solve((jnp.linalg.cholesky(series), True), eye)
         if r.num_nodes == 0:
@@ -76,15 +75,36 @@ class NodalMethod:
         """y (q, 6)."""
         r = series_reduction(network)
         first, last = r.ends.T
-        sign = jnp.asarray(r.sign, d.dtype)[:, None]
-        gap = jnp.zeros((r.num_chains + 1, 6), d.dtype).at[r.chain].add(sign * d)[:-1]
-        load = jnp.einsum("mij,mj->mi", factors.stiffness, gap)
+        load = jnp.einsum("mij,mj->mi", factors.stiffness, _along_chains(network, d))
         twist = jnp.zeros((r.num_nodes + 1, 6), d.dtype)
         if r.num_nodes:
             twist = twist.at[last].add(load).at[first].add(-load)
             twist = twist.at[:-1].set(blocksparse.solve(factors.nodes, twist[:-1])).at[-1].set(0.0)
-        along = jnp.einsum("mij,mj->mi", factors.stiffness, twist[last] - twist[first]) - load
-        return sign * jnp.concatenate([along, jnp.zeros((1, 6), d.dtype)])[r.chain]
+        return _to_bonds(network, jnp.einsum("mij,mj->mi", factors.stiffness, twist[last] - twist[first]) - load)
+
+
+def _chain_pattern(network):
+    """The cycle pattern by chains (m, S): all bonds of a chain lie in the same loops."""
+    r, Y = series_reduction(network), cycle_pattern(network)
+    bonds = np.unique(r.chain, return_index=True)[1][: r.num_chains]
+    return r.sign[bonds, None] * Y[bonds]
+
+
+def _in_series(network, C):
+    r = series_reduction(network)
+    return jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
+
+
+def _along_chains(network, d):
+    r = series_reduction(network)
+    signed = jnp.asarray(r.sign, d.dtype)[:, None] * d
+    return jnp.zeros((r.num_chains + 1, 6), d.dtype).at[r.chain].add(signed)[:-1]
+
+
+def _to_bonds(network, y):
+    r = series_reduction(network)
+    padded = jnp.concatenate([y, jnp.zeros((1, 6), y.dtype)])
+    return jnp.asarray(r.sign, y.dtype)[:, None] * padded[r.chain]
 
 
 METHODS = {"force": ForceMethod, "nodal": NodalMethod}

@@ -61,7 +61,8 @@ def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
         raise ValueError(f"method must be 'auto', 'svd' or 'random projection', got {method!r}")
     network = bonds.network
     if method == "auto":
-        method = "svd" if 6 * network.num_loops <= DENSE else "random projection"
+        small = 6 * network.num_loops <= DENSE and len(network.bonds) * network.num_loops <= 100_000
+        method = "svd" if small else "random projection"
     middle = np.asarray(bonds.position).mean(0, keepdims=True)
     near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - jnp.asarray(middle))
     free = _free_count(near)

@@ -19,19 +19,33 @@ def bar(a, b):
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
+def bracket(effort=None):
+    bonds = {"foot": ("ground", "strut"), "wall": ("ground", "tie"), "tip": ("strut", "tie")}
+    position = [(0.0, 0.0, 0.0), (0.0, 0.5773502691896257, 0.0), (1.0, 0.0, 0.0)]
+    return Bonds.from_arrays(["strut", "tie"], bonds, position, carries=[(1, 1, 1, 1, 1, 0)] * 3, effort=effort)
+
+
 def test_a_bracket_of_two_bars():
     """Strut and tie pinned to the wall, 1 kN down at the tip.
 
     Numbers: case G2_static_truss_bracket, closed form by the method of joints.
     """
-    tip, high = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.5773502691896257, 0.0])
-    bonds = {"foot": ("ground", "strut"), "wall": ("ground", "tie"), "tip": ("strut", "tie")}
-    pins = Bonds.from_arrays(["strut", "tie"], bonds, [np.zeros(3), high, tip], carries=[(1, 1, 1, 1, 1, 0)] * 3)
-    found = solve(pins, applied(["strut", "tie"], {"strut": [((0.0, -1000.0, 0.0), tip)]}))
+    found = solve(bracket(), applied(["strut", "tie"], {"strut": [((0.0, -1000.0, 0.0), (1.0, 0.0, 0.0))]}))
     np.testing.assert_allclose(found["foot"].force, [1732.0508075688776, 0.0, 0.0], atol=1e-8)
     np.testing.assert_allclose(found["wall"].force, [-1732.0508075688776, 1000.0, 0.0], atol=1e-8)
     np.testing.assert_allclose(np.linalg.norm(found["tip"].force), 2000.0000000000002, atol=1e-8)
     np.testing.assert_allclose(found.components[:, 3:], 0.0, atol=1e-8)
+
+
+def test_a_spring_in_a_pin():
+    """A torsion spring at the tip turns the tie by 7 N m and the strut back: couples of the pins' forces."""
+    tip, high = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.5773502691896257, 0.0])
+    effort = np.zeros((3, 6))
+    effort[2, 5] = 7.0
+    found = solve(bracket(effort), np.zeros((2, 6)))
+    np.testing.assert_allclose(found["tip"].moment, [0.0, 0.0, 7.0], atol=1e-11)
+    for arm in (tip, tip - high):
+        np.testing.assert_allclose(np.cross(arm, found["tip"].force)[2], -7.0, atol=1e-11)
 
 
 def test_a_warren_truss_of_seven_bars():
