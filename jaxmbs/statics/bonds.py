@@ -24,9 +24,9 @@ class Bonds(eqx.Module):
 
     Attributes:
         position (q, 3): origin of each bond [m]; frame (q, 3, 3): its axes, the columns of a rotation.
-        free (q, 6, 6): columns are the twists (angular, linear) of the child relative to the parent that the bond
+        free (q, 6, f): columns are the twists (angular, linear) of the child relative to the parent that the bond
             leaves free, in its own axes about its own origin; unused columns are zero.
-        effort (q, 6): effort of springs and motors along each free twist on the child [N m or N].
+        effort (q, f): effort of springs and motors along each free twist on the child [N m or N].
         compliance (q, 6, 6): metric C of the wrench (moment, force) in its own axes about its own origin; what
             statics leaves open makes `1/2 sum w.C w` least.
         length (): characteristic length [m] that moments are divided by where they meet forces.
@@ -38,8 +38,8 @@ class Bonds(eqx.Module):
     network: Network = eqx.field(static=True)
     position: Float[Array, "q 3"]
     frame: Float[Array, "q 3 3"]
-    free: Float[Array, "q 6 6"]
-    effort: Float[Array, "q 6"]
+    free: Float[Array, "q 6 f"]
+    effort: Float[Array, "q f"]
     compliance: Float[Array, "q 6 6"]
     length: Float[Array, ""]
     undetermined: tuple[tuple[bool, ...], ...] | None = eqx.field(static=True, default=None)
@@ -89,8 +89,8 @@ class Bonds(eqx.Module):
     def from_twists(cls, network: Network, position, frame, twists, effort, length, compliance=None) -> "Bonds":
         """Bonds from world twists about the world origin, as the columns of joints and closures give them.
 
-        Args: twists (q, 6, 6): columns span what each bond leaves free, of any number and length; zero ones are
-            unused.  effort (q, 6) = twists^T wrench.  Others as in `from_arrays`, compliance (q, 6, 6) as the field.
+        Args: twists (q, 6, f): columns span what each bond leaves free, of any number and length; zero ones are
+            unused.  effort (q, f) = twists^T wrench.  Others as in `from_arrays`, compliance (q, 6, 6) as the field.
         """
         dtype, length = position.dtype, jnp.asarray(length, position.dtype)
         angular, linear = twists[:, :3], twists[:, 3:]
@@ -98,7 +98,7 @@ class Bonds(eqx.Module):
         local = [jnp.einsum("qji,qjk->qik", frame, part) for part in (angular, linear)]
         if compliance is None:
             weight = jnp.concatenate([jnp.full(3, length**-2), jnp.ones(3, dtype)])
-            compliance = jnp.broadcast_to(jnp.diag(weight), twists.shape)
+            compliance = jnp.broadcast_to(jnp.diag(weight), (len(twists), 6, 6))
         return cls(network, position, frame, jnp.concatenate(local, axis=1), effort, compliance, length)
 
     @property
@@ -119,10 +119,10 @@ class Bonds(eqx.Module):
         return jnp.roll(jnp.einsum("qji,qj->qi", self.twist_axes, wrench), 3, axis=1)
 
     def free_sizes(self):
-        """Squared size (q, 6) of each free twist [m^2], angles times the characteristic length; zero if unused."""
+        """Squared size (q, f) of each free twist [m^2], angles times the characteristic length; zero if unused."""
         weight = jnp.concatenate([jnp.full(3, self.length**2), jnp.ones(3, self.length.dtype)])
         size = jnp.einsum("i,qij->qj", weight, self.free**2)
-        return jnp.where(size > 1e-12 * jnp.max(size, axis=1, keepdims=True), size, 0.0)
+        return jnp.where(size > 1e-12 * jnp.max(size, axis=1, keepdims=True, initial=0.0), size, 0.0)
 
 
 def _spread(position):

@@ -8,30 +8,33 @@ solved with C + F rho F^T in place of C and proximal iterations on one factor, w
 redundant and movable networks.  Derivatives are those of the conditions themselves.
 """
 
+from functools import partial
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from .bonds import Bonds
-from .loops import choose
+from .loops import along_chains, choose, in_series, to_bonds
+from .reduction import series_reduction
 from .tree import across_bonds, on_bodies, tree_twists, tree_wrenches
 
-#: Each gains the factor that the penalty is above a loop's stiffness; on nearly singular loops that is not much.
-ITERATIONS = 5
+#: Proximal iterations of a round, which starts from exact equilibrium.  Each gains the factor that the penalty is
+#: above a loop's stiffness; on nearly singular loops that is not much.
+ITERATIONS, ROUNDS = 3, 2
 
 
 class _Conditions(eqx.Module):
-    """World arrays of the bonds about one origin: C (q, 6, 6), F (q, 6, 6), penalty (q, 6)."""
+    """World arrays of the bonds about one origin: C (q, 6, 6), F (q, 6, f), penalty (q, f).
+
+    Bonds outside all loops have no free twists here: equilibrium alone determines them.
+    """
 
     C: jax.Array
     F: jax.Array
     penalty: jax.Array
-
-    @property
-    def penalised(self):
-        """C + F rho F^T."""
-        return self.C + jnp.einsum("qik,qk,qjk->qij", self.F, self.penalty, self.F)
 
 
 def _conditions(bonds, solver):
@@ -42,7 +45,8 @@ def _conditions(bonds, solver):
     size = bonds.free_sizes()
     used = size > 0.0
     penalty = jnp.where(used, solver.penalty[L.dtype.itemsize] * weakest / jnp.where(used, size, 1.0), 0.0)
-    return _Conditions(C, axes @ bonds.free, penalty)
+    looped = np.abs(series_reduction(bonds.network).sign)
+    return _Conditions(C, axes @ bonds.free * jnp.asarray(looped, L.dtype)[:, None, None], penalty)
 
 
 def _times(matrix, x):
@@ -58,36 +62,68 @@ def least_compliance(bonds: Bonds, deformation, effort, loads, method: str = "au
 
     Args:
         deformation (q, 6): world twist that each bond would have of itself; zero for ordinary statics.
-        effort (q, 6) along each free twist; loads (p, 6) that the bonds must supply to every body.
+        effort (q, f) along each free twist; loads (p, 6) that the bonds must supply to every body.
         method: "force", "nodal" or "auto"; see `loops`.
     """
-    network, q = bonds.network, len(bonds.network.bonds)
-    solver = choose(network, method)
+    network, solver = bonds.network, choose(bonds.network, method)
     conditions = _conditions(bonds, solver)
-    fixed = lax.stop_gradient(conditions)
-    C, F, penalty, stiff = fixed.C, fixed.F, fixed.penalty, fixed.penalised
-    factors = solver.factor(network, stiff)
+    pack, unpack = _packing(deformation, effort, loads)
+    inverse = _inverse(network, solver, lax.stop_gradient(conditions), pack, unpack)
 
     def apply(x):
-        w, mu, u = jnp.split(x, [q, 2 * q])
+        w, mu, u = unpack(x)
         stretch = _times(conditions.C, w) + _times(conditions.F, mu) - across_bonds(network, u)
-        return jnp.concatenate([stretch, _into(conditions.F, w), -on_bodies(network, w)])
+        return pack(stretch, _into(conditions.F, w), -on_bodies(network, w))
+
+    right = pack(deformation, effort, -loads)  # one array: each part alone may lack a tangent
+    return unpack(lax.custom_linear_solve(apply, right, inverse, inverse, symmetric=True))[0]
+
+
+def _packing(*parts):
+    shapes, ends = [x.shape for x in parts], np.cumsum([x.size for x in parts])
+
+    def pack(*arrays):
+        return jnp.concatenate([x.reshape(-1) for x in arrays])
+
+    def unpack(x):
+        return [part.reshape(shape) for part, shape in zip(jnp.split(x, ends[:-1]), shapes, strict=True)]
+
+    return pack, unpack
+
+
+def _inverse(network, solver, conditions, pack, unpack):
+    """The solution of the conditions: a balance by the tree, then the chains' wrenches by proximal iterations."""
+    C, F, penalty = conditions.C, conditions.F, conditions.penalty
+    series = in_series(network, C)
+    # C + F rho F^T in series
+    factors = solver.factor(network, series + in_series(network, jnp.einsum("qik,qk,qjk->qij", F, penalty, F)))
 
     def inverse(_, right):
-        deformation, effort, minus_loads = jnp.split(right, [q, 2 * q])
+        deformation, effort, minus_loads = unpack(right)
 
-        def improve(_, x):
-            w, mu, u = x
-            gap = effort - _into(F, w)
-            open_stretch = deformation - _times(C, w) - _times(F, mu - penalty * gap) + across_bonds(network, u)
-            step = tree_wrenches(network, -minus_loads - on_bodies(network, w))
-            step = step + solver.correct(network, factors, _times(stiff, step) - open_stretch)
-            u = u + tree_twists(network, _times(stiff, step) - open_stretch)
-            return w + step, mu + penalty * (_into(F, step) - gap), u  # the gap as it was: rounding cancels
+        def balanced(w):
+            return w + tree_wrenches(network, -minus_loads - on_bodies(network, w))
 
-        start = jnp.zeros_like(deformation), jnp.zeros_like(effort), jnp.zeros_like(minus_loads)
-        w, mu, u = lax.fori_loop(0, ITERATIONS, improve, start)
-        return jnp.concatenate([w + tree_wrenches(network, -minus_loads - on_bodies(network, w)), mu, u])
+        def twists(w, mu):
+            return tree_twists(network, _times(C, w) + _times(F, mu) - deformation)
 
-    right = jnp.concatenate([deformation, effort, -loads])  # one array: each part alone may lack a tangent
-    return lax.custom_linear_solve(apply, right, inverse, inverse, symmetric=True)[:q]
+        def improve(_, x, w, stretch):
+            y, mu = x
+            gap = effort - _into(F, w + to_bonds(network, y))
+            d = stretch + _times(series, y) + along_chains(network, _times(F, mu - penalty * gap))
+            step = solver.correct(network, factors, d)
+            return y + step, mu + penalty * (_into(F, to_bonds(network, step)) - gap)  # the gap as it was
+
+        def improved(_, x):
+            w, mu = balanced(x[0]), x[1]
+            open_stretch = _times(C, w) - deformation - across_bonds(network, twists(w, mu))
+            stretch = along_chains(network, open_stretch)
+            start = jnp.zeros_like(stretch), mu
+            y, mu = lax.fori_loop(0, ITERATIONS, partial(improve, w=w, stretch=stretch), start)
+            return w + to_bonds(network, y), mu
+
+        w, mu = lax.fori_loop(0, ROUNDS, improved, (jnp.zeros_like(deformation), jnp.zeros_like(effort)))
+        w = balanced(w)
+        return pack(w, mu, twists(w, mu))
+
+    return inverse

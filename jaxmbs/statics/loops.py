@@ -1,8 +1,8 @@
 """Self-equilibrated wrenches of least compliance: by the parameters of the loops, or by the twists of the nodes.
 
-Both answer one question: among the wrenches y that load no body (`I_E y = 0`), which makes `1/2 y.C y + d.y` least?
-`factor(network, C)` is done once; `correct(network, factors, d)` answers for d (q, 6).  C (q, 6, 6) is positive
-definite, about one common origin.
+Both answer one question, for wrenches y of the chains of bonds (`series_reduction`): among those that load no body,
+which makes `1/2 y.C y + d.y` least?  `factor(network, C)` is done once; `correct(network, factors, d)` answers for d
+(m, 6).  C (m, 6, 6) is positive definite, about one common origin.
 
 `penalty` (double, single precision) is how much stiffer than the weakest bond the free directions may be made
 without loss: the nodes lose more, a ladder of n loops has a condition of n^4 of its own.
@@ -35,15 +35,15 @@ class ForceMethod:
         Y = _chain_pattern(network)
         m, S = Y.shape
         pairs = jnp.asarray((Y[:, :, None] * Y[:, None, :]).reshape(m, S * S), C.dtype)
-        blocks = (pairs.T @ _in_series(network, C).reshape(m, 36)).reshape(S, S, 6, 6)
+        blocks = (pairs.T @ C.reshape(m, 36)).reshape(S, S, 6, 6)
         return jnp.linalg.cholesky(blocks.transpose(0, 2, 1, 3).reshape(6 * S, 6 * S))
 
     @staticmethod
     def correct(network: Network, factors, d):
-        """y (q, 6)."""
+        """y (m, 6)."""
         Y = jnp.asarray(_chain_pattern(network), d.dtype)
-        parameters = jax.scipy.linalg.cho_solve((factors, True), -(Y.T @ _along_chains(network, d)).reshape(-1))
-        return _to_bonds(network, Y @ parameters.reshape(-1, 6))
+        parameters = jax.scipy.linalg.cho_solve((factors, True), -(Y.T @ d).reshape(-1))
+        return Y @ parameters.reshape(-1, 6)
 
 
 class _NodalFactors(NamedTuple):
@@ -59,9 +59,8 @@ class NodalMethod:
     @staticmethod
     def factor(network: Network, C):
         """Stiffnesses of the chains and the factor of the nodes' equilibrium."""
-        r, series = series_reduction(network), _in_series(network, C)
-        eye = jnp.broadcast_to(jnp.eye(6, dtype=C.dtype), series.shape)
-        stiffness = jax.scipy.linalg.cho_solve((jnp.linalg.cholesky(series), True), eye)
+        r, eye = series_reduction(network), jnp.broadcast_to(jnp.eye(6, dtype=C.dtype), C.shape)
+        stiffness = jax.scipy.linalg.cho_solve((jnp.linalg.cholesky(C), True), eye)
         if r.num_nodes == 0:
             return _NodalFactors(stiffness, None)
         first, last = np.where(r.ends[:, 0] == r.ends[:, 1], r.num_nodes, r.ends.T)
@@ -72,15 +71,15 @@ class NodalMethod:
 
     @staticmethod
     def correct(network: Network, factors, d):
-        """y (q, 6)."""
+        """y (m, 6)."""
         r = series_reduction(network)
         first, last = r.ends.T
-        load = jnp.einsum("mij,mj->mi", factors.stiffness, _along_chains(network, d))
+        load = jnp.einsum("mij,mj->mi", factors.stiffness, d)
         twist = jnp.zeros((r.num_nodes + 1, 6), d.dtype)
         if r.num_nodes:
             twist = twist.at[last].add(load).at[first].add(-load)
             twist = twist.at[:-1].set(blocksparse.solve(factors.nodes, twist[:-1])).at[-1].set(0.0)
-        return _to_bonds(network, jnp.einsum("mij,mj->mi", factors.stiffness, twist[last] - twist[first]) - load)
+        return jnp.einsum("mij,mj->mi", factors.stiffness, twist[last] - twist[first]) - load
 
 
 def _chain_pattern(network):
@@ -90,18 +89,21 @@ def _chain_pattern(network):
     return r.sign[bonds, None] * Y[bonds]
 
 
-def _in_series(network, C):
+def in_series(network: Network, C):
+    """Compliance (m, 6, 6) of every chain: the sum of its bonds' (q, 6, 6)."""
     r = series_reduction(network)
     return jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
 
 
-def _along_chains(network, d):
+def along_chains(network: Network, d):
+    """Sum (m, 6) of the bonds' twists (q, 6) along every chain."""
     r = series_reduction(network)
     signed = jnp.asarray(r.sign, d.dtype)[:, None] * d
     return jnp.zeros((r.num_chains + 1, 6), d.dtype).at[r.chain].add(signed)[:-1]
 
 
-def _to_bonds(network, y):
+def to_bonds(network: Network, y):
+    """Wrenches (q, 6) of the bonds from those of their chains (m, 6); transpose of the above."""
     r = series_reduction(network)
     padded = jnp.concatenate([y, jnp.zeros((1, 6), y.dtype)])
     return jnp.asarray(r.sign, y.dtype)[:, None] * padded[r.chain]

@@ -101,7 +101,7 @@ def _marks(stress, bonds):
 
 
 def _free_rows(bonds):
-    """Unit free twists (q, 6, 6) in the bonds' axes, angles times the length; zero columns where unused."""
+    """Unit free twists (q, 6, f) in the bonds' axes, angles times the length; zero columns where unused."""
     size = np.asarray(bonds.free_sizes(), float)
     scale = np.r_[np.full(3, float(bonds.length)), np.ones(3)]
     return (
@@ -110,8 +110,8 @@ def _free_rows(bonds):
 
 
 def _free_count(bonds):
-    values = np.linalg.svd(_free_rows(bonds), compute_uv=False)
-    return int(np.sum(values > 1e-6))
+    rows = _free_rows(bonds)
+    return int(np.sum(np.linalg.svd(rows, compute_uv=False) > 1e-6)) if rows.size else 0
 
 
 def _dense(bonds):
@@ -122,7 +122,7 @@ def _dense(bonds):
     scale = np.r_[np.full(3, L), np.ones(3)]
     to_bond = to_bond * scale[None, None, :] / scale[None, :, None]  # both sides in N, moments over the length
     wrench = np.einsum("qs,qij->qisj", Y, to_bond).reshape(q, 6, 6 * S)
-    rows = np.einsum("qic,qis->qcs", _free_rows(bonds), wrench).reshape(6 * q, 6 * S)
+    rows = np.einsum("qic,qis->qcs", _free_rows(bonds), wrench).reshape(-1, 6 * S)
     rows = np.linalg.qr(rows, mode="r")
     _, s, Vt = np.linalg.svd(rows) if rows.size else (None, np.zeros(0), np.eye(6 * S))
     tolerance = _RANK[bonds.position.dtype.itemsize] * max(s.max(initial=0.0), 1e-30)
@@ -133,7 +133,7 @@ def _dense(bonds):
 
 @eqx.filter_jit
 def _project(bonds, deformations, efforts):
-    """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, 6) along the free
+    """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, f) along the free
     twists that random efforts there leave."""
     idle = jnp.zeros((len(bonds.network.bodies), 6), bonds.position.dtype)
     problems = (jnp.concatenate(pair) for pair in ((deformations, 0.0 * efforts), (0.0 * deformations, efforts)))
@@ -151,7 +151,7 @@ def _projected(bonds, free):
     size = np.sqrt(np.asarray(bonds.free_sizes(), float))
     count = 8
     while count <= _MOST_PROBES:
-        deformations, efforts = random.normal(size=(2, count, q, 6))
+        deformations, efforts = random.normal(size=(count, q, 6)), random.normal(size=(count, *size.shape))
         deformations = np.einsum("qij,nqj->nqi", np.asarray(bonds.twist_axes, float), deformations / unit)
         stress, motion = _project(bonds, jnp.asarray(deformations, dtype), jnp.asarray(efforts * size, dtype))
         stress = _span(np.asarray(stress, float) * _unit(bonds), dtype)
@@ -165,7 +165,9 @@ def _projected(bonds, free):
 
 
 def _span(vectors, dtype):
-    """Orthonormal basis (n, q, 6) of the vectors (m, q, 6); directions in the noise are left out."""
+    """Orthonormal basis (n, q, k) of the vectors (m, q, k); directions in the noise are left out."""
+    if vectors.size == 0:
+        return vectors[:0]
     _, s, Vt = np.linalg.svd(vectors.reshape(len(vectors), -1), full_matrices=False)
     n = int(np.sum(s > _MARK[dtype.itemsize] * np.sqrt(vectors[0].size)))
     return Vt[:n].reshape(n, *vectors.shape[1:])
