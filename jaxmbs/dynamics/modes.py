@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..math.eigen import eig
 from .linearise import Linearisation
 
 
@@ -42,29 +43,7 @@ def modes(linear: Linearisation) -> Modes:
     Eigenvalues have derivatives where they are simple or their vectors complete; at a defective one (a free motion's
     pair of zeros) no derivative exists, and zero is returned.
     """
-    A = linear.state_space.A
-    values, shapes = eigenvalues(A), jax.lax.stop_gradient(_sorted(jax.lax.stop_gradient(A))[1])
+    values, shapes, _ = eig(linear.state_space.A)
+    shapes = jax.lax.stop_gradient(shapes)
     largest = jnp.take_along_axis(shapes, jnp.argmax(jnp.abs(shapes), axis=0)[None], axis=0)
     return Modes(values, shapes / largest)
-
-
-def _sorted(A):
-    values, vectors = jnp.linalg.eig(A)
-    order = jnp.lexsort((-jnp.sign(values.imag), jnp.round(jnp.abs(values), 9)))
-    return values[order], vectors[:, order]
-
-
-@jax.custom_jvp
-def eigenvalues(A):
-    """Eigenvalues (n,) of a real matrix (n, n), ordered by size."""
-    return _sorted(A)[0]
-
-
-@eigenvalues.defjvp
-def _eigenvalues_jvp(primals, tangents):
-    (A,), (A_dot,) = primals, tangents
-    values, X = _sorted(A)
-    Y, _, rank, _ = jnp.linalg.lstsq(X, jnp.eye(A.shape[0], dtype=X.dtype))
-    complete = jnp.linalg.norm(Y, axis=1) < 1e6
-    slopes = jnp.sum(Y * (A_dot.astype(X.dtype) @ X).T, axis=1)
-    return values, jnp.where(complete, slopes, 0.0)

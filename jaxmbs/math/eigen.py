@@ -1,0 +1,132 @@
+"""Eigenproblems whose derivatives stay finite and right when eigenvalues repeat."""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+from jax.scipy.linalg import solve_triangular
+
+
+@jax.custom_jvp
+def eigh(K, M):
+    """Eigenvalues (n,), rising, and vectors (n, n) of `K X = M X diag(values)`, `X^T M X = 1`; K, M symmetric.
+
+    Derivatives of any order exist for single values, for vectors of single values, and for what does not depend on
+    the choice of vectors in a group of equal values: sums of values and projectors over whole groups.  A single
+    vector or value of a group has no derivative; what comes out then is finite and means nothing.  Sums of functions
+    of the values over vectors are `spectral`.
+
+    Args:
+        M: positive definite (n, n).
+
+    All values are right to rounding times the highest one.  Source: S1 (33)-(37).
+    """
+    K, M = (K + K.T) / 2, (M + M.T) / 2
+    L = jnp.linalg.cholesky(M)
+    A = solve_triangular(L, solve_triangular(L, K, lower=True).T, lower=True)
+    values, Y = jnp.linalg.eigh((A + A.T) / 2)
+    return values, solve_triangular(L, Y, lower=True, trans=1)
+
+
+@eigh.defjvp
+def _eigh_jvp(primals, tangents):
+    K_dot, M_dot = ((d + d.T) / 2 for d in tangents)
+    values, X = eigh(*primals)
+    P, Q = X.T @ K_dot @ X, X.T @ M_dot @ X
+    R = P - Q * values[None, :]
+    together = same(values)
+    gap = jnp.where(together, 1.0, values[None, :] - values[:, None])
+    return (values, X), (jnp.diagonal(R), X @ jnp.where(together, -0.5 * Q, R / gap))
+
+
+def same(values):
+    """Which eigenvalues count as equal (n, n): by their own size, with a floor at the rounding of the largest."""
+    eps = jnp.finfo(values.dtype).eps
+    size = jnp.maximum(jnp.abs(values)[:, None], jnp.abs(values)[None, :])
+    gap = jnp.abs(values[:, None] - values[None, :])
+    return gap <= jnp.sqrt(eps) * size + 50 * eps * jnp.max(size)
+
+
+def group_means(values):
+    """Every eigenvalue (n,) replaced by the mean of those equal to it; has a derivative while groups stay whole."""
+    together = jax.lax.stop_gradient(same(values)).astype(values.dtype)
+    return together @ values / jnp.sum(together, axis=1)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def spectral(function, K, M, *parameters):
+    """`sum_k x_k f(value_k) x_k^T` (n, n), for the pencil (K, M) of `eigh`; right at repeated eigenvalues.
+
+    First derivatives by divided differences of f (Daleckii and Krein); second ones only where values are single.
+
+    Args:
+        function: `f(values, *parameters)`, entry by entry, real or complex, smooth near the values; it closes over no
+            traced array.
+        parameters: arguments with derivatives, each () or (n,), one number for each mode: then equal in a group.
+    """
+    values, X = eigh(K, M)
+    return _sum(X, jnp.diag(function(values, *parameters)))
+
+
+def _sum(X, f):
+    X = X.astype(f.dtype)
+    return X @ f @ X.T
+
+
+@spectral.defjvp
+def _spectral_jvp(function, primals, tangents):
+    K, M, *parameters = primals
+    values, X = eigh(K, M)
+    P, Q = (X.T @ ((d + d.T) / 2) @ X for d in tangents[:2])
+    f, f_dot = jax.jvp(lambda *p: function(values, *p), tuple(parameters), tuple(tangents[2:]))
+    slope = divided_differences(function, values, *parameters)
+    slope_by_value = divided_differences(lambda v, *p: v.astype(f.dtype) * function(v, *p), values, *parameters)
+    change = slope * P.astype(f.dtype) - slope_by_value * Q.astype(f.dtype) + jnp.diag(f_dot)
+    return _sum(X, jnp.diag(f)), _sum(X, change)
+
+
+def divided_differences(function, values, *parameters):
+    """`(f_i - f_j) / (v_i - v_j)` (n, n); for close values the mean slope between them (three Gauss points)."""
+    columns = [jnp.broadcast_to(p, values.shape)[:, None] for p in parameters]
+    means = [(p + p.T) / 2 for p in columns]
+    equal = jnp.ones((values.shape[0],) * 2, bool)
+    for p in columns:
+        equal = equal & (p == p.T)
+    size = jnp.maximum(jnp.abs(values)[:, None], jnp.abs(values)[None, :])
+    gap = values[:, None] - values[None, :]
+    near = (equal & (jnp.abs(gap) <= jnp.finfo(values.dtype).eps ** 0.25 * size)) | same(values)
+    middle = (values[:, None] + values[None, :]) / 2
+    slope = 0.0
+    for point, weight in ((-(0.15**0.5), 5 / 18), (0.0, 8 / 18), (0.15**0.5, 5 / 18)):
+        at = jnp.where(near, middle + point * gap, values[:, None])
+        slope = slope + weight * jax.jvp(lambda v: function(v, *means), (at,), (jnp.ones_like(at),))[1]
+    f = function(values, *parameters)
+    gap = jnp.where(near, 1.0, gap).astype(f.dtype)
+    return jnp.where(near, slope, (f[:, None] - f[None, :]) / gap)
+
+
+@jax.custom_jvp
+def eig(A):
+    """Eigenvalues (n,), right vectors X (n, n) and left ones Y = X^-1 of a square matrix; on the CPU.
+
+    Ordered by size, of a conjugate pair the positive imaginary part first.  Values and vectors have derivatives where
+    they are single (vectors up to their scale); sums over a group too where its vectors are complete.  At a defective
+    value no derivative exists, and zero is returned.
+    """
+    values, X = jnp.linalg.eig(A)
+    order = jnp.lexsort((-jnp.sign(values.imag), jnp.round(jnp.abs(values), 9)))
+    values, X = values[order], X[:, order]
+    return values, X, jnp.linalg.lstsq(X, jnp.eye(A.shape[0], dtype=X.dtype))[0]
+
+
+@eig.defjvp
+def _eig_jvp(primals, tangents):
+    values, X, Y = eig(*primals)
+    C = Y @ (tangents[0].astype(X.dtype) @ X)
+    complete = jnp.sum(jnp.abs(Y) ** 2, axis=1) < jnp.finfo(X.real.dtype).eps ** -0.75
+    gap = values[None, :] - values[:, None]
+    size = jnp.maximum(jnp.abs(values)[:, None], jnp.abs(values)[None, :])
+    eps = jnp.finfo(X.real.dtype).eps
+    apart = (jnp.abs(gap) > jnp.sqrt(eps) * size + 50 * eps * jnp.max(size)) & complete[:, None] & complete[None, :]
+    mixing = jnp.where(apart, C / jnp.where(apart, gap, 1.0), 0.0)
+    return (values, X, Y), (jnp.where(complete, jnp.diagonal(C), 0.0), X @ mixing, -mixing @ Y)
