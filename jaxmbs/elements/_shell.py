@@ -1,0 +1,105 @@
+"""What the flat shells share: material fields, transformation to the plane, pressure."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._parts import carried, plane_stress, turned
+from .base import AbstractElement, number
+
+_RESULTANTS = ("Nxx", "Nyy", "Nxy", "Mxx", "Myy", "Mxy")
+
+
+class AbstractShell(AbstractElement):
+    """Flat isotropic shell with six coordinates per node, rotation about the normal (drilling) included.
+
+    Attributes:
+        young: modulus [Pa]; poisson; thickness [m]; density [kg/m^3].
+    """
+
+    young: Float[Array, "..."] = eqx.field(converter=number)
+    poisson: Float[Array, "..."] = eqx.field(converter=number)
+    thickness: Float[Array, "..."] = eqx.field(converter=number)
+    density: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
+
+    force_labels: ClassVar[tuple[str, ...]] = _RESULTANTS
+    stress_labels: ClassVar[tuple[str, ...]] = tuple(
+        f"{c} {face}" for face in ("top", "bottom") for c in ("xx", "yy", "xy")
+    )
+
+    def axes(self, nodes):
+        """Rows x, y, z (3, 3) of the element's axes, z along its normal."""
+        raise NotImplementedError
+
+    def membrane(self, xy):
+        """Stiffness (3 k, 3 k) over u, v, drilling rotation of each node, and strains (3, 3 k) at the centre."""
+        raise NotImplementedError
+
+    def bending(self, xy):
+        """Stiffness (3 k, 3 k) over w, rx, ry of each node, and curvatures (3, 3 k) at the centre."""
+        raise NotImplementedError
+
+    def shapes(self, xy):
+        """Shape functions (q, k) at points of quadrature and the areas (q,) that belong to them."""
+        raise NotImplementedError
+
+    def flat(self, nodes):
+        """Positions (k, 2) in the mean plane, and (6 k, 6 k) motions there in element axes from those of the nodes.
+
+        A node off the plane carries its image rigidly.
+        """
+        axes = self.axes(nodes)
+        local = (nodes - jnp.mean(nodes, axis=0, keepdims=True)) @ axes.T
+        zero = jnp.zeros_like(local[:, 0])
+        arms = -jnp.stack([zero, zero, local[:, 2]], axis=1) @ axes
+        return local[:, :2], jax.scipy.linalg.block_diag(*[turned(axes) @ carried(arm) for arm in arms])
+
+    def stiffness(self, nodes):
+        """Membrane and bending, uncoupled in the element's plane."""
+        xy, T = self.flat(nodes)
+        in_plane, across = _places(self.num_nodes)
+        K = jnp.zeros((self.size, self.size), nodes.dtype)
+        K = K.at[np.ix_(in_plane, in_plane)].set(self.membrane(xy)[0])
+        K = K.at[np.ix_(across, across)].set(self.bending(xy)[0])
+        return T.T @ K @ T
+
+    def mass(self, nodes):
+        """Consistent mass `rho t` of displacements and `rho t^3 / 12` of rotations, drilling included."""
+        xy, T = self.flat(nodes)
+        N, areas = self.shapes(xy)
+        line = self.density * self.thickness
+        turn = self.thickness**2 / 12
+        one = jnp.ones_like(turn)
+        per_node = jnp.diag(line * jnp.stack([one, one, one, turn, turn, turn]))
+        return T.T @ jnp.kron(jnp.einsum("q,qi,qj->ij", areas, N, N), per_node) @ T
+
+    def forces(self, nodes, u):
+        """Membrane forces [N/m] and moments [N] per length at the centre, element axes. Source: S1 (30)."""
+        xy, T = self.flat(nodes)
+        local = (T @ u.reshape(-1)).reshape(self.num_nodes, 6)
+        D = plane_stress(self.young, self.poisson)
+        strain = self.membrane(xy)[1] @ local[:, np.array([0, 1, 5])].reshape(-1)
+        curvature = self.bending(xy)[1] @ local[:, 2:5].reshape(-1)
+        return jnp.concatenate([self.thickness * (D @ strain), self.thickness**3 / 12 * (D @ curvature)])
+
+    def stresses(self, nodes, u):
+        """Stresses (6,) at the centre of the top (+z) and the bottom face, element axes. Source: S1 (30)."""
+        force = self.forces(nodes, u)
+        mean, bent = force[:3] / self.thickness, 6.0 * force[3:6] / self.thickness**2
+        return jnp.concatenate([mean + bent, mean - bent])
+
+    def pressure_load(self, nodes, pressure):
+        """Consistent load (6 k,) of a pressure [Pa] along the normal z. Source: S1 (18)."""
+        xy, T = self.flat(nodes)
+        N, areas = self.shapes(xy)
+        f = jnp.zeros((self.num_nodes, 6), nodes.dtype).at[:, 2].set(pressure * (areas @ N))
+        return T.T @ f.reshape(-1)
+
+
+def _places(k):
+    node = 6 * np.arange(k)[:, None]
+    return (node + np.array([0, 1, 5])).ravel(), (node + np.array([2, 3, 4])).ravel()

@@ -1,0 +1,78 @@
+"""What a finite element is: node positions in, stiffness, mass and forces out.
+
+Coordinates of a node: displacements x y z [m] and small rotations rx ry rz [rad] in world axes; solids and rods use
+the first three only.  Numbers (section, material, stiffness) are leaves, positions are arguments, so that both have
+derivatives.  Methods treat one element and never branch on values; assembly maps them over all elements of a group.
+"""
+
+import abc
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def number(value: Any) -> Array:
+    """Array leaf; whole numbers become floats."""
+    value = jnp.asarray(value)
+    return value if jnp.issubdtype(value.dtype, jnp.floating) else value.astype(float)
+
+
+def optional(value: Any) -> Array | None:
+    """`number`, or None where there is none."""
+    return None if value is None else number(value)
+
+
+class AbstractElement(eqx.Module):
+    """One element. `coordinates` is how many of x y z rx ry rz each node uses: 3 or 6.
+
+    Attributes:
+        force_labels: what `forces` returns; `stress_labels`: what `stresses` returns.
+    """
+
+    num_nodes: ClassVar[int]
+    coordinates: ClassVar[int] = 6
+    force_labels: ClassVar[tuple[str, ...]] = ()
+    stress_labels: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def size(self) -> int:
+        """Coordinates of the element, node by node."""
+        return self.num_nodes * self.coordinates
+
+    @abc.abstractmethod
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """Stiffness in world axes [N/m, N, N m]."""
+
+    @abc.abstractmethod
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """Mass in world axes [kg, kg m, kg m^2]."""
+
+    def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """Viscous damping in world axes [N s/m, N s, N m s]; zero but for dampers."""
+        return jnp.zeros((self.size, self.size), nodes.dtype)
+
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
+        """Element loads `F_e = k_e T_e x` in the element's own axes, named by `force_labels`. Source: S1 (30)."""
+        return jnp.zeros(0, nodes.dtype)
+
+    def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
+        """Stresses [Pa] in the element's own axes, named by `stress_labels`. Source: S1 (30)."""
+        return jnp.zeros(0, nodes.dtype)
+
+    def faults(self) -> list[str]:
+        """What is wrong with concrete values; empty when they are traced."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        known = {
+            n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and not isinstance(v, jax.core.Tracer)
+        }
+        return [f"{name} must be finite" for name, v in known.items() if not np.all(np.isfinite(v))] + [
+            f"{name} must not be negative" for name in self.nonnegative if name in known and np.any(known[name] < 0)
+        ]
+
+    nonnegative: ClassVar[tuple[str, ...]] = ("density", "area", "young", "thickness")

@@ -1,0 +1,45 @@
+"""Rigid mass on a node, at an offset."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ._parts import carried
+from .base import AbstractElement, number, optional
+
+
+class PointMass(AbstractElement):
+    """Mass with inertia, rigidly carried by one node. Without offset and inertia it uses displacements only.
+
+    Attributes:
+        value: mass [kg].
+        offset: (3,) centre of mass from the node, world axes [m], or None.
+        inertia: (3, 3) about the centre of mass, world axes [kg m^2], or None.
+    """
+
+    value: Float[Array, "..."] = eqx.field(converter=number)
+    offset: Float[Array, "... 3"] | None = eqx.field(converter=optional, default=None)
+    inertia: Float[Array, "... 3 3"] | None = eqx.field(converter=optional, default=None)
+
+    num_nodes = 1
+    nonnegative = ("value",)
+
+    @property
+    def coordinates(self) -> int:
+        """3, or 6 with an offset or an inertia."""
+        return 3 if self.offset is None and self.inertia is None else 6
+
+    def stiffness(self, nodes):
+        """Zero."""
+        return jnp.zeros((self.size, self.size), nodes.dtype)
+
+    def mass(self, nodes):
+        """`[m E, -m c~; m c~, I + m c~^T c~]`, c the offset."""
+        central = self.value * jnp.eye(3, dtype=nodes.dtype)
+        if self.coordinates == 3:
+            return central
+        inertia = jnp.zeros((3, 3), nodes.dtype) if self.inertia is None else self.inertia
+        offset = jnp.zeros(3, nodes.dtype) if self.offset is None else self.offset
+        T = carried(offset)
+        return T.T @ jax.scipy.linalg.block_diag(central, inertia) @ T

@@ -1,0 +1,76 @@
+"""Springs and bushings of six directions, between two nodes or from one to ground."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ._parts import carried, turned
+from .base import DIRECTIONS, AbstractElement, number, optional
+
+
+def _six(value):
+    """(..., 6, 6) from a matrix or from six numbers on the diagonal."""
+    value = number(value)
+    return value[..., None] * jnp.eye(6, dtype=value.dtype) if value.shape == (6,) else value
+
+
+def _optional_six(value):
+    return None if value is None else _six(value)
+
+
+class Spring(AbstractElement):
+    """Bushing between two nodes: force by the relative motion at one point, so that rigid motions strain nothing.
+
+    Attributes:
+        matrix: (6, 6) stiffness x y z rx ry rz in the spring's axes, or six numbers [N/m, N, N m/rad].
+        damper: (6, 6) likewise [N s/m, N s, N m s/rad], or None.
+        axes: (3, 3), rows are the spring's axes in world axes; None: world axes.
+        place: where on the line of the nodes the spring sits, 0 at the first, 1 at the second.
+    """
+
+    matrix: Float[Array, "... 6 6"] = eqx.field(converter=_six)
+    damper: Float[Array, "... 6 6"] | None = eqx.field(converter=_optional_six, default=None)
+    axes: Float[Array, "... 3 3"] | None = eqx.field(converter=optional, default=None)
+    place: Float[Array, "..."] = eqx.field(converter=number, default=0.5)
+
+    num_nodes = 2
+    force_labels = DIRECTIONS
+    nonnegative = ()
+
+    def relative(self, nodes):
+        """(6, 12): relative displacement and rotation, second node less first, in the spring's axes."""
+        line = nodes[1] - nodes[0]
+        at_first, at_second = carried(self.place * line), carried((self.place - 1.0) * line)
+        return _turn(self.axes, jnp.concatenate([-at_first, at_second], axis=1))
+
+    def stiffness(self, nodes):
+        """`B^T K B` with B the relative motion."""
+        B = self.relative(nodes)
+        return B.T @ self.matrix @ B
+
+    def damping(self, nodes):
+        """`B^T C B` with B the relative motion."""
+        B = self.relative(nodes)
+        return jnp.zeros_like(B.T @ B) if self.damper is None else B.T @ self.damper @ B
+
+    def mass(self, nodes):
+        """Zero."""
+        return jnp.zeros((self.size, self.size), nodes.dtype)
+
+    def forces(self, nodes, u):
+        """Force and moment in the spring on its second node's side, negated: what stretches it. Source: S1 (30)."""
+        return self.matrix @ self.relative(nodes) @ u.reshape(-1)
+
+
+class GroundSpring(Spring):
+    """Bushing from one node to ground, at the node; fields as in `Spring`, `place` unused."""
+
+    num_nodes = 1
+
+    def relative(self, nodes):
+        """(6, 6): motion of the node in the spring's axes."""
+        return _turn(self.axes, jnp.eye(6, dtype=nodes.dtype))
+
+
+def _turn(axes, motion):
+    return motion if axes is None else turned(axes) @ motion

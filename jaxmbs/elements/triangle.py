@@ -1,0 +1,117 @@
+"""Three-node shell: discrete Kirchhoff bending, optimal membrane with drilling rotations."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from ._parts import plane_stress
+from ._shell import AbstractShell
+
+# Areas of mid-side quadrature and quadratic shape functions: corners, then mid-sides 12, 23, 31.
+_MIDS = np.array([[0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
+_CENTRE = np.full((1, 3), 1 / 3)
+# Numbers b1 ... b9 of the optimal element, and their places in the three matrices Q
+_BETA = np.array([1.0, 2, 1, 0, 1, -1, -1, -1, -2])
+_Q = np.array(
+    [[[1, 2, 3], [4, 5, 6], [7, 8, 9]], [[9, 7, 8], [3, 1, 2], [6, 4, 5]], [[5, 6, 4], [8, 9, 7], [2, 3, 1]]]
+)
+
+
+class Triangle(AbstractShell):
+    """Thin shell of three nodes.
+
+    Bending: DKT, Batoz, Bathe and Ho, Int. J. Numer. Meth. Eng. 15 (1980) 1771-1812.  Membrane: OPT, Felippa, Comput.
+    Meth. Appl. Mech. Eng. 192 (2003) 2125-2168, exact in bending for any shape of rectangle.
+    """
+
+    num_nodes = 3
+
+    def axes(self, nodes):
+        """x along the first side, z along the normal."""
+        first, second = nodes[1] - nodes[0], nodes[2] - nodes[0]
+        z = jnp.cross(first, second)
+        z, x = z / jnp.linalg.norm(z), first / jnp.linalg.norm(first)
+        return jnp.stack([x, jnp.cross(z, x), z])
+
+    def shapes(self, xy):
+        """Linear, at the mid-sides."""
+        return _MIDS.astype(xy.dtype), _area(xy) / 3 * jnp.ones(3, xy.dtype)
+
+    def membrane(self, xy):
+        """Basic stiffness `L E L^T / (A t)` and the higher-order part of the optimal template."""
+        area, E, L = _area(xy), plane_stress(self.young, self.poisson), _lumping(xy)
+        natural = _natural(xy)
+        squares = jnp.sum((jnp.roll(xy, -1, axis=0) - xy) ** 2, axis=1)
+        Q = 2.0 * area / 3.0 * jnp.asarray(_BETA[_Q - 1], xy.dtype) / squares[None, :, None]
+        means = natural @ ((Q + jnp.roll(Q, -1, axis=0)) / 2)
+        turning = area * jnp.einsum("pai,ab,pbj->ij", means, E, means)
+        T = _deviation(xy)
+        beta = jnp.maximum((1.0 - 4.0 * self.poisson**2) / 2, 0.01)
+        return self.thickness * (L @ E @ L.T / area + 0.75 * beta * T.T @ turning @ T), L.T / area
+
+    def bending(self, xy):
+        """Curvatures of quadratic rotations that meet Kirchhoff's condition along the sides."""
+        D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
+        curvature = _curvatures(xy, _MIDS)
+        return _area(xy) / 3 * jnp.einsum("qai,ab,qbj->ij", curvature, D, curvature), _curvatures(xy, _CENTRE)[0]
+
+
+def _area(xy):
+    a, b = xy[1] - xy[0], xy[2] - xy[0]
+    return (a[0] * b[1] - a[1] * b[0]) / 2
+
+
+def _between(xy):
+    """Components (2, 3) of the vectors i - k, j - i, k - j, where j follows the node i and k follows j."""
+    after, before = jnp.roll(xy, -1, axis=0), jnp.roll(xy, 1, axis=0)
+    return (xy - before).T, (after - xy).T, (before - after).T
+
+
+def _lumping(xy):
+    """(9, 3): nodal forces over u, v, drilling by the three constant stresses, thickness one."""
+    (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _between(xy)
+    zero, a = jnp.zeros_like(x_ik), 1.5
+    turn = [a / 6 * -y_kj * (y_ik - y_ji), a / 6 * x_kj * (x_ji - x_ik), a / 3 * (x_ji * y_ji - x_ik * y_ik)]
+    rows = [[-y_kj, zero, x_kj], [zero, x_kj, -y_kj], turn]
+    return jnp.stack([jnp.stack(row, axis=-1) for row in rows], axis=1).reshape(9, 3) / 2
+
+
+def _natural(xy):
+    """(3, 3): strains xx, yy, xy from the strains along the sides 12, 23, 31."""
+    (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _between(xy)
+    rows = [-y_kj * y_ik, -x_kj * x_ik, y_kj * x_ik + x_kj * y_ik]
+    return jnp.stack(rows) * (x_ji**2 + y_ji**2)[None] / (4.0 * _area(xy) ** 2)
+
+
+def _deviation(xy):
+    """(3, 9): drilling rotations less the mean rotation of the displacements."""
+    _, _, opposite = _between(xy)
+    mean = jnp.concatenate([opposite.T / (4.0 * _area(xy)), jnp.zeros((3, 1), xy.dtype)], axis=1).reshape(-1)
+    return mean[None] + jnp.asarray(np.kron(np.eye(3), [0.0, 0.0, 1.0]), xy.dtype)
+
+
+def _curvatures(xy, points):
+    """(q, 3, 9): curvatures over w, rx, ry at points (q, 3) given by their areas."""
+    areas = jnp.asarray(points, xy.dtype)[:, None, :]
+    (x_ik, y_ik), side, (x_kj, y_kj) = _between(xy)
+    slopes = jnp.stack([-y_kj, x_kj]) / (2.0 * _area(xy))  # (2, 3) of the areas
+    next_slopes, next_areas = jnp.roll(slopes, -1, axis=1), jnp.roll(areas, -1, axis=2)
+    quadratic = jnp.concatenate(
+        [(4.0 * areas - 1.0) * slopes[None], 4.0 * (areas * next_slopes[None] + next_areas * slopes[None])], axis=2
+    )  # (q, 2, 6)
+    return jnp.einsum("qds,san,cda->qcn", quadratic, _rotations(jnp.stack(side, axis=-1)), _STRAIN.astype(xy.dtype))
+
+
+_STRAIN = np.array([[[1.0, 0], [0, 0]], [[0, 0], [0, 1]], [[0, 1], [1, 0]]])  # (component, slope, rotation)
+
+
+def _rotations(sides):
+    """(6, 2, 9): rotations bx = ry, by = -rx of fibres at corners and mid-sides, from the sides (3, 2)."""
+    corner, deflection = np.zeros((3, 2, 9)), np.zeros((3, 9))
+    for i in range(3):
+        corner[i, 0, 3 * i + 2], corner[i, 1, 3 * i + 1] = 1.0, -1.0
+        deflection[i, 3 * ((i + 1) % 3)], deflection[i, 3 * i] = 1.0, -1.0
+    square = jnp.sum(sides**2, axis=1)
+    both = jnp.asarray(corner + np.roll(corner, -1, axis=0), sides.dtype)
+    lag = 1.5 * jnp.asarray(deflection, sides.dtype) + 0.75 * jnp.einsum("sd,sdn->sn", sides, both)
+    middle = both / 2 - sides[:, :, None] * (lag / square[:, None])[:, None, :]
+    return jnp.concatenate([jnp.asarray(corner, sides.dtype), middle])

@@ -1,0 +1,89 @@
+"""Consistent loads on nodes: gravity, pressure, line loads, forces; all (nodes, 6), to be added up.
+
+`collect(structure, load)` is the vector of the dense matrices, `load[:, :structure.size]` that of the block form.
+"""
+
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..elements import DIRECTIONS
+from .structure import Structure
+
+
+def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
+    """Weight in a uniform field `acceleration` (3,) [m/s^2] (gravity), `M` times the rigid motion.
+
+    Source: S1 (18).
+    """
+    field = jnp.asarray(acceleration, structure.positions.dtype)
+
+    def weight(element, nodes):
+        motion = jnp.zeros((element.num_nodes, element.coordinates), nodes.dtype).at[:, :3].set(field)
+        return element.mass(nodes) @ motion.reshape(-1)
+
+    return sum(_scattered(structure, group, group.map(weight, structure.positions)) for group in _all(structure))
+
+
+def pressure_load(structure: Structure, group: str, pressure, face: int | None = None) -> Float[Array, "nodes 6"]:
+    """Pressure [Pa], a number or one per element: along a shell's normal, or into a solid's `face`.
+
+    Source: S1 (18).
+    """
+    chosen = structure.groups[group]
+    if not hasattr(chosen.element, "pressure_load"):
+        raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no pressure")
+    values = _each(structure, chosen, pressure, ())
+    extra = () if face is None else (face,)
+    apply = lambda element, nodes, p: element.pressure_load(nodes, p, *extra)  # noqa: E731
+    return _scattered(structure, chosen, chosen.map(apply, structure.positions, values))
+
+
+def line_load(structure: Structure, group: str, force) -> Float[Array, "nodes 6"]:
+    """Uniform force (3,) or (elements, 3) per length [N/m] on beams, world axes.
+
+    Source: S1 (18).
+    """
+    chosen = structure.groups[group]
+    if not hasattr(chosen.element, "line_load"):
+        raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no line load")
+    values = _each(structure, chosen, force, (3,))
+    apply = lambda element, nodes, q: element.line_load(nodes, q)  # noqa: E731
+    return _scattered(structure, chosen, chosen.map(apply, structure.positions, values))
+
+
+def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]:
+    """Forces [N] and moments [N m] by node: `{"tip": {"z": -1.0}}`, or (3,) or (6,) values."""
+    total = jnp.zeros((structure.num_nodes, 6), structure.positions.dtype)
+    for name, value in forces.items():
+        node = structure.node(name)
+        items = value.items() if isinstance(value, Mapping) else zip(DIRECTIONS, value, strict=False)
+        for direction, component in items:
+            if direction not in DIRECTIONS:
+                raise ValueError(f"load at {name}: {direction!r} is none of {', '.join(DIRECTIONS)}")
+            total = total.at[node, DIRECTIONS.index(direction)].add(jnp.asarray(component, total.dtype))
+    return total
+
+
+def generalised(basis: Float[Array, "n r"], load: Float[Array, " n"]) -> Float[Array, " r"]:
+    """Generalised forces `Q = T^T F` on the coordinates of a basis, by virtual work. Source: S1 (17)-(18)."""
+    return basis.T @ load
+
+
+def _all(structure):
+    return structure.groups.values()
+
+
+def _each(structure, group, value, shape):
+    value = jnp.asarray(value, structure.positions.dtype)
+    return jnp.broadcast_to(
+        value.reshape((1,) * (1 + len(shape) - value.ndim) + value.shape), (len(group.nodes), *shape)
+    )
+
+
+def _scattered(structure, group, forces):
+    c = group.element.coordinates
+    total = jnp.zeros((structure.num_nodes, 6), structure.positions.dtype)
+    return total.at[np.array(group.nodes, int), :c].add(forces.reshape(*np.shape(group.nodes), c))
