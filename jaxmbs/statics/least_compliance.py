@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..math.linalg import small_matmul
 from .bonds import Bonds
 from .loops import along_chains, choose, in_series, to_bonds
 from .reduction import series_reduction
@@ -23,7 +24,7 @@ from .tree import across_bonds, on_bodies, tree_twists, tree_wrenches
 
 #: Proximal iterations of a round, which starts from exact equilibrium.  Each gains the factor that the penalty is
 #: above a loop's stiffness; on nearly singular loops that is not much.
-ITERATIONS, ROUNDS = 3, 2
+ITERATIONS, ROUNDS = 2, 2
 
 
 class _Conditions(eqx.Module):
@@ -39,22 +40,29 @@ class _Conditions(eqx.Module):
 
 def _conditions(bonds, solver):
     axes, L = bonds.twist_axes, bonds.length
-    C = jnp.einsum("qik,qkl,qjl->qij", axes, bonds.compliance, axes)
+    C = small_matmul(lax.optimization_barrier(small_matmul(axes, bonds.compliance)), jnp.swapaxes(axes, 1, 2))
     weight = jnp.concatenate([jnp.full(3, L**2), jnp.ones(3, L.dtype)])
     weakest = jnp.max(jnp.diagonal(bonds.compliance, axis1=1, axis2=2) * weight[None])
     size = bonds.free_sizes()
     used = size > 0.0
     penalty = jnp.where(used, solver.penalty[L.dtype.itemsize] * weakest / jnp.where(used, size, 1.0), 0.0)
     looped = np.abs(series_reduction(bonds.network).sign)
-    return _Conditions(C, axes @ bonds.free * jnp.asarray(looped, L.dtype)[:, None, None], penalty)
+    F = small_matmul(axes, bonds.free) * jnp.asarray(looped, L.dtype)[:, None, None]
+    return _Conditions(C, F, penalty)
 
 
 def _times(matrix, x):
     return jnp.einsum("qij,qj->qi", matrix, x)
 
 
-def _into(matrix, x):
-    return jnp.einsum("qji,qj->qi", matrix, x)
+def _along(F, effort):
+    """F effort, by outer products: F has few columns."""
+    return small_matmul(F, effort[:, :, None])[:, :, 0]
+
+
+def _into(F, wrench):
+    """F^T wrench."""
+    return small_matmul(wrench[:, None, :], F)[:, 0]
 
 
 def least_compliance(bonds: Bonds, deformation, effort, loads, method: str = "auto"):
@@ -72,7 +80,7 @@ def least_compliance(bonds: Bonds, deformation, effort, loads, method: str = "au
 
     def apply(x):
         w, mu, u = unpack(x)
-        stretch = _times(conditions.C, w) + _times(conditions.F, mu) - across_bonds(network, u)
+        stretch = _times(conditions.C, w) + _along(conditions.F, mu) - across_bonds(network, u)
         return pack(stretch, _into(conditions.F, w), -on_bodies(network, w))
 
     right = pack(deformation, effort, -loads)  # one array: each part alone may lack a tangent
@@ -94,9 +102,8 @@ def _packing(*parts):
 def _inverse(network, solver, conditions, pack, unpack):
     """The solution of the conditions: a balance by the tree, then the chains' wrenches by proximal iterations."""
     C, F, penalty = conditions.C, conditions.F, conditions.penalty
-    series = in_series(network, C)
-    # C + F rho F^T in series
-    factors = solver.factor(network, series + in_series(network, jnp.einsum("qik,qk,qjk->qij", F, penalty, F)))
+    series, stiffening = in_series(network, C), small_matmul(F * penalty[:, None], jnp.swapaxes(F, 1, 2))
+    factors = solver.factor(network, series + in_series(network, stiffening))  # of C + F rho F^T
 
     def inverse(_, right):
         deformation, effort, minus_loads = unpack(right)
@@ -105,12 +112,12 @@ def _inverse(network, solver, conditions, pack, unpack):
             return w + tree_wrenches(network, -minus_loads - on_bodies(network, w))
 
         def twists(w, mu):
-            return tree_twists(network, _times(C, w) + _times(F, mu) - deformation)
+            return tree_twists(network, _times(C, w) + _along(F, mu) - deformation)
 
         def improve(_, x, w, stretch):
             y, mu = x
             gap = effort - _into(F, w + to_bonds(network, y))
-            d = stretch + _times(series, y) + along_chains(network, _times(F, mu - penalty * gap))
+            d = stretch + _times(series, y) + along_chains(network, _along(F, mu - penalty * gap))
             step = solver.correct(network, factors, d)
             return y + step, mu + penalty * (_into(F, to_bonds(network, step)) - gap)  # the gap as it was
 
