@@ -1,0 +1,101 @@
+"""Damping: proportional, modal, structural; the complex modes of any viscous damping."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Complex, Float
+
+from ..math.eigen import eig, spectral
+
+
+def proportional(K, M, by_mass, by_stiffness):
+    """`C = by_mass M + by_stiffness K`, [1/s] and [s]."""
+    return by_mass * M + by_stiffness * K
+
+
+def proportional_from_ratios(first, second):
+    """`(by_mass, by_stiffness)` for damping ratios at two angular frequencies: pairs (frequency [rad/s], ratio)."""
+    (w1, z1), (w2, z2) = first, second
+    by_stiffness = 2 * (z2 * w2 - z1 * w1) / (w2**2 - w1**2)
+    return 2 * z1 * w1 - by_stiffness * w1**2, by_stiffness
+
+
+def modal(K, M, ratios):
+    """C (n, n) that damps the natural modes of (K, M) by given ratios and does not couple them.
+
+    Args:
+        ratios: one for all or one for each mode (n,) by rising frequency, then equal where frequencies are.
+
+    Rigid modes stay undamped.  Right in value and first derivative at repeated frequencies.  Source: S1 (40).
+    """
+    return M @ spectral(_modal_rate, K, M, jnp.asarray(ratios, K.dtype)) @ M
+
+
+def _modal_rate(values, ratios):
+    floor = 200 * jnp.finfo(values.dtype).eps * jnp.max(jnp.abs(values))
+    rigid = values <= floor
+    return jnp.where(rigid, 0.0, 2.0 * ratios * jnp.sqrt(jnp.where(rigid, 1.0, values)))
+
+
+def structural(K, loss):
+    """Complex stiffness `K (1 + i loss)`; loss is a number or (n, n), entry by entry."""
+    return lax.complex(K, K * loss)
+
+
+class ComplexModes(eqx.Module):
+    """Roots and vectors of `root^2 M x + root C x + K x = 0`.
+
+    Roots and vectors (up to their scale) of single roots have derivatives, and sums over roots that repeat with
+    complete vectors.  At a defective root (critical damping, free rigid motion) there is none, and zero is returned.
+
+    Attributes:
+        roots: (2 n,) [rad/s] by size; a pair of conjugates is side by side, positive imaginary part first.
+        shapes: displacements (n, 2 n).
+        left: (2 n, n): the receptance is `sum_j shapes_j left_j / (s - root_j)`.
+    """
+
+    roots: Complex[Array, " m"]
+    shapes: Complex[Array, "n m"]
+    left: Complex[Array, "m n"]
+
+    @property
+    def angular_frequencies(self) -> Float[Array, " m"]:
+        """Size of the roots [rad/s]: the undamped frequency of proportional damping."""
+        zero = self.roots == 0
+        return jnp.where(zero, 0.0, jnp.abs(jnp.where(zero, 1.0, self.roots)))
+
+    @property
+    def damping_ratios(self) -> Float[Array, " m"]:
+        """`-Re / |root|`, zero for a zero root."""
+        size = self.angular_frequencies
+        return jnp.where(size > 0, -self.roots.real / jnp.where(size > 0, size, 1.0), 0.0)
+
+    def acceleration(self, amplitudes, t):
+        """`q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,), over all 2 n roots.  Source: S1 (42)."""
+        return (self.shapes @ (self.roots**2 * amplitudes * jnp.exp(self.roots * t))).real
+
+    def amplitudes(self, M, C, displacement, velocity):
+        """Amplitudes (2 n,) of the free motion that starts at a displacement and velocity.  Source: S1 (42)."""
+        start = [a.astype(self.roots.dtype) for a in (M @ velocity + C @ displacement, M @ displacement)]
+        return self.left @ start[0] + self.roots * (self.left @ start[1])
+
+
+def complex_modes(K, C, M) -> ComplexModes:
+    """All 2 n complex modes, on the CPU; K may be complex (structural damping, valid near real frequencies only).
+
+    Source: S1 (39).
+    """
+    n = K.shape[0]
+    dtype = np.result_type(K.dtype, C.dtype, M.dtype)
+    both = jnp.linalg.solve(M, jnp.concatenate([jnp.eye(n, dtype=M.dtype), C], axis=1)).astype(dtype)
+    S, D = both[:, :n], both[:, n:]
+    A = jnp.block([[jnp.zeros((n, n), dtype), jnp.eye(n, dtype=dtype)], [-S @ K.astype(dtype), -D]])
+    roots, X, Y = eig(A)
+    return ComplexModes(roots, X[:n], Y[:, n:] @ S.astype(X.dtype))
+
+
+def damped_frequency(frequency, ratio):
+    """`w sqrt(1 - ratio^2)`, zero from critical damping on.  Source: S1 (39)."""
+    left = 1.0 - ratio**2
+    return frequency * jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0)
