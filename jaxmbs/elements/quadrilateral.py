@@ -30,7 +30,7 @@ class Quadrilateral(AbstractShell):
     """
 
     shear_factor: Float[Array, "..."] = eqx.field(converter=number, default=5 / 6)
-    drilling: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
+    drilling: Float[Array, "..."] = eqx.field(converter=number, default=0.1)
 
     num_nodes = 4
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")

@@ -4,6 +4,8 @@ from .assembly import assemble_blocks as assemble_blocks
 from .assembly import assemble_dense as assemble_dense
 from .assembly import element_matrices as element_matrices
 from .assembly import node_pattern as node_pattern
+from .check import Check as Check
+from .check import check as check
 from .loads import body_load as body_load
 from .loads import generalised as generalised
 from .loads import line_load as line_load
@@ -17,3 +19,4 @@ from .structure import Structure as Structure
 from .structure import collect as collect
 from .structure import rigid_motions as rigid_motions
 from .structure import spread as spread
+from .substructure import Substructure as Substructure
