@@ -19,7 +19,7 @@ from jaxmbs import blocksparse as bs
 
 SIZES, QUICK_SIZES = (10, 100, 1000, 10_000), (10, 40)
 DENSE_UP_TO = 1000
-BATCH_ENTRIES = 4000  # bodies of the systems solved together
+BATCH_ENTRIES = 500  # bodies of the systems solved together
 
 
 # ------------------------------------------------------------------------------------------------------- the peers

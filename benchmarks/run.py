@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-NAMES = ("tree_dynamics", "trajectory_gradient", "energy_drift", "long_run_energy", "closed_loop")
+NAMES = ("tree_dynamics", "trajectory_gradient", "energy_drift", "long_run_energy", "closed_loop", "reactions")
 
 
 def main():

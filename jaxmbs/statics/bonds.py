@@ -107,7 +107,7 @@ class Bonds(eqx.Module):
 
         Its transpose brings a world wrench to the bond: `G^T R^-1` of S1 (27).
         """
-        arm = jnp.einsum("qij,qjk->qik", jax.vmap(skew)(self.position), self.frame)
+        arm = jnp.cross(self.position[:, None, :], self.frame.transpose(0, 2, 1)).transpose(0, 2, 1)
         upper = jnp.concatenate([self.frame, jnp.zeros_like(self.frame)], axis=2)
         return jnp.concatenate([upper, jnp.concatenate([arm, self.frame], axis=2)], axis=1)
 

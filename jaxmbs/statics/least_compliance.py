@@ -22,10 +22,6 @@ from .loops import along_chains, choose, in_series, to_bonds
 from .reduction import series_reduction
 from .tree import across_bonds, on_bodies, tree_twists, tree_wrenches
 
-#: Proximal iterations of a round, which starts from exact equilibrium.  Each gains the factor that the penalty is
-#: above a loop's stiffness; on nearly singular loops that is not much.
-ITERATIONS, ROUNDS = 2, 2
-
 
 class _Conditions(eqx.Module):
     """World arrays of the bonds about one origin: C (q, 6, 6), F (q, 6, f), penalty (q, f).
@@ -126,10 +122,10 @@ def _inverse(network, solver, conditions, pack, unpack):
             open_stretch = _times(C, w) - deformation - across_bonds(network, twists(w, mu))
             stretch = along_chains(network, open_stretch)
             start = jnp.zeros_like(stretch), mu
-            y, mu = lax.fori_loop(0, ITERATIONS, partial(improve, w=w, stretch=stretch), start)
+            y, mu = lax.fori_loop(0, solver.iterations, partial(improve, w=w, stretch=stretch), start)
             return w + to_bonds(network, y), mu
 
-        w, mu = lax.fori_loop(0, ROUNDS, improved, (jnp.zeros_like(deformation), jnp.zeros_like(effort)))
+        w, mu = lax.fori_loop(0, solver.rounds, improved, (jnp.zeros_like(deformation), jnp.zeros_like(effort)))
         w = balanced(w)
         return pack(w, mu, twists(w, mu))
 
