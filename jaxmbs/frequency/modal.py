@@ -1,0 +1,175 @@
+"""Transfer functions through natural modes: only the pairs asked, derivatives as good as those of the inverse."""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..math.eigen import eig, eigh, spectral
+from ..substructures.base import partition
+from ..substructures.guyan import interface_basis
+from .gains import harmonic_rate
+
+
+def receptance(
+    stiffness,
+    mass,
+    omega,
+    out: Sequence[int],
+    into,
+    damping=None,
+    loss=0.0,
+    num: int | None = None,
+    residual: bool = True,
+    chunk: int = 64,
+):
+    """Displacements `B_ij(w)` at `out` for unit forces at `into`, of `(K (1 + i loss) + i w C - w^2 M)^-1`.
+
+    Args:
+        omega: (frequencies,) angular frequencies [rad/s].
+        out: coordinates.
+        into: coordinates, or load columns (n, inputs).
+        damping: C (n, n) that does not couple the modes (`structures.damping.proportional`, `modal`).
+        loss: loss factor of the whole stiffness.
+        num: modes kept; a group of equal frequencies must not be cut (`structures.modes.complete`).
+        residual: what the other modes add statically; without it they are left out.
+        chunk: frequencies worked on together: memory grows with this.
+
+    Derivatives, of all orders with all modes and first ones with some, are those of the inverse, also where
+    frequencies repeat.  Returns: (frequencies, outputs, inputs) complex.
+
+    Raises: ValueError for a damping, if concrete, that couples the modes: see `viscous_receptance`.
+    Source: S1 (40), (41).
+    """
+    K, M, C, values, X = _modal(stiffness, mass, damping, num)
+    loads = jnp.eye(len(K), dtype=K.dtype)[:, np.asarray(into)] if np.ndim(into) < 2 else into
+    rows, right = X[np.asarray(out)], X.T @ loads
+    rate = jnp.zeros_like(values) if C is None else lax.stop_gradient(jnp.diagonal(C))
+    inertia = lax.stop_gradient(jnp.diagonal(M))
+    loss = jnp.asarray(loss, K.dtype)
+    dtype = np.result_type(K.dtype, np.complex64)
+    K_, M_, right, rows = (A.astype(dtype) for A in (K, M, right, rows))
+    C_ = None if C is None else C.astype(dtype)
+
+    @jax.checkpoint
+    def at(w):
+        z = lax.stop_gradient(lax.complex(values - w**2 * inertia, values * loss + w * rate))
+        one, i_w = lax.complex(jnp.ones_like(loss), loss), lax.complex(jnp.zeros_like(w), w)
+
+        def matvec(v):
+            v_ = one * (K_ @ v) + i_w**2 * (M_ @ v)
+            return v_ if C_ is None else v_ + i_w * (C_ @ v)
+
+        v = lax.custom_linear_solve(matvec, right, lambda _, r: r / z[:, None], symmetric=True)
+        return rows @ v
+
+    found = lax.map(at, jnp.asarray(omega, K.dtype), batch_size=chunk)
+    if num is None or residual:
+        return found
+    static = spectral(_discarded, stiffness, mass, jnp.arange(len(K)) >= num)
+    return found - (static[np.asarray(out)] @ loads).astype(dtype)[None] / lax.complex(jnp.ones_like(loss), loss)
+
+
+def _modal(stiffness, mass, damping, num):
+    """K, M, C in the modes, which are held constant: their motion is in what leaves the diagonal."""
+    values, X = lax.stop_gradient(eigh(stiffness, mass))
+    if num is not None:
+        P = spectral(_kept, stiffness, mass, jnp.arange(len(values)) < num) @ mass
+        mass, damping = (None if A is None else P.T @ A @ P for A in (mass, damping))
+    K, M, C = (None if A is None else X.T @ A @ X for A in (stiffness, mass, damping))
+    _check_uncoupled(C)
+    return K, M, C, values, X
+
+
+def _kept(values, flag):
+    return jnp.where(flag, jnp.ones_like(values), 0.0)
+
+
+def _discarded(values, flag):
+    return jnp.where(flag, 1.0 / jnp.where(flag, values, 1.0), 0.0)
+
+
+def _check_uncoupled(C):
+    if C is None or isinstance(C, jax.core.Tracer):
+        return
+    C = np.asarray(C)
+    size = np.sqrt(np.outer(np.abs(np.diagonal(C)), np.abs(np.diagonal(C)))) + 1e-9 * np.max(
+        np.abs(C), initial=1e-300
+    )
+    coupled = np.max(np.abs(C - np.diag(np.diagonal(C))) / size, initial=0.0)
+    if coupled > 1e3 * np.sqrt(np.finfo(C.dtype).eps):
+        raise ValueError(f"the damping couples the modes (up to {coupled:.1g} of their own): use viscous_receptance")
+
+
+def viscous_receptance(stiffness, mass, omega, out: Sequence[int], into, damping, chunk: int = 64):
+    """`receptance` with any viscous damping, through the complex modes (on the CPU).
+
+    Source: S1 (39), (40).
+    """
+    n = len(stiffness)
+    loads = jnp.eye(n, dtype=stiffness.dtype)[:, np.asarray(into)] if np.ndim(into) < 2 else into
+    solved = jnp.linalg.solve(mass, jnp.concatenate([stiffness, damping, loads], axis=1))
+    zero, eye = jnp.zeros_like(stiffness), jnp.eye(n, dtype=stiffness.dtype)
+    A = jnp.block([[zero, eye], [-solved[:, :n], -solved[:, n : 2 * n]]])
+    roots, X, Y = (lax.stop_gradient(a) for a in eig(lax.stop_gradient(A)))
+    A, right = A.astype(X.dtype), jnp.concatenate([jnp.zeros_like(loads), solved[:, 2 * n :]]).astype(X.dtype)
+
+    @jax.checkpoint
+    def at(w):
+        i_w = lax.complex(jnp.zeros_like(w), w)
+        z = (i_w - roots)[:, None]
+        v = lax.custom_linear_solve(
+            lambda v: i_w * v - A @ v,
+            right,
+            lambda _, r: X @ ((Y @ r) / z),
+            lambda _, r: Y.T @ ((X.T @ r) / z),
+        )
+        return v[np.asarray(out)]
+
+    return lax.map(at, jnp.asarray(omega, stiffness.dtype), batch_size=chunk)
+
+
+def modal_receptance(frequencies, at_out, at_into, omega, ratios, modal_masses=1.0):
+    """`B_ij = sum_k V_ik V_jk / (m_k [(w_k^2 - w^2) + 2 i eta_k w_k w])` as printed, from any set of modes.
+
+    For measured modes and kept sets; a derivative through shapes of repeated frequencies is wrong here: `receptance`.
+
+    Args:
+        frequencies: w_k (m,) [rad/s].
+        at_out, at_into: V (outputs, m), (inputs, m).
+        omega: (frequencies,) [rad/s].
+        ratios: eta (m,), or (frequencies, m) where it depends on frequency.
+
+    Returns: (frequencies, outputs, inputs).  Source: S1 (40), (43).
+    """
+    w, wk = omega[:, None], frequencies[None, :]
+    eta = jnp.broadcast_to(jnp.asarray(ratios, frequencies.dtype), (len(omega), len(frequencies)))
+    z = lax.complex(wk**2 - w**2, 2 * eta * wk * w) * modal_masses
+    V = at_out.astype(z.dtype)
+    return jnp.einsum("ik,wk,jk->wij", V, 1 / z, at_into.astype(z.dtype))
+
+
+def transmissibility(
+    stiffness, mass, omega, base: Sequence[int], out: Sequence[int], damping=None, loss=0.0, chunk: int = 64
+):
+    """Displacements at `out` (accelerations too) for unit ones of the base coordinates.
+
+    The rest moves statically with the base and, relative to that, under its own inertia: a base that holds the
+    structure just so costs no stiffness.  Returns: (frequencies, outputs, base coordinates).
+
+    `out` are coordinates outside the base.  Source: S1 (5), (40), (44)-(45).
+    """
+    inner, outer = partition(len(stiffness), base)
+    T = interface_basis(stiffness, base)
+    loads = [(mass @ T)[inner]] + ([] if damping is None else [(damping @ T)[inner]])
+    place = {int(c): k for k, c in enumerate(inner)}
+    rows = [place[int(c)] for c in out]
+    inside = [None if A is None else A[inner][:, inner] for A in (stiffness, mass, damping)]
+    H = receptance(*inside[:2], omega, rows, jnp.concatenate(loads, axis=1), inside[2], loss, chunk=chunk)
+    b, rate = len(outer), harmonic_rate(omega, H)
+    relative = -(rate**2) * H[:, :, :b]
+    if damping is not None:
+        relative = relative - rate * H[:, :, b:]
+    return T[np.asarray(out)].astype(H.dtype)[None] + relative

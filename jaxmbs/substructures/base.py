@@ -1,0 +1,113 @@
+"""What every reduction returns: a component in few coordinates, its interface among them."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Inexact
+
+
+class Reduced(eqx.Module):
+    """A component `x = basis rho`: the coordinates `rho` that move the interface come first.
+
+    Attributes:
+        basis: (n, r), columns of displacement.
+        mass, stiffness: (r, r).
+        damping: (r, r) or None.
+        connection: (b, r), the displacements of the bonds `u = connection rho`; zero past its first b columns, which
+            are square and regular.  Source: S1 (14), (20).
+        labels: what each coordinate is, (r,): "interface", "rigid", "constraint" or "normal", and its number.
+        massless: coordinates whose mass the method neglects.
+    """
+
+    basis: Inexact[Array, "n r"]
+    mass: Inexact[Array, "r r"]
+    stiffness: Inexact[Array, "r r"]
+    damping: Inexact[Array, "r r"] | None
+    connection: Inexact[Array, "b r"]
+    labels: tuple[str, ...] = eqx.field(static=True)
+    massless: tuple[int, ...] = eqx.field(static=True, default=())
+
+    @property
+    def num_interface(self) -> int:
+        """How many coordinates couple: the rows of the connection."""
+        return self.connection.shape[0]
+
+    def expand(self, rho) -> Array:
+        """Displacements (n, ...) of all coordinates, from reduced ones (r, ...).  Source: S1 (5), (7)-(8)."""
+        return self.basis.astype(rho.dtype) @ rho
+
+    def generalised(self, forces) -> Array:
+        """Generalised forces `F = basis^T f` (r, ...) of forces (n, ...).  Source: S1 (17)-(18)."""
+        return self.basis.T.astype(forces.dtype) @ forces
+
+    def explicit(self) -> "Reduced":
+        """The same component, the bonds' displacements themselves its first coordinates: connection `[1 0]`."""
+        b, r = self.connection.shape
+        E = jnp.eye(r, dtype=self.connection.dtype)
+        E = E.at[:b, :b].set(jnp.linalg.inv(self.connection[:, :b]))
+        labels = numbered("interface", b) + self.labels[b:]
+        return transformed(self, E, self.connection @ E, labels)
+
+
+def project(basis, stiffness, mass, damping, connection, labels) -> Reduced:
+    """The component on a basis (n, r): `basis^T K basis` and so on.  Source: S1 (9), (12)."""
+    K, M, C = (None if A is None else basis.T @ A @ basis for A in (stiffness, mass, damping))
+    return Reduced(basis, M, K, C, connection, tuple(labels))
+
+
+def transformed(reduced: Reduced, E, connection, labels) -> Reduced:
+    """A reduced component in new coordinates `rho = E rho'`; a massless one must keep its interface columns."""
+    M, K, C = (None if A is None else E.T @ A @ E for A in (reduced.mass, reduced.stiffness, reduced.damping))
+    return Reduced(reduced.basis @ E, M, K, C, connection, tuple(labels), reduced.massless)
+
+
+def physical(stiffness, mass, interface: Sequence[int], damping=None) -> Reduced:
+    """A component as it is, unreduced, its interface coordinates put first.  Source: S1 (7)-(9)."""
+    inner, outer = partition(stiffness.shape[0], interface)
+    order = np.concatenate([outer, inner])
+    basis = jnp.eye(len(order), dtype=stiffness.dtype)[:, order]
+    return project(
+        basis,
+        stiffness,
+        mass,
+        damping,
+        basis[outer],
+        (*numbered("interface", len(outer)), *numbered("interior", len(inner))),
+    )
+
+
+def reduce(substructure, method, *args, **options) -> Reduced:
+    """A reduction of anything with `stiffness`, `mass`, `damping`, `interface`: `reduce(wing, craig_bampton, 20)`."""
+    s = substructure
+    return method(s.stiffness, s.mass, tuple(s.interface), *args, damping=s.damping, **options)
+
+
+def partition(size: int, interface: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Interior and interface coordinates, S1 (4).
+
+    Raises: ValueError for a coordinate that is not there or named twice.
+    """
+    outer = np.asarray(interface, int).reshape(-1)
+    if len(set(outer.tolist())) < len(outer) or np.any((outer < 0) | (outer >= size)):
+        raise ValueError(f"interface {outer.tolist()} must be different coordinates of 0 ... {size - 1}")
+    return np.setdiff1d(np.arange(size), outer), outer
+
+
+def check_num_modes(num: int, available: int) -> None:
+    """Raises: ValueError where more modes are asked than there are."""
+    if not 0 <= num <= available:
+        raise ValueError(f"num_modes = {num}: the component has {available} such modes")
+
+
+def check_held(solution, what: str) -> None:
+    """Raises: ValueError for a static solution, if concrete, that is not finite: the component is a mechanism."""
+    if not isinstance(solution, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(solution))):
+        raise ValueError(f"the stiffness is singular with {what} held: a mechanism inside, or rigid motions left")
+
+
+def numbered(kind: str, count: int) -> tuple[str, ...]:
+    """Labels `kind 0`, `kind 1`, ..."""
+    return tuple(f"{kind} {k}" for k in range(count))

@@ -1,0 +1,94 @@
+"""Bonds as unknowns: the dual assembly, and which reactions rigid-body statics alone determine."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from .base import Reduced
+from .coupling import balanced, join, joint_places
+
+
+def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]], forces: Sequence, omega=None):
+    """Static or harmonic response with the reactions as unknowns: the dual assembly `[Z B^T; B 0]`.
+
+    Args:
+        forces: on the components' own coordinates (n_c,), None for none.
+        omega: angular frequency [rad/s], or None for statics; the joined structure must be held.
+
+    Returns: (tuple of rho_c in explicit coordinates, Reactions).  Source: S1 (1)-(3), (19), (25).
+    """
+    assembly = join(components, joints)
+    parts = assembly.components
+    starts = np.cumsum([0, *(len(p) for p in assembly.places)])
+    B = jnp.asarray(_compatibility(assembly.places, starts), parts[0].stiffness.dtype)
+    Z = [_dynamic_stiffness(c, omega) for c in parts]
+    n, m = starts[-1], len(B)
+    B = B.astype(Z[0].dtype)
+    saddle = jnp.zeros((n + m, n + m), Z[0].dtype).at[:n, n:].set(B.T).at[n:, :n].set(B)
+    right = jnp.zeros(n + m, Z[0].dtype)
+    for start, c, z, f in zip(starts[:-1], parts, Z, forces, strict=True):
+        saddle = lax.dynamic_update_slice(saddle, z, (start, start))
+        if f is not None:
+            right = lax.dynamic_update_slice(right, c.generalised(f).astype(right.dtype), (start,))
+    solution = jnp.linalg.solve(saddle, right)
+    reactions = -B.T @ solution[n:]
+    cut = [
+        (start, start + c.num_interface, end) for start, end, c in zip(starts[:-1], starts[1:], parts, strict=True)
+    ]
+    rhos = tuple(solution[start:end] for start, _, end in cut)
+    return rhos, balanced(assembly, [reactions[start:middle] for start, middle, _ in cut])
+
+
+def redundancy(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> tuple[int, tuple[np.ndarray, ...]]:
+    """How many bonds are redundant, and which reactions statics alone determine: a flag (b_c,) for each component.
+
+    On the host.  Bonds are taken one by one where a joint has several members; a redundant one can be cut and leaves
+    no new motion of the components as rigid bodies.  Source: S1 (13)-(14), (20).
+    """
+    places, _ = joint_places(components, joints)
+    starts = np.cumsum([0, *(len(p) for p in places)])
+    B = _compatibility(places, starts)
+    rigid = np.zeros((starts[-1], 0))
+    for start, c in zip(starts[:-1], components, strict=True):
+        own = _rigid(c.explicit())
+        rigid = np.hstack([rigid, np.zeros((starts[-1], own.shape[1]))])
+        rigid[start : start + len(own), rigid.shape[1] - own.shape[1] :] = own
+    U, s, _ = np.linalg.svd(B @ rigid)
+    rank = int(np.sum(s > 1e-9 * max(s, default=0.0)))
+    moved = np.abs(U[:, rank:].T @ B).max(axis=0, initial=0.0) > 1e-9
+    flags = [~moved[start : start + c.num_interface] for start, c in zip(starts[:-1], components, strict=True)]
+    return len(B) - rank, tuple(flags)
+
+
+def _rigid(component):
+    """Rigid motions in the reduced coordinates, of unit size."""
+    K = np.asarray(component.stiffness)
+    size = np.sqrt(np.maximum(np.diagonal(K), 1e-14 * np.max(np.diagonal(K))))
+    values, vectors = np.linalg.eigh(K / np.outer(size, size))
+    vectors = vectors[:, values < 1e-10 * values[-1]] / size[:, None]
+    return vectors / np.linalg.norm(vectors, axis=0)
+
+
+def _compatibility(places, starts):
+    """Rows B with `B rho = 0`: members of a joint move with the first, held ones not at all.  Source: S1 (1)."""
+    flat = np.concatenate([np.array(p) for p in places])
+    rows = []
+    for j in np.unique(flat):
+        members = np.flatnonzero(flat == j)
+        first = None if j < 0 else members[0]
+        for member in members if j < 0 else members[1:]:
+            row = np.zeros(starts[-1])
+            row[member] = 1.0
+            if first is not None:
+                row[first] = -1.0
+            rows.append(row)
+    return np.array(rows).reshape(-1, starts[-1])
+
+
+def _dynamic_stiffness(c, omega):
+    if omega is None:
+        return c.stiffness
+    real = c.stiffness - omega**2 * c.mass
+    return lax.complex(real, jnp.zeros_like(real) if c.damping is None else omega * c.damping)

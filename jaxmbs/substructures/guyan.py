@@ -1,0 +1,34 @@
+"""Static condensation (Guyan) and the constraint modes that most reductions share."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+from jax.scipy.linalg import cho_factor, cho_solve
+
+from .base import Reduced, check_held, numbered, partition, project
+
+
+def constraint_modes(stiffness, interface: Sequence[int]):
+    """`S = -K_NN^-1 K_Ni` (interior, interface): the interior's static motion with each interface coordinate.
+
+    Raises: ValueError, if concrete, where the held interface leaves the interior a mechanism.  Source: S1 (6).
+    """
+    inner, outer = partition(stiffness.shape[0], interface)
+    K_NN = stiffness[inner][:, inner]
+    S = -cho_solve(cho_factor((K_NN + K_NN.T) / 2), stiffness[inner][:, outer])
+    check_held(S, "the interface")
+    return S
+
+
+def interface_basis(stiffness, interface: Sequence[int]):
+    """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (8)."""
+    inner, outer = partition(stiffness.shape[0], interface)
+    T = jnp.zeros((stiffness.shape[0], len(outer)), stiffness.dtype)
+    return T.at[outer].set(jnp.eye(len(outer), dtype=T.dtype)).at[inner].set(constraint_modes(stiffness, interface))
+
+
+def guyan(stiffness, mass, interface: Sequence[int], damping=None) -> Reduced:
+    """The component on its interface alone: exact in statics, stiff in motion.  Source: S1 (5)-(8)."""
+    T = interface_basis(stiffness, interface)
+    b = len(interface)
+    return project(T, stiffness, mass, damping, jnp.eye(b, dtype=T.dtype), numbered("interface", b))

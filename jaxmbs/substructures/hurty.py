@@ -1,0 +1,80 @@
+"""Rigid, constraint and normal modes (Hurty 1965): statically determinate and redundant bonds apart."""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import scipy.linalg
+
+from .base import Reduced, check_held, numbered, partition, transformed
+from .craig_bampton import craig_bampton
+from .guyan import interface_basis
+
+
+def determinate_coordinates(stiffness, interface: Sequence[int]) -> tuple[int, ...]:
+    """Interface coordinates that just hold the component: as many as it has rigid motions, best conditioned.
+
+    On the host, once for each topology.  Raises: ValueError under tracing, and where the interface cannot hold it.
+    """
+    if isinstance(stiffness, jax.core.Tracer):
+        raise ValueError("give the determinate coordinates: they cannot be chosen under tracing")
+    K = np.asarray(stiffness)
+    _, outer = partition(len(K), interface)
+    size = np.sqrt(np.maximum(np.abs(np.diagonal(K)), 1e-300))
+    values, vectors = np.linalg.eigh(K / np.outer(size, size))
+    rigid = (vectors / size[:, None])[:, values <= 200 * np.finfo(K.dtype).eps * values[-1]]
+    if rigid.shape[1] == 0:
+        return ()
+    rows = rigid[outer] * size[outer, None]
+    _, R, order = scipy.linalg.qr(rows.T, pivoting=True, mode="economic")
+    if len(outer) < rigid.shape[1] or abs(R[rigid.shape[1] - 1, rigid.shape[1] - 1]) < 1e-8 * abs(R[0, 0]):
+        raise ValueError(f"the interface leaves some of the {rigid.shape[1]} rigid motions free")
+    return tuple(int(c) for c in outer[np.sort(order[: rigid.shape[1]])])
+
+
+def hurty(
+    stiffness,
+    mass,
+    interface: Sequence[int],
+    num_modes: int,
+    damping=None,
+    determinate: Sequence[int] | None = None,
+) -> Reduced:
+    """Coordinates: rigid motions, redundant bonds' constraint modes, fixed-interface modes.
+
+    The connection is `phi = [[RR 0 0], [CR CC 0]]`, rows in the order determinate, redundant; here RR = CC = 1 and
+    CR is what a rigid motion does at the redundant bonds.  A rigid motion then costs no stiffness, and the spaces
+    spanned are those of Craig and Bampton.
+
+    Args:
+        determinate: coordinates of the interface that just hold the component; default `determinate_coordinates`.
+
+    Its interface order is `hurty_interface(interface, determinate)`.  Source: S1 (13)-(20).
+    """
+    rigid = determinate_coordinates(stiffness, interface) if determinate is None else tuple(determinate)
+    order = hurty_interface(interface, rigid)
+    reduced = craig_bampton(stiffness, mass, order, num_modes, damping)
+    d, b = len(rigid), len(order)
+    condensed = reduced.stiffness[:b, :b]
+    CR = -jnp.linalg.solve(condensed[d:, d:], condensed[d:, :d])
+    check_held(CR, "the determinate coordinates")
+    E = jnp.eye(b + num_modes, dtype=CR.dtype).at[d:b, :d].set(CR)
+    labels = numbered("rigid", d) + numbered("constraint", b - d) + reduced.labels[b:]
+    return transformed(reduced, E, reduced.connection @ E, labels)
+
+
+def hurty_interface(interface: Sequence[int], determinate: Sequence[int]) -> tuple[int, ...]:
+    """The interface as `hurty` orders it: determinate coordinates, then redundant ones.
+
+    Raises: ValueError for a determinate coordinate that is not one of the interface.
+    """
+    stray = set(determinate) - set(interface)
+    if stray:
+        raise ValueError(f"determinate coordinates {sorted(stray)} are not in the interface")
+    return (*determinate, *(c for c in interface if c not in set(determinate)))
+
+
+def rigid_motions(stiffness, determinate: Sequence[int]):
+    """Rigid motions (n, d) of a free component, each with one determinate coordinate moved by 1.  Source: S1 (14)."""
+    return interface_basis(stiffness, determinate)

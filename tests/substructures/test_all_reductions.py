@@ -1,0 +1,186 @@
+"""Every reduction of a free beam whose four interface coordinates hold it more than once, and of a fixed chain."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.structures.modes import natural_modes
+from jaxmbs.substructures import (
+    constraint_modes,
+    craig_bampton,
+    craig_chang,
+    guyan,
+    hurty,
+    hurty_interface,
+    interface_basis,
+    macneal,
+    mixed,
+    partition,
+    rubin,
+)
+from tests.structural_matrices import beam, chain
+
+ELEMENTS, N = 8, 18
+INTERFACE = (0, 1, 16, 17)
+INNER = partition(N, INTERFACE)[0]
+DETERMINATE = (0, 16)
+LOAD = 0.3 * jnp.eye(4)
+
+#: name: (reduction, its interface order, whether its frequencies come from above)
+REDUCTIONS = {
+    "guyan": (lambda K, M: guyan(K, M, INTERFACE), INTERFACE, True),
+    "craig_bampton": (lambda K, M: craig_bampton(K, M, INTERFACE, 5), INTERFACE, True),
+    "hurty": (
+        lambda K, M: hurty(K, M, INTERFACE, 5, determinate=DETERMINATE),
+        hurty_interface(INTERFACE, DETERMINATE),
+        True,
+    ),
+    "macneal": (lambda K, M: macneal(K, M, INTERFACE, 5, num_rigid=2), INTERFACE, False),
+    "rubin": (lambda K, M: rubin(K, M, INTERFACE, 5, num_rigid=2), INTERFACE, True),
+    "craig_chang": (lambda K, M: craig_chang(K, M, INTERFACE, 3, determinate=DETERMINATE), INTERFACE, True),
+    "mixed": (lambda K, M: mixed(K, M, INTERFACE, 5, fixed=(16, 17), num_rigid=0), INTERFACE, True),
+    "mixed_one_rigid": (lambda K, M: mixed(K, M, INTERFACE, 5, fixed=(0,), num_rigid=1), INTERFACE, True),
+    "loaded": (lambda K, M: mixed(K, M, INTERFACE, 5, load=LOAD, num_rigid=2), INTERFACE, True),
+}
+
+
+@pytest.fixture(params=REDUCTIONS)
+def case(request):
+    return REDUCTIONS[request.param]
+
+
+def model(t=(1.0, 1.0, 1.0)):
+    """Bending stiffness, mass and length."""
+    K, M = beam(ELEMENTS, t[0], t[1])
+    s = jnp.tile(jnp.stack([jnp.ones_like(jnp.asarray(t[2])), jnp.asarray(t[2])]), ELEMENTS + 1)
+    return K * s[:, None] * s[None, :] / t[2] ** 3, M * s[:, None] * s[None, :] * t[2]
+
+
+def held(A, coordinates):
+    keep = np.setdiff1d(np.arange(A.shape[0]), coordinates)
+    return A[keep][:, keep]
+
+
+def test_statics_mass_and_frequencies(case):
+    """Static interface stiffness and rigid-body mass are exact; frequencies come from above, held or free."""
+    method, order, from_above = case
+    K, M = model()
+    reduced = jax.jit(method)(K, M)
+    b = reduced.num_interface
+    E = reduced.explicit()
+    np.testing.assert_allclose(reduced.basis[np.array(order)], reduced.connection, atol=1e-10)
+    np.testing.assert_allclose(E.connection[:, :b], np.eye(b), atol=1e-12)
+    condensed = np.asarray(E.stiffness)
+    condensed = condensed[:b, :b] - condensed[:b, b:] @ np.linalg.pinv(condensed[b:, b:]) @ condensed[b:, :b]
+    np.testing.assert_allclose(condensed, guyan(K, M, order).stiffness, rtol=1e-7, atol=1e-6)
+    rigid = np.zeros((N, 2))
+    rigid[0::2, 0], rigid[0::2, 1], rigid[1::2, 1] = 1.0, np.arange(9) / 8, 1.0
+    rho, residual, *_ = np.linalg.lstsq(np.asarray(reduced.basis), rigid, rcond=None)
+    np.testing.assert_allclose(reduced.basis @ rho, rigid, atol=1e-8)
+    if not reduced.massless:
+        np.testing.assert_allclose(rho.T @ reduced.mass @ rho, rigid.T @ np.asarray(M) @ rigid, rtol=1e-8)
+    np.testing.assert_allclose(rho.T @ reduced.stiffness @ rho, 0.0, atol=1e-5)
+    if from_above:
+        for fixed, exact in (((), (K, M)), ((0, 1), (held(K, order[:2]), held(M, order[:2])))):
+            found = natural_modes(held(E.stiffness, fixed), held(E.mass, fixed)).values
+            exact = natural_modes(*exact).values[: len(found)]
+            assert np.all(found > exact - 1e-5 - 1e-9 * exact)
+            if len(found) > 4:
+                assert found[2] < 1.2 * exact[2]
+
+
+def test_gradient_against_differences(case):
+    """A response of the interface at one frequency, by stiffness, mass and length."""
+    method = case[0]
+
+    def response(t):
+        reduced = method(*model(t)).explicit()
+        Z = reduced.stiffness - 900.0 * reduced.mass
+        return jnp.linalg.inv(Z)[0, 2] * 1e3
+
+    t, f = jnp.array([1.0, 1.1, 1.2]), jax.jit(jax.value_and_grad(response))
+    slope = f(t)[1]
+    for i, e in enumerate(1e-4 * np.eye(3)):
+        np.testing.assert_allclose(slope[i], (f(t + e)[0] - f(t - e)[0]) / 2e-4, rtol=5e-5, atol=1e-5)
+
+
+def test_whole_bases_are_exact():
+    """With all modes each gives back the whole component."""
+    K, M = model()
+    exact = natural_modes(K, M).values
+    for reduced in (craig_bampton(K, M, INTERFACE, 14), rubin(K, M, INTERFACE, 14), hurty(K, M, INTERFACE, 14)):
+        np.testing.assert_allclose(natural_modes(reduced.stiffness, reduced.mass).values, exact, rtol=1e-6, atol=1e-3)
+
+
+def test_spaces_that_are_one():
+    """Craig and Chang's is Rubin's, Hurty's is Craig and Bampton's, mixed with all fixed too."""
+    K, M = model()
+    pairs = (
+        (rubin(K, M, INTERFACE, 5), craig_chang(K, M, INTERFACE, 3)),
+        (craig_bampton(K, M, INTERFACE, 5), hurty(K, M, INTERFACE, 5)),
+        (craig_bampton(K, M, INTERFACE, 5), mixed(K, M, INTERFACE, 5, fixed=INTERFACE)),
+    )
+    for one, other in pairs:
+        values = [natural_modes(r.stiffness, r.mass).values for r in (one, other)]
+        np.testing.assert_allclose(*values, rtol=1e-8, atol=1e-4)
+
+
+def test_craig_bampton_of_a_chain_in_closed_form():
+    """S2: the chain fixed at one end, held at the other by the interface; an end mass."""
+    n, k, m, end = 9, 3.0, 2.0, 0.7
+    K, M = chain(n + 1, k, m, ends=1)
+    M = M.at[n, n].set(end)
+    reduced = craig_bampton(K, M, (n,), n)
+    j = np.arange(1, n + 1)
+    angle = j * np.pi / (2 * (n + 1))
+    np.testing.assert_allclose(constraint_modes(K, (n,))[:, 0], j / (n + 1), rtol=1e-12)
+    np.testing.assert_allclose(reduced.stiffness[0, 0], k / (n + 1), rtol=1e-11)
+    np.testing.assert_allclose(reduced.mass[0, 0], m * n * (2 * n + 1) / (6 * (n + 1)) + end, rtol=1e-12)
+    coupling = np.sqrt(m / (2 * (n + 1))) / np.tan(angle)
+    np.testing.assert_allclose(np.abs(reduced.mass[0, 1:]), coupling, rtol=1e-9)
+    np.testing.assert_allclose(np.diagonal(reduced.stiffness)[1:], 4 * k / m * np.sin(angle) ** 2, rtol=1e-9)
+    np.testing.assert_allclose(reduced.stiffness[0, 1:], 0.0, atol=1e-12)
+
+
+def test_hurty_connection():
+    """Rigid motions cost nothing, and move the redundant bonds as a rigid beam does."""
+    K, M = model()
+    reduced = hurty(K, M, INTERFACE, 2, determinate=DETERMINATE)
+    assert reduced.labels == ("rigid 0", "rigid 1", "constraint 0", "constraint 1", "normal 0", "normal 1")
+    np.testing.assert_allclose(reduced.stiffness[:2], 0.0, atol=1e-8)
+    expected = [[1, 0, 0, 0], [0, 1, 0, 0], [-1, 1, 1, 0], [-1, 1, 0, 1]]
+    np.testing.assert_allclose(reduced.connection[:, :4], expected, atol=1e-10)
+
+
+def test_coupling_modes_cost_the_interior_nothing():
+    K, _ = model()
+    T = interface_basis(K, INTERFACE)
+    np.testing.assert_allclose((K @ T)[INNER], 0.0, atol=1e-8)
+
+
+def test_single_precision_and_batches():
+    stiffness = jnp.array([1.0, 2.0], jnp.float32)
+    K, M = (a.astype(jnp.float32) for a in model())
+    found = jax.vmap(lambda s: craig_bampton(s * K, M, INTERFACE, 3).stiffness)(stiffness)
+    assert found.dtype == jnp.float32
+    np.testing.assert_allclose(found[1], 2 * found[0], rtol=1e-3, atol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (lambda K, M: guyan(K, M, (0, 0)), "different coordinates"),
+        (lambda K, M: craig_bampton(K, M, (0, 99), 2), r"of 0 \.\.\. 17"),
+        (lambda K, M: craig_bampton(K, M, INTERFACE, 15), "the component has 14 such modes"),
+        (lambda K, M: rubin(K, M, INTERFACE, 1), "2 are rigid"),
+        (lambda K, M: hurty(K, M, (0,), 1), "leaves some of the 2 rigid motions free"),
+        (lambda K, M: hurty(K, M, (0, 1), 1, determinate=(4,)), r"\[4\] are not in the interface"),
+        (lambda K, M: mixed(K, M, (0, 1), 3, fixed=(4,)), r"\[4\] are not in the interface"),
+        (lambda K, M: guyan(K.at[4].set(0.0).at[:, 4].set(0.0), M, INTERFACE), "mechanism"),
+        (lambda K, M: jax.jit(lambda K: rubin(K, M, INTERFACE, 5).mass)(K), "give num_rigid"),
+    ],
+)
+def test_bad_input(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        wrong(*model())

@@ -1,0 +1,177 @@
+"""Joined components against the structure they were cut from: frequencies, reactions, balance, redundancy."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.structures.modes import natural_modes
+from jaxmbs.substructures import (
+    interface_reactions,
+    craig_bampton,
+    craig_chang,
+    dual_response,
+    elastic_bond,
+    guyan,
+    hurty,
+    interface_basis,
+    join,
+    macneal,
+    physical,
+    redundancy,
+    rubin,
+)
+from jaxmbs.substructures.recovery import harmonic
+from tests.structural_matrices import beam, chain
+
+K, M = beam(8)
+WHOLE = beam(16, length=2.0, fixed=2)
+ENDS = (0, 1, 16, 17)
+CLAMPED = ((-1, -1, 0, 1), (0, 1))
+
+
+def mixed_kinds():
+    """The clamped half by Craig and Bampton, the free half by every other method; frequencies' tolerance."""
+    left = craig_bampton(K, M, ENDS, 10)
+    return {
+        "craig_bampton": (left, craig_bampton(K, M, (0, 1), 8), 1e-3),
+        "hurty": (left, hurty(K, M, (0, 1), 8), 1e-3),
+        "physical": (left, physical(K, M, (0, 1)), 1e-4),
+        "rubin": (left, rubin(K, M, (0, 1), 8), 1e-3),
+        "macneal": (left, macneal(K, M, (0, 1), 8), 1e-2),
+        "craig_chang": (left, craig_chang(K, M, (0, 1), 6), 1e-3),
+    }
+
+
+@pytest.mark.parametrize("kind", mixed_kinds())
+def test_frequencies_of_the_uncut_beam(kind):
+    left, right, tolerance = mixed_kinds()[kind]
+    found = join((left, right), CLAMPED).modes(4)
+    exact = natural_modes(*WHOLE).values[:4]
+    np.testing.assert_allclose(found.values, exact, rtol=tolerance)
+
+
+def test_massless_joints_are_condensed():
+    """Two free halves by MacNeal: the joint has no mass and is condensed exactly."""
+    half = macneal(K, M, (0, 1), 8)
+    assembly = join((half, half), ((0, 1), (0, 1)))
+    assert assembly.massless == (0, 1)
+    modes = assembly.modes(6)
+    assert modes.num_rigid == 2
+    T = modes.shapes
+    np.testing.assert_allclose((assembly.stiffness @ T)[:2], 0.0, atol=1e-5)
+
+
+def test_blocks_of_the_coupled_equations():
+    """One component in physical coordinates, the other in relative ones; what the print has wrong is right here."""
+    P = craig_bampton(K, M, (0, 1), 16)
+    B = physical(K, M, (16, 17))
+    assembly = join((B, P), ((0, 1), (0, 1)))
+    inner = np.arange(16)
+    T = np.asarray(interface_basis(K, (0, 1)))
+    K_, M_ = np.asarray(K), np.asarray(M)
+    np.testing.assert_allclose(assembly.stiffness[:2, :2], K_[16:, 16:] + T.T @ K_ @ T, rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(assembly.mass[:2, :2], M_[16:, 16:] + T.T @ M_ @ T, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(assembly.stiffness[:2, 2:18], K_[16:, :16], atol=1e-9)  # not zero, as printed in (9)
+    np.testing.assert_allclose(assembly.stiffness[:2, 18:], 0.0, atol=1e-7)
+    np.testing.assert_allclose(T.T @ K_ @ T, 0.0, atol=1e-7)  # the interface just holds P
+    Phi = np.asarray(P.basis)[2:, 2:]
+    np.testing.assert_allclose(assembly.mass[:2, 18:], T.T @ M_[:, inner + 2] @ Phi, atol=1e-9)
+
+
+def exact_reactions(omega, load):
+    """Harmonic displacements of the uncut beam, and the section force on the right half at its left end."""
+    K_, M_ = (np.asarray(A) for A in WHOLE)
+    x = np.linalg.solve(K_ * (1 + 0.02j) - omega**2 * M_, load)
+    right = x[14:]
+    return (np.asarray(K) * (1 + 0.02j) - omega**2 * np.asarray(M))[:2] @ right
+
+
+def test_reactions_primal_dual_and_exact():
+    """Harmonic section forces in the middle of the clamped beam, its tip loaded; all modes kept."""
+    omega, tip = 20.0, jnp.zeros(18).at[16].set(1.0)
+    damping = 0.02 * K / omega
+    left, right = craig_bampton(K, M, ENDS, 14, damping), craig_bampton(K, M, (0, 1), 16, damping)
+    load = np.zeros(32)
+    load[30] = 1.0
+    exact = exact_reactions(omega, load)
+    assembly = join((left, right), CLAMPED)
+    Q = assembly.load((None, tip))
+    Z = jax.lax.complex(assembly.stiffness - omega**2 * assembly.mass, omega * assembly.damping)
+    xi = jnp.linalg.solve(Z, Q.astype(Z.dtype))
+    x, v, a = (y[:, 0] for y in harmonic(xi[:, None], jnp.array([omega])))
+    found = interface_reactions(assembly, x, a, v, (None, tip))
+    np.testing.assert_allclose(found.forces[1], exact, rtol=1e-8)
+    np.testing.assert_allclose(found.forces[0][2:], -exact, rtol=1e-8)
+    assert found.residual < 1e-9
+    _, dual = dual_response((left, right), CLAMPED, (None, tip), jnp.asarray(omega))
+    for one, other in zip(found.forces, dual.forces, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9)
+    assert dual.residual < 1e-9
+    statics = dual_response((left, right), CLAMPED, (None, tip))[1]
+    np.testing.assert_allclose(statics.forces[0], [-1.0, -2.0, 1.0, 1.0], rtol=1e-7, atol=1e-7)
+
+
+def test_elastic_bonds_with_mass():
+    """A chain cut at a spring, the spring put back as a bond: the whole chain's frequencies; mass adds up."""
+    left, right = physical(*chain(4, 2.0, 1.0, 1), (3,)), physical(*chain(3, 2.0, 1.0, 0), (0,))
+    spring = elastic_bond(jnp.array([[2.0]]), jnp.array([[0.1]]))
+    assembly = join((left, right, spring), ((0,), (1,), (0, 1)))
+    np.testing.assert_allclose(assembly.modes().values, natural_modes(*chain(7, 2.0, 1.0, 1)).values, rtol=1e-9)
+    np.testing.assert_allclose(assembly.damping[:2, :2], [[0.1, -0.1], [-0.1, 0.1]], rtol=1e-12)
+    heavy = elastic_bond(jnp.array([[2.0]]), mass=jnp.array([[0.6]]))
+    np.testing.assert_allclose(jnp.sum(join((heavy,), ((0, 1),)).mass), 0.6, rtol=1e-12)
+
+
+def test_joint_that_leaves_rotation_free():
+    """Two halves pinned in the middle and clamped at their far ends: half the modes are those of a propped beam."""
+    half = craig_bampton(K, M, ENDS, 10)
+    assembly = join((half, half), ((-1, -1, 0, 1), (-1, -1, 0, 2)))
+    values = assembly.modes(6).values
+    propped = natural_modes(
+        *(A[np.ix_(np.delete(np.arange(16), 14), np.delete(np.arange(16), 14))] for A in beam(8, fixed=2))
+    )
+    gap = [np.min(np.abs(values / v - 1)) for v in propped.values[:2]]
+    np.testing.assert_allclose(gap, 0.0, atol=1e-3)
+
+
+def test_redundant_bonds_are_counted_and_named():
+    """Clamped, propped beam with a free one welded to its end: what holds the free one is determinate."""
+    component = guyan(K, M, ENDS)
+    number, flags = redundancy((component, guyan(K, M, (0, 1))), ((-1, -1, -1, 0), (-1, 0)))
+    assert number == 1
+    np.testing.assert_array_equal(flags[0], [False, False, False, True])
+    np.testing.assert_array_equal(flags[1], [True, True])
+    number, flags = redundancy((component, guyan(K, M, (0, 1))), ((-1, -1, 0, 1), (0, 1)))
+    assert number == 0 and all(np.all(f) for f in flags)
+    number, flags = redundancy((component, component, guyan(K, M, (0, 1))), ((-1, -1, 0, 1), (-1, -1, 0, 1), (0, 1)))
+    assert number == 2
+    assert not np.any(flags[0]) and not np.any(flags[1]) and np.all(flags[2])
+
+
+def test_gradient_of_a_reaction():
+    """Static section force of a propped beam by the stiffness of its halves, against differences."""
+
+    def force(t):
+        left, right = craig_bampton(t[0] * K, M, ENDS, 2), craig_bampton(t[1] * K, M, ENDS, 2)
+        load = jnp.zeros(18).at[8].set(1.0)
+        forces = dual_response((left, right), ((-1, -1, 0, 1), (0, 1, -1, 2)), (load, None))[1].forces
+        return forces[1][2]
+
+    t, f = jnp.array([1.0, 1.4]), jax.jit(jax.value_and_grad(force))
+    slope = f(t)[1]
+    for i, e in enumerate(1e-5 * np.eye(2)):
+        np.testing.assert_allclose(slope[i], (f(t + e)[0] - f(t - e)[0]) / 2e-5, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("joints", "said"),
+    [
+        ((CLAMPED[0],), "2 components, but joints of 1"),
+        (((-1, -1, 0), (0, 1)), "component 0 has 4 interface coordinates, its joints are 3"),
+        (((-1, -1, 0, 5), (0, 5)), r"numbered 0, 1, 2, \.\.\., not \[0, 5\]"),
+    ],
+)
+def test_bad_input(joints, said):
+    with pytest.raises(ValueError, match=said):
+        join((guyan(K, M, ENDS), guyan(K, M, (0, 1))), joints)
