@@ -15,6 +15,7 @@ PACKAGES = {
     "trajectory_gradient": ("mujoco",),
     "energy_drift": ("mujoco", "matplotlib"),
     "closed_loop": (),
+    "reactions": (),
 }
 
 

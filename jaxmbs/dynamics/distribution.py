@@ -83,7 +83,7 @@ def distributed(system: System, geo, wrench, multipliers, compliance):
 
 
 def _effort_change(system, geo, change, names, column):
-    """Of the joint that moves by the column; its wrench counts for the outer body, be that its child or its parent."""
+    """Of the joint that moves by the column; its wrench counts for the outer body, child or parent."""
     top = system.topology
     j = top.node_joint[column]
     outward = 1.0 if top.joints[j].child == top.body_joint.index(j) else -1.0

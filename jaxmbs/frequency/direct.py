@@ -11,7 +11,7 @@ from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
 def dynamic_stiffness(stiffness: BlockMatrix, damping: BlockMatrix | None, mass: BlockMatrix, omega) -> BlockMatrix:
     """`K + i w C - w^2 M` at one angular frequency [rad/s]; K may be complex (structural damping).
 
-    Source: S1 (41).
+    Source: S1 (40)-(41).
     """
     dtype = np.result_type(stiffness.diagonal.dtype, np.complex64)
     Z = stiffness.astype(dtype) + (-(omega**2) * mass).astype(dtype)
