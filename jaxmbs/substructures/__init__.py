@@ -3,7 +3,7 @@
 from .accuracy import force_errors, frequency_errors, num_modes_up_to
 from .base import Reduced, partition, physical, reduce
 from .characteristic import characteristic, characteristic_modes
-from .coupling import Assembly, Reactions, interface_reactions, elastic_bond, join
+from .coupling import Assembly, Reactions, elastic_bond, interface_reactions, join
 from .craig_bampton import craig_bampton, fixed_interface_modes
 from .craig_chang import craig_chang
 from .dual import dual_response, redundancy

@@ -122,7 +122,7 @@ def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, forces: Se
         found = [f if c.damping is None else f + _times(c.damping, rho_dot) for c, rho_dot, f in pairs]
     if forces is not None:
         pairs = zip(assembly.components, forces, found, strict=True)
-        found = [f if given is None else f - c.generalised(given) for c, given, f in pairs]
+        found = [f if given is None else f - c.generalised(given).astype(f.dtype) for c, given, f in pairs]
     return balanced(assembly, [f[: c.num_interface] for c, f in zip(assembly.components, found, strict=True)])
 
 

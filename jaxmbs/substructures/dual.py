@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 import numpy as np
+import scipy.linalg
 from jax import lax
 
 from .base import Reduced
@@ -41,33 +42,43 @@ def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]]
     return rhos, balanced(assembly, [reactions[start:middle] for start, middle, _ in cut])
 
 
-def redundancy(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> tuple[int, tuple[np.ndarray, ...]]:
+def redundancy(
+    components: Sequence[Reduced], joints: Sequence[Sequence[int]], rigid: Sequence | None = None
+) -> tuple[int, tuple[np.ndarray, ...]]:
     """How many bonds are redundant, and which reactions statics alone determine: a flag (b_c,) for each component.
 
     On the host.  Bonds are taken one by one where a joint has several members; a redundant one can be cut and leaves
-    no new motion of the components as rigid bodies.  Source: S1 (13)-(14), (20).
+    no new motion of the components as rigid bodies.
+
+    Args:
+        rigid: rigid motions of each component's interface (b_c, d_c), as `rigid_motions(...)[interface]`; default:
+            what costs less than 1e-4 of a component's stiffness, or 1e-10 of the stiffest one's.
+
+    Source: S1 (13)-(14), (20).
     """
     places, _ = joint_places(components, joints)
-    starts = np.cumsum([0, *(len(p) for p in places)])
-    B = _compatibility(places, starts)
-    rigid = np.zeros((starts[-1], 0))
-    for start, c in zip(starts[:-1], components, strict=True):
-        own = _rigid(c.explicit())
-        rigid = np.hstack([rigid, np.zeros((starts[-1], own.shape[1]))])
-        rigid[start : start + len(own), rigid.shape[1] - own.shape[1] :] = own
-    U, s, _ = np.linalg.svd(B @ rigid)
+    condensed = [_condensed(c.explicit()) for c in components]
+    floor = 1e-6 * max(np.max(np.diagonal(K), initial=0.0) for K in condensed)
+    motions = [_rigid(K, floor) for K in condensed] if rigid is None else [np.asarray(R) for R in rigid]
+    starts = np.cumsum([0, *(c.num_interface for c in components)])
+    B = _compatibility([p[: c.num_interface] for p, c in zip(places, components, strict=True)], starts)
+    moved = B @ scipy.linalg.block_diag(*motions)
+    U, s, _ = np.linalg.svd(moved)
     rank = int(np.sum(s > 1e-9 * max(s, default=0.0)))
-    moved = np.abs(U[:, rank:].T @ B).max(axis=0, initial=0.0) > 1e-9
-    flags = [~moved[start : start + c.num_interface] for start, c in zip(starts[:-1], components, strict=True)]
-    return len(B) - rank, tuple(flags)
+    unknown = np.abs(U[:, rank:].T @ B).max(axis=0, initial=0.0) > 1e-6
+    return len(B) - rank, tuple(~part for part in np.split(unknown, starts[1:-1]))
 
 
-def _rigid(component):
-    """Rigid motions in the reduced coordinates, of unit size."""
-    K = np.asarray(component.stiffness)
-    size = np.sqrt(np.maximum(np.diagonal(K), 1e-14 * np.max(np.diagonal(K))))
+def _condensed(component):
+    b, K = component.num_interface, np.asarray(component.stiffness)
+    return K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
+
+
+def _rigid(K, floor):
+    """Motions of the interface (b, d) that strain nothing, each of unit size."""
+    size = np.sqrt(np.maximum(np.diagonal(K), floor))
     values, vectors = np.linalg.eigh(K / np.outer(size, size))
-    vectors = vectors[:, values < 1e-10 * values[-1]] / size[:, None]
+    vectors = vectors[:, values < 1e-4] / size[:, None]
     return vectors / np.linalg.norm(vectors, axis=0)
 
 
