@@ -17,6 +17,13 @@ def along(axis, reference=None):
     return jnp.stack([x, jnp.cross(z, x), z])
 
 
+def across(first, second, x):
+    """Rows x, y, z (3, 3) of axes with z along `first` x `second`; `x` lies across it."""
+    z = jnp.cross(first, second)
+    z, x = z / jnp.linalg.norm(z), x / jnp.linalg.norm(x)
+    return jnp.stack([x, jnp.cross(z, x), z])
+
+
 def carried(arm):
     """(6, 6): displacement and rotation of a point at `arm` (3,) from a node, rigidly carried by it."""
     one, zero = jnp.eye(3, dtype=arm.dtype), jnp.zeros((3, 3), arm.dtype)
@@ -40,6 +47,21 @@ def plane_stress(young, poisson):
     zero = jnp.zeros_like(E)
     rows = [[E, nu * E, zero], [nu * E, E, zero], [zero, zero, (1.0 - nu) / 2 * E]]
     return jnp.stack([jnp.stack(row) for row in rows])
+
+
+def inverse_jacobian(slopes, nodes):
+    """Inverse (q, d, d) and determinant (q,) of the Jacobian `slopes @ nodes`, d = 2 or 3."""
+    J = slopes.astype(nodes.dtype) @ nodes
+    if J.shape[1] == 2:
+        (a, b), (c, d) = J[:, 0].T, J[:, 1].T
+        det = a * d - b * c
+        inverse = jnp.stack([jnp.stack([d, -b], axis=1), jnp.stack([-c, a], axis=1)], axis=1)
+    else:
+        a, b, c = J[:, 0], J[:, 1], J[:, 2]
+        bc = jnp.cross(b, c)
+        det = jnp.sum(a * bc, axis=1)
+        inverse = jnp.stack([bc, jnp.cross(c, a), jnp.cross(a, b)], axis=2)
+    return inverse / det[:, None, None], det
 
 
 def gauss(points: int, dimensions: int):

@@ -31,14 +31,16 @@ def optional(value: Any) -> Array | None:
 class AbstractElement(eqx.Module):
     """One element. `coordinates` is how many of x y z rx ry rz each node uses: 3 or 6.
 
-    Attributes:
-        force_labels: what `forces` returns; `stress_labels`: what `stresses` returns.
+    `force_labels` and `stress_labels` name what `forces` and `stresses` return, `nonnegative` the fields that
+    must not be negative; `misplacement` says what `misplaced` finds.
     """
 
     num_nodes: ClassVar[int]
     coordinates: ClassVar[int] = 6
     force_labels: ClassVar[tuple[str, ...]] = ()
     stress_labels: ClassVar[tuple[str, ...]] = ()
+    nonnegative: ClassVar[tuple[str, ...]] = ("young", "area", "thickness", "density")
+    misplacement: ClassVar[str] = "its nodes lie at one point"
 
     @property
     def size(self) -> int:
@@ -66,13 +68,17 @@ class AbstractElement(eqx.Module):
         return jnp.zeros(0, nodes.dtype)
 
     def faults(self) -> list[str]:
-        """What is wrong with concrete values; empty when they are traced."""
+        """What is wrong with the values, one message each; values that are traced are not looked at."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         known = {
             n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and not isinstance(v, jax.core.Tracer)
         }
-        return [f"{name} must be finite" for name, v in known.items() if not np.all(np.isfinite(v))] + [
-            f"{name} must not be negative" for name in self.nonnegative if name in known and np.any(known[name] < 0)
-        ]
+        found = [f"{name} must be finite" for name, v in known.items() if not np.all(np.isfinite(v))]
+        negative = [name for name in self.nonnegative if name in known and np.any(known[name] < 0)]
+        if "poisson" in known and not np.all((known["poisson"] > -1) & (known["poisson"] < 0.5)):
+            found.append("poisson must lie between -1 and 1/2")
+        return found + [f"{name} must not be negative" for name in negative]
 
-    nonnegative: ClassVar[tuple[str, ...]] = ("density", "area", "young", "thickness")
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+        """Which of many elements (m,), by their positions (m, k, 3), have no extent or are inside out."""
+        return (np.ptp(nodes, axis=1).max(axis=1) == 0) & (self.num_nodes > 1)

@@ -39,7 +39,7 @@ class Beam(AbstractElement):
         inertia_z: second moment for bending in the local x-y plane, inertia_y: in the x-z plane [m^4].
         torsion: torsion constant [m^4].
         shear: (2,) shear factors of the forces along y and z (5/6 for a rectangle), or None.
-        reference: (3,) vector in the local x-y plane, world axes; None: the coordinate axis farthest from the beam.
+        reference: (3,) vector in the local x-y plane, world axes; None, for sections alike in y and z: any.
         offsets: (2, 3) from the nodes to the beam's ends, world axes [m], or None.
         releases: names of end coordinates that carry no force: "rz1", "ry2", "x1", ...
         fibres: (p, 2) points y, z of the section whose stress is asked [m].
@@ -72,13 +72,23 @@ class Beam(AbstractElement):
             if {f"{d}1", f"{d}2"} <= set(self.releases):
                 raise ValueError(f"a beam released in {d} at both ends is a mechanism: release one end")
 
+    def faults(self):
+        """Also a section that differs in y and z without a reference to say which is which."""
+        pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])
+        known = [pair for pair in pairs if not any(isinstance(v, jax.core.Tracer) for v in pair)]
+        uneven = any(not np.allclose(a, b, rtol=1e-6, atol=0) for a, b in known)
+        if self.reference is None and uneven:
+            return [*super().faults(), "give it a reference: its section differs in y and z"]
+        return super().faults()
+
     def _axes(self, nodes):
-        """Length, and (12, 12) end motions in local axes from those of the nodes."""
+        """Length, axes (3, 3), and (12, 12) end motions in local axes from those of the nodes."""
         offsets = jnp.zeros_like(nodes) if self.offsets is None else self.offsets
         line = nodes[1] + offsets[1] - nodes[0] - offsets[0]
-        R = turned(along(line, self.reference))
+        axes = along(line, self.reference)
+        R = turned(axes)
         T = jax.scipy.linalg.block_diag(R @ carried(offsets[0]), R @ carried(offsets[1]))
-        return jnp.linalg.norm(line), T
+        return jnp.linalg.norm(line), axes, T
 
     def _planes(self, length):
         """Bending stiffness E I and shear ratio `12 E I / (k G A l^2)` of the x-y and the x-z plane."""
@@ -127,23 +137,24 @@ class Beam(AbstractElement):
         return T.at[np.array(free), np.array(free)].set(0.0).at[np.ix_(free, held)].set(follow)
 
     def _matrices(self, nodes):
-        length, T = self._axes(nodes)
+        """Length, axes, local stiffness, and local end motions (12, 12) of the beam from those of the nodes."""
+        length, axes, T = self._axes(nodes)
         K = self._local_stiffness(length)
-        return length, K, self._released(K) @ T
+        return length, axes, K, self._released(K) @ T
 
     def stiffness(self, nodes):
         """`T^T k_e T`, exact for loads at the nodes."""
-        _, K, T = self._matrices(nodes)
+        _, _, K, T = self._matrices(nodes)
         return T.T @ K @ T
 
     def mass(self, nodes):
         """`T^T m_e T`."""
-        length, _, T = self._matrices(nodes)
+        length, _, _, T = self._matrices(nodes)
         return T.T @ self._local_mass(length) @ T
 
     def forces(self, nodes, u):
         """Forces and moments (12,) on the beam at its two ends, local axes. Source: S1 (30)."""
-        _, K, T = self._matrices(nodes)
+        _, _, K, T = self._matrices(nodes)
         return K @ T @ u.reshape(-1)
 
     def stresses(self, nodes, u):
@@ -158,17 +169,27 @@ class Beam(AbstractElement):
 
     def line_load(self, nodes, q):
         """Consistent load (12,) of a uniform force q (3,) [N/m] in world axes. Source: S1 (18)."""
-        length, _, T = self._matrices(nodes)
-        axes = along(nodes[1] - nodes[0] if self.offsets is None else _line(nodes, self.offsets), self.reference)
+        length, axes, _, T = self._matrices(nodes)
         x, y, z = axes @ q * length
         f = jnp.zeros(12, nodes.dtype).at[np.array([0, 6])].set(x / 2)
         share = jnp.asarray([1 / 2, 1 / 12, 1 / 2, -1 / 12], nodes.dtype)
         f = f.at[_PLANE_Y].set(y * share * _scale(length, 1.0)).at[_PLANE_Z].set(z * share * _scale(length, _SIGN_Z))
         return T.T @ f
 
+    misplacement = "its ends meet, or its reference lies along it"
 
-def _line(nodes, offsets):
-    return nodes[1] + offsets[1] - nodes[0] - offsets[0]
+    def misplaced(self, nodes):
+        """No length, or no plane for the local axes."""
+        line = nodes[:, 1] - nodes[:, 0]
+        if self.offsets is not None and not isinstance(self.offsets, jax.core.Tracer):
+            offsets = np.asarray(self.offsets)
+            line = line + offsets[..., 1, :] - offsets[..., 0, :]
+        length = np.linalg.norm(line, axis=1)
+        if self.reference is None or isinstance(self.reference, jax.core.Tracer):
+            return length == 0
+        reference = np.asarray(self.reference)
+        size = length * np.linalg.norm(reference, axis=-1)
+        return np.linalg.norm(np.cross(line, reference), axis=1) <= 1e-9 * size
 
 
 def _add(matrix, places, part):

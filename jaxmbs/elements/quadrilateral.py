@@ -5,14 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._parts import condensed, gauss, linear_shapes, plane_stress
+from ._parts import across, condensed, gauss, inverse_jacobian, linear_shapes, plane_stress
 from ._shell import AbstractShell
 from .base import number
 
 _CORNERS = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
 _POINTS, _WEIGHTS = gauss(2, 2)
 _N, _DN = linear_shapes(_CORNERS, _POINTS)  # (4, 4), (4, 2, 4)
-_N0, _DN0 = linear_shapes(_CORNERS, np.zeros((1, 2)))
+_CENTRE = np.zeros((1, 2))
+_DN0 = linear_shapes(_CORNERS, _CENTRE)[1]
+_BUBBLES = -2.0 * _POINTS[:, :, None] * np.eye(2)  # (q, slope, mode) of 1 - xi^2, 1 - eta^2
 _SIDES = np.array([[0.0, 1], [0, -1], [1, 0], [-1, 0]])  # where the transverse shear is tied
 _NS, _DNS = linear_shapes(_CORNERS, _SIDES)
 
@@ -38,54 +40,52 @@ class Quadrilateral(AbstractShell):
     def axes(self, nodes):
         """x bisects the diagonals, z along their vector product."""
         first, second = nodes[2] - nodes[0], nodes[3] - nodes[1]
-        z, x = jnp.cross(first, second), first - second
-        z, x = z / jnp.linalg.norm(z), x / jnp.linalg.norm(x)
-        return jnp.stack([x, jnp.cross(z, x), z])
+        return across(first, second, first - second)
 
     def shapes(self, xy):
         """Bilinear, at 2 x 2 points."""
-        return _N.astype(xy.dtype), _jacobians(xy, _DN)[1] * _WEIGHTS.astype(xy.dtype)
+        return _N.astype(xy.dtype), inverse_jacobian(_DN, xy)[1] * _WEIGHTS.astype(xy.dtype)
+
+    def _slopes(self, xy, slopes):
+        """Slopes (q, 2, 4) in the plane and areas (q,) per unit square."""
+        inverse, det = inverse_jacobian(slopes, xy)
+        return inverse @ slopes.astype(xy.dtype), det
 
     def membrane(self, xy):
         """Strain and drilling energies with the incompatible modes condensed."""
-        J, det = _jacobians(xy, _DN)
-        J0, det0 = _jacobians(xy, _DN0)
-        slopes = jnp.linalg.solve(J, _DN.astype(xy.dtype))  # (q, 2, 4)
-        bubbles = np.zeros((4, 2, 2))
-        bubbles[:, 0, 0], bubbles[:, 1, 1] = -2 * _POINTS[:, 0], -2 * _POINTS[:, 1]
-        bubbles = jnp.linalg.inv(J0) @ bubbles.astype(xy.dtype) * (det0 / det)[:, None, None]
+        slopes, det = self._slopes(xy, _DN)
+        inverse0, det0 = inverse_jacobian(_DN0, xy)
+        bubbles = inverse0 @ _BUBBLES.astype(xy.dtype) * (det0 / det)[:, None, None]
         strain = jnp.concatenate([_strains(slopes, 3), _strains(bubbles, 2)], axis=2)  # (q, 3, 12 + 4)
         turn = jnp.concatenate([_turns(slopes, _N.astype(xy.dtype)), _turns(bubbles, None)], axis=1)
         weight = det * _WEIGHTS.astype(xy.dtype) * self.thickness
         G = self.drilling * self.young / (2.0 * (1.0 + self.poisson))
         K = jnp.einsum("q,qai,ab,qbj->ij", weight, strain, plane_stress(self.young, self.poisson), strain)
         K = condensed(K + G * jnp.einsum("q,qi,qj->ij", weight, turn, turn), 12)
-        return K, _strains(jnp.linalg.solve(J0, _DN0.astype(xy.dtype)), 3)[0]
-
-    def _shear(self, xy, points):
-        """Transverse shear angles (q, 2, 12) at points of [-1, 1]^2, interpolated from the mid-sides."""
-        tangents = _jacobians(xy, _DNS)[0]  # (4, 2, 2): rows d/dxi, d/deta
-        N, DN = _NS.astype(xy.dtype), _DNS.astype(xy.dtype)
-        # gamma_s = dw/ds + ry dx/ds - rx dy/ds along both directions of the square
-        parts = [DN, -tangents[:, :, 1, None] * N[:, None, :], tangents[:, :, 0, None] * N[:, None, :]]
-        tied = jnp.stack(parts, axis=-1).reshape(4, 2, 12)
-        xi, eta = (points[:, d, None].astype(xy.dtype) for d in (0, 1))
-        along_xi = ((1 + eta) * tied[0, 0][None] + (1 - eta) * tied[1, 0][None]) / 2
-        along_eta = ((1 + xi) * tied[2, 1][None] + (1 - xi) * tied[3, 1][None]) / 2
-        J = _jacobians(xy, linear_shapes(_CORNERS, points)[1])[0]
-        return jnp.linalg.solve(J, jnp.stack([along_xi, along_eta], axis=1))
+        return K, _strains(self._slopes(xy, _DN0)[0], 3)[0]
 
     def bending(self, xy):
         """Curvature energy, and shear energy with tied shear angles."""
-        J, det = _jacobians(xy, _DN)
-        slopes = jnp.linalg.solve(J, _DN.astype(xy.dtype))
+        slopes, det = self._slopes(xy, _DN)
         curvature, shear = _curvatures(slopes), self._shear(xy, _POINTS)
         weight = det * _WEIGHTS.astype(xy.dtype)
         D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
         K = jnp.einsum("q,qai,ab,qbj->ij", weight, curvature, D, curvature)
         K = K + self._shear_modulus() * jnp.einsum("q,qai,qaj->ij", weight, shear, shear)
-        J0 = _jacobians(xy, _DN0)[0]
-        return K, _curvatures(jnp.linalg.solve(J0, _DN0.astype(xy.dtype)))[0]
+        return K, _curvatures(self._slopes(xy, _DN0)[0])[0]
+
+    def _shear(self, xy, points):
+        """Transverse shear angles (q, 2, 12) at points of [-1, 1]^2, interpolated from the mid-sides."""
+        N, DN = _NS.astype(xy.dtype), _DNS.astype(xy.dtype)
+        tangents = DN @ xy  # (4, 2, 2): rows d/dxi, d/deta
+        # dw/ds + ry dx/ds - rx dy/ds along both directions s of the square
+        parts = [DN, -tangents[:, :, 1, None] * N[:, None, :], tangents[:, :, 0, None] * N[:, None, :]]
+        tied = jnp.stack(parts, axis=-1).reshape(4, 2, 12)
+        xi, eta = (points[:, d, None].astype(xy.dtype) for d in (0, 1))
+        along_xi = ((1 + eta) * tied[0, 0][None] + (1 - eta) * tied[1, 0][None]) / 2
+        along_eta = ((1 + xi) * tied[2, 1][None] + (1 - xi) * tied[3, 1][None]) / 2
+        inverse = inverse_jacobian(linear_shapes(_CORNERS, points)[1], xy)[0]
+        return inverse @ jnp.stack([along_xi, along_eta], axis=1)
 
     def _shear_modulus(self):
         return self.shear_factor * self.thickness * self.young / (2.0 * (1.0 + self.poisson))
@@ -94,13 +94,16 @@ class Quadrilateral(AbstractShell):
         """Membrane forces, moments and transverse shear forces per length at the centre. Source: S1 (30)."""
         xy, T = self.flat(nodes)
         local = (T @ u.reshape(-1)).reshape(4, 6)
-        shear = self._shear(xy, np.zeros((1, 2)))[0] @ local[:, 2:5].reshape(-1)
+        shear = self._shear(xy, _CENTRE)[0] @ local[:, 2:5].reshape(-1)
         return jnp.concatenate([super().forces(nodes, u), self._shear_modulus() * shear])
 
+    misplacement = "its corners do not go round a convex outline"
 
-def _jacobians(xy, slopes):
-    J = slopes.astype(xy.dtype) @ xy
-    return J, J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
+    def misplaced(self, nodes):
+        """A corner whose angle is not below a straight one."""
+        normal = np.cross(nodes[:, 2] - nodes[:, 0], nodes[:, 3] - nodes[:, 1])
+        after, before = np.roll(nodes, -1, axis=1) - nodes, np.roll(nodes, 1, axis=1) - nodes
+        return np.any(np.sum(np.cross(after, before) * normal[:, None], axis=2) <= 0, axis=1)
 
 
 def _strains(slopes, per_node):

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ._parts import carried, turned
@@ -37,6 +38,10 @@ class Spring(AbstractElement):
     force_labels = DIRECTIONS
     nonnegative = ()
 
+    def misplaced(self, nodes):
+        """Never: its nodes may lie at one point."""
+        return np.zeros(len(nodes), bool)
+
     def relative(self, nodes):
         """(6, 12): relative displacement and rotation, second node less first, in the spring's axes."""
         line = nodes[1] - nodes[0]
@@ -58,7 +63,7 @@ class Spring(AbstractElement):
         return jnp.zeros((self.size, self.size), nodes.dtype)
 
     def forces(self, nodes, u):
-        """Force and moment in the spring on its second node's side, negated: what stretches it. Source: S1 (30)."""
+        """Force and moment that the second node puts on the spring, in its axes. Source: S1 (30)."""
         return self.matrix @ self.relative(nodes) @ u.reshape(-1)
 
 

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
-from ._parts import plane_stress
+from ._parts import across, plane_stress
 from ._shell import AbstractShell
 
 # Areas of mid-side quadrature and quadratic shape functions: corners, then mid-sides 12, 23, 31.
@@ -24,13 +24,12 @@ class Triangle(AbstractShell):
     """
 
     num_nodes = 3
+    misplacement = "its corners lie on a line"
 
     def axes(self, nodes):
         """x along the first side, z along the normal."""
         first, second = nodes[1] - nodes[0], nodes[2] - nodes[0]
-        z = jnp.cross(first, second)
-        z, x = z / jnp.linalg.norm(z), first / jnp.linalg.norm(first)
-        return jnp.stack([x, jnp.cross(z, x), z])
+        return across(first, second, first)
 
     def shapes(self, xy):
         """Linear, at the mid-sides."""
@@ -53,6 +52,12 @@ class Triangle(AbstractShell):
         D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
         curvature = _curvatures(xy, _MIDS)
         return _area(xy) / 3 * jnp.einsum("qai,ab,qbj->ij", curvature, D, curvature), _curvatures(xy, _CENTRE)[0]
+
+    def misplaced(self, nodes):
+        """No area."""
+        normal = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])
+        size = np.ptp(nodes, axis=1).max(axis=1)
+        return np.linalg.norm(normal, axis=1) <= 1e-9 * size**2
 
 
 def _area(xy):

@@ -2,6 +2,7 @@
 
 from functools import lru_cache
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,6 +13,7 @@ from .structure import Structure
 KINDS = ("stiffness", "mass", "damping")
 
 
+@eqx.filter_jit
 def element_matrices(structure: Structure, group: str, kind: str = "stiffness") -> Float[Array, "elements n n"]:
     """Matrices in world axes of all elements of a group.
 
@@ -22,6 +24,7 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
     return structure.groups[group].map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
 
 
+@eqx.filter_jit
 def assemble_dense(structure: Structure, kinds=("stiffness", "mass")) -> tuple:
     """(K, M), or what `kinds` names, over the coordinates that are not held: rows as `structure.labels`.
 
@@ -35,12 +38,13 @@ def _dense(structure, kind):
     n = index.num_rows
     total = jnp.zeros((n + 1, n + 1), structure.positions.dtype)  # the last row takes what is held
     for name, group in structure.groups.items():
-        rows = index.table[np.array(group.nodes, int), : group.element.coordinates].reshape(len(group.nodes), -1)
+        rows = index.table[group.connections, : group.element.coordinates].reshape(len(group.nodes), -1)
         rows = np.where(rows < 0, n, rows)
         total = total.at[rows[:, :, None], rows[:, None, :]].add(element_matrices(structure, name, kind))
     return total[:n, :n]
 
 
+@eqx.filter_jit
 def assemble_blocks(structure: Structure, kinds=("stiffness", "mass")) -> tuple:
     """(K, M) as block matrices on the graph of nodes, blocks of `structure.size`.
 
@@ -58,7 +62,7 @@ def _blocks(structure, kind):
         k, c = group.element.num_nodes, group.element.coordinates
         parts = element_matrices(structure, name, kind).reshape(-1, k, c, k, c).transpose(0, 1, 3, 2, 4)
         parts = jnp.pad(parts, [(0, 0)] * 3 + [(0, b - c)] * 2)
-        total = total + assemble(pattern, np.array(group.nodes, int), parts)
+        total = total + assemble(pattern, group.connections, parts)
     return _hold(structure, total, one=kind == "stiffness")
 
 

@@ -1,71 +1,12 @@
 """Is a substructure sound? Symmetry, rigid motions, mass properties, grounding, mechanisms, massless coordinates."""
 
-import dataclasses
-
 import numpy as np
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from .report import Check, names, numbers
 from .structure import rigid_motions
 from .substructure import Substructure
-
-
-@dataclasses.dataclass(frozen=True)
-class Check:
-    """What `check` found; `str` of it is a table.
-
-    Attributes:
-        asymmetry: largest `|A - A^T|` over the largest entry, by matrix.
-        rigid_energy: (6,) strain energy of unit rigid motions over what the diagonal stores in the same motion; None
-            without positions.
-        grounded: "free", "held" (some rigid motion is strained), or None without positions.
-        mass: total mass [kg] (mean of the three directions), or None.
-        centre: (3,) centre of mass [m]; inertia: (3, 3) about the point asked, and `central_inertia` about the centre.
-        free_motions: number of independent motions without strain.
-        massless: labels without mass; slack: labels without stiffness.
-        faults: what must be put right; warnings: what the user should know.
-    """
-
-    size: int
-    asymmetry: dict[str, float]
-    rigid_energy: np.ndarray | None
-    grounded: str | None
-    mass: float | None
-    about: np.ndarray
-    centre: np.ndarray | None
-    inertia: np.ndarray | None
-    central_inertia: np.ndarray | None
-    free_motions: int
-    massless: tuple[str, ...]
-    slack: tuple[str, ...]
-    faults: tuple[str, ...]
-    warnings: tuple[str, ...]
-
-    def __str__(self):
-        rows = [("coordinates", f"{self.size}")]
-        rows += [(f"asymmetry of the {name}", f"{value:.2e}") for name, value in self.asymmetry.items()]
-        rows += [("motions without strain", f"{self.free_motions}")]
-        if self.rigid_energy is not None:
-            rows += [
-                ("held or free", self.grounded),
-                ("strain energy of rigid motions", _numbers(self.rigid_energy, 1)),
-            ]
-        if self.mass is not None:
-            rows += [("mass [kg]", f"{self.mass:.6g}"), ("centre of mass [m]", _numbers(self.centre))]
-            rows += [(f"inertia about {_numbers(self.about, 3)} [kg m^2]", _numbers(np.diag(self.inertia)))]
-            rows += [("inertia about the centre [kg m^2]", _numbers(np.diag(self.central_inertia)))]
-            off = self.central_inertia[[0, 1, 0], [1, 2, 2]]
-            rows += [
-                ("  xy, yz, xz", _numbers(np.where(np.abs(off) < 1e-12 * np.abs(self.central_inertia).max(), 0, off)))
-            ]
-        rows += [
-            ("massless coordinates", _names(self.massless)),
-            ("coordinates without stiffness", _names(self.slack)),
-        ]
-        width = max(len(name) for name, _ in rows)
-        lines = [f"{name:<{width}}  {value}" for name, value in rows]
-        lines += [f"fault: {fault}" for fault in self.faults] + [f"warning: {text}" for text in self.warnings]
-        return "\n".join(lines)
 
 
 def check(substructure: Substructure, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, strict: bool = False) -> Check:
@@ -73,7 +14,7 @@ def check(substructure: Substructure, about=(0.0, 0.0, 0.0), tolerance: float = 
 
     Args:
         about: point (3,) [m] for the moments of inertia.
-        tolerance: relative size from which an asymmetry or the strain of a rigid motion counts.
+        tolerance: relative size from which an asymmetry counts, a thousandth of it for the energy of rigid motions.
         strict: raise the faults.
 
     Raises: ModelError where `strict` and a fault is found; it names the coordinates.
@@ -95,8 +36,13 @@ def check(substructure: Substructure, about=(0.0, 0.0, 0.0), tolerance: float = 
         energy, grounded = _strain_energy(sub, K, motions, tolerance, warnings)
         properties = _mass_properties(M, motions, about, tolerance, warnings)
         _mechanisms(sub, K, shapes, motions, faults)
-    if massless:
-        warnings.append(f"no mass on {_names(massless)}")
+    idle = tuple(label for label in massless if label in slack)
+    if idle:
+        faults.append(f"neither mass nor stiffness on {names(idle)}")
+    if set(massless) - set(idle):
+        warnings.append(f"no mass on {names(tuple(label for label in massless if label not in idle))}")
+    if set(slack) - set(idle):
+        warnings.append(f"no stiffness on {names(tuple(label for label in slack if label not in idle))}")
     report = Check(
         *(sub.num_rows, asymmetry, energy, grounded, properties[0], about, *properties[1:], free_motions),
         *(massless, slack, tuple(faults), tuple(warnings)),
@@ -156,9 +102,7 @@ def _largest(sub, vector):
 def _rigid(sub, about):
     """(n, 6) unit rigid motions over the rows."""
     motions = np.zeros((sub.num_rows, 6))
-    places = {node: np.asarray(p, float) for node, p in sub.positions.items()}
-    names = list(places)
-    table = dict(zip(names, np.asarray(rigid_motions(np.stack([places[n] for n in names]), about)), strict=True))
+    table = dict(zip(sub.nodes, np.asarray(rigid_motions(sub.positions, about), float), strict=True))
     for row, (node, direction) in enumerate(sub.coordinates):
         if direction:
             motions[row] = table[node][DIRECTIONS.index(direction)]
@@ -169,11 +113,12 @@ def _strain_energy(sub, K, motions, tolerance, warnings):
     energy = np.sum(motions * (K @ motions), axis=0)
     reference = np.sum(motions**2 * np.diag(K)[:, None], axis=0)
     relative = energy / np.where(reference > 0, reference, 1.0)
-    strained = relative > tolerance**1.5
-    for k in np.nonzero(strained)[0]:
-        force = K @ motions[:, k]
-        warnings.append(f"rigid motion {DIRECTIONS[k]} is strained, most at {_largest(sub, force)}")
-    return relative, "held" if np.any(strained) else "free"
+    strained = np.nonzero(relative > 1e-3 * tolerance)[0]
+    if len(strained):
+        which = ", ".join(DIRECTIONS[k] for k in strained)
+        forces = np.abs(K @ motions[:, strained]).max(axis=1)
+        warnings.append(f"held: rigid motions {which} are strained, most at {_largest(sub, forces)}")
+    return relative, "held" if len(strained) else "free"
 
 
 def _mass_properties(M, motions, about, tolerance, warnings):
@@ -182,7 +127,7 @@ def _mass_properties(M, motions, about, tolerance, warnings):
     if mass <= 0:
         return (None,) * 4
     if np.abs(total[:3, :3] - mass * np.eye(3)).max() > tolerance * mass:
-        given = _numbers(np.diag(total[:3, :3]))
+        given = numbers(np.diag(total[:3, :3]))
         warnings.append(f"mass differs by direction ({given}): some of it is held, or rows are missing")
     first = total[:3, 3:]  # -m c~
     arm = np.array([first[1, 2] - first[2, 1], first[2, 0] - first[0, 2], first[0, 1] - first[1, 0]]) / (2 * mass)
@@ -202,13 +147,3 @@ def _mechanisms(sub, K, shapes, motions, faults):
     left, size, _ = np.linalg.svd(rest, full_matrices=False)
     for k in np.nonzero(size > 1e-4)[0]:
         faults.append(f"mechanism: a motion without strain, most at {_largest(sub, left[:, k] / weight[:, 0])}")
-
-
-def _numbers(values, digits=5):
-    return " ".join(f"{v:.{digits}g}" for v in np.ravel(values))
-
-
-def _names(labels, most=6):
-    if not labels:
-        return "none"
-    return ", ".join(labels[:most]) + (f" and {len(labels) - most} more" if len(labels) > most else "")

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -13,6 +14,7 @@ from ..elements import DIRECTIONS
 from .structure import Structure
 
 
+@eqx.filter_jit
 def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
     """Weight in a uniform field `acceleration` (3,) [m/s^2] (gravity), `M` times the rigid motion.
 
@@ -27,6 +29,7 @@ def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
     return sum(_scattered(structure, group, group.map(weight, structure.positions)) for group in _all(structure))
 
 
+@eqx.filter_jit
 def pressure_load(structure: Structure, group: str, pressure, face: int | None = None) -> Float[Array, "nodes 6"]:
     """Pressure [Pa], a number or one per element: along a shell's normal, or into a solid's `face`.
 
@@ -41,6 +44,7 @@ def pressure_load(structure: Structure, group: str, pressure, face: int | None =
     return _scattered(structure, chosen, chosen.map(apply, structure.positions, values))
 
 
+@eqx.filter_jit
 def line_load(structure: Structure, group: str, force) -> Float[Array, "nodes 6"]:
     """Uniform force (3,) or (elements, 3) per length [N/m] on beams, world axes.
 
@@ -67,11 +71,6 @@ def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]
     return total
 
 
-def generalised(basis: Float[Array, "n r"], load: Float[Array, " n"]) -> Float[Array, " r"]:
-    """Generalised forces `Q = T^T F` on the coordinates of a basis, by virtual work. Source: S1 (17)-(18)."""
-    return basis.T @ load
-
-
 def _all(structure):
     return structure.groups.values()
 
@@ -86,4 +85,4 @@ def _each(structure, group, value, shape):
 def _scattered(structure, group, forces):
     c = group.element.coordinates
     total = jnp.zeros((structure.num_nodes, 6), structure.positions.dtype)
-    return total.at[np.array(group.nodes, int), :c].add(forces.reshape(*np.shape(group.nodes), c))
+    return total.at[group.connections, :c].add(forces.reshape(*np.shape(group.nodes), c))

@@ -1,10 +1,11 @@
 """Forces and stresses of elements from displacements of nodes."""
 
-import numpy as np
+import equinox as eqx
 
 from .structure import Structure, spread
 
 
+@eqx.filter_jit
 def element_forces(structure: Structure, x) -> dict:
     """Element loads `F_e = k_e T_e x` by group, (elements, labels), in the elements' own axes.
 
@@ -15,6 +16,7 @@ def element_forces(structure: Structure, x) -> dict:
     return _recovered(structure, x, lambda element, nodes, u: element.forces(nodes, u))
 
 
+@eqx.filter_jit
 def element_stresses(structure: Structure, x) -> dict:
     """Stresses [Pa] by group, (elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
     return _recovered(structure, x, lambda element, nodes, u: element.stresses(nodes, u))
@@ -24,6 +26,6 @@ def _recovered(structure, x, function):
     u = spread(structure, x) if x.ndim == 1 else x
     found = {}
     for name, group in structure.groups.items():
-        at = u[np.array(group.nodes, int), : group.element.coordinates]
+        at = u[group.connections, : group.element.coordinates]
         found[name] = group.map(function, structure.positions, at)
     return found

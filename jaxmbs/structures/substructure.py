@@ -6,15 +6,16 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Inexact
+from jaxtyping import Array, Float, Inexact
 
 from ..elements import DIRECTIONS
+from ..elements.base import number
 from ..errors import ModelError
 from .assembly import assemble_dense
 from .structure import Structure
 
 #: Above this many coordinates a dense matrix is refused; reduce first, or keep blocks.
-LARGEST = 20000
+LARGEST = 10000
 
 
 class Substructure(eqx.Module):
@@ -26,7 +27,7 @@ class Substructure(eqx.Module):
         interface: what is joined to other components: numbers of rows, or labels, or names of nodes (all their rows).
         coordinates: label of each row: `(node, direction)`, direction one of x y z rx ry rz or "" (a mode), or plain
             strings; default "0", "1", ...
-        positions: (3,) by node [m], for the checks of rigid motions; None where unknown.
+        positions: (3,) [m] by name of node, or the names and an array (nodes, 3), for the checks of rigid motions.
 
     Raises: ModelError with every fault: shapes, repeated or missing labels, an interface that is not there.
     """
@@ -34,7 +35,8 @@ class Substructure(eqx.Module):
     mass: Inexact[Array, "n n"]
     stiffness: Inexact[Array, "n n"]
     damping: Inexact[Array, "n n"] | None
-    positions: dict[str, Array] | None
+    positions: Float[Array, "nodes 3"] | None
+    nodes: tuple[str, ...] = eqx.field(static=True)
     interface: tuple[int, ...] = eqx.field(static=True)
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
@@ -51,7 +53,7 @@ class Substructure(eqx.Module):
                 faults.append(f"mass, stiffness and damping differ in size: {name} has {len(matrix)} rows, not {n}")
         self.coordinates = _labels(coordinates, n, faults)
         self.interface = _rows(interface, self.coordinates, faults)
-        self.positions = None if positions is None else _places(positions, self.coordinates, faults)
+        self.nodes, self.positions = _places(positions, self.coordinates, faults)
         if faults:
             raise ModelError(faults)
 
@@ -61,8 +63,8 @@ class Substructure(eqx.Module):
         damped = any(getattr(group.element, "damper", None) is not None for group in structure.groups.values())
         kinds = ("mass", "stiffness", "damping") if damped else ("mass", "stiffness")
         matrices = assemble_dense(structure, kinds)
-        positions = {name: structure.positions[i] for i, name in enumerate(structure.names)}
-        return cls(*matrices, interface=interface, coordinates=structure.labels, positions=positions)
+        places = (structure.names, structure.positions)
+        return cls(*matrices, interface=interface, coordinates=structure.labels, positions=places)
 
     @property
     def num_rows(self) -> int:
@@ -82,7 +84,7 @@ class Substructure(eqx.Module):
             raise ModelError(faults)
         return found
 
-    def label(self, row: int) -> str:
+    def label(self, row) -> str:
         """Name of a coordinate: "tip rz"."""
         return " ".join(self.coordinates[row]).strip()
 
@@ -95,11 +97,10 @@ def _matrix(name, value, faults):
         return jnp.zeros((1, 1))
     if hasattr(value, "toarray"):
         if shape[0] > LARGEST:
-            faults.append(f"{name} has {shape[0]} rows, more than {LARGEST}: reduce it before it becomes dense")
+            faults.append(f"{name} has {shape[0]} rows, more than {LARGEST}: too many, see block_matrices")
             return jnp.zeros((1, 1))
         value = value.toarray()
-    value = jnp.asarray(value)
-    value = value if jnp.issubdtype(value.dtype, jnp.inexact) else value.astype(float)
+    value = jnp.asarray(value) if jnp.iscomplexobj(value) else number(value)
     if not isinstance(value, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(value))):
         row, column = np.argwhere(~np.isfinite(np.asarray(value)))[0]
         faults.append(f"{name} is not finite at row {row}, column {column}")
@@ -111,11 +112,8 @@ def _labels(coordinates, n, faults):
     labels = tuple(_label(item) for item in given)
     if len(labels) != n:
         faults.append(f"{len(labels)} coordinates are named, the matrices have {n} rows")
-    repeated = (
-        sorted({" ".join(label).strip() for label in labels if labels.count(label) > 1})
-        if len(set(labels)) < len(labels)
-        else []
-    )
+    unique = len(set(labels)) == len(labels)
+    repeated = [] if unique else sorted({" ".join(label).strip() for label in labels if labels.count(label) > 1})
     if repeated:
         faults.append(f"coordinates named twice: {', '.join(repeated[:5])}")
     wrong = sorted({direction for _, direction in labels} - {*DIRECTIONS, ""})
@@ -133,13 +131,16 @@ def _label(item) -> tuple[str, str]:
 
 
 def _rows(names, labels, faults):
-    found = []
+    found, places = [], {}
+    for i, (node, direction) in enumerate(labels):
+        places.setdefault((node, direction), []).append(i)
+        if direction:
+            places.setdefault((node, ""), []).append(i)
     for name in names:
         if isinstance(name, int | np.integer) and not isinstance(name, bool):
             hits = [int(name)] if 0 <= name < len(labels) else []
         else:
-            label = _label(name)
-            hits = [i for i, own in enumerate(labels) if own == label or (label[1] == "" and own[0] == label[0])]
+            hits = places.get(_label(name), [])
         if not hits:
             faults.append(f"interface: there is no coordinate or node {name!r}")
         found += hits
@@ -149,12 +150,21 @@ def _rows(names, labels, faults):
 
 
 def _places(positions, labels, faults):
-    if not isinstance(positions, Mapping):
-        faults.append("positions is a mapping from node names to (3,)")
-        return None
-    known = {str(name): jnp.asarray(place) for name, place in positions.items()}
-    missing = sorted({node for node, direction in labels if direction and node not in known})
+    """Names and positions (nodes, 3) of nodes."""
+    if positions is None:
+        return (), None
+    mapped = isinstance(positions, Mapping)
+    names, places = (positions.keys(), positions.values()) if mapped else positions
+    names = tuple(str(name) for name in names)
+    if mapped and all(np.shape(place) == (3,) for place in places):
+        places = jnp.stack([jnp.asarray(place) for place in places])
+    elif mapped:
+        wrong = [name for name, place in zip(names, places, strict=True) if np.shape(place) != (3,)]
+        faults.append(f"positions need three components each: {', '.join(wrong[:5])}")
+        return names, None
+    elif np.shape(places) != (len(names), 3):
+        faults.append(f"{len(names)} nodes need positions of shape ({len(names)}, 3), got {np.shape(places)}")
+    missing = sorted({node for node, direction in labels if direction} - set(names))
     if missing:
         faults.append(f"positions of nodes are missing: {', '.join(missing[:5])}")
-    faults += [f"position of {name} has shape {p.shape}, not (3,)" for name, p in known.items() if p.shape != (3,)]
-    return known
+    return names, number(places)

@@ -95,7 +95,7 @@ def test_mass_properties_of_a_rod_a_plate_and_a_brick():
     np.testing.assert_allclose(np.diag(R.T @ M @ R), 1.5 * np.array([1, 1, 1, 1 / 6, 1 / 6, 1 / 6]), rtol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["thick_beam", "triangle", "quadrilateral", "hexahedron", "spring"])
+@pytest.mark.parametrize("name", ["thick_beam", "triangle", "quadrilateral", "hexahedron"])
 def test_gradients(name):
     """By every number of the element and every position, against differences."""
     element, nodes, _ = CASES[name]
@@ -103,23 +103,23 @@ def test_gradients(name):
     weights = [jnp.asarray(np.random.default_rng(i).normal(size=(element.size,) * 2)) for i in range(2)]
     leaves, tree = jax.tree.flatten((element, nodes))
 
-    @jax.jit
     def total(flat):
         sizes = np.cumsum([leaf.size for leaf in leaves])[:-1]
         parts = [part.reshape(leaf.shape) for part, leaf in zip(jnp.split(flat, sizes), leaves, strict=True)]
         e, x = jax.tree.unflatten(tree, parts)
         return jnp.sum(weights[0] * e.stiffness(x)) + jnp.sum(weights[1] * e.mass(x))
 
+    both = jax.jit(jax.value_and_grad(total))
     flat = jnp.concatenate([leaf.ravel() for leaf in leaves])
-    slope = np.asarray(jax.jit(jax.grad(total))(flat))
+    slope = np.asarray(both(flat)[1])
     assert np.all(np.isfinite(slope))
     for direction in np.random.default_rng(5).normal(size=(3, len(flat))):
-        d = (total(flat + 1e-6 * direction) - total(flat - 1e-6 * direction)) / 2e-6
+        d = (both(flat + 1e-6 * direction)[0] - both(flat - 1e-6 * direction)[0]) / 2e-6
         np.testing.assert_allclose(slope @ direction, d, rtol=2e-6)
 
 
 def test_single_precision():
-    for name in ("thick_beam", "triangle", "quadrilateral", "hexahedron", "spring", "mass_with_arm"):
+    for name in ("thick_beam", "triangle", "quadrilateral", "hexahedron"):
         element, nodes, _ = CASES[name]
         single = jax.tree.map(lambda leaf: leaf.astype(jnp.float32), (element, jnp.asarray(nodes)))
         for matrix, full in zip(matrices(*single), matrices(element, jnp.asarray(nodes)), strict=True):

@@ -1,0 +1,5 @@
+"""Files in and out; each format imports what it needs when it is called."""
+
+from .matrices import read_dmig as read_dmig
+from .matrices import read_matrix_market as read_matrix_market
+from .matrices import read_op4 as read_op4

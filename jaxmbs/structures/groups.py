@@ -1,0 +1,81 @@
+"""Groups of like elements, and what may be wrong with a declaration of them."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..elements import DIRECTIONS, AbstractElement
+
+
+class Group(eqx.Module):
+    """Elements of one kind.
+
+    Attributes:
+        element: one element whose numbers serve all (`shared`), or one with stacked leaves (elements, ...).
+        nodes: node numbers of every element.
+    """
+
+    element: AbstractElement
+    nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    shared: bool = eqx.field(static=True)
+
+    @property
+    def connections(self) -> np.ndarray:
+        """(elements, k) node numbers."""
+        return np.array(self.nodes, int).reshape(len(self.nodes), -1)
+
+    def map(self, function, positions, *others):
+        """`function(element, nodes (k, 3), ...)` over all elements, results stacked."""
+        axes = (None if self.shared else 0, 0, *[0] * len(others))
+        return jax.vmap(function, in_axes=axes)(self.element, positions[self.connections], *others)
+
+    def misplaced(self, name, positions) -> list[str]:
+        """Elements whose nodes lie wrongly, where positions are known."""
+        if isinstance(positions, jax.core.Tracer) or not self.nodes:
+            return []
+        bad = self.element.misplaced(np.asarray(positions, float)[self.connections])
+        return [f"{name}[{k}]: {self.element.misplacement}" for k in np.nonzero(bad)[0]]
+
+
+def group(name, element, connections, index, faults) -> Group:
+    """From one element for all connections or a sequence of one for each; `index` numbers the nodes by name."""
+    shared = isinstance(element, AbstractElement)
+    members = [element] if shared else list(element)
+    rows = connections.tolist() if hasattr(connections, "tolist") else connections
+    nodes = [tuple(number_of(n, index, name, faults) for n in row) for row in rows]
+    kind = members[0]
+    for k, row in enumerate(nodes):
+        if len(row) != kind.num_nodes:
+            faults.append(f"{name}[{k}] joins {len(row)} nodes, a {type(kind).__name__} has {kind.num_nodes}")
+        if len(set(row)) < len(row):
+            faults.append(f"{name}[{k}] meets a node twice")
+    if not shared and len(members) != len(nodes):
+        faults.append(f"{name} has {len(members)} elements for {len(nodes)} connections")
+    faults += [f"{name}[{k}]: {fault}" for k, member in enumerate(members) for fault in member.faults()]
+    if len({jax.tree.structure(member) for member in members}) > 1:
+        faults.append(f"{name}: elements of one group need equal kinds and settings; make two groups")
+        return Group(kind, tuple(nodes), True)
+    stacked = element if shared else jax.tree.map(lambda *leaves: jnp.stack(leaves), *members)
+    return Group(stacked, tuple(nodes), shared)
+
+
+def number_of(node, index, name, faults) -> int:
+    """Number of a node by its name or number; 0 and a fault where there is none."""
+    if str(node) not in index:
+        faults.append(f"{name}: no node is named {node!r}")
+    return index.get(str(node), 0)
+
+
+def held_pairs(held, index, faults) -> tuple[tuple[int, int], ...]:
+    """Sorted (node, direction) numbers from directions by node."""
+    pairs = set()
+    for node, directions in held.items():
+        names = directions.split() if isinstance(directions, str) else list(directions)
+        names = DIRECTIONS if "all" in names else names
+        for d in names:
+            if d in DIRECTIONS:
+                pairs.add((number_of(node, index, "held", faults), DIRECTIONS.index(d)))
+            else:
+                faults.append(f"held at {node}: {d!r} is none of {', '.join(DIRECTIONS)}")
+    return tuple(sorted(pairs))
