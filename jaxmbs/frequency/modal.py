@@ -8,6 +8,7 @@ import numpy as np
 from jax import lax
 
 from ..math.eigen import eig, eigh, spectral
+from ..structures.modes import check_symmetric
 from ..substructures.base import partition
 from ..substructures.guyan import interface_basis
 from .gains import harmonic_rate
@@ -17,7 +18,7 @@ def receptance(
     stiffness,
     mass,
     omega,
-    out: Sequence[int],
+    out,
     into,
     damping=None,
     loss=0.0,
@@ -29,8 +30,8 @@ def receptance(
 
     Args:
         omega: (frequencies,) angular frequencies [rad/s].
-        out: coordinates.
-        into: coordinates, or load columns (n, inputs).
+        out: coordinates, or rows (outputs, n) of what is measured.
+        into: coordinates, or columns (n, inputs) of loads.
         damping: C (n, n) that does not couple the modes (`structures.damping.proportional`, `modal`).
         loss: loss factor of the whole stiffness.
         num: modes kept; a group of equal frequencies must not be cut (`structures.modes.complete`).
@@ -40,12 +41,14 @@ def receptance(
     Derivatives, of all orders with all modes and first ones with some, are those of the inverse, also where
     frequencies repeat.  Returns: (frequencies, outputs, inputs) complex.
 
-    Raises: ValueError for a damping, if concrete, that couples the modes: see `viscous_receptance`.
+    Raises: ValueError for a damping, if concrete, that couples the modes, and for unsymmetric matrices: both are for
+    `viscous_receptance`.
     Source: S1 (40), (41).
     """
+    check_symmetric(stiffness=stiffness, mass=mass)
     K, M, C, values, X = _modal(stiffness, mass, damping, num)
-    loads = jnp.eye(len(K), dtype=K.dtype)[:, np.asarray(into)] if np.ndim(into) < 2 else into
-    rows, right = X[np.asarray(out)], X.T @ loads
+    outputs, loads = _rows(out, K), _rows(into, K, True)
+    rows, right = outputs @ X, X.T @ loads
     rate = jnp.zeros_like(values) if C is None else lax.stop_gradient(jnp.diagonal(C))
     inertia = lax.stop_gradient(jnp.diagonal(M))
     loss = jnp.asarray(loss, K.dtype)
@@ -68,27 +71,40 @@ def receptance(
     found = lax.map(at, jnp.asarray(omega, K.dtype), batch_size=chunk)
     if num is None or residual:
         return found
-    static = spectral(_discarded, stiffness, mass, jnp.arange(len(K)) >= num)
-    return found - (static[np.asarray(out)] @ loads).astype(dtype)[None] / lax.complex(jnp.ones_like(loss), loss)
+    static = spectral(_discarded, stiffness, mass, _flags(stiffness, num))
+    return found - (outputs @ static @ loads).astype(dtype)[None] / lax.complex(jnp.ones_like(loss), loss)
+
+
+def _rows(places, like, columns=False):
+    """Unit rows (k, n), or columns (n, k), of coordinates; matrices as they are."""
+    if np.ndim(places) == 2:
+        return jnp.asarray(places, like.dtype)
+    rows = jnp.eye(len(like), dtype=like.dtype)[np.asarray(places, int)]
+    return rows.T if columns else rows
 
 
 def _modal(stiffness, mass, damping, num):
     """K, M, C in the modes, which are held constant: their motion is in what leaves the diagonal."""
     values, X = lax.stop_gradient(eigh(stiffness, mass))
     if num is not None:
-        P = spectral(_kept, stiffness, mass, jnp.arange(len(values)) < num) @ mass
+        P = spectral(_kept, stiffness, mass, _flags(stiffness, num)) @ mass
         mass, damping = (None if A is None else P.T @ A @ P for A in (mass, damping))
     K, M, C = (None if A is None else X.T @ A @ X for A in (stiffness, mass, damping))
     _check_uncoupled(C)
     return K, M, C, values, X
 
 
+def _flags(stiffness, num):
+    """1 for the lowest modes, 0 for the others."""
+    return (jnp.arange(len(stiffness)) < num).astype(stiffness.dtype)
+
+
 def _kept(values, flag):
-    return jnp.where(flag, jnp.ones_like(values), 0.0)
+    return flag * jnp.ones_like(values)
 
 
 def _discarded(values, flag):
-    return jnp.where(flag, 1.0 / jnp.where(flag, values, 1.0), 0.0)
+    return (1.0 - flag) / (flag + (1.0 - flag) * values)
 
 
 def _check_uncoupled(C):
@@ -103,18 +119,19 @@ def _check_uncoupled(C):
         raise ValueError(f"the damping couples the modes (up to {coupled:.1g} of their own): use viscous_receptance")
 
 
-def viscous_receptance(stiffness, mass, omega, out: Sequence[int], into, damping, chunk: int = 64):
-    """`receptance` with any viscous damping, through the complex modes (on the CPU).
+def viscous_receptance(stiffness, mass, omega, out, into, damping, chunk: int = 64):
+    """`receptance` with any viscous damping, through the complex modes (on the CPU); matrices may be unsymmetric.
 
     Source: S1 (39), (40).
     """
     n = len(stiffness)
-    loads = jnp.eye(n, dtype=stiffness.dtype)[:, np.asarray(into)] if np.ndim(into) < 2 else into
+    loads, outputs = _rows(into, stiffness, True), _rows(out, stiffness)
     solved = jnp.linalg.solve(mass, jnp.concatenate([stiffness, damping, loads], axis=1))
     zero, eye = jnp.zeros_like(stiffness), jnp.eye(n, dtype=stiffness.dtype)
     A = jnp.block([[zero, eye], [-solved[:, :n], -solved[:, n : 2 * n]]])
     roots, X, Y = (lax.stop_gradient(a) for a in eig(lax.stop_gradient(A)))
-    A, right = A.astype(X.dtype), jnp.concatenate([jnp.zeros_like(loads), solved[:, 2 * n :]]).astype(X.dtype)
+    A, outputs = A.astype(X.dtype), outputs.astype(X.dtype)
+    right = jnp.concatenate([jnp.zeros_like(loads), solved[:, 2 * n :]]).astype(X.dtype)
 
     @jax.checkpoint
     def at(w):
@@ -126,7 +143,7 @@ def viscous_receptance(stiffness, mass, omega, out: Sequence[int], into, damping
             lambda _, r: X @ ((Y @ r) / z),
             lambda _, r: Y.T @ ((X.T @ r) / z),
         )
-        return v[np.asarray(out)]
+        return outputs @ v[:n]
 
     return lax.map(at, jnp.asarray(omega, stiffness.dtype), batch_size=chunk)
 

@@ -61,14 +61,27 @@ def natural_modes(K, M, num: int | None = None, num_rigid: int | None = None) ->
         num: how many (default all); with `complete` it should not cut a group.
         num_rigid: how many are rigid, if known; else those below rounding of the highest value.
 
-    Raises: ValueError for a mass matrix, if concrete, that is not positive definite.  Source: S1 (33)-(37).
+    Raises: ValueError for a mass matrix, if concrete, that is not positive definite, and for an unsymmetric one.
+    Source: S1 (33)-(37).
     """
+    check_symmetric(stiffness=K, mass=M)
     _check_mass(M)
     values, shapes = eigh(K, M)
     _check_finite(values)
     floor = 200 * jnp.finfo(values.dtype).eps * jnp.max(jnp.abs(values))
     rigid = values <= floor if num_rigid is None else jnp.arange(values.shape[0]) < num_rigid
     return Modes(values, shapes, rigid).part(slice(0, num))
+
+
+def check_symmetric(**matrices) -> None:
+    """Raises: ValueError for a matrix, if concrete, that is unsymmetric by more than 1e-5 of its largest entry."""
+    for name, A in matrices.items():
+        if A is None or isinstance(A, jax.core.Tracer):
+            continue
+        A = np.asarray(A)
+        part = np.max(np.abs(A - A.T), initial=0.0) / max(np.max(np.abs(A), initial=0.0), 1e-300)
+        if part > 1e-5:
+            raise ValueError(f"the {name} is unsymmetric by {part:.1g} of its largest entry")
 
 
 def _check_mass(M):
