@@ -1,7 +1,9 @@
 """jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions question it."""
 
+from . import blocksparse as blocksparse
 from . import forces as forces
 from . import joints as joints
+from . import statics as statics
 from .bondgraph import bond_graph as bond_graph
 from .bondgraph import bond_powers as bond_powers
 from .builder import SystemBuilder as SystemBuilder
@@ -20,6 +22,7 @@ from .dynamics.newton_euler import inverse_dynamics as inverse_dynamics
 from .dynamics.newton_euler import mass_matrix as mass_matrix
 from .dynamics.points import acceleration as acceleration
 from .dynamics.points import angular_acceleration as angular_acceleration
+from .dynamics.reaction_bonds import reaction_bonds as reaction_bonds
 from .dynamics.reactions import reactions as reactions
 from .dynamics.stiffness import stiffness as stiffness
 from .errors import AssemblyError as AssemblyError

@@ -164,6 +164,26 @@ def test_redundant_drives_share_the_torque():
     assert loads.residual < 1e-9
 
 
+def test_the_bonds_of_a_system_have_its_reactions():
+    """A four-bar with a spring in a pin, in motion: 18 equations of rank 17, three reactions open, one freedom."""
+    system = four_bar(stiffness=3.0, load=5.0)
+    _, B, D = four_bar_angles(0.7)
+    state = mbs.State.at(system, A=0.7, rates={"A": 2.0}, guess={"B": B, "D": D})
+    loads = mbs.reactions(system, state, frame="joint")
+    bonds, needed = mbs.reaction_bonds(system, state)
+    found = mbs.statics.bond_reactions(bonds, needed)
+    for name, load in loads.items():
+        np.testing.assert_allclose(found[name].force, load.force, atol=1e-8)
+        np.testing.assert_allclose(found[name].moment, load.moment, atol=1e-8)
+        np.testing.assert_array_equal(found[name].unique_force, load.unique_force)
+    matrix = mbs.statics.reaction_matrix(bonds).matrix
+    assert matrix.shape == (18, 20) and np.linalg.matrix_rank(matrix, tol=1e-9) == 17
+    count = mbs.statics.redundancy(bonds)
+    assert (count.redundant, count.mobility) == (system.topology.analysis.redundant, 1)
+    family = mbs.statics.reaction_family(bonds, needed)
+    np.testing.assert_allclose(family.wrench(found.parameters), found.wrench, atol=1e-10)
+
+
 FEET = np.array([[1.0, 0.5], [1.0, -0.5], [-1.0, 0.5], [-1.0, -0.5]])
 
 
