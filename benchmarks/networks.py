@@ -74,6 +74,10 @@ class Case:
         """A scalar of all reactions, and its gradient by every joint position."""
         return jax.value_and_grad(self.scalar)(position, loads)
 
+    def value_and_tangent(self, position, loads):
+        """All reactions and their change for one direction of all joint positions."""
+        return jax.jvp(lambda x: self.value(x, loads), (position,), (jnp.cos(position),))
+
     def nodal(self, position=None):
         """The sparse matrix `Q C^-1 Q^T` (6 p, 6 p) that the peers factor; symmetric positive definite here."""
         bonds = self.bonds if position is None else _moved(self.bonds, position)

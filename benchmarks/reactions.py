@@ -132,9 +132,10 @@ def single_rows(shape, p, rounds):
     host = analysis_seconds(case, *args)
     value, seconds = common.compiled(case.value, *args)
     gradient, gradient_seconds = common.compiled(case.value_and_gradient, *args)
+    tangent, _ = common.compiled(case.value_and_tangent, *args)
     matrix, K = case.nodal()
     right = np.asarray(case.loads).ravel()
-    functions = {"ours": lambda: value(*args), "gradient": lambda: gradient(*args)}
+    functions = {"ours": lambda: value(*args), "gradient": lambda: gradient(*args), "tangent": lambda: tangent(*args)}
     functions["block solver"] = block_solver(case, matrix, right)
     functions |= {peer: optional(make, matrix, right) for peer, make in PEERS.items()}
     functions = {peer: function for peer, function in functions.items() if function}
@@ -148,7 +149,7 @@ def single_rows(shape, p, rounds):
     found = [
         row("reactions", milli["ours"], "ms CPU", peer, milli[peer], goal=goal(shape, p, peer))
         for peer in milli
-        if peer not in ("ours", "gradient", "block solver")
+        if peer not in ("ours", "gradient", "tangent", "block solver")
     ]
     found += [
         row("block solver, the peers' matrix", milli["block solver"], "ms CPU", peer, milli[peer])
@@ -157,6 +158,7 @@ def single_rows(shape, p, rounds):
     ]
     found += [
         row("value and gradient, all joint positions", milli["gradient"], "ms CPU", "value", milli["ours"], "<=2.5"),
+        row("value and one tangent, forward mode", milli["tangent"], "ms CPU", "value", milli["ours"]),
         row("host analysis", host, "s CPU"),
         row("compile value", seconds, "s CPU", goal="<5 at 1000, <10 at 10 000"),
         row("compile value and gradient", gradient_seconds, "s CPU"),
