@@ -53,17 +53,16 @@ def receptance(
     inertia = lax.stop_gradient(jnp.diagonal(M))
     loss = jnp.asarray(loss, K.dtype)
     dtype = np.result_type(K.dtype, np.complex64)
-    K_, M_, right, rows = (A.astype(dtype) for A in (K, M, right, rows))
-    C_ = None if C is None else C.astype(dtype)
+    rows, right = rows.astype(dtype), right.astype(dtype)
+    one, matrices = lax.complex(jnp.ones_like(loss), loss), (K, M) if C is None else (K, M, C)
 
     @jax.checkpoint
     def at(w):
         z = lax.stop_gradient(lax.complex(values - w**2 * inertia, values * loss + w * rate))
-        one, i_w = lax.complex(jnp.ones_like(loss), loss), lax.complex(jnp.zeros_like(w), w)
+        i_w = lax.complex(jnp.zeros_like(w), w)
 
         def matvec(v):
-            v_ = one * (K_ @ v) + i_w**2 * (M_ @ v)
-            return v_ if C_ is None else v_ + i_w * (C_ @ v)
+            return sum(f * _real_product(A, v) for f, A in zip((one, i_w**2, i_w), matrices, strict=False))
 
         v = lax.custom_linear_solve(matvec, right, lambda _, r: r / z[:, None], symmetric=True)
         return rows @ v
@@ -73,6 +72,12 @@ def receptance(
         return found
     static = spectral(_discarded, stiffness, mass, _flags(stiffness, num))
     return found - (outputs @ static @ loads).astype(dtype)[None] / lax.complex(jnp.ones_like(loss), loss)
+
+
+def _real_product(A, v):
+    """A real (n, n) times complex (n, k) in one real product."""
+    both = A @ jnp.concatenate([v.real, v.imag], axis=1)
+    return lax.complex(both[:, : v.shape[1]], both[:, v.shape[1] :])
 
 
 def _rows(places, like, columns=False):
