@@ -18,9 +18,9 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def number(value: Any) -> Array:
-    """Array leaf; whole numbers become floats."""
+    """Array leaf in the precision it comes in; whole numbers become floats."""
     value = jnp.asarray(value)
-    return value if jnp.issubdtype(value.dtype, jnp.floating) else value.astype(float)
+    return jnp.asarray(value, value.dtype if jnp.issubdtype(value.dtype, jnp.floating) else float)
 
 
 def optional(value: Any) -> Array | None:
