@@ -47,7 +47,23 @@ def test_quarter_car_eigenvalues():
 def test_half_car_eigenvalues():
     system = models.half_car(road_front=0.0)
     linear = mbs.linearise(system, mbs.State.at(system))
-    np.testing.assert_allclose(upper_half(linear), np.sort_complex(HALF_CAR), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(upper_half(linear), np.sort_complex(HALF_CAR), rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_half_car_transmissibility():
+    """Heave and pitch over the road's height under the front wheel: the tyre's spring times the response to a force."""
+    system = models.half_car(road_front=0.0)
+    linear = mbs.linearise(system, mbs.State.at(system), inputs=("tyre_front",), outputs=("heave", "pitch"))
+    omega = 2 * np.pi * np.array([0.5, 1.3, 4.0, 11.0, 25.0])
+    found = 182470.0 * np.asarray(mbs.frequency_response(linear.state_space, omega))[..., 0]
+    # by hand: heave, pitch, front and rear wheel; the struts' stretches
+    front, rear = np.array([-1.0, 1.15, 1.0, 0.0]), np.array([-1.0, -1.65, 0.0, 1.0])
+    M, C = np.diag([568.0, 1200.0, 63.0, 60.0]), 3921.0 * np.outer(front, front) + 2936.0 * np.outer(rear, rear)
+    K = 36297.0 * np.outer(front, front) + 19620.0 * np.outer(rear, rear) + 182470.0 * np.diag([0.0, 0.0, 1.0, 1.0])
+    load = np.array([0.0, 0.0, 182470.0, 0.0])
+    expected = [np.linalg.solve(K + 1j * w * C - w**2 * M, load)[:2] for w in omega]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
 
 
 def test_quarter_car_transmissibility():
