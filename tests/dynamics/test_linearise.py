@@ -52,7 +52,7 @@ def test_half_car_eigenvalues():
 
 @pytest.mark.slow
 def test_half_car_transmissibility():
-    """Heave and pitch over the road's height under the front wheel: the tyre's spring times the response to a force."""
+    """Heave and pitch over the road under the front wheel: the tyre's spring times the response to a force."""
     system = models.half_car(road_front=0.0)
     linear = mbs.linearise(system, mbs.State.at(system), inputs=("tyre_front",), outputs=("heave", "pitch"))
     omega = 2 * np.pi * np.array([0.5, 1.3, 4.0, 11.0, 25.0])
