@@ -1,6 +1,7 @@
 """Springs and bushings of six directions, between two nodes or from one to ground."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,7 +13,11 @@ from .base import DIRECTIONS, AbstractElement, number, optional
 def _six(value):
     """(..., 6, 6) from a matrix or from six numbers on the diagonal."""
     value = number(value)
-    return value[..., None] * jnp.eye(6, dtype=value.dtype) if value.shape == (6,) else value
+    if value.shape == (6,):
+        return jnp.diag(value)
+    if value.shape[-2:] != (6, 6):
+        raise ValueError(f"a spring needs six numbers or (6, 6), not the shape {value.shape}")
+    return value
 
 
 def _optional_six(value):
@@ -37,6 +42,17 @@ class Spring(AbstractElement):
     num_nodes = 2
     force_labels = DIRECTIONS
     nonnegative = ()
+
+    def faults(self):
+        """Also matrices that are not symmetric, and axes that are not."""
+        named = {"matrix": self.matrix, "damper": self.damper, "axes": self.axes}
+        known = {n: np.asarray(v) for n, v in named.items() if v is not None and not isinstance(v, jax.core.Tracer)}
+        axes = known.pop("axes", np.eye(3))
+        uneven = [name for name, v in known.items() if not np.allclose(v, v.T, rtol=0, atol=1e-6 * np.abs(v).max())]
+        skewed = (
+            [] if np.allclose(axes @ axes.T, np.eye(3), atol=1e-5) else ["axes must be three unit vectors, square"]
+        )
+        return super().faults() + [f"{name} must be symmetric" for name in uneven] + skewed
 
     def misplaced(self, nodes):
         """Never: its nodes may lie at one point."""

@@ -66,6 +66,14 @@ def test_block_form_is_the_dense_form():
     assert not np.any(K6[np.ix_(rest, rows)]) and not np.any(M6[rest])
 
 
+def test_single_precision():
+    """Blocks of a structure cast as a whole."""
+    single = jax.tree.map(lambda leaf: leaf.astype(jnp.float32), mixed())
+    (K,) = assemble_blocks(single, ("stiffness",))
+    assert K.diagonal.dtype == jnp.float32
+    np.testing.assert_allclose(K.dense(), both(mixed())[1][0], atol=2e-5)
+
+
 FRAME = {"a": (0.0, 0, 0), "b": (1.0, 0, 0), "c": (0.9, 0.1, 1.0), "d": (0.1, 0.9, 1.1), "e": (0.5, 0.4, 1.6)}
 
 
@@ -159,6 +167,8 @@ FAULTS = [
         "b[0]: its ends meet, or its reference lies along it",
     ),
     (lambda: Structure(CUBE, {"b": (Beam(1, 1, 1, 1, 2, 1), [(0, 1)])}), "b[0]: give it a reference"),
+    (lambda: Structure(CUBE, {"s": (Spring(np.triu(np.ones((6, 6)))), [(0, 1)])}), "s[0]: matrix must be symmetric"),
+    (lambda: Structure(CUBE, {"s": (Spring((1.0,) * 6, axes=2 * np.eye(3)), [(0, 1)])}), "axes must be three unit"),
 ]
 
 
@@ -173,6 +183,8 @@ def test_wrong_questions():
     """Releases that leave a mechanism, unknown matrices, loads on elements that take none, unknown nodes."""
     with pytest.raises(ValueError, match="mechanism"):
         Beam(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, releases=("rx1", "rx2"))
+    with pytest.raises(ValueError, match="six numbers"):
+        Spring((1.0, 2.0))
     with pytest.raises(ValueError, match="rq1"):
         Beam(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, releases=("rq1",))
     structure = Structure(CUBE, {"r": (ROD, [(0, 1)]), "g": (GroundSpring((1.0,) * 6), [(2,)])})
