@@ -1,9 +1,13 @@
 """jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions question it."""
 
 from . import blocksparse as blocksparse
+from . import elements as elements
 from . import forces as forces
+from . import frequency as frequency
 from . import joints as joints
 from . import statics as statics
+from . import structures as structures
+from . import substructures as substructures
 from .bondgraph import bond_graph as bond_graph
 from .bondgraph import bond_powers as bond_powers
 from .builder import SystemBuilder as SystemBuilder
