@@ -29,3 +29,4 @@ from .rigid_interface import (
     rigid_transformation,
 )
 from .rubin import rubin
+from .stacked import stacked

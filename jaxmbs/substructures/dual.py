@@ -24,7 +24,7 @@ def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]]
     parts = assembly.components
     starts = np.cumsum([0, *(len(p) for p in assembly.places)])
     B = jnp.asarray(_compatibility(assembly.places, starts), parts[0].stiffness.dtype)
-    Z = [_dynamic_stiffness(c, omega) for c in parts]
+    Z = [dynamic_stiffness(c, omega) for c in parts]
     n, m = starts[-1], len(B)
     B = B.astype(Z[0].dtype)
     saddle = jnp.zeros((n + m, n + m), Z[0].dtype).at[:n, n:].set(B.T).at[n:, :n].set(B)
@@ -98,7 +98,8 @@ def _compatibility(places, starts):
     return np.array(rows).reshape(-1, starts[-1])
 
 
-def _dynamic_stiffness(c, omega):
+def dynamic_stiffness(c: Reduced, omega):
+    """`K + i w C - w^2 M` of a component at one angular frequency [rad/s], or K for None.  Source: S1 (41)."""
     if omega is None:
         return c.stiffness
     real = c.stiffness - omega**2 * c.mass

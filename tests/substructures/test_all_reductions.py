@@ -19,7 +19,7 @@ from jaxmbs.substructures import (
     partition,
     rubin,
 )
-from tests.structural_matrices import beam, chain
+from tests.structural_matrices import beam, chain, double_cross
 
 ELEMENTS, N = 8, 18
 INTERFACE = (0, 1, 16, 17)
@@ -151,6 +151,21 @@ def test_hurty_connection():
     np.testing.assert_allclose(reduced.stiffness[:2], 0.0, atol=1e-8)
     expected = [[1, 0, 0, 0], [0, 1, 0, 0], [-1, 1, 1, 0], [-1, 1, 0, 1]]
     np.testing.assert_allclose(reduced.connection[:, :4], expected, atol=1e-10)
+
+
+def test_derivatives_where_fixed_interface_modes_repeat():
+    """The double cross held at its centre: eight equal arms, each mode eight-fold; two such groups are kept."""
+    section = jnp.array([0.125**4 / 12 * 200e9, 0.125**2 * 200e9, 0.125**2 * 8000.0])
+
+    def response(scales):
+        K, M = double_cross(3, *(scales * section))
+        reduced = craig_bampton(K, M, (0, 1, 2), 16)
+        return 1e9 * jnp.linalg.inv(reduced.stiffness - (2 * jnp.pi * 14.0) ** 2 * reduced.mass)[2, 2]
+
+    t, f = jnp.ones(3), jax.jit(jax.value_and_grad(response))
+    slope = f(t)[1]
+    for i, e in enumerate(1e-5 * np.eye(3)):
+        np.testing.assert_allclose(slope[i], (f(t + e)[0] - f(t - e)[0]) / 2e-5, rtol=1e-6, atol=1e-6)
 
 
 def test_coupling_modes_cost_the_interior_nothing():
