@@ -29,4 +29,5 @@ from .rigid_interface import (
     rigid_transformation,
 )
 from .rubin import rubin
+from .sparse import craig_bampton_sparse
 from .stacked import stacked
