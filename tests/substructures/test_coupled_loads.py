@@ -60,7 +60,5 @@ def test_net_interface_force_of_three_load_cases(payload):
         motion = modal_motion(jnp.sqrt(values[:num]), 0.02, loads[:, :num], step, static[0, :num])
         q = jnp.concatenate([motion.displacement, static[:, num:]], axis=1)
         q_ddot = jnp.concatenate([motion.acceleration, jnp.zeros_like(loads[:, num:])], axis=1)
-        forces = interface_forces(
-            payload.stiffness, payload.mass, payload.interface, shapes @ q.T, shapes @ q_ddot.T
-        )
+        forces = interface_forces(payload.stiffness, payload.mass, payload.interface, shapes @ q.T, shapes @ q_ddot.T)
         np.testing.assert_allclose(jnp.max(jnp.sum(forces[np.array(AXIAL)], axis=0)), expected, rtol=1e-4)
