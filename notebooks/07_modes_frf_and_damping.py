@@ -106,8 +106,8 @@ bare = frequency.receptance(K, M, omega, (out,), (into,), damping=C, num=4, resi
 fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for values, style, label in (
     (exact, "k", "all modes"),
-    (ten, "--", "ten modes and residual"),
-    (bare, ":", "ten modes"),
+    (four, "--", "four modes and residual"),
+    (bare, ":", "four modes"),
 ):
     ax.semilogy(hertz, np.abs(-(omega**2) * values), style, label=label)
 ax.set_xlabel("frequency [Hz]")
