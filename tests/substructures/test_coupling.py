@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.structures.modes import natural_modes
+from jaxmbs.structures.transient import modal_motion
 from jaxmbs.substructures import (
     couple,
     craig_bampton,
@@ -111,6 +112,28 @@ def test_reactions_primal_dual_and_exact():
     assert dual.residual < 1e-9
     statics = dual_response((left, right), CLAMPED, (None, tip))[1]
     np.testing.assert_allclose(statics.forces[0], [-1.0, -2.0, 1.0, 1.0], rtol=1e-7, atol=1e-7)
+
+
+def test_section_forces_over_time():
+    """Tip pushed by a ramp that ends, no damping: six modes in each half against all modes of the uncut beam."""
+    times = jnp.linspace(0.0, 2.0, 81)
+    tip = jnp.zeros((18, 81)).at[16].set(jnp.minimum(times, 1.0))
+    left, right = craig_bampton(K, M, ENDS, 6), craig_bampton(K, M, (0, 1), 6)
+
+    def moved(modes, load):
+        q = modal_motion(modes.angular_frequencies, 0.0, (modes.shapes.T @ load).T, times[1])
+        return modes.shapes @ q.displacement.T, modes.shapes @ q.acceleration.T
+
+    @jax.jit
+    def both():
+        x, a = moved(natural_modes(*WHOLE), jnp.zeros((32, 81)).at[14:].set(tip))
+        assembly = join((left, right), CLAMPED)
+        xi, xi_ddot = moved(assembly.modes(), assembly.load((None, tip)))
+        found = interface_reactions(assembly, xi, xi_ddot, None, (None, tip))
+        return found.forces[1], (K @ x[14:] + M @ a[14:] - tip)[:2]
+
+    found, exact = both()
+    np.testing.assert_allclose(found, exact, atol=5e-3 * np.max(np.abs(exact)))
 
 
 def test_reactions_by_the_block_sparse_engine():
