@@ -1,5 +1,7 @@
 """Response over frequency."""
 
+from .coupling import couple, interface_forces
+from .decoupling import decouple
 from .direct import direct_response
 from .gains import (
     accelerance,
@@ -10,4 +12,10 @@ from .gains import (
     mobility_from_gain,
     superpose,
 )
+from .inverse import regular_inverse
 from .modal import modal_receptance, receptance, transmissibility, viscous_receptance
+from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes
+from .test_rig import free_response, measured_stiffness, remove_stiffness
+from .transfer import TransferFunctions, uncoupled
+from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
+from .virtual_point import rigid_channels, virtual_point

@@ -1,0 +1,108 @@
+"""Virtual point: several sensors and impacts around an interface as six motions and six loads of one point."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..elements import DIRECTIONS
+from ..errors import ModelError
+from .transfer import TransferFunctions
+
+
+class VirtualPoint(NamedTuple):
+    """`transfer`: channels "name x", ..., "name rz" first, then those that were not at the interface;
+    `motion_residual` (frequencies, inputs) and `force_residual` (frequencies, outputs): the share of the measured
+    motion that no rigid motion of the interface explains, and of the force likewise (0 is rigid, 1 is not at all)."""
+
+    transfer: TransferFunctions
+    motion_residual: Float[Array, "frequencies inputs"]
+    force_residual: Float[Array, "frequencies outputs"]
+
+
+def rigid_channels(places: Sequence[tuple], point) -> Float[Array, "channels 6"]:
+    """What each channel reads of the point's displacement and rotation: `[d, (r - p) x d]`.
+
+    Args: places: place (3,) [m] and direction (3,) of each channel; point: (3,) [m].
+
+    Its transpose gives the point's force and moment of unit forces at the channels.  Source: S1 (14).
+    """
+    r, d = (jnp.stack([jnp.asarray(place[k]) for place in places]) for k in (0, 1))
+    dtype = np.result_type(r.dtype, d.dtype, jnp.asarray(point).dtype, np.float32)
+    r, d, p = r.astype(dtype), d.astype(dtype), jnp.asarray(point, dtype)
+    d = d / jnp.linalg.norm(d, axis=1, keepdims=True)
+    return jnp.concatenate([d, jnp.cross(r - p[None], d)], axis=1)
+
+
+def virtual_point(
+    measured: TransferFunctions,
+    point,
+    sensors: Mapping[str, tuple],
+    impacts: Mapping[str, tuple],
+    name: str = "point",
+    weights=None,
+) -> VirtualPoint:
+    """Transfer functions of the six coordinates of a point, `T_u Y T_f^T`.
+
+    `T_u = (R^T W R)^-1 R^T W` takes the rigid motion nearest to the sensors, `T_f^T = R_f (R_f^T R_f)^-1`
+    the smallest forces at the impacts that make up a load of the point.
+
+    Args:
+        point: (3,) [m].
+        sensors, impacts: place [m] and direction by output and input name; at least six of each, not all on a line.
+        weights: W (sensors,).
+
+    Raises: ModelError for channels that are not there and places that leave a direction open.
+    Source: S1 (14); M. van der Seijs et al., Mech. Syst. Signal Process. 96 (2017) 81.
+    """
+    rows, columns = measured.rows(tuple(sensors)), measured.columns(tuple(impacts))
+    few = [f"{len(p)} {what}" for what, p in (("sensors", sensors), ("impacts", impacts)) if len(p) < 6]
+    if few:
+        raise ModelError([f"{count} are too few for six coordinates" for count in few])
+    R, Rf = (rigid_channels(list(p.values()), point) for p in (sensors, impacts))
+    faults = [fault for what, M in (("sensors", R), ("impacts", Rf)) for fault in _open_directions(what, M)]
+    if faults:
+        raise ModelError(faults)
+    weighted = R if weights is None else R * jnp.asarray(weights, R.dtype)[:, None]
+    dtype = measured.values.dtype
+    T = jnp.linalg.solve(weighted.T @ R, weighted.T).astype(dtype)
+    Tf = jnp.linalg.solve(Rf.T @ Rf, Rf.T).astype(dtype)
+    R, Rf, Y = R.astype(dtype), Rf.astype(dtype), measured.values
+    other_rows, other_columns = (
+        np.setdiff1d(np.arange(len(names)), used)
+        for names, used in ((measured.outputs, rows), (measured.inputs, columns))
+    )
+    tall = jnp.concatenate([T @ Y[:, rows], Y[:, other_rows]], axis=1)
+    values = jnp.concatenate([tall[:, :, columns] @ Tf.T, tall[:, :, other_columns]], axis=2)
+    six = [f"{name} {direction}" for direction in DIRECTIONS]
+    transfer = TransferFunctions(
+        measured.omega,
+        values,
+        six + [measured.outputs[i] for i in other_rows],
+        six + [measured.inputs[i] for i in other_columns],
+        measured.kind,
+    )
+    moved, driven = Y[:, rows], Y[:, :, columns]
+    return VirtualPoint(
+        transfer, _share(moved - R @ (T @ moved), moved, 1), _share(driven - (driven @ Tf.T) @ Rf.T, driven, 2)
+    )
+
+
+def _share(rest, whole, axis):
+    rest, whole = (jnp.sum(jnp.abs(a) ** 2, axis=axis) for a in (rest, whole))
+    share = rest / jnp.where(whole > 0, whole, 1.0)
+    return jnp.where(share > 0, jnp.sqrt(jnp.where(share > 0, share, 1.0)), 0.0)
+
+
+def _open_directions(what, R):
+    """Faults of concrete places; lengths are measured by the largest arm, traced ones cannot be looked at."""
+    if isinstance(R, jax.core.Tracer):
+        return []
+    R = np.asarray(R)
+    arm = np.max(np.abs(R[:, 3:]), initial=1e-300)
+    s = np.linalg.svd(R / np.array([1.0] * 3 + [arm] * 3), compute_uv=False)
+    rank = int(np.sum(s > 1e-6 * s[0]))
+    return [] if rank == 6 else [f"the {what} tell {rank} of six coordinates: spread their places and directions"]
