@@ -14,7 +14,7 @@ from .gains import (
 )
 from .inverse import regular_inverse
 from .modal import modal_receptance, receptance, transmissibility, viscous_receptance
-from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes
+from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
 from .test_rig import free_response, measured_stiffness, remove_stiffness
 from .transfer import TransferFunctions, uncoupled
 from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar

@@ -26,7 +26,8 @@ def swept_amplitudes(
 
     A least-squares fit in a Hann window around each centre, of an amplitude that changes linearly inside the window,
     and of a constant: a filter that follows the sweep.  The ratio of two amplitudes is a transfer function at the
-    centre's frequency; what the sweep's speed adds falls with its rate.
+    centre's frequency.  The speed of the sweep adds `-i w' B''(w) / 2`, of opposite sign on the way down: it leaves
+    the mean of a sweep up and one down.
 
     Args:
         phase: of the sweep, known from the generator or `sweep_phase` [rad].
@@ -40,7 +41,7 @@ def swept_amplitudes(
         raise ValueError(f"centres must be at least {width} samples from both ends of {phase.shape[0]}")
     offset = np.arange(-width, width + 1)
     tau = jnp.asarray(offset / max(width, 1), phase.dtype)
-    window = jnp.asarray(np.cos(np.pi * offset / (2 * (width + 1))) ** 2, phase.dtype)
+    window = jnp.asarray(_window(width), phase.dtype)
 
     def at(centre):
         cut = lax.dynamic_slice_in_dim(phase, centre - width, 2 * width + 1)
@@ -52,6 +53,19 @@ def swept_amplitudes(
         return lax.complex(fit[0], -fit[1])
 
     return jax.lax.map(at, jnp.asarray(centres), batch_size=64)
+
+
+def swept_variance(noise, width: int):
+    """Variance of the complex amplitudes of `swept_amplitudes` for white noise of a standard deviation per sample.
+
+    Source: S1 (41), Fig. 4.
+    """
+    w = _window(width)
+    return noise**2 * (4 * float(np.sum(w**2) / np.sum(w) ** 2))
+
+
+def _window(width):
+    return np.cos(np.pi * np.arange(-width, width + 1) / (2 * (width + 1))) ** 2
 
 
 def nonlinearity(levels) -> Float[Array, " frequencies"]:
