@@ -116,11 +116,10 @@ def _check_uncoupled(C):
     if C is None or isinstance(C, jax.core.Tracer):
         return
     C = np.asarray(C)
-    size = np.sqrt(np.outer(np.abs(np.diagonal(C)), np.abs(np.diagonal(C)))) + 1e-9 * np.max(
-        np.abs(C), initial=1e-300
-    )
+    own, rounding = np.abs(np.diagonal(C)), np.sqrt(np.finfo(C.dtype).eps)
+    size = np.sqrt(np.outer(own, own)) + rounding * np.max(own, initial=1e-30)
     coupled = np.max(np.abs(C - np.diag(np.diagonal(C))) / size, initial=0.0)
-    if coupled > 1e3 * np.sqrt(np.finfo(C.dtype).eps):
+    if coupled > 1e3 * rounding:
         raise ValueError(f"the damping couples the modes (up to {coupled:.1g} of their own): use viscous_receptance")
 
 

@@ -101,7 +101,8 @@ def _check_finite(values):
 def complete(values, num: int) -> int:
     """The smallest number >= num of lowest modes that cuts no group of equal values; not under tracing."""
     values = np.asarray(values)
-    together = np.asarray(same(jnp.asarray(values)))
+    with jax.ensure_compile_time_eval():
+        together = np.asarray(same(jnp.asarray(values)))
     while 0 < num < len(values) and together[num - 1, num]:
         num += 1
     return num

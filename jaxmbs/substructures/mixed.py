@@ -84,4 +84,5 @@ def count_rigid(stiffness, mass) -> int:
     """The number of rigid motions, on the host.  Raises: ValueError under tracing."""
     if any(isinstance(A, jax.core.Tracer) for A in (stiffness, mass)):
         raise ValueError("give num_rigid: rigid motions cannot be counted under tracing")
-    return natural_modes(stiffness, mass).num_rigid
+    with jax.ensure_compile_time_eval():
+        return natural_modes(stiffness, mass).num_rigid

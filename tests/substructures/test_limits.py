@@ -53,7 +53,8 @@ def test_peaks_bound_the_responses_of_all_pairs():
     pairs = modal_pairs(modes.angular_frequencies, modes.shapes[3:], payload())
     J = jnp.array([1.0, -0.5, 0.3, 0.2])
     responses = np.asarray(jax.jit(jax.vmap(lambda t: pairs.response(J, t)))(jnp.linspace(0.0, 200.0, 4001)))
-    highest, peaks = np.abs(responses).max(axis=0), np.asarray(pairs.peaks(J))
+    again = jax.jit(lambda J: modal_pairs(modes.angular_frequencies, modes.shapes[3:], payload()).peaks(J))
+    highest, peaks = np.abs(responses).max(axis=0), np.asarray(again(J))
     assert np.all(highest <= peaks * (1 + 1e-12))
     assert np.all(highest > 0.9 * peaks)
 
