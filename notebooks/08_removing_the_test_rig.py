@@ -157,7 +157,8 @@ print(f"{100 * inside:.1f} % of all values lie within three predicted standard d
 
 # %% [markdown]
 # The error bar is that of the noise. One sweep also errs by its speed, `-i w' B''/2`; the sweep down errs the other
-# way, so the mean of the two is free of it to first order.
+# way, so that the mean of the two is free of it to first order. What remains shows at the first mode, and the end of
+# the start's transient at the lowest frequencies: a slower sweep is the remedy, no error bar tells of it.
 #
 # ## Levels
 # A linear structure answers alike at every level: the difference of three levels beside what the noise makes of it.
@@ -237,6 +238,8 @@ axes[1].set_ylabel("[m/N]")
 axes[1].legend(frameon=False, ncols=2)
 
 # %% [markdown]
+# The interface alone fails where the difference of the two measurements is near singular; its error bar says so.
+#
 # ## A rig of known stiffness
 # When the rig's dynamic stiffness is known, no force need be measured: $(B^{-1} - Z)^{-1}$ at the places that it
 # holds. The real and imaginary stiffness that remain are the structure's own.

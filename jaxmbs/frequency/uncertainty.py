@@ -24,9 +24,12 @@ def coherence_variance(values, coherence, averages) -> Array:
 def noise_variance(values, relative=0.0, floor=0.0) -> Array:
     """Variance of a noise model: a share of the size (calibration, cross talk) and a floor (sensors, cables).
 
+    Args: relative, floor: numbers, or arrays that broadcast to the values' shape (of the same rank).
+
     Source: S1 (41).
     """
-    return jnp.abs(values) ** 2 * relative**2 + jnp.broadcast_to(jnp.asarray(floor) ** 2, values.shape)
+    relative, floor = (jnp.broadcast_to(jnp.asarray(a, values.real.dtype), values.shape) for a in (relative, floor))
+    return jnp.abs(values) ** 2 * relative**2 + floor**2
 
 
 def noisy(key, values, variance):

@@ -138,6 +138,10 @@ def test_error_bars_of_the_free_structure():
     assert 0.95 < ratio.mean() < 1.08 and ratio.min() > 0.75 and ratio.max() < 1.4
     inside = np.abs(samples[0] - found) < 3 * np.sqrt(predicted)
     assert inside.mean() > 0.99
+    low = clean.astype(np.complex64)
+    found32, predicted32 = propagate(recovered, low, noise_variance(low, 0.01, 1e-6))
+    assert found32.dtype == np.complex64 and predicted32.dtype == np.float32
+    np.testing.assert_allclose(predicted32, predicted, rtol=1e-2)
     mean, of_mean = mean_of_repeats(samples)
     np.testing.assert_allclose(of_mean * 400, predicted, rtol=0.4)
     assert np.mean(np.abs(mean - found) < 4 * np.sqrt(of_mean)) > 0.98
