@@ -39,7 +39,8 @@ def force_errors(stiffness, mass, interface: Sequence[int], x, x_ddot, load=None
 def num_modes_up_to(stiffness, mass, frequency: float, interface: Sequence[int] = (), factor: float = 2.0) -> int:
     """How many modes with the interface held lie below `factor * frequency` [Hz], groups kept whole.
 
-    On the host.  Frequencies up to the given one then are good to about a per cent with factor 1.5, 0.1 % with 3.
+    On the host.  A rule of thumb: with factor 1.5 the frequencies up to the given one were good to 1 % on a beam; see
+    `frequency_errors` for the model at hand.
     """
     inner, _ = partition(stiffness.shape[0], interface)
     modes = natural_modes(stiffness[inner][:, inner], mass[inner][:, inner])
