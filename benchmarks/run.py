@@ -6,7 +6,15 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-NAMES = ("tree_dynamics", "trajectory_gradient", "energy_drift", "long_run_energy", "closed_loop", "reactions")
+NAMES = (
+    "tree_dynamics",
+    "trajectory_gradient",
+    "energy_drift",
+    "long_run_energy",
+    "closed_loop",
+    "reactions",
+    "substructures",
+)
 
 
 def main():

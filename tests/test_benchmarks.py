@@ -16,6 +16,7 @@ PACKAGES = {
     "energy_drift": ("mujoco", "matplotlib"),
     "closed_loop": (),
     "reactions": (),
+    "substructures": (),
 }
 
 
