@@ -10,11 +10,11 @@ from ..blocksparse import BlockMatrix, Factor, solve
 from ..math.eigen import same
 from .modes import Modes
 
-#: Blocks of a Krylov space between restarts.
-DEPTH = 10
+#: Vectors of a block: the largest group of equal values that is surely found whole.
+WIDTH = 8
 
 
-def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 20) -> Modes:
+def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 30) -> Modes:
     """The lowest modes of `M x'' + K x = 0`, by Krylov spaces of `K^-1 M` over blocks of vectors with restarts.
 
     Args:
@@ -36,33 +36,34 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 2
 def _lowest(num, sweeps, K, M):
     n, b = M.pattern.shape
     dtype = M.diagonal.dtype
-    width = min(num + 8, n * b)
-    tolerance = 10 * jnp.finfo(dtype).eps ** (2 / 3)
+    width = min(WIDTH, n * b)
+    keep, depth = num + width, 2 + 2 * num // width
+    tolerance = max(10 * jnp.finfo(dtype).eps ** (2 / 3), 1e4 * jnp.finfo(dtype).eps)
 
     def grow(d, state):
-        X, V, MV, Z = state
-        X, MX = _orthonormal(M, X, V, MV)
-        AX = solve(K, MX)
-        at = lambda space, block: lax.dynamic_update_slice(space, block, (0, 0, d * width))  # noqa: E731
-        return AX, at(V, X), at(MV, MX), at(Z, AX)
+        X, spaces = state
+        X, MX = _orthonormal(M, X, *spaces[:2])
+        blocks = X, MX, solve(K, MX)
+        at = lambda space, block: lax.dynamic_update_slice(space, block, (0, 0, keep + d * width))  # noqa: E731
+        return blocks[2], tuple(at(*pair) for pair in zip(spaces, blocks, strict=True))
 
     def sweep(state):
-        X, *_, count = state
-        empty = jnp.zeros((n, b, DEPTH * width), dtype)
-        X, V, MV, Z = lax.fori_loop(0, DEPTH, grow, (X, empty, empty, empty))
+        X, kept, *_, count = state
+        spaces = tuple(jnp.concatenate([A, jnp.zeros((n, b, depth * width), dtype)], axis=2) for A in kept)
+        X, (V, MV, Z) = lax.fori_loop(0, depth, grow, (X, spaces))
         H = _dots(MV, Z)
         inverse, Y = jnp.linalg.eigh((H + H.T) / 2)
-        inverse, Y = inverse[::-1][:width], Y[:, ::-1][:, :width]
-        X, AX = V @ Y, Z @ Y
-        miss = AX - X * inverse[None, None, :]
-        error = jnp.sqrt(jnp.max(jnp.sum(miss**2, (0, 1))[:num] / jnp.sum(AX**2, (0, 1))[:num]))
-        return AX, 1 / inverse[:num], X[:, :, :num], error, count + 1
+        inverse, Y = inverse[::-1][:num], Y[:, ::-1][:, :keep]
+        kept = tuple(A @ Y for A in (V, MV, Z))
+        AX = kept[2][:, :, :num]
+        miss = AX - kept[0][:, :, :num] * inverse[None, None, :]
+        error = jnp.sqrt(jnp.max(jnp.sum(miss**2, (0, 1)) / jnp.sum(AX**2, (0, 1))))
+        return X - V @ _dots(MV, X), kept, 1 / inverse, error, count + 1
 
-    X = jax.random.normal(jax.random.key(0), (n, b, width), dtype)
-    one = jnp.ones((), dtype)
-    start = (solve(K, M @ X), jnp.zeros(num, dtype), X[:, :, :num], one, 0)
-    _, values, X, error, _ = lax.while_loop(lambda s: (s[3] > tolerance) & (s[4] < sweeps), sweep, start)
-    return jnp.where(error <= tolerance, values, jnp.nan), X
+    X = solve(K, M @ jax.random.normal(jax.random.key(0), (n, b, width), dtype))
+    start = (X, (jnp.zeros((n, b, keep), dtype),) * 3, jnp.zeros(num, dtype), jnp.ones((), dtype), 0)
+    state = lax.while_loop(lambda s: (s[3] > tolerance) & (s[4] < sweeps), sweep, start)
+    return jnp.where(state[3] <= tolerance, state[2], jnp.nan), state[1][0][:, :, :num]
 
 
 def _orthonormal(M, X, V, MV):
@@ -74,7 +75,7 @@ def _orthonormal(M, X, V, MV):
     X = X - V @ C
     MX = M @ X
     whole = jnp.max(jnp.sum(C**2, 0) + jnp.diagonal(_dots(X, MX)))
-    X, MX = _normalised(X, MX, (1e4 * eps) ** 2 * whole)
+    X, MX = _normalised(X, MX, (100 * eps) ** 2 * whole)
     C = _dots(MV, X)
     return _normalised(X - V @ C, MX - MV @ C, jnp.zeros_like(whole))
 
