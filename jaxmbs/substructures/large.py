@@ -11,7 +11,7 @@ from jax import lax
 
 from ..blocksparse import BlockMatrix, Pattern, analyse, factor, solve
 from ..structures.block_modes import lowest_modes
-from .base import Reduced, numbered, partition
+from .base import Reduced, check_num_modes, numbered, partition
 
 
 class Parts(NamedTuple):
@@ -38,11 +38,13 @@ def large_craig_bampton(
     Args:
         stiffness, mass: symmetric, on one pattern, as of `structures.assemble_blocks`.
         interface: blocks (nodes) of the interface, all their coordinates, in this order.
-        num_modes: lowest fixed-interface modes kept.
+        num_modes: lowest fixed-interface modes kept, at least one.
         chunk: constraint modes solved together; memory beside the results grows with this.
         positions: (blocks, 3) of the nodes on the host, for a better order of elimination.
 
     Derivatives of first order with respect to the matrices, forward and reverse, solve by the same factor.
+
+    Raises: ValueError for more modes than there are, or an interface that is not there.
 
     Returns: basis (blocks * size, r), the interface first.  Fails: non-finite values where the held interface leaves
     a mechanism.  Source: S1 (4)-(8).
@@ -51,6 +53,7 @@ def large_craig_bampton(
     inner, outer = parts.blocks
     n, b = stiffness.pattern.shape
     k = len(outer) * b
+    check_num_modes(num_modes, int(parts.patterns[0].sizes.sum()))
     plan = analyse(parts.patterns[0], positions=None if positions is None else np.asarray(positions)[inner])
     K = factor(_within(stiffness, parts, 0), "cholesky", plan)
     M = _within(mass, parts, 0)
