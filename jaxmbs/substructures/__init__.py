@@ -10,6 +10,7 @@ from .dual import dual_response, redundancy
 from .guyan import constraint_modes, guyan, interface_basis
 from .hurty import determinate_coordinates, hurty, hurty_interface, rigid_motions
 from .interface import Components, CoupledResponse, couple, interface_pattern
+from .large import large_craig_bampton
 from .limits import ModalPairs, limit_loads, modal_pairs
 from .macneal import macneal
 from .mixed import mixed
