@@ -79,6 +79,7 @@ def test_names_are_escaped():
     ElementTree.fromstring(viz.draw_bond_graph(mbs.bond_graph(b.build(), "detailed")))
 
 
+@pytest.mark.slow
 def test_widths_follow_the_powers(swing):
     system, motion, powers = swing
     graph = mbs.bond_graph(system, "inertia")

@@ -1,6 +1,7 @@
 """E3, Chaplygin's sleigh: closed form (Caratheodory 1933)."""
 
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 
@@ -28,6 +29,7 @@ CONTACT = np.array(
 SIDE_FORCE = np.array((0.791746817670531, 0.32410950183536186, 0.04881866430113081, 0.0010858213570045716))
 
 
+@pytest.mark.slow
 def test_sleigh():
     system = models.chaplygin_sleigh()
     state = mbs.State.at(system, plane=np.zeros(3), rates={"plane": np.array((1.0, 0.0, 2.0))})

@@ -30,6 +30,7 @@ def test_road_step_under_the_front_wheel():
     check(coordinates(system, motion, *NAMES), STEP, 1e-9)
 
 
+@pytest.mark.slow
 def test_the_share_of_the_corners_does_not_matter():
     end = []
     for corner in (165.0, 40.0):

@@ -1,6 +1,7 @@
 """E2, a skate on an incline: closed form (Neimark and Fufaev)."""
 
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 
@@ -20,6 +21,7 @@ SPEED = np.array((2.2289587452763024, 3.261808606195258, 0.46146242635576573, 3.
 SIDE_FORCE = np.array((6.6868762358289064, 9.785425818585773, 1.384387279067297, 9.201779772160187))
 
 
+@pytest.mark.slow
 def test_skate_on_an_incline():
     system = models.knife_edge_incline()
     state = mbs.State.at(system, plane=np.zeros(3), rates={"plane": np.array((0.0, 0.0, 1.5))})

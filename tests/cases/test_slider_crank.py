@@ -9,6 +9,8 @@ import jaxmbs as mbs
 from . import models
 from .reading import along, check, coordinates, rates, run
 
+pytestmark = pytest.mark.slow
+
 OMEGA, START = 50.0, 0.4
 TIMES = np.array([0.0, 0.02, 0.05, 0.1])
 SLIDER_X = np.array((0.6347353773677106, 0.5031455698828842, 0.3530667068064385, 0.581582167492043))

@@ -164,6 +164,7 @@ def test_redundant_drives_share_the_torque():
     assert loads.residual < 1e-9
 
 
+@pytest.mark.slow
 def test_the_bonds_of_a_system_have_its_reactions():
     """A four-bar with a spring in a pin, in motion: 18 equations of rank 17, three reactions open, one freedom."""
     system = four_bar(stiffness=3.0, load=5.0)

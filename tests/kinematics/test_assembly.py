@@ -103,6 +103,7 @@ def test_derivatives_of_assembled_coordinates(system):
     np.testing.assert_allclose(slope, central(truth, 1e-6), rtol=1e-7, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_second_derivatives_of_assembled_coordinates(system):
     """Forward over forward, along one direction of all parameters, against the closed form."""
     direction = np.array([0.3, 0.1, -0.2, 0.4, 1.0])

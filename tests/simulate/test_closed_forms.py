@@ -143,6 +143,7 @@ def motion(started):
     return mbs.simulate(*started, ts=jnp.array([0.25, 0.5]), rtol=1e-11, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_pendulums_stay_together(started, motion):
     """By position of the mass, after half a second."""
     place = jax.vmap(lambda s: mbs.position(started[0], s, ("hinged", (0.0, 0.0, -0.7))))(motion.states)
@@ -151,6 +152,7 @@ def test_pendulums_stay_together(started, motion):
     assert np.ptp(np.asarray(place)[:, 0]) > 0.1
 
 
+@pytest.mark.slow
 def test_free_symmetric_top(started, motion):
     """The centre of mass flies a parabola; the body spins steadily seen from axes that precess in the body."""
     system = started[0]
@@ -167,6 +169,7 @@ def test_free_symmetric_top(started, motion):
         np.testing.assert_allclose(mbs.rotation(system, one, "top"), R.as_matrix(), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_everything_keeps_its_energy_and_its_constraints(motion):
     """The motor's torque works on the gears; its power is in the account."""
     diagnostics = motion.diagnostics
@@ -176,6 +179,7 @@ def test_everything_keeps_its_energy_and_its_constraints(motion):
     np.testing.assert_allclose(diagnostics.work["motor"], 5.0 * 0.5 * a * np.asarray(motion.ts) ** 2, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_screw_motion(started, motion):
     a = -2.0 * G * PITCH / (0.02 + 2.0 * PITCH**2)
     t = np.asarray(motion.ts)

@@ -7,6 +7,8 @@ import pytest
 import jaxmbs as mbs
 from tests.mechanisms import PIN, rotation_about
 
+pytestmark = pytest.mark.slow
+
 STIFF = np.diag([2.0, 3.0, 1.0, 40.0, 50.0, 30.0])
 STIFF[0, 3] = STIFF[3, 0] = 1.5
 
