@@ -109,7 +109,7 @@ for values, style, label in (
     (four, "--", "four modes and residual"),
     (bare, ":", "four modes"),
 ):
-    ax.semilogy(hertz, np.abs(-(omega**2) * values), style, label=label)
+    ax.semilogy(hertz, jnp.abs(values) * omega**2, style, label=label)
 ax.set_xlabel("frequency [Hz]")
 ax.set_ylabel("acceleration per force [1/kg]")
 ax.legend(frameon=False)
