@@ -25,7 +25,11 @@ def energies(system: System, P, psi, u, t):
 
 @eqx.filter_jit
 def kinetic_energy(system: System, state):
-    """Kinetic energy [J] of a state; Source: S2 (36)-(37)."""
+    """Kinetic energy [J] of a state: the energy `1/2 p.I*^-1 p` and the coenergy `1/2 phi_dot.I* phi_dot` alike.
+
+    So, without potential, the Lagrangian and its Legendre transform, the Hamiltonian.  (46) prints p_dot for p.
+    Source: S2 (36)-(37), (45)-(46).
+    """
     return energies(system, node_parameters(system), state.coordinates, state.velocities, state.t)[0]
 
 

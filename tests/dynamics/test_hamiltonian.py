@@ -87,6 +87,20 @@ def test_printed_second_gyristor_misses_a_half(loop):
     assert np.max(np.abs(twice - fields.gyristor_field(system, state) @ phi_dot)) > 1e-3
 
 
+def test_the_hamiltonian_is_the_legendre_transform_of_the_lagrangian(case):
+    """p = dL/d(phi_dot) = I* phi_dot, and H = p.phi_dot - L = 1/2 p.I*^-1 p, with p and not its rate."""
+    system, state = case
+    Gamma = velocity_map(system, node_parameters(system), state.coordinates, state.t)[0]
+
+    def lagrangian(phi_dot):
+        return mbs.kinetic_energy(system, mbs.State(state.t, state.coordinates, Gamma @ phi_dot))
+
+    phi_dot, I_star = fields.independent_rates(system, state), fields.inertia_field(system, state)
+    L, p = jax.jit(jax.value_and_grad(lagrangian))(phi_dot)
+    np.testing.assert_allclose(p, I_star @ phi_dot, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(p @ phi_dot - L, 0.5 * p @ np.linalg.solve(I_star, p), rtol=1e-9)
+
+
 def test_independent_rate_equals_the_state_equations(case):
     system, state = case
     P = node_parameters(system)
