@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
+import jax.numpy as jnp
 import numpy as np
 
 
@@ -93,8 +94,6 @@ class Pattern:
 
     def join(self, parts: Mapping):
         """x (..., blocks, size) from vectors by block name; blocks not named are zero."""
-        import jax.numpy as jnp
-
         names = self.names or [str(i) for i in range(self.num_blocks)]
         shape = jnp.broadcast_shapes(*(jnp.shape(v)[:-1] for v in parts.values()))
         dtype = jnp.result_type(*parts.values())
