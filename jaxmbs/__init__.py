@@ -2,6 +2,7 @@
 
 from . import blocksparse as blocksparse
 from . import elements as elements
+from . import flexible as flexible
 from . import forces as forces
 from . import frequency as frequency
 from . import joints as joints
@@ -90,6 +91,7 @@ from .kinematics.state import State as State
 from .model import Pose as Pose
 from .model import System as System
 from .model import inertia as inertia
+from .model.elastic import ElasticBody as ElasticBody
 from .simulate import Gauss4 as Gauss4
 from .simulate import ImplicitMidpoint as ImplicitMidpoint
 from .simulate import Motion as Motion

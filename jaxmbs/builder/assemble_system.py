@@ -14,6 +14,7 @@ from ..model.topology import JointRecord, Topology
 from ..model.tree import Tree
 from .arrays import after, concrete, joint_poses, pair, stacked, tree_arrays
 from .declarations import GROUND, inertia_matrix, resolve
+from .elastic import elastic_groups, elastic_items
 
 _SIZES = ("num_coordinates", "num_velocities")
 
@@ -31,7 +32,7 @@ class _Frames:
         return len(self.names) - 1
 
 
-def assemble_system(gravity, bodies, named, joints, forces, constraints, tree) -> System:
+def assemble_system(gravity, bodies, named, joints, forces, constraints, elastic, tree) -> System:
     """The system of a validated model; its mobility is not counted yet."""
     order, parent, via, backwards, cuts = tree
     poses = joint_poses(bodies, joints, named)
@@ -88,6 +89,7 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, tree) -
         forces=force_groups,
         closures=closures,
         rows=rows,
+        elastic=elastic_groups(_group(elastic_items(elastic, index, record))),
     )
 
 

@@ -14,6 +14,7 @@ from ..model.system import System
 from . import declarations as declared
 from .arrays import reference_poses
 from .assemble_system import assemble_system
+from .elastic import Elastic, elastic_faults, entry_faults
 from .mobility import analyse, with_analysis
 from .spanning import spanning_tree
 from .validation import body_faults, constraint_faults, force_faults, joint_faults, known
@@ -33,6 +34,7 @@ class SystemBuilder:
         self._joints: dict[str, declared.Joint] = {}
         self._forces: dict[str, declared.Force] = {}
         self._constraints: dict[str, declared.Constraint] = {}
+        self._elastic: dict[str, Elastic] = {}
         self._faults: list[str] = []
 
     def _add(self, what, table, item):
@@ -53,12 +55,32 @@ class SystemBuilder:
             inertia: about the centre of mass in body axes [kg m^2]: 0, three principal values or (3, 3).
             position, rotation: world pose of its frame in the reference pose, for joints given by `at=`.
         """
-        pose = (
-            None
-            if position is None and rotation is None
-            else Pose((0, 0, 0) if position is None else position, rotation)
-        )
-        self._add("body", self._bodies, declared.Body(name, mass, com, inertia, pose))
+        self._add("body", self._bodies, declared.Body(name, mass, com, inertia, _placed(position, rotation)))
+
+    def elastic(self, name, body, motions=None, position=None, rotation=None):
+        """An elastic body; its interfaces are bodies "name.interface" to which joints attach.
+
+        Args:
+            body: an `ElasticBody`, see `jaxmbs.flexible.floating_frame`.  Name the interface that the ground reaches
+                first as its first: it carries the floating frame.
+            motions: joints by other interface that restrict its motion on the first one: `{"tip": Planar("z")}`
+                holds it in the plane (default `Free()`; directions left out are held rigidly).
+            position, rotation: world pose of the first interface in the reference pose, for joints given by `at=`.
+
+        The state holds the motion of each other interface under "name.interface" and the modes under "name.modes".
+        """
+        motions = dict(motions or {})
+        found = elastic_faults(name, body, motions)
+        self._faults += found
+        if found:
+            return
+        item = Elastic(name, body, motions)
+        bodies, joints = item.parts(_placed(position, rotation))
+        for part in bodies:
+            self._add("body", self._bodies, part)
+        for joint in joints:
+            self._add("joint", self._joints, joint)
+        self._elastic[name] = item
 
     def frame(self, name, on, position=(0.0, 0.0, 0.0), rotation=None):
         """A named frame fixed in the body `on` at `position` [m], `rotation` (3, 3), in body axes."""
@@ -114,7 +136,7 @@ class SystemBuilder:
             found += force_faults(force, self._bodies, self._frames, self._joints)
         for item in self._constraints.values():
             found += constraint_faults(item, self._bodies, self._frames, self._joints)
-        return found
+        return found + entry_faults(self._elastic, self._joints)
 
     def build(self, like: System | None = None, independent=None, cut=None) -> System:
         """The system.
@@ -142,7 +164,9 @@ class SystemBuilder:
             raise ModelError(
                 [f"joint {n!r} (Free) leaves all motions free, so it cannot close a loop" for n in loose]
             )
-        system = assemble_system(self.gravity, bodies, self._frames, joints, self._forces, self._constraints, tree)
+        system = assemble_system(
+            self.gravity, bodies, self._frames, joints, self._forces, self._constraints, self._elastic, tree
+        )
         if like is not None:
             return _take_over(system, like)
         traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(system))
@@ -152,13 +176,21 @@ class SystemBuilder:
         return system if traced else with_analysis(system, analyse(system, independent))
 
     def _kept(self):
-        """Joints that must keep their coordinate: they carry a law, a drive or a coupler."""
-        names = {f.joint for f in self._forces.values() if f.joint is not None}
+        """Joints that must keep their coordinate: they carry a law, a drive or a coupler, or an elastic body."""
+        names = {n for e in self._elastic.values() for n in e.joints}
+        names |= {f.joint for f in self._forces.values() if f.joint is not None}
         names |= {j.name for j in self._joints.values() if j.drive is not None}
         for item in self._constraints.values():
             if isinstance(item.law, Coupler):
                 names |= set(item.law.joints)
         return names
+
+
+def _placed(position, rotation):
+    """The pose of a body in the reference pose, None where none is given."""
+    if position is None and rotation is None:
+        return None
+    return Pose((0, 0, 0) if position is None else position, rotation)
 
 
 @functools.cache

@@ -9,8 +9,8 @@ import scipy.linalg
 
 from ..errors import ModelError
 from ..kinematics import constraints
+from ..kinematics.elastic import mass_matrix
 from ..kinematics.poses import geometry, neutral_coordinates, node_inertias, node_parameters, step_coordinates
-from ..kinematics.tree import mass_matrix
 from ..model.system import System
 from ..model.topology import Mobility
 
@@ -31,7 +31,7 @@ def _evaluate(system: System, psi, t):
     """Residual, Jacobian, reaction map, mass matrix and frame positions at a pose."""
     P = node_parameters(system)
     geo = geometry(system, P, psi)
-    M = mass_matrix(system.topology.nodes, geo.S, node_inertias(P, geo.W))
+    M = mass_matrix(system, geo, node_inertias(P, geo.W), psi)
     f = constraints.residual_at(system, geo, psi, t)
     A = constraints.jacobian_at(system, geo, psi, t)
     return f, A, constraints.reaction_map(system, geo), M, geo.x

@@ -12,6 +12,7 @@ from ..kinematics.poses import Geometry
 from ..math.linalg import skew
 from ..math.spatial import cross, pack, scale, unpack
 from ..model.system import ForceGroup, System
+from .elastic import elastic_efforts, strain_energy
 
 
 def gravity_wrench(J, gravity):
@@ -130,22 +131,27 @@ def efforts(system: System, geo: Geometry, V, psi, u, t, owner=None):
             effort = jax.vmap(lambda law: law.effort(t, psi, u), axis_size=len(group.names))(group.law)
             Q, power = Q + jnp.sum(effort, axis=0), effort @ u
         powers.append(power)
+    if system.elastic:
+        loads, power = elastic_efforts(system, geo, psi, V, u, owner)
+        F, Q = F + loads.wrench, Q + loads.column
+        powers.append(power)
     return F, Q, jnp.concatenate(powers) if powers else jnp.zeros(0, psi.dtype)
 
 
 def element_names(system: System) -> tuple[str, ...]:
-    """Names of the force elements in the order of their powers."""
-    return tuple(name for group in system.forces for name in group.names)
+    """Names of the force elements in the order of their powers, then of the elastic bodies (their dampers)."""
+    return tuple(name for group in (*system.forces, *system.elastic) for name in group.names)
 
 
 def element_is_source(system: System) -> tuple[bool, ...]:
     """Whether the power of each element counts as input (else as dissipation)."""
-    return tuple(group.law.is_source for group in system.forces for _ in group.names)
+    elastic = (False,) * sum(len(group.names) for group in system.elastic)
+    return tuple(group.law.is_source for group in system.forces for _ in group.names) + elastic
 
 
 def stored_energy(system: System, geo: Geometry, psi, t):
-    """Potential energy [J] of all force elements; gravity is not included.  Source: S2 (70), V."""
-    total, (R, x) = jnp.zeros((), psi.dtype), (geo.R, geo.x)
+    """Potential energy [J] of all force elements and elastic bodies, without gravity.  Source: S2 (70), V."""
+    total, (R, x) = strain_energy(system, geo, psi), (geo.R, geo.x)
     for group in system.forces:
         if group.port in _PORTS:
             a, b = np.asarray(group.first), np.asarray(group.second)

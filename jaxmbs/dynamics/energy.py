@@ -7,20 +7,25 @@ from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..math.spatial import dot, momentum, unpack
 from ..model.system import System
 from .efforts import stored_energy
+from .elastic import elastic_energies
 from .newton_euler import node_motion
 
 
-def energies_at(system: System, geo, J, V, psi, t):
+def energies_at(system: System, geo, J, V, psi, u, t):
     """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
     v = unpack(V)
     kinetic = 0.5 * jnp.sum(dot(v, momentum(unpack(J), v)))
-    return kinetic, stored_energy(system, geo, psi, t) - jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0))
+    potential = stored_energy(system, geo, psi, t) - jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0))
+    if not system.elastic:
+        return kinetic, potential
+    moving, lifted = elastic_energies(system, geo, psi, V, u)
+    return kinetic + moving, potential + lifted
 
 
 def energies(system: System, P, psi, u, t):
     """(kinetic, potential) energy [J] from the tree parameters P; see `energies_at`."""
     geo = geometry(system, P, psi)
-    return energies_at(system, geo, node_inertias(P, geo.W), node_motion(system.topology, geo.S, u), psi, t)
+    return energies_at(system, geo, node_inertias(P, geo.W), node_motion(system.topology, geo.S, u), psi, u, t)
 
 
 @eqx.filter_jit

@@ -9,14 +9,16 @@ import jax
 import jax.numpy as jnp
 
 from ..kinematics import constraints
+from ..kinematics.elastic import mass_matrix
 from ..kinematics.kic import velocity_map
 from ..kinematics.poses import coordinate_rate, geometry, joint_twists, node_inertias, node_poses
-from ..kinematics.tree import mass_matrix, solve, subtrees
+from ..kinematics.tree import solve, subtrees
 from ..math.linalg import saddle_solve
 from ..math.spatial import cross_motion, dot, momentum, pack, unpack
 from ..model.system import System
 from ..model.topology import Topology
 from .efforts import efforts, gravity_wrench
+from .elastic import elastic_momenta, inertial_loads
 from .newton_euler import column_twists, node_motion
 
 
@@ -55,23 +57,31 @@ def tree_momentum_rate(system: System, geo, J, V, psi, u, t, sigma=None):
     if sigma is not None:
         wrenches, rates, part = constraints.pull(system, geo, V, psi, u, t, sigma)
         h, F, Q = h + wrenches, F + rates, Q + part
+    if system.elastic:
+        loads = inertial_loads(system, geo, psi, V, u)
+        h = h + elastic_momenta(system, geo, psi, V, u).wrench
+        F, Q = F + loads.wrench, Q + loads.column
     return momentum_rate(system.topology, geo.S, V, h, F) + Q, powers
 
 
 def velocities_at(system: System, geo, J, psi, p, t):
     """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum."""
-    nodes = system.topology.nodes
-    if not system.has_constraints:
-        return solve(nodes, geo.S, J, p), None
+    if not system.has_constraints and not system.elastic:
+        return solve(system.topology.nodes, geo.S, J, p), None
     A = constraints.jacobian_at(system, geo, psi, t)
-    M, f_t = mass_matrix(nodes, geo.S, J), constraints.time_rate(system, psi, t)
+    M, f_t = mass_matrix(system, geo, J, psi), constraints.time_rate(system, psi, t)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 
 
-def momenta_at(topology: Topology, geo, J, u):
+def momenta_at(system: System, geo, J, psi, u):
     """Momenta p = M u (nv,); Source: S2 (30), (34)."""
-    V = node_motion(topology, geo.S, u)
-    return dot(unpack(geo.S), unpack(subtrees(topology.nodes, pack(momentum(unpack(J), unpack(V))))))
+    V = node_motion(system.topology, geo.S, u)
+    h = pack(momentum(unpack(J), unpack(V)))
+    modal = jnp.zeros_like(u)
+    if system.elastic:
+        wrench, modal = elastic_momenta(system, geo, psi, V, u)
+        h = h + wrench
+    return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, h))) + modal
 
 
 def velocities(system: System, P, psi, p, t):
@@ -83,7 +93,7 @@ def velocities(system: System, P, psi, p, t):
 def momenta(system: System, P, psi, u):
     """Momenta p = M u (nv,); see `momenta_at`."""
     geo = geometry(system, P, psi)
-    return momenta_at(system.topology, geo, node_inertias(P, geo.W), u)
+    return momenta_at(system, geo, node_inertias(P, geo.W), psi, u)
 
 
 def canonical_rate(system: System, P, t, psi, p):
@@ -124,7 +134,7 @@ def independent_rate(system: System, P, t, psi, p):
     geo = geometry(system, P, psi)
     J = node_inertias(P, geo.W)
     rate, powers = tree_momentum_rate(system, geo, J, node_motion(system.topology, geo.S, u), psi, u, t)
-    h = momenta_at(system.topology, geo, J, u)
+    h = momenta_at(system, geo, J, psi, u)
     psi_dot = coordinate_rate(system.topology, psi, u)
     Gamma = velocity_map(system, P, psi, t)[0]
     turning = jax.jvp(lambda psi, t: velocity_map(system, P, psi, t)[0].T @ h, (psi, t), (psi_dot, jnp.ones_like(t)))[
@@ -140,6 +150,6 @@ def element_powers(system: System, P, psi, u, t):
 
 
 def tree_mass(system: System, P, psi):
-    """Mass matrix (nv, nv) of the tree."""
+    """Mass matrix (nv, nv) of the tree of rigid and elastic bodies."""
     geo = geometry(system, P, psi)
-    return mass_matrix(system.topology.nodes, geo.S, node_inertias(P, geo.W))
+    return mass_matrix(system, geo, node_inertias(P, geo.W), psi)

@@ -7,13 +7,14 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ..kinematics import constraints
-from ..kinematics.poses import geometry, joint_twists, node_inertias, node_parameters, node_poses
+from ..kinematics.elastic import mass_matrix as inertia_matrix
+from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.tree import ancestors, solve, subtrees
-from ..kinematics.tree import mass_matrix as composite_mass_matrix
 from ..math.linalg import saddle_solve
 from ..math.spatial import add, cross_force, cross_motion, dot, momentum, pack, scale, unpack
 from ..model.system import System
 from .efforts import efforts, gravity_wrench
+from .elastic import needed_loads
 
 
 def column_twists(topology, V):
@@ -38,10 +39,14 @@ def momentum_rates(J, V, V_dot):
     return pack(add(momentum(j, unpack(V_dot)), cross_force(v, momentum(j, v))))
 
 
-def required_efforts(system: System, geo, J, V, V_dot, psi, u, t):
-    """Efforts (nv,) that the tree needs at twist rates V_dot beside gravity and its force elements."""
+def required_efforts(system: System, geo, J, V, V_dot, psi, u, u_dot, t):
+    """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and its force
+    elements."""
     F, Q, _ = efforts(system, geo, V, psi, u, t)
     load = momentum_rates(J, V, V_dot) - F - gravity_wrench(J, system.gravity)
+    if system.elastic:
+        needed = needed_loads(system, geo, psi, V, u, V_dot, u_dot)
+        load, Q = load + needed.wrench, Q - needed.column
     return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, load))) - Q
 
 
@@ -50,19 +55,19 @@ def tree_efforts(system: System, P, psi, u, a, t):
     geo = geometry(system, P, psi)
     V = node_motion(system.topology, geo.S, u)
     V_dot = node_accelerations(system.topology, geo.S, V, u, a)
-    return required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, t)
+    return required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, a, t)
 
 
 def accelerations_at(system: System, geo, J, V, psi, u, t):
     """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`."""
-    nodes = system.topology.nodes
-    V_dot = node_accelerations(system.topology, geo.S, V, u, jnp.zeros_like(u))
-    need = -required_efforts(system, geo, J, V, V_dot, psi, u, t)
-    if not system.has_constraints:
-        return solve(nodes, geo.S, J, need), jnp.zeros(0, psi.dtype)
+    none = jnp.zeros_like(u)
+    V_dot = node_accelerations(system.topology, geo.S, V, u, none)
+    need = -required_efforts(system, geo, J, V, V_dot, psi, u, none, t)
+    if not system.has_constraints and not system.elastic:
+        return solve(system.topology.nodes, geo.S, J, need), jnp.zeros(0, psi.dtype)
     A = constraints.jacobian_at(system, geo, psi, t)
     gamma = constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)
-    a, y = saddle_solve(composite_mass_matrix(nodes, geo.S, J), A, need, gamma, constraints.row_scale(system))
+    a, y = saddle_solve(inertia_matrix(system, geo, J, psi), A, need, gamma, constraints.row_scale(system))
     return a, -y
 
 
@@ -95,7 +100,10 @@ def inverse_dynamics(system: System, state, acceleration):
 
 @eqx.filter_jit
 def mass_matrix(system: System, state):
-    """Mass matrix (nv, nv) of the tree, all loops cut.  Source: S2 (35) with every coordinate independent."""
+    """Mass matrix (nv, nv) of the tree of rigid and elastic bodies, all loops cut.
+
+    Source: S2 (35) with every coordinate independent.
+    """
     P = node_parameters(system)
-    W = node_poses(system.topology, P, state.coordinates)
-    return composite_mass_matrix(system.topology.nodes, joint_twists(system.topology, P, W), node_inertias(P, W))
+    geo = geometry(system, P, state.coordinates)
+    return inertia_matrix(system, geo, node_inertias(P, geo.W), state.coordinates)

@@ -14,6 +14,7 @@ from ..kinematics.tree import subtrees
 from ..math.spatial import dot, unpack
 from ..model.system import System
 from .efforts import efforts, stored_energy
+from .elastic import gravity_loads
 from .newton_euler import node_motion
 
 
@@ -62,8 +63,15 @@ def resistance_field(system: System, state):
 @eqx.filter_jit
 def gravity_effort(system: System, state):
     """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
-    G = body_kic(system, node_parameters(system), state.coordinates, state.t)
-    return jnp.einsum("b,bcn,c->n", system.mass, G[:, 3:], system.gravity)
+    P, psi = node_parameters(system), state.coordinates
+    G = body_kic(system, P, psi, state.t)
+    effort = jnp.einsum("b,bcn,c->n", system.mass, G[:, 3:], system.gravity)
+    if not system.elastic:
+        return effort
+    geo = geometry(system, P, psi)
+    loads = gravity_loads(system, geo, psi)
+    carried = dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, loads.wrench)))
+    return effort + _gamma(system, state).T @ (carried + loads.column)
 
 
 @eqx.filter_jit

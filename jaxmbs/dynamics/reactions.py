@@ -20,6 +20,7 @@ from ..math.spatial import pack, world_inertia
 from ..model.system import System
 from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
+from .elastic import needed_loads
 from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion, required_efforts
 
 
@@ -140,11 +141,13 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     V_dot = node_accelerations(top, geo.S, V, u, a)
     rate, bodies = body_rates(system, R, x, V, V_dot)
     loads = efforts(system, geo, V, psi, u, t, body_owner(system))[0] + gravity_wrench(bodies, system.gravity)
+    if system.elastic:
+        rate = rate + needed_loads(system, geo, psi, V, u, V_dot, a, body_owner(system)).wrench
     wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
     if top.analysis is not None and top.analysis.redundant:
         multipliers = distributed(system, geo, _all_wrenches(system, wrench, others), multipliers, compliance)
         wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
-    gap = required_efforts(system, geo, J, V, V_dot, psi, u, t)
+    gap = required_efforts(system, geo, J, V, V_dot, psi, u, a, t)
     if system.has_constraints:
         gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
     named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)

@@ -14,6 +14,7 @@ from ..kinematics.kic_second import along_independent
 from ..kinematics.poses import geometry, node_parameters
 from ..math.linalg import direction, safe_norm, skew
 from ..model.system import System
+from .elastic import elastic_body_stiffness
 from .ports import compliance_effort, gravity_effort, source_effort
 
 
@@ -80,7 +81,7 @@ def elastic_stiffness(system: System, state):
             total = total + jnp.sum(
                 jax.vmap(_pose_stiffness, (0, 0, 0, 0, None))(group.law, *_relative(geo, frames, a, b), t), axis=0
             )
-    return total
+    return total + elastic_body_stiffness(system, geo, psi, Gamma)
 
 
 def _frame_jacobian(system, geo, Gamma):

@@ -1,13 +1,12 @@
 """Six-degree bushing between two frames; with rotational stiffness alone, a rotational spring."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxmbs.math.rotation import rotation_vector
-from jaxmbs.typing import Scalar, Vector3
+from jaxmbs.math.rotation import rotation_vector, rotation_vector_coefficient
+from jaxmbs.typing import Vector3
 
 from ._fields import broken, faults_if, number
 from .base import AbstractPoseLaw
@@ -73,15 +72,7 @@ def moment_of_gradient(vector: Vector3, covector: Vector3) -> Vector3:
     `d vector = J_l^-1 d theta`, so the moment is `J_l^-T covector = c + v x c / 2 + b v x (v x c)`.
     """
     turn = jnp.cross(vector, covector)
-    return covector + turn / 2 + _second_coefficient(vector @ vector) * jnp.cross(vector, turn)
-
-
-def _second_coefficient(square: Scalar) -> Scalar:
-    """`(1 - h cot h) / angle^2` with `h = angle / 2`, from the squared angle; smooth at zero."""
-    small = square < 0.04
-    series = 1 / 12 + square * (1 / 720 + square * (1 / 30240 + square * (1 / 1209600 + square / 47900160)))
-    half = jnp.sqrt(jnp.where(small, 1.0, square)) / 2
-    return jax.lax.select(small, series, (1 - half / jnp.tan(half)) / (4 * half**2))
+    return covector + turn / 2 + rotation_vector_coefficient(vector @ vector) * jnp.cross(vector, turn)
 
 
 def _asymmetric(matrix: np.ndarray) -> bool:

@@ -10,6 +10,7 @@ from .closures import Rows as Rows
 from .closures import VelocityRows as VelocityRows
 from .cylindrical import Cylindrical as Cylindrical
 from .free import Free as Free
+from .modal import Modal as Modal
 from .planar import Planar as Planar
 from .prismatic import Prismatic as Prismatic
 from .revolute import Revolute as Revolute

@@ -199,7 +199,7 @@ def acceleration_bias(system: System, geo, V, V_dot, psi, u, t):
 
         rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
         parts.append(jax.jvp(row_speed, (psi, t), rates)[1])
-    return -jnp.concatenate(parts)
+    return -jnp.concatenate([jnp.zeros(0, psi.dtype), *parts])
 
 
 def pull(system: System, geo, V, psi, u, t, sigma):

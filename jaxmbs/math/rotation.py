@@ -61,6 +61,23 @@ def rotation_vector(matrix: Matrix3) -> Vector3:
     return quaternion_log(matrix_quaternion(matrix))
 
 
+def rotation_vector_rate(vector: Vector3, omega: Vector3) -> Vector3:
+    """Rate of a rotation vector that turns with angular velocity omega in fixed axes [rad/s], below half a turn.
+
+    `omega - v x omega / 2 + b v x (v x omega)`.
+    """
+    turn = jnp.cross(vector, omega)
+    return omega - turn / 2 + rotation_vector_coefficient(vector @ vector) * jnp.cross(vector, turn)
+
+
+def rotation_vector_coefficient(square: Scalar) -> Scalar:
+    """`(1 - h cot h) / angle^2` with `h = angle / 2`, from the squared angle; smooth at zero."""
+    small = square < 0.04
+    series = 1 / 12 + square * (1 / 720 + square * (1 / 30240 + square * (1 / 1209600 + square / 47900160)))
+    half = jnp.sqrt(jnp.where(small, 1.0, square)) / 2
+    return jnp.where(small, series, (1 - half / jnp.tan(half)) / (4 * half**2))
+
+
 def matrix_quaternion(matrix: Matrix3) -> Quaternion:
     """Unit quaternion, w >= 0, of a rotation matrix.
 

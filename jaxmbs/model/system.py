@@ -6,6 +6,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from .describe import describe, describe_html
+from .elastic import ElasticGroup
 from .frame import Pose
 from .topology import Topology
 
@@ -49,7 +50,7 @@ class System(eqx.Module):
 
     Leaves: gravity (3,) [m/s^2]; per body mass [kg], com [m] and inertia [kg m^2] about it in body axes, and the
     body's pose in its node; per node (simple joint) its placement in the parent node and its lead [m/rad]; per frame
-    its pose in its node; the parameters of forces and constraints.
+    its pose in its node; the parameters of forces, constraints and elastic bodies.
     """
 
     topology: Topology = eqx.field(static=True)
@@ -64,6 +65,7 @@ class System(eqx.Module):
     forces: tuple[ForceGroup, ...] = ()
     closures: tuple[ClosureGroup, ...] = ()
     rows: tuple[CoordinateRows, ...] = ()
+    elastic: tuple[ElasticGroup, ...] = ()
 
     @property
     def has_constraints(self) -> bool:

@@ -26,7 +26,7 @@ def observe(system, P, psi, u, t):
     """(kinetic, potential energy, largest position residual, largest velocity residual) of a state."""
     geo = geometry(system, P, psi)
     J, V = node_inertias(P, geo.W), node_motion(system.topology, geo.S, u)
-    kinetic, potential = energies_at(system, geo, J, V, psi, t)
+    kinetic, potential = energies_at(system, geo, J, V, psi, u, t)
     if not system.has_constraints:
         return kinetic, potential, jnp.zeros_like(t), jnp.zeros_like(t)
     drift = jnp.max(jnp.abs(constraints.residual_at(system, geo, psi, t)), initial=0.0)

@@ -82,11 +82,11 @@ class Problem(eqx.Module):
         J = node_inertias(self.P, geo.W)
         momentum = p * self.scale
         if self.formulation == "velocity":
-            momentum = hamiltonian.momenta_at(self.system.topology, geo, J, momentum)
+            momentum = hamiltonian.momenta_at(self.system, geo, J, psi, momentum)
         u, _ = hamiltonian.velocities_at(self.system, geo, J, psi, momentum, t)
         if self.formulation == "velocity":
             return psi, u / self.scale, work
-        return psi, hamiltonian.momenta_at(self.system.topology, geo, J, u) / self.scale, work
+        return psi, hamiltonian.momenta_at(self.system, geo, J, psi, u) / self.scale, work
 
     def project_position(self, t, psi):
         """Two Newton steps onto the loops, quaternions of unit length; and the largest residual found before."""
@@ -105,4 +105,4 @@ def is_rheonomic(system: System) -> bool:
 
 def num_powers(system: System) -> int:
     """Entries of the work account: one per force element, one for all drives."""
-    return sum(len(group.names) for group in system.forces) + int(is_rheonomic(system))
+    return sum(len(group.names) for group in (*system.forces, *system.elastic)) + int(is_rheonomic(system))

@@ -1,0 +1,146 @@
+"""A substructure as an elastic body: deformation shapes seen from its first interface, and one inertia matrix."""
+
+from collections.abc import Callable, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..elements import DIRECTIONS
+from ..errors import ModelError
+from ..math.linalg import skew
+from ..model.elastic import ElasticBody
+from ..structures.damping import modal
+from ..structures.substructure import Substructure
+from ..substructures.base import Reduced, physical
+from ..substructures.craig_bampton import craig_bampton
+
+_STRAINED = {8: 1e-6, 4: 1e-2}  # strain of rigid motions, over that of unit displacements, that counts as none
+
+
+class FloatingFrame(eqx.Module):
+    """An elastic body and what leads back to its substructure.
+
+    Attributes:
+        body: what `SystemBuilder.elastic` takes.
+        shapes: (n, m) displacements Phi of all coordinates per deformation, the first interface at rest.
+        rigid: (n, 6) rigid motions: rotations about, then translations of, the first interface.
+        substructure: the matrices.
+    """
+
+    body: ElasticBody
+    shapes: Float[Array, "n m"]
+    rigid: Float[Array, "n 6"]
+    substructure: Substructure
+
+
+def floating_frame(
+    substructure: Substructure,
+    interfaces: Sequence[str],
+    num_modes: int = 0,
+    damping_ratio=None,
+    method: Callable[..., Reduced] = craig_bampton,
+) -> FloatingFrame:
+    """An elastic body from a free substructure.
+
+    Args:
+        substructure: with the positions of its nodes; not held anywhere.
+        interfaces: names of nodes with six coordinates each, the first of which carries the floating frame: the one
+            that the ground reaches first.
+        num_modes: normal modes kept beside the constraint modes of the interfaces.
+        damping_ratio: of the modes with the first interface held, instead of the substructure's own damping.
+        method: a reduction of `jaxmbs.substructures`.
+
+    Interfaces with many nodes take six coordinates by `rigid_transformation` or `averaged_transformation` first.
+    Rotary inertia of nodes counts as if they kept their axes in the floating frame; stiffening by rotation is left
+    out (cut a blade or a fast arm into several bodies, their frames then follow it).
+
+    Raises: ModelError with every fault.  Source: S1 (4)-(9); S2 (35).
+    """
+    s = substructure
+    outer = interface_rows(s, interfaces)
+    rigid = _rigid_motions(s, interfaces[0])
+    _check_free(s.stiffness, rigid)
+    if len(outer) == s.num_rows:
+        reduced = physical(s.stiffness, s.mass, outer, s.damping)
+    else:
+        reduced = method(s.stiffness, s.mass, outer, num_modes, damping=s.damping).explicit()
+    shapes = reduced.basis[:, 6:]
+    K = shapes.T @ s.stiffness @ shapes
+    if damping_ratio is not None:
+        C = modal(K, shapes.T @ s.mass @ shapes, damping_ratio)
+    else:
+        C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes
+    Y = jnp.concatenate([rigid, *turned(s, shapes), shapes], axis=1)
+    at = s.positions[np.array([s.nodes.index(name) for name in interfaces])]
+    body = ElasticBody(Y.T @ s.mass @ Y, _symmetric(K), _symmetric(C), at[1:] - at[:1], tuple(interfaces))
+    return FloatingFrame(body, shapes, rigid, s)
+
+
+def _symmetric(A):
+    return 0.5 * (A + A.T)
+
+
+def interface_rows(s: Substructure, interfaces) -> tuple[int, ...]:
+    """Rows of the interfaces, six each, in the order x y z rx ry rz."""
+    faults = [] if interfaces else ["an elastic body needs at least one interface"]
+    if s.positions is None:
+        faults.append("an elastic body needs the positions of its nodes: Substructure(..., positions=...)")
+    places = {label: i for i, label in enumerate(s.coordinates)}
+    for name in interfaces:
+        missing = [d for d in DIRECTIONS if (name, d) not in places]
+        if missing == list(DIRECTIONS):
+            faults.append(f"interface {name!r}: there is no such node in the substructure")
+        elif missing:
+            faults.append(
+                f"interface {name!r}: has no {' '.join(missing)}; make it rigid or averaged, six coordinates"
+            )
+    if len(set(interfaces)) < len(interfaces):
+        faults.append("interfaces are named twice")
+    if faults:
+        raise ModelError(faults)
+    return tuple(places[name, d] for name in interfaces for d in DIRECTIONS)
+
+
+def _directions(s: Substructure):
+    """Node and direction of every row; -1 where it has none (a modal coordinate)."""
+    names = {name: i for i, name in enumerate(s.nodes)}
+    node = np.array([names[name] if d else -1 for name, d in s.coordinates])
+    return node, np.array([DIRECTIONS.index(d) if d else -1 for _, d in s.coordinates])
+
+
+def _rigid_motions(s: Substructure, first):
+    """(n, 6): rotations about and translations of the first interface; modal coordinates stay at rest."""
+    node, direction = _directions(s)
+    arms = s.positions - s.positions[s.nodes.index(first)][None]
+    turning = -jax.vmap(skew)(arms)  # columns e_d x arm
+    eye = jnp.broadcast_to(jnp.eye(3, dtype=arms.dtype), turning.shape)
+    motions = jnp.concatenate(
+        [jnp.concatenate([turning, eye], axis=2), jnp.concatenate([eye, jnp.zeros_like(eye)], axis=2)], axis=1
+    )
+    return jnp.where((direction >= 0)[:, None], motions[node, direction], 0.0)
+
+
+def turned(s: Substructure, shapes):
+    """(3, n, m): `e_a x u` of the translations u of every node in the shapes (n, m), for the axes a = x, y, z."""
+    node, direction = _directions(s)
+    moves = (direction >= 0) & (direction < 3)
+    u = jnp.zeros((len(s.nodes), 3, shapes.shape[1]), shapes.dtype)
+    u = u.at[node[moves], direction[moves]].set(shapes[moves])
+    axes = jnp.eye(3, dtype=shapes.dtype)[:, None, :, None]
+    crossed = jnp.cross(axes, u[None], axis=2)
+    return jnp.zeros((3, *shapes.shape), shapes.dtype).at[:, moves].set(crossed[:, node[moves], direction[moves]])
+
+
+def _check_free(stiffness, rigid):
+    """Raises: ModelError for concrete matrices that rigid motions strain."""
+    if isinstance(stiffness, jax.core.Tracer) or isinstance(rigid, jax.core.Tracer):
+        return
+    K, B = np.asarray(stiffness), np.asarray(rigid)
+    size = np.abs(K) @ np.abs(B)
+    if np.max(np.abs(K @ B)) > _STRAINED[K.dtype.itemsize] * np.max(size):
+        raise ModelError(
+            ["the substructure resists rigid motions: an elastic body must be free, held or sprung nowhere"]
+        )

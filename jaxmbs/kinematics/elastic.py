@@ -1,0 +1,116 @@
+"""Elastic bodies on the tree: from node twists to their flows, and from loads on flows back to wrenches on nodes."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from ..math.linalg import skew
+from ..model.elastic import ElasticGroup
+from ..model.system import System
+from .tree import mass_matrix as tree_mass_matrix
+
+
+class ElasticState(NamedTuple):
+    """Motion of one elastic body or many: rotation R of the floating frame, positions x and world twists V of the
+    interfaces, modal rates; deformations q and flow of `ElasticBody`."""
+
+    R: Array
+    x: Array
+    V: Array
+    rates: Array
+    q: Array
+    flow: Array
+
+
+class Parts(NamedTuple):
+    """Momenta or loads: wrenches on carriers (n, 6) and entries of velocity columns (nv,)."""
+
+    wrench: Array
+    column: Array
+
+
+def elastic_state(system: System, group: ElasticGroup, geo, psi, V, u) -> ElasticState:
+    """Motion of the bodies of a group from node twists V (nodes, 6) and velocities u (nv,)."""
+    frames = np.array(group.frames)
+    R, x, modal = geo.R[frames], geo.x[frames], psi[np.array(group.coordinates, int)]
+    twists, rates = gathered(system, group, V, u)
+
+    def of_body(body, R, x, V, modal, rates):
+        q = body.deformations(R, x, modal)
+        return ElasticState(R[0], x, V, rates, q, body.flow(R[0], x, q, V, rates))
+
+    return jax.vmap(of_body)(group.body, R, x, twists, modal, rates)
+
+
+def gathered(system: System, group: ElasticGroup, V, u):
+    """Twists, or their rates, of the interfaces (bodies, interfaces, 6) and modal parts of u (bodies, modes)."""
+    node = np.asarray(system.topology.frame_node)[np.array(group.frames)]
+    return jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])[node], u[np.array(group.columns, int)]
+
+
+def on_interfaces(body, R, x, q, load):
+    """Wrenches (interfaces, 6) about the world origin and modal parts (modes,) of a load (6 + m,) on the flow."""
+    at_rest = jnp.zeros((len(x), 6), load.dtype), jnp.zeros(body.num_modes, load.dtype)
+    return jax.linear_transpose(lambda V, rates: body.flow(R, x, q, V, rates), *at_rest)(load)
+
+
+def along_motion(s: ElasticState):
+    """Rates of (R, x, q)."""
+    return skew(s.V[0, :3]) @ s.R, s.V[:, 3:] + jnp.cross(s.V[:, :3], s.x), s.flow[6:]
+
+
+def flow_rate(body, s: ElasticState, V_dot, rates_dot):
+    """Rate of the flow (6 + m,) at rates V_dot (interfaces, 6) of the twists and accelerations of the modes."""
+    moving = (*along_motion(s), V_dot, rates_dot)
+    return jax.jvp(body.flow, (s.R, s.x, s.q, s.V, s.rates), moving)[1]
+
+
+def summed(function, system: System, geo, psi, V, u, rates=None, owner=None) -> Parts:
+    """`function(body, state)`, wrenches on interfaces and parts of modes, of every elastic body, summed on nodes.
+
+    Args:
+        rates: (V_dot, u_dot); `function(body, state, V_dot, rates_dot)` then takes those of the body too.
+        owner: (carrier of each frame, number of carriers) in place of nodes.
+    """
+    carrier, n = owner or (np.asarray(system.topology.frame_node), system.topology.nodes.size)
+    total, columns = jnp.zeros((n + 1, 6), psi.dtype), jnp.zeros(system.topology.num_velocities, psi.dtype)
+    for group in system.elastic:
+        states = [elastic_state(system, group, geo, psi, V, u)]
+        states += [] if rates is None else gathered(system, group, *rates)
+        wrench, column = jax.vmap(function)(group.body, *states)
+        total = total.at[carrier[np.array(group.frames)] % (n + 1)].add(wrench)
+        columns = columns.at[np.array(group.columns, int)].add(column)
+    return Parts(total[:n], columns)
+
+
+def at_rest(system: System, psi):
+    """Node twists and velocities of rest."""
+    return jnp.zeros((system.topology.nodes.size, 6), psi.dtype), jnp.zeros(system.topology.num_velocities, psi.dtype)
+
+
+def flow_map(system: System, group: ElasticGroup, geo, s: ElasticState):
+    """Flows (bodies, 6 + m, nv) per unit velocity."""
+    top, S = system.topology, geo.S
+    path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])
+    path = path[np.asarray(top.frame_node)[np.array(group.frames)]]
+    twists = jnp.asarray(path, S.dtype)[:, :, None, :] * S.T[None, None]
+    rates = jnp.asarray(np.array(group.columns, int)[..., None] == np.arange(top.num_velocities), S.dtype)
+
+    def of_body(body, s, twists, rates):
+        return jax.vmap(lambda V, rates: body.flow(s.R, s.x, s.q, V, rates), (2, 1), 1)(twists, rates)
+
+    return jax.vmap(of_body)(group.body, s, twists, rates)
+
+
+def mass_matrix(system: System, geo, J, psi):
+    """Mass matrix (nv, nv) of the tree of rigid and elastic bodies.  Source: S2 (35), every column independent."""
+    M = tree_mass_matrix(system.topology.nodes, geo.S, J)
+    for group in system.elastic:
+        s = elastic_state(system, group, geo, psi, *at_rest(system, psi))
+        flows = flow_map(system, group, geo, s)
+        z = jax.vmap(lambda body, q, flows: jax.vmap(body.speeds, (None, 1), 1)(q, flows))(group.body, s.q, flows)
+        M = M + jnp.einsum("ekn,ekm->nm", z, group.body.inertia @ z)
+    return M

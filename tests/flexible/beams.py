@@ -1,0 +1,50 @@
+"""Straight beams as elastic bodies, and mechanisms made of them."""
+
+import jax.numpy as jnp
+import numpy as np
+
+import jaxmbs as mbs
+from jaxmbs.elements import Beam
+from jaxmbs.flexible import floating_frame
+from jaxmbs.structures import Structure, Substructure
+
+
+def beam_structure(length, elements, **section):
+    """Nodes "0" ... along x, of equal elements."""
+    numbers = {"young": 7e10, "shear_modulus": 2.6e10, "area": 4e-4, "inertia_y": 1.2e-8, "inertia_z": 1.5e-8}
+    element = Beam(**{**numbers, "torsion": 2e-8, "density": 2700.0, "reference": (0.0, 1.0, 0.0), **section})
+    x = jnp.linspace(0.0, 1.0, elements + 1) * length
+    nodes = jnp.stack([x, jnp.zeros_like(x), jnp.zeros_like(x)], axis=1)
+    return Structure(nodes, {"beam": (element, [(i, i + 1) for i in range(elements)])})
+
+
+def elastic_beam(length=1.0, elements=8, num_modes=2, interfaces=None, damping_ratio=None, **section):
+    """A free beam between its ends."""
+    structure = beam_structure(length, elements, **section)
+    interfaces = ("0", str(elements)) if interfaces is None else interfaces
+    return floating_frame(Substructure.of(structure), interfaces, num_modes, damping_ratio)
+
+
+def chain_of_beams(parts, joint, gravity=(0.0, 0.0, 0.0), motion=None, drive=None, **options):
+    """A beam cut into equal elastic bodies welded end to end, hung on the ground by a joint: (system, frame)."""
+    length = options.pop("length", 1.0)
+    frame = elastic_beam(length / parts, **options)
+    first, last = frame.body.interfaces
+    b = mbs.SystemBuilder(gravity=gravity)
+    motions = None if motion is None else {last: motion}
+    for k in range(parts):
+        b.elastic(f"part{k}", frame.body, motions)
+    b.joint("root", joint, "ground", f"part0.{first}", drive=drive)
+    for k in range(1, parts):
+        b.joint(f"weld{k}", mbs.Weld(), f"part{k - 1}.{last}", f"part{k}.{first}")
+    return b.build(), frame
+
+
+def random_state(system, seed=0, size=0.02, speed=1.0):
+    """Small deformations, large rigid motion, all of it moving."""
+    random = np.random.default_rng(seed)
+    top = system.topology
+    from jaxmbs.kinematics.poses import neutral_coordinates, step_coordinates
+
+    psi = step_coordinates(top, neutral_coordinates(top), jnp.asarray(size * random.normal(size=top.num_velocities)))
+    return mbs.State(jnp.zeros(()), psi, jnp.asarray(speed * random.normal(size=top.num_velocities)))
