@@ -1,5 +1,6 @@
 """What every reduction returns: a component in few coordinates, its interface among them."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import equinox as eqx
@@ -20,6 +21,7 @@ class Reduced(eqx.Module):
             are square and regular.  Source: S1 (14), (20).
         labels: what each coordinate is, (r,): "interface", "rigid", "constraint" or "normal", and its number.
         massless: coordinates whose mass the method neglects.
+        names: what the bonds' displacements are, `(node, direction)` each, as `reduce` finds them; or ().
     """
 
     basis: Inexact[Array, "n r"]
@@ -29,6 +31,7 @@ class Reduced(eqx.Module):
     connection: Inexact[Array, "b r"]
     labels: tuple[str, ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True, default=())
+    names: tuple[tuple[str, str], ...] = eqx.field(static=True, default=())
 
     @property
     def num_interface(self) -> int:
@@ -49,7 +52,7 @@ class Reduced(eqx.Module):
         E = jnp.eye(r, dtype=self.connection.dtype)
         E = E.at[:b, :b].set(jnp.linalg.inv(self.connection[:, :b]))
         labels = numbered("interface", b) + self.labels[b:]
-        return transformed(self, E, self.connection @ E, labels)
+        return transformed(self, E, self.connection @ E, labels, self.names)
 
 
 def project(basis, stiffness, mass, damping, connection, labels) -> Reduced:
@@ -58,10 +61,10 @@ def project(basis, stiffness, mass, damping, connection, labels) -> Reduced:
     return Reduced(basis, M, K, C, connection, tuple(labels))
 
 
-def transformed(reduced: Reduced, E, connection, labels) -> Reduced:
+def transformed(reduced: Reduced, E, connection, labels, names=()) -> Reduced:
     """A reduced component in new coordinates `rho = E rho'`; a massless one must keep its interface columns."""
     M, K, C = (None if A is None else E.T @ A @ E for A in (reduced.mass, reduced.stiffness, reduced.damping))
-    return Reduced(reduced.basis @ E, M, K, C, connection, tuple(labels), reduced.massless)
+    return Reduced(reduced.basis @ E, M, K, C, connection, tuple(labels), reduced.massless, names)
 
 
 def physical(stiffness, mass, interface: Sequence[int], damping=None) -> Reduced:
@@ -80,9 +83,15 @@ def physical(stiffness, mass, interface: Sequence[int], damping=None) -> Reduced
 
 
 def reduce(substructure, method, *args, **options) -> Reduced:
-    """A reduction of anything with `stiffness`, `mass`, `damping`, `interface`: `reduce(wing, craig_bampton, 20)`."""
+    """A reduction of a substructure, or of anything with `stiffness`, `mass`, `damping`, `interface`.
+
+    `reduce(wing, craig_bampton, 20)`; where its `coordinates` have names, so have the interface's.
+    """
     s = substructure
-    return method(s.stiffness, s.mass, tuple(s.interface), *args, damping=s.damping, **options)
+    reduced = method(s.stiffness, s.mass, tuple(s.interface), *args, damping=s.damping, **options)
+    labels = getattr(s, "coordinates", None)
+    named = labels is not None and reduced.num_interface == len(s.interface)
+    return dataclasses.replace(reduced, names=tuple(labels[i] for i in s.interface)) if named else reduced
 
 
 def partition(size: int, interface: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -102,9 +111,17 @@ def check_num_modes(num: int, available: int) -> None:
         raise ValueError(f"num_modes = {num}: the component has {available} such modes")
 
 
-def check_held(solution, what: str) -> None:
-    """Raises: ValueError for a static solution, if concrete, that is not finite: the component is a mechanism."""
-    if not isinstance(solution, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(solution))):
+def check_held(solution, what: str, pivots=None) -> None:
+    """Raises: ValueError for a static solution, if concrete, of a singular stiffness: a mechanism is left.
+
+    Args: pivots: squared pivots of the Cholesky factor over the diagonal: rounding, where the matrix is singular.
+    """
+    if isinstance(solution, jax.core.Tracer):
+        return
+    singular = not np.all(np.isfinite(np.asarray(solution)))
+    if pivots is not None and np.size(pivots):
+        singular = singular or np.min(np.asarray(pivots)) < 30 * np.finfo(pivots.dtype).eps
+    if singular:
         raise ValueError(f"the stiffness is singular with {what} held: a mechanism inside, or rigid motions left")
 
 

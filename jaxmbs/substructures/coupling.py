@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
+from ..elements.base import number
 from ..structures.modes import Modes, natural_modes
 from .base import Reduced, numbered, partition
 from .guyan import interface_basis
@@ -96,8 +97,15 @@ def join(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> Asse
 def elastic_bond(stiffness, damping=None, mass=None) -> Reduced:
     """A bushing between two frames as a component: interface is the one frame's coordinates, then the other's.
 
-    Args: stiffness, damping, mass: (k, k); the mass is shared as that of a uniform rod, a third at each end.
+    Args: stiffness, damping, mass: (k, k), or the k numbers of a diagonal; damping and mass may be None.  The mass is
+        shared as that of a uniform rod, a third at each end and a third between them.
+
+    Raises: ValueError for matrices of different sizes.
     """
+    stiffness, damping, mass = (None if A is None else _square(A) for A in (stiffness, damping, mass))
+    shapes = {A.shape for A in (stiffness, damping, mass) if A is not None}
+    if len(shapes) > 1:
+        raise ValueError(f"stiffness, damping and mass of a bond differ in shape: {sorted(shapes)}")
     two = jnp.array([[1, -1], [-1, 1]], stiffness.dtype)
     K, C = (None if A is None else jnp.kron(two, A) for A in (stiffness, damping))
     M = jnp.zeros_like(K) if mass is None else jnp.kron(jnp.array([[2, 1], [1, 2]], stiffness.dtype) / 6, mass)
@@ -171,6 +179,11 @@ def _sum(places, parts, size):
     for place, f in given:
         total = total.at[np.array(place)].add(f)
     return total[:-1]
+
+
+def _square(value):
+    value = number(value)
+    return jnp.diag(value) if value.ndim == 1 else value
 
 
 def _times(A, x):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
@@ -57,21 +58,35 @@ def redundancy(
     Source: S1 (13)-(14), (20).
     """
     places, _ = joint_places(components, joints)
-    condensed = [_condensed(c.explicit()) for c in components]
-    floor = 1e-6 * max(np.max(np.diagonal(K), initial=0.0) for K in condensed)
-    motions = [_rigid(K, floor) for K in condensed] if rigid is None else [np.asarray(R) for R in rigid]
     starts = np.cumsum([0, *(c.num_interface for c in components)])
     B = _compatibility([p[: c.num_interface] for p, c in zip(places, components, strict=True)], starts)
-    moved = B @ scipy.linalg.block_diag(*motions)
+    stresses, _ = self_stresses(B, components, rigid)
+    unknown = np.abs(stresses.T @ B).max(axis=0, initial=0.0) > 1e-6
+    return stresses.shape[1], tuple(~part for part in np.split(unknown, starts[1:-1]))
+
+
+def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = None) -> tuple[np.ndarray, int]:
+    """Forces (ties, r) that rigid components carry without a load, orthonormal, and how many motions are left free.
+
+    On the host.  Args: ties: rows over the components' interface coordinates in turn; rigid: as in `redundancy`.
+    """
+    if rigid is None:
+        condensed = [_condensed(c) for c in components]
+        floor = 1e-6 * max(np.max(np.diagonal(K), initial=0.0) for K in condensed)
+        rigid = [_rigid(K, floor) for K in condensed]
+    moved = ties @ scipy.linalg.block_diag(*(np.asarray(R) for R in rigid))
     U, s, _ = np.linalg.svd(moved)
     rank = int(np.sum(s > 1e-9 * max(s, default=0.0)))
-    unknown = np.abs(U[:, rank:].T @ B).max(axis=0, initial=0.0) > 1e-6
-    return len(B) - rank, tuple(~part for part in np.split(unknown, starts[1:-1]))
+    return U[:, rank:], moved.shape[1] - rank
 
 
 def _condensed(component):
-    b, K = component.num_interface, np.asarray(component.stiffness)
-    return K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
+    if isinstance(component.stiffness, jax.core.Tracer):
+        raise ValueError("redundant bonds are found on the host: not under tracing")
+    b, K, P = component.num_interface, np.asarray(component.stiffness), np.asarray(component.connection)
+    own = K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
+    inverse = np.linalg.inv(P[:, :b])
+    return inverse.T @ own @ inverse
 
 
 def _rigid(K, floor):

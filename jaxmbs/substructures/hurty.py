@@ -43,17 +43,20 @@ def hurty(
 ) -> Reduced:
     """Coordinates: rigid motions, redundant bonds' constraint modes, fixed-interface modes.
 
-    The connection is `phi = [[RR 0 0], [CR CC 0]]`, rows in the order determinate, redundant; here RR = CC = 1 and
-    CR is what a rigid motion does at the redundant bonds.  A rigid motion then costs no stiffness, and the spaces
-    spanned are those of Craig and Bampton.
+    The connection is `phi = [[RR 0 0], [CR CC 0]]` for determinate and redundant bonds, its rows in the order of
+    `interface`; here RR = CC = 1 and CR is what a rigid motion does at the redundant bonds.  A rigid motion then
+    costs no stiffness, and the spaces spanned are those of Craig and Bampton.
 
     Args:
         determinate: coordinates of the interface that just hold the component; default `determinate_coordinates`.
 
-    Its interface order is `hurty_interface(interface, determinate)`.  Source: S1 (13)-(20).
+    Raises: ValueError for a determinate coordinate that is not one of the interface.  Source: S1 (13)-(20).
     """
     rigid = determinate_coordinates(stiffness, interface) if determinate is None else tuple(determinate)
-    order = hurty_interface(interface, rigid)
+    stray = sorted(set(rigid) - set(interface))
+    if stray:
+        raise ValueError(f"determinate coordinates {stray} are not in the interface")
+    order = (*rigid, *(c for c in interface if c not in rigid))
     reduced = craig_bampton(stiffness, mass, order, num_modes, damping)
     d, b = len(rigid), len(order)
     condensed = reduced.stiffness[:b, :b]
@@ -61,18 +64,8 @@ def hurty(
     check_held(CR, "the determinate coordinates")
     E = jnp.eye(b + num_modes, dtype=CR.dtype).at[d:b, :d].set(CR)
     labels = numbered("rigid", d) + numbered("constraint", b - d) + reduced.labels[b:]
-    return transformed(reduced, E, reduced.connection @ E, labels)
-
-
-def hurty_interface(interface: Sequence[int], determinate: Sequence[int]) -> tuple[int, ...]:
-    """The interface as `hurty` orders it: determinate coordinates, then redundant ones.
-
-    Raises: ValueError for a determinate coordinate that is not one of the interface.
-    """
-    stray = set(determinate) - set(interface)
-    if stray:
-        raise ValueError(f"determinate coordinates {sorted(stray)} are not in the interface")
-    return (*determinate, *(c for c in interface if c not in set(determinate)))
+    places = np.array([order.index(c) for c in interface], int)
+    return transformed(reduced, E, (reduced.connection @ E)[places], labels)
 
 
 def rigid_motions(stiffness, determinate: Sequence[int]):

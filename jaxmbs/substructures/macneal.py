@@ -23,9 +23,10 @@ def macneal(
     check_num_modes(num_modes, len(inner))
     b, modes = len(outer), natural_modes(stiffness, mass, num_modes, rigid)
     loads = jnp.eye(stiffness.shape[0], dtype=stiffness.dtype)[:, outer]
-    elastic, values = modes.shapes[:, rigid:], modes.values[rigid:]
+    elastic = modes.shapes[:, rigid:]
     residual = attachment_modes(stiffness, mass, loads, modes.shapes[:, :rigid])
-    residual = residual - (elastic / values[None, :]) @ elastic.T @ loads
+    own = elastic.T @ stiffness @ elastic  # diagonal; its derivatives see how a group of equal values splits
+    residual = residual - elastic @ jnp.linalg.solve(own, elastic.T @ loads)
     order = np.concatenate([outer, inner])
     moved, (shapes,) = explicit_interface(residual[order], (modes.shapes[order],), b)
     basis = jnp.zeros((len(order), b + num_modes), moved.dtype)
