@@ -32,7 +32,8 @@ class AbstractElement(eqx.Module):
     """One element. `coordinates` is how many of x y z rx ry rz each node uses: 3 or 6.
 
     `force_labels` and `stress_labels` name what `forces` and `stresses` return, `nonnegative` the fields that
-    must not be negative; `misplacement` says what `misplaced` finds.
+    must not be negative; `misplacement` says what `misplaced` finds.  Where `has_ends`, `forces` and `stresses` are
+    those of the ends and take one more argument, the load (n,) that is spread over the element.
     """
 
     num_nodes: ClassVar[int]
@@ -41,6 +42,7 @@ class AbstractElement(eqx.Module):
     stress_labels: ClassVar[tuple[str, ...]] = ()
     nonnegative: ClassVar[tuple[str, ...]] = ("young", "area", "thickness", "density")
     misplacement: ClassVar[str] = "its nodes lie at one point"
+    has_ends: ClassVar[bool] = False
 
     @property
     def size(self) -> int:

@@ -59,6 +59,7 @@ class Beam(AbstractElement):
     fibres: Float[Array, "... p 2"] = eqx.field(converter=number, default=((0.0, 0.0),))
 
     num_nodes = 2
+    has_ends = True
     force_labels = tuple(f"{name}{end}" for end in (1, 2) for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"))
     stress_labels = ("axial stress of each fibre at end 1, then at end 2",)
     nonnegative = ("young", "shear_modulus", "area", "inertia_y", "inertia_z", "torsion", "density", "shear")
@@ -152,14 +153,22 @@ class Beam(AbstractElement):
         length, _, _, T = self._matrices(nodes)
         return T.T @ self._local_mass(length) @ T
 
-    def forces(self, nodes, u):
-        """Forces and moments (12,) on the beam at its two ends, local axes. Source: S1 (30)."""
-        _, _, K, T = self._matrices(nodes)
-        return K @ T @ u.reshape(-1)
+    def forces(self, nodes, u, load=None):
+        """Forces and moments (12,) on the beam at its two ends, local axes. Source: S1 (30).
 
-    def stresses(self, nodes, u):
+        Args: load: (12,) of what is spread over the beam (`line_load`, weight), which the ends carry too.
+        """
+        _, axes, K, T = self._matrices(nodes)
+        found = K @ T @ u.reshape(-1)
+        if load is None:
+            return found
+        arms = jnp.zeros_like(nodes) if self.offsets is None else self.offsets
+        ends = [turned(axes) @ carried(-arm).T @ part for arm, part in zip(arms, load.reshape(2, 6), strict=True)]
+        return found - jnp.concatenate(ends)
+
+    def stresses(self, nodes, u, load=None):
         """Axial stress (2 p,) of the fibres at both ends: `N/A - M_z y/I_z + M_y z/I_y`. Source: S1 (30)."""
-        force = self.forces(nodes, u)
+        force = self.forces(nodes, u, load)
         y, z = self.fibres[:, 0], self.fibres[:, 1]
         ends = [
             N / self.area - Mz * y / self.inertia_z + My * z / self.inertia_y

@@ -20,13 +20,8 @@ def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
 
     Source: S1 (18).
     """
-    field = jnp.asarray(acceleration, structure.positions.dtype)
-
-    def weight(element, nodes):
-        motion = jnp.zeros((element.num_nodes, element.coordinates), nodes.dtype).at[:, :3].set(field)
-        return element.mass(nodes) @ motion.reshape(-1)
-
-    return sum(_scattered(structure, group, group.map(weight, structure.positions)) for group in _all(structure))
+    parts = ((group, element_weights(structure, group, acceleration)) for group in structure.groups.values())
+    return sum(_scattered(structure, group, forces) for group, forces in parts)
 
 
 @eqx.filter_jit
@@ -50,12 +45,7 @@ def line_load(structure: Structure, group: str, force) -> Float[Array, "nodes 6"
 
     Source: S1 (18).
     """
-    chosen = structure.groups[group]
-    if not hasattr(chosen.element, "line_load"):
-        raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no line load")
-    values = _each(structure, chosen, force, (3,))
-    apply = lambda element, nodes, q: element.line_load(nodes, q)  # noqa: E731
-    return _scattered(structure, chosen, chosen.map(apply, structure.positions, values))
+    return _scattered(structure, structure.groups[group], element_line_loads(structure, group, force))
 
 
 def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]:
@@ -71,8 +61,24 @@ def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]
     return total
 
 
-def _all(structure):
-    return structure.groups.values()
+def element_weights(structure, group, acceleration):
+    """`body_load` of a group by element (elements, n)."""
+    field = jnp.asarray(acceleration, structure.positions.dtype)
+
+    def weight(element, nodes):
+        motion = jnp.zeros((element.num_nodes, element.coordinates), nodes.dtype).at[:, :3].set(field)
+        return element.mass(nodes) @ motion.reshape(-1)
+
+    return group.map(weight, structure.positions)
+
+
+def element_line_loads(structure, group, force):
+    """`line_load` of a group by element (elements, n)."""
+    chosen = structure.groups[group]
+    if not hasattr(chosen.element, "line_load"):
+        raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no line load")
+    values = _each(structure, chosen, force, (3,))
+    return chosen.map(lambda element, nodes, q: element.line_load(nodes, q), structure.positions, values)
 
 
 def _each(structure, group, value, shape):

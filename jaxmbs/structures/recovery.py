@@ -1,31 +1,50 @@
 """Forces and stresses of elements from displacements of nodes."""
 
-import equinox as eqx
+from collections.abc import Mapping
 
+import equinox as eqx
+import jax.numpy as jnp
+
+from .loads import element_line_loads, element_weights
 from .structure import Structure, spread
 
 
 @eqx.filter_jit
-def element_forces(structure: Structure, x) -> dict:
-    """Element loads `F_e = k_e T_e x` by group, (elements, labels), in the elements' own axes.
+def element_forces(structure: Structure, x, line_loads: Mapping | None = None, acceleration=None) -> dict:
+    """Element loads `F_e = k_e T_e x - f_e` by group, (elements, labels), in the elements' own axes.
 
-    Args: x: (rows,) of the dense matrices, or (nodes, size) or (nodes, 6) at the nodes.
+    Args:
+        x: (rows,) of the dense matrices, or (nodes, size) or (nodes, 6) at the nodes.
+        line_loads: by group, what x was computed under, as given to `line_load`.
+        acceleration: (3,), likewise, as given to `body_load`.
 
-    `element.force_labels` names the columns.  Loads spread over an element are not subtracted.  Source: S1 (30).
+    `element.force_labels` names the columns.  Loads spread over a beam part its end forces from `k_e T_e x`; give
+    them here and the end forces are right for any mesh.  Other elements state forces in their middle, which need no
+    such part.
+
+    Raises: ValueError for a line load on elements that take none; KeyError for an unknown group.  Source: S1 (30).
     """
-    return _recovered(structure, x, lambda element, nodes, u: element.forces(nodes, u))
+    return _recovered(structure, x, "forces", line_loads, acceleration)
 
 
 @eqx.filter_jit
-def element_stresses(structure: Structure, x) -> dict:
+def element_stresses(structure: Structure, x, line_loads: Mapping | None = None, acceleration=None) -> dict:
     """Stresses [Pa] by group, (elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
-    return _recovered(structure, x, lambda element, nodes, u: element.stresses(nodes, u))
+    return _recovered(structure, x, "stresses", line_loads, acceleration)
 
 
-def _recovered(structure, x, function):
+def _recovered(structure, x, what, line_loads, acceleration):
     u = spread(structure, x) if x.ndim == 1 else x
+    spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
     found = {}
     for name, group in structure.groups.items():
         at = u[group.connections, : group.element.coordinates]
-        found[name] = group.map(function, structure.positions, at)
+        function = lambda element, *rest: getattr(element, what)(*rest)  # noqa: E731
+        if not group.element.has_ends:
+            found[name] = group.map(function, structure.positions, at)
+            continue
+        load = spread_over.get(name, jnp.zeros((len(group.nodes), group.element.size), at.dtype))
+        if acceleration is not None:
+            load = load + element_weights(structure, group, acceleration)
+        found[name] = group.map(function, structure.positions, at, load.astype(at.dtype))
     return found

@@ -136,9 +136,33 @@ def test_cantilever_under_every_load(cantilever):
         u[3, [0, 2, 4]], [3 * L**2 / (2 * E * A), P * L**4 / (8 * E * IY), -P * L**3 / (6 * E * IY)], rtol=1e-10
     )
     weight = lambda s: body_load(s, (0.0, 0.0, -9.81))  # noqa: E731
-    u = static(cantilever, (weight, lambda s: nodal_load(s, {"3": (0, 0, 0, P, 0, 0)})))
-    np.testing.assert_allclose(u[3, 2], -9.81 * RHO * A * L**4 / (8 * E * IY), rtol=1e-10)
-    np.testing.assert_allclose(u[3, 3], P * L / (G * J), rtol=1e-10)
+    v = static(cantilever, (weight, lambda s: nodal_load(s, {"3": (0, 0, 0, P, 0, 0)})))
+    np.testing.assert_allclose(v[3, 2], -9.81 * RHO * A * L**4 / (8 * E * IY), rtol=1e-10)
+    np.testing.assert_allclose(v[3, 3], P * L / (G * J), rtol=1e-10)
+    ends = element_forces(cantilever, u + v, {"beam": (3.0, 0.0, P)}, jnp.array([0.0, 0.0, -9.81]))["beam"]
+    q = P - 9.81 * RHO * A
+    np.testing.assert_allclose(ends[0, [0, 2, 3, 4]], [-3 * L, -q * L, -P, q * L**2 / 2], rtol=1e-9)
+    np.testing.assert_allclose(ends[2, 6:], [0, 0, 0, P, 0, 0], atol=1e-9 * abs(q))
+
+
+@pytest.mark.parametrize(
+    ("release", "arm", "expected"), [((), 0.0, (-6, -1, -6, 1)), (("rz2",), 0.3, (-7.5, -1.5, -4.5, 0))]
+)
+def test_one_clamped_beam_under_line_load(release, arm, expected):
+    """Reactions q L / 2 and moments q L^2 / 12; propped, beside its nodes: 5/8, 3/8 and 1/8."""
+    L, q = 1.5, 7.0
+    offsets, fibres = np.full((2, 3), (0.0, 0.0, arm)), ((0.02, 0.0),)
+    beam = Beam(E, G, A, IY, IZ, J, RHO, reference=Y, releases=release, offsets=offsets, fibres=fibres)
+
+    @jax.jit
+    def held(beam, nodes, q):
+        u, load = jnp.zeros((2, 6)), beam.line_load(nodes, q)
+        return beam.forces(nodes, u, load), beam.stresses(nodes, u, load)
+
+    ends, stress = held(beam, jnp.array([[0.0, 0, 0], [L, 0, 0]]), jnp.array([0.0, q, 0.0]))
+    units = q * L / 12 * np.array([1.0, L, 1.0, L])
+    np.testing.assert_allclose(ends[np.array([1, 5, 7, 11])], units * expected, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(stress[0], units[1] * expected[1] * 0.02 / IZ, rtol=1e-12)
 
 
 def test_shear_release_and_offset():

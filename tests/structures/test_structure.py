@@ -194,6 +194,8 @@ def test_wrong_questions():
         pressure_load(structure, "r", 1.0)
     with pytest.raises(ValueError, match="takes no line load"):
         line_load(structure, "r", (1.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="takes no line load"):
+        element_forces(structure, jnp.zeros((8, 6)), {"r": (1.0, 0.0, 0.0)})
     with pytest.raises(ValueError, match="'q' is none of"):
         nodal_load(structure, {"0": {"q": 1.0}})
     with pytest.raises(KeyError, match="nowhere"):
