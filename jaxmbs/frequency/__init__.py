@@ -2,7 +2,7 @@
 
 from .coupling import couple, interface_forces
 from .decoupling import decouple
-from .direct import direct_response
+from .direct import dense_response, direct_response
 from .gains import (
     accelerance,
     acceleration_gain,
@@ -18,4 +18,4 @@ from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_varia
 from .test_rig import free_response, measured_stiffness, remove_stiffness
 from .transfer import TransferFunctions, uncoupled
 from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
-from .virtual_point import rigid_channels, virtual_point
+from .virtual_point import flexible_channels, rigid_channels, virtual_point

@@ -1,4 +1,4 @@
-"""Direct frequency response: one block-sparse solve of the dynamic stiffness per frequency, in chunks."""
+"""Direct frequency response: one solve of the dynamic stiffness per frequency, in chunks; block-sparse and dense."""
 
 import jax
 import jax.numpy as jnp
@@ -49,3 +49,32 @@ def direct_response(
         return keep(solve(factor(Z, "ldl", plan), load))
 
     return lax.map(at, jnp.asarray(omega, mass.diagonal.dtype), batch_size=chunk)
+
+
+def dense_response(stiffness, mass, load, omega, damping=None, loss=0.0, out=None, chunk: int = 32):
+    """Displacements of `(K (1 + i loss) + i w C - w^2 M) x = f` from dense matrices, one solve per frequency.
+
+    Right for any damping, unsymmetric matrices and coordinates without mass; `modal.receptance` is cheaper at many
+    frequencies, the block-sparse `direct_response` for large structures.
+
+    Args:
+        load: (n, columns) the same at all frequencies.
+        omega: (frequencies,) angular frequencies [rad/s].
+        out: (outputs, n) rows of what is asked, default all.
+        chunk: frequencies solved together: memory grows with this and not with their number.
+
+    Returns: (frequencies, outputs, columns) complex.  Source: S1 (40)-(41).
+    """
+    dtype = np.result_type(stiffness.dtype, np.complex64)
+    loss = jnp.asarray(loss, mass.dtype)
+    K = stiffness.astype(dtype) * lax.complex(jnp.ones_like(loss), loss)
+    rows = jnp.eye(len(K), dtype=dtype) if out is None else out.astype(dtype)
+
+    @jax.checkpoint
+    def at(w):
+        Z = K - (w**2 * mass).astype(dtype)
+        if damping is not None:
+            Z = Z + lax.complex(jnp.zeros_like(w), w) * damping.astype(dtype)
+        return rows @ jnp.linalg.solve(Z, load.astype(dtype))
+
+    return lax.map(at, jnp.asarray(omega, mass.dtype), batch_size=chunk)

@@ -1,6 +1,6 @@
-"""Virtual point: several sensors and impacts around an interface as six motions and six loads of one point."""
+"""Virtual point: sensors and impacts around an interface as six motions and loads of one point, or some more."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import jax
@@ -14,9 +14,9 @@ from .transfer import TransferFunctions
 
 
 class VirtualPoint(NamedTuple):
-    """`transfer`: channels "name x", ..., "name rz" first, then those that were not at the interface;
-    `motion_residual` (frequencies, inputs) and `force_residual` (frequencies, outputs): the share of the measured
-    motion that no rigid motion of the interface explains, and of the force likewise (0 is rigid, 1 is not at all)."""
+    """`transfer`: channels "name x", ..., "name rz" and those of flexible motions first, then those that were not at
+    the interface; `motion_residual` (frequencies, inputs) and `force_residual` (frequencies, outputs): the share of
+    the measured motion that none of these motions explains, and of the force likewise (0 all of it, 1 nothing)."""
 
     transfer: TransferFunctions
     motion_residual: Float[Array, "frequencies inputs"]
@@ -37,6 +37,16 @@ def rigid_channels(places: Sequence[tuple], point) -> Float[Array, "channels 6"]
     return jnp.concatenate([d, jnp.cross(r - p[None], d)], axis=1)
 
 
+def flexible_channels(places: Sequence[tuple], point, motion: Callable) -> Float[Array, " channels"]:
+    """What each channel reads of a unit flexible motion `motion(r - p)` (3,): its part along the channel's direction.
+
+    Args: as of `rigid_channels`.  Source: S1 (14).
+    """
+    r, d = (jnp.stack([jnp.asarray(place[k], float) for place in places]) for k in (0, 1))
+    d = d / jnp.linalg.norm(d, axis=1, keepdims=True)
+    return jnp.sum(d * jax.vmap(motion)(r - jnp.asarray(point, d.dtype)[None]), axis=1)
+
+
 def virtual_point(
     measured: TransferFunctions,
     point,
@@ -44,25 +54,31 @@ def virtual_point(
     impacts: Mapping[str, tuple],
     name: str = "point",
     weights=None,
+    flexible: Mapping[str, Callable] | None = None,
 ) -> VirtualPoint:
-    """Transfer functions of the six coordinates of a point, `T_u Y T_f^T`.
+    """Transfer functions of the six coordinates of a point, `T_u Y T_f^T`, and of flexible motions around it.
 
-    `T_u = (R^T W R)^-1 R^T W` takes the rigid motion nearest to the sensors, `T_f^T = R_f (R_f^T R_f)^-1`
-    the smallest forces at the impacts that make up a load of the point.
+    `T_u = (R^T W R)^-1 R^T W` takes the motion nearest to the sensors, `T_f^T = R_f (R_f^T R_f)^-1` the smallest
+    forces at the impacts that make up a load of the point.
 
     Args:
         point: (3,) [m].
-        sensors, impacts: place [m] and direction by output and input name; at least six of each, not all on a line.
+        sensors, impacts: place [m] and direction by output and input name; as many as coordinates, not all on a line.
         weights: W (sensors,).
+        flexible: by name, further motions of the interface: displacement (3,) at an arm (3,) from the point, such as
+            `{"stretch": lambda r: r * jnp.array([1.0, 0, 0])}`; each becomes a coordinate "name stretch".
 
-    Raises: ModelError for channels that are not there and places that leave a direction open.
-    Source: S1 (14); M. van der Seijs et al., Mech. Syst. Signal Process. 96 (2017) 81.
+    Raises: ModelError for channels that are not there and places that leave a coordinate open.
+    Source: S1 (14); M. van der Seijs et al., Mech. Syst. Signal Process. 96 (2017) 81; flexible motions: E. Pasma et
+    al., Dynamics of Coupled Structures 4 (2018) 205.
     """
     rows, columns = measured.rows(tuple(sensors)), measured.columns(tuple(impacts))
-    few = [f"{len(p)} {what}" for what, p in (("sensors", sensors), ("impacts", impacts)) if len(p) < 6]
+    motions = dict(flexible or {})
+    kept = 6 + len(motions)
+    few = [f"{len(p)} {what}" for what, p in (("sensors", sensors), ("impacts", impacts)) if len(p) < kept]
     if few:
-        raise ModelError([f"{count} are too few for six coordinates" for count in few])
-    R, Rf = (rigid_channels(list(p.values()), point) for p in (sensors, impacts))
+        raise ModelError([f"{count} are too few for {kept} coordinates" for count in few])
+    R, Rf = (_channels(list(p.values()), point, motions) for p in (sensors, impacts))
     faults = [fault for what, M in (("sensors", R), ("impacts", Rf)) for fault in _open_directions(what, M)]
     if faults:
         raise ModelError(faults)
@@ -77,18 +93,24 @@ def virtual_point(
     )
     tall = jnp.concatenate([T @ Y[:, rows], Y[:, other_rows]], axis=1)
     values = jnp.concatenate([tall[:, :, columns] @ Tf.T, tall[:, :, other_columns]], axis=2)
-    six = [f"{name} {direction}" for direction in DIRECTIONS]
+    own = [f"{name} {coordinate}" for coordinate in (*DIRECTIONS, *motions)]
     transfer = TransferFunctions(
         measured.omega,
         values,
-        six + [measured.outputs[i] for i in other_rows],
-        six + [measured.inputs[i] for i in other_columns],
+        own + [measured.outputs[i] for i in other_rows],
+        own + [measured.inputs[i] for i in other_columns],
         measured.kind,
     )
     moved, driven = Y[:, rows], Y[:, :, columns]
     return VirtualPoint(
         transfer, _share(moved - R @ (T @ moved), moved, 1), _share(driven - (driven @ Tf.T) @ Rf.T, driven, 2)
     )
+
+
+def _channels(places, point, motions):
+    R = rigid_channels(places, point)
+    more = [flexible_channels(places, point, motion).astype(R.dtype)[:, None] for motion in motions.values()]
+    return jnp.concatenate([R, *more], axis=1)
 
 
 def _share(rest, whole, axis):
@@ -102,7 +124,7 @@ def _open_directions(what, R):
     if isinstance(R, jax.core.Tracer):
         return []
     R = np.asarray(R)
-    arm = np.max(np.abs(R[:, 3:]), initial=1e-300)
-    s = np.linalg.svd(R / np.array([1.0] * 3 + [arm] * 3), compute_uv=False)
-    rank = int(np.sum(s > 1e-6 * s[0]))
-    return [] if rank == 6 else [f"the {what} tell {rank} of six coordinates: spread their places and directions"]
+    size = np.concatenate([np.ones(3), np.full(3, np.abs(R[:, 3:6]).max()), np.abs(R[:, 6:]).max(axis=0)])
+    s = np.linalg.svd(R / np.maximum(size, 1e-300)[None], compute_uv=False)
+    rank, kept = int(np.sum(s > 1e-6 * s[0])), len(size)
+    return [] if rank == kept else [f"the {what} tell {rank} of {kept} coordinates: spread places and directions"]

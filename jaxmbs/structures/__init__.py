@@ -6,6 +6,7 @@ from .assembly import element_matrices as element_matrices
 from .assembly import node_pattern as node_pattern
 from .check import check as check
 from .groups import Group as Group
+from .histories import histories as histories
 from .loads import body_load as body_load
 from .loads import line_load as line_load
 from .loads import nodal_load as nodal_load
@@ -14,6 +15,8 @@ from .outside import block_matrices as block_matrices
 from .recovery import element_forces as element_forces
 from .recovery import element_stresses as element_stresses
 from .report import Check as Check
+from .statics import StaticResponse as StaticResponse
+from .statics import static_response as static_response
 from .structure import Coordinates as Coordinates
 from .structure import Structure as Structure
 from .structure import collect as collect

@@ -1,6 +1,6 @@
 """Limit values of a payload's loads from pairs of modes, each pair with a closed-form response to an impulse."""
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -46,6 +46,10 @@ class ModalPairs(eqx.Module):
         """
         gain, _ = self._gains()
         return jnp.abs(impulses)[:, None] * jnp.sum(jnp.abs(gain), axis=-1)
+
+    def signs(self, impulses):
+        """Signs (i, j) with which the responses begin, for sums that know signs: those of `-J m_ij`."""
+        return -jnp.sign(impulses[:, None] * self.mass[..., 0, 1])
 
     def _gains(self):
         w, X = self.modes()
@@ -129,12 +133,52 @@ def cqc_correlation(frequencies, ratios):
     return top / ((1 - r**2) ** 2 + 4 * a * b * r * (1 + r**2) + 4 * (a**2 + b**2) * r**2)
 
 
-def limit_loads(recovery, peaks, how: str = "srss", weights: Sequence | None = None):
-    """Limit values (k,) of element responses `recovery` (k, j) of the payload's modes, peaks (i, j).
+def limit_loads(recovery, peaks, how: str = "srss", weights=None, correlation=None):
+    """Limit values (k,) of element responses `recovery` (k, j) of the payload's modes, peaks (i, j) of the pairs.
 
-    Summed over the carrier's modes, then over the payload's.  Source: S1 (32).
+    The sum goes over all pairs.
+
+    Args:
+        how: as in `combine`.
+        weights: (j,) of the payload's modes, or (i, j) of the pairs.
+        correlation: for "cqc", of the carrier's modes (i, i) and of the payload's (j, j), as `cqc_correlation` gives
+            them; peaks then carry their signs, `pairs.peaks(impulses) * pairs.signs(impulses)`.
+
+    Source: S1 (32).
     """
-    return combine(recovery * combine(peaks, how)[None, :], how, weights, axis=1)
+    values = recovery[:, None, :] * peaks[None]
+    if weights is not None:
+        w = jnp.asarray(weights, values.dtype)
+        values = values * (w[None, None, :] if w.ndim == 1 else w[None])
+    whole = None if correlation is None else jnp.kron(*correlation)
+    return combine(values.reshape(len(recovery), -1), how, axis=1, correlation=whole)
+
+
+class Shortfall(NamedTuple):
+    """How often and by how much limit values fall short of the truth.
+
+    Attributes:
+        share: of the cases, 0 to 1.
+        worst, mean: `1 - limit / truth`, the largest and the mean among those that fall short; 0 where none does.
+        quotient: `limit / truth` of every case.
+    """
+
+    share: Array
+    worst: Array
+    mean: Array
+    quotient: Array
+
+
+def shortfall(limits, truth) -> Shortfall:
+    """Limit values (cases, ...) against peaks of the full transient (cases, ...): they are estimates, not bounds.
+
+    Source: S1 (32).
+    """
+    quotient = limits / truth
+    short = jnp.maximum(1.0 - quotient, 0.0)
+    count = jnp.sum(short > 0, axis=0).astype(quotient.dtype)
+    mean = jnp.sum(short, axis=0) / jnp.maximum(count, 1.0)
+    return Shortfall(count / len(quotient), jnp.max(short, axis=0), mean, quotient)
 
 
 def _root(square):

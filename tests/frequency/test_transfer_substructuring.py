@@ -114,6 +114,24 @@ def test_truncation_and_damping_fight_noise():
     assert error("defg", noise=1e-5) < 0.6 * whole
 
 
+def test_weights_know_the_worse_sensors():
+    """Two of four compatible channels a hundred times noisier: weighing by one over the deviation drops the error."""
+    r = np.random.default_rng(7)
+    size = {c: 1e-2 if c in "de" else 1e-4 for c in "abcdefg"}
+
+    def noisy(tf):
+        scale = np.array([size[c] for c in tf.outputs])[None, :, None] * np.abs(tf.values).mean()
+        return tf.replace(tf.values + scale * (r.normal(size=tf.values.shape) + 1j * r.normal(size=tf.values.shape)))
+
+    seen, fixture = noisy(AB), noisy(B)
+
+    def error(weights):
+        found = decouple(seen, fixture, list("defg"), list("de"), weights=weights).at(list("abc"), list("abc")).values
+        return float(jnp.sqrt(jnp.mean(jnp.abs(found - A.values[:, :3, :3]) ** 2)))
+
+    assert error(jnp.array([1.0, 1.0, 100.0, 100.0])) < 0.1 * error(None)
+
+
 def test_free_response_from_measured_support_forces():
     """Whatever the supports are, their measured forces take them out; their forces need not even be linear."""
     Z = net(4, 7)
@@ -161,6 +179,27 @@ def test_virtual_point():
     assert np.all(found.motion_residual < 1e-10) and np.all(found.force_residual < 1e-10)
     bent = virtual_point(measured.replace(measured.values.at[:, 2].mul(1.3)), point, sensors, impacts)
     assert np.all(np.max(bent.motion_residual, axis=1) > 0.01)
+
+
+def test_virtual_point_of_an_interface_that_stretches():
+    """A seventh coordinate: what the block and its one flexible motion do is a 7 by 7 inverse."""
+    r = np.random.default_rng(9)
+    sensors, impacts = ({f"{c}{i}": (r.normal(size=3), r.normal(size=3)) for i in range(10)} for c in "si")
+    point, stretch = np.array([0.1, -0.2, 0.3]), {"stretch": lambda arm: arm * jnp.array([1.0, 0.0, -0.5])}
+    seven = np.linalg.inv(net(7, 9, 20.0))
+    R = []
+    for places in (sensors, impacts):
+        along = [d @ ((p - point) * [1.0, 0.0, -0.5]) / np.linalg.norm(d) for p, d in places.values()]
+        R.append(np.column_stack([rigid_channels(list(places.values()), point), along]))
+    measured = TransferFunctions(OMEGA, R[0] @ seven @ R[1].T, [*sensors], [*impacts])
+    found = virtual_point(measured, point, sensors, impacts, "p", flexible=stretch)
+    close(found.transfer.values, seven)
+    assert found.transfer.inputs[5:] == ("p rz", "p stretch")
+    assert np.all(found.motion_residual < 1e-10) and np.all(found.force_residual < 1e-10)
+    assert np.all(np.max(virtual_point(measured, point, sensors, impacts).motion_residual, axis=1) > 0.01)
+    turned = {"turn": lambda arm: jnp.cross(jnp.array([0.0, 0.0, 1.0]), arm)}
+    with pytest.raises(ModelError, match="tell 6 of 7 coordinates"):
+        virtual_point(measured, point, sensors, impacts, flexible=turned)
 
 
 def test_gradient_of_decoupling_and_of_truncation():
@@ -251,7 +290,7 @@ def _short():
                 np.zeros(3),
                 *[{c: ((i, 0.0, 0.0), (0.0, 1.0, 0.1 * i)) for i, c in enumerate("abcdef")}] * 2,
             ),
-            "of six coordinates",
+            "of 6 coordinates",
         ),
     ],
 )

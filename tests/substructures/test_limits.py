@@ -7,6 +7,7 @@ import pytest
 import scipy.linalg
 
 from jaxmbs.structures.modes import natural_modes
+from jaxmbs.structures.transient import modal_motion
 from jaxmbs.substructures import craig_bampton, join, physical
 from jaxmbs.substructures.limits import (
     combine,
@@ -15,6 +16,7 @@ from jaxmbs.substructures.limits import (
     limit_loads,
     modal_pairs,
     peak_response,
+    shortfall,
 )
 from tests.structural_matrices import chain
 
@@ -59,24 +61,59 @@ def test_peaks_bound_the_responses_of_all_pairs():
     assert np.all(highest > 0.9 * peaks)
 
 
-def test_limit_values_against_the_transient():
-    """An impulse at the carrier's foot: the absolute sum lies above the payload's true peak, not by more than 3."""
+LENGTHS = np.array([0.2, 0.35, 0.6, 1.0, 1.8, 3.0, 5.0, 8.0])
+STEP, RATIO = 0.04, 0.01
+
+
+@pytest.fixture(scope="module")
+def cases():
+    """Half sines of many lengths on the carrier's foot: peaks of the payload's modes, by the full transient of
+    the joined system and by every way of summing."""
     K, M, modes = carrier()
-    load = payload()
-    pairs = modal_pairs(modes.angular_frequencies, modes.shapes[3:], load)
+    load, w = payload(), modes.angular_frequencies
+    pairs = modal_pairs(w, modes.shapes[3:], load)
     joined = join((physical(K, M, (3,)), load), ((0,), (0,)))
     system = joined.modes()
     push = joined.load((jnp.zeros(4).at[0].set(1.0), None))
-    t = jnp.linspace(0.0, 120.0, 6001)
-    w = system.angular_frequencies
-    amplitudes = (system.shapes.T @ push) / w
-    q = (system.shapes * amplitudes[None, :]) @ jnp.sin(w[:, None] * t[None, :])
-    own = joined.part(q)[1][1:]
-    truth = np.abs(own).max(axis=1)
-    peaks = pairs.peaks(modes.shapes[0])
-    above, srss = (np.asarray(limit_loads(jnp.eye(3), peaks, how)) for how in ("abs", "srss"))
-    assert np.all(above > truth) and np.all(above < 3 * truth)
-    assert np.all(srss < above)
+    own = jnp.sqrt(jnp.diagonal(load.stiffness)[1:])
+    alike = tuple(cqc_correlation(v, jnp.full(len(v), RATIO)) for v in (w, own))
+    t = STEP * jnp.arange(2000.0)
+
+    @jax.jit
+    @jax.vmap
+    def both(length):
+        pulse = jnp.where(t < length, jnp.sin(jnp.pi * t / length), 0.0)
+        peak = jax.vmap(lambda w, drive: peak_response(w, drive * pulse, STEP))(w, modes.shapes[0])
+        J = equivalent_impulse(w, peak)
+        q = modal_motion(system.angular_frequencies, RATIO, pulse[:, None] * (system.shapes.T @ push)[None], STEP)
+        truth = jnp.max(jnp.abs(joined.part(system.shapes @ q.displacement.T)[1][1:]), axis=1)
+        sums = [limit_loads(jnp.eye(3), pairs.peaks(J), how) for how in ("abs", "srss")]
+        signed = pairs.peaks(J) * pairs.signs(modes.shapes[0] * J)
+        sums.append(limit_loads(jnp.eye(3), signed, "cqc", correlation=alike))
+        sums.append(limit_loads(jnp.eye(3), pairs.peaks(J), "srss", weights=jnp.array([1.5, 1.5, 1.5])))
+        return truth, *sums
+
+    return both(jnp.asarray(LENGTHS))
+
+
+def test_every_sum_against_the_transient(cases):
+    """Payload's first mode under 8 pulses: the absolute sum holds, roots of squares fall short in half of them.
+
+    By 15 % at most; a weight of 1.5 heals that.  Higher modes are overrated where long pulses move them statically.
+    """
+    truth, *sums = cases
+    above, root, cqc, weighted = (shortfall(s, truth) for s in sums)
+    np.testing.assert_allclose([f.share[0] for f in (above, root, cqc, weighted)], [0.0, 0.5, 0.5, 0.0])
+    assert 0.12 < root.worst[0] < 0.17 and 0.12 < cqc.worst[0] < 0.17
+    for found in (above, root, cqc, weighted):
+        assert np.all(found.share[1:] == 0) and np.all(found.quotient[:4, 0] < 2)
+    np.testing.assert_allclose(weighted.quotient, 1.5 * root.quotient, rtol=1e-12)
+
+
+def test_shortfall_in_numbers():
+    found = shortfall(jnp.array([2.0, 0.5, 0.75, 1.0]), jnp.ones(4))
+    np.testing.assert_allclose(found[:3], [0.5, 0.5, 0.375])
+    np.testing.assert_allclose(shortfall(jnp.full(3, 2.0), jnp.ones(3))[:3], 0.0)
 
 
 def test_interface_that_holds_too_much_is_refused():
@@ -110,6 +147,11 @@ def test_sums():
     together = cqc_correlation(w, jnp.full(2, 0.05))
     np.testing.assert_allclose(together, np.ones((2, 2)), rtol=1e-12)
     np.testing.assert_allclose(combine(values, "cqc", correlation=together), 1.0, rtol=1e-12)
+    peaks, recovery = jnp.array([[1.0, -2.0], [0.5, 3.0]]), jnp.array([[2.0, 1.0]])
+    for alike, expected in ((jnp.ones((2, 2)), 4.0), (jnp.eye(2), np.sqrt(4.0 + 4 + 1 + 9))):
+        np.testing.assert_allclose(limit_loads(recovery, peaks, "cqc", correlation=(alike, alike)), [expected])
+    by_pair = limit_loads(recovery, peaks, "abs", weights=jnp.array([[1.0, 0.0], [2.0, 1.0]]))
+    np.testing.assert_allclose(by_pair, [2.0 + 2 + 3])
     apart = cqc_correlation(jnp.array([1.0, 3.0]), jnp.array([0.02, 0.05]))
     np.testing.assert_allclose(apart, apart.T, rtol=1e-12)
     assert apart[0, 1] < 0.01

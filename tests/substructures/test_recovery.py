@@ -4,6 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxmbs.elements import Beam
+from jaxmbs.structures import Structure, assemble_dense, element_forces, element_stresses, histories
 from jaxmbs.structures.modes import natural_modes
 from jaxmbs.substructures import (
     averaged_motion,
@@ -188,3 +190,38 @@ def test_rigid_and_averaged_interfaces():
     assert np.all(natural_modes(rigid.stiffness, rigid.mass).values[6:] >= exact[:3] - 1e-9)
     whole = physical(K, M, interface)
     np.testing.assert_allclose(natural_modes(whole.stiffness, whole.mass).values[6:], exact, rtol=1e-9)
+
+
+def test_stresses_of_elements_over_frequencies_and_times():
+    """Stress at the root of a shaken beam by three modes: 1.5 % off by displacement, 1e-5 by acceleration.
+
+    Times are phases of the same amplitudes, forces agree with stresses.
+    """
+    nodes = np.stack([np.linspace(0.0, 2.0, 7), np.zeros(7), np.zeros(7)], axis=1)
+    beam_of = Beam(4.0, 1.0, 0.5, 0.2, 0.2, 0.1, density=2.0, fibres=((0.1, 0.0),))
+    held = {k: "x z rx ry" for k in range(7)}
+    structure = Structure(nodes, {"beam": (beam_of, [(k, k + 1) for k in range(6)])}, held=held)
+    K, M = assemble_dense(structure)
+    reduced, w = craig_bampton(K, M, (0, 1), 3), jnp.array([0.4, 0.9])
+    load = jnp.zeros((14, 2)).at[12].set(1.0)
+
+    def solve(K, M, F):
+        return jnp.stack([jnp.linalg.solve(K - v**2 * M, F[:, i]) for i, v in enumerate(w)], axis=1)
+
+    exact = jnp.zeros((14, 2)).at[2:].set(solve(K[2:, 2:], M[2:, 2:], load[2:]))
+    rho = jnp.zeros((5, 2)).at[2:].set(solve(reduced.stiffness[2:, 2:], reduced.mass[2:, 2:], load_of(reduced, load)))
+    phase = jnp.exp(0.3j)
+    x, _, x_ddot = harmonic(phase * mode_displacement(reduced, rho).astype(complex), w)
+    better = mode_acceleration(K, M, (0, 1), x, x_ddot, phase * load.astype(complex))
+    motions = jnp.stack([x, better, phase * exact.astype(complex)], axis=2)
+    stresses = histories(element_stresses, structure, motions)["beam"]
+    assert stresses.shape == (6, 2, 2, 3)
+    off, less = (np.max(np.abs(stresses[0, 0, :, k] / stresses[0, 0, :, 2] - 1)) for k in (0, 1))
+    assert off > 0.01 and less < 1e-4
+    np.testing.assert_allclose(histories(element_stresses, structure, motions.real)["beam"], stresses.real)
+    moments = histories(element_forces, structure, motions.real)["beam"][:, 5]
+    np.testing.assert_allclose(stresses[:, 0].real, moments * 0.1 / 0.2, rtol=1e-9, atol=1e-12)
+
+
+def load_of(reduced, load):
+    return reduced.generalised(load)[2:]

@@ -1,0 +1,24 @@
+"""Forces and stresses of elements over times, cases or frequencies."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import lax
+
+from .structure import Structure
+
+
+@eqx.filter_jit
+def histories(recover: Callable, structure: Structure, x) -> dict:
+    """`element_forces` or `element_stresses` of many displacements: (elements, labels, ...) by group.
+
+    Args: x: (rows, ...) of the dense matrices over times or cases, or complex amplitudes over frequencies.
+
+    Source: S1 (30).
+    """
+    if jnp.iscomplexobj(x):
+        return jax.tree.map(lax.complex, *(histories(recover, structure, part) for part in (x.real, x.imag)))
+    found = jax.vmap(lambda column: recover(structure, column), 1, -1)(x.reshape(len(x), -1))
+    return jax.tree.map(lambda f: f.reshape(*f.shape[:-1], *x.shape[1:]), found)

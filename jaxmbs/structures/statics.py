@@ -1,0 +1,46 @@
+"""Static response, of free structures too: the inertia of what the loads accelerate balances them."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+
+class StaticResponse(NamedTuple):
+    """`displacement` (n, ...) and `acceleration` (d, ...) along the rigid motions, none where held."""
+
+    displacement: jax.Array
+    acceleration: jax.Array
+
+
+def static_response(stiffness, load, mass=None, rigid=None) -> StaticResponse:
+    """`K x = f`, or with rigid motions left `K x + M R a = f` with `R^T M x = 0`: inertia relief.
+
+    Args:
+        load: (n, ...), any number of cases.
+        mass, rigid: M (n, n) and R (n, d) of a free structure: `rigid_motions` of its nodes, or its rigid modes.
+
+    Raises: ValueError for a stiffness, if concrete, that is singular: held too little, or rigid motions missing.
+    Source: S1 (3), (30).
+    """
+    K, f = stiffness, load.reshape(len(load), -1)
+    n, d, weight = len(K), 0 if rigid is None else rigid.shape[1], 1.0
+    if d:
+        carried = mass @ rigid
+        weight = lax.stop_gradient(jnp.max(jnp.abs(K)) / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
+        K = jnp.block([[K, weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
+        f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
+    _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
+    found = jnp.linalg.solve(K, f)
+    return StaticResponse(found[:n].reshape(load.shape), weight * found[n:].reshape(d, *load.shape[1:]))
+
+
+def _check_regular(K, left):
+    if isinstance(K, jax.core.Tracer):
+        return
+    K = np.asarray(K)
+    size = np.sqrt(np.maximum(np.max(np.abs(K), axis=1), 1e-300))
+    if not np.linalg.cond(K / np.outer(size, size), 1) < 0.01 / np.finfo(K.dtype).eps:
+        raise ValueError(f"the stiffness is singular: a motion without strain is left, {left}")
