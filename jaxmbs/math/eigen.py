@@ -2,6 +2,7 @@
 
 from functools import partial
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax.scipy.linalg import solve_triangular
@@ -13,13 +14,17 @@ def eigh(K, M):
 
     Derivatives of any order exist for single values, for vectors of single values, and for what does not depend on
     the choice of vectors in a group of equal values: sums of values and projectors over whole groups.  A single
-    vector or value of a group has no derivative; what comes out then is finite and means nothing.  Sums of functions
-    of the values over vectors are `spectral`.
+    vector of a group has no derivative: reverse mode refuses what depends on the choice of vectors, forward mode
+    cannot tell and gives finite numbers without meaning.  Nor has a single value of a group where a parameter parts
+    it; what comes out then lies between those of the parts.  Sums of functions of the values over vectors are
+    `spectral`.
 
     Args:
         M: positive definite (n, n).
 
-    All values are right to rounding times the highest one.  Source: S1 (33)-(37).
+    All values are right to rounding times the highest one.
+
+    Raises: an error at run time in reverse mode, as above.  Source: S1 (33)-(37).
     """
     K, M = (K + K.T) / 2, (M + M.T) / 2
     L = jnp.linalg.cholesky(M)
@@ -36,7 +41,29 @@ def _eigh_jvp(primals, tangents):
     R = P - Q * values[None, :]
     together = same(values)
     gap = jnp.where(together, 1.0, values[None, :] - values[:, None])
-    return (values, X), (jnp.diagonal(R), X @ jnp.where(together, -0.5 * Q, R / gap))
+    return (values, X), (jnp.diagonal(R), of_groups(values, X, X @ jnp.where(together, -0.5 * Q, R / gap)))
+
+
+def of_groups(values, X, X_dot):
+    """`X_dot` (n, m), tangent of the vectors X; in reverse mode an error where what is asked turns with the vectors.
+
+    A function that does not change when the vectors of a group turn among themselves has a cotangent C with
+    `X^T C` symmetric within the group.
+    """
+
+    def transposed(_, C):
+        together = same(values)
+        G, size = X.T @ C, jnp.abs(X).T @ jnp.abs(C)
+        turns = jnp.abs(G - G.T) > jnp.finfo(values.dtype).eps ** 0.25 * jnp.max(jnp.where(together, size, 0.0))
+        return eqx.error_if(C, jnp.any(together & turns), _SINGLE)
+
+    return jax.lax.custom_linear_solve(lambda x: x, X_dot, lambda _, b: b, transposed)
+
+
+_SINGLE = (
+    "a vector of a group of equal eigenvalues has no derivative: use what does not depend on the choice of vectors "
+    "in the group (a projector over all of it, math.eigen.spectral), or part the group by a small change of the model"
+)
 
 
 def same(values):

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from ..blocksparse import BlockMatrix, Factor, solve
-from ..math.eigen import same
+from ..math.eigen import of_groups, same
 from .modes import Modes
 
 #: Vectors of a block: the largest group of equal values that is surely found whole.
@@ -23,8 +23,8 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
         num: how many; it should not cut a group of equal values, whose derivative then does not exist.
         sweeps: most restarts.
 
-    First derivatives as those of `math.eigen.eigh`; what the other modes add comes from iterated solutions of
-    `(K - w_k^2 M) y = b` by the factor at hand.  Fails: non-finite values where `sweeps` do not suffice.
+    First derivatives as those of `math.eigen.eigh`, refusals included; what the other modes add comes from iterated
+    solutions of `(K - w_k^2 M) y = b` by the factor at hand.  Fails: non-finite values where `sweeps` do not suffice.
 
     Returns: shapes (blocks * size, num).  Source: S1 (33)-(37).
     """
@@ -102,7 +102,8 @@ def _lowest_jvp(num, sweeps, primals, tangents):
     together = same(values)
     gap = jnp.where(together, 1.0, values[None, :] - values[:, None])
     kept = X @ jnp.where(together, -0.5 * Q, P / gap)
-    return (values, X), (jnp.diagonal(P), kept - _rest(K, M, values, X, R))
+    flat = of_groups(values, X.reshape(-1, num), (kept - _rest(K, M, values, X, R)).reshape(-1, num))
+    return (values, X), (jnp.diagonal(P), flat.reshape(X.shape))
 
 
 def _rest(K, M, values, X, right):

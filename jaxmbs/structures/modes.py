@@ -140,14 +140,24 @@ def mac(first, second, M=None) -> Float[Array, "m k"]:
 def track(reference: Modes, modes: Modes, M=None) -> Modes:
     """The modes in the order and with the signs of the reference: best pairs by `mac` first.
 
-    Two modes that cross keep their own names; the reference is a nearby structure's, with as many or fewer modes.
+    Two modes that cross keep their own names.  Modes of equal frequency, whose vectors are any of their space, are
+    turned among themselves to lie as near to the reference as they can.  The order, signs and turns are constants to
+    differentiation.
+
+    Args: reference: of a nearby structure, with as many or fewer modes.
+
+    Raises: ValueError for a reference with more modes.
     """
-    likeness = lax.stop_gradient(mac(reference.shapes, modes.shapes, M))
-    order = _best_pairs(likeness)
-    moved = modes.part(order)
+    if reference.shapes.shape[1] > modes.shapes.shape[1]:
+        raise ValueError(f"{reference.shapes.shape[1]} modes cannot be found among {modes.shapes.shape[1]}")
+    moved = modes.part(_best_pairs(lax.stop_gradient(mac(reference.shapes, modes.shapes, M))))
     measured = moved.shapes if M is None else M @ moved.shapes
-    sign = jnp.where(jnp.sum(reference.shapes * measured, axis=0) < 0, -1.0, 1.0).astype(moved.shapes.dtype)
-    return eqx.tree_at(lambda m: m.shapes, moved, moved.shapes * sign[None, :])
+    alike = lax.stop_gradient(jnp.where(same(moved.values), measured.T @ reference.shapes, 0.0))
+    least = jnp.finfo(alike.dtype).eps ** 0.5 * jnp.eye(
+        len(alike), dtype=alike.dtype
+    )  # modes the reference lacks stay
+    U, _, V = jnp.linalg.svd(alike + least)  # group by group the nearest rotation, a sign for a single mode
+    return eqx.tree_at(lambda m: m.shapes, moved, moved.shapes @ (U @ V))
 
 
 def _best_pairs(likeness):

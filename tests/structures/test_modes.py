@@ -14,7 +14,16 @@ from jaxmbs.structures.damping import (
     proportional_from_ratios,
     structural,
 )
-from jaxmbs.structures.modes import complete, effective_masses, mac, mode_ratios, natural_modes, participation, track
+from jaxmbs.structures.modes import (
+    Modes,
+    complete,
+    effective_masses,
+    mac,
+    mode_ratios,
+    natural_modes,
+    participation,
+    track,
+)
 from tests.structural_matrices import beam, chain, double_cross
 
 CANTILEVER = [1.87510407, 4.69409113, 7.85475744, 10.99554073]
@@ -98,6 +107,19 @@ def test_tracking_follows_modes_that_cross():
     assert np.all(np.abs(after.values / before.values - 1.1 / 0.9) > 0.05)
     np.testing.assert_allclose(followed.shapes, before.shapes, atol=1e-6)
     np.testing.assert_allclose(mac(before.shapes, followed.shapes, planes(1.0)[1]), np.eye(16), atol=1e-9)
+
+
+def test_tracking_turns_modes_of_equal_frequency():
+    """Where the two planes are alike the vectors are any of their space: they are turned to the reference's."""
+    (K, M), I = beam(3, fixed=2), jnp.eye(2)
+    reference = natural_modes(jnp.kron(jnp.diag(jnp.array([1.0, 1.1])), K), jnp.kron(I, M))
+    turn = jnp.array([[0.6, 0.8], [-0.8, 0.6]])
+    found = natural_modes(jnp.kron(I, K), jnp.kron(I, M))
+    pairs = found.shapes.reshape(12, 6, 2) @ turn
+    mixed = Modes(found.values, pairs.reshape(12, 12), found.is_rigid)
+    np.testing.assert_allclose(track(reference, mixed, jnp.kron(I, M)).shapes, reference.shapes, atol=1e-7)
+    with pytest.raises(ValueError, match="12 modes cannot be found among 4"):
+        track(reference, found.part(slice(0, 4)))
 
 
 def test_string_with_viscous_and_structural_damping():
