@@ -67,7 +67,7 @@ def craig_bampton_rows(quick):
     length, width, num = (6, 3, 4) if quick else (50, 11, 30)
     nodes, K, M, face = block(length, width)
     outer = np.array([3 * i + d for i in face for d in range(3)])
-    reduce = lambda K, M: large_craig_bampton(K, M, face, num, positions=nodes)  # noqa: E731
+    reduce = lambda K, M: large_craig_bampton(K, M, outer, num, positions=nodes)  # noqa: E731
     ours, seconds = common.compiled(reduce, K, M)
     theirs = by_scipy(to_scipy(K), to_scipy(M), outer, num)
     times = common.cpu_seconds({"ours": lambda: ours(K, M), "SciPy": theirs}, 1 if quick else 2, 0.0)

@@ -72,7 +72,11 @@ def _hold(structure, matrix, one):
     held = np.zeros((structure.num_nodes, 6), bool)
     for node, direction in structure.held:
         held[node, direction] = True
-    held = held[:, : structure.size]
+    return hold(matrix, held[:, : structure.size], one)
+
+
+def hold(matrix: BlockMatrix, held, one: bool) -> BlockMatrix:
+    """A symmetric matrix with coordinates `held` (blocks, size) bool taken out: zero, or `one` on its diagonal."""
     i, j = matrix.pattern.edges.T
     free = jnp.asarray(~held, matrix.diagonal.dtype)
     diagonal = matrix.diagonal * free[:, :, None] * free[:, None, :]

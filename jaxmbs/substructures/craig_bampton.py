@@ -19,7 +19,8 @@ def fixed_interface_modes(stiffness, mass, interface: Sequence[int], num_modes: 
 def craig_bampton(stiffness, mass, interface: Sequence[int], num_modes: int, damping=None) -> Reduced:
     """Interface displacements and the lowest fixed-interface modes, `x_N = S x_i + Phi_N q`.
 
-    Stiffness is block diagonal between the two; frequencies come from above.  Source: S1 (4)-(8).
+    Stiffness is block diagonal between the two; frequencies come from above.  Beyond some thousand coordinates
+    `large_craig_bampton` and `craig_bampton_sparse` do the same.  Source: S1 (4)-(8).
     """
     inner, outer = partition(stiffness.shape[0], interface)
     T = interface_basis(stiffness, interface)

@@ -10,10 +10,12 @@ from .base import Reduced, check_num_modes, numbered, partition
 
 
 def craig_bampton_sparse(stiffness, mass, interface: Sequence[int], num_modes: int, damping=None) -> Reduced:
-    """`craig_bampton` for SciPy sparse matrices: one factorisation, shift-invert Lanczos for the modes.
+    """`craig_bampton` for SciPy sparse matrices as they come: one factorisation, shift-invert Lanczos for the modes.
 
-    What is reduced then runs as any other component.  The number of interface coordinates sets the cost: one solve
-    and one dense column of the basis for each; `rigid_transformation` first makes them six.
+    Once and without derivatives, nothing is compiled; `large_craig_bampton` is the one with derivatives, for batches
+    and for many values of one model.  What is reduced then runs as any other component.  The number of interface
+    coordinates sets the cost: one solve and one dense column of the basis for each; `rigid_transformation` first
+    makes them six.
 
     Raises: ValueError where the held interface leaves the interior a mechanism.  Source: S1 (4)-(8).
     """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse
 
-from jaxmbs.substructures import craig_bampton, craig_bampton_sparse
+from jaxmbs.substructures import craig_bampton, craig_bampton_sparse, guyan
 from tests.structural_matrices import beam
 
 INTERFACE = (0, 1, 40, 41)
@@ -22,6 +22,12 @@ def test_sparse_equals_dense():
     for kind in ("mass", "stiffness", "damping"):
         a, b = (np.asarray(getattr(r, kind)) for r in (found, dense))
         np.testing.assert_allclose(a * np.outer(sign, sign), b, rtol=1e-6, atol=1e-7 * np.max(np.abs(b)))
+
+
+def test_no_modes_are_guyan():
+    K, M = (scipy.sparse.csr_matrix(np.asarray(A)) for A in beam(20))
+    found, exact = craig_bampton_sparse(K, M, INTERFACE, 0), guyan(*beam(20), INTERFACE)
+    np.testing.assert_allclose(found.mass, exact.mass, rtol=1e-9)
 
 
 def test_a_mechanism_is_refused():
