@@ -88,3 +88,14 @@ def test_new_axes_without_ax(pendulum, monkeypatch):
     ax = viz.plot_coordinates(pendulum[0], pendulum[1])
     assert ax.get_xlabel() == "time [s]"
     pyplot.close(ax.figure)
+
+
+def test_limit_values(ax):
+    truth, limits = (
+        np.array([1.0, 2.0, 4.0, 5.0]),
+        {"absolute": np.array([2.0, 2.0, 4.0, 6.0]), "squares": np.full(4, 3.0)},
+    )
+    assert viz.plot_limit_values(limits, truth, [0.1, 0.2, 0.3, 0.4], ax=ax) is ax
+    assert np.allclose(ax.lines[1].get_ydata(), 3.0 / truth)
+    told = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert told == ["absolute: short in 0%, at worst by 0%", "squares: short in 50%, at worst by 40%"]

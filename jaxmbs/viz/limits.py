@@ -1,0 +1,26 @@
+"""Limit values against peaks of the full transient."""
+
+import numpy as np
+
+from ..substructures.limits import shortfall
+from .canvas import COLORS, axes, finish
+
+
+def plot_limit_values(limits, truth, cases=None, ax=None):
+    """Quotients limit / truth over cases; the legend says how often and by how much each sum falls short.
+
+    Args:
+        limits: limit values (cases,) by name of the sum.
+        truth: peaks of the full transient (cases,).
+        cases: what the cases differ in (cases,), default their number.
+        ax: matplotlib axes to draw into (default: new ones).
+    """
+    ax = axes(ax)
+    x = np.arange(len(truth)) if cases is None else np.asarray(cases)
+    for (name, values), color in zip(limits.items(), COLORS, strict=False):
+        found = shortfall(values, truth)
+        label = f"{name}: short in {float(found.share):.0%}, at worst by {float(found.worst):.0%}"
+        ax.plot(x, np.asarray(found.quotient), ".-", color=color, label=label)
+    ax.axhline(1.0, color="0.6", linewidth=0.8)
+    ax.set_yscale("log")
+    return finish(ax, "case", "limit value / peak of the transient")
