@@ -1,6 +1,6 @@
 """Linear motion of joined components in their modes: exact for loads that are straight between samples."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -8,13 +8,14 @@ import numpy as np
 
 from ..structures.transient import modal_motion
 from .coupling import Assembly
-from .transient import Transient
+from .network import Network
+from .transient import Transient, by_number
 
 
 def modal_transient(
-    assembly: Assembly,
+    joined: Assembly | Network,
     step,
-    forces: Sequence,
+    forces: Sequence | Mapping,
     ratios=None,
     num: int | None = None,
     static_start: bool = False,
@@ -22,8 +23,9 @@ def modal_transient(
     """Motion under loads at the samples, all modes at once; from rest, or from static balance with the first load.
 
     Args:
+        joined: of `join` or `connect`.
         step: between samples [s].
-        forces: on the components' own coordinates (n_c, T), None for none.
+        forces: on the components' own coordinates (n_c, T), None for none; by name for a network.
         ratios: damping of the modes, one number or one for each; None takes the components' own damping matrices,
             which must not couple the modes.
         num: modes that move; those above follow the loads statically, without inertia and damping.
@@ -34,6 +36,7 @@ def modal_transient(
 
     Raises: ValueError for a damping, if concrete, that couples the modes.  Source: S1 (30)-(31), (42)-(43).
     """
+    assembly, forces, _ = by_number(joined, forces)
     load = assembly.load(forces)
     modes = assembly.modes()
     w, X = modes.angular_frequencies, modes.shapes

@@ -13,7 +13,9 @@ from jaxtyping import Array, Float
 from ..errors import SimulationError
 from ..forces import AbstractScalarLaw
 from ..math.interpolation import interval
-from .coupling import Assembly
+from ..typing import ScalarLike
+from .coupling import Assembly, interface_reactions
+from .network import Network
 
 _ADJOINTS = {
     "reverse": diffrax.RecursiveCheckpointAdjoint,
@@ -25,20 +27,21 @@ _ADJOINTS = {
 class Link(eqx.Module):
     """A law of forces on `x = sum coefficient * coordinate` of components, or of one and the ground.
 
-    `Link(BumpStop(k, upper=gap), {(0, 4): 1.0, (1, 0): -1.0})` is a stop between two components.
+    `Link(BumpStop(k, upper=gap), {("wing", 4): 1.0, ("store", 0): -1.0})` is a stop between two components.
 
     Attributes:
         law: `jaxmbs.forces`' scalar laws, or one of your own: the effort along increasing x.
-        coefficients: (k,), by (component, coordinate), the component's own coordinates.
+        coefficients: (k,), by (component, coordinate): the component's number, or its name in a network, and one of
+            its own coordinates.
     """
 
     law: AbstractScalarLaw
     coefficients: Float[Array, " k"]
-    places: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    places: tuple[tuple[int | str, int], ...] = eqx.field(static=True)
 
-    def __init__(self, law: AbstractScalarLaw, row: Mapping[tuple[int, int], float]):
+    def __init__(self, law: AbstractScalarLaw, row: Mapping[tuple[int | str, int], ScalarLike]):
         self.law = law
-        self.places = tuple((int(c), int(k)) for c, k in row)
+        self.places = tuple((c if isinstance(c, str) else int(c), int(k)) for c, k in row)
         self.coefficients = jnp.stack([jnp.asarray(value, float) for value in row.values()])
 
     def forces(self, assembly: Assembly, efforts=1.0) -> list:
@@ -52,8 +55,7 @@ class Link(eqx.Module):
 
 
 class Transient(eqx.Module):
-    """A motion in the joined coordinates, for `interface_reactions(assembly, m.displacement, m.acceleration,
-    m.velocity, m.forces)` and `assembly.expand`.
+    """A motion in the joined coordinates; `assembly.expand(motion.displacement)` is that of the components.
 
     Attributes:
         times: (T,) [s].
@@ -71,11 +73,18 @@ class Transient(eqx.Module):
     forces: tuple
     succeeded: Array
 
+    def reactions(self, joined: Assembly | Network):
+        """Forces of the bonds, as `interface_reactions` or a network gives them.  Source: S1 (19)-(25)."""
+        along = self.displacement, self.acceleration, self.velocity
+        if isinstance(joined, Network):
+            return joined.reactions(*along, dict(zip(joined.names, self.forces, strict=True)))
+        return interface_reactions(joined, *along, self.forces)
+
 
 def transient(
-    assembly: Assembly,
+    joined: Assembly | Network,
     times,
-    forces: Sequence | Callable | None = None,
+    forces: Sequence | Mapping | Callable | None = None,
     links: Sequence[Link] = (),
     displacement=None,
     velocity=None,
@@ -87,12 +96,13 @@ def transient(
 ) -> Transient:
     """Motion of joined components under loads and laws of any kind, through diffrax.
 
-    Without links `structures.transient.modal_motion` has no error of integration and is far cheaper.
+    Without links `modal_transient` has no error of integration and is far cheaper.
 
     Args:
+        joined: of `join` or `connect`.
         times: to save (T,), increasing [s]; the first is the start.
-        forces: on the components' own coordinates (n_c, T), straight between the times, as in `Assembly.load`; or a
-            function of time that gives (n_c,); None for none.
+        forces: on the components' own coordinates (n_c, T), straight between the times: a list in the order of the
+            components with None for none, or by name for a network; or a function of time that gives such of (n_c,).
         displacement, velocity: (N,) at the start, default 0.
         solver: of diffrax, default Dopri8; `diffrax.Kvaerno5()` where frequencies of no interest are high.
         rtol, atol: of each step, default the root and the 3/4 power of the rounding.
@@ -101,6 +111,7 @@ def transient(
     Raises: ValueError for what does not fit; SimulationError where the integrator does not come to the end, if
     concrete (else see `succeeded`).  Source: S1 (3), (9)-(12).
     """
+    assembly, forces, links = by_number(joined, forces, links)
     times = jnp.asarray(times, assembly.mass.dtype)
     _check(assembly, times, forces, links, gradient)
     eps = jnp.finfo(times.dtype).eps
@@ -158,6 +169,25 @@ def _integrate(assembly, times, forces, links, start, tolerances, options):
     for link, effort in zip(links, efforts, strict=True):
         total = [_sum(a, b) for a, b in zip(total, link.forces(assembly, effort), strict=True)]
     return Transient(times, x.T, v.T, a.T, efforts, tuple(total), solution.result == diffrax.RESULTS.successful)
+
+
+def by_number(joined: Assembly | Network, forces, links: Sequence[Link] = ()):
+    """The assembly of a network, forces in the order of its components, links between numbers; else as they are."""
+    if not isinstance(joined, Network):
+        return joined, forces, links
+    names = joined.names
+    named = {c for link in links for c, _ in link.places}
+    named |= set(forces) if isinstance(forces, Mapping) else set()
+    stray = sorted(str(name) for name in named - set(names))
+    if stray:
+        raise ValueError(f"forces or links on {', '.join(stray)}: the components are {', '.join(names)}")
+    ordered = lambda found: [found.get(name) for name in names]  # noqa: E731
+    if forces is not None:
+        given = forces
+        forces = (lambda t: ordered(given(t))) if callable(given) else ordered(given)
+    rows = [{(names.index(c), i): w for (c, i), w in zip(k.places, k.coefficients, strict=True)} for k in links]
+    links = [Link(link.law, row) for link, row in zip(links, rows, strict=True)]
+    return joined.assembly, forces, links
 
 
 def _efforts(laws, x, v, t):

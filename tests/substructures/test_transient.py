@@ -14,14 +14,16 @@ from jaxmbs.errors import SimulationError
 from jaxmbs.forces import AbstractScalarLaw, BumpStop
 from jaxmbs.substructures import (
     Link,
+    connect,
     craig_bampton,
     elastic_bond,
-    interface_reactions,
     join,
     modal_transient,
     physical,
+    rigid,
     transient,
 )
+from jaxmbs.substructures.transient import by_number
 from tests.structural_matrices import beam
 
 TIMES = np.linspace(0.0, 2.0, 41)
@@ -66,8 +68,7 @@ def run(p):
     """
     assembly = joined(p[2], damper=p[3])
     motion = transient(assembly, TIMES, loads(), links(p[0], p[1]), rtol=1e-10, atol=1e-13)
-    along = motion.displacement, motion.acceleration, motion.velocity
-    reactions = interface_reactions(assembly, *along, forces=motion.forces)
+    reactions = motion.reactions(assembly)
     return jnp.sum(reactions.forces[1][0] ** 2), (motion, assembly.expand(motion.displacement), reactions)
 
 
@@ -136,6 +137,26 @@ def test_linear_motion_in_modes():
     np.testing.assert_allclose(assembly.stiffness @ still.displacement, assembly.load(still.forces), atol=1e-9)
     with pytest.raises(ValueError, match="damping couples the modes"):
         modal_transient(joined(1.0), 0.1, loads())
+
+
+def test_components_by_name():
+    """A network's motion is that of the assembly, its bonds' forces come by name; strangers are told."""
+    assembly = joined(1.0, damper=jnp.array(RISE * 30.0))
+    names = ("foot", "left", "right")
+    bonds = {f"{n} root": rigid((n, [0]), "foot") for n in names[1:]} | {
+        f"{n} slope": rigid((n, [1])) for n in names[1:]
+    }
+    network = connect(dict(zip(names, assembly.components, strict=True)), bonds)
+    found = modal_transient(network, TIMES[1], {"left": loads()[1]}).reactions(network)
+    exact = modal_transient(assembly, TIMES[1], loads()).reactions(assembly).forces[1]
+    np.testing.assert_allclose(found.on_first["left root"][0], exact[0], atol=1e-9 * np.abs(exact).max())
+    stop = Link(BumpStop(STOP), {("left", TIP): 1.0, ("right", TIP): -1.0})
+    _, forces, (link,) = by_number(network, lambda t: {"right": t}, [stop])
+    assert link.places == ((1, TIP), (2, TIP)) and forces(2.0) == [None, None, 2.0]
+    np.testing.assert_array_equal(link.coefficients, [1.0, -1.0])
+    for forces, others in (({"tail": loads()[1]}, []), (None, [Link(stop.law, {("tail", 0): 1.0})])):
+        with pytest.raises(ValueError, match="links on tail: the components are foot, left, right"):
+            transient(network, TIMES, forces, others)
 
 
 def test_a_batch_of_gaps_and_a_load_that_is_a_function():
