@@ -1,12 +1,14 @@
 """Damping: proportional, modal, structural; the complex modes of any viscous damping."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
 from ..math.eigen import eig, spectral
+from .modes import check_mass
 
 
 def proportional(K, M, by_mass, by_stiffness):
@@ -15,8 +17,13 @@ def proportional(K, M, by_mass, by_stiffness):
 
 
 def proportional_from_ratios(first, second):
-    """`(by_mass, by_stiffness)` for damping ratios at two angular frequencies: pairs (frequency [rad/s], ratio)."""
+    """`(by_mass, by_stiffness)` for damping ratios at two angular frequencies: pairs (frequency [rad/s], ratio).
+
+    Raises: ValueError for equal frequencies, if concrete.
+    """
     (w1, z1), (w2, z2) = first, second
+    if not any(isinstance(w, jax.core.Tracer) for w in (w1, w2)) and np.any(np.asarray(w1) == np.asarray(w2)):
+        raise ValueError(f"two ratios at one frequency {w1}: give two frequencies")
     by_stiffness = 2 * (z2 * w2 - z1 * w1) / (w2**2 - w1**2)
     return 2 * z1 * w1 - by_stiffness * w1**2, by_stiffness
 
@@ -84,8 +91,11 @@ class ComplexModes(eqx.Module):
 def complex_modes(K, C, M) -> ComplexModes:
     """All 2 n complex modes, on the CPU; K may be complex (structural damping, valid near real frequencies only).
 
-    Source: S1 (39).
+    Raises: ValueError for matrices of different shapes and, if concrete, coordinates without mass.  Source: S1 (39).
     """
+    if not K.shape == C.shape == M.shape:
+        raise ValueError(f"stiffness, damping and mass differ in shape: {K.shape}, {C.shape}, {M.shape}")
+    check_mass(M)
     n = K.shape[0]
     dtype = np.result_type(K.dtype, C.dtype, M.dtype)
     both = jnp.linalg.solve(M, jnp.concatenate([jnp.eye(n, dtype=M.dtype), C], axis=1)).astype(dtype)

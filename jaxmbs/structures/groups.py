@@ -43,6 +43,7 @@ def group(name, element, connections, index, faults) -> Group:
     shared = isinstance(element, AbstractElement)
     members = [element] if shared else list(element)
     rows = connections.tolist() if hasattr(connections, "tolist") else connections
+    rows = [(row,) if isinstance(row, str | int | np.integer) else row for row in rows]
     nodes = [tuple(number_of(n, index, name, faults) for n in row) for row in rows]
     kind = members[0]
     for k, row in enumerate(nodes):
@@ -71,7 +72,7 @@ def held_pairs(held, index, faults) -> tuple[tuple[int, int], ...]:
     """Sorted (node, direction) numbers from directions by node."""
     pairs = set()
     for node, directions in held.items():
-        names = directions.split() if isinstance(directions, str) else list(directions)
+        names = directions.split() if isinstance(directions, str) else np.atleast_1d(directions).tolist()
         names = DIRECTIONS if "all" in names else names
         for d in names:
             if d in DIRECTIONS:

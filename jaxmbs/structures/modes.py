@@ -61,11 +61,14 @@ def natural_modes(K, M, num: int | None = None, num_rigid: int | None = None) ->
         num: how many (default all); with `complete` it should not cut a group.
         num_rigid: how many are rigid, if known; else those below rounding of the highest value.
 
-    Raises: ValueError for a mass matrix, if concrete, that is not positive definite, and for an unsymmetric one.
+    Raises: ValueError for matrices of different shapes and more modes than there are; if concrete, also for a mass
+    matrix that is not positive definite, and for unsymmetric or non-finite matrices.
     Source: S1 (33)-(37).
     """
     check_symmetric(stiffness=K, mass=M)
-    _check_mass(M)
+    if num is not None and not 0 <= num <= len(K):
+        raise ValueError(f"num = {num}: there are {len(K)} modes")
+    check_mass(M)
     values, shapes = eigh(K, M)
     _check_finite(values)
     floor = 200 * jnp.finfo(values.dtype).eps * jnp.max(jnp.abs(values))
@@ -74,17 +77,26 @@ def natural_modes(K, M, num: int | None = None, num_rigid: int | None = None) ->
 
 
 def check_symmetric(**matrices) -> None:
-    """Raises: ValueError for a matrix, if concrete, that is unsymmetric by more than 1e-5 of its largest entry."""
+    """Raises: ValueError for matrices that are not square and of one size; if concrete, for one that is not finite.
+
+    Also for one that is unsymmetric by more than 1e-5 of its largest entry.
+    """
+    shapes = {name: tuple(A.shape) for name, A in matrices.items() if A is not None}
+    if len(set(shapes.values())) > 1 or any(len(s) != 2 or s[0] != s[1] for s in shapes.values()):
+        raise ValueError(f"{', '.join(shapes)} must be square and alike, not of shapes {list(shapes.values())}")
     for name, A in matrices.items():
         if A is None or isinstance(A, jax.core.Tracer):
             continue
         A = np.asarray(A)
+        if not np.all(np.isfinite(A)):
+            raise ValueError(f"the {name} is not finite")
         part = np.max(np.abs(A - A.T), initial=0.0) / max(np.max(np.abs(A), initial=0.0), 1e-300)
         if part > 1e-5:
             raise ValueError(f"the {name} is unsymmetric by {part:.1g} of its largest entry")
 
 
-def _check_mass(M):
+def check_mass(M) -> None:
+    """Raises: ValueError for coordinates without mass, if concrete."""
     if isinstance(M, jax.core.Tracer) or M.shape[0] == 0:
         return
     M = np.asarray(M)
@@ -111,8 +123,10 @@ def complete(values, num: int) -> int:
 def mode_ratios(modes: Modes, coordinate: int = 0) -> Float[Array, "n m"]:
     """Shapes with entry 1 at a coordinate; a mode with a node there is all zero.
 
-    A view: mass-normalised shapes have no such holes.  Source: S1 (38).
+    A view: mass-normalised shapes have no such holes.  Raises: ValueError for no such coordinate.  Source: S1 (38).
     """
+    if not 0 <= coordinate < len(modes.shapes):
+        raise ValueError(f"coordinate {coordinate} is none of 0 ... {len(modes.shapes) - 1}")
     at = modes.shapes[coordinate]
     node = jnp.abs(at) <= 1e3 * jnp.finfo(at.dtype).eps * jnp.max(jnp.abs(modes.shapes), axis=0)
     return jnp.where(node[None, :], 0.0, modes.shapes / jnp.where(node, 1.0, at)[None, :])

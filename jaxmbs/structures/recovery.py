@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
+from jax import lax
 
 from .loads import element_line_loads, element_weights
 from .structure import Structure, spread
@@ -14,7 +16,7 @@ def element_forces(structure: Structure, x, line_loads: Mapping | None = None, a
     """Element loads `F_e = k_e T_e x - f_e` by group, (elements, labels), in the elements' own axes.
 
     Args:
-        x: (rows,) of the dense matrices, or (nodes, size) or (nodes, 6) at the nodes.
+        x: (rows,) of the dense matrices, or (nodes, size) or (nodes, 6) at the nodes; may be complex amplitudes.
         line_loads: by group, what x was computed under, as given to `line_load`.
         acceleration: (3,), likewise, as given to `body_load`.
 
@@ -34,6 +36,16 @@ def element_stresses(structure: Structure, x, line_loads: Mapping | None = None,
 
 
 def _recovered(structure, x, what, line_loads, acceleration):
+    if not jnp.iscomplexobj(x):
+        return _of_real(structure, x, what, line_loads, acceleration)
+    given, parts = jax.tree.map(jnp.asarray, (x, line_loads, acceleration)), []
+    for part in (jnp.real, jnp.imag):
+        x, line_loads, acceleration = jax.tree.map(part, given)
+        parts.append(_of_real(structure, x, what, line_loads, acceleration))
+    return jax.tree.map(lax.complex, *parts)
+
+
+def _of_real(structure, x, what, line_loads, acceleration):
     u = spread(structure, x) if x.ndim == 1 else x
     spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
     found = {}

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -46,13 +47,16 @@ class Structure(eqx.Module):
     def __init__(self, nodes, elements: Mapping, held: Mapping | None = None):
         named = isinstance(nodes, Mapping)
         self.names = tuple(str(name) for name in nodes) if named else tuple(str(i) for i in range(len(nodes)))
-        places = jnp.stack([jnp.asarray(p) for p in nodes.values()]) if named else nodes
+        places = jnp.stack([number(p) for p in nodes.values()]) if named else nodes
         self.positions = number(places)
         if self.positions.shape[1:] != (3,):
             raise ModelError(f"positions of nodes have three components each, not the shape {self.positions.shape}")
         index, faults = {name: i for i, name in enumerate(self.names)}, []
         self.groups = {name: group(name, *parts, index, faults) for name, parts in elements.items()}
         self.held = held_pairs(held or {}, index, faults)
+        if not isinstance(self.positions, jax.core.Tracer):
+            lost = np.flatnonzero(~np.all(np.isfinite(np.asarray(self.positions)), axis=1))
+            faults += [f"the position of node {self.names[k]!r} is not finite" for k in lost]
         if not faults:
             faults = [fault for name, g in self.groups.items() for fault in g.misplaced(name, self.positions)]
         if faults:
@@ -98,7 +102,9 @@ class Structure(eqx.Module):
 
 
 def collect(structure: Structure, values) -> Array:
-    """(rows,) of the dense matrices from values (nodes, 6) at the nodes."""
+    """(rows,) of the dense matrices from values (nodes, 6) at the nodes.  Raises: ValueError for another shape."""
+    if np.shape(values) != (structure.num_nodes, 6):
+        raise ValueError(f"{structure.num_nodes} nodes need values of shape ({structure.num_nodes}, 6)")
     index = structure.index
     return jnp.asarray(values)[index.nodes, index.directions]
 

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
+from ..structures.substructure import Substructure
+
 
 class Reduced(eqx.Module):
     """A component `x = basis rho`: the coordinates `rho` that move the interface come first.
@@ -54,6 +56,16 @@ class Reduced(eqx.Module):
         labels = numbered("interface", b) + self.labels[b:]
         return transformed(self, E, self.connection @ E, labels, self.names)
 
+    def substructure(self, positions=None) -> Substructure:
+        """The component as one to `check`, or to reduce once more: its interface by name, then the other coordinates.
+
+        Args: positions: (3,) [m] by name of node.  Rigid motions are then those of the interface, as with
+            fixed-interface modes.  An interface that just holds the component has no stiffness but rounding.
+        """
+        own, b = self.explicit(), self.num_interface
+        labels = (*(self.names or own.labels[:b]), *own.labels[b:])
+        return Substructure(own.mass, own.stiffness, own.damping, range(b), labels, positions)
+
 
 def project(basis, stiffness, mass, damping, connection, labels) -> Reduced:
     """The component on a basis (n, r): `basis^T K basis` and so on.  Source: S1 (9), (12)."""
@@ -69,7 +81,7 @@ def transformed(reduced: Reduced, E, connection, labels, names=()) -> Reduced:
 
 def physical(stiffness, mass, interface: Sequence[int], damping=None) -> Reduced:
     """A component as it is, unreduced, its interface coordinates put first.  Source: S1 (7)-(9)."""
-    inner, outer = partition(stiffness.shape[0], interface)
+    inner, outer = parted(interface, stiffness, mass, damping)
     order = np.concatenate([outer, inner])
     basis = jnp.eye(len(order), dtype=stiffness.dtype)[:, order]
     return project(
@@ -103,6 +115,14 @@ def partition(size: int, interface: Sequence[int]) -> tuple[np.ndarray, np.ndarr
     if len(set(outer.tolist())) < len(outer) or np.any((outer < 0) | (outer >= size)):
         raise ValueError(f"interface {outer.tolist()} must be different coordinates of 0 ... {size - 1}")
     return np.setdiff1d(np.arange(size), outer), outer
+
+
+def parted(interface: Sequence[int], stiffness, mass, damping=None) -> tuple[np.ndarray, np.ndarray]:
+    """`partition` for matrices of one size.  Raises: ValueError also for others."""
+    shapes = [tuple(A.shape) for A in (stiffness, mass, damping) if A is not None]
+    if len(set(shapes)) > 1:
+        raise ValueError(f"stiffness, mass and damping differ in shape: {shapes}")
+    return partition(len(stiffness), interface)
 
 
 def check_num_modes(num: int, available: int) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from ..structures.modes import Modes, natural_modes
-from .base import Reduced, check_num_modes, numbered, partition, project
+from .base import Reduced, check_num_modes, numbered, parted, partition, project
 from .guyan import interface_basis
 
 
@@ -22,7 +22,7 @@ def craig_bampton(stiffness, mass, interface: Sequence[int], num_modes: int, dam
     Stiffness is block diagonal between the two; frequencies come from above.  Beyond some thousand coordinates
     `large_craig_bampton` and `craig_bampton_sparse` do the same.  Source: S1 (4)-(8).
     """
-    inner, outer = partition(stiffness.shape[0], interface)
+    inner, outer = parted(interface, stiffness, mass, damping)
     T = interface_basis(stiffness, interface)
     shapes = fixed_interface_modes(stiffness, mass, interface, num_modes).shapes
     normal = jnp.zeros((len(stiffness), num_modes), T.dtype).at[inner].set(shapes)

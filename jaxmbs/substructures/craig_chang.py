@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from ..structures.modes import natural_modes
-from .base import Reduced, check_num_modes, numbered, partition, project
+from .base import Reduced, check_num_modes, numbered, parted, partition, project
 from .hurty import determinate_coordinates, rigid_motions
 from .mixed import explicit_interface
 
@@ -25,7 +25,7 @@ def craig_chang(
 
     The space is Rubin's; no rigid mode has to be told from the elastic ones by its frequency.  Source: S1 (4)-(8).
     """
-    inner, outer = partition(stiffness.shape[0], interface)
+    inner, outer = parted(interface, stiffness, mass, damping)
     held = determinate_coordinates(stiffness, interface) if determinate is None else tuple(determinate)
     n, b, d = stiffness.shape[0], len(outer), len(held)
     check_num_modes(num_modes + d, len(inner))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 from jax.scipy.linalg import cho_factor, cho_solve
 
-from .base import Reduced, check_held, numbered, partition, project
+from .base import Reduced, check_held, numbered, parted, partition, project
 
 
 def constraint_modes(stiffness, interface: Sequence[int]):
@@ -30,6 +30,7 @@ def interface_basis(stiffness, interface: Sequence[int]):
 
 def guyan(stiffness, mass, interface: Sequence[int], damping=None) -> Reduced:
     """The component on its interface alone: exact in statics, stiff in motion.  Source: S1 (5)-(8)."""
+    parted(interface, stiffness, mass, damping)
     T = interface_basis(stiffness, interface)
     b = len(interface)
     return project(T, stiffness, mass, damping, jnp.eye(b, dtype=T.dtype), numbered("interface", b))

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..structures.modes import natural_modes
-from .base import Reduced, check_num_modes, numbered, partition, project
+from .base import Reduced, check_num_modes, numbered, parted, project
 from .mixed import attachment_modes, count_rigid, explicit_interface
 
 
@@ -18,7 +18,7 @@ def macneal(
     The interface coordinates are `massless`: `couple` condenses those that no neighbour gives mass to.
     Frequencies may lie on either side.  Source: S1 (4)-(8).
     """
-    inner, outer = partition(stiffness.shape[0], interface)
+    inner, outer = parted(interface, stiffness, mass, damping)
     rigid = count_rigid(stiffness, mass) if num_rigid is None else num_rigid
     check_num_modes(num_modes, len(inner))
     b, modes = len(outer), natural_modes(stiffness, mass, num_modes, rigid)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..structures.modes import natural_modes
-from .base import Reduced, check_held, check_num_modes, numbered, partition, project
+from .base import Reduced, check_held, check_num_modes, numbered, parted, project
 
 
 def mixed(
@@ -31,7 +31,7 @@ def mixed(
 
     Modes asked include the rigid ones; their number cuts no group of equal frequencies.  Source: S1 (4)-(8).
     """
-    inner, outer = partition(stiffness.shape[0], interface)
+    inner, outer = parted(interface, stiffness, mass, damping)
     held = np.asarray(fixed, int)
     if not np.all(np.isin(held, outer)):
         raise ValueError(f"fixed coordinates {np.setdiff1d(held, outer).tolist()} are not in the interface")

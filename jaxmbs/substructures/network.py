@@ -10,7 +10,6 @@ from jaxtyping import Array
 
 from ..errors import ModelError
 from ..structures.modes import Modes
-from .base import Reduced
 from .bonds import Bond, resolved_in
 from .coupling import Assembly, Reactions, interface_reactions, join
 from .dual import dual_response, self_stresses
@@ -154,8 +153,8 @@ class Network(eqx.Module):
         return BondForces(first, second, found.residual)
 
 
-def connect(components: Mapping[str, Reduced], bonds: Mapping[str, Bond]) -> Network:
-    """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: the primal assembly.
+def connect(components: Mapping, bonds: Mapping[str, Bond]) -> Network:
+    """Reduced components joined by bonds of `rigid`, `joint` and `bushing`, all by name: the primal assembly.
 
     `connect({"stage": a, "payload": b}, {"bolts": rigid(("stage", "top"), "payload")})`.  What no bond ties stays
     free.

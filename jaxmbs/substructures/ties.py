@@ -25,10 +25,11 @@ class Ties(NamedTuple):
     ends: tuple[tuple, tuple]
 
 
-def ties(components: Mapping[str, Reduced], bonds: Mapping[str, Bond]) -> dict[str, Ties]:
+def ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
     """What each bond ties.  Raises: ModelError with every fault: names, counts, directions."""
-    faults, found = [], {}
-    for name, bond in bonds.items():
+    kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, Reduced)}
+    faults, found = [f"component {name!r} is a {kind}: reduce it first" for name, kind in kinds.items()], {}
+    for name, bond in bonds.items() if not kinds else ():
         own = []
         if name in components or name == GROUND:
             own.append("a component has that name")

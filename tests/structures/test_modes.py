@@ -183,12 +183,23 @@ def test_proportional_and_modal_damping():
     np.testing.assert_allclose(modal(K, M, 0.02) @ natural_modes(K, M, 2).shapes, 0.0, atol=1e-6)
 
 
-def test_massless_coordinates_are_named():
-    K, M = chain(3)
-    with pytest.raises(ValueError, match=r"\[1\] have no mass"):
-        natural_modes(K, M.at[1, 1].set(0.0))
-    with pytest.raises(ValueError, match="not positive definite"):
-        natural_modes(K, M.at[:2, :2].set(1.0))
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (lambda K, M: natural_modes(K, M.at[1, 1].set(0.0)), r"\[1\] have no mass"),
+        (lambda K, M: natural_modes(K, M.at[:2, :2].set(1.0)), "not positive definite"),
+        (lambda K, M: natural_modes(K, M[:2, :2]), r"alike, not of shapes \[\(3, 3\), \(2, 2\)\]"),
+        (lambda K, M: natural_modes(K.at[0, 0].set(jnp.nan), M), "the stiffness is not finite"),
+        (lambda K, M: natural_modes(K, M, 4), "there are 3 modes"),
+        (lambda K, M: mode_ratios(natural_modes(K, M), 3), r"3 is none of 0 \.\.\. 2"),
+        (lambda K, M: complex_modes(K, 0 * K, M.at[2, 2].set(0.0)), r"\[2\] have no mass"),
+        (lambda K, M: complex_modes(K, K[:2, :2], M), "differ in shape"),
+        (lambda K, M: proportional_from_ratios((1.0, 0.1), (1.0, 0.2)), "two ratios at one frequency"),
+    ],
+)
+def test_bad_input(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        wrong(*chain(3))
 
 
 def test_single_precision_and_batches():

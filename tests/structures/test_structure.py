@@ -150,6 +150,12 @@ FAULTS = [
     (lambda: Structure(np.zeros((2, 2)), {"r": (ROD, [(0, 1)])}), "three components"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1)])}, {0: "w"}), "held at 0: 'w' is none of x, y"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1)])}, {7: "x"}), "held: no node is named 7"),
+    (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1)])}, {0: 2}), "held at 0: 2 is none of x, y"),
+    (lambda: Structure(np.eye(3), {"r": (ROD, [0, 1])}), "r[0] joins 1 nodes, a Rod has 2"),
+    (
+        lambda: Structure(np.diag([1.0, np.nan, 1.0]), {"r": (ROD, [(0, 1)])}),
+        "the position of node '1' is not finite",
+    ),
     (
         lambda: Structure(CUBE, {"h": (Hexahedron(1.0, 0.3), [(4, 5, 6, 7, 0, 1, 2, 3)])}),
         "h[0]: it is inside out or flat somewhere",
@@ -198,5 +204,7 @@ def test_wrong_questions():
         element_forces(structure, jnp.zeros((8, 6)), {"r": (1.0, 0.0, 0.0)})
     with pytest.raises(ValueError, match="'q' is none of"):
         nodal_load(structure, {"0": {"q": 1.0}})
+    with pytest.raises(ValueError, match="8 nodes need values"):
+        collect(structure, np.zeros((7, 6)))
     with pytest.raises(KeyError, match="nowhere"):
         nodal_load(structure, {"nowhere": {"x": 1.0}})

@@ -11,6 +11,7 @@ from jaxmbs.elements import Beam, PointMass, Spring
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_dmig, read_matrix_market, read_op4
 from jaxmbs.structures import Structure, Substructure, block_matrices, check
+from jaxmbs.substructures import craig_bampton, reduce
 
 CHAIN = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
 
@@ -80,6 +81,16 @@ def test_check_of_a_free_beam():
     np.testing.assert_allclose(report.inertia, np.diag([roll, 40 / 3, 40 / 3]), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(report.central_inertia, np.diag([roll, 10 / 3, 10 / 3]), rtol=1e-9, atol=1e-9)
     assert "mass [kg]" in str(report) and "centre of mass [m]" in str(report)
+
+
+def test_check_of_a_reduced_beam():
+    """In few coordinates it has the same mass properties, and is free."""
+    reduced = reduce(Substructure.of(beam(), interface=["0", "5"]), craig_bampton, 6)
+    ends = {"0": (1.0, 2.0, 3.0), "5": (3.0, 2.0, 3.0)}
+    report = check(reduced.substructure(ends), about=(1.0, 2.0, 3.0), strict=True)
+    assert (report.grounded, report.free_motions, report.size) == ("free", 6, 18)
+    np.testing.assert_allclose(report.mass, 10.0, rtol=1e-9)
+    np.testing.assert_allclose(np.diag(report.central_inertia)[1:], 10 / 3, rtol=1e-9)
 
 
 def test_check_of_a_held_beam_and_of_its_mechanism():

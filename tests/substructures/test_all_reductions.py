@@ -209,6 +209,8 @@ def test_single_precision_and_batches():
         (lambda K, M: guyan(K, M, (0, 0)), "different coordinates"),
         (lambda K, M: craig_bampton(K, M, (0, 99), 2), r"of 0 \.\.\. 17"),
         (lambda K, M: craig_bampton(K, M, INTERFACE, 15), "the component has 14 such modes"),
+        (lambda K, M: craig_bampton(K, M[:9, :9], INTERFACE, 2), r"differ in shape: \[\(18, 18\), \(9, 9\)\]"),
+        (lambda K, M: guyan(K, M, (0,)), "singular with the interface held"),
         (lambda K, M: rubin(K, M, INTERFACE, 1), "2 are rigid"),
         (lambda K, M: hurty(K, M, (0,), 1), "leaves some of the 2 rigid motions free"),
         (lambda K, M: hurty(K, M, (0, 1), 1, determinate=(4,)), r"\[4\] are not in the interface"),

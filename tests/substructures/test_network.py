@@ -180,5 +180,7 @@ def test_wrong_numbers_and_names():
     net = connect({"a": physical(*beam(2), (0, 1))}, {"wall": rigid("a")})
     with pytest.raises(ValueError, match=r"forces on \['c'\]: the components are a"):
         net.load({"c": jnp.zeros(6)})
+    with pytest.raises(ModelError, match="component 'a' is a Substructure: reduce it first"):
+        connect({"a": PARTS["stage"]}, {})
     with pytest.raises(ValueError, match="not under tracing"):
         jax.jit(lambda K: connect({"a": physical(K, beam(2)[1], (0, 1))}, {}).determinacy().redundant)(beam(2)[0])
