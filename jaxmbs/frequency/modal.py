@@ -81,10 +81,13 @@ def _real_product(A, v):
 
 
 def _rows(places, like, columns=False):
-    """Unit rows (k, n), or columns (n, k), of coordinates; matrices as they are."""
+    """Unit rows (k, n), or columns (n, k), of coordinates; matrices as they are. Raises: ValueError."""
     if np.ndim(places) == 2:
         return jnp.asarray(places, like.dtype)
-    rows = jnp.eye(len(like), dtype=like.dtype)[np.asarray(places, int)]
+    places, n = np.asarray(places, int).reshape(-1), len(like)
+    if np.any((places < -n) | (places >= n)):
+        raise ValueError(f"coordinates {places.tolist()} must be among 0 ... {n - 1}")
+    rows = jnp.eye(n, dtype=like.dtype)[places]
     return rows.T if columns else rows
 
 
@@ -180,9 +183,13 @@ def transmissibility(
     The rest moves statically with the base and, relative to that, under its own inertia: a base that holds the
     structure just so costs no stiffness.  Returns: (frequencies, outputs, base coordinates).
 
-    `out` are coordinates outside the base.  Source: S1 (5), (40), (44)-(45).
+    `out` are coordinates outside the base.
+
+    Raises: ValueError for others.  Source: S1 (5), (40), (44)-(45).
     """
     inner, outer = partition(len(stiffness), base)
+    if not set(out) <= set(inner.tolist()):
+        raise ValueError(f"outputs {list(out)} must be coordinates outside the base, 0 ... {len(stiffness) - 1}")
     T = interface_basis(stiffness, base)
     loads = [(mass @ T)[inner]] + ([] if damping is None else [(damping @ T)[inner]])
     place = {int(c): k for k, c in enumerate(inner)}

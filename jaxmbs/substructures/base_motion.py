@@ -37,8 +37,10 @@ def base_motion(component: Reduced, acceleration, step, ratios=0.0, displacement
         ratios: damping of the modes of the held base, one number or one for each.
         displacement, velocity: of the interface at the start (b,), default 0.
 
-    Source: S1 (5)-(6), (42)-(43).
+    Raises: ValueError for accelerations that do not fit the interface.  Source: S1 (5)-(6), (42)-(43).
     """
+    if acceleration.ndim != 2 or len(acceleration) != component.num_interface:
+        raise ValueError(f"accelerations have shape {acceleration.shape}, not ({component.num_interface}, times)")
     c = component.explicit()
     K, M, b = c.stiffness, c.mass, c.num_interface
     T = interface_basis(K, tuple(range(b)))

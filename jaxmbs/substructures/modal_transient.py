@@ -9,7 +9,7 @@ import numpy as np
 from ..structures.transient import modal_motion
 from .coupling import Assembly
 from .network import Network
-from .transient import Transient, by_number
+from .transient import Transient, by_number, check_forces
 
 
 def modal_transient(
@@ -34,9 +34,11 @@ def modal_transient(
     A derivative where frequencies repeat is that of `transient`, not of this function, unless all of a group change
     alike.  With `ratios` the reactions' residual at the joints is what the damping puts there.
 
-    Raises: ValueError for a damping, if concrete, that couples the modes.  Source: S1 (30)-(31), (42)-(43).
+    Raises: ValueError for forces that do not fit, and for a damping, if concrete, that couples the modes.
+    Source: S1 (30)-(31), (42)-(43).
     """
     assembly, forces, _ = by_number(joined, forces)
+    check_forces(assembly, forces, max((np.shape(f)[-1] for f in forces if f is not None), default=0))
     load = assembly.load(forces)
     modes = assembly.modes()
     w, X = modes.angular_frequencies, modes.shapes

@@ -230,10 +230,15 @@ def _check(assembly, times, forces, links, gradient):
         for c, k in link.places:
             if not (0 <= c < len(sizes) and 0 <= k < sizes[c]):
                 raise ValueError(f"a link names coordinate {k} of component {c}; their sizes are {sizes}")
-    if forces is None or callable(forces):
-        return
+    if forces is not None and not callable(forces):
+        check_forces(assembly, forces, len(times))
+
+
+def check_forces(assembly: Assembly, forces: Sequence, count: int) -> None:
+    """Raises: ValueError for sampled forces that do not fit the components and the number of times."""
+    sizes = [len(c.basis) for c in assembly.components]
     if len(forces) != len(sizes):
         raise ValueError(f"{len(sizes)} components, but forces on {len(forces)}")
     for c, (f, n) in enumerate(zip(forces, sizes, strict=True)):
-        if f is not None and np.shape(f) != (n, len(times)):
-            raise ValueError(f"forces on component {c} have shape {np.shape(f)}, not ({n}, {len(times)})")
+        if f is not None and np.shape(f) != (n, count):
+            raise ValueError(f"forces on component {c} have shape {np.shape(f)}, not ({n}, {count})")

@@ -153,6 +153,10 @@ def test_transmissibility():
     M = jnp.diag(jnp.array([0.1, m]))
     found = transmissibility(K, M, jnp.asarray(w), (0,), (1,), C)
     np.testing.assert_allclose(found[:, 0, 0], (k + 1j * w * c) / (k + 1j * w * c - m * w**2), rtol=1e-10)
+    with pytest.raises(ValueError, match="outside the base"):
+        transmissibility(K, M, jnp.asarray(w), (0,), (0,))
+    with pytest.raises(ValueError, match=r"\[2\] must be among 0 ... 1"):
+        receptance(K, M, jnp.asarray(w), (2,), (0,))
     K, M = chain(6, ends=0)
     found = transmissibility(K, M, jnp.asarray(w), (0, 5), (2, 3), proportional(K, M, 0.1, 0.02), 0.03)
     inner, base = np.arange(1, 5), np.array([0, 5])

@@ -8,10 +8,13 @@ import pytest
 from jaxmbs.errors import ModelError
 from jaxmbs.frequency.coupling import couple, interface_forces
 from jaxmbs.frequency.decoupling import decouple
+from jaxmbs.frequency.direct import dense_response
 from jaxmbs.frequency.inverse import regular_inverse
 from jaxmbs.frequency.test_rig import free_response, measured_stiffness, remove_stiffness
 from jaxmbs.frequency.transfer import TransferFunctions, uncoupled
 from jaxmbs.frequency.virtual_point import rigid_channels, virtual_point
+from jaxmbs.substructures import craig_bampton
+from tests.structural_matrices import chain
 
 OMEGA = np.linspace(2.0, 60.0, 23)
 
@@ -220,8 +223,10 @@ def test_gradient_of_decoupling_and_of_truncation():
         np.testing.assert_allclose(slope, expected, rtol=1e-5)
 
 
-@pytest.mark.parametrize("shape", [(4, 4), (6, 3), (3, 5)])
-@pytest.mark.parametrize(("rank", "noise"), [(None, 0.0), (2, 0.0), (None, 0.3), (2, 0.3)])
+@pytest.mark.parametrize(
+    ("shape", "rank", "noise"),
+    [((4, 4), None, 0.0), ((6, 3), None, 0.0), ((3, 5), None, 0.3), ((4, 4), 2, 0.3), ((6, 3), 2, 0.0)],
+)
 def test_regular_inverse_and_its_derivative(shape, rank, noise):
     r = np.random.default_rng(4)
     A, dA = (r.normal(size=shape) + 1j * r.normal(size=shape) for _ in range(2))
@@ -297,3 +302,30 @@ def _short():
 def test_faults_are_told(call, told):
     with pytest.raises(ModelError, match=told):
         call()
+
+
+def test_gradient_from_elements_to_coupled_transfer_functions():
+    """Chains reduced, turned to transfer functions, coupled: value and gradient are those of the joined inverse."""
+    omega = jnp.array([0.4, 1.3, 2.2])
+
+    def level(values):
+        return jnp.sum(jnp.abs(values) ** 2)
+
+    @jax.jit
+    @jax.value_and_grad
+    def reduced(k):
+        parts = {}
+        for name, (K, M), i in (("a", chain(4, k, ends=1), 3), ("b", chain(3, 2.0, ends=0), 0)):
+            component = craig_bampton(K, M, (i,), len(K) - 1, 0.1 * K)
+            parts[name] = TransferFunctions.of(component, omega, [0, len(K) - 1], [0, len(K) - 1])
+        return level(couple(parts, [("a 3", "b 0")]).at(["b 2"], ["a 0"]).values)
+
+    @jax.jit
+    @jax.value_and_grad
+    def joined(k):
+        K, M = jnp.zeros((6, 6)), jnp.zeros((6, 6))
+        for place, (A, B) in ((slice(0, 4), chain(4, k, ends=1)), (slice(3, 6), chain(3, 2.0, ends=0))):
+            K, M = K.at[place, place].add(A), M.at[place, place].add(B)
+        return level(dense_response(K, M, jnp.eye(6)[:, :1], omega, 0.1 * K, out=jnp.eye(6)[5:]))
+
+    np.testing.assert_allclose(reduced(1.7), joined(1.7), rtol=1e-8)

@@ -5,6 +5,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 import scipy.linalg
 import scipy.signal
 
@@ -52,6 +53,8 @@ def test_two_bases_against_scipy():
         found = base_motion(c, jnp.asarray(ACCELERATION), STEP, RATIO, jnp.asarray(START), jnp.asarray(SPEED))
         return jnp.sum(found.forces**2), (c.expand(found.displacement), found.forces)
 
+    with pytest.raises(ValueError, match=r"shape \(80, 2\), not \(2, times\)"):
+        base_motion(physical(K, M, BASE), jnp.asarray(ACCELERATION.T), STEP)
     (_, found), slope = moved(1.0)
     for part, exact in zip(found, by_scipy(), strict=True):
         np.testing.assert_allclose(part, exact, rtol=1e-8, atol=1e-7)

@@ -189,5 +189,7 @@ def test_what_does_not_fit_is_told():
     ):
         with pytest.raises(ValueError, match=told):
             call()
+    with pytest.raises(ValueError, match="3 components, but forces on 2"):
+        modal_transient(assembly, 0.1, loads()[:2])
     with pytest.raises(SimulationError, match="no end after 20 steps"):
         transient(assembly, TIMES, loads(), max_steps=20)
