@@ -1,5 +1,7 @@
 """Interface forces and shapes of a reduced beam against the whole one; error estimates against true errors."""
 
+from functools import lru_cache
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -33,16 +35,19 @@ from jaxmbs.substructures.recovery import (
 from tests.structural_matrices import beam, beam_element
 
 K, M = beam(10)
+modes_of = jax.jit(natural_modes, static_argnums=2)
+held_modes = jax.jit(craig_bampton, static_argnums=(2, 3))
 BASE, TIP = (0, 1), 20
 OMEGA = jnp.array([3.0, 15.0])
 LOAD = jnp.zeros((22, 2)).at[TIP].set(1.0)
 
 
+@lru_cache
 def harmonic_case(num_modes, held=True):
     """Amplitudes by the reduced and by the whole beam, base held or free, tip loaded at two frequencies."""
-    shapes = natural_modes(K, M, num_modes).shapes
+    shapes = modes_of(K, M, num_modes).shapes
     free = project(shapes, K, M, None, jnp.zeros((0, num_modes)), ())
-    reduced = craig_bampton(K, M, BASE, num_modes) if held else free
+    reduced = held_modes(K, M, BASE, num_modes) if held else free
     keep = slice(2, None) if held else slice(None)
 
     def solve(K, M, F):
@@ -116,9 +121,9 @@ def test_mode_acceleration_in_time_and_with_damping():
 def test_frequency_error_estimates():
     """Estimates of the free beam's frequency errors lie within a factor of two of the true ones."""
     interface = (0, 1, 20, 21)
-    reduced = craig_bampton(K, M, interface, 4)
-    exact = natural_modes(K, M, 6).frequencies[2:]
-    found = natural_modes(reduced.stiffness, reduced.mass, 6).frequencies[2:]
+    reduced = held_modes(K, M, interface, 4)
+    exact = modes_of(K, M, 6).frequencies[2:]
+    found = modes_of(reduced.stiffness, reduced.mass, 6).frequencies[2:]
     estimate = frequency_errors(K, M, interface, reduced, 6)
     assert np.all(np.asarray(estimate[:2]) == 0.0)
     ratio = np.asarray(estimate[2:] / (found / exact - 1))
@@ -128,24 +133,24 @@ def test_frequency_error_estimates():
 def test_number_of_modes_up_to_a_frequency():
     """The helper's number gives one per cent up to that frequency."""
     interface = (0, 1, 20, 21)
-    exact = np.asarray(natural_modes(K, M).frequencies)
+    exact = np.asarray(modes_of(K, M).frequencies)
     limit = float(exact[5])
     num = num_modes_up_to(K, M, limit, interface, 1.5)
     assert 3 <= num <= 8
-    reduced = craig_bampton(K, M, interface, num)
-    found = natural_modes(reduced.stiffness, reduced.mass).frequencies
+    reduced = held_modes(K, M, interface, num)
+    found = modes_of(reduced.stiffness, reduced.mass).frequencies
     np.testing.assert_allclose(found[2:6], exact[2:6], rtol=0.01)
 
 
 def test_characteristic_modes():
     """All of them change nothing; fewer come from above."""
-    whole = craig_bampton(K, M, (0, 1, 8, 9, 20, 21), 5)
-    values = natural_modes(whole.stiffness, whole.mass).values
+    whole = held_modes(K, M, (0, 1, 8, 9, 20, 21), 5)
+    values = modes_of(whole.stiffness, whole.mass).values
     all_ = characteristic(whole, 6)
-    np.testing.assert_allclose(natural_modes(all_.stiffness, all_.mass).values, values, rtol=1e-7, atol=1e-4)
+    np.testing.assert_allclose(modes_of(all_.stiffness, all_.mass).values, values, rtol=1e-7, atol=1e-4)
     few = characteristic(whole, 4)
     assert few.num_interface == 4 and few.labels[:2] == ("characteristic 0", "characteristic 1")
-    found = natural_modes(few.stiffness, few.mass).values
+    found = modes_of(few.stiffness, few.mass).values
     assert np.all(found >= values[: len(found)] - 1e-5 - 1e-9 * values[: len(found)])
     np.testing.assert_allclose(found[2:4], values[2:4], rtol=0.02)
 
@@ -171,25 +176,30 @@ def test_rigid_and_averaged_interfaces():
     """Both see a rigid motion as it is; the averaged one lets its nodes strain, the rigid one does not."""
     K, M, p = cage()
     interface, reference = tuple(range(12)), jnp.array([0.5, 0.5, 0.0])
-    motions = rigid_body_motions(jnp.asarray(NODES), reference, rotations=False)
-    rows = averaged_motion(jnp.asarray(NODES), reference, jnp.array([1.0, 2.0, 1.0, 1.0]), rotations=False)
+
+    @jax.jit
+    def made(K, M, nodes):
+        motions = rigid_body_motions(nodes, reference, rotations=False)
+        rows = averaged_motion(nodes, reference, jnp.array([1.0, 2.0, 1.0, 1.0]), rotations=False)
+        W = rigid_transformation(15, interface, motions)
+        V = averaged_transformation(15, interface, rows, (0, 1, 2, 4, 5, 8))
+        rigid, averaged = (on_interface(craig_bampton, A, 6, K, M, n) for A, n in ((W, 3), (V, 9)))
+        return motions, rows, rigid, averaged
+
+    motions, rows, rigid, averaged = made(K, M, jnp.asarray(NODES))
     np.testing.assert_allclose(rows @ motions, np.eye(6), atol=1e-12)
-    everywhere = rigid_body_motions(jnp.asarray(p), reference, rotations=False)
-    W = rigid_transformation(15, interface, motions)
-    rigid = on_interface(craig_bampton, W, 6, K, M, 3)
-    V = averaged_transformation(15, interface, rows, (0, 1, 2, 4, 5, 8))
-    averaged = on_interface(craig_bampton, V, 6, K, M, 9)
+    everywhere = np.asarray(rigid_body_motions(jnp.asarray(p), reference, rotations=False))
     for reduced in (rigid, averaged):
         b = slice(0, 6)
         np.testing.assert_allclose(reduced.basis[:, b] @ jnp.eye(6), everywhere, atol=1e-9)
         np.testing.assert_allclose(reduced.stiffness[b, b], 0.0, atol=1e-9)
         np.testing.assert_allclose(reduced.mass[b, b], everywhere.T @ M @ everywhere, atol=1e-9)
     np.testing.assert_allclose(rows @ averaged.basis[:12], np.eye(6, 15), atol=1e-9)
-    exact = natural_modes(K, M).values[6:]
-    np.testing.assert_allclose(natural_modes(averaged.stiffness, averaged.mass).values[6:], exact, rtol=1e-8)
-    assert np.all(natural_modes(rigid.stiffness, rigid.mass).values[6:] >= exact[:3] - 1e-9)
+    exact = modes_of(K, M).values[6:]
+    np.testing.assert_allclose(modes_of(averaged.stiffness, averaged.mass).values[6:], exact, rtol=1e-8)
+    assert np.all(modes_of(rigid.stiffness, rigid.mass).values[6:] >= exact[:3] - 1e-9)
     whole = physical(K, M, interface)
-    np.testing.assert_allclose(natural_modes(whole.stiffness, whole.mass).values[6:], exact, rtol=1e-9)
+    np.testing.assert_allclose(modes_of(whole.stiffness, whole.mass).values[6:], exact, rtol=1e-9)
 
 
 def test_stresses_of_elements_over_frequencies_and_times():
@@ -202,7 +212,7 @@ def test_stresses_of_elements_over_frequencies_and_times():
     held = {k: "x z rx ry" for k in range(7)}
     structure = Structure(nodes, {"beam": (beam_of, [(k, k + 1) for k in range(6)])}, held=held)
     K, M = assemble_dense(structure)
-    reduced, w = craig_bampton(K, M, (0, 1), 3), jnp.array([0.4, 0.9])
+    reduced, w = held_modes(K, M, (0, 1), 3), jnp.array([0.4, 0.9])
     load = jnp.zeros((14, 2)).at[12].set(1.0)
 
     def solve(K, M, F):
