@@ -53,7 +53,7 @@ def redundancy(
 
     Args:
         rigid: rigid motions of each component's interface (b_c, d_c), as `rigid_motions(...)[interface]`; default:
-            what costs less than 1e-4 of a component's stiffness, or 1e-10 of the stiffest one's.
+            the motions below the widest gap in the stiffness of each component's interface.
 
     Source: S1 (13)-(14), (20).
     """
@@ -90,10 +90,11 @@ def _condensed(component):
 
 
 def _rigid(K, floor):
-    """Motions of the interface (b, d) that strain nothing, each of unit size."""
+    """Motions of the interface (b, d) that strain nothing, each of unit size: those below the widest gap."""
     size = np.sqrt(np.maximum(np.diagonal(K), floor))
     values, vectors = np.linalg.eigh(K / np.outer(size, size))
-    vectors = vectors[:, values < 1e-4] / size[:, None]
+    values = np.concatenate([[1e-12], np.maximum(values, 1e-12), [max(1.0, values.max(initial=0.0))]])
+    vectors = vectors[:, : np.argmax(values[1:] / values[:-1])] / size[:, None]
     return vectors / np.linalg.norm(vectors, axis=0)
 
 

@@ -198,6 +198,9 @@ def test_redundant_bonds_are_counted_and_named():
     number, flags = redundancy((component, component, guyan(K, M, (0, 1))), ((-1, -1, 0, 1), (-1, -1, 0, 1), (0, 1)))
     assert number == 2
     assert not np.any(flags[0]) and not np.any(flags[1]) and np.all(flags[2])
+    fine = guyan(*beam(40), range(0, 82, 2))  # slender between its ends, yet no mechanism
+    assert redundancy((fine,), (range(-1, 40),))[0] == 0
+    assert redundancy((fine,), ([-1] * 41,))[0] == 39
 
 
 def test_gradient_of_a_reaction():
