@@ -90,7 +90,8 @@ def couple(groups: Sequence[Components], load, kind: str = "cholesky", plan: Pla
         reactions.append(reaction)
         sums = _add(group, sums, reaction)
     largest = jnp.max(jnp.stack([jnp.max(jnp.abs(r)) for r in reactions]))
-    return CoupledResponse(x, tuple(internal), tuple(reactions), jnp.max(jnp.abs(sums)) / largest)
+    residual = jnp.max(jnp.abs(sums)) / jnp.where(largest > 0, largest, 1.0)
+    return CoupledResponse(x, tuple(internal), tuple(reactions), residual)
 
 
 def _condense(group, size):

@@ -161,16 +161,23 @@ def test_section_forces_over_time():
 
 
 def test_reactions_by_the_block_sparse_engine():
-    """A frame of five beams with a loop, harmonic: reactions of `couple` equal those of the dual assembly."""
+    """A frame of five beams with a loop and a bushing, harmonic: `couple` gives the dual assembly's reactions."""
     ends = ((-1, 0), (0, 1), (1, 2), (2, 3), (0, 3))
-    parts = [craig_bampton((1.0 + 0.1 * i) * K, M, ENDS, 3, 0.001 * K) for i in range(5)]
-    forces = [None, jnp.zeros(18).at[8].set(1.0), None, jnp.zeros(18).at[12].set(2.0), None]
     omega = jnp.asarray(9.0)
-    group = stacked(parts, ends, forces, omega)
-    found = jax.jit(couple, static_argnums=2)([group], jnp.zeros((4, 2)), "ldl")
-    joints = [[2 * n + k if n >= 0 else -1 for n in pair for k in range(2)] for pair in ends]
-    _, dual = dual_response(parts, joints, forces, omega)
-    np.testing.assert_allclose(found.reactions[0].reshape(5, 4), jnp.stack(dual.forces), rtol=1e-8, atol=1e-9)
+    bond = elastic_bond(jnp.array([3.0, 0.2]), jnp.array([0.1, 0.01]), jnp.array([0.2, 0.01]))
+    forces = [None, jnp.zeros(18).at[8].set(1.0), None, jnp.zeros(18).at[12].set(2.0), None]
+    joints = [[2 * n + k if n >= 0 else -1 for n in pair for k in range(2)] for pair in (*ends, (1, 3))]
+
+    @jax.jit
+    def both(K, M):
+        parts = [craig_bampton((1.0 + 0.1 * i) * K, M, ENDS, 3, 0.001 * K) for i in range(5)]
+        groups = [stacked(parts, ends, forces, omega), stacked([bond], [(1, 3)], [None], omega)]
+        found = couple(groups, jnp.zeros((4, 2)), "ldl")
+        return found, dual_response([*parts, bond], joints, [*forces, None], omega)[1]
+
+    found, dual = both(K, M)
+    reactions = np.concatenate([np.asarray(r).reshape(-1, 4) for r in found.reactions])
+    np.testing.assert_allclose(reactions, np.stack(dual.forces), rtol=1e-8, atol=1e-9)
     assert found.residual < 1e-9
 
 
