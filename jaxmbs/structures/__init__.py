@@ -11,6 +11,7 @@ from .loads import body_load as body_load
 from .loads import line_load as line_load
 from .loads import nodal_load as nodal_load
 from .loads import pressure_load as pressure_load
+from .modal_response import modal_response as modal_response
 from .outside import block_matrices as block_matrices
 from .recovery import element_forces as element_forces
 from .recovery import element_stresses as element_stresses

@@ -4,8 +4,6 @@ from collections.abc import Callable
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
-from jax import lax
 
 from .structure import Structure
 
@@ -18,7 +16,5 @@ def histories(recover: Callable, structure: Structure, x) -> dict:
 
     Source: S1 (30).
     """
-    if jnp.iscomplexobj(x):
-        return jax.tree.map(lax.complex, *(histories(recover, structure, part) for part in (x.real, x.imag)))
     found = jax.vmap(lambda column: recover(structure, column), 1, -1)(x.reshape(len(x), -1))
     return jax.tree.map(lambda f: f.reshape(*f.shape[:-1], *x.shape[1:]), found)

@@ -22,6 +22,8 @@ def modal_motion(frequencies, ratios, loads, step, displacement=None, velocity=N
     No error of integration: between samples f is straight and the solution is the exponential of a matrix, so the
     step need only follow the load.  Rigid modes (w = 0) and any damping included.
 
+    With shapes of `natural_modes` derivatives are wrong where a parameter parts equal frequencies: `modal_response`.
+
     Args:
         frequencies, ratios: (m,), angular [rad/s]; ratios may be one number.
         loads: (times, m) of unit modal mass.
@@ -30,11 +32,17 @@ def modal_motion(frequencies, ratios, loads, step, displacement=None, velocity=N
 
     Source: S1 (42)-(43).
     """
-    m = frequencies.shape[0]
+    z = jnp.broadcast_to(jnp.asarray(ratios, loads.dtype), frequencies.shape)
+    return oscillations(frequencies**2, 2 * z * frequencies, loads, step, displacement, velocity)
+
+
+def oscillations(squares, rates, loads, step, displacement=None, velocity=None) -> ModalMotion:
+    """`modal_motion` of `q'' + r q' + s q = f` for squares s and rates r (m,).  Source: S1 (42)-(43)."""
+    m = squares.shape[0]
     h = jnp.asarray(step, loads.dtype)
-    z = jnp.broadcast_to(jnp.asarray(ratios, loads.dtype), (m,))
-    scale = lax.stop_gradient(jnp.maximum(frequencies, 1.0 / h))  # velocities are carried as v / scale
-    whole = jax.vmap(lambda w, z, s: expm(h * _rates(w, z, s, h)))(frequencies, z, scale)
+    root = jnp.sqrt(jnp.maximum(lax.stop_gradient(squares), 0.0))
+    scale = jnp.maximum(root, 1.0 / lax.stop_gradient(h))  # velocities are carried as v / scale
+    whole = jax.vmap(lambda w2, r, s: expm(h * _rates(w2, r, s, h)))(squares, rates, scale)
     q0 = jnp.zeros(m, loads.dtype) if displacement is None else displacement
     v0 = jnp.zeros(m, loads.dtype) if velocity is None else velocity
 
@@ -48,13 +56,13 @@ def modal_motion(frequencies, ratios, loads, step, displacement=None, velocity=N
     _, rest = lax.scan(advance, start, (loads[:-1], loads[1:]))
     both = jnp.concatenate([jnp.stack(start)[None], rest])
     q, v = both[:, 0], both[:, 1] * scale[None, :]
-    return ModalMotion(q, v, loads - (2 * z * frequencies)[None, :] * v - (frequencies**2)[None, :] * q)
+    return ModalMotion(q, v, loads - rates[None, :] * v - squares[None, :] * q)
 
 
-def _rates(w, z, s, h):
+def _rates(w2, r, s, h):
     """Rates of (q, v / s, f, rise of f in a step)."""
-    zero = jnp.zeros_like(w)
-    rows = [[zero, s, zero, zero], [-(w**2) / s, -2 * z * w, 1 / s, zero]]
+    zero = jnp.zeros_like(w2)
+    rows = [[zero, s, zero, zero], [-w2 / s, -r, 1 / s, zero]]
     rows += [[zero, zero, zero, 1 / h], [zero] * 4]
     return jnp.stack([jnp.stack(row) for row in rows])
 

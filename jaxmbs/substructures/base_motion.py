@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..structures.modes import natural_modes
+from ..structures.modal_response import modal_response
 from ..structures.transient import modal_motion
 from .base import Reduced
 from .guyan import interface_basis
@@ -44,10 +44,7 @@ def base_motion(component: Reduced, acceleration, step, ratios=0.0, displacement
     c = component.explicit()
     K, M, b = c.stiffness, c.mass, c.num_interface
     T = interface_basis(K, tuple(range(b)))
-    modes = natural_modes(K[b:, b:], M[b:, b:], num_rigid=0)
-    loads = jnp.concatenate([acceleration, -(modes.shapes.T @ (M @ T)[b:] @ acceleration)])
-    w = jnp.concatenate([jnp.zeros(b, K.dtype), modes.angular_frequencies])
-    start = [None if a is None else jnp.zeros_like(w).at[:b].set(a) for a in (displacement, velocity)]
-    shapes = jnp.concatenate([T, jnp.zeros_like(M[:, b:]).at[b:].set(modes.shapes)], axis=1)
-    x, v, a = (shapes @ q.T for q in modal_motion(w, jnp.zeros_like(w).at[b:].set(ratios), loads.T, step, *start))
+    base = modal_motion(jnp.zeros(b, K.dtype), 0.0, acceleration.T, step, displacement, velocity)
+    relative = modal_response(K[b:, b:], M[b:, b:], -(M @ T)[b:] @ acceleration, step, ratios)
+    x, v, a = ((T @ q.T).at[b:].add(y) for q, y in zip(base, relative, strict=True))
     return BaseMotion(x, v, a, T.T @ (M @ a + K @ x))

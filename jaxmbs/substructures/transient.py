@@ -222,9 +222,7 @@ def _check(assembly, times, forces, links, gradient):
         raise ValueError(f"times must be a list of two or more, got shape {times.shape}")
     if not isinstance(times, jax.core.Tracer) and np.any(np.diff(np.asarray(times)) <= 0):
         raise ValueError("times must increase")
-    if assembly.massless:
-        names = ", ".join(assembly.labels[i] for i in assembly.massless)
-        raise ValueError(f"no mass on {names}: take rubin in place of macneal, or give the bonds a mass")
+    check_masses(assembly)
     sizes = [len(c.basis) for c in assembly.components]
     for link in links:
         for c, k in link.places:
@@ -232,6 +230,13 @@ def _check(assembly, times, forces, links, gradient):
                 raise ValueError(f"a link names coordinate {k} of component {c}; their sizes are {sizes}")
     if forces is not None and not callable(forces):
         check_forces(assembly, forces, len(times))
+
+
+def check_masses(assembly: Assembly) -> None:
+    """Raises: ValueError for coordinates that no component gives mass to."""
+    if assembly.massless:
+        names = ", ".join(assembly.labels[i] for i in assembly.massless)
+        raise ValueError(f"no mass on {names}: take rubin in place of macneal, or give the bonds a mass")
 
 
 def check_forces(assembly: Assembly, forces: Sequence, count: int) -> None:
