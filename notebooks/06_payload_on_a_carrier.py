@@ -100,9 +100,7 @@ middle[rows(stage, f"s{PIECES // 2}")[0]] = 5000.0
 
 
 def interface_loads(system, pulse):
-    motion = substructures.modal_transient(system, step, (middle[:, None] * pulse[None, :], None))
-    along = motion.displacement, motion.acceleration, motion.velocity
-    return substructures.interface_reactions(system, *along, motion.forces)
+    return substructures.modal_transient(system, step, (middle[:, None] * pulse[None, :], None)).reactions(system)
 
 
 loads = interface_loads(joined, jnp.asarray(pulse))
@@ -173,9 +171,8 @@ for label in ("free", "with stops"):
     on_stage, on_instrument = joined.expand(motion.displacement)
     swing = on_instrument[arm] - on_stage[top]
     ax.plot(t[:count], 1e3 * swing, lw=0.8, label=label)
-    along = motion.displacement, motion.acceleration, motion.velocity
-    carried = substructures.interface_reactions(joined, *along, motion.forces)
-    print(f"{label:11s} highest moment in the interface {float(jnp.max(jnp.abs(carried.forces[1][4]))):6.1f} N m")
+    moment = motion.reactions(joined).forces[1][4]
+    print(f"{label:11s} highest moment in the interface {float(jnp.max(jnp.abs(moment))):6.1f} N m")
     half = float(jnp.max(jnp.abs(swing))) / 2
     links = (substructures.Link(forces.BumpStop(1e10, -half, half), {(1, arm): 1.0, (0, top): -1.0}),)
 ax.set_xlabel("time [s]")

@@ -33,6 +33,8 @@ class Link(eqx.Module):
         law: `jaxmbs.forces`' scalar laws, or one of your own: the effort along increasing x.
         coefficients: (k,), by (component, coordinate): the component's number, or its name in a network, and one of
             its own coordinates.
+
+    Raises: ValueError without a coordinate.
     """
 
     law: AbstractScalarLaw
@@ -40,6 +42,8 @@ class Link(eqx.Module):
     places: tuple[tuple[int | str, int], ...] = eqx.field(static=True)
 
     def __init__(self, law: AbstractScalarLaw, row: Mapping[tuple[int | str, int], ScalarLike]):
+        if not row:
+            raise ValueError("a link needs at least one coordinate")
         self.law = law
         self.places = tuple((c if isinstance(c, str) else int(c), int(k)) for c, k in row)
         self.coefficients = jnp.stack([jnp.asarray(value, float) for value in row.values()])

@@ -185,6 +185,7 @@ def test_what_does_not_fit_is_told():
         (lambda: transient(assembly, TIMES[:5], loads()), r"shape \(8, 41\), not \(8, 5\)"),
         (lambda: transient(assembly, TIMES, links=[Link(law, {(1, 8): 1.0})]), "coordinate 8 of component 1"),
         (lambda: transient(assembly, TIMES, gradient="back"), "must be one of reverse"),
+        (lambda: Link(law, {}), "at least one coordinate"),
         (lambda: transient(bond, TIMES), "no mass on joint 0, joint 1"),
     ):
         with pytest.raises(ValueError, match=told):
