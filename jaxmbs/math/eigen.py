@@ -137,8 +137,8 @@ def eig(A):
     """Eigenvalues (n,), right vectors X (n, n) and left ones Y = X^-1 of a square matrix; on the CPU.
 
     Ordered by size, of a conjugate pair the positive imaginary part first.  Values and vectors have derivatives where
-    they are single (vectors up to their scale); sums over a group too where its vectors are complete.  At a defective
-    value no derivative exists, and zero is returned.
+    they are single (vectors up to their scale); sums over a group too where its vectors are complete.  A single
+    vector of a group is refused as in `eigh`.  At a defective value no derivative exists, and zero is returned.
     """
     values, X = jnp.linalg.eig(A)
     order = jnp.lexsort((-jnp.sign(values.imag), jnp.round(jnp.abs(values), 9)))
@@ -156,4 +156,18 @@ def _eig_jvp(primals, tangents):
     eps = jnp.finfo(X.real.dtype).eps
     apart = (jnp.abs(gap) > jnp.sqrt(eps) * size + 50 * eps * jnp.max(size)) & complete[:, None] & complete[None, :]
     mixing = jnp.where(apart, C / jnp.where(apart, gap, 1.0), 0.0)
-    return (values, X, Y), (jnp.where(complete, jnp.diagonal(C), 0.0), X @ mixing, -mixing @ Y)
+    group = ~apart & complete[:, None] & complete[None, :] & ~jnp.eye(len(values), dtype=bool)
+    X_dot, Y_dot = _of_complex_groups(group, X, Y, X @ mixing, -mixing @ Y)
+    return (values, X, Y), (jnp.where(complete, jnp.diagonal(C), 0.0), X_dot, Y_dot)
+
+
+def _of_complex_groups(group, X, Y, *tangents):
+    """As `of_groups`, for right and left vectors that change to `X T` and `T^-1 Y`."""
+
+    def transposed(_, cotangents):
+        A, B = cotangents
+        H, size = A.T @ X - Y @ B.T, jnp.abs(A).T @ jnp.abs(X) + jnp.abs(Y) @ jnp.abs(B).T
+        turns = jnp.abs(H) > jnp.finfo(size.dtype).eps ** 0.25 * jnp.max(jnp.where(group, size, 0.0))
+        return eqx.error_if(cotangents, jnp.any(group & turns), _SINGLE)
+
+    return jax.lax.custom_linear_solve(lambda x: x, tangents, lambda _, b: b, transposed)
