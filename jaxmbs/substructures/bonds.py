@@ -30,7 +30,7 @@ class Bond(eqx.Module):
 
 
 def rigid(first, second=GROUND) -> Bond:
-    """Both ends move alike.
+    """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
 
     Args: first, second: a component's name (its whole interface), `(name, node)`, or `(name, numbers)` of interface
         coordinates; second also "ground".  Source: S1 (1)-(2).

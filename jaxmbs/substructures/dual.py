@@ -19,7 +19,10 @@ def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]]
         forces: on the components' own coordinates (n_c,), None for none.
         omega: angular frequency [rad/s], or None for statics; the joined structure must be held.
 
-    Returns: (tuple of rho_c in explicit coordinates, Reactions).  Source: S1 (1)-(3), (19), (25).
+    Returns: (tuple of rho_c in explicit coordinates, Reactions).
+
+    Raises: ValueError, if concrete, where the bonds leave a motion free that the load drives or that resonates.
+    Source: S1 (1)-(3), (19), (25).
     """
     assembly = join(components, joints)
     parts = assembly.components
@@ -35,12 +38,21 @@ def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]]
         if f is not None:
             right = lax.dynamic_update_slice(right, c.generalised(f).astype(right.dtype), (start,))
     solution = jnp.linalg.solve(saddle, right)
+    _check_solved(saddle @ solution - right, right)
     reactions = -B.T @ solution[n:]
     cut = [
         (start, start + c.num_interface, end) for start, end, c in zip(starts[:-1], starts[1:], parts, strict=True)
     ]
     rhos = tuple(solution[start:end] for start, _, end in cut)
     return rhos, balanced(assembly, [reactions[start:middle] for start, middle, _ in cut])
+
+
+def _check_solved(miss, right):
+    if isinstance(miss, jax.core.Tracer) or not np.any(np.asarray(right)):
+        return
+    eps = np.finfo(miss.dtype).eps
+    if not np.max(np.abs(np.asarray(miss))) < eps**0.4 * np.max(np.abs(np.asarray(right))):
+        raise ValueError("the joined structure is singular: the bonds leave a motion free, or it resonates undamped")
 
 
 def redundancy(

@@ -180,6 +180,8 @@ def test_wrong_numbers_and_names():
     net = connect({"a": physical(*beam(2), (0, 1))}, {"wall": rigid("a")})
     with pytest.raises(ValueError, match=r"forces on \['c'\]: the components are a"):
         net.load({"c": jnp.zeros(6)})
+    with pytest.raises(ValueError, match="the bonds leave a motion free"):
+        connect({"a": physical(*beam(2), (0, 1))}, {}).response({"a": jnp.ones(6)})
     with pytest.raises(ModelError, match="component 'a' is a Substructure: reduce it first"):
         connect({"a": PARTS["stage"]}, {})
     with pytest.raises(ValueError, match="not under tracing"):
