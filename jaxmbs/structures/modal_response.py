@@ -30,7 +30,7 @@ def modal_response(
     damping.
 
     Raises: ValueError as `natural_modes`, and for loads that do not fit; if concrete, for a damping that couples the
-    modes.  Source: S1 (30)-(31), (42)-(43).
+    modes and motions that are not finite.  Source: S1 (30)-(31), (42)-(43).
     """
     check_symmetric(stiffness=stiffness, mass=mass, damping=damping)
     check_mass(mass)
@@ -42,10 +42,13 @@ def modal_response(
     _check_uncoupled(stiffness, mass, damping)
     z = jnp.broadcast_to(jnp.asarray(ratios, dtype), (n,))
     h = jnp.asarray(step, dtype)
-    return _response(n if num is None else num, static_start, stiffness, mass, damping, load, h, z)
+    found = _response(n if num is None else num, static_start, stiffness, mass, damping, load, h, z)
+    _check_finite(found.displacement)
+    return found
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+@partial(jax.jit, static_argnums=(0, 1))
 def _response(num, static_start, K, M, C, load, step, ratios):
     modes = natural_modes(K, M)
     found = _modal(num, static_start, modes, load, step, ratios, modes.values, _own_rates(C, modes))
@@ -103,3 +106,10 @@ def _check_uncoupled(K, M, C):
     product = C @ np.linalg.solve(M, K)
     if np.max(np.abs(product - product.T)) > np.finfo(C.dtype).eps ** 0.5 * np.max(np.abs(product), initial=1e-300):
         raise ValueError("the damping couples the modes: give ratios, or integrate (substructures.transient)")
+
+
+def _check_finite(x):
+    if not isinstance(x, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(x))):
+        raise ValueError(
+            "the motion is not finite: a mass that is not positive definite, negative stiffness, or the load"
+        )

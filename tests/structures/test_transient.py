@@ -84,7 +84,7 @@ def of_lattice(t, own):
     return jnp.sum((found.displacement + found.velocity)[0] * jnp.arange(30.0))
 
 
-@pytest.mark.parametrize("own", [False, True], ids=["ratios", "matrix"])
+@pytest.mark.parametrize("own", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["ratios", "matrix"])
 def test_derivatives_where_frequencies_repeat(own):
     """Pairs that a parameter parts, a rigid mode that a spring holds: against differences of the value."""
     value, slope = of_lattice(T0, own)
@@ -108,3 +108,5 @@ def test_motion_of_a_structure():
     np.testing.assert_allclose(found.acceleration, A[9:] @ y.T + FORCE, atol=1e-9)
     with pytest.raises(ValueError, match=r"shape \(30, 9\), not \(9, times\)"):
         modal_response(*lattice(T0), jnp.asarray(FORCE.T), 0.3)
+    with pytest.raises(ValueError, match="not finite: a mass that is not positive definite"):
+        modal_response(lattice(T0)[0], jnp.eye(9).at[0, 1].set(2.0).at[1, 0].set(2.0), jnp.asarray(FORCE), 0.3)
