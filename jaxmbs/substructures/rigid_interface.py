@@ -3,10 +3,11 @@
 from collections.abc import Callable, Sequence
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..math.linalg import skew
+from ..structures.structure import rigid_motions
 from .base import Reduced, partition
 
 
@@ -20,10 +21,8 @@ def rigid_body_motions(positions, reference, rotations: bool = True):
 
     Source: S1 (14).
     """
-    arms = [-skew(p - reference) for p in positions]
-    eye, zero = jnp.eye(3, dtype=positions.dtype), jnp.zeros((3, 3), positions.dtype)
-    rows = [jnp.block([[eye, a], [zero, eye]]) if rotations else jnp.concatenate([eye, a], axis=1) for a in arms]
-    return jnp.concatenate(rows)
+    motions = rigid_motions(positions, reference)
+    return (motions if rotations else motions[:, :3]).reshape(-1, 6)
 
 
 def averaged_motion(positions, reference, weights=None, rotations: bool = True):
@@ -33,15 +32,27 @@ def averaged_motion(positions, reference, weights=None, rotations: bool = True):
 
     Args:
         weights: (nodes,) default 1 each.
+
+    Raises: ValueError, if concrete, for nodes in line, whose mean rotation is not known.
     """
     R = rigid_body_motions(positions, reference, False)
     w = jnp.ones(len(positions), R.dtype) if weights is None else weights
     weighted = R * jnp.repeat(w, 3)[:, None]
-    rows = jnp.linalg.solve(R.T @ weighted, weighted.T)
+    spread = R.T @ weighted
+    _check_spread(spread)
+    rows = jnp.linalg.solve(spread, weighted.T)
     if not rotations:
         return rows
     wide = jnp.zeros((6, len(positions), 6), R.dtype)
     return wide.at[:, :, :3].set(rows.reshape(6, -1, 3)).reshape(6, -1)
+
+
+def _check_spread(spread):
+    if isinstance(spread, jax.core.Tracer):
+        return
+    size = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
+    if np.linalg.eigvalsh(spread / np.outer(size, size))[0] < 1e3 * np.finfo(spread.dtype).eps:
+        raise ValueError("the nodes lie in line, or too few have weight: their mean rotation is not known")
 
 
 def rigid_transformation(size: int, interface: Sequence[int], motions):

@@ -10,6 +10,7 @@ import scipy.linalg
 
 from jaxmbs.substructures import (
     Reduced,
+    averaged_motion,
     constraint_modes,
     craig_bampton,
     craig_chang,
@@ -216,6 +217,7 @@ def test_single_precision_and_batches():
         (lambda K, M: hurty(K, M, (0,), 1), "leaves some of the 2 rigid motions free"),
         (lambda K, M: hurty(K, M, (0, 1), 1, determinate=(4,)), r"\[4\] are not in the interface"),
         (lambda K, M: mixed(K, M, (0, 1), 3, fixed=(4,)), r"\[4\] are not in the interface"),
+        (lambda K, M: averaged_motion(jnp.eye(3)[:1] * jnp.arange(4.0)[:, None], jnp.zeros(3)), "lie in line"),
         (lambda K, M: guyan(K.at[4].set(0.0).at[:, 4].set(0.0), M, INTERFACE), "mechanism"),
         (lambda K, M: jax.jit(lambda K: rubin(K, M, INTERFACE, 5).mass)(K), "give num_rigid"),
     ],
