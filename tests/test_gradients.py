@@ -169,7 +169,7 @@ def test_reverse_against_central_differences(derivatives):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("derivatives", ["tree", "loop"], indirect=True)
+@pytest.mark.parametrize("derivatives", ["tree"], indirect=True)
 def test_forward_equals_reverse(derivatives):
     check_forward(derivatives, derivatives.design)
 
@@ -184,17 +184,13 @@ def test_finite_at_zero(derivatives):
 
 @pytest.mark.slow
 def test_second_derivatives_of_a_motion():
-    """gradient="both": the Hessian of a swinging bob's place by its mass, start and spring; second differences."""
+    """gradient="both": the Hessian of a sprung pendulum's angle by mass, start and spring; second differences."""
 
     def scalar(x):
         b = mbs.SystemBuilder(gravity=DOWN_Y)
         b.body("bob", mass=x[0], com=(0.0, -0.8, 0.0))
         b.joint("pin", mbs.Revolute(axis="z"), "ground", "bob")
-        b.force(
-            "spring",
-            mbs.SpringDamper(x[2], 0.1, 0.2),
-            between=(("ground", (0.5, 0.0, 0.0)), ("bob", (0.0, -0.5, 0.0))),
-        )
+        b.force("spring", mbs.SpringDamper(x[2], 0.1, 0.2), joint="pin")
         return outputs(b.build(), mbs.State(jnp.zeros(()), x[1:2], jnp.zeros(1)), (), "both", EULER)[0]
 
     x, h = jnp.array([1.2, 0.7, 3.0]), 1e-3

@@ -48,12 +48,16 @@ def needed_loads(system: System, geo, psi, V, u, V_dot, u_dot, owner=None) -> Pa
     """Loads that the elastic bodies need beside gravity for twist rates V_dot (nodes, 6), accelerations u_dot."""
 
     def loads(body, s: ElasticState, V_dot, rates_dot):
-        rate = flow_rate(body, s, V_dot, rates_dot)
-        pi_dot = jax.jvp(body.momenta, (s.q, s.flow), (s.flow[6:], rate))[1]
-        load = pi_dot + body.gyroscopic_loads(s.q, s.flow) - body.gravity_loads(s.q, system.gravity @ s.R)
+        load = needed(body, s, flow_rate(body, s, V_dot, rates_dot), system.gravity @ s.R)
         return on_interfaces(body, s.R, s.x, s.q, load)
 
     return summed(loads, system, geo, psi, V, u, (V_dot, u_dot), owner)
+
+
+def needed(body, s: ElasticState, rate, gravity):
+    """Load (6 + m,) on the flow of one body that its rate (6 + m,) needs beside gravity (3,), floating axes."""
+    pi_dot = jax.jvp(body.momenta, (s.q, s.flow), (s.flow[6:], rate))[1]
+    return pi_dot + body.gyroscopic_loads(s.q, s.flow) - body.gravity_loads(s.q, gravity)
 
 
 def elastic_efforts(system: System, geo, psi, V, u, owner=None) -> tuple[Parts, jnp.ndarray]:

@@ -7,22 +7,27 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..dynamics.elastic import needed
 from ..dynamics.newton_euler import accelerations_at, node_accelerations, node_motion
 from ..errors import ModelError
 from ..kinematics.elastic import elastic_state, flow_rate, gathered
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
+from ..math.rotation import rotation_vector_rate
 from ..model.system import System
 from ..substructures import recovery
 from .floating_frame import FloatingFrame, interface_rows, turned
 
 
 class _Motion(NamedTuple):
-    """Deformations q, q_dot (m,), acceleration less gravity of all coordinates (n,), floating axes."""
+    """Deformations q (m,), displacements x, x_dot (n,) of the kept shapes, load (n,) of inertia and gravity, and the
+    wrench (6,) that all interfaces together must put on the body, about the first; floating axes."""
 
     q: Array
-    q_dot: Array
-    felt: Array
+    x: Array
+    x_dot: Array
+    load: Array
+    wrench: Array
 
 
 def deformations(system: System, motion, name: str):
@@ -58,30 +63,43 @@ def displacements(system: System, motion, name: str, frame: FloatingFrame, metho
 def interface_loads(system: System, motion, name: str, frame: FloatingFrame):
     """Forces [N] and moments [N m] (..., interfaces, 6) that act on an elastic body at its interfaces.
 
-    In the axes of the floating frame, about each interface; from its own equilibrium, `R_i = (K x + C x' + M x'')_i`.
+    In the axes of the floating frame, about each interface where it has moved: of the others from the equilibrium of
+    the elements, `R_i = (K x + C x' + M x'')_i`, of the first from that of the whole deformed body.
 
-    Raises: ModelError for an unknown name.  Source: S1 (30).
+    Raises: ModelError for an unknown name.  Source: S1 (25), (30).
     """
     group, index = _find(system, name)
     s, rows = frame.substructure, interface_rows(frame.substructure, frame.body.interfaces)
 
     def loads(state):
-        moving = _motion(system, group, index, frame, state)
-        x_dot = frame.shapes @ moving.q_dot
-        x = _recovered(frame, moving)
-        force = recovery.interface_forces(s.stiffness, s.mass, rows, x, moving.felt, None, s.damping, x_dot)
-        return force.reshape(-1, 6)
+        motion = _motion(system, group, index, frame, state)
+        still, x = jnp.zeros_like(motion.x), _recovered(frame, motion)
+        load = recovery.interface_forces(s.stiffness, s.mass, rows, x, still, motion.load, s.damping, motion.x_dot)
+        others, moved = load.reshape(-1, 6)[1:], motion.q[: len(rows) - 6].reshape(-1, 6)
+        force, moment = others[:, :3], jax.vmap(_moment)(moved[:, 3:], others[:, 3:])
+        arms = frame.body.places + moved[:, :3]
+        first = motion.wrench - jnp.concatenate(
+            [jnp.sum(moment + jnp.cross(arms, force), axis=0), jnp.sum(force, axis=0)]
+        )
+        return jnp.concatenate([jnp.roll(first, 3)[None], jnp.concatenate([force, moment], axis=1)])
 
     return _mapped(loads, motion)
 
 
-def _recovered(frame, moving):
+def _moment(vector, load):
+    """Moment (3,) of a load on the rates of a rotation vector."""
+    return jax.linear_transpose(lambda omega: rotation_vector_rate(vector, omega), load)(load)[0]
+
+
+def _recovered(frame, motion):
     s = frame.substructure
     rows = interface_rows(s, frame.body.interfaces)
-    x, x_dot = frame.shapes @ moving.q, frame.shapes @ moving.q_dot
     if len(rows) == s.num_rows:
-        return x
-    return recovery.mode_acceleration(s.stiffness, s.mass, rows, x, moving.felt, None, s.damping, x_dot)
+        return motion.x
+    still = jnp.zeros_like(motion.x)
+    return recovery.mode_acceleration(
+        s.stiffness, s.mass, rows, motion.x, still, motion.load, s.damping, motion.x_dot
+    )
 
 
 def _find(system, name):
@@ -109,7 +127,7 @@ def _deformations(system, group, index, state):
 
 
 def _motion(system, group, index, frame, state):
-    """What the body feels: its acceleration less gravity at every coordinate."""
+    """Inertia is the rate of the momenta of the nodes, `-(M y_dot + Omega x M y)` with the velocities y."""
     P, psi, u, t = node_parameters(system), state.coordinates, state.velocities, state.t
     geo = geometry(system, P, psi)
     V = node_motion(system.topology, geo.S, u)
@@ -117,12 +135,15 @@ def _motion(system, group, index, frame, state):
     V_dot = node_accelerations(system.topology, geo.S, V, u, a)
     body, s = _of_body(group, index, elastic_state(system, group, geo, psi, V, u))
     rate = flow_rate(body, s, *_of_body(group, index, gathered(system, group, V_dot, a))[1])
+    component = frame.substructure
 
-    def points(q, flow):
-        """Velocities y (n,) of all coordinates."""
-        carried = jnp.einsum("a,anm,m->n", flow[:3], turned(frame.substructure, frame.shapes), q)
-        return frame.rigid @ flow[:6] + carried + frame.shapes @ flow[6:]
+    def nodal_momenta(q, flow):
+        """M y (n,)."""
+        carried = jnp.einsum("a,anm,m->n", flow[:3], turned(component, frame.shapes), q)
+        return component.mass @ (frame.rigid @ flow[:6] + carried + frame.shapes @ flow[6:])
 
-    y, y_dot = jax.jvp(points, (s.q, s.flow), (s.flow[6:], rate))
-    turning = jnp.einsum("a,anm->n", s.flow[:3], turned(frame.substructure, y[:, None]))
-    return _Motion(s.q, s.flow[6:], y_dot + turning - frame.rigid[:, 3:] @ (system.gravity @ s.R))
+    h, h_dot = jax.jvp(nodal_momenta, (s.q, s.flow), (s.flow[6:], rate))
+    turning = jnp.einsum("a,anm->n", s.flow[:3], turned(component, h[:, None]))
+    weight = component.mass @ (frame.rigid[:, 3:] @ (system.gravity @ s.R))
+    x, x_dot = frame.shapes @ s.q, frame.shapes @ s.flow[6:]
+    return _Motion(s.q, x, x_dot, weight - h_dot - turning, needed(body, s, rate, system.gravity @ s.R)[:6])

@@ -136,20 +136,23 @@ def roller_racer(looped):
 @pytest.mark.slow
 def test_loop_rolling_and_drive_together():
     """The loop through a joint that restricts nothing changes no motion, and the blades' forces neither."""
-    forces = []
-    for looped in (False, True):
-        system = roller_racer(looped)
+    systems = [roller_racer(looped) for looped in (False, True)]
+    for system, looped in zip(systems, (False, True), strict=True):
         assert system.topology.mobility == 1
         assert bool(system.topology.cut_joints) == looped
-        state = mbs.State.at(system, plane=np.zeros(3))
-        motion = mbs.simulate(system, state, t1=2.0, rtol=1e-10, atol=1e-10)
-        place = np.asarray(jax.vmap(lambda s, system=system: mbs.position(system, s, "rear"))(motion.states))
-        loads = mbs.reactions(system, motion)
-        planar = [np.asarray(loads[f"blade_{name}"].force)[:, :2] for name in ("front", "rear")]
-        forces.append(np.concatenate([place[:, :2], *planar], axis=1))
-        assert np.max(np.abs(motion.diagnostics.energy_residual)) < 1e-8
-    assert np.ptp(forces[0][:, 0]) > 0.01  # it travels
-    np.testing.assert_allclose(forces[0], forces[1], atol=1e-6)
+    motion = mbs.simulate(systems[1], mbs.State.at(systems[1], plane=np.zeros(3)), t1=2.0, rtol=1e-10, atol=1e-10)
+    place = np.asarray(jax.vmap(lambda s: mbs.position(systems[1], s, "rear"))(motion.states))
+    assert np.ptp(place[:, 0]) > 0.01  # it travels
+    assert np.max(np.abs(motion.diagnostics.energy_residual)) < 1e-8
+    states = jax.tree.map(lambda x: x[::20], motion.states)
+    open_tree, with_loop = (
+        jax.vmap(lambda s, system=system: mbs.forward_dynamics(system, s)[0])(states) for system in systems
+    )
+    np.testing.assert_allclose(open_tree, with_loop, atol=1e-6)
+    loads = [mbs.reactions(system, states) for system in systems]
+    for blade in ("blade_front", "blade_rear"):
+        planar = [np.asarray(load[blade].force)[:, :2] for load in loads]
+        np.testing.assert_allclose(*planar, atol=1e-6)
 
 
 def across(coordinates, velocities, t):
@@ -198,9 +201,6 @@ def test_a_cart_with_steered_wheels_turns_about_the_axles_meeting_point():
     expected = turning * np.array([centre[1], -centre[0]])
     np.testing.assert_allclose(velocity, expected, atol=1e-10)
     assert abs(turning) > 0.1
-    loads = mbs.reactions(system, state)
-    weight = sum(float(loads[f"tyre_{e}_{s}"].force[2]) for e in ("front", "rear") for s in ("left", "right"))
-    np.testing.assert_allclose(weight, 12.4 * G, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

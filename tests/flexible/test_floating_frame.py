@@ -1,0 +1,203 @@
+"""Elastic bodies: inertia, energy of the nodes, statics, small vibrations, reactions and recovery, all against the
+finite elements themselves."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import scipy.linalg
+
+import jaxmbs as mbs
+from jaxmbs.flexible import deformations, displacements, floating_frame, interface_loads
+from jaxmbs.kinematics.poses import coordinate_rate
+from jaxmbs.structures import Substructure, element_forces
+from jaxmbs.substructures import craig_bampton
+
+from .beams import beam_structure, elastic_beam, random_state
+
+RIGID_ROWS = 6
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """A beam of two elements with all its modes: nothing is lost by the reduction."""
+    return elastic_beam(elements=2, num_modes=6)
+
+
+@pytest.fixture(scope="module")
+def flying(whole):
+    """It flies, a rigid body hinged to its tip."""
+    b = mbs.SystemBuilder(gravity=(0.3, -0.5, -9.81))
+    b.elastic("arm", whole.body)
+    b.body("tool", 0.5, com=(0.02, 0.01, 0.0), inertia=(1e-3, 2e-3, 2.5e-3))
+    b.joint("float", mbs.Free(), "ground", "arm.0")
+    b.joint("wrist", mbs.Revolute("y"), "arm.2", "tool", child_frame=(-0.1, 0.0, 0.0))
+    return b.build()
+
+
+@pytest.fixture(scope="module")
+def state(flying):
+    return random_state(flying, size=1e-3, speed=2.0)
+
+
+def test_rigid_inertia_is_that_of_a_rod(whole):
+    mass, length = 2700 * 4e-4, 1.0
+    inertia = np.asarray(whole.body.inertia[:6, :6])
+    expected = np.zeros((6, 6))
+    expected[1, 1] = expected[2, 2] = mass * length**2 / 3
+    expected[3:, 3:] = mass * np.eye(3)
+    expected[2, 4] = expected[4, 2] = mass * length / 2
+    expected[1, 5] = expected[5, 1] = -mass * length / 2
+    expected[0, 0] = 2700 * (1.2e-8 + 1.5e-8) * length
+    np.testing.assert_allclose(inertia, expected, atol=1e-12)
+
+
+def test_kinetic_energy_is_that_of_the_nodes(whole, flying, state):
+    """World positions of all nodes by hand, their velocities by jvp, the element's mass matrix in floating axes."""
+    s = whole.substructure
+    q, q_dot = deformations(flying, state, "arm")
+    places = s.positions - s.positions[:1]
+
+    def nodes(R, x, q):
+        moved = (whole.shapes @ q).reshape(-1, 6)[:, :3]
+        return x[None] + (places + moved) @ R.T
+
+    R, x = mbs.rotation(flying, state, "arm.0"), mbs.position(flying, state, "arm.0")
+    omega, v = mbs.angular_velocity(flying, state, "arm.0"), mbs.velocity(flying, state, "arm.0")
+    speeds = jax.jvp(nodes, (R, x, q), (jnp.cross(omega[None], R.T).T, v, q_dot))[1] @ R
+    turning = (R.T @ omega)[None] + (whole.shapes @ q_dot).reshape(-1, 6)[:, 3:]
+    y = np.concatenate([speeds, turning], axis=1).reshape(-1)
+    tool = 0.5, mbs.velocity(flying, state, ("tool", (0.02, 0.01, 0.0)))
+    spin = mbs.rotation(flying, state, "tool").T @ mbs.angular_velocity(flying, state, "tool")
+    rigid = 0.5 * tool[0] * tool[1] @ tool[1] + 0.5 * spin @ (jnp.array([1e-3, 2e-3, 2.5e-3]) * spin)
+    expected = 0.5 * y @ np.asarray(s.mass) @ y + rigid
+    np.testing.assert_allclose(mbs.kinetic_energy(flying, state), expected, rtol=1e-12)
+    M, u = mbs.mass_matrix(flying, state), state.velocities
+    np.testing.assert_allclose(0.5 * u @ M @ u, expected, rtol=1e-12)
+
+
+def test_reactions_are_what_the_elements_feel(whole, flying, state):
+    """The wrist from the multibody equations against the equilibrium of the finite elements under their inertia."""
+    loads = mbs.reactions(flying, state)
+    R = mbs.rotation(flying, state, "arm.0")
+    felt = interface_loads(flying, state, "arm", whole)
+    at_tip = mbs.reactions(flying, state, side="parent")["wrist"]
+    np.testing.assert_allclose(felt[1, :3], R.T @ at_tip.force, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(felt[1, 3:], R.T @ at_tip.moment, rtol=1e-9, atol=1e-6)
+    assert np.abs(felt[0]).max() < 1e-9 * np.abs(felt[1]).max()  # it flies: nothing holds its root
+    for name in ("float", "arm.2"):  # what is inside the elastic body is no joint's load
+        assert np.abs(loads[name].force).max() < 1e-9 * np.abs(loads["wrist"].force).max()
+    assert loads.residual < 1e-8
+
+
+def test_recovery_by_accelerations_is_that_by_displacements(whole, flying, state):
+    """Nothing was reduced away, so both agree and the elements' end forces with them."""
+    by_force = displacements(flying, state, "arm", whole)
+    by_shape = displacements(flying, state, "arm", whole, method="displacement")
+    np.testing.assert_allclose(by_force, by_shape, atol=1e-9 * np.abs(by_shape).max())
+    structure = beam_structure(1.0, 2)
+    tip = np.asarray(element_forces(structure, by_force)["beam"])[1, 6:]
+    assert np.all(np.isfinite(tip)) and np.abs(tip).max() > 1.0
+
+
+def test_power_of_the_loads_is_the_change_of_energy(flying, state):
+    """Along the motion of the accelerations, kinetic and potential energy keep their sum."""
+    u_dot, _ = mbs.forward_dynamics(flying, state)
+    psi_dot = coordinate_rate(flying.topology, state.coordinates, state.velocities)
+
+    def energy(psi, u):
+        here = mbs.State(state.t, psi, u)
+        return mbs.kinetic_energy(flying, here) + mbs.potential_energy(flying, here)
+
+    moving = (state.coordinates, state.velocities), (psi_dot, u_dot)
+    rate = jax.jvp(energy, *moving)[1]
+    parts = jax.jvp(lambda psi: energy(psi, 0 * state.velocities), (state.coordinates,), (psi_dot,))[1]
+    assert abs(rate) < 1e-10 * abs(parts)
+
+
+@pytest.mark.slow
+def test_frequencies_of_a_cantilever_are_those_of_its_elements():
+    frame = elastic_beam(elements=4, num_modes=18, damping_ratio=0.02)
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    b.elastic("arm", frame.body)
+    b.joint("clamp", mbs.Weld(), "ground", "arm.0")
+    system = b.build()
+    linear = mbs.linearise(system, mbs.State.at(system))
+    found = mbs.modes(linear)
+    s = frame.substructure
+    K, M = (np.asarray(A)[RIGID_ROWS:, RIGID_ROWS:] for A in (s.stiffness, s.mass))
+    expected = np.sqrt(scipy.linalg.eigh(K, M, eigvals_only=True)) / (2 * np.pi)
+    np.testing.assert_allclose(found.frequencies[::2], expected, rtol=1e-8)
+    np.testing.assert_allclose(found.damping_ratios, 0.02, rtol=1e-6)
+    np.testing.assert_allclose(mbs.stiffness(system, mbs.State.at(system)).total, linear.stiffness, atol=1e-4)
+
+
+@pytest.mark.slow
+def test_sag_and_clamping_moment_of_a_cantilever():
+    """Closed forms `q L^4 / 8 E I` and `q L^2 / 2`; gravity's sums of ports included."""
+    frame = elastic_beam(elements=4, num_modes=0)
+    b = mbs.SystemBuilder()
+    b.elastic("arm", frame.body)
+    b.joint("clamp", mbs.Weld(), "ground", "arm.0")
+    system = b.build()
+    rest = mbs.equilibrium(system, mbs.State.at(system)).state
+    weight = 2700 * 4e-4 * 9.81
+    sag = mbs.position(system, rest, "arm.4")[2]
+    np.testing.assert_allclose(sag, -weight / (8 * 7e10 * 1.2e-8), rtol=1e-4)
+    clamp = mbs.reactions(system, rest)["clamp"]
+    np.testing.assert_allclose(clamp.force, [0, 0, weight], atol=1e-6)
+    np.testing.assert_allclose(clamp.moment[1], -weight / 2, rtol=1e-4)
+    middle = displacements(system, rest, "arm", frame).reshape(-1, 6)[1:3, 2]
+    x = np.array([0.25, 0.5])
+    exact = -weight * x**2 * (6 - 4 * x + x**2) / (24 * 7e10 * 1.2e-8)
+    np.testing.assert_allclose(middle, exact, rtol=2e-3)  # element loads are lumped on the nodes' shapes
+
+
+def test_a_component_known_by_its_reduced_matrices_alone():
+    """Interface and modal coordinates only, as delivered by a partner: small vibrations are those of the full one."""
+    full = elastic_beam(elements=4, num_modes=3)
+    s = full.substructure
+    ends = tuple(i for i, (node, _) in enumerate(s.coordinates) if node in ("0", "4"))
+    reduced = craig_bampton(s.stiffness, s.mass, ends, 3)
+    labels = [*(s.coordinates[i] for i in ends), *(f"mode {k}" for k in range(3))]
+    places = {"0": s.positions[0], "4": s.positions[4]}
+    delivered = Substructure(reduced.mass, reduced.stiffness, None, labels[:12], labels, places)
+    frame = floating_frame(delivered, ("0", "4"), 3)
+    for part in ("stiffness", "places"):
+        np.testing.assert_allclose(getattr(frame.body, part), getattr(full.body, part), rtol=1e-8, atol=1e-3)
+    m = frame.body.num_deformations
+    for rows in (slice(0, 6), slice(-m, None)):
+        a, b = (np.abs(np.asarray(f.body.inertia)[rows, -m:]) for f in (frame, full))  # signs of modes are free
+        np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+def test_faults_are_said():
+    frame = elastic_beam(elements=2, num_modes=0)
+    with pytest.raises(mbs.ModelError, match="no such node"):
+        floating_frame(frame.substructure, ("0", "9"))
+    held = Substructure(frame.substructure.mass, frame.substructure.stiffness + jnp.eye(18) * 1e6)
+    with pytest.raises(mbs.ModelError, match="positions"):
+        floating_frame(held, ("0",))
+    s = frame.substructure
+    sprung = Substructure(s.mass, s.stiffness + jnp.eye(18) * 1e6, None, (), s.coordinates, (s.nodes, s.positions))
+    with pytest.raises(mbs.ModelError, match="must be free"):
+        floating_frame(sprung, ("0", "2"))
+    b = mbs.SystemBuilder()
+    b.elastic("arm", frame.body, motions={"5": mbs.Planar("z")})
+    b.elastic("leg", "frame")
+    with pytest.raises(mbs.ModelError, match="(?s)other interfaces are.*ElasticBody"):
+        b.build()
+    b = mbs.SystemBuilder()
+    b.elastic("arm", frame.body)
+    b.joint("clamp", mbs.Weld(), "ground", "arm.2")
+    with pytest.raises(mbs.ModelError, match="name that interface first"):
+        b.build()
+    with pytest.raises(mbs.ModelError, match="is not an elastic body"):
+        deformations(clamped(frame), mbs.State.at(clamped(frame)), "leg")
+
+
+def clamped(frame):
+    b = mbs.SystemBuilder()
+    b.elastic("arm", frame.body)
+    b.joint("clamp", mbs.Weld(), "ground", "arm.0")
+    return b.build()
