@@ -1,5 +1,7 @@
 """Substructures from arrays, sparse matrices and files; what the check finds."""
 
+from io import StringIO
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,8 +12,9 @@ import scipy.sparse
 from jaxmbs.elements import Beam, PointMass, Spring
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_dmig, read_matrix_market, read_op4
-from jaxmbs.structures import Structure, Substructure, block_matrices, check
-from jaxmbs.substructures import craig_bampton, reduce
+from jaxmbs.structures import Structure, Substructure, block_matrices, check, rigid_motions
+from jaxmbs.structures.modes import effective_masses
+from jaxmbs.substructures import craig_bampton, fixed_interface_modes, reduce
 
 CHAIN = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
 
@@ -83,14 +86,27 @@ def test_check_of_a_free_beam():
     assert "mass [kg]" in str(report) and "centre of mass [m]" in str(report)
 
 
-def test_check_of_a_reduced_beam():
-    """In few coordinates it has the same mass properties, and is free."""
-    reduced = reduce(Substructure.of(beam(), interface=["0", "5"]), craig_bampton, 6)
-    ends = {"0": (1.0, 2.0, 3.0), "5": (3.0, 2.0, 3.0)}
-    report = check(reduced.substructure(ends), about=(1.0, 2.0, 3.0), strict=True)
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_check_of_a_reduced_beam_against_pyyeti():
+    """Mass properties about the origin and the centre, fixed-interface frequencies, effective masses of `cbcheck`."""
+    cb, nastran = pytest.importorskip("pyyeti.cb"), pytest.importorskip("pyyeti.nastran")
+    whole, ends = Substructure.of(beam(), interface=["0", "5"]), np.array([[1.0, 2.0, 3.0], [3.0, 2.0, 3.0]])
+    reduced = reduce(whole, craig_bampton, 6)
+    report = check(reduced.substructure(dict(zip("05", ends, strict=True))), strict=True)
+    grids = nastran.n2p.addgrid(None, [1, 2], "b", 0, ends, 0)
+    M, K = np.asarray(reduced.mass), np.asarray(reduced.stiffness)
+    found = cb.cbcheck(StringIO(), M, K, np.arange(12), np.arange(6), grids)
+    total = found.rbg.T @ found.m[:12, :12] @ found.rbg
     assert (report.grounded, report.free_motions, report.size) == ("free", 6, 18)
-    np.testing.assert_allclose(report.mass, 10.0, rtol=1e-9)
-    np.testing.assert_allclose(np.diag(report.central_inertia)[1:], 10 / 3, rtol=1e-9)
+    np.testing.assert_allclose(report.mass, total[0, 0], rtol=1e-9)
+    np.testing.assert_allclose(report.centre, [total[1, 5] / 10, total[2, 3] / 10, total[0, 4] / 10], rtol=1e-9)
+    np.testing.assert_allclose(report.inertia, total[3:, 3:], rtol=1e-9, atol=1e-8)
+    inner, motions = np.array(whole.interior), np.asarray(rigid_motions(whole.positions)).reshape(-1, 6)
+    modes = fixed_interface_modes(whole.stiffness, whole.mass, whole.interface, 6)
+    np.testing.assert_allclose(modes.frequencies, found.cb_frq, rtol=1e-9)
+    moved = np.asarray(effective_masses(modes, whole.mass[inner], motions))
+    shares = 100 * moved / np.diag(motions.T @ np.asarray(whole.mass) @ motions)
+    np.testing.assert_allclose(shares, found.effmass_percent, atol=1e-6)
 
 
 def test_check_of_a_held_beam_and_of_its_mechanism():
