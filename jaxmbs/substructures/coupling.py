@@ -75,7 +75,7 @@ class Reactions(eqx.Module):
 
 
 def join(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> Assembly:
-    """Components on common joint displacements: the primal assembly.
+    """Components on common joint displacements: the primal assembly, by numbers; `connect` does it by name.
 
     Args:
         joints: for each component, the number of the joint displacement that each of its interface coordinates
@@ -96,6 +96,8 @@ def join(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> Asse
 
 def elastic_bond(stiffness, damping=None, mass=None) -> Reduced:
     """A bushing between two frames as a component: interface is the one frame's coordinates, then the other's.
+
+    By name: `bushing`.
 
     Args: stiffness, damping, mass: (k, k), or the k numbers of a diagonal; damping and mass may be None.  The mass is
         shared as that of a uniform rod, a third at each end and a third between them.
