@@ -8,6 +8,7 @@ hamiltonian  the same with all ports summed to Q, S2 Fig. 4
 import jax
 import numpy as np
 
+from ..dynamics.elastic import refuse_elastic
 from ..errors import ModelError
 from ..forces.base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..kinematics.kic import dependent_columns
@@ -40,6 +41,7 @@ def build_view(system: System, view: str) -> BondGraph:
     """
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
+    refuse_elastic(system, "bond graphs")
     sketch = _Sketch(system)
     if not sketch.roots:
         raise ModelError(["nothing moves: the mechanism has no freedom and no drive, so its bond graph is empty"])

@@ -9,6 +9,7 @@ Source: S2 (29), (38)-(42) for bodies that deform.
 import jax
 import jax.numpy as jnp
 
+from ..errors import ModelError
 from ..kinematics.elastic import (
     ElasticState,
     Parts,
@@ -114,3 +115,15 @@ def elastic_body_stiffness(system: System, geo, psi, Gamma):
         G = flow_map(system, group, geo, s)[:, 6:] @ Gamma
         total = total + jnp.einsum("ekn,ekl,elm->nm", G, group.body.stiffness, G)
     return total
+
+
+def total_mass(system: System):
+    """Mass [kg] of all rigid and elastic bodies."""
+    return jnp.sum(system.mass) + sum(jnp.sum(group.body.inertia[:, 3, 3]) for group in system.elastic)
+
+
+def refuse_elastic(system: System, what: str) -> None:
+    """Raises: ModelError for a question that is answered for rigid bodies only."""
+    names = [name for group in system.elastic for name in group.names]
+    if names:
+        raise ModelError([f"{what} are of rigid bodies; elastic are: {', '.join(names)} (mass_matrix holds them)"])

@@ -14,6 +14,7 @@ from ..kinematics.kic_second import along_independent
 from ..kinematics.poses import geometry, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..model.system import System
+from .elastic import total_mass
 from .linearise import local_efforts
 
 _SMALL = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
@@ -82,7 +83,7 @@ def _equilibrium(system, state, moving):
     still = jnp.asarray(~np.isin(chosen, moving), state.coordinates.dtype)
     w = state.velocities[chosen] * (1.0 - still)
     start = jnp.zeros(top.num_velocities, state.coordinates.dtype)
-    weight = jnp.sum(system.mass) * (1.0 + jnp.max(jnp.abs(system.gravity)))
+    weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
     first = jnp.max(jnp.abs(_unbalanced(system, state.coordinates, w, state.t)), initial=0.0)
     scale = jax.lax.stop_gradient(weight + first)
     tolerance = _SMALL[start.dtype.itemsize] * 1e-3

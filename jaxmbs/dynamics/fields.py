@@ -12,10 +12,12 @@ from ..kinematics.kic import body_kic, velocity_map
 from ..kinematics.kic_second import along_independent, body_kic_second
 from ..kinematics.poses import coordinate_rate, frame_poses, node_parameters, node_poses
 from ..model.system import System
+from .elastic import refuse_elastic
 from .ports import total_effort
 
 
 def _arguments(system, state):
+    refuse_elastic(system, "the paper's fields")
     return node_parameters(system), state.coordinates, state.t
 
 

@@ -67,7 +67,8 @@ def floating_frame(
         reduced = physical(s.stiffness, s.mass, outer, s.damping)
     else:
         reduced = method(s.stiffness, s.mass, outer, num_modes, damping=s.damping).explicit()
-    shapes = reduced.basis[:, 6:]
+    motions, modes = reduced.basis[:, 6 : len(outer)], reduced.basis[:, len(outer) :]
+    shapes = jnp.concatenate([motions, _upright(modes)], axis=1)
     K = shapes.T @ s.stiffness @ shapes
     if damping_ratio is not None:
         C = modal(K, shapes.T @ s.mass @ shapes, damping_ratio)
@@ -77,6 +78,13 @@ def floating_frame(
     at = s.positions[np.array([s.nodes.index(name) for name in interfaces])]
     body = ElasticBody(Y.T @ s.mass @ Y, _symmetric(K), _symmetric(C), at[1:] - at[:1], tuple(interfaces))
     return FloatingFrame(body, shapes, rigid, s)
+
+
+def _upright(modes):
+    """Modes whose largest entry is positive: eigenvectors come with any sign, which would be that of a coordinate."""
+    largest = jnp.argmax(jnp.abs(modes), axis=0)
+    sign = jnp.sign(jnp.take_along_axis(modes, largest[None], axis=0))
+    return modes * jax.lax.stop_gradient(jnp.where(sign == 0, jnp.ones_like(sign), sign))
 
 
 def _symmetric(A):

@@ -30,6 +30,10 @@ class Projected(diffrax.AbstractWrappedSolver, diffrax.AbstractAdaptiveSolver):
         return self.solver.term_compatible_contr_kwargs
 
     @property
+    def root_finder(self):
+        return self.solver.root_finder
+
+    @property
     def scan_kind(self):
         return getattr(self.solver, "scan_kind", "lax")
 

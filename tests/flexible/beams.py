@@ -6,6 +6,7 @@ import numpy as np
 import jaxmbs as mbs
 from jaxmbs.elements import Beam
 from jaxmbs.flexible import floating_frame
+from jaxmbs.kinematics.poses import neutral_coordinates, step_coordinates
 from jaxmbs.structures import Structure, Substructure
 
 
@@ -44,7 +45,5 @@ def random_state(system, seed=0, size=0.02, speed=1.0):
     """Small deformations, large rigid motion, all of it moving."""
     random = np.random.default_rng(seed)
     top = system.topology
-    from jaxmbs.kinematics.poses import neutral_coordinates, step_coordinates
-
     psi = step_coordinates(top, neutral_coordinates(top), jnp.asarray(size * random.normal(size=top.num_velocities)))
     return mbs.State(jnp.zeros(()), psi, jnp.asarray(speed * random.normal(size=top.num_velocities)))
