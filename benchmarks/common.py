@@ -71,16 +71,16 @@ def cpu_seconds(functions, rounds=5, least=0.2):
     counts = {}
     for name, function in functions.items():
         jax.block_until_ready(function())
-        once = _timed(function, 1)
+        once = timed(function, 1)
         counts[name] = max(1, int(least / max(once, 1e-7)))
     times = {name: [] for name in functions}
     for _ in range(rounds):
         for name, function in functions.items():
-            times[name].append(_timed(function, counts[name]) / counts[name])
+            times[name].append(timed(function, counts[name]) / counts[name])
     return {name: statistics.median(values) for name, values in times.items()}
 
 
-def _timed(function, count):
+def timed(function, count):
     start = time.process_time()
     for _ in range(count):
         result = function()

@@ -9,13 +9,17 @@ import numpy as np
 from cases import models
 from exudyn.itemInterface import (
     Force,
+    GenericJoint,
     MarkerBodyPosition,
     MarkerBodyRigid,
+    NodePoint2DSlope1,
     NodeRigidBody2D,
+    ObjectANCFCable2D,
     ObjectConnectorSpringDamper,
     ObjectGround,
     ObjectJointRevolute2D,
     ObjectRigidBody2D,
+    SensorNode,
     Torque,
 )
 
@@ -120,6 +124,56 @@ def andrews(start):
     plane.system.AddLoad(Torque(markerNumber=hub, loadVector=[0.0, 0.0, 0.033]))
     plane.system.Assemble()
     return plane.system, lambda: np.array([beta + plane.coordinates(nodes["K1"])[2]])
+
+
+def spinning_beam(elements, step, times):
+    """The beam of `elastic_bodies.py` by ANCF cables: places (x, y) of its tip at the times."""
+    system = exu.SystemContainer().AddSystem()
+    length = 10.0 / elements
+    places = [NodePoint2DSlope1(referenceCoordinates=[length * k, 0.0, 1.0, 0.0]) for k in range(elements + 1)]
+    nodes = [system.AddNode(node) for node in places]
+    cables = [
+        system.AddObject(
+            ObjectANCFCable2D(
+                nodeNumbers=[nodes[k], nodes[k + 1]],
+                length=length,
+                massPerLength=1.2,
+                bendingStiffness=1.4e4,
+                axialStiffness=2.8e7,
+                useReducedOrderIntegration=1,
+            )
+        )
+        for k in range(elements)
+    ]
+    ends = [system.AddObject(ObjectGround()), cables[0]]
+    markers = [system.AddMarker(MarkerBodyRigid(bodyNumber=end, localPosition=[0.0, 0.0, 0.0])) for end in ends]
+
+    def spin(mbs, t, item, offset):
+        return [0.0] * 5 + [0.4 * (0.5 * t**2 + (7.5 / np.pi) ** 2 * (np.cos(2 * np.pi * t / 15.0) - 1.0))]
+
+    hub = GenericJoint(markerNumbers=markers, constrainedAxes=[1, 1, 0, 0, 0, 1], offsetUserFunction=spin)
+    system.AddObject(hub)
+    tip = SensorNode(
+        nodeNumber=nodes[-1],
+        outputVariableType=exu.OutputVariableType.Position,
+        storeInternal=True,
+        writeToFile=False,
+    )
+    tip = system.AddSensor(tip)
+    system.Assemble()
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.endTime = float(times[-1])
+    settings.timeIntegration.numberOfSteps = round(float(times[-1]) / step)
+    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.9
+    settings.timeIntegration.newton.useModifiedNewton = True
+    settings.timeIntegration.newton.absoluteTolerance = 1e-6
+    settings.timeIntegration.verboseMode = 0
+    settings.solutionSettings.writeSolutionToFile = False
+    settings.solutionSettings.sensorsWritePeriod = 0.5 * step
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    system.SolveDynamic(settings)
+    table = system.GetSensorStoredData(tip)
+    return [table[np.argmin(np.abs(table[:, 0] - t)), 1:3] for t in times]
 
 
 def solve(system, end, step, radius):

@@ -14,6 +14,7 @@ NAMES = (
     "closed_loop",
     "reactions",
     "substructures",
+    "elastic_bodies",
 )
 
 

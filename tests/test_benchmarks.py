@@ -17,6 +17,7 @@ PACKAGES = {
     "closed_loop": (),
     "reactions": (),
     "substructures": (),
+    "elastic_bodies": (),
 }
 
 

@@ -136,7 +136,7 @@ class SystemBuilder:
             found += force_faults(force, self._bodies, self._frames, self._joints)
         for item in self._constraints.values():
             found += constraint_faults(item, self._bodies, self._frames, self._joints)
-        return found + entry_faults(self._elastic, self._joints)
+        return found
 
     def build(self, like: System | None = None, independent=None, cut=None) -> System:
         """The system.
@@ -151,6 +151,7 @@ class SystemBuilder:
         """
         found = self.faults()
         found += [f"cut: {name!r} is not a joint" for name in cut or () if name not in self._joints]
+        found += entry_faults(self._elastic, [j for name, j in self._joints.items() if name not in (cut or ())])
         if found:
             raise ModelError(found)
         bodies, joints, keep = dict(self._bodies), dict(self._joints), self._kept()

@@ -67,7 +67,7 @@ def entry_faults(elastic, joints) -> list[str]:
     """Elastic bodies that the ground reaches first at another interface than their first."""
     inside = {body: item for item in elastic.values() for body in item.interfaces}
     neighbours: dict = {}
-    for joint in joints.values():
+    for joint in joints:
         neighbours.setdefault(joint.parent, []).append(joint.child)
         neighbours.setdefault(joint.child, []).append(joint.parent)
     reached, queue, found = {GROUND}, [GROUND], []
@@ -84,7 +84,7 @@ def entry_faults(elastic, joints) -> list[str]:
             if other != first and first not in reached:
                 found.append(
                     f"elastic body {item.name!r}: the ground reaches it at {other.removeprefix(item.name + '.')!r}; "
-                    "name that interface first"
+                    "name that interface first, or cut the joint there: build(cut=[...])"
                 )
             reached.update(item.interfaces)
             queue.extend(b for b in item.interfaces if b != other)

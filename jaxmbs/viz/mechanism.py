@@ -50,6 +50,8 @@ def body_frames(topology, names=None) -> dict[int, list[int]]:
     """Frames that show on each body (-1 ground): its ends of joints, then the named ones (default: all)."""
     shown: dict[int, list[int]] = {-1: []} | {body: [] for body in range(topology.bodies.size)}
     for joint in topology.joints:
+        if joint.kind == "Modal":  # moves no frame
+            continue
         for body, frame in zip((joint.parent, joint.child), joint.frames, strict=True):
             shown[body].append(frame)
     ends = {frame for joint in topology.joints for frame in joint.frames}

@@ -1,0 +1,108 @@
+"""An elastic beam spun up faster than its first frequency: error against the number of bodies it is cut into.
+
+The manoeuvre of Kane, Ryan and Banerjee (1987) with the beam of Simo and Vu-Quoc (1986).  One body has no stiffening
+by rotation and is unstable above 3.8 rad/s; the error of several falls with the square of their number.  The
+reference is the limit of ANCF cables in elements and steps (2e-7).  Where Exudyn is installed it runs the same beam.
+"""
+
+import importlib.util
+
+import common
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import jaxmbs as mbs
+from jaxmbs.elements import Beam
+from jaxmbs.flexible import floating_frame
+from jaxmbs.structures import Structure, Substructure
+
+LENGTH, TIMES = 10.0, np.array([2.0, 4.0, 6.0, 8.0])
+REFERENCE = np.array([-0.10237244, -0.34225384, -0.54355929, -0.54279588])  # of the tip, in the turning axes [m]
+SECTION = Beam(2.8e7, 1e7, 1.0, 5e-4, 5e-4, 1e-3, 1.2)
+PEER_RUNS = ((8, 4e-3), (8, 2e-3))  # elements, step
+
+
+def spin(t):
+    """Angle of the hub: to 6 rad/s in 15 s, smoothly."""
+    return 0.4 * (0.5 * t**2 + (15.0 / (2 * jnp.pi)) ** 2 * (jnp.cos(2 * jnp.pi * t / 15.0) - 1.0))
+
+
+def beam(parts):
+    """The beam cut into equal elastic bodies, hung on the driven hub; and the name of its tip."""
+    x = jnp.linspace(0.0, LENGTH / parts, 3)
+    nodes = jnp.stack([x, jnp.zeros_like(x), jnp.zeros_like(x)], axis=1)
+    structure = Structure(nodes, {"beam": (SECTION, [(0, 1), (1, 2)])})
+    body = floating_frame(Substructure.of(structure), ("0", "2"), 1).body
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    for k in range(parts):
+        b.elastic(f"part{k}", body, motions={"2": mbs.Planar("z")})
+    b.joint("hub", mbs.Revolute("z"), "ground", "part0.0", drive=spin)
+    for k in range(1, parts):
+        b.joint(f"weld{k}", mbs.Weld(), f"part{k - 1}.2", f"part{k}.0")
+    return b.build(), f"part{parts - 1}.2"
+
+
+def lag(x, y, t):
+    """Deflection of the tip across the turning axes."""
+    angle = np.asarray(spin(jnp.asarray(t)))
+    return -np.asarray(x) * np.sin(angle) + np.asarray(y) * np.cos(angle)
+
+
+def our_rows(parts, times, rounds):
+    """Largest error up to the last time, CPU seconds of a run and of the first one, steps."""
+    system, tip = beam(parts)
+    start = mbs.State.at(system)
+
+    def simulate():
+        return mbs.simulate(system, start, ts=times, solver=diffrax.Kvaerno5(), rtol=1e-6, atol=1e-6)
+
+    first = common.timed(simulate, 1)
+    motion = simulate()
+    place = jax.vmap(lambda s: mbs.position(system, s, tip))(motion.states)
+    error = np.max(np.abs(lag(place[:, 0], place[:, 1], times) - REFERENCE[: len(times)]))
+    seconds = common.cpu_seconds({"run": simulate}, rounds, least=0.0)["run"]
+    case = f"{parts} bodies"
+    return [
+        common.row(case, "largest error of the tip", error, "m"),
+        common.row(case, "one run", seconds, "s CPU"),
+        common.row(case, "first run with compilation", first, "s CPU"),
+        common.row(case, "steps", int(motion.diagnostics.num_steps)),
+    ]
+
+
+def peer_rows(ours, times, rounds):
+    """Exudyn's runs: its error and time beside those of our finest beam."""
+    if importlib.util.find_spec("exudyn") is None:
+        return []
+    import exudyn_models
+
+    mine = {row.metric: row.value for row in ours if row.case == ours[-1].case}
+    rows = []
+    for elements, step in PEER_RUNS:
+        found = []
+
+        def solve(elements=elements, step=step, found=found):
+            found[:] = exudyn_models.spinning_beam(elements, step, times)
+
+        seconds = common.cpu_seconds({"run": solve}, rounds, least=0.0)["run"]
+        error = np.max(np.abs(lag(*np.array(found).T, times) - REFERENCE[: len(times)]))
+        peer = f"Exudyn, {elements} cables, h={step:.0e}"
+        case = ours[-1].case
+        rows.append(common.row(case, "largest error of the tip", mine["largest error of the tip"], "m", peer, error))
+        rows.append(common.row(case, "one run", mine["one run"], "s CPU", peer, seconds))
+    return rows
+
+
+def main():
+    options = common.parser(__doc__).parse_args()
+    times, counts, rounds = (TIMES[:1], (2,), 1) if options.quick else (TIMES, (2, 4, 8), 3)
+    rows = [row for parts in counts for row in our_rows(parts, times, rounds)]
+    if not options.quick:
+        rows += peer_rows(rows, times, rounds)
+    common.report(rows, options)
+
+
+if __name__ == "__main__":
+    main()
