@@ -27,7 +27,7 @@ class FloatingFrame(eqx.Module):
         body: what `SystemBuilder.elastic` takes.
         shapes: (n, m) displacements Phi of all coordinates per deformation, the first interface at rest.
         rigid: (n, 6) rigid motions: rotations about, then translations of, the first interface.
-        substructure: the matrices.
+        substructure: the matrices; its damping is that of the body.
     """
 
     body: ElasticBody
@@ -53,7 +53,7 @@ def floating_frame(
         damping_ratio: of the modes with the first interface held, instead of the substructure's own damping.
         method: a reduction of `jaxmbs.substructures`.
 
-    Interfaces with many nodes take six coordinates by `rigid_transformation` or `averaged_transformation` first.
+    Interfaces with many nodes take six coordinates by `substructures.rigid_node` first.
     Rotary inertia of nodes counts as if they kept their axes in the floating frame; stiffening by rotation is left
     out (cut a blade or a fast arm into several bodies, their frames then follow it).
 
@@ -71,13 +71,21 @@ def floating_frame(
     shapes = jnp.concatenate([motions, _upright(modes)], axis=1)
     K = shapes.T @ s.stiffness @ shapes
     if damping_ratio is not None:
-        C = modal(K, shapes.T @ s.mass @ shapes, damping_ratio)
-    else:
-        C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes
+        s = _damped(s, shapes, K, damping_ratio)
+    C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes
     Y = jnp.concatenate([rigid, *turned(s, shapes), shapes], axis=1)
     at = s.positions[np.array([s.nodes.index(name) for name in interfaces])]
     body = ElasticBody(Y.T @ s.mass @ Y, _symmetric(K), _symmetric(C), at[1:] - at[:1], tuple(interfaces))
     return FloatingFrame(body, shapes, rigid, s)
+
+
+def _damped(s, shapes, K, ratio):
+    """The substructure with damping that is modal on the shapes, `M Phi m^-1 C m^-1 Phi^T M`, m = Phi^T M Phi."""
+    carried = s.mass @ shapes
+    m = shapes.T @ carried
+    spread = jnp.linalg.solve(m, carried.T)
+    C = spread.T @ modal(K, m, ratio) @ spread
+    return eqx.tree_at(lambda s: s.damping, s, C, is_leaf=lambda x: x is None)
 
 
 def _upright(modes):
@@ -102,9 +110,7 @@ def interface_rows(s: Substructure, interfaces) -> tuple[int, ...]:
         if missing == list(DIRECTIONS):
             faults.append(f"interface {name!r}: there is no such node in the substructure")
         elif missing:
-            faults.append(
-                f"interface {name!r}: has no {' '.join(missing)}; make it rigid or averaged, six coordinates"
-            )
+            faults.append(f"interface {name!r}: has no {' '.join(missing)}; give it six coordinates by rigid_node")
     if len(set(interfaces)) < len(interfaces):
         faults.append("interfaces are named twice")
     if faults:

@@ -31,6 +31,7 @@ from .rigid_interface import (
     averaged_transformation,
     on_interface,
     rigid_body_motions,
+    rigid_node,
     rigid_transformation,
 )
 from .rubin import rubin

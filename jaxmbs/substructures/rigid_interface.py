@@ -1,13 +1,16 @@
 """Six coordinates for an interface of many nodes: rigid (RBE2) or averaged (RBE3)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..elements import DIRECTIONS
+from ..errors import ModelError
 from ..structures.structure import rigid_motions
+from ..structures.substructure import Substructure
 from .base import Reduced, partition
 
 
@@ -92,3 +95,31 @@ def on_interface(
     K, M, C = (None if A is None else W.T @ A @ W for A in (stiffness, mass, damping))
     reduced = method(K, M, tuple(range(num)), *args, damping=C, **options)
     return eqx.tree_at(lambda r: r.basis, reduced, W @ reduced.basis)
+
+
+def rigid_node(substructure: Substructure, name: str, nodes: Iterable, position=None) -> Substructure:
+    """The component with some of its nodes fixed to a new node of six coordinates, its interface (RBE2).
+
+    Args:
+        nodes: names or numbers; the new node takes the place of their coordinates.
+        position: (3,) [m] of the new node; default their mean.
+
+    Raises: ModelError for nodes that are not there, positions that are missing, a name that is taken.
+    Source: S1 (14).
+    """
+    s, nodes = substructure, [str(node) for node in nodes]
+    if s.positions is None:
+        raise ModelError("a rigid node needs the positions of the nodes: Substructure(..., positions=...)")
+    if name in s.nodes and name not in nodes:
+        raise ModelError(f"rigid node {name!r}: the name is taken")
+    rows = s.rows(*nodes)
+    members = s.positions[np.array([s.nodes.index(node) for node in nodes])]
+    place = jnp.mean(members, axis=0) if position is None else jnp.asarray(position, members.dtype)
+    at = [(nodes.index(s.coordinates[i][0]), DIRECTIONS.index(s.coordinates[i][1])) for i in rows]
+    W = rigid_transformation(s.num_rows, rows, rigid_motions(members, place)[tuple(np.array(at).T)])
+    M, K, C = (None if A is None else W.T @ A @ W for A in (s.mass, s.stiffness, s.damping))
+    kept = [i for i in range(s.num_rows) if i not in set(rows)]
+    labels = [(name, direction) for direction in DIRECTIONS] + [s.coordinates[i] for i in kept]
+    interface = [name, *(s.coordinates[i] for i in s.interface if i in set(kept))]
+    places = {name: place} | {n: p for n, p in zip(s.nodes, s.positions, strict=True) if n not in nodes}
+    return Substructure(M, K, C, interface, labels, places)

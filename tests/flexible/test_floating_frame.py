@@ -8,10 +8,12 @@ import pytest
 import scipy.linalg
 
 import jaxmbs as mbs
+from jaxmbs.elements import Hexahedron
 from jaxmbs.flexible import deformations, displacements, floating_frame, interface_loads
 from jaxmbs.kinematics.poses import coordinate_rate
-from jaxmbs.structures import Substructure, element_forces
-from jaxmbs.substructures import craig_bampton
+from jaxmbs.structures import Structure, Substructure, element_forces
+from jaxmbs.substructures import craig_bampton, rigid_node
+from jaxmbs.viz.mechanism import body_frames
 
 from .beams import beam_structure, elastic_beam, random_state
 
@@ -21,7 +23,7 @@ RIGID_ROWS = 6
 @pytest.fixture(scope="module")
 def whole():
     """A beam of two elements with all its modes: nothing is lost by the reduction."""
-    return elastic_beam(elements=2, num_modes=6)
+    return elastic_beam(elements=2, num_modes=6, damping_ratio=0.02)
 
 
 @pytest.fixture(scope="module")
@@ -100,8 +102,8 @@ def test_recovery_by_accelerations_is_that_by_displacements(whole, flying, state
     assert np.all(np.isfinite(tip)) and np.abs(tip).max() > 1.0
 
 
-def test_power_of_the_loads_is_the_change_of_energy(flying, state):
-    """Along the motion of the accelerations, kinetic and potential energy keep their sum."""
+def test_power_of_the_loads_is_the_change_of_energy(whole, flying, state):
+    """Along the motion of the accelerations, kinetic and potential energy lose what the damping takes."""
     u_dot, _ = mbs.forward_dynamics(flying, state)
     psi_dot = coordinate_rate(flying.topology, state.coordinates, state.velocities)
 
@@ -112,7 +114,10 @@ def test_power_of_the_loads_is_the_change_of_energy(flying, state):
     moving = (state.coordinates, state.velocities), (psi_dot, u_dot)
     rate = jax.jvp(energy, *moving)[1]
     parts = jax.jvp(lambda psi: energy(psi, 0 * state.velocities), (state.coordinates,), (psi_dot,))[1]
-    assert abs(rate) < 1e-10 * abs(parts)
+    q_dot = deformations(flying, state, "arm")[1]
+    lost = q_dot @ whole.body.damping @ q_dot
+    assert lost > 1.0
+    np.testing.assert_allclose(rate, -lost, atol=1e-10 * abs(parts))
 
 
 @pytest.mark.slow
@@ -169,6 +174,33 @@ def test_a_component_known_by_its_reduced_matrices_alone():
     for rows in (slice(0, 6), slice(-m, None)):
         a, b = (np.abs(np.asarray(f.body.inertia)[rows, -m:]) for f in (frame, full))  # signs of modes are free
         np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+def test_a_block_of_solids_held_by_its_faces():
+    """Eight bricks between two rigid faces: mass, centre and inertia of the box; it stretches as `E A / l` says."""
+    x, y, z = np.meshgrid([0.0, 0.3, 0.6], [-0.1, 0.0, 0.1], [-0.05, 0.0, 0.05], indexing="ij")
+    number = np.arange(27).reshape(3, 3, 3)
+    bricks = [
+        number[i : i + 2, j : j + 2, k : k + 2].ravel()[[0, 4, 6, 2, 1, 5, 7, 3]] for i, j, k in np.ndindex(2, 2, 2)
+    ]
+    nodes = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    block = Substructure.of(Structure(nodes, {"solid": (Hexahedron(7e10, 0.0, 2700.0), bricks)}))
+    for name, face in (("left", number[0]), ("right", number[2])):
+        block = rigid_node(block, name, face.ravel())
+    body = floating_frame(block, ("left", "right"), 2).body
+    mass, (a, b, c) = 2700 * 0.6 * 0.2 * 0.1, (0.6, 0.2, 0.1)
+    spin = mass / 12 * np.array([b**2 + c**2, a**2 + c**2, a**2 + b**2]) + mass * 0.3**2 * np.array([0, 1, 1])
+    np.testing.assert_allclose(np.diag(body.inertia)[:6], [*spin, mass, mass, mass], rtol=1e-9)
+    np.testing.assert_allclose(body.places, [[0.6, 0.0, 0.0]], atol=1e-15)
+    np.testing.assert_allclose(body.stiffness[0, 0], 7e10 * 0.02 / 0.6, rtol=1e-9)
+    with pytest.raises(mbs.ModelError, match="is taken"):
+        rigid_node(block, "left", ["right"])
+
+
+def test_pictures_leave_the_modes_out(flying):
+    shown = body_frames(flying.topology)
+    assert shown[flying.topology.body_names.index("arm.modes")] == []
+    assert len(shown[flying.topology.body_names.index("arm.0")]) >= 2
 
 
 def test_faults_are_said():
