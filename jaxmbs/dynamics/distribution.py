@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..kinematics import constraints
+from ..math.spd import spd_solve
 from ..model.system import System
 from ..statics import Bonds, Network, bond_reactions
 from ..statics.tree import on_bodies
@@ -56,8 +57,7 @@ def _free_twists(system, geo):
 
 def _complement(D):
     """Projector (6, 6) onto the twists that break no row of D (rows, 6)."""
-    Q, _ = jnp.linalg.qr(D.T)
-    return jnp.eye(6, dtype=D.dtype) - Q @ Q.T
+    return jnp.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
 def distributed(system: System, geo, wrench, multipliers, compliance):
@@ -72,7 +72,7 @@ def distributed(system: System, geo, wrench, multipliers, compliance):
     for group in system.closures:
         D = constraints.closure_directions(group, geo.R, geo.x)
         index = np.array([names.index(name) for name in group.names])
-        moves.append(jax.vmap(lambda D, w: jnp.linalg.solve(D @ D.T, D @ w))(D, change[index]).reshape(-1))
+        moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, change[index]).reshape(-1))
     for row in system.rows:
         count = sum(name == row.name for name in system.topology.row_joint)
         effort = jnp.zeros(count, change.dtype)

@@ -15,6 +15,7 @@ from ..kinematics.poses import coordinate_rate, geometry, joint_twists, node_ine
 from ..kinematics.tree import solve, subtrees
 from ..math.linalg import saddle_solve
 from ..math.spatial import cross_motion, dot, momentum, pack, unpack
+from ..math.spd import spd_solve
 from ..model.system import System
 from ..model.topology import Topology
 from .efforts import efforts, gravity_wrench
@@ -121,7 +122,7 @@ def independent_velocities(system: System, P, psi, p, t):
     Gamma, b = velocity_map(system, P, psi, t)
     M = tree_mass(system, P, psi)
     I_star = Gamma.T @ M @ Gamma
-    phi_dot = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(I_star), p - Gamma.T @ (M @ b))
+    phi_dot = spd_solve(I_star, p - Gamma.T @ (M @ b))
     return Gamma @ phi_dot + b
 
 

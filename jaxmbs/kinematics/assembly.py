@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from ..math.linalg import saddle_solve
+from ..math.spd import spd_inverse
 from ..model.system import System
 from . import constraints
 from .poses import geometry, node_parameters, normalise, step_coordinates
@@ -51,7 +52,7 @@ def _levenberg_marquardt(system, P, psi, t, free):
         k, psi, value, damping = carry
         f, A = _linearised(system, P, psi, t, free)
         normal = A.T @ A + damping * jnp.diag(weight)
-        delta = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), -(A.T @ f))
+        delta = -(spd_inverse(normal) @ (A.T @ f))
         trial = step_coordinates(top, psi, delta)
         new = cost(trial)
         better = new < value

@@ -7,9 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from .spd import refined, spd_inverse, spd_solve
+
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
 #: Motions through singular poses (A02, 10 s) err 2e-8 at 1e-8, 5e-9 here, 2e-8 at 1e-10, 1e-7 at 1e-11.
 PROXIMAL = {8: 3e-10, 4: 1e-5}
+#: Refinements of each solve with the inverse of the stiff sum, whose condition is at least 1 / PROXIMAL.
+REFINEMENTS = {8: 1, 4: 2}
 
 
 class RowScale(NamedTuple):
@@ -34,43 +38,48 @@ def _row_mobility(M, A, block):
 
 
 def saddle_factor(M, A, block):
-    """LU factors of `[M A^T; A -eps C]` and the diagonal eps C (rows,); no derivative passes.
+    """Inverse of `M + A^T (eps C)^-1 A` (n, n) and the diagonal eps C (rows,); no derivative passes.
 
     Works for redundant but consistent rows, and for M singular outside the null space of A.
     """
     M, A = lax.stop_gradient((M, A))
-    if A.shape[0] == 0:
-        return jax.scipy.linalg.lu_factor(M), jnp.zeros(0, M.dtype)
-    C = PROXIMAL[M.dtype.itemsize] * _row_mobility(M, A, block)
-    return jax.scipy.linalg.lu_factor(jnp.block([[M, A.T], [A, -jnp.diag(C)]])), C
+    C = PROXIMAL[M.dtype.itemsize] * _row_mobility(M, A, block) if A.shape[0] else jnp.zeros(0, M.dtype)
+    return spd_inverse(M + A.T @ (A / C[:, None])), C
 
 
 def saddle_solve(M, A, b, c, rows: RowScale | None = None, iterations=2):
     """Solution (x, y) of `M x + A^T y = b`, `A x = c`, by proximal iterations on one factor.
 
     Redundant consistent rows leave x unique and give some y; both have derivatives of every order.  Costs one
-    factorisation; its adjoint reuses it.
+    inverse; the adjoint reuses it.  The rows are eliminated, `M + A^T (eps C)^-1 A` is (n, n) but loses the digits of
+    1 / eps in free directions: refinement against the whole system brings them back.  Each proximal iteration
+    solves for what the one before left over.
 
     Args: M (n, n), A (m, n), b (n,), c (m,); rows: units and elements of the rows (default: one element).
     """
     n = M.shape[0]
     unit, block = (jnp.ones_like(c), np.zeros(c.shape[0], int)) if rows is None else rows
     A, c = unit[:, None] * A, unit * c
-    lu, C = lax.stop_gradient(saddle_factor(M, A, block))
+    inverse, C = saddle_factor(M, A, block)
+    fixed_M, fixed_A = lax.stop_gradient((M, A))
 
-    def apply(z):
+    def apply(z, M, A, C):
         x, y = z[:n], z[n:]
         return jnp.concatenate([M @ x + A.T @ y, A @ x - C * y])
 
-    def inverse(_, right):
-        return jax.scipy.linalg.lu_solve(lu, right)
+    def eliminated(right):
+        x = inverse @ (right[:n] + fixed_A.T @ (right[n:] / C))
+        return jnp.concatenate([x, (fixed_A @ x - right[n:]) / C])
 
-    y = jnp.zeros_like(c)
-    for _ in range(iterations):
-        right = jnp.concatenate([b, c - C * y])
-        z = lax.custom_linear_solve(apply, right, inverse, inverse, symmetric=True)
-        y = z[n:]
-    return z[:n], unit * y
+    def solve(_, right):
+        return refined(eliminated, lambda z: apply(z, fixed_M, fixed_A, C), right, REFINEMENTS[M.dtype.itemsize])
+
+    right = jnp.concatenate([b, c])
+    z = lax.custom_linear_solve(lambda z: apply(z, M, A, C), right, solve, solve, symmetric=True)
+    for _ in range(iterations - 1):
+        left = right - apply(z, M, A, 0.0)
+        z = z + lax.custom_linear_solve(lambda z: apply(z, M, A, C), left, solve, solve, symmetric=True)
+    return z[:n], unit * z[n:]
 
 
 @jax.custom_jvp
@@ -90,10 +99,41 @@ def _small_matmul_jvp(primals, tangents):
     return small_matmul(A, B), dA @ B + A @ dB
 
 
+@jax.custom_jvp
 def full_rank_lstsq(B, right):
-    """Solution of `B X = right` for B (m, n) of full column rank n <= m, by QR; consistent rows do no harm."""
-    Q, R = jnp.linalg.qr(B)
-    return jax.scipy.linalg.solve_triangular(R, Q.T @ right)
+    """Least-squares solution X (n, k) of `B X = right` for B (m, n) of full column rank; consistent rows do no harm.
+
+    By modified Gram-Schmidt of `[B, right]`, as stable as Householder's QR.
+    """
+    n = B.shape[1]
+    index = jnp.arange(n)
+
+    def orthogonalise(k, carry):
+        B, right, R, Y = carry
+        q = B[:, k]
+        q = q * lax.rsqrt(jnp.sum(q * q))
+        row, y = q @ B, q @ right
+        R = R.at[k].set(jnp.where(index >= k, row, 0.0))
+        return B - q[:, None] * row[None], right - q[:, None] * y[None], R, Y.at[k].set(y)
+
+    def substitute(i, carry):
+        Y, R = carry
+        k = n - 1 - i
+        y = Y[k] / R[k, k]
+        above = jnp.where(index < k, R[:, k], 0.0)
+        return jnp.where((index == k)[:, None], y[None], Y - above[:, None] * y[None]), R
+
+    R, Y = jnp.zeros((n, n), B.dtype), jnp.zeros((n, right.shape[1]), B.dtype)
+    *_, R, Y = lax.fori_loop(0, n, orthogonalise, (B, right, R, Y))
+    return lax.fori_loop(0, n, substitute, (Y, R))[0]
+
+
+@full_rank_lstsq.defjvp
+def _full_rank_lstsq_jvp(primals, tangents):
+    """`dX = B^+ (dright - dB X) + (B^T B)^-1 dB^T (right - B X)`; the last part is of rows that do not agree."""
+    (B, right), (dB, dright) = primals, tangents
+    X = full_rank_lstsq(B, right)
+    return X, full_rank_lstsq(B, dright - dB @ X) + spd_solve(B.T @ B, dB.T @ (right - B @ X))
 
 
 def safe_norm(x):

@@ -18,6 +18,7 @@ import numpy as np
 
 from .. import blocksparse
 from ..blocksparse import BlockMatrix, Pattern
+from ..math.spd import refined, spd_inverse
 from .cycles import cycle_pattern
 from .network import Network
 from .reduction import series_reduction
@@ -33,19 +34,20 @@ class ForceMethod:
 
     @staticmethod
     def factor(network: Network, C):
-        """Inverse of the Cholesky factor (6 S, 6 S): two products per correction are cheaper than substitutions."""
+        """The loops' compliance (6 S, 6 S) and its inverse."""
         Y = _chain_pattern(network)
         m, S = Y.shape
         pairs = jnp.asarray((Y[:, :, None] * Y[:, None, :]).reshape(m, S * S), C.dtype)
         blocks = (pairs.T @ C.reshape(m, 36)).reshape(S, S, 6, 6)
-        L = jnp.linalg.cholesky(blocks.transpose(0, 2, 1, 3).reshape(6 * S, 6 * S))
-        return jax.scipy.linalg.solve_triangular(L, jnp.eye(6 * S, dtype=C.dtype), lower=True)
+        matrix = blocks.transpose(0, 2, 1, 3).reshape(6 * S, 6 * S)
+        return matrix, spd_inverse(matrix)
 
     @staticmethod
     def correct(network: Network, factors, d):
         """y (m, 6)."""
         Y = jnp.asarray(_chain_pattern(network), d.dtype)
-        parameters = -(factors.T @ (factors @ (Y.T @ d).reshape(-1)))
+        matrix, inverse = factors
+        parameters = refined(lambda r: inverse @ r, lambda x: matrix @ x, -(Y.T @ d).reshape(-1), 1)
         return Y @ parameters.reshape(-1, 6)
 
 
@@ -62,8 +64,7 @@ class NodalMethod:
     @staticmethod
     def factor(network: Network, C):
         """Stiffnesses of the chains and the factor of the nodes' equilibrium."""
-        r, eye = series_reduction(network), jnp.broadcast_to(jnp.eye(6, dtype=C.dtype), C.shape)
-        stiffness = jax.scipy.linalg.cho_solve((jnp.linalg.cholesky(C), True), eye)
+        r, stiffness = series_reduction(network), jax.vmap(spd_inverse)(C)
         if r.num_nodes == 0:
             return _NodalFactors(stiffness, None)
         first, last = np.where(r.ends[:, 0] == r.ends[:, 1], r.num_nodes, r.ends.T)
