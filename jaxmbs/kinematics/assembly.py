@@ -56,9 +56,11 @@ def _levenberg_marquardt(system, P, psi, t, free):
         trial = step_coordinates(top, psi, delta)
         new = cost(trial)
         better = new < value
+        stuck = better & (value - new < 1e-6 * value)  # at the bottom, and open: what cannot close ends here
         psi = jnp.where(better, trial, psi)
         value = jnp.where(better, new, value)
-        return k + 1, psi, value, jnp.clip(damping * jnp.where(better, 0.1, 10.0), 1e-12, 1e8)
+        damping = jnp.clip(damping * jnp.where(better, 0.1, 10.0), 1e-12, 1e8)
+        return k + 1, psi, value, jnp.where(stuck, 1e8, damping)
 
     def running(carry):
         k, _, value, damping = carry

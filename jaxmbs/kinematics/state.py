@@ -16,11 +16,26 @@ _RESTARTS = 12
 
 
 class State(eqx.Module):
-    """Time t () [s], coordinates (nq,) and velocities (nv,) of the tree's joints; leading axes for a motion."""
+    """Time t () [s], coordinates (nq,) and velocities (nv,) of the tree's joints; leading axes for a motion.
+
+    `residual` () is what assembly left open, the largest over the rows of positions [m, rad] and velocities [m/s,
+    rad/s]; zero for a state written down by hand.  In a batch of designs `ok` tells which of them were assembled.
+    """
 
     t: Float[Array, "..."]
     coordinates: Float[Array, "... nq"]
     velocities: Float[Array, "... nv"]
+    residual: Float[Array, "..."]
+
+    def __init__(self, t, coordinates, velocities, residual=None):
+        self.t, self.coordinates, self.velocities = t, coordinates, velocities
+        self.residual = jnp.zeros_like(t) if residual is None else residual
+
+    @property
+    def ok(self) -> jax.Array:
+        """Whether the loops are closed and the numbers finite (traceable)."""
+        finite = [jnp.all(jnp.isfinite(x), axis=-1) for x in (self.coordinates, self.velocities)]
+        return (self.residual <= _TOLERANCE[self.coordinates.dtype.itemsize]) & finite[0] & finite[1]
 
     @classmethod
     def at(cls, system: System, values=None, rates=None, guess=None, t=0.0, **named) -> "State":
@@ -35,7 +50,9 @@ class State(eqx.Module):
 
         Raises:
             ModelError: unknown names, wrong sizes, or values for a joint that was cut (all in one report).
-            AssemblyError: the loops cannot be closed there; names the joints and what remains open.
+            AssemblyError: the loops cannot be closed there; names the joints and what remains open.  Inside of
+                tracing (a batch, a gradient) nothing is raised: coordinates and velocities are NaN there, and all
+                that follows from them; `residual` says how far open the loops are.
         """
         values = {**(values or {}), **named}
         top = system.topology
@@ -48,16 +65,23 @@ class State(eqx.Module):
         free = jnp.asarray(_free(top, values)), jnp.asarray(_free(top, rates or {}))
         t = jnp.asarray(t, float)
         state, f, g = _solve(system, psi, u, t, free, restart=not guess)
-        if not isinstance(f, jax.core.Tracer):
-            _check(system, np.asarray(f), np.asarray(g))
+        if isinstance(f, jax.core.Tracer):
+            return _nan_where_open(state)
+        _check(system, np.asarray(f), np.asarray(g))
         return state
+
+
+def _nan_where_open(state):
+    """The state, NaN where it is not assembled; times NaN and not `where`, so that derivatives are NaN too."""
+    factor = jnp.where(state.ok, 1.0, jnp.nan).astype(state.coordinates.dtype)
+    return State(state.t, state.coordinates * factor, state.velocities * factor, state.residual)
 
 
 def _solve(system, psi, u, t, free, restart):
     """Assemble from psi; concrete searches that fail start again from random guesses."""
     *found, f, g = assembled(system, psi, u, t, *free)
     if isinstance(f, jax.core.Tracer) or not system.has_constraints or not restart:
-        return State(t, *found), f, g
+        return _state(t, found, f, g), f, g
     random, simple = np.random.default_rng(0), np.array([k != "ball" for k in system.topology.node_kind])
     columns = np.nonzero(simple)[0]
     index = np.asarray(system.topology.node_coordinate)[columns]
@@ -67,7 +91,12 @@ def _solve(system, psi, u, t, free, restart):
         scale = np.where(system.topology.spins[columns] > 0, 1.0, system.topology.analysis.length)
         move = random.normal(size=len(columns)) * scale * np.asarray(free[0])[columns]
         *found, f, g = assembled(system, psi.at[index].add(jnp.asarray(move)), u, t, *free)
-    return State(t, *found), f, g
+    return _state(t, found, f, g), f, g
+
+
+def _state(t, found, f, g):
+    largest = [jnp.max(jnp.abs(x), initial=0.0) for x in (f, g)]
+    return State(t, *found, jax.lax.stop_gradient(jnp.maximum(*largest)))
 
 
 def _place(top, array, values, part, faults):

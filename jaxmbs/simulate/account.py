@@ -1,6 +1,7 @@
 """Accounts of a motion: energies, work, residuals of the saved states, and the result code."""
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 
@@ -9,11 +10,12 @@ from ..dynamics.energy import energies_at
 from ..dynamics.newton_euler import node_motion
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias
+from ..kinematics.state import State
 from . import motion as codes
 from .formulation import is_rheonomic
 from .motion import Diagnostics
 
-_CLOSED = 1e-6
+CLOSED = 1e-6  # largest residual of constraints that count as met
 _CODES = {
     "successful": codes.SUCCESS,
     "event_occurred": codes.EVENT,
@@ -52,17 +54,36 @@ def diagnose(system, observed, work, stats) -> Diagnostics:
 
 
 def result_code(result, states, diagnostics, ended, open_at_start):
-    """Result code (): the integrator's, overruled by states that are not finite or break the constraints."""
+    """Result code (): the integrator's, overruled by states that are not finite or break the constraints; and which
+    of the saved times (T,) are lost: all from the first bad one on."""
     code = jnp.asarray(codes.FAILED)
     for name, value in _CODES.items():
         code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
-    finite = [jnp.all(jnp.isfinite(x), axis=1) | ended for x in (states.coordinates, states.velocities)]
+    finite = jnp.all(jnp.isfinite(states.coordinates), axis=1) & jnp.all(jnp.isfinite(states.velocities), axis=1)
     speed = 1.0 + jnp.max(jnp.abs(jnp.nan_to_num(states.velocities)), initial=0.0)
     drift, velocity_drift = (jnp.nan_to_num(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
-    broken = jnp.any((drift > _CLOSED) | (velocity_drift > _CLOSED * speed))
-    code = jnp.where((code <= codes.EVENT) & broken, codes.INCONSISTENT, code)
-    code = jnp.where(~(jnp.all(finite[0]) & jnp.all(finite[1])), codes.NOT_FINITE, code)
-    return jnp.where(open_at_start > _CLOSED, codes.NOT_ASSEMBLED, code)
+    broken = (drift > CLOSED) | (velocity_drift > CLOSED * speed)
+    code = jnp.where((code <= codes.EVENT) & jnp.any(broken & ~ended), codes.INCONSISTENT, code)
+    code = jnp.where(jnp.any(~finite & ~ended), codes.NOT_FINITE, code)
+    code = jnp.where(open_at_start <= CLOSED, code, codes.NOT_ASSEMBLED)
+    bad = ended | broken | ~finite | (code == codes.NOT_ASSEMBLED)
+    return code, (jnp.cumsum(bad) > 0) & (code > codes.EVENT)
+
+
+def poisoned(lost, states, diagnostics):
+    """States and accounts (T, ...) with NaN at the times that are lost.
+
+    By a product and not by `where`: the derivative of what is lost must not be the zero of a branch not taken.
+    """
+    factor = jnp.where(lost, jnp.nan, 1.0).astype(states.coordinates.dtype)
+
+    def spoil(x):
+        return x * factor.reshape(factor.shape + (1,) * (x.ndim - 1))
+
+    states = State(states.t, spoil(states.coordinates), spoil(states.velocities), states.residual)
+    accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
+    spoiled = jax.tree.map(spoil, accounts)
+    return states, eqx.tree_at(lambda d: (d.kinetic, d.potential, d.work, d.energy_residual), diagnostics, spoiled)
 
 
 def masked(mask, x, value):

@@ -15,9 +15,11 @@ def explain(system: System, motion: Motion) -> str:
     """The status of one failed motion with its time, and the joints whose constraints are open or singular there."""
     text = f"the motion failed: {STATUS[int(np.asarray(motion.result))]}"
     last = _last_finite(motion)
-    if last is None or not system.has_constraints:
+    if last is None:
+        return text if np.ndim(motion.end) else f"{text}; it reached t = {float(motion.end):.6g} s"
+    if not system.has_constraints:
         return text
-    text += f"; last saved state at t = {float(last.t):.4g} s"
+    text += f"; it reached t = {float(motion.end):.6g} s, last saved state at t = {float(last.t):.4g} s"
     open_rows, singular = _open(system, last), _singular(system, last)
     if open_rows:
         text += f"; open there: {', '.join(open_rows)}"

@@ -3,6 +3,7 @@
 canonical    (psi, P): S2 (42)-(44) in all velocities, any loops and drives; the default
 independent  (psi, p): the paper's own momenta, a fixed independent set
 velocity     (psi, u): accelerations, for semi-implicit Euler
+prescribed   (psi, nothing): systems without freedom, whose rows alone give the velocities
 """
 
 import equinox as eqx
@@ -12,12 +13,14 @@ from jax import lax
 from ..dynamics import hamiltonian
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
-from ..kinematics.assembly import newton_step
+from ..kinematics.assembly import metric, newton_step
 from ..kinematics.kic import independent_columns, velocity_map
 from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise
+from ..math.linalg import saddle_solve
 from ..model.system import System
 
-FORMULATIONS = ("canonical", "independent", "velocity")
+FORMULATIONS = ("canonical", "independent", "velocity", "prescribed")
+_ROUNDING = {8: 1e-11, 4: 1e-5}  # residuals [m, rad] that say nothing about convergence
 
 
 class Problem(eqx.Module):
@@ -32,7 +35,8 @@ class Problem(eqx.Module):
     def begin(cls, system, P, formulation, psi, u, t):
         """The problem and the scaled second half of its state: momenta in units of velocity, divided by the inertia
         that each velocity sees at the start."""
-        if formulation == "velocity":
+        if formulation in ("velocity", "prescribed"):
+            u = u if formulation == "velocity" else u[:0]
             return cls(system, P, jnp.ones_like(u), formulation), u
         M = hamiltonian.tree_mass(system, P, psi)
         p, diagonal = M @ u, jnp.diagonal(M)
@@ -48,18 +52,21 @@ class Problem(eqx.Module):
             return p
         if self.formulation == "independent":
             return hamiltonian.independent_velocities(self.system, self.P, psi, p, t)
+        if self.formulation == "prescribed":
+            return constrained_velocities(self.system, self.P, psi, t)
         return hamiltonian.velocities(self.system, self.P, psi, p, t)
 
     def rate(self, t, y):
         """Rate of (psi, scaled p, work): the vector field."""
         psi, p, _ = y
-        p = p * self.scale
-        if self.formulation == "velocity":
-            u, system = p, self.system
+        if self.formulation in ("velocity", "prescribed"):
+            u, system = self.velocities(t, psi, p), self.system
             rate, multipliers = accelerations(system, self.P, psi, u, t)
+            rate = rate[: p.shape[0]]
             psi_dot = coordinate_rate(system.topology, psi, u)
             powers = hamiltonian.element_powers(system, self.P, psi, u, t)
         else:
+            p = p * self.scale
             equations = (
                 hamiltonian.independent_rate if self.formulation == "independent" else hamiltonian.canonical_rate
             )
@@ -73,11 +80,13 @@ class Problem(eqx.Module):
         return psi_dot, rate / self.scale, powers
 
     def project(self, t, y):
-        """Positions and velocities back on the constraints; quaternions of unit length."""
-        psi, p, work = y
-        psi, _ = self.project_position(t, psi)
-        if self.formulation == "independent":
-            return psi, p, work
+        """Positions and velocities back on the constraints, quaternions of unit length; and how far that moved each
+        coordinate (nq,)."""
+        before, p, work = y
+        psi, closes = self.project_position(t, before)
+        moved = jnp.where(closes, jnp.abs(psi - before), jnp.inf)
+        if self.formulation in ("independent", "prescribed"):
+            return (psi, p, work), moved
         geo = geometry(self.system, self.P, psi)
         J = node_inertias(self.P, geo.W)
         momentum = p * self.scale
@@ -85,17 +94,25 @@ class Problem(eqx.Module):
             momentum = hamiltonian.momenta_at(self.system, geo, J, psi, momentum)
         u, _ = hamiltonian.velocities_at(self.system, geo, J, psi, momentum, t)
         if self.formulation == "velocity":
-            return psi, u / self.scale, work
-        return psi, hamiltonian.momenta_at(self.system, geo, J, psi, u) / self.scale, work
+            return (psi, u / self.scale, work), moved
+        return (psi, hamiltonian.momenta_at(self.system, geo, J, psi, u) / self.scale, work), moved
 
     def project_position(self, t, psi):
-        """Two Newton steps onto the loops, quaternions of unit length; and the largest residual found before."""
-        gap = jnp.zeros((), psi.dtype)
+        """Two Newton steps onto the loops, quaternions of unit length; and whether the first one nearly closed them:
+        it does not where the mechanism is locked, however near it is."""
+        closes = jnp.asarray(True)
         if self.system.has_constraints:
             free = jnp.ones(self.system.topology.num_velocities, psi.dtype)
             psi, gaps = lax.scan(lambda q, _: newton_step(self.system, self.P, q, t, free), psi, length=2)
-            gap = gaps[0]
-        return normalise(self.system.topology, psi), gap
+            closes = gaps[1] <= 0.1 * gaps[0] + _ROUNDING[psi.dtype.itemsize]
+        return normalise(self.system.topology, psi), closes
+
+
+def constrained_velocities(system, P, psi, t):
+    """Velocities (nv,) that the rows prescribe, `A u = -f_t`."""
+    A, b = constraints.jacobian(system, P, psi, t), -constraints.time_rate(system, psi, t)
+    weight = jnp.diag(metric(system))
+    return saddle_solve(weight, A, jnp.zeros(A.shape[1], A.dtype), b, constraints.row_scale(system))[0]
 
 
 def is_rheonomic(system: System) -> bool:

@@ -8,17 +8,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix
+from jax import lax
 
 from ..errors import SimulationError
+from ..kinematics import constraints
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..model.system import System
 from . import motion as codes
-from .account import diagnose, masked, observe, result_code, with_start
+from .account import CLOSED, diagnose, masked, observe, poisoned, result_code, with_start
 from .failure import explain
 from .formulation import FORMULATIONS, Problem, num_powers
 from .motion import Motion
-from .prescribed import prescribed_motion
 from .solvers import Projected, SemiImplicitEuler
 
 _GRADIENTS = {"reverse": ("checkpointed", None), "forward": ("lax", None), "both": ("bounded", None)}
@@ -49,29 +50,30 @@ def simulate(
         solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or one of ours at fixed steps:
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
         gradient: derivative mode of the motion: "reverse", "forward" or "both".
-        formulation: "canonical" (default), "independent" or "velocity"; see `formulation.py`.
+        formulation: "canonical" (default), "independent", "velocity", or "prescribed" (the default of systems without
+            freedom, whose coordinates then follow their branch); see `formulation.py`.
         event: function of a State whose zero crossing ends the motion; the state there is saved too, right after the
             times before it, so the motion has one entry more (unused entries: times inf, states nan).
         max_steps: bound on the integrator's steps.
         progress: show a progress bar.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
 
-    Returns: a Motion; saved states satisfy the constraints to rounding.
+    Returns: a Motion; saved states satisfy the constraints to rounding.  In a batch, a design that is not assembled
+    or that fails takes no further steps.
 
     Raises:
         ValueError: contradictory options.
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
+    if formulation is None and system.topology.mobility == 0:
+        formulation = "prescribed"
     solver, formulation = _choose(solver, dt, rtol, atol, gradient, formulation)
     t0 = state.t
     ts = _save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else jnp.asarray(t1, float)
-    if system.topology.mobility == 0:
-        motion = prescribed_motion(system, state, ts)
-    else:
-        steps = _fixed_steps(t0, t1, dt)
-        options = (solver, gradient, formulation, max_steps if steps is None else steps + 2, steps, bool(progress))
-        motion = _integrate(system, state, ts, t1, dt, rtol, atol, event, options)
+    steps = _fixed_steps(t0, t1, dt)
+    options = (solver, gradient, formulation, max_steps if steps is None else steps + 2, steps, bool(progress))
+    motion = _integrate(system, state, ts, t1, dt, rtol, atol, event, options)
     if throw and not isinstance(motion.result, jax.core.Tracer) and np.any(np.asarray(motion.result) > codes.EVENT):
         raise SimulationError(explain(system, motion), motion)
     return motion
@@ -88,6 +90,8 @@ def _choose(solver, dt, rtol, atol, gradient, formulation):
         raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
     euler = isinstance(solver, SemiImplicitEuler)
     formulation = formulation or ("velocity" if euler else "canonical")
+    if euler and formulation == "prescribed":
+        formulation = "velocity"
     if formulation not in FORMULATIONS:
         raise ValueError(f"formulation={formulation!r} must be one of {', '.join(FORMULATIONS)}")
     if euler and (dt is None or formulation != "velocity"):
@@ -140,8 +144,11 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
     psi, t0 = state.coordinates, state.t
     problem, p0 = Problem.begin(system, P, formulation, psi, state.velocities, t0)
     y0 = (psi, p0, jnp.zeros(num_powers(system), psi.dtype))
+    open_at_start = lax.stop_gradient(jnp.maximum(state.residual, _gap(problem, psi, t0)))
+    fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(psi)) & jnp.all(jnp.isfinite(state.velocities))
+    t1, times = jnp.where(fit, t1, t0), jnp.where(fit, ts, t0)  # a loop of no steps
     if system.has_constraints:
-        solver = Projected(solver, _project)
+        solver = Projected(solver, _project, watched=formulation == "prescribed")
     adjoint = {
         "reverse": diffrax.RecursiveCheckpointAdjoint(checkpoints=min(steps, 4000) if steps else None),
         "forward": diffrax.ForwardMode(),
@@ -155,15 +162,22 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         1e-3 * (t1 - t0) if dt is None else dt,
         y0,
         args=problem,
-        saveat=diffrax.SaveAt(ts=ts, t1=event is not None),
-        stepsize_controller=_controller(dt, rtol, atol, t1 - t0, ts),
+        saveat=diffrax.SaveAt(ts=times, t1=True),
+        stepsize_controller=_controller(dt, rtol, atol, t1 - t0, None if formulation == "prescribed" else times),
         adjoint=adjoint,
         event=None if event is None else _event(event),
         max_steps=max_steps,
         throw=False,
         progress_meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
-    return _motion(problem, state, y0, solution)
+    return _motion(problem, state, y0, solution, ts, open_at_start, event is not None)
+
+
+def _gap(problem, psi, t):
+    """Largest residual () of the positions."""
+    if not problem.system.has_constraints:
+        return jnp.zeros_like(t)
+    return jnp.max(jnp.abs(constraints.residual(problem.system, problem.P, psi, t)), initial=0.0)
 
 
 def _rate(t, y, problem):
@@ -175,7 +189,8 @@ def _project(t, y, problem):
 
 
 def _controller(dt, rtol, atol, span, ts):
-    """Fixed steps, or adaptive ones that land on the saved times: interpolation would cost digits."""
+    """Fixed steps, or adaptive ones that land on the times `ts`: interpolation would cost digits, unless the
+    constraints alone bring them back."""
     if dt is not None:
         return diffrax.ConstantStepSize()
 
@@ -183,7 +198,7 @@ def _controller(dt, rtol, atol, span, ts):
         return optimistix.rms_norm(y[:2])  # the work account follows, it does not lead
 
     adaptive = diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
-    return diffrax.ClipStepSizeController(adaptive, step_ts=ts)
+    return adaptive if ts is None else diffrax.ClipStepSizeController(adaptive, step_ts=ts)
 
 
 def _event(function):
@@ -193,20 +208,32 @@ def _event(function):
     return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10))
 
 
-def _motion(problem, start, y0, solution):
-    """Saved states back on the constraints, accounts and the result code."""
-    psi, p, work = solution.ys
-    ended = ~jnp.isfinite(solution.ts)  # after an event or a failure nothing is saved
+def _motion(problem, start, y0, solution, ts, open_at_start, with_event):
+    """Saved states back on the constraints, accounts and the result code.
+
+    What diffrax saved ends with the state that it reached, right after the last time before it.
+    """
+    saved, (psi, p, work) = solution.ts, solution.ys
+    count = jnp.sum(jnp.isfinite(saved))
+    end = jnp.where(count > 0, saved[jnp.maximum(count - 1, 0)], start.t)
+    if not with_event:
+        saved = jnp.where(jnp.arange(len(ts)) < count - 1, ts, jnp.inf)
+        psi, p, work = psi[:-1], p[:-1], work[:-1]
+    if problem.formulation == "prescribed":
+        psi = lax.stop_gradient(psi)  # the constraints alone determine it, and its derivative
+    ended = ~jnp.isfinite(saved)  # after an event or a failure nothing is saved
 
     def sample(t, psi, p):
-        psi, gap = problem.project_position(t, psi)
+        psi, _ = problem.project_position(t, psi)
         u = problem.velocities(t, psi, p)
-        return psi, u, gap, observe(problem.system, problem.P, psi, u, t)
+        return psi, u, observe(problem.system, problem.P, psi, u, t)
 
-    filled = [masked(ended, x, x0) for x, x0 in zip((solution.ts, psi, p), (start.t, *y0[:2]), strict=True)]
-    psi, u, gap, observed = jax.vmap(sample)(*with_start((start.t, *y0[:2]), tuple(filled)))
-    psi, u, work = (masked(ended, x, jnp.nan) for x in (psi[1:], u[1:], work))
-    states = State(solution.ts, psi, u)
-    diagnostics = diagnose(problem.system, observed, work, solution.stats)
-    code = result_code(solution.result, states, diagnostics, ended, gap[0])
-    return Motion(solution.ts, states, code, diagnostics)
+    filled = [masked(ended, x, x0) for x, x0 in zip((saved, psi, p), (start.t, *y0[:2]), strict=True)]
+    psi, u, observed = jax.vmap(sample)(*with_start((start.t, *y0[:2]), tuple(filled)))
+    states = State(saved, *(masked(ended, x[1:], jnp.nan) for x in (psi, u)), observed[2][1:])
+    diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), solution.stats)
+    code, lost = result_code(solution.result, states, diagnostics, ended, open_at_start)
+    if problem.formulation == "prescribed":
+        code = jnp.where((code == codes.STEP_SIZE) | (code == codes.FAILED), codes.INCONSISTENT, code)
+    states, diagnostics = poisoned(lost, states, diagnostics)
+    return Motion(saved if with_event else ts, states, code, diagnostics, lax.stop_gradient(end))

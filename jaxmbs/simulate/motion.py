@@ -45,12 +45,17 @@ class Diagnostics(eqx.Module):
 
 
 class Motion(eqx.Module):
-    """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched."""
+    """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
+
+    `end` () is the time that it reached [s].  Of a motion that failed the states saved before are kept; those after
+    it are NaN, and so is every result and derivative that follows from them.
+    """
 
     ts: Float[Array, " times"]
     states: State
     result: Int[Array, "..."]
     diagnostics: Diagnostics
+    end: Float[Array, "..."]
 
     @property
     def status(self) -> str:

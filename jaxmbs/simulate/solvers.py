@@ -6,16 +6,24 @@ from typing import ClassVar
 import diffrax
 import equinox as eqx
 import jax
+import jax.numpy as jnp
+
+#: A projection that moves a coordinate further than this [rad or m] has left its branch.
+_FAR = 0.3
 
 
 class Projected(diffrax.AbstractWrappedSolver, diffrax.AbstractAdaptiveSolver):
-    """A solver whose every step ends with `project(t, y, args) -> y`.
+    """A solver whose every step ends with `project(t, y, args) -> (y, moved)`.
 
-    The next step starts as after a jump, since a first-same-as-last stage is stale once y has moved.
+    The next step starts as after a jump, since a first-same-as-last stage is stale once y has moved.  With `watched`,
+    for motions that the constraints alone determine, `moved` of the coordinates counts as error of the step (and it
+    is all of it): a step that would end on another branch of the mechanism is made again, shorter; where steps are
+    fixed it ends the motion.
     """
 
     solver: diffrax.AbstractSolver
     project: Callable = eqx.field(static=True)
+    watched: bool = eqx.field(static=True, default=False)
 
     @property
     def term_structure(self):
@@ -49,7 +57,14 @@ class Projected(diffrax.AbstractWrappedSolver, diffrax.AbstractAdaptiveSolver):
     def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
         del made_jump
         y1, error, dense, state, result = self.solver.step(terms, t0, t1, y0, args, solver_state, True)
-        return self.project(t1, y1, args), error, dense, state, result
+        y1, moved = self.project(t1, y1, args)
+        if self.watched:
+            if error is not None:
+                error = (jnp.maximum(jnp.abs(error[0]), moved), *error[1:])
+            near = jnp.max(moved) < _FAR  # false for NaN
+            lost = diffrax.RESULTS.where(near, diffrax.RESULTS.successful, diffrax.RESULTS.nonlinear_divergence)
+            result = diffrax.RESULTS.where(diffrax.is_okay(result), lost, result)
+        return y1, error, dense, state, result
 
     def func(self, terms, t0, y0, args):
         return self.solver.func(terms, t0, y0, args)
