@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
@@ -53,11 +53,13 @@ class Reactions(eqx.Module):
     Attributes:
         multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
         residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve.
+        ok: (...) whether they are those of an assembled state, and finite; NaN where not.
     """
 
     joints: dict
     multipliers: Float[Array, "... rows"]
     residual: Float[Array, "..."]
+    ok: Bool[Array, "..."]
 
     def __getitem__(self, name: str) -> JointReaction:
         return self.joints[name]
@@ -151,7 +153,8 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     if system.has_constraints:
         gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
     named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)
-    return Reactions(named, multipliers, jnp.max(jnp.abs(gap), initial=0.0))
+    residual = jnp.max(jnp.abs(gap), initial=0.0)
+    return Reactions(named, multipliers, residual, state.ok & jnp.isfinite(residual))
 
 
 def _named(system, wrench, effort, geo, frame, side):
