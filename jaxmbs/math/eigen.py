@@ -5,7 +5,8 @@ from functools import partial
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jax.scipy.linalg import solve_triangular
+
+from . import lapack
 
 
 @jax.custom_jvp
@@ -27,10 +28,10 @@ def eigh(K, M):
     Raises: an error at run time in reverse mode, as above.  Source: S1 (33)-(37).
     """
     K, M = (K + K.T) / 2, (M + M.T) / 2
-    L = jnp.linalg.cholesky(M)
-    A = solve_triangular(L, solve_triangular(L, K, lower=True).T, lower=True)
-    values, Y = jnp.linalg.eigh((A + A.T) / 2)
-    return values, solve_triangular(L, Y, lower=True, trans=1)
+    L = lapack.cholesky(M)
+    A = lapack.solve_factor(L, lapack.solve_factor(L, K).T)
+    values, Y = lapack.eigh((A + A.T) / 2)
+    return values, lapack.solve_factor(L, Y, transposed=True)
 
 
 @eigh.defjvp
@@ -140,10 +141,10 @@ def eig(A):
     they are single (vectors up to their scale); sums over a group too where its vectors are complete.  A single
     vector of a group is refused as in `eigh`.  At a defective value no derivative exists, and zero is returned.
     """
-    values, X = jnp.linalg.eig(A)
+    values, X = lapack.eig(A)
     order = jnp.lexsort((-jnp.sign(values.imag), jnp.round(jnp.abs(values), 9)))
     values, X = values[order], X[:, order]
-    return values, X, jnp.linalg.lstsq(X, jnp.eye(A.shape[0], dtype=X.dtype))[0]
+    return values, X, lapack.pseudo_inverse(X)
 
 
 @eig.defjvp

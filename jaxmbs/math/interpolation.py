@@ -87,7 +87,27 @@ def spline_slopes(points: Float[Array, " n"], values, end_slopes=None):
     upper = jnp.concatenate([end_neighbour, inverse[1:], zero])
     diagonal = jnp.concatenate([end, 2 * (inverse[:-1] + inverse[1:]), end])
     right_side = jnp.concatenate([head[None], pull[:-1] + pull[1:], tail[None]])
-    return jax.lax.linalg.tridiagonal_solve(lower, diagonal, upper, right_side).reshape(values.shape)
+    return _tridiagonal_solve(lower, diagonal, upper, right_side).reshape(values.shape)
+
+
+def _tridiagonal_solve(lower, diagonal, upper, right):
+    """Solution (n, k) by elimination without pivots, the diagonal (n,) being the larger part of each row."""
+
+    def down(above, row):
+        share, y = above
+        a, d, c, b = row
+        pivot = d - a * share
+        here = c / pivot, (b - a * y) / pivot
+        return here, here
+
+    def up(below, row):
+        share, y = row
+        x = y - share * below
+        return x, x
+
+    rest = jnp.zeros_like(right[0])
+    _, rows = jax.lax.scan(down, (jnp.zeros_like(lower[0]), rest), (lower, diagonal, upper, right))
+    return jax.lax.scan(up, rest, rows, reverse=True)[1]
 
 
 def _locate(points, x):
