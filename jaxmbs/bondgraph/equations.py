@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ..kinematics.poses import node_parameters
+from ..math.spd import spd_solve
 from ..model.system import System
 from .moduli import numbers
 from .naming import named, split
@@ -33,7 +34,7 @@ def state_equations(system: System, state, view: str = "hamiltonian"):
         p_k = I_k @ (G_k @ split(system, values.rates)["phi_dot"] + B_k @ driven)
         inertia, p = inertia + G_k.T @ I_k @ G_k, p + G_k.T @ p_k
         carried, p_dot = carried + G_k.T @ I_k @ B_k @ driven, p_dot + G_k_dot.T @ p_k
-    phi_dot = jnp.linalg.solve(inertia, p - carried)
+    phi_dot = spd_solve(inertia, p - carried)
     return p_dot, phi_dot, Gi @ phi_dot + B_q @ driven
 
 

@@ -13,6 +13,8 @@ from ..kinematics.kic import independent_columns, velocity_map
 from ..kinematics.kic_second import along_independent
 from ..kinematics.poses import geometry, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
+from ..math import lapack
+from ..math.lineax_solver import SquareSolver
 from ..model.system import System
 from .elastic import total_mass
 from .linearise import local_efforts
@@ -87,10 +89,11 @@ def _equilibrium(system, state, moving):
     first = jnp.max(jnp.abs(_unbalanced(system, state.coordinates, w, state.t)), initial=0.0)
     scale = jax.lax.stop_gradient(weight + first)
     tolerance = _SMALL[start.dtype.itemsize] * 1e-3
-    newton = optimistix.GaussNewton(tolerance, tolerance)
+    newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
     newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
     arguments = (system, state.coordinates, w, state.t, still, scale)
-    solution = optimistix.root_find(_balance, newton, start, arguments, max_steps=200, throw=False)
+    implicit = optimistix.ImplicitAdjoint(SquareSolver())
+    solution = optimistix.root_find(_balance, newton, start, arguments, max_steps=200, adjoint=implicit, throw=False)
     psi = normalise(top, step_coordinates(top, state.coordinates, solution.value))
     P = node_parameters(system)
     Gamma, b = velocity_map(system, P, psi, state.t)
@@ -133,5 +136,5 @@ def _is_stable(K, still):
     """Whether the symmetric part is positive definite on the coordinates that stand still."""
     both = still[:, None] * still[None, :]
     symmetric = jnp.where(both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K)))
-    values = jnp.linalg.eigvalsh(jax.lax.stop_gradient(symmetric))
+    values = lapack.eigvalsh(jax.lax.stop_gradient(symmetric))
     return jnp.min(values, initial=jnp.inf) > 1e-12 * jnp.max(jnp.abs(values), initial=0.0)

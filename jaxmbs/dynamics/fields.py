@@ -11,6 +11,7 @@ import numpy as np
 from ..kinematics.kic import body_kic, velocity_map
 from ..kinematics.kic_second import along_independent, body_kic_second
 from ..kinematics.poses import coordinate_rate, frame_poses, node_parameters, node_poses
+from ..math.spd import spd_solve
 from ..model.system import System
 from .elastic import refuse_elastic
 from .ports import total_effort
@@ -121,7 +122,7 @@ def state_equations(system: System, state):
     """
     P, psi, t = _arguments(system, state)
     p = _inertia_field(system, P, psi, t) @ independent_rates(system, state)
-    phi_dot = jnp.linalg.solve(_inertia_field(system, P, psi, t), p)
+    phi_dot = spd_solve(_inertia_field(system, P, psi, t), p)
     p_dot = gyristor_field(system, state) @ phi_dot + total_effort(system, state)
     Gamma = velocity_map(system, P, psi, t)[0]
     dependent = np.setdiff1d(

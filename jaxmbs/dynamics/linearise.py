@@ -15,6 +15,7 @@ from ..errors import ModelError
 from ..kinematics.kic import independent_columns, position_map, velocity_map
 from ..kinematics.poses import coordinate_rate, node_parameters
 from ..kinematics.state import State
+from ..math import square
 from ..math.linalg import full_rank_lstsq
 from ..model.system import System
 from .newton_euler import forward_dynamics, tree_efforts
@@ -168,7 +169,7 @@ def _accelerations(system, P, psi, t, M, KC, inputs, driven):
     right = jnp.concatenate([jnp.zeros((len(chosen), 0), M.dtype), *columns], axis=1)
     rows = jnp.asarray(prescribed)[:, None]
     left = jnp.where(rows, jnp.eye(len(chosen), dtype=M.dtype), M)
-    solved = jnp.linalg.solve(left, jnp.concatenate([jnp.where(rows, 0.0, -KC), right], axis=1))
+    solved = square.solve(left, jnp.concatenate([jnp.where(rows, 0.0, -KC), right], axis=1))
     return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
 
 
@@ -178,6 +179,6 @@ def frequency_response(space: StateSpace, omega):
     A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)
 
     def at(w):
-        return C @ jnp.linalg.solve(jax.lax.complex(jnp.zeros_like(eye), w * eye) - A, B) + D
+        return C @ square.solve(jax.lax.complex(jnp.zeros_like(eye), w * eye) - A, B) + D
 
     return jnp.vectorize(at, signature="()->(m,k)")(jnp.asarray(omega, float))

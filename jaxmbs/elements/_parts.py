@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..math.linalg import skew
+from ..math.spd import spd_solve
 
 
 def along(axis, reference=None):
@@ -38,7 +39,7 @@ def turned(axes):
 def condensed(K, keep: int):
     """Stiffness of the first `keep` coordinates, the others being free. Source: S1 (6)."""
     inner = K[keep:, :keep]
-    return K[:keep, :keep] - inner.T @ jnp.linalg.solve(K[keep:, keep:], inner)
+    return K[:keep, :keep] - inner.T @ spd_solve(K[keep:, keep:], inner)
 
 
 def plane_stress(young, poisson):

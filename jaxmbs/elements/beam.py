@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..math.spd import spd_solve
 from ._parts import along, carried, gauss, turned
 from .base import DIRECTIONS, AbstractElement, number, optional
 
@@ -134,7 +135,7 @@ class Beam(AbstractElement):
         if not free:
             return T
         held = [i for i in range(12) if i not in free]
-        follow = -jnp.linalg.solve(K[np.ix_(free, free)], K[np.ix_(free, held)])
+        follow = -spd_solve(K[np.ix_(free, free)], K[np.ix_(free, held)])
         return T.at[np.array(free), np.array(free)].set(0.0).at[np.ix_(free, held)].set(follow)
 
     def _matrices(self, nodes):

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..math import square
 from ..math.linalg import skew
 from ..model.elastic import ElasticBody
 from ..structures.damping import modal
@@ -83,7 +84,7 @@ def _damped(s, shapes, K, ratio):
     """The substructure with damping that is modal on the shapes, `M Phi m^-1 C m^-1 Phi^T M`, m = Phi^T M Phi."""
     carried = s.mass @ shapes
     m = shapes.T @ carried
-    spread = jnp.linalg.solve(m, carried.T)
+    spread = square.solve(m, carried.T)
     C = spread.T @ modal(K, m, ratio) @ spread
     return eqx.tree_at(lambda s: s.damping, s, C, is_leaf=lambda x: x is None)
 

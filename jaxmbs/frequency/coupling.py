@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex
 
 from ..errors import ModelError
+from ..math import square
 from .inverse import regular_inverse
 from .transfer import TransferFunctions, uncoupled
 
@@ -79,4 +81,4 @@ def _multipliers(Y, Bu, Bf, compliance, regular):
         flexibility = flexibility + (S if S.ndim == 3 else S[None])
     if regular:
         return regular_inverse(flexibility, **regular) @ gap
-    return jnp.linalg.solve(flexibility, gap)
+    return jax.vmap(square.solve)(flexibility, gap)

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
-import jax.numpy as jnp
+import jax
 
 from ..errors import ModelError
+from ..math import square
 from .inverse import regular_inverse
 from .transfer import TransferFunctions, check_alike
 
@@ -48,7 +49,7 @@ def decouple(
     Y = assembled.values
     difference = Y[:, rows][:, :, columns] - known.values[:, known_rows][:, :, known_columns]
     if rank is None and rcond == 0.0 and weights is None and _is_zero(noise) and len(rows) == len(columns):
-        return assembled.replace(Y - Y[:, :, columns] @ jnp.linalg.solve(difference, Y[:, rows]))
+        return assembled.replace(Y - Y[:, :, columns] @ jax.vmap(square.solve)(difference, Y[:, rows]))
     inverse = regular_inverse(difference, rank, rcond, noise, weights)
     return assembled.replace(Y - Y[:, :, columns] @ (inverse @ Y[:, rows]))
 

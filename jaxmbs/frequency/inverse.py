@@ -4,6 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..math import lapack
+
 
 def regular_inverse(A, rank: int | None = None, rcond: float = 0.0, noise=0.0, weights=None):
     """Pseudo-inverse `V g(s) U^H`, `g = s / (s^2 + noise^2)` for the singular values that are kept, else 0.
@@ -31,7 +33,10 @@ def regular_inverse(A, rank: int | None = None, rcond: float = 0.0, noise=0.0, w
 
 def _decompose(A, damping, rank, rcond):
     """U, s, V^H, g(s), 1 / (s^2 + a) of the kept values, and which are kept."""
-    U, s, Vh = jnp.linalg.svd(A, full_matrices=False)
+    whole = lapack.svd
+    for _ in A.shape[:-2]:
+        whole = jax.vmap(whole)
+    U, s, Vh = whole(A)
     kept = (s > rcond * s[..., :1]) & jnp.broadcast_to(np.arange(s.shape[-1]) < rank, s.shape) & (s > 0)
     size = s**2 + damping[..., None]
     h = jnp.where(kept, 1 / jnp.where(kept, size, 1.0), 0.0)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..math import square
 from ..math.eigen import eig, eigh, spectral
 from ..structures.modes import check_symmetric
 from ..substructures.base import partition
@@ -133,7 +134,7 @@ def viscous_receptance(stiffness, mass, omega, out, into, damping, chunk: int = 
     """
     n = len(stiffness)
     loads, outputs = _rows(into, stiffness, True), _rows(out, stiffness)
-    solved = jnp.linalg.solve(mass, jnp.concatenate([stiffness, damping, loads], axis=1))
+    solved = square.solve(mass, jnp.concatenate([stiffness, damping, loads], axis=1))
     zero, eye = jnp.zeros_like(stiffness), jnp.eye(n, dtype=stiffness.dtype)
     A = jnp.block([[zero, eye], [-solved[:, :n], -solved[:, n : 2 * n]]])
     roots, X, Y = (lax.stop_gradient(a) for a in eig(lax.stop_gradient(A)))

@@ -6,6 +6,8 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
+from ..math import square
+
 
 def sweep_phase(time, start, end, duration):
     """Phase [rad] and angular frequency [rad/s] of a sweep that rises linearly from `start` to `end` [rad/s].
@@ -49,7 +51,7 @@ def swept_amplitudes(
         basis = jnp.stack([cos, sin, tau * cos, tau * sin, jnp.ones_like(cos)], axis=1)
         here = lax.dynamic_slice_in_dim(signals, centre - width, 2 * width + 1, axis=1)
         weighted = basis * window[:, None]
-        fit = jnp.linalg.solve(weighted.T @ basis, weighted.T @ here.T)
+        fit = square.solve(weighted.T @ basis, weighted.T @ here.T)
         return lax.complex(fit[0], -fit[1])
 
     return jax.lax.map(at, jnp.asarray(centres), batch_size=64)

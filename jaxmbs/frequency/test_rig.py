@@ -3,10 +3,12 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
 from ..errors import ModelError
+from ..math import square
 from .inverse import regular_inverse
 from .transfer import TransferFunctions
 
@@ -93,7 +95,7 @@ def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiff
     rows = B.values[:, B.rows(channels)]
     into = B.values[:, :, B.columns(channels)] @ Z
     inner = rows[:, :, B.columns(channels)] @ Z
-    free = B.values + into @ jnp.linalg.solve(jnp.eye(n, dtype=Z.dtype)[None] - inner, rows)
+    free = B.values + into @ jax.vmap(square.solve)(jnp.eye(n, dtype=Z.dtype)[None] - inner, rows)
     return B.replace(free).to(measured.kind)
 
 
@@ -107,5 +109,5 @@ def measured_stiffness(
     B = measured.to("receptance")
     channels = B.outputs if channels is None else channels
     B = B.at(channels, channels).values
-    Z = jnp.linalg.inv(B)
+    Z = jax.vmap(square.inverse)(B)
     return Z.real, Z.imag

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..math import square
 from .transfer import TransferFunctions
 
 
@@ -84,8 +85,8 @@ def virtual_point(
         raise ModelError(faults)
     weighted = R if weights is None else R * jnp.asarray(weights, R.dtype)[:, None]
     dtype = measured.values.dtype
-    T = jnp.linalg.solve(weighted.T @ R, weighted.T).astype(dtype)
-    Tf = jnp.linalg.solve(Rf.T @ Rf, Rf.T).astype(dtype)
+    T = square.solve(weighted.T @ R, weighted.T).astype(dtype)
+    Tf = square.solve(Rf.T @ Rf, Rf.T).astype(dtype)
     R, Rf, Y = R.astype(dtype), Rf.astype(dtype), measured.values
     other_rows, other_columns = (
         np.setdiff1d(np.arange(len(names)), used)

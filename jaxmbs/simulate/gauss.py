@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..math import square
+
 _ROOT_3 = np.sqrt(3.0)
 _MOST_ITERATIONS = 50
 
@@ -126,4 +128,4 @@ def _linear_solve(right, apply):
     """Solution Z (stages, n) of `apply(Z) = right` for a linear function."""
     unit = jnp.eye(right.size, dtype=right.dtype).reshape(right.size, *right.shape)
     matrix = jax.vmap(apply)(unit).reshape(right.size, right.size).T
-    return jnp.linalg.solve(matrix, right.reshape(-1)).reshape(right.shape)
+    return square.solve(matrix, right.reshape(-1)).reshape(right.shape)

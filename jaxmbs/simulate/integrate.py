@@ -14,6 +14,7 @@ from ..errors import SimulationError
 from ..kinematics import constraints
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
+from ..math.lineax_solver import SquareSolver
 from ..model.system import System
 from . import motion as codes
 from .account import CLOSED, diagnose, masked, observe, poisoned, result_code, with_start
@@ -110,8 +111,8 @@ def _choose(solver, dt, rtol, atol, gradient, formulation):
 def _newton(dt, rtol, atol):
     """Newton with a fresh Jacobian in place of diffrax's default: that one fails at every second step of A05."""
     if dt is not None:
-        return optimistix.Newton(rtol=rtol, atol=atol)
-    return diffrax.with_stepsize_controller_tols(optimistix.Newton)()
+        return optimistix.Newton(rtol=rtol, atol=atol, linear_solver=SquareSolver())
+    return diffrax.with_stepsize_controller_tols(optimistix.Newton)(linear_solver=SquareSolver())
 
 
 def _save_times(t0, t1, ts):
@@ -205,7 +206,7 @@ def _event(function):
     def crossing(t, y, args, **_):
         return function(State(jnp.asarray(t, y[0].dtype), y[0], args.velocities(t, y[0], y[1])))
 
-    return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10))
+    return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10, linear_solver=SquareSolver()))
 
 
 def _motion(problem, start, y0, solution, ts, open_at_start, with_event):

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from ..blocksparse import BlockMatrix, Factor, solve
+from ..math import lapack
 from ..math.eigen import of_groups, same
 from .modes import Modes
 
@@ -52,7 +53,7 @@ def _lowest(num, sweeps, K, M):
         spaces = tuple(jnp.concatenate([A, jnp.zeros((n, b, depth * width), dtype)], axis=2) for A in kept)
         X, (V, MV, Z) = lax.fori_loop(0, depth, grow, (X, spaces))
         H = _dots(MV, Z)
-        inverse, Y = jnp.linalg.eigh((H + H.T) / 2)
+        inverse, Y = lapack.eigh((H + H.T) / 2)
         inverse, Y = inverse[::-1][:num], Y[:, ::-1][:, :keep]
         kept = tuple(A @ Y for A in (V, MV, Z))
         AX = kept[2][:, :, :num]
@@ -82,7 +83,7 @@ def _orthonormal(M, X, V, MV):
 
 def _normalised(X, MX, least):
     G = _dots(X, MX)
-    values, U = jnp.linalg.eigh((G + G.T) / 2)
+    values, U = lapack.eigh((G + G.T) / 2)
     kept = values > jnp.maximum(least, 100 * jnp.finfo(X.dtype).eps * values[-1])
     U = jnp.where(kept[None], U / jnp.sqrt(jnp.where(kept, values, 1.0))[None], 0.0)
     return X @ U, MX @ U

@@ -7,6 +7,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
+from ..math import square
 from ..math.eigen import eig, spectral
 from .modes import check_mass
 
@@ -98,7 +99,7 @@ def complex_modes(K, C, M) -> ComplexModes:
     check_mass(M)
     n = K.shape[0]
     dtype = np.result_type(K.dtype, C.dtype, M.dtype)
-    both = jnp.linalg.solve(M, jnp.concatenate([jnp.eye(n, dtype=M.dtype), C], axis=1)).astype(dtype)
+    both = square.solve(M, jnp.concatenate([jnp.eye(n, dtype=M.dtype), C], axis=1)).astype(dtype)
     S, D = both[:, :n], both[:, n:]
     A = jnp.block([[jnp.zeros((n, n), dtype), jnp.eye(n, dtype=dtype)], [-S @ K.astype(dtype), -D]])
     roots, X, Y = eig(A)

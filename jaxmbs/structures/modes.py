@@ -7,6 +7,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Int
 
+from ..math import lapack
 from ..math.eigen import eigh, same
 
 
@@ -170,7 +171,7 @@ def track(reference: Modes, modes: Modes, M=None) -> Modes:
     least = jnp.finfo(alike.dtype).eps ** 0.5 * jnp.eye(
         len(alike), dtype=alike.dtype
     )  # modes the reference lacks stay
-    U, _, V = jnp.linalg.svd(alike + least)  # group by group the nearest rotation, a sign for a single mode
+    U, _, V = lapack.svd(alike + least)  # group by group the nearest rotation, a sign for a single mode
     return eqx.tree_at(lambda m: m.shapes, moved, moved.shapes @ (U @ V))
 
 

@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..math import square
+
 
 class StaticResponse(NamedTuple):
     """`displacement` (n, ...) and `acceleration` (d, ...) along the rigid motions, none where held."""
@@ -33,7 +35,7 @@ def static_response(stiffness, load, mass=None, rigid=None) -> StaticResponse:
         K = jnp.block([[K, weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
         f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
     _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
-    found = jnp.linalg.solve(K, f)
+    found = square.solve(K, f)
     return StaticResponse(found[:n].reshape(load.shape), weight * found[n:].reshape(d, *load.shape[1:]))
 
 

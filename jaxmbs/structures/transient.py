@@ -5,7 +5,8 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jax.scipy.linalg import expm
+
+from ..math.exponential import expm
 
 
 class ModalMotion(NamedTuple):

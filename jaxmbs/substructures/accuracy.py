@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.linalg import cho_factor, cho_solve
 
+from ..math import lapack
 from ..structures.modes import complete, natural_modes
 from .base import Reduced, partition
 from .recovery import interface_forces, mode_acceleration
@@ -22,7 +22,7 @@ def frequency_errors(stiffness, mass, interface: Sequence[int], reduced: Reduced
     x = reduced.basis @ modes.shapes
     inner, _ = partition(stiffness.shape[0], interface)
     residual = (stiffness @ x - (mass @ x) * modes.values[None, :])[inner]
-    missing = jnp.sum(residual * cho_solve(cho_factor(stiffness[inner][:, inner]), residual), axis=0)
+    missing = jnp.sum(residual * lapack.solve_positive(stiffness[inner][:, inner], residual), axis=0)
     return jnp.where(modes.is_rigid, 0.0, missing / (2 * jnp.where(modes.is_rigid, 1.0, modes.values)))
 
 

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
+from ..math import square
 from ..structures.substructure import Substructure
 
 
@@ -52,7 +53,7 @@ class Reduced(eqx.Module):
         """The same component, the bonds' displacements themselves its first coordinates: connection `[1 0]`."""
         b, r = self.connection.shape
         E = jnp.eye(r, dtype=self.connection.dtype)
-        E = E.at[:b, :b].set(jnp.linalg.inv(self.connection[:, :b]))
+        E = E.at[:b, :b].set(square.inverse(self.connection[:, :b]))
         labels = numbered("interface", b) + self.labels[b:]
         return transformed(self, E, self.connection @ E, labels, self.names)
 

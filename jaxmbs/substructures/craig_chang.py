@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
+from ..math import square
 from ..structures.modes import natural_modes
 from .base import Reduced, check_num_modes, numbered, parted, partition, project
 from .hurty import determinate_coordinates, rigid_motions
@@ -49,11 +50,11 @@ def inertia_relief(stiffness, mass, loads, determinate: Sequence[int], rigid):
     inertia = rigid.T @ mass @ rigid
 
     def without_rigid(x):
-        return x - rigid @ jnp.linalg.solve(inertia, rigid.T @ (mass @ x)) if len(determinate) else x
+        return x - rigid @ square.solve(inertia, rigid.T @ (mass @ x)) if len(determinate) else x
 
     def balanced(f):
-        return f - mass @ (rigid @ jnp.linalg.solve(inertia, rigid.T @ f)) if len(determinate) else f
+        return f - mass @ (rigid @ square.solve(inertia, rigid.T @ f)) if len(determinate) else f
 
     inner, _ = partition(stiffness.shape[0], determinate)
-    x = jnp.linalg.solve(stiffness[inner][:, inner], balanced(loads)[inner])
+    x = square.solve(stiffness[inner][:, inner], balanced(loads)[inner])
     return without_rigid(jnp.zeros_like(loads).at[inner].set(x))

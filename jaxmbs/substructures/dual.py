@@ -8,6 +8,7 @@ import numpy as np
 import scipy.linalg
 from jax import lax
 
+from ..math import square
 from .base import Reduced
 from .coupling import balanced, join, joint_places
 
@@ -37,7 +38,7 @@ def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]]
         saddle = lax.dynamic_update_slice(saddle, z, (start, start))
         if f is not None:
             right = lax.dynamic_update_slice(right, c.generalised(f).astype(right.dtype), (start,))
-    solution = jnp.linalg.solve(saddle, right)
+    solution = square.solve(saddle, right)
     _check_solved(saddle @ solution - right, right)
     reactions = -B.T @ solution[n:]
     cut = [

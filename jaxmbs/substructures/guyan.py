@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 import jax.numpy as jnp
-from jax.scipy.linalg import cho_factor, cho_solve
+from jax import lax
 
+from ..math import lapack
 from .base import Reduced, check_held, numbered, parted, partition, project
 
 
@@ -15,9 +16,10 @@ def constraint_modes(stiffness, interface: Sequence[int]):
     """
     inner, outer = partition(stiffness.shape[0], interface)
     K_NN = stiffness[inner][:, inner]
-    L = cho_factor((K_NN + K_NN.T) / 2)
-    S = -cho_solve(L, stiffness[inner][:, outer])
-    check_held(S, "the interface", jnp.diagonal(L[0]) ** 2 / jnp.diagonal(K_NN))
+    K = (K_NN + K_NN.T) / 2
+    L = lapack.cholesky(lax.stop_gradient(K))
+    S = -lapack.solve_positive(K, stiffness[inner][:, outer], L)
+    check_held(S, "the interface", jnp.diagonal(L) ** 2 / jnp.diagonal(K_NN))
     return S
 
 

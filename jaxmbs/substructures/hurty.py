@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
+from ..math import square
 from .base import Reduced, check_held, numbered, partition, transformed
 from .craig_bampton import craig_bampton
 from .guyan import interface_basis
@@ -60,7 +61,7 @@ def hurty(
     reduced = craig_bampton(stiffness, mass, order, num_modes, damping)
     d, b = len(rigid), len(order)
     condensed = reduced.stiffness[:b, :b]
-    CR = -jnp.linalg.solve(condensed[d:, d:], condensed[d:, :d])
+    CR = -square.solve(condensed[d:, d:], condensed[d:, :d])
     check_held(CR, "the determinate coordinates")
     E = jnp.eye(b + num_modes, dtype=CR.dtype).at[d:b, :d].set(CR)
     labels = numbered("rigid", d) + numbered("constraint", b - d) + reduced.labels[b:]

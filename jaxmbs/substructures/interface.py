@@ -7,11 +7,13 @@ left over of each component's own equilibrium.  At every node they sum to the lo
 from collections.abc import Sequence
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
+from ..math import square
 
 
 class Components(eqx.Module):
@@ -99,7 +101,7 @@ def _condense(group, size):
     k = len(group.nodes[0]) * size
     K, f = group.matrix, group.load.astype(group.matrix.dtype)
     inner = K[:, k:, k:]
-    both = jnp.linalg.solve(inner, jnp.concatenate([K[:, k:, :k], f[:, k:, None]], axis=2))
+    both = jax.vmap(square.solve)(inner, jnp.concatenate([K[:, k:, :k], f[:, k:, None]], axis=2))
     modes, fixed = -both[:, :, :k], both[:, :, k]
     stiffness = K[:, :k, :k] + K[:, :k, k:] @ modes
     force = f[:, :k] + jnp.einsum("smi,sm->si", modes, f[:, k:])

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
+from ..math import square
 from ..structures.modes import natural_modes
 from .base import Reduced, check_num_modes, numbered, parted, project
 from .mixed import attachment_modes, count_rigid, explicit_interface
@@ -26,7 +27,7 @@ def macneal(
     elastic = modes.shapes[:, rigid:]
     residual = attachment_modes(stiffness, mass, loads, modes.shapes[:, :rigid])
     own = elastic.T @ stiffness @ elastic  # diagonal; its derivatives see how a group of equal values splits
-    residual = residual - elastic @ jnp.linalg.solve(own, elastic.T @ loads)
+    residual = residual - elastic @ square.solve(own, elastic.T @ loads)
     order = np.concatenate([outer, inner])
     moved, (shapes,) = explicit_interface(residual[order], (modes.shapes[order],), b)
     basis = jnp.zeros((len(order), b + num_modes), moved.dtype)

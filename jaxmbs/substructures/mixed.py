@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..math import square
 from ..structures.modes import natural_modes
 from .base import Reduced, check_held, check_num_modes, numbered, parted, project
 
@@ -69,14 +70,14 @@ def attachment_modes(stiffness, mass, loads, rigid):
     n, d = rigid.shape
     carried = mass @ rigid
     saddle = jnp.block([[stiffness, carried], [carried.T, jnp.zeros((d, d), stiffness.dtype)]])
-    solution = jnp.linalg.solve(saddle, jnp.concatenate([loads, jnp.zeros((d, loads.shape[1]), loads.dtype)]))[:n]
+    solution = square.solve(saddle, jnp.concatenate([loads, jnp.zeros((d, loads.shape[1]), loads.dtype)]))[:n]
     check_held(solution, "the fixed interface")
     return solution
 
 
 def explicit_interface(attachment, others, c):
     """Columns of attachment modes and of others, combined so that the first c rows are the identity and zero."""
-    moved = jnp.linalg.solve(attachment[:c].T, attachment.T).T
+    moved = square.solve(attachment[:c].T, attachment.T).T
     return moved, [shapes - moved @ shapes[:c] for shapes in others]
 
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 from jax import lax
-from jax.scipy.linalg import cho_factor, cho_solve
 
+from ..math import square
 from .base import Reduced, partition
 from .craig_chang import inertia_relief
 from .guyan import interface_basis
@@ -36,7 +36,7 @@ def mode_acceleration(stiffness, mass, interface: Sequence[int], x, x_ddot, load
     force = _inertial(mass, x_ddot, load, damping, x_dot)[inner]
     K_NN = stiffness[inner][:, inner].astype(x.dtype)
     static = interface_basis(stiffness, interface).astype(x.dtype) @ x[outer]
-    flat = cho_solve(cho_factor(K_NN), force.reshape(len(inner), -1))
+    flat = square.solve(K_NN, force.reshape(len(inner), -1))
     return static.at[inner].add(flat.reshape(force.shape))
 
 
@@ -49,7 +49,7 @@ def mode_acceleration_free(stiffness, mass, determinate, rigid, x, x_ddot, load=
     """
     R, M = rigid.astype(x.dtype), mass.astype(x.dtype)
     x, force = x.reshape(len(x), -1), _inertial(mass, x_ddot, load, damping, x_dot).reshape(len(x), -1)
-    carried = R @ jnp.linalg.solve(R.T @ M @ R, R.T @ (M @ x))
+    carried = R @ square.solve(R.T @ M @ R, R.T @ (M @ x))
     return (carried + inertia_relief(stiffness.astype(x.dtype), M, force, determinate, R)).reshape(x_ddot.shape)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..math import square
 from ..structures.structure import rigid_motions
 from ..structures.substructure import Substructure
 from .base import Reduced, partition
@@ -43,7 +44,7 @@ def averaged_motion(positions, reference, weights=None, rotations: bool = True):
     weighted = R * jnp.repeat(w, 3)[:, None]
     spread = R.T @ weighted
     _check_spread(spread)
-    rows = jnp.linalg.solve(spread, weighted.T)
+    rows = square.solve(spread, weighted.T)
     if not rotations:
         return rows
     wide = jnp.zeros((6, len(positions), 6), R.dtype)
@@ -81,7 +82,7 @@ def averaged_transformation(size: int, interface: Sequence[int], rows, dependent
     others = np.setdiff1d(np.arange(size), dependent)
     spread = jnp.zeros((k, size), rows.dtype).at[:, outer].set(rows)
     right = jnp.concatenate([jnp.eye(k, dtype=rows.dtype), -spread[:, others]], axis=1)
-    W = jnp.zeros((size, size), rows.dtype).at[np.asarray(dependent)].set(jnp.linalg.solve(rows[:, columns], right))
+    W = jnp.zeros((size, size), rows.dtype).at[np.asarray(dependent)].set(square.solve(rows[:, columns], right))
     return W.at[others, k + np.arange(len(others))].set(1.0)
 
 

@@ -7,11 +7,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.linalg import cho_factor, cho_solve
 from jaxtyping import Array, Float
 
 from ..errors import SimulationError
 from ..forces import AbstractScalarLaw
+from ..math import lapack
 from ..math.interpolation import interval
 from ..typing import ScalarLike
 from .coupling import Assembly, interface_reactions
@@ -138,7 +138,7 @@ def _integrate(assembly, times, forces, links, start, tolerances, options):
     rows = [assembly.load(link.forces(assembly)) for link in links]
     rows = jnp.stack(rows) if rows else jnp.zeros((0, len(M)), M.dtype)
     C = jnp.zeros_like(K) if C is None else C
-    solved = cho_solve(cho_factor(M), jnp.concatenate([K, C, rows.T, jnp.eye(len(M), dtype=M.dtype)], axis=1))
+    solved = lapack.solve_positive(M, jnp.concatenate([K, C, rows.T, jnp.eye(len(M), dtype=M.dtype)], axis=1))
     parts = jnp.split(solved, np.cumsum([len(M), len(M), len(rows)]), axis=1)
     load = _load(assembly, times, forces)
 
