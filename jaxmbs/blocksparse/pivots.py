@@ -2,26 +2,27 @@
 
 `eliminate` returns what it keeps and what it passes on, F22 - F21 F11^-1 F12; symmetric kinds take no F21.
 
-Each kind keeps what two matrix products per front need later.  Small pivots are kept inverted: products of small
-matrices are cheaper than triangular solves.
+Each kind keeps what two matrix products per front need later.  Small pivots are inverted by whole batches in plain
+XLA and kept so; the factors of large ones are LAPACK's, one front at a time (`math.lapack` says why).
 """
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
-from jax import Array
-from jax.lax import linalg
+from jax import Array, lax
+
+from ..math import lapack
+from ..math.square import inverse_with_determinant
 
 #: Pivots of at most this many coordinates are kept as the inverse of their factor.
 INVERTED = 64
+#: Up to so many columns are eliminated one at a time.
+COLUMNS = 24
 
 
 def _T(x):
     return jnp.swapaxes(x, -1, -2)
-
-
-def _eye_like(x):
-    return jnp.broadcast_to(jnp.eye(x.shape[-1], dtype=x.dtype), x.shape)
 
 
 class Cholesky(NamedTuple):
@@ -32,11 +33,11 @@ class Cholesky(NamedTuple):
 
     @classmethod
     def eliminate(cls, F11, F12, F22):
-        L = linalg.cholesky(_T(F11), symmetrize_input=False)  # transposed: the layout LAPACK takes without a copy
         if F11.shape[-1] <= INVERTED:
-            L = _lower_inverse(L, max(8, F11.shape[-1] // 4))
+            L = _inverse_factor(F11)
             W = L @ F12
         else:
+            L = jax.vmap(lapack.cholesky)(F11)
             W = _lower_solve(L, F12)
         return cls(L, W), F22 - _T(W) @ W
 
@@ -71,8 +72,8 @@ class Ldl(NamedTuple):
 
     @classmethod
     def eliminate(cls, F11, F12, F22):
-        both, sign, log = _solve_with_determinant(F11, jnp.concatenate([F12, _eye_like(F11)], axis=-1))
-        W, P = both[..., : F12.shape[-1]], both[..., F12.shape[-1] :]
+        P, sign, log = jax.vmap(inverse_with_determinant)(F11)
+        W = _refined(P, F11, F12)
         return cls(0.5 * (P + _T(P)), W, sign, log), F22 - _T(F12) @ W
 
     def forward(self, y1, y2):
@@ -90,7 +91,7 @@ class Ldl(NamedTuple):
 
     def negatives(self):
         """Negative eigenvalues of the pivots: those of F11 and of its inverse have the same signs."""
-        return jnp.sum(jnp.linalg.eigvalsh(self.P) < 0, axis=-1)
+        return jnp.sum(_over_fronts(lapack.eigvalsh, self.P) < 0, axis=-1)
 
 
 class Lu(NamedTuple):
@@ -104,8 +105,8 @@ class Lu(NamedTuple):
 
     @classmethod
     def eliminate(cls, F11, F12, F21, F22):
-        both, sign, log = _solve_with_determinant(F11, jnp.concatenate([F12, _eye_like(F11)], axis=-1))
-        W, P = both[..., : F12.shape[-1]], both[..., F12.shape[-1] :]
+        P, sign, log = jax.vmap(inverse_with_determinant)(F11)
+        W = _refined(P, F11, F12)
         return cls(P, W, F21 @ P, sign, log), F22 - F21 @ W
 
     def forward(self, y1, y2):
@@ -128,29 +129,54 @@ class Lu(NamedTuple):
 KINDS = {"cholesky": Cholesky, "ldl": Ldl, "lu": Lu}
 
 
+def _over_fronts(function, *stacks):
+    """`function` of single matrices for stacks (..., n, m) of them."""
+    for _ in stacks[0].shape[:-2]:
+        function = jax.vmap(function)
+    return function(*stacks)
+
+
 def _lower_solve(L, B, transposed=False):
-    return linalg.triangular_solve(L, B, left_side=True, lower=True, transpose_a=transposed)
+    return _over_fronts(lambda L, B: lapack.solve_triangular(L, B, transposed=transposed), L, B)
 
 
-def _lower_inverse(L, base):
-    """L^-1 by halves: products of small matrices are cheaper than triangular solves."""
-    n, half = L.shape[-1], L.shape[-1] // 2
-    if n <= base:
-        return _lower_solve(L, _eye_like(L))
-    A, D = _lower_inverse(L[..., :half, :half], base), _lower_inverse(L[..., half:, half:], base)
-    B = -(D @ L[..., half:, :half]) @ A
-    upper = jnp.concatenate([A, jnp.zeros_like(jnp.swapaxes(B, -1, -2))], axis=-1)
-    return jnp.concatenate([upper, jnp.concatenate([B, D], axis=-1)], axis=-2)
+def _refined(P, F, B):
+    """`F^-1 B` by the inverse P, corrected for what is left over: as good as by factors."""
+    W = P @ B
+    return W + P @ (B - F @ W)
 
 
-def _solve_with_determinant(F, B):
-    """F^-1 B, and sign and logarithm of the determinant of F."""
-    LU, piv, permutation = linalg.lu(F)
-    diagonal = jnp.diagonal(LU, axis1=-2, axis2=-1)
-    swaps = jnp.sum(piv != jnp.broadcast_to(jnp.arange(piv.shape[-1], dtype=piv.dtype), piv.shape), axis=-1)
-    size = jnp.abs(diagonal)
-    phase = jnp.prod(diagonal / jnp.where(size == 0, 1, size).astype(diagonal.dtype), axis=-1)
-    B = jnp.take_along_axis(B, permutation[..., None], axis=-2)
-    X = linalg.triangular_solve(LU, B, left_side=True, lower=True, unit_diagonal=True)
-    X = linalg.triangular_solve(LU, X, left_side=True, lower=False)
-    return X, jnp.where(swaps % 2 == 1, -phase, phase), jnp.sum(jnp.log(size), axis=-1)
+@jax.custom_jvp
+def _inverse_factor(F):
+    """`L^-1` (..., n, n) for F = L L^T, by halves: products of small matrices are cheaper than single columns."""
+    n, half = F.shape[-1], F.shape[-1] // 2
+    if n <= COLUMNS:
+        return _over_fronts(_by_columns, F) if n else F
+    A = _inverse_factor(F[..., :half, :half])
+    W = A @ F[..., :half, half:]
+    D = _inverse_factor(F[..., half:, half:] - _T(W) @ W)
+    upper = jnp.concatenate([A, jnp.zeros_like(W)], axis=-1)
+    return jnp.concatenate([upper, jnp.concatenate([-(D @ _T(W)) @ A, D], axis=-1)], axis=-2)
+
+
+@_inverse_factor.defjvp
+def _inverse_factor_jvp(primals, tangents):
+    """`d(L^-1) = -half(L^-1 dF L^-T) L^-1`, half: the lower triangle with half the diagonal."""
+    R = _inverse_factor(*primals)
+    return R, -(_over_fronts(lapack.lower_half, R @ tangents[0] @ _T(R)) @ R)
+
+
+def _by_columns(F):
+    """Forward elimination of `[F 1]` (n, 2 n), the two in one: right of column k is still F, the rest is L^-1."""
+    n = F.shape[0]
+    index = jnp.arange(n)
+
+    def eliminate(k, carry):
+        A, pivots = carry
+        row, here, below = A[k], index == k, (index > k)[:, None]
+        share = jnp.where(below, (A[:, k] / row[k])[:, None], 0.0)
+        A = jnp.where(below & here[None], 0.0, A) - share * jnp.where(here, 1.0, row)[None]
+        return A, jnp.where(here, row[k], pivots)
+
+    A, pivots = lax.fori_loop(0, n, eliminate, (F, jnp.ones_like(F[0])))
+    return lax.rsqrt(pivots)[:, None] * (jnp.tril(A, -1) + jnp.eye(n, dtype=F.dtype))

@@ -96,6 +96,8 @@ def eliminated(A):
     """
     n = A.shape[0]
     index = jnp.arange(n)
+    if n == 0:
+        return A, jnp.diagonal(A), index
 
     def eliminate(k, carry):
         A, pivots, order, free = carry

@@ -10,7 +10,7 @@ from jax.test_util import check_grads
 from jaxmbs.math import lapack, square
 from jaxmbs.math.lineax_solver import SquareSolver
 
-SIZES = [1, 7, square.SMALL, square.SMALL + 5]
+SIZES = [0, 1, 7, square.SMALL, square.SMALL + 5]
 
 
 def _matrix(n, dtype=float, seed=0):
