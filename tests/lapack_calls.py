@@ -1,0 +1,132 @@
+"""Which LAPACK calls a program contains and how many matrices each is given; small questions to the library."""
+
+import re
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import jaxmbs as mbs
+from jaxmbs import blocksparse as bs
+from jaxmbs import frequency as fr
+from jaxmbs import substructures as sub
+from jaxmbs.frequency.inverse import regular_inverse
+from jaxmbs.math import square
+from jaxmbs.math.interpolation import spline_slopes
+from jaxmbs.structures.block_modes import lowest_modes
+from jaxmbs.structures.damping import complex_modes
+from jaxmbs.structures.modes import natural_modes, track
+from jaxmbs.structures.statics import static_response
+from jaxmbs.structures.transient import modal_motion
+from tests.structural_matrices import beam
+from tests.systems import four_bar, four_bar_state
+
+_CALL = re.compile(r"custom_call @(?:lapack|blas)_([a-z0-9]+?)(?:_ffi)?\(.*?\) .*?: \((.*?)\) ->")
+_COMPILED = re.compile(r"= \(?([^=]*?) custom-call\(.*?custom_call_target=\"(?:lapack|blas)_([a-z0-9]+?)(?:_ffi)?\"")
+
+SOLVE, DEFINITE = {"getrf", "trsm"}, {"potrf", "trsm"}
+VALUES = DEFINITE | {"syevd"}
+GENERAL = {"geev", "gesdd"}
+
+
+def lapack_calls(text):
+    """Pairs (routine without its letter of precision, most matrices in one argument) of a lowered program."""
+    return [
+        (name[1:], max(_matrices(shape) for shape in re.findall(r"tensor<([0-9x]*)x[a-z]", types)))
+        for name, types in _CALL.findall(text)
+    ]
+
+
+def compiled_calls(text):
+    """The same of a compiled program, from what each call returns."""
+    return [
+        (name[1:], max(_matrices(shape.replace(",", "x")) for shape in re.findall(r"\[([0-9,]+)\]", types)))
+        for types, name in _COMPILED.findall(text)
+    ]
+
+
+def _matrices(shape):
+    return int(np.prod([int(n) for n in shape.split("x")][:-2]))
+
+
+SYSTEM = four_bar()
+STATE = four_bar_state(SYSTEM)
+K, M = beam(8)
+C = 0.01 * K + 0.02 * M
+LARGE, LARGE_MASS = beam(20, fixed=2)
+OMEGA = jnp.linspace(1.0, 9.0, 5)
+PATTERN = bs.Pattern(6, 3, [(i, i + 1) for i in range(5)])
+
+
+def at(t):
+    """The four-bar a little displaced by t."""
+    return mbs.State(STATE.t, STATE.coordinates * (1.0 + 1e-3 * t), STATE.velocities)
+
+
+def motion(t, **options):
+    return mbs.simulate(SYSTEM, at(t), t1=0.1, throw=False, **options)
+
+
+def block_matrix(t):
+    blocks = jnp.broadcast_to((4.0 + t) * jnp.eye(3), (6, 3, 3))
+    return bs.BlockMatrix(PATTERN, blocks, jnp.broadcast_to(-jnp.eye(3), (5, 3, 3)))
+
+
+def block_modes(t):
+    return lowest_modes(bs.factor(block_matrix(t)), block_matrix(0.0), 2)
+
+
+def measured(t):
+    Z = jax.vmap(lambda w: K + 1.0 - (w**2) * M)(OMEGA)[:, :4, :4] * (1.0 + t)
+    return Z.astype(complex)
+
+
+#: The run path of mechanisms: no LAPACK at all.
+WITHOUT = {
+    "State.at": lambda t: mbs.State.at(SYSTEM, main=0.5 + t, guess={"knee": 0.1, "base": 1.4}),
+    "forward_dynamics": lambda t: mbs.forward_dynamics(SYSTEM, at(t)),
+    "inverse_dynamics": lambda t: mbs.inverse_dynamics(SYSTEM, at(t), jnp.ones_like(STATE.velocities)),
+    "mass_matrix": lambda t: mbs.mass_matrix(SYSTEM, at(t)),
+    "reactions": lambda t: mbs.reactions(SYSTEM, at(t)),
+    "stiffness": lambda t: mbs.stiffness(SYSTEM, at(t)),
+    "kic": lambda t: mbs.kic(SYSTEM, at(t)),
+    "simulate": motion,
+    "simulate, implicit": lambda t: motion(t, solver=diffrax.Kvaerno5()),
+    "simulate, Gauss": lambda t: motion(t, solver=mbs.Gauss4(newton=True), dt=0.05),
+    "linearise": lambda t: mbs.linearise(SYSTEM, at(t), inputs=("main",), outputs=("main",)),
+    "modal_motion": lambda t: modal_motion(jnp.arange(1.0, 4.0) + t, 0.01, jnp.ones((5, 3)), 0.1),
+    "spline": lambda t: spline_slopes(jnp.arange(5.0), jnp.sin(jnp.arange(5.0) * t)),
+    "block factors": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3))),
+    "block ldl": lambda t: bs.log_determinant(bs.factor(block_matrix(t), "ldl")),
+    "block lu": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3)), "lu"),
+    "dense_response": lambda t: fr.dense_response(K, (1.0 + t) * M, jnp.ones((18, 1)), OMEGA, C),
+    "measured_stiffness": lambda t: jax.vmap(square.inverse)(measured(t)),
+}
+
+#: What else may call LAPACK, one matrix at a time.
+WITH = {
+    "equilibrium": (lambda t: mbs.equilibrium(SYSTEM, at(t), throw=False), {"syevd"}),
+    "modes": (lambda t: mbs.modes(mbs.linearise(SYSTEM, at(t))), GENERAL),
+    "natural_modes": (lambda t: natural_modes(K, M * (1.0 + t)), VALUES),
+    "track": (lambda t: track(natural_modes(K, M), natural_modes(K, M * (1.0 + t))), VALUES | {"gesdd"}),
+    "complex_modes": (lambda t: complex_modes(K, C, M * (1.0 + t)), GENERAL),
+    "static_response": (lambda t: static_response(LARGE * (1.0 + t), jnp.ones(len(LARGE))), SOLVE),
+    "block modes": (block_modes, {"syevd"}),
+    "inertia": (lambda t: bs.inertia(bs.factor(block_matrix(t), "ldl")), {"syevd"}),
+    "guyan": (lambda t: sub.guyan(K * (1.0 + t), M, (0, 1, 16, 17)), DEFINITE),
+    "craig_bampton": (lambda t: sub.craig_bampton(K * (1.0 + t), M, (0, 1), 4), VALUES),
+    "rubin": (lambda t: sub.rubin(K * (1.0 + t), M, (0, 1), 4, num_rigid=2), VALUES | SOLVE),
+    "craig_chang": (lambda t: sub.craig_chang(K * (1.0 + t), M, (0, 1), 4, determinate=(0, 1)), VALUES | SOLVE),
+    "receptance": (lambda t: fr.receptance(K * (1.0 + t), M, OMEGA, (0,), (0,)), VALUES),
+    "viscous_receptance": (lambda t: fr.viscous_receptance(K * (1.0 + t), M, OMEGA, (0,), (0,), C), GENERAL),
+    "regular_inverse": (lambda t: regular_inverse(measured(t), rank=2), {"gesdd"}),
+    "gradient of natural_modes": (
+        jax.grad(lambda t: jnp.sum(natural_modes(LARGE, LARGE_MASS * (1.0 + t)).values)),
+        VALUES,
+    ),
+    "gradient of static_response": (
+        jax.grad(lambda t: jnp.sum(static_response(LARGE * (1.0 + t), jnp.ones(len(LARGE))).displacement)),
+        SOLVE,
+    ),
+}
