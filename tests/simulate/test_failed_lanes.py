@@ -10,7 +10,7 @@ from jaxmbs.simulate import motion as codes
 from tests.mechanisms import four_bar
 
 HELD = {"rates": {"A": 1.0}, "guess": {"B": -0.4, "D": 1.4}}
-GOOD, SHORT = (0.85, 0.9, 0.95), 0.2  # couplers that close at A = 0.7, and one that does not
+GOOD, SHORT = (0.85, 0.9, 0.95), 0.2  # couplers that close at A = 2.5, and one that does not
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def like():
 
 def assembled(coupler, like):
     system = four_bar((1.0, 0.3, coupler, 0.7), like=like)
-    return system, mbs.State.at(system, A=0.7, **HELD)
+    return system, mbs.State.at(system, A=2.5, **HELD)
 
 
 @pytest.fixture(scope="module")
