@@ -15,6 +15,7 @@ from ..math.spatial import add, cross_force, cross_motion, dot, momentum, pack, 
 from ..model.system import System
 from .efforts import efforts, gravity_wrench
 from .elastic import needed_loads
+from .sparse_saddle import sparse_saddle
 
 
 def column_twists(topology, V):
@@ -58,15 +59,21 @@ def tree_efforts(system: System, P, psi, u, a, t):
     return required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, a, t)
 
 
-def accelerations_at(system: System, geo, J, V, psi, u, t):
-    """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`."""
+def accelerations_at(system: System, geo, J, V, psi, u, t, method="dense"):
+    """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`.
+
+    Args: method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
+    """
     none = jnp.zeros_like(u)
     V_dot = node_accelerations(system.topology, geo.S, V, u, none)
     need = -required_efforts(system, geo, J, V, V_dot, psi, u, none, t)
     if not system.has_constraints and not system.elastic:
         return solve(system.topology.nodes, geo.S, J, need), jnp.zeros(0, psi.dtype)
-    A = constraints.jacobian_at(system, geo, psi, t)
     gamma = constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)
+    if method == "block-sparse":
+        a, y = sparse_saddle(system, geo, J, psi, t, need, gamma)
+        return a, -y
+    A = constraints.jacobian_at(system, geo, psi, t)
     a, y = saddle_solve(inertia_matrix(system, geo, J, psi), A, need, gamma, constraints.row_scale(system))
     return a, -y
 

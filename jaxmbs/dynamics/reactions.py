@@ -22,6 +22,7 @@ from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
 from .elastic import needed_loads
 from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion, required_efforts
+from .sparse_saddle import row_efforts
 
 
 class JointReaction(eqx.Module):
@@ -133,13 +134,13 @@ def _all_wrenches(system, joints, elements):
     return jnp.concatenate([joints, elements[np.array(extra, int)]])
 
 
-def _reactions(system: System, P, state: State, frame: str, side: str, compliance) -> Reactions:
+def _reactions(system: System, P, state: State, frame: str, side: str, compliance, method: str) -> Reactions:
     top = system.topology
     psi, u, t = state.coordinates, state.velocities, state.t
     geo = geometry(system, P, psi)
     R, x, J = geo.R, geo.x, node_inertias(P, geo.W)
     V = node_motion(top, geo.S, u)
-    a, multipliers = accelerations_at(system, geo, J, V, psi, u, t)
+    a, multipliers = accelerations_at(system, geo, J, V, psi, u, t, method)
     V_dot = node_accelerations(top, geo.S, V, u, a)
     rate, bodies = body_rates(system, R, x, V, V_dot)
     loads = efforts(system, geo, V, psi, u, t, body_owner(system))[0] + gravity_wrench(bodies, system.gravity)
@@ -151,7 +152,7 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
         wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
     gap = required_efforts(system, geo, J, V, V_dot, psi, u, a, t)
     if system.has_constraints:
-        gap = gap - constraints.jacobian_at(system, geo, psi, t).T @ multipliers
+        gap = gap - row_efforts(system, geo, psi, t, multipliers)
     named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     return Reactions(named, multipliers, residual, state.ok & jnp.isfinite(residual))
@@ -169,14 +170,19 @@ def _named(system, wrench, effort, geo, frame, side):
 
 
 @eqx.filter_jit
-def _reactions_jit(system, states, frame, side, batched, compliance):
+def _reactions_jit(system, states, frame, side, batched, compliance, method):
     P = node_parameters(system)
-    one = lambda s: _reactions(system, P, s, frame, side, compliance)  # noqa: E731
+    one = lambda s: _reactions(system, P, s, frame, side, compliance, method)  # noqa: E731
     return jax.vmap(one)(states) if batched else one(states)
 
 
 def reactions(
-    system: System, motion, frame: str = "world", side: str = "child", compliance: Mapping | None = None
+    system: System,
+    motion,
+    frame: str = "world",
+    side: str = "child",
+    compliance: Mapping | None = None,
+    method: str = "dense",
 ) -> Reactions:
     """Reactions of all joints at a state or along a motion.
 
@@ -186,6 +192,8 @@ def reactions(
         side: "child": the wrench the parent applies on the child; "parent": the opposite one on the parent.
         compliance: name -> (6,), of joints and two-frame constraints for force x, y, z [m/N] and moment x, y, z
             [rad/(N m)] in their own axes on the child's side; default 1 and 1 / length^2 for those not named.
+        method: how loops and drives are solved, with equal results: "dense" in the tree's velocities, or
+            "block-sparse" on the graph of bodies, linear in their number.
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
 
@@ -193,10 +201,12 @@ def reactions(
     complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least norm, moments over
     the system's characteristic length `system.topology.analysis.length`.
 
-    Raises: ValueError for an unknown frame, side or name.  Source: S1 (26)-(29).
+    Raises: ValueError for an unknown frame, side, method or name.  Source: S1 (26)-(29).
     """
     if frame not in ("world", "joint") or side not in ("child", "parent"):
         raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
+    if method not in ("dense", "block-sparse"):
+        raise ValueError(f"method must be 'dense' or 'block-sparse', got {method!r}")
     states = motion if isinstance(motion, State) else motion.states
     compliance = {} if compliance is None else dict(compliance)
     names = [name for name, *_ in constraints.carriers(system)]
@@ -204,4 +214,4 @@ def reactions(
         if name not in names:
             raise ValueError(f"compliance of {name!r}: there is no such joint or constraint; there are {names}")
     compliance = {name: jnp.asarray(c, states.coordinates.dtype) for name, c in compliance.items()}
-    return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2, compliance)
+    return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2, compliance, method)

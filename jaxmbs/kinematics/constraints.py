@@ -123,12 +123,12 @@ def jacobian_at(system: System, geo, psi, t):
         rows = jnp.einsum("erk,nk->ern", closure_directions(group, geo.R, geo.x), geo.S) * path[:, None, :]
         parts.append(rows.reshape(-1, n))
     if system.rows:
-        along = jax.vmap(lambda u: _coordinate_rates(system, psi, t, u), out_axes=1)
+        along = jax.vmap(lambda u: coordinate_rates(system, psi, t, u), out_axes=1)
         parts.append(along(jnp.eye(n, dtype=psi.dtype)))
     return jnp.concatenate(parts) if parts else jnp.zeros((0, n), psi.dtype)
 
 
-def _coordinate_rates(system, psi, t, u):
+def coordinate_rates(system, psi, t, u):
     """Rates of the coordinate rows and the user's velocity rows at velocities u, without the part of time."""
     rate = coordinate_rate(system.topology, psi, u)
     rates = jax.jvp(lambda q: _coordinate_rows(system, q, t), (psi,), (rate,))[1]
@@ -195,7 +195,7 @@ def acceleration_bias(system: System, geo, V, V_dot, psi, u, t):
     if system.rows:
 
         def row_speed(psi, t):
-            return _coordinate_rates(system, psi, t, u) + _coordinate_time_rates(system, psi, t)
+            return coordinate_rates(system, psi, t, u) + _coordinate_time_rates(system, psi, t)
 
         rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
         parts.append(jax.jvp(row_speed, (psi, t), rates)[1])
@@ -223,7 +223,7 @@ def pull(system: System, geo, V, psi, u, t, sigma):
         known = top.num_rows - sum(len(g.names) * g.kind.num_rows for g in system.closures)
 
         def transposed(psi, t):
-            return jax.linear_transpose(lambda v: _coordinate_rates(system, psi, t, v), u)(sigma[-known:])[0]
+            return jax.linear_transpose(lambda v: coordinate_rates(system, psi, t, v), u)(sigma[-known:])[0]
 
         moving = (coordinate_rate(top, psi, u), jnp.ones_like(t))
         part = jax.jvp(transposed, (psi, t), moving)[1]

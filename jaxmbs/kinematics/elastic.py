@@ -114,3 +114,23 @@ def mass_matrix(system: System, geo, J, psi):
         z = jax.vmap(lambda body, q, flows: jax.vmap(body.speeds, (None, 1), 1)(q, flows))(group.body, s.q, flows)
         M = M + jnp.einsum("ekn,ekm->nm", z, group.body.inertia @ z)
     return M
+
+
+def interface_inertia(system: System, group: ElasticGroup, geo, psi):
+    """Inertia (bodies, k, k) of elastic bodies on world twists of their interfaces, then on the rates of modes.
+
+    Source: S2 (35) for one body.
+    """
+    s = elastic_state(system, group, geo, psi, *at_rest(system, psi))
+    count = 6 * s.x.shape[1]
+    unit = jnp.eye(count + len(group.columns[0]), dtype=psi.dtype)
+
+    def of_body(body, s):
+        def speeds(rates):
+            flow = body.flow(s.R, s.x, s.q, rates[:count].reshape(-1, 6), rates[count:])
+            return body.speeds(s.q, flow)
+
+        Z = jax.vmap(speeds, out_axes=1)(unit)
+        return Z.T @ body.inertia @ Z
+
+    return jax.vmap(of_body)(group.body, s)

@@ -1,0 +1,207 @@
+"""The saddle system of a mechanism solved on the graph of its bodies: work linear in their number.
+
+`M a + A^T y = b`, `A a = c` for the accelerations of the tree's joints, as `math.linalg.saddle_solve` does it: rows
+eliminated with a small compliance, proximal iterations, refinement against the whole system.  No matrix of the tree
+is formed: products with M and A are walks of the tree, and `M + A^T C^-1 A` is inverted by `body_matrix`.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from .. import blocksparse
+from ..kinematics import constraints
+from ..kinematics.poses import Geometry
+from ..kinematics.tree import ancestors, apply_mass, subtrees
+from ..math.linalg import PROXIMAL
+from ..math.spatial import dot, momentum, pack, scale, unpack
+from ..math.spd import refined, spd_inverse
+from ..model.system import System
+from .body_graph import body_graph
+from .body_matrix import body_matrix, joint_maps
+from .elastic import elastic_momenta
+from .modal_condensation import clusters, shared_inertia, solve_with_modes
+
+#: Refinements of each solve: of what stiff rows lose, then of what massless bodies lose.
+REFINEMENTS = {8: 2, 4: 3}
+
+
+class Rows(NamedTuple):
+    """The constraint rows A at a configuration, brought to one unit."""
+
+    system: System
+    geo: Geometry
+    psi: Array
+    t: Array
+    unit: Array
+    directions: tuple
+
+    def rates(self, a):
+        """A a (rows,) for accelerations a (nv,)."""
+        system, parts = self.system, [jnp.zeros(0, a.dtype)]
+        twist = ancestors(system.topology.nodes, pack(scale(unpack(self.geo.S), a)))
+        twist = jnp.concatenate([twist, jnp.zeros((1, 6), a.dtype)])[np.asarray(system.topology.frame_node)]
+        for group, D in zip(system.closures, self.directions, strict=True):
+            relative = twist[np.asarray(group.second)] - twist[np.asarray(group.first)]
+            parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
+        if system.rows:
+            parts.append(constraints.coordinate_rates(system, self.psi, self.t, a))
+        return self.unit * jnp.concatenate(parts)
+
+    def efforts(self, y):
+        """A^T y (nv,) for multipliers y (rows,)."""
+        return jax.linear_transpose(self.rates, jnp.zeros(self.geo.S.shape[0], y.dtype))(y)[0]
+
+
+def constraint_rows(system: System, geo, psi, t) -> Rows:
+    """The rows at the coordinates psi."""
+    directions = tuple(constraints.closure_directions(group, geo.R, geo.x) for group in system.closures)
+    unit = jnp.asarray(constraints.row_scale(system).unit, psi.dtype)
+    return Rows(system, geo, psi, t, unit, directions)
+
+
+def row_efforts(system: System, geo, psi, t, multipliers):
+    """`A^T lambda` (nv,)."""
+    rows = constraint_rows(system, geo, psi, t)
+    return rows.efforts(multipliers / rows.unit)
+
+
+def sparse_saddle(system: System, geo, J, psi, t, b, c, iterations=2):
+    """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
+    n, rows = b.shape[0], constraint_rows(system, geo, psi, t)
+    C, inverse = _inverse(*_constant((system, geo, J, psi, rows)))
+    right = jnp.concatenate([b, rows.unit * c])
+
+    def apply(z, C):
+        a, y = z[:n], z[n:]
+        return jnp.concatenate([_mass_times(system, geo, J, psi, a) + rows.efforts(y), rows.rates(a) - C * y])
+
+    def eliminated(right):
+        a = inverse(right[:n] + rows.efforts(right[n:] / C))
+        return jnp.concatenate([a, (rows.rates(a) - right[n:]) / C])
+
+    def solve(apply, right):
+        return refined(eliminated, apply, right, REFINEMENTS[b.dtype.itemsize])
+
+    z = lax.custom_linear_solve(lambda z: apply(z, C), right, solve, symmetric=True)
+    for _ in range(iterations - 1):
+        left = right - apply(z, jnp.zeros_like(C))
+        z = z + lax.custom_linear_solve(lambda z: apply(z, C), left, solve, symmetric=True)
+    return z[:n], rows.unit * z[n:]
+
+
+def _constant(tree):
+    return jax.tree.map(lambda x: lax.stop_gradient(x) if isinstance(x, Array) else x, tree)
+
+
+def _mass_times(system, geo, J, psi, a):
+    """M a (nv,) of rigid and elastic bodies."""
+    nodes, s = system.topology.nodes, unpack(geo.S)
+    total = apply_mass(nodes, geo.S, J, a)
+    if system.elastic:
+        h = elastic_momenta(system, geo, psi, ancestors(nodes, pack(scale(s, a))), a)
+        total = total + dot(s, unpack(subtrees(nodes, h.wrench))) + h.column
+    return total
+
+
+class _Kinds(NamedTuple):
+    """Number of the closures' rows; rows of drives and the columns they hold; all other rows."""
+
+    closures: int
+    drives: np.ndarray
+    columns: np.ndarray
+    others: np.ndarray
+
+
+def _kinds(system) -> _Kinds:
+    top = system.topology
+    first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
+    driven = {}
+    for row in system.rows:
+        if row.role == "drive":
+            driven[at] = row.columns[0]
+        if row.role != "velocity":
+            at += sum(name == row.name for name in top.row_joint)
+    others = np.setdiff1d(np.arange(first, top.num_rows), list(driven))
+    return _Kinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
+
+
+def _inverse(system, geo, J, psi, rows):
+    """Compliances C (rows,) and the function from efforts (nv,) to accelerations, `(M + A^T C^-1 A)^-1`.
+
+    Rows of couplers and of the user, which may read any column, border the graph: they should be few.
+    """
+    top, graph, kinds = system.topology, body_graph(system), _kinds(system)
+    parts = clusters(system, geo, psi)
+    composite = subtrees(top.nodes, shared_inertia(system, J, parts))
+    mobility = _mobility(system, geo, composite, parts)
+    B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], psi.dtype))
+    closures = [u[..., None] * D for u, D in zip(_by_group(rows, rows.unit), rows.directions, strict=True)]
+    sizes = [_closure_sizes(graph, geo, top.nodes, mobility, closures), jnp.zeros(top.num_rows - kinds.closures)]
+    sizes = jnp.concatenate([part.astype(psi.dtype) for part in sizes])
+    sizes = sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
+    sizes = sizes.at[kinds.others].set((B * B) @ mobility)
+    C = PROXIMAL[psi.dtype.itemsize] * _together(sizes, constraints.row_scale(system).block)
+
+    length = jnp.asarray(1.0 if top.analysis is None else top.analysis.length, psi.dtype)
+    maps = joint_maps(graph, geo, length)
+    each = zip(closures, _by_group(rows, C), strict=True)
+    springs = [jnp.einsum("era,er,erb->eab", D, 1.0 / c, D) for D, c in each]
+    held = jnp.zeros_like(mobility).at[kinds.columns].add(rows.unit[kinds.drives] ** 2 / C[kinds.drives])
+    matrix = body_matrix(graph, maps, J, composite, springs, held, [part.inertia for part in parts])
+    factor = blocksparse.factor(matrix, "ldl")
+    return C, _bordered(lambda r: solve_with_modes(system, graph, maps, parts, factor, r), B, C[kinds.others])
+
+
+def _bordered(inverse, B, C):
+    """`(H + B^T C^-1 B)^-1` from that of H; B (k, nv)."""
+    if not len(B):
+        return inverse
+    Z = jax.vmap(inverse)(B)
+    middle = spd_inverse(jnp.diag(C) + B @ Z.T)
+
+    def bordered(r):
+        x = inverse(r)
+        return x - (middle @ (B @ x)) @ Z
+
+    return bordered
+
+
+def _by_group(rows, values):
+    """Values of the closures' rows, (elements, rows) of every group."""
+    shapes = [D.shape[:2] for D in rows.directions]
+    ends = np.cumsum([0, *(a * b for a, b in shapes)])
+    return [values[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)]
+
+
+def _mobility(system, geo, composite, parts):
+    """Inverse diagonal (nv,) of the mass matrix; zero for columns without inertia, which must not set a scale."""
+    size = dot(unpack(geo.S), momentum(unpack(composite), unpack(geo.S)))
+    for group, part in zip(system.elastic, parts, strict=True):
+        size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
+    massless = size <= 1e-9 * jnp.max(size, initial=1e-30)
+    return jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, size))
+
+
+def _closure_sizes(graph, geo, nodes, mobility, directions):
+    """Diagonal of A diag(mobility) A^T, by sums of S S^T over the columns between the frames of each closure."""
+    reach = ancestors(nodes, geo.S[:, :, None] * geo.S[:, None, :] * mobility[:, None, None])
+    reach = jnp.concatenate([reach, jnp.zeros((1, 6, 6), reach.dtype)])
+    a, b = np.append(graph.node, nodes.size)[graph.ends].T
+    between = reach[a] + reach[b] - 2.0 * reach[graph.fork]
+    sizes, first = [jnp.zeros(0, reach.dtype)], 0
+    for D in directions:
+        sizes.append(jnp.einsum("era,eab,erb->er", D, between[first : first + len(D)], D).reshape(-1))
+        first += len(D)
+    return jnp.maximum(jnp.concatenate(sizes), 0.0)
+
+
+def _together(sizes, block):
+    """The largest size among the rows of each element, for all of them (rows,)."""
+    if not len(block):
+        return sizes
+    largest = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block]
+    return jnp.maximum(largest, 1e-12 * jnp.max(sizes, initial=1e-18))
