@@ -18,7 +18,7 @@ from ..kinematics.poses import Geometry
 from ..kinematics.tree import ancestors, apply_mass, subtrees
 from ..math.linalg import PROXIMAL
 from ..math.spatial import dot, momentum, pack, scale, unpack
-from ..math.spd import refined, spd_inverse
+from ..math.spd import spd_inverse
 from ..model.system import System
 from .body_graph import body_graph
 from .body_matrix import body_matrix, joint_maps
@@ -84,12 +84,14 @@ def sparse_saddle(system: System, geo, J, psi, t, b, c, iterations=2):
         return jnp.concatenate([a, (rows.rates(a) - right[n:]) / C])
 
     def solve(apply, right):
-        return refined(eliminated, apply, right, REFINEMENTS[b.dtype.itemsize])
+        step = lambda _, z: z + eliminated(right - apply(z))  # noqa: E731
+        return lax.fori_loop(0, 1 + REFINEMENTS[b.dtype.itemsize], step, jnp.zeros_like(right))
 
-    z = lax.custom_linear_solve(lambda z: apply(z, C), right, solve, symmetric=True)
-    for _ in range(iterations - 1):
+    def iterate(z, _):
         left = right - apply(z, jnp.zeros_like(C))
-        z = z + lax.custom_linear_solve(lambda z: apply(z, C), left, solve, symmetric=True)
+        return z + lax.custom_linear_solve(lambda z: apply(z, C), left, solve, solve, symmetric=True), None
+
+    z, _ = lax.scan(iterate, jnp.zeros_like(right), length=iterations)  # loops: one copy of the solver is compiled
     return z[:n], rows.unit * z[n:]
 
 
