@@ -36,7 +36,9 @@ class Optimum(eqx.Module):
         upper: upper bounds (n,).
         names: their names.
         reason: why the search ended: "converged", "step limit", "stopped by callback", "non-finite" (no
-            finite objective and gradient ahead) or "no further descent" (no lower value on the last line).
+            finite objective and gradient ahead) or "no further descent" (no lower value on the last line); of one
+            start among many also "no search can start ...", its value is then NaN.
+        starts: the optima from all first designs, where there were many.
     """
 
     design: PyTree
@@ -48,6 +50,7 @@ class Optimum(eqx.Module):
     upper: np.ndarray
     names: tuple[str, ...] = eqx.field(static=True)
     reason: str = eqx.field(static=True)
+    starts: "tuple[Optimum, ...]" = ()
 
     @property
     def converged(self) -> bool:
@@ -61,12 +64,25 @@ class Optimum(eqx.Module):
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
             rows.append((name, *(f"{number:.6g}" for number in numbers), _mark(*numbers[1:])))
         rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
-        widths = [max(len(row[column]) for row in rows) for column in range(5)]
-        return "\n".join(_line(row, widths) for row in rows)
+        return _text(rows)
+
+    def starts_table(self) -> str:
+        """Every start with its objective before and after, steps and reason; the best one is marked."""
+        rows = [("start", "before", "after", "steps", "", "")]
+        for k, found in enumerate(self.starts):
+            mark = "best" if found.value == self.value else ""
+            steps = str(len(found.history.values) - 1)
+            rows.append((str(k), f"{found.initial_value:.6g}", f"{found.value:.6g}", steps, mark, found.reason))
+        return _text(rows)
 
 
 def _flat(design: PyTree) -> np.ndarray:
     return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(design)])
+
+
+def _text(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    return "\n".join(_line(row, widths) for row in rows)
 
 
 def _line(row: tuple[str, ...], widths: list[int]) -> str:

@@ -31,6 +31,8 @@ class Search:
         variables: the variables and their bounds.
         current: the point accepted last.
         reason: why the search has ended, empty while it goes on.
+
+    Args: may_fail: whether a start without finite values ends the search at once, in place of an error.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class Search:
         tolerance: float,
         callback: Callable[[int, PyTree, float], Any] | None,
         progress: tqdm,
+        may_fail: bool = False,
     ):
         self.variables, self.reason = variables, ""
         self._evaluate, self._tolerance = evaluate, tolerance
@@ -47,7 +50,9 @@ class Search:
         self._evaluations, self._history = 0, []
         self.current = self._last = self._best = self._first = self.evaluate(variables.start)
         if not self.current.finite:
-            raise ValueError(self._complaint())
+            self.reason = self._complaint()
+            if not may_fail:
+                raise ValueError(self.reason)
         self._note()
         if self.gradient_norm == 0.0:
             self.reason = "converged"
@@ -96,7 +101,7 @@ class Search:
         first, best, variables = self._first, self._best, self.variables
         return Optimum(
             design=self._tree(best),
-            value=best.value,
+            value=best.value if first.finite else float("nan"),
             initial_design=self._tree(first),
             initial_value=first.value,
             history=History(*columns),

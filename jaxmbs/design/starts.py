@@ -1,0 +1,121 @@
+"""Searches from many first designs: together as one compiled program, and the best of them."""
+
+import dataclasses
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+from jax.flatten_util import ravel_pytree
+from jaxtyping import PyTree
+
+from jaxmbs.design.drivers import HALVINGS, usual_promotion
+from jaxmbs.design.optimum import Optimum
+from jaxmbs.design.search import Search
+from jaxmbs.design.variables import Variables, read_variables
+
+
+def stacked_variables(designs: PyTree, bounds: PyTree | None, starts: int) -> list[Variables]:
+    """The variables of every one of the stacked designs.
+
+    Raises: as `read_variables`, with the number of the start; ValueError for a leaf without that leading axis.
+    """
+    for path, leaf in jax.tree_util.tree_flatten_with_path(designs)[0]:
+        if starts < 1 or np.shape(leaf)[:1] != (starts,):
+            name = jax.tree_util.keystr(path, simple=True, separator=".") or "design"
+            raise ValueError(f"{name} has shape {np.shape(leaf)}: {starts} starts need a leading axis of that length")
+    found = []
+    for k in range(starts):
+        try:
+            found.append(read_variables(jax.tree.map(lambda leaf, k=k: np.asarray(leaf)[k], designs), bounds))
+        except ValueError as error:
+            raise ValueError(f"start {k}: {error}") from error
+    return found
+
+
+def best_of(searches: list[Search]) -> Optimum:
+    """The best optimum, with all of them in `starts`.
+
+    Raises: ValueError when no search could start.
+    """
+    found = tuple(search.optimum() for search in searches)
+    values = np.array([optimum.value for optimum in found])
+    if np.all(np.isnan(values)):
+        raise ValueError(f"no search can start at any of the {len(found)} first designs: see `History` of one alone")
+    return dataclasses.replace(found[int(np.nanargmin(values))], starts=found)
+
+
+class _Together:
+    """Evaluates a trial design of every start at once and hands each search its own row."""
+
+    def __init__(self, evaluate: Callable):
+        self._evaluate = jax.jit(jax.vmap(evaluate))
+        self.values = self.slopes = np.zeros(0)
+
+    def row(self, k: int) -> Callable:
+        """What search k takes for its objective and gradient."""
+        return lambda vector: (self.values[k], self.slopes[k])
+
+    def at(self, x: np.ndarray) -> None:
+        """Evaluate designs (starts, n)."""
+        values, slopes = self._evaluate(jnp.asarray(x, float))
+        self.values, self.slopes = np.asarray(values, float), np.asarray(slopes, float)
+
+
+def run_optax_together(
+    evaluate: Callable,
+    objective: Callable,
+    variables: list[Variables],
+    optimiser: optax.GradientTransformation,
+    steps: int,
+    tolerance: float,
+    callback: Callable | None,
+    progress,
+) -> list[Search]:
+    """Run an optax optimiser from all starts in step; each stops, steps back and keeps its best for itself."""
+    batch, unravel = _Together(evaluate), variables[0].unravel
+    batch.at(np.stack([v.start for v in variables]))
+    searches = [
+        Search(batch.row(k), v, tolerance, callback, progress, may_fail=True) for k, v in enumerate(variables)
+    ]
+    optimiser = optax.with_extra_args_support(optimiser)
+
+    @jax.jit
+    @jax.vmap
+    def update(x, value, slopes, state):
+        slopes = unravel(slopes)
+        updates, state = optimiser.update(slopes, state, unravel(x), value=value, grad=slopes, value_fn=objective)
+        return ravel_pytree(updates)[0], state
+
+    def stacked(part):
+        return jnp.asarray(np.stack([getattr(search.current, part) for search in searches]), float)
+
+    with usual_promotion():
+        state = jax.vmap(lambda x: optimiser.init(unravel(x)))(stacked("x"))
+    for _ in range(steps):
+        if all(search.reason for search in searches):
+            break
+        with usual_promotion():
+            move, state = update(stacked("x"), stacked("value"), stacked("gradient"), state)
+        _step(searches, batch, np.asarray(move, float))
+    return searches
+
+
+def _step(searches: list[Search], batch: _Together, move: np.ndarray) -> None:
+    """Accept a finite trial of every search under way, halving the moves (starts, n) that lead to none."""
+    waiting = {k for k, search in enumerate(searches) if not search.reason}
+    trial = np.stack([search.current.x for search in searches])
+    for halving in range(HALVINGS):
+        for k in waiting:
+            trial[k] = np.asarray(searches[k].variables.vector(searches[k].current.x + 0.5**halving * move[k]))
+        batch.at(trial)
+        for k in sorted(waiting):
+            point = searches[k].evaluate(trial[k])
+            if point.finite:
+                searches[k].accept(point, by_decrease=False)
+                waiting.discard(k)
+        if not waiting:
+            return
+    for k in waiting:
+        searches[k].reason = "non-finite"

@@ -1,0 +1,86 @@
+"""`minimise` from many first designs at once."""
+
+import functools
+
+import jax
+import numpy as np
+import optax
+import pytest
+from jax import numpy as jnp
+
+from jaxmbs.design import minimise as minimise_with_bar
+
+minimise = functools.partial(minimise_with_bar, progress=False)
+OPTIMISERS = [None, optax.adam(0.05)]
+
+
+def two_wells(design):
+    """Minima near x = -1 (value about -0.2) and x = 1 (about 0.2); no value below x = -2."""
+    x, y = design["x"], design["y"]
+    return (x**2 - 1.0) ** 2 + 0.2 * x + jnp.sum(y**2) + 0.0 * jnp.sqrt(x + 2.0)
+
+
+def first(x):
+    return {"x": np.array(x), "y": np.tile([0.3, -0.2], (len(x), 1))}
+
+
+@pytest.mark.parametrize("optimiser", OPTIMISERS)
+def test_the_best_start_wins_and_all_are_kept(optimiser):
+    best = minimise(two_wells, first([1.1, -0.5, 0.9]), optimiser=optimiser, steps=400, starts=3)
+    assert best.design["x"] == pytest.approx(-1.0241, abs=1e-3) and best.design["y"].shape == (2,)
+    assert [round(float(found.design["x"]), 1) for found in best.starts] == [1.0, -1.0, 1.0]
+    assert best.value == best.starts[1].value == min(found.value for found in best.starts)
+    assert best.initial_design["x"] == -0.5
+    lines = best.starts_table().splitlines()
+    assert len(lines) == 4 and "best" in lines[2] and "best" not in lines[1]
+
+
+@pytest.mark.parametrize("optimiser", OPTIMISERS)
+def test_each_start_goes_as_it_would_alone(optimiser):
+    designs = first([1.5, -0.5])
+    together = minimise(two_wells, designs, {"x": (-1.5, 2.0), "y": None}, optimiser, steps=20, starts=2)
+    for k, found in enumerate(together.starts):
+        one = jax.tree.map(lambda leaf, k=k: leaf[k], designs)
+        alone = minimise(two_wells, one, {"x": (-1.5, 2.0), "y": None}, optimiser, steps=20)
+        np.testing.assert_allclose(found.history.values, alone.history.values, rtol=1e-9)
+        assert found.reason == alone.reason
+
+
+@pytest.mark.parametrize("optimiser", OPTIMISERS)
+def test_impossible_starts_are_left_out(optimiser):
+    best = minimise(two_wells, first([-3.0, 0.5, -0.5]), optimiser=optimiser, steps=300, starts=3)
+    assert best.design["x"] == pytest.approx(-1.0241, abs=1e-2)
+    assert np.isnan(best.starts[0].value) and best.starts[0].reason.startswith("no search can start")
+    assert all(np.isfinite(found.history.values).all() for found in best.starts[1:])
+    with pytest.raises(ValueError, match="any of the 2 first designs"):
+        minimise(two_wells, first([-3.0, -4.0]), optimiser=optimiser, starts=2)
+
+
+def test_steps_into_a_region_without_values_are_halved_for_that_start_alone():
+    jump = optax.sgd(1.2)  # from 0.9 it leads below zero
+    best = minimise(lambda x: x - 0.1 * jnp.log(x), np.array([0.9, 0.11]), optimiser=jump, steps=3, starts=2)
+    assert np.isfinite(best.starts[0].history.values).all() and len(best.starts[0].history.values) == 4
+
+
+def test_all_starts_are_one_compiled_program():
+    traced = []
+
+    def objective(x):
+        traced.append(1)
+        return jnp.sum((x - 1.0) ** 2)
+
+    minimise(objective, np.zeros((5, 2)), optimiser=optax.sgd(0.1), steps=10, starts=5)
+    assert len(traced) <= 3
+
+
+@pytest.mark.parametrize(
+    ("design", "starts", "message"),
+    [
+        (first([1.0, 2.0]), 3, r"x has shape \(2,\): 3 starts need"),
+        ({"x": 1.0, "y": np.zeros((1, 2))}, 1, r"x has shape \(\): 1 starts need"),
+        (first([1.0, 9.0]), 2, "start 1: x: 9 lies outside"),
+    ],
+)
+def test_faults(design, starts, message):
+    with pytest.raises(ValueError, match=message):
+        minimise(two_wells, design, {"x": (-2.0, 3.0), "y": None}, starts=starts)
