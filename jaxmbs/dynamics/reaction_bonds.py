@@ -3,6 +3,7 @@
 import dataclasses
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -17,23 +18,35 @@ from .distribution import system_bonds
 from .reactions import reactions
 
 
-@eqx.filter_jit
-def reaction_bonds(system: System, state: State, compliance=None) -> tuple[Bonds, jnp.ndarray]:
-    """The bonds of a system at a state, and the loads (bodies, 6) that they supply to the bodies there.
+def reaction_bonds(system: System, motion, compliance=None, method: str = "dense") -> tuple[Bonds, jnp.ndarray]:
+    """The bonds of a system, and the loads (..., bodies, 6) that they supply to the bodies, at a state or motion.
 
     Bonds are the joints and two-frame constraints, at their frame on the child; drives are part of their joints.
     Springs, motors and couplers inside joints stand as efforts. `statics.bond_reactions(*reaction_bonds(...))`
     equals `reactions`; `statics.reaction_matrix`, `reaction_family` and `redundancy` take the same bonds.
 
-    Args: compliance: as in `reactions`.  Source: S1 (26)-(29).
+    Args: motion, compliance, method: as in `reactions`.  Along a motion every array has the times in front:
+        `jax.vmap(statics.bond_reactions)(bonds, loads)`.
+
+    Raises: ValueError for an unknown method or name.  Source: S1 (26)-(29).
     """
-    found = reactions(system, state, compliance=compliance)
-    geo = geometry(system, node_parameters(system), state.coordinates)
+    states = motion if isinstance(motion, State) else motion.states
+    found = reactions(system, states, compliance=compliance, method=method)
+    return _bonds(system, states, found, compliance, states.coordinates.ndim == 2)
+
+
+@eqx.filter_jit
+def _bonds(system, states, found, compliance, batched):
     names, _, at = zip(*constraints.carriers(system), strict=True)
-    at = np.array(at)
-    force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
-    wrench = about(jnp.concatenate([moment, force], axis=1), -geo.x[at])
-    bonds = system_bonds(system, geo, wrench, compliance)
-    analysis = system.topology.analysis
-    marks = analysis.undetermined if analysis else tuple((False,) * 6 for _ in at)
-    return dataclasses.replace(bonds, undetermined=marks), on_bodies(bonds.network, wrench)
+    at, P = np.array(at), node_parameters(system)
+
+    def one(state, found):
+        geo = geometry(system, P, state.coordinates)
+        force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
+        wrench = about(jnp.concatenate([moment, force], axis=1), -geo.x[at])
+        bonds = system_bonds(system, geo, wrench, compliance)
+        analysis = system.topology.analysis
+        marks = analysis.undetermined if analysis else tuple((False,) * 6 for _ in at)
+        return dataclasses.replace(bonds, undetermined=marks), on_bodies(bonds.network, wrench)
+
+    return jax.vmap(one)(states, found) if batched else one(states, found)

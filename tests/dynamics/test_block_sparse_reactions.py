@@ -1,0 +1,204 @@
+"""`reactions(method="block-sparse")` against the dense way: all kinds of systems, whole motions, derivatives."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from tests import random_systems as rs
+from tests import systems
+from tests.cases import models
+from tests.flexible.beams import chain_of_beams, random_state
+from tests.mechanisms import DOWN_Y, PIN, bennett, four_bar, four_bar_angles, four_bar_state
+
+
+def planar_loop(**options):
+    system = four_bar(load=5.0, stiffness=3.0, **options)
+    _, B, D = four_bar_angles(0.7)
+    if options.get("drive") is not None:
+        return system, mbs.State.at(system, guess={"A": 0.7, "B": B, "D": D})
+    return system, four_bar_state(system)
+
+
+def slider_crank(drive=None):
+    system = models.slider_crank(drive=drive, gas_force=-50.0)
+    held = {} if drive else {"main": 0.6}
+    guess = models.slider_crank_guess(0.6)
+    return system, mbs.State.at(system, held, guess=guess, rates={} if drive else {"main": 3.0})
+
+
+def windows(n, rate=1.0):
+    """All cranks in one line at rest in the build: a singular pose of the joints' rows, and redundant."""
+    system = models.n_four_bar(n)
+    return system, mbs.State.at(system, rates={"A0": rate})
+
+
+def flat_four_bar():
+    """A parallelogram laid flat: two branches meet, the loop loses a rank beside its redundant rows."""
+    system = four_bar((1.0, 0.5, 1.0, 0.5), load=5.0)
+    return system, mbs.State.at(system, A=0.0, rates={"A": 1.0}, guess={"B": 0.0, "D": 0.0})
+
+
+def table(support):
+    """On four feet, the centre of mass off the middle."""
+    b = mbs.SystemBuilder()
+    b.body("table", mass=10.0, com=(0.3, 0.1, 0.3), inertia=np.ones(3))
+    if support == "plane":
+        b.joint("floats", mbs.Free(), "ground", "table")
+    for k, (x, y) in enumerate([(1.0, 0.5), (1.0, -0.5), (-1.0, 0.5), (-1.0, -0.5)]):
+        foot = (x, y, 0.0)
+        if support == "plane":
+            b.constraint(f"foot_{k}", mbs.PointOnPlane(), between=("ground", ("table", foot)))
+        else:
+            b.joint(f"foot_{k}", mbs.Spherical(), "ground", "table", parent_frame=foot, child_frame=foot)
+    system = b.build()
+    return system, mbs.State.at(system)
+
+
+def two_motors():
+    """On one shaft, one declared from the shaft to the ground."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    b.body("shaft", mass=2.0, com=(0.3, 0.0, 0.5), inertia=(0.02, 0.02, 0.01))
+    b.joint("front", PIN, "shaft", "ground", drive=lambda t: 0.0 * t)
+    b.joint("back", PIN, "ground", "shaft", parent_frame=(0.0, 0.0, 1.0), child_frame=(0.0, 0.0, 1.0))
+    b.force("motor", mbs.Torque((0.0, 0.0, 1.0)), on="shaft")
+    system = b.build()
+    return system, mbs.State.at(system)
+
+
+def geared_loop():
+    """A four-bar whose outer pins are geared besides: a coupler that bends with the loop, and one drive less."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    for name in ("one", "two", "idler"):
+        b.body(name, mass=1.0, com=(0.1, 0.0, 0.0), inertia=(0.2, 0.2, 0.3))
+    b.joint("a", PIN, "ground", "one")
+    b.joint("b", PIN, "one", "two", parent_frame=(0.5, 0.0, 0.0))
+    b.joint("c", PIN, "ground", "idler", parent_frame=(1.0, 0.0, 0.0))
+    b.constraint("gear", mbs.Coupler({"a": 1.0, "c": 2.0}))
+    b.constraint("belt", mbs.Coupler({"b": 1.0, "c": 1.0}, function=lambda b, c: jnp.sin(b) + c))
+    system = b.build()
+    return system, mbs.State.at(system, a=0.4, rates={"a": 1.0})
+
+
+def massless_cross():
+    """A chain whose middle bodies have no inertia of their own, closed at its end by a rod."""
+    b = mbs.SystemBuilder()
+    b.body("arm", 1.2, com=(0.2, 0.05, 0.0), inertia=(0.01, 0.02, 0.025))
+    b.body("cross", 0.0)
+    b.body("tool", 0.7, com=(0.3, 0.0, 0.02), inertia=(0.004, 0.03, 0.03))
+    b.joint("root", mbs.Revolute("y"), "ground", "arm")
+    b.joint("first", mbs.Revolute("y"), "arm", "cross", parent_frame=(0.4, 0.0, 0.0))
+    b.joint("second", mbs.Revolute("z"), "cross", "tool")
+    ends = (("ground", (0.8, 0.3, -0.5)), ("tool", (0.6, 0.0, 0.0)))
+    b.constraint("rod", mbs.Distance(0.9), between=ends)
+    system = b.build()
+    return system, mbs.State.at(system, root=0.2, rates={"root": 0.5})
+
+
+def closed_ring(n):
+    """n links in a ring hung on two pins: one long loop, redundant out of its plane."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    angles = np.linspace(np.pi, 2 * np.pi, n + 1)
+    points = n / np.pi * np.c_[np.cos(angles), np.sin(angles), np.zeros(n + 1)]
+    for k in range(n):
+        middle = 0.5 * (points[k + 1] - points[k])
+        length = 2.0 * np.linalg.norm(middle)
+        b.body(f"link_{k}", 1.0, com=tuple(middle), inertia=length**2 / 12 * np.ones(3), position=tuple(points[k]))
+    for k in range(n + 1):
+        parent, child = (f"link_{i}" if 0 <= i < n else "ground" for i in (k - 1, k))
+        b.joint(f"pin_{k}", PIN, parent, child, at=tuple(points[k]))
+    system = b.build()
+    return system, mbs.State.at(system)
+
+
+def random_loop(seed=3):
+    """A random tree of all joints with two rods across it, in motion."""
+    kinds = [mbs.Spherical(), mbs.Revolute((1.0, 0.2, -0.4)), mbs.Cylindrical("x"), mbs.Universal(), mbs.Prismatic("y")]
+    links = rs.random_links(seed, kinds)
+    tree = rs.build(links)
+    state = rs.random_state(tree, seed)
+    b = mbs.SystemBuilder(gravity=rs.GRAVITY)
+    for k, link in enumerate(links):
+        b.body(f"b{k}", mass=link.mass, com=link.com, inertia=link.inertia)
+    for k, link in enumerate(links):
+        parent = "ground" if link.parent < 0 else f"b{link.parent}"
+        frames = {"parent_frame": rs.as_pose(link.parent_frame), "child_frame": rs.as_pose(link.child_frame)}
+        b.joint(f"j{k}", link.kind, parent, f"b{k}", **frames)
+    places = [np.asarray(mbs.position(tree, state, f"b{k}")) for k in range(len(links))]
+    for k, (x, y) in enumerate([(0, 3), (1, 4)]):
+        length = float(np.linalg.norm(places[x] - places[y]))
+        b.constraint(f"rod_{k}", mbs.Distance(length), between=(f"b{x}", f"b{y}"))
+    return b.build(), state
+
+
+def car_axis():
+    system = models.car_axis()
+    return system, mbs.State.at(system, guess={"left": jnp.array([0.0, 0.5, 0.0]), "right": jnp.array([1.0, 0.5, 0.0])})
+
+
+def rolling(make):
+    system = make()
+    return system, mbs.State.at(system, rates={"plane": jnp.array([0.7, 0.0, 0.4])})
+
+
+QUICK = {
+    "four-bar in motion": lambda: planar_loop(),
+    "driven": lambda: planar_loop(drive=mbs.Polynomial([0.7, 2.0, 1.5])),
+    "singular pose": flat_four_bar,
+    "drives that share": two_motors,
+    "geared": geared_loop,
+    "massless": massless_cross,
+    "random": random_loop,
+    "beams": lambda: _with(chain_of_beams(2, PIN, gravity=DOWN_Y, drive=lambda t: t * t, elements=2)[0]),
+}
+SLOW = {
+    "cut at the crank": lambda: planar_loop(cut=("A",)),
+    "springs and motor": lambda: (lambda s: (s, systems.four_bar_state(s)))(systems.four_bar()),
+    "spatial": lambda: (lambda s: (s, mbs.State.at(s, rates={"slide": 0.3})))(systems.spatial_loop()),
+    "open tree": lambda: (lambda s: (s, systems.general_state(s)))(systems.spatial_tree()),
+    "Bennett": lambda: (lambda s: (s, mbs.State.at(s, J0=0.8, rates={"J0": 1.0}, guess={"J1": 0.5})))(bennett().build()),
+    "slider-crank": slider_crank,
+    "slider-crank, driven": lambda: slider_crank(lambda t: 0.6 + 3.0 * t),
+    "one window": lambda: windows(1),
+    "five windows": lambda: windows(5, rate=0.0),
+    "table on planes": lambda: table("plane"),
+    "table on balls": lambda: table("ball"),
+    "Gough platform": lambda: (lambda s: (s, mbs.State.at(s, guess={"platform": models.gough_pose()})))(
+        models.gough_platform()
+    ),
+    "half car": lambda: (lambda s: (s, mbs.State.at(s, rates={"heave": 0.3})))(models.half_car()),
+    "car axis": car_axis,
+    "knife edge": lambda: rolling(models.knife_edge_incline),
+    "sleigh": lambda: rolling(models.chaplygin_sleigh),
+    "ring of 40": lambda: closed_ring(40),
+    "beams that fly": lambda: _with(chain_of_beams(3, mbs.Spherical(), gravity=DOWN_Y, elements=2)[0]),
+}
+
+
+def _with(system):
+    return system, random_state(system, size=1e-3)
+
+
+def assert_same(system, motion, rtol=1e-9, **options):
+    """Wrenches, efforts and multipliers agree to `rtol` of the largest load; the marks are the same."""
+    dense = mbs.reactions(system, motion, **options)
+    sparse = mbs.reactions(system, motion, method="block-sparse", **options)
+    assert list(dense) == list(sparse)
+    scale = max(float(jnp.max(jnp.abs(x), initial=0.0)) for x in jax.tree.leaves(dense.joints))
+    for one, other in zip(jax.tree.leaves(dense), jax.tree.leaves(sparse), strict=True):
+        np.testing.assert_allclose(other, one, atol=rtol * scale)
+    for name, load in dense.items():
+        np.testing.assert_array_equal(load.unique_force, sparse[name].unique_force)
+        np.testing.assert_array_equal(load.unique_moment, sparse[name].unique_moment)
+    assert np.all(sparse.residual <= 1e-9 * scale)
+
+
+@pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
+def test_as_the_dense_way(name):
+    assert_same(*(QUICK | SLOW)[name]())
+
+
+def test_unknown_method():
+    with pytest.raises(ValueError, match="method must be 'dense' or 'block-sparse', got 'sparse'"):
+        mbs.reactions(*planar_loop(), method="sparse")
