@@ -16,7 +16,6 @@ from .. import blocksparse
 from ..kinematics import constraints
 from ..kinematics.poses import Geometry
 from ..kinematics.tree import ancestors, apply_mass, subtrees
-from ..math.linalg import PROXIMAL
 from ..math.spatial import dot, momentum, pack, scale, unpack
 from ..math.spd import spd_inverse
 from ..model.system import System
@@ -25,8 +24,11 @@ from .body_matrix import body_matrix, joint_maps
 from .elastic import elastic_momenta
 from .modal_condensation import clusters, shared_inertia, solve_with_modes
 
-#: Refinements of each solve: of what stiff rows lose, then of what massless bodies lose.
-REFINEMENTS = {8: 2, 4: 3}
+#: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
+#: 1e-16 / C^2: the 3e-10 of `saddle_solve`, whose inverse is better, leads to divergence on redundant loops.
+PROXIMAL = {8: 3e-7, 4: 2e-3}
+#: Proximal iterations, each gaining that factor, and refinements of each solve.
+ITERATIONS, REFINEMENTS = 4, 2
 
 
 class Rows(NamedTuple):
@@ -69,7 +71,7 @@ def row_efforts(system: System, geo, psi, t, multipliers):
     return rows.efforts(multipliers / rows.unit)
 
 
-def sparse_saddle(system: System, geo, J, psi, t, b, c, iterations=2):
+def sparse_saddle(system: System, geo, J, psi, t, b, c):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
     n, rows = b.shape[0], constraint_rows(system, geo, psi, t)
     C, inverse = _inverse(*_constant((system, geo, J, psi, rows)))
@@ -85,13 +87,13 @@ def sparse_saddle(system: System, geo, J, psi, t, b, c, iterations=2):
 
     def solve(apply, right):
         step = lambda _, z: z + eliminated(right - apply(z))  # noqa: E731
-        return lax.fori_loop(0, 1 + REFINEMENTS[b.dtype.itemsize], step, jnp.zeros_like(right))
+        return lax.fori_loop(0, 1 + REFINEMENTS, step, jnp.zeros_like(right))
 
     def iterate(z, _):
         left = right - apply(z, jnp.zeros_like(C))
         return z + lax.custom_linear_solve(lambda z: apply(z, C), left, solve, solve, symmetric=True), None
 
-    z, _ = lax.scan(iterate, jnp.zeros_like(right), length=iterations)  # loops: one copy of the solver is compiled
+    z, _ = lax.scan(iterate, jnp.zeros_like(right), length=ITERATIONS)  # loops: one copy of the solver is compiled
     return z[:n], rows.unit * z[n:]
 
 
