@@ -12,6 +12,8 @@ from . import substructures as substructures
 from .bondgraph import bond_graph as bond_graph
 from .bondgraph import bond_powers as bond_powers
 from .builder import SystemBuilder as SystemBuilder
+from .design import Batch as Batch
+from .design import batch as batch
 from .design import minimise as minimise
 from .dynamics.energy import kinetic_energy as kinetic_energy
 from .dynamics.energy import potential_energy as potential_energy
@@ -31,6 +33,7 @@ from .dynamics.reaction_bonds import reaction_bonds as reaction_bonds
 from .dynamics.reactions import reactions as reactions
 from .dynamics.stiffness import stiffness as stiffness
 from .errors import AssemblyError as AssemblyError
+from .errors import BatchError as BatchError
 from .errors import ModelError as ModelError
 from .errors import SimulationError as SimulationError
 from .forces import PD as PD

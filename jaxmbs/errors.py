@@ -1,4 +1,4 @@
-"""The errors of the library: a wrong model, a pose that cannot be assembled, a simulation that failed."""
+"""The errors of the library: a wrong model, a pose that cannot be assembled, a simulation or a batch that failed."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -52,3 +52,19 @@ class SimulationError(RuntimeError):
 
     def __reduce__(self):
         return type(self), (self.message, self.motion)
+
+
+class BatchError(RuntimeError):
+    """A batch of designs that stopped before its end.
+
+    Attributes:
+        batch: the designs computed up to then; the others have the status "not run".
+    """
+
+    def __init__(self, message: str, batch: Any = None):
+        self.message = message
+        self.batch = batch
+        super().__init__(message)
+
+    def __reduce__(self):
+        return type(self), (self.message, self.batch)

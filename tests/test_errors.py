@@ -2,7 +2,7 @@
 
 import pickle
 
-from jaxmbs.errors import AssemblyError, ModelError, SimulationError
+from jaxmbs.errors import AssemblyError, BatchError, ModelError, SimulationError
 
 
 def test_model_error_lists_every_fault():
@@ -20,3 +20,8 @@ def test_assembly_error_names_the_joints():
 def test_simulation_error_keeps_the_motion():
     error = pickle.loads(pickle.dumps(SimulationError("step limit", motion=[1.0])))
     assert (str(error), error.motion) == ("step limit", [1.0])
+
+
+def test_batch_error():
+    error = pickle.loads(pickle.dumps(BatchError("interrupted", batch=[1.0])))
+    assert error.batch == [1.0] and "interrupted" in str(error)

@@ -1,4 +1,5 @@
 """Design: finding the numbers of a model that make an objective small."""
 
+from jaxmbs.design.batches import Batch, batch
 from jaxmbs.design.optimise import minimise
 from jaxmbs.design.optimum import History, Optimum

@@ -1,0 +1,110 @@
+"""A function of one design, traced once, and its programs for many designs side by side."""
+
+import math
+import weakref
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jax.extend.core import jaxpr_as_fun
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+from jaxtyping import PyTree
+
+from jaxmbs.design.status import lane_status
+from jaxmbs.design.table import length, row_shape, rows
+
+MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
+_CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
+
+
+class Lanes:
+    """The jaxpr of a function of one design with its status, and the programs compiled from it so far.
+
+    Attributes:
+        shape: (values, status) of one design as abstract arrays.
+    """
+
+    def __init__(self, function: Callable, design: PyTree):
+        def lane(design):
+            values = function(design)
+            return values, lane_status(values)
+
+        self._jaxpr, self.shape = jax.make_jaxpr(lane, return_shape=True)(design)
+        self._row, self._programs = jax.tree.leaves(design), {}
+
+    @property
+    def is_traced(self) -> bool:
+        """Whether the function holds numbers that are known only to a trace."""
+        return any(isinstance(x, jax.core.Tracer) for x in self._jaxpr.consts)
+
+    def __call__(self, *columns):
+        """Leaves of (values, status) of the designs whose leaves are the columns (n, ...), all at once."""
+        return jax.vmap(jaxpr_as_fun(self._jaxpr))(*columns)
+
+    def in_turn(self, designs: PyTree, chunk: int) -> PyTree:
+        """(values, status) of traced designs (B, ...), chunk by chunk; a gradient holds the memory of one chunk."""
+        number = math.ceil(length(designs) / chunk)
+        if number == 1:
+            return self.named(self(*jax.tree.leaves(designs)))
+        index = np.minimum(np.arange(number * chunk), length(designs) - 1).reshape(number, chunk)
+        columns = jax.tree.leaves(rows(jax.tree.map(jnp.asarray, designs), index))
+        flat = lax.map(jax.checkpoint(lambda part: self(*part)), columns)
+        return self.named([x.reshape(-1, *x.shape[2:])[: length(designs)] for x in flat])
+
+    def named(self, leaves: list) -> PyTree:
+        """(values, status) from its leaves."""
+        return jax.tree.unflatten(jax.tree.structure(self.shape), leaves)
+
+    def program(self, chunk: int, devices: tuple = ()):
+        """The compiled program of exactly `chunk` designs, spread evenly over the devices if any are given."""
+        if (chunk, devices) not in self._programs:
+            self._programs[chunk, devices] = self._compile(chunk, devices)
+        return self._programs[chunk, devices]
+
+    def fitting(self, chunk: int, devices: tuple = ()):
+        """(program, chunk): of this chunk, or of the next power of two below that keeps within `MEMORY`."""
+        program = self.program(chunk, devices)
+        excess = _working_bytes(program) / MEMORY
+        smaller = 2 ** math.floor(math.log2(max(chunk / max(excess, 1.0), 1.0)))
+        if excess <= 1.0 or smaller < max(len(devices), 1):
+            return program, chunk
+        return self.fitting(whole(smaller, devices), devices)
+
+    def _compile(self, chunk, devices):
+        function, where = self, None
+        if devices:
+            mesh, split = Mesh(np.array(devices), ("designs",)), PartitionSpec("designs")
+            where = NamedSharding(mesh, split)
+            # Each device ends its own loops: sharding the whole would make them agree after every step.
+            function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
+        columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
+        return jax.jit(function).lower(*columns).compile()
+
+
+def lanes_of(function: Callable, designs: PyTree) -> Lanes:
+    """The lanes of a function, from the cache if it met designs of this kind before."""
+    row = row_shape(designs)
+    leaves, structure = jax.tree.flatten(row)
+    key = structure, tuple((x.shape, x.dtype) for x in leaves)
+    try:
+        known = _CACHE.setdefault(function, {})
+    except TypeError:  # neither hashable nor weakly held
+        known = {}
+    lanes = known.get(key) or Lanes(function, row)
+    if not lanes.is_traced:
+        known[key] = lanes
+    return lanes
+
+
+def whole(chunk: int, devices: tuple) -> int:
+    """The chunk rounded up to equal shares of the devices."""
+    share = max(len(devices), 1)
+    return math.ceil(chunk / share) * share
+
+
+def _working_bytes(program) -> int:
+    """Bytes of the intermediate and returned arrays of a compiled program; 0 where the backend does not say."""
+    memory = program.memory_analysis()
+    return 0 if memory is None else memory.temp_size_in_bytes + memory.output_size_in_bytes

@@ -1,0 +1,46 @@
+"""How each design of a batch ended."""
+
+import jax
+import jax.numpy as jnp
+
+from jaxmbs.kinematics.state import State
+from jaxmbs.simulate.motion import EVENT, NOT_ASSEMBLED, NOT_FINITE, STATUS, SUCCESS, Motion
+
+NOT_RUN = -1
+
+
+def status_text(code: int) -> str:
+    """A status code in words."""
+    return "not run" if code == NOT_RUN else STATUS[code]
+
+
+def succeeded(status):
+    """Whether status codes (...) are those of designs that were computed as asked."""
+    return (status >= SUCCESS) & (status <= EVENT)
+
+
+def lane_status(values):
+    """Status code () of what the function returned for one design.
+
+    The worst result among its motions; NOT_ASSEMBLED for a state that is not ok; NOT_FINITE if they are well but
+    some other number is not finite.  A motion ended by an event has unused entries, so nothing is asked then.
+    """
+    parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion | State))
+    codes = [_code(part) for part in parts]
+    worst = jnp.max(jnp.stack([jnp.asarray(SUCCESS, jnp.int32), *codes]))
+    finite = jnp.stack([jnp.asarray(True), *(_finite(part) for part in parts if not isinstance(part, Motion))])
+    return jnp.where((worst == SUCCESS) & ~jnp.all(finite), NOT_FINITE, worst)
+
+
+def _code(part):
+    if isinstance(part, Motion):
+        return jnp.max(jnp.asarray(part.result, jnp.int32))
+    if isinstance(part, State) and hasattr(part, "ok"):
+        return jnp.where(jnp.all(part.ok), SUCCESS, NOT_ASSEMBLED).astype(jnp.int32)
+    return jnp.asarray(SUCCESS, jnp.int32)
+
+
+def _finite(part):
+    numbers = [jnp.asarray(x) for x in jax.tree.leaves(part)]
+    numbers = [x for x in numbers if jnp.issubdtype(x.dtype, jnp.inexact)]
+    return jnp.all(jnp.stack([jnp.asarray(True), *(jnp.all(jnp.isfinite(x)) for x in numbers)]))

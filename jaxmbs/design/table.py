@@ -1,0 +1,93 @@
+"""Many designs as one pytree of columns: read from a dict, a list of dicts or a table; cut into rows and chunks."""
+
+from collections.abc import Mapping
+from numbers import Number
+
+import jax
+import numpy as np
+from jaxtyping import PyTree
+
+
+def read_designs(designs) -> PyTree:
+    """Designs as a pytree whose leaves are arrays with one leading axis of the same length B >= 1.
+
+    Args:
+        designs: a pytree of arrays or lists of numbers with a leading axis B, typically a dict of columns; a list
+            of B dicts; or a table with `.columns` and `.to_dict("list")`, such as a pandas DataFrame.
+
+    Raises:
+        TypeError: naming the leaf that holds no numbers.
+        ValueError: naming the leaf without an axis of designs or of another length; without any design.
+    """
+    if hasattr(designs, "columns") and hasattr(designs, "to_dict"):
+        designs = designs.to_dict("list")
+    elif isinstance(designs, list) and all(isinstance(row, Mapping) for row in designs):
+        designs = _columns(designs)
+    paths, structure = jax.tree_util.tree_flatten_with_path(designs, is_leaf=_is_column)
+    columns = {_label(path): _numbers(_label(path), leaf) for path, leaf in paths}
+    _check_lengths(columns)
+    return structure.unflatten(columns.values())
+
+
+def is_traced(designs: PyTree) -> bool:
+    """Whether some leaf is known only to a trace (jit, grad, vmap)."""
+    return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(designs))
+
+
+def length(designs: PyTree) -> int:
+    """Number B of designs."""
+    return jax.tree.leaves(designs)[0].shape[0]
+
+
+def rows(designs: PyTree, index: np.ndarray) -> PyTree:
+    """The designs (len(index), ...) at the given rows, on the host."""
+    return jax.tree.map(lambda column: column[index], designs)
+
+
+def row_shape(designs: PyTree) -> PyTree:
+    """Shape and type of one design, as abstract arrays."""
+    return jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape[1:], jax.dtypes.canonicalize_dtype(x.dtype)), designs)
+
+
+def _columns(designs: list) -> PyTree:
+    """A list of dicts as a dict of columns."""
+    if not designs:
+        raise ValueError("there are no designs: the list is empty")
+    first = jax.tree.structure(designs[0])
+    for k, design in enumerate(designs):
+        if jax.tree.structure(design) != first:
+            raise ValueError(f"design {k} has other entries than design 0: {sorted(design)}, {sorted(designs[0])}")
+    return jax.tree.map(lambda *values: np.stack([np.asarray(value) for value in values]), *designs)
+
+
+def _is_column(x) -> bool:
+    """Whether a list is a column of numbers rather than a pytree of columns."""
+    return isinstance(x, list) and all(isinstance(entry, Number | list | str) for entry in x)
+
+
+def _label(path) -> str:
+    return jax.tree_util.keystr(path, simple=True, separator=".") or "designs"
+
+
+def _numbers(label: str, leaf):
+    """A column as an array; JAX's own arrays go to the host, traced ones stay."""
+    if isinstance(leaf, jax.core.Tracer):
+        return leaf
+    column = np.asarray(leaf)
+    if column.dtype.kind not in "fiubc" and not jax.dtypes.issubdtype(column.dtype, np.floating):
+        raise TypeError(f"{label} is not a column of numbers: {leaf!r}")
+    return column
+
+
+def _check_lengths(columns: Mapping) -> None:
+    if not columns:
+        raise ValueError("the designs have no variables")
+    for label, column in columns.items():
+        if column.ndim == 0:
+            raise ValueError(f"{label} needs a leading axis, one entry for each design; it is one number")
+    (first, column), *others = columns.items()
+    for label, other in others:
+        if other.shape[0] != column.shape[0]:
+            raise ValueError(f"{label} has {other.shape[0]} designs, {first} has {column.shape[0]}")
+    if column.shape[0] == 0:
+        raise ValueError("there are no designs: the columns are empty")

@@ -1,0 +1,264 @@
+"""`batch` on functions whose values are known, and on a pendulum of which some designs fail."""
+
+import functools
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import numpy as np
+import pytest
+from jax import numpy as jnp
+
+import jaxmbs as mbs
+from jaxmbs.design import batches, lanes
+from jaxmbs.design.status import NOT_RUN, lane_status
+from jaxmbs.simulate import motion as codes
+
+batch = functools.partial(mbs.batch, progress=False)
+
+
+def area(design):
+    return {"area": design["a"] * jnp.sum(design["b"])}
+
+
+def table(number):
+    random = np.random.default_rng(number)
+    return {"a": random.normal(size=number), "b": random.normal(size=(number, 2))}
+
+
+# ------------------------------------------------------------------------------------------------- values and order
+@pytest.mark.parametrize("number, chunk", [(1, None), (5, None), (7, 3), (8, 4), (300, None), (2, 16)])
+def test_values_in_order(number, chunk):
+    designs = table(number)
+    found = batch(area, designs, chunk=chunk)
+    np.testing.assert_allclose(found.values["area"], designs["a"] * designs["b"].sum(1), rtol=1e-15)
+    assert found.ok.shape == (number,) and found.ok.all()
+    assert isinstance(found.values["area"], np.ndarray)
+    assert f"{number} designs, {number} ok" in found.summary() and "ok" in repr(found)
+
+
+class Frame:
+    """What `batch` asks of a pandas DataFrame."""
+
+    columns = ("a", "b")
+
+    def to_dict(self, orient):
+        assert orient == "list"
+        return {"a": [1.0, 2.0], "b": [3.0, 4.0]}
+
+
+@pytest.mark.parametrize(
+    "designs",
+    [Frame(), [{"a": 1.0, "b": 3.0}, {"a": 2.0, "b": 4.0}], {"a": [1.0, 2.0], "b": jnp.array([3.0, 4.0])}],
+    ids=["frame", "rows", "columns"],
+)
+def test_kinds_of_tables(designs):
+    found = batch(lambda d: d["a"] + d["b"], designs)
+    np.testing.assert_array_equal(found.values, [4.0, 6.0])
+
+
+@pytest.mark.parametrize(
+    "designs, error, text",
+    [
+        ({"a": np.ones(3), "b": np.ones(4)}, ValueError, "b has 4 designs, a has 3"),
+        ({"a": np.ones(3), "b": 1.0}, ValueError, "b needs a leading axis"),
+        ({"a": np.ones(0)}, ValueError, "there are no designs"),
+        ([], ValueError, "there are no designs"),
+        ({}, ValueError, "no variables"),
+        ({"a": ["steel", "wood"]}, TypeError, "a is not a column of numbers"),
+        ([{"a": 1.0}, {"b": 1.0}], ValueError, "design 1"),
+    ],
+)
+def test_wrong_designs_are_named(designs, error, text):
+    with pytest.raises(error, match=text):
+        batch(area, designs)
+
+
+def test_wrong_chunk():
+    with pytest.raises(ValueError, match="chunk"):
+        batch(area, table(3), chunk=0)
+
+
+# ---------------------------------------------------------------------------------------------------- compiled once
+def test_compiled_once(monkeypatch):
+    traces = []
+
+    def function(design):
+        traces.append(1)
+        return area(design)
+
+    compile_one = lanes.Lanes._compile
+    compiled = []
+    monkeypatch.setattr(lanes.Lanes, "_compile", lambda *args: compiled.append(1) or compile_one(*args))
+    for number in (5, 40, 7):
+        batch(function, table(number), chunk=8)
+    assert len(traces) == len(compiled) == 1
+    for number in (1000, 300):
+        batch(function, table(number))
+    assert len(traces) == 1 and len(compiled) == 2  # the default chunk is another size
+
+
+def test_chunk_shrinks_where_memory_is_short(monkeypatch):
+    def hungry(design):
+        x = jnp.cumsum(jnp.ones(1000) * design["a"])
+        return jnp.sort(x)
+
+    monkeypatch.setattr(lanes, "MEMORY", 100_000)
+    found = lanes.lanes_of(hungry, {"a": np.ones(256)})
+    program, chunk = found.fitting(64)
+    assert chunk < 16 and lanes._working_bytes(program) <= 100_000
+    assert found.fitting(64)[0] is program
+    np.testing.assert_allclose(batch(hungry, {"a": np.arange(256.0)}).values[:, -1], 1000 * np.arange(256.0))
+
+
+def test_threads_give_the_same_bits(monkeypatch):
+    def function(design):
+        return jax.lax.fori_loop(0, 50, lambda _, x: jnp.sin(x) + design["a"], design["b"])
+
+    many = batch(function, table(101), chunk=4).values
+    monkeypatch.setattr(batches, "_threads", lambda: 1)
+    np.testing.assert_array_equal(many, batch(function, table(101), chunk=4).values)
+
+
+_DEVICES = """
+import jax, numpy as np, jaxmbs as mbs
+jax.config.update("jax_enable_x64", True)
+f = lambda d: jax.lax.while_loop(lambda x: x < 10.0, lambda x: x + d, d)
+d = np.linspace(0.1, 3.0, 37)
+one = mbs.batch(f, d, progress=False)
+assert len(jax.devices()) == 2
+two = mbs.batch(f, d, progress=False, devices=jax.devices(), chunk=7)
+np.testing.assert_array_equal(one.values, two.values)
+np.testing.assert_array_equal(one.values, mbs.batch(f, d, progress=False, devices=jax.devices()).values)
+"""
+
+
+def test_devices_of_one_host():
+    environment = {"XLA_FLAGS": "--xla_force_host_platform_device_count=2", "JAX_PLATFORMS": "cpu"}
+    root = Path(__file__).parent.parent.parent
+    done = subprocess.run([sys.executable, "-c", _DEVICES], cwd=root, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+# ---------------------------------------------------------------------------------------------- failures and errors
+def test_a_design_that_is_not_finite():
+    found = batch(lambda d: (jnp.sqrt(d), d), np.array([1.0, -1.0, 4.0]))
+    np.testing.assert_array_equal(found.ok, [True, False, True])
+    np.testing.assert_array_equal(found.status, [0, codes.NOT_FINITE, 0])
+    assert "3 designs, 2 ok" in found.summary() and "not finite" in found.summary()
+
+
+def test_status_is_the_worst_of_the_motions():
+    def fake(result):
+        return eqx.tree_at(lambda m: m.result, _motion(), jnp.asarray(result))
+
+    assert lane_status([fake(codes.SUCCESS), fake(codes.MAX_STEPS)]) == codes.MAX_STEPS
+    assert lane_status([fake(codes.EVENT), jnp.nan]) == codes.EVENT  # unused entries after the event
+    assert lane_status([fake(codes.SUCCESS), jnp.nan]) == codes.NOT_FINITE
+    assert lane_status({"name": 3, "none": None}) == codes.SUCCESS
+
+
+@functools.cache
+def _motion():
+    system = pendulum(1.0)
+    return mbs.simulate(system, mbs.State.at(system, A=1.0), t1=0.1, ts=[0.0, 0.1])
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
+def test_an_error_keeps_what_was_computed(error, monkeypatch):
+    monkeypatch.setattr(batches, "_threads", lambda: 1)
+    running = lanes.Lanes.program
+    calls = []
+
+    def program(self, chunk, devices=()):
+        inner = running(self, chunk, devices)
+
+        def call(*columns):
+            calls.append(1)
+            if len(calls) == 3:
+                raise error("boom")
+            return inner(*columns)
+
+        return call
+
+    monkeypatch.setattr(lanes.Lanes, "program", program)
+    with pytest.raises(mbs.BatchError, match="boom") as caught:
+        batch(area, {"a": np.arange(10.0), "b": np.ones((10, 1))}, chunk=2)
+    found = caught.value.batch
+    assert isinstance(caught.value.__cause__, error)
+    np.testing.assert_array_equal(found.values["area"][:4], np.arange(4.0))
+    assert np.isnan(found.values["area"][4:6]).all()
+    assert found.ok[:4].all() and (found.status[4:6] == NOT_RUN).all() and "not run" in found.summary()
+
+
+def test_progress_says_how_many_and_how_fast(capsys):
+    mbs.batch(area, table(9), chunk=3)
+    shown = capsys.readouterr().err
+    assert "compiling" in shown and "designs/s" in shown and "9/9" in shown
+
+
+def test_runs_in_another_thread():
+    found = []
+    thread = threading.Thread(target=lambda: found.append(batch(area, table(4))))
+    thread.start()
+    thread.join()
+    assert found[0].ok.all()
+
+
+# --------------------------------------------------------------------------------------------------------- gradients
+def test_values_and_slopes():
+    slopes = jax.value_and_grad(lambda d: d["a"] ** 3)
+    value, slope = batch(slopes, {"a": np.arange(20.0)}).values
+    np.testing.assert_allclose(value, np.arange(20.0) ** 3)
+    np.testing.assert_allclose(slope["a"], 3 * np.arange(20.0) ** 2)
+
+
+@pytest.mark.parametrize("chunk", [None, 3])
+@pytest.mark.parametrize("jit", [False, True])
+def test_gradient_through_a_batch(jit, chunk):
+    def total(designs, factor):
+        found = batch(lambda d: factor * jnp.sin(d["a"]) * d["b"], designs, chunk=chunk)
+        return jnp.sum(jnp.where(found.ok[:, None], found.values, 0.0))
+
+    gradient = jax.grad(total, argnums=(0, 1))
+    designs = table(8)
+    slope, by_factor = (jax.jit(gradient) if jit else gradient)(designs, 2.0)
+    np.testing.assert_allclose(slope["a"], 2 * np.cos(designs["a"]) * designs["b"].sum(1), rtol=1e-12)
+    np.testing.assert_allclose(slope["b"], 2 * np.sin(designs["a"])[:, None] * np.ones((1, 2)), rtol=1e-12)
+    np.testing.assert_allclose(by_factor, np.sum(np.sin(designs["a"])[:, None] * designs["b"]), rtol=1e-12)
+
+
+def test_gradient_through_closed_over_numbers_only():
+    designs = table(5)
+    slope = jax.grad(lambda k: jnp.sum(batch(lambda d: k * d["a"], designs).values))(2.0)
+    np.testing.assert_allclose(slope, designs["a"].sum())
+
+
+# --------------------------------------------------------------------------------------------------------- mechanism
+def pendulum(length, like=None):
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    b.body("bob", mass=1.0, com=(length, 0.0, 0.0))
+    b.joint("A", mbs.Revolute("y"), "ground", "bob")
+    return b.build(like=like)
+
+
+def swing(length):
+    """Angle after a quarter second, and the motion."""
+    system = pendulum(length, like=pendulum(1.0))
+    motion = mbs.simulate(system, mbs.State.at(system, A=1.0), ts=[0.0, 0.25], rtol=1e-11, atol=1e-11, max_steps=100)
+    return motion.states.coordinates[-1, 0], motion
+
+
+def test_a_batch_of_motions_and_its_gradient():
+    lengths = np.array([0.5, 1.0, np.nan, 2.0])
+    found = batch(swing, lengths, chunk=4)
+    np.testing.assert_array_equal(found.ok, [True, True, False, True])
+    good = lengths[found.ok]
+    total = jax.jit(lambda x: jnp.sum(batch(lambda l: swing(l)[0], x, chunk=4).values))
+    slope, h = jax.jit(jax.grad(total))(good), 1e-4
+    rise = [(total(good + h * e) - total(good - h * e)) / (2 * h) for e in np.eye(3)]
+    np.testing.assert_allclose(slope, rise, rtol=1e-6)
+    np.testing.assert_allclose(found.values[0][found.ok], [swing(l)[0] for l in good], rtol=1e-12)
