@@ -15,6 +15,7 @@ NAMES = (
     "reactions",
     "substructures",
     "elastic_bodies",
+    "batch_of_motions",
 )
 
 

@@ -18,6 +18,7 @@ PACKAGES = {
     "reactions": (),
     "substructures": (),
     "elastic_bodies": (),
+    "batch_of_motions": ("mujoco",),
 }
 
 

@@ -17,7 +17,8 @@ from jaxmbs.design.status import NOT_RUN, status_text, succeeded
 from jaxmbs.design.table import is_traced, length, read_designs, rows
 from jaxmbs.errors import BatchError
 
-CHUNK = 64  # designs side by side: cheapest each on the CPU, see benchmarks/batch_of_motions.py
+#: Designs side by side: on the CPU as cheap each as 64, cheaper than 16 or 128 (benchmarks/batch_of_motions.py).
+CHUNK = 32
 
 
 class Batch(eqx.Module):
@@ -70,7 +71,7 @@ def batch(
         designs: a dict of columns or any pytree whose leaves share a leading axis B; a list of B dicts; or a table
             such as a pandas DataFrame.  If they are traced, or the function holds traced numbers, so is the batch:
             it can be differentiated and compiled as a part of something larger.
-        chunk: designs side by side; by default 64, less for few designs, or where one chunk would take more than
+        chunk: designs side by side; by default 32, less for few designs, or where one chunk would take more than
             256 MB of working memory.
         progress: show a progress bar (not when traced).
         devices: spread every chunk over these devices of this host, e.g. `jax.devices()`.
