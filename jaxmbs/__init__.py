@@ -98,5 +98,7 @@ from .model.elastic import ElasticBody as ElasticBody
 from .simulate import Gauss4 as Gauss4
 from .simulate import ImplicitMidpoint as ImplicitMidpoint
 from .simulate import Motion as Motion
+from .simulate import Peak as Peak
 from .simulate import SemiImplicitEuler as SemiImplicitEuler
+from .simulate import peak as peak
 from .simulate import simulate as simulate

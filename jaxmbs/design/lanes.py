@@ -66,11 +66,9 @@ class Lanes:
     def fitting(self, chunk: int, devices: tuple = ()):
         """(program, chunk): of this chunk, or of the next power of two below that keeps within `MEMORY`."""
         program = self.program(chunk, devices)
-        excess = _working_bytes(program) / MEMORY
-        smaller = 2 ** math.floor(math.log2(max(chunk / max(excess, 1.0), 1.0)))
-        if excess <= 1.0 or smaller < max(len(devices), 1):
-            return program, chunk
-        return self.fitting(whole(smaller, devices), devices)
+        excess = max(_working_bytes(program) / MEMORY, 1.0)
+        smaller = whole(2 ** math.floor(math.log2(max(chunk / excess, 1.0))), devices)
+        return (program, chunk) if excess == 1.0 or smaller >= chunk else self.fitting(smaller, devices)
 
     def _compile(self, chunk, devices):
         function, where = self, None

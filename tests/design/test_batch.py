@@ -6,6 +6,7 @@ import sys
 import threading
 from pathlib import Path
 
+import diffrax
 import equinox as eqx
 import jax
 import numpy as np
@@ -112,6 +113,8 @@ def test_chunk_shrinks_where_memory_is_short(monkeypatch):
     assert chunk < 16 and lanes._working_bytes(program) <= 100_000
     assert found.fitting(64)[0] is program
     np.testing.assert_allclose(batch(hungry, {"a": np.arange(256.0)}).values[:, -1], 1000 * np.arange(256.0))
+    monkeypatch.setattr(lanes, "MEMORY", 1)
+    assert found.fitting(64)[1] == 1
 
 
 def test_threads_give_the_same_bits(monkeypatch):
@@ -248,7 +251,7 @@ def pendulum(length, like=None):
 def swing(length):
     """Angle after a quarter second, and the motion."""
     system = pendulum(length, like=pendulum(1.0))
-    motion = mbs.simulate(system, mbs.State.at(system, A=1.0), ts=[0.0, 0.25], rtol=1e-11, atol=1e-11, max_steps=100)
+    motion = mbs.simulate(system, mbs.State.at(system, A=1.0), ts=[0.0, 0.25], dt=0.05, solver=diffrax.Tsit5())
     return motion.states.coordinates[-1, 0], motion
 
 
@@ -257,8 +260,8 @@ def test_a_batch_of_motions_and_its_gradient():
     found = batch(swing, lengths, chunk=4)
     np.testing.assert_array_equal(found.ok, [True, True, False, True])
     good = lengths[found.ok]
-    total = jax.jit(lambda x: jnp.sum(batch(lambda l: swing(l)[0], x, chunk=4).values))
-    slope, h = jax.jit(jax.grad(total))(good), 1e-4
-    rise = [(total(good + h * e) - total(good - h * e)) / (2 * h) for e in np.eye(3)]
+    total = jax.jit(jax.value_and_grad(lambda x: jnp.sum(batch(lambda l: swing(l)[0], x, chunk=4).values)))
+    (value, slope), h = total(good), 1e-4
+    rise = [(total(good + h * e)[0] - total(good - h * e)[0]) / (2 * h) for e in np.eye(3)]
     np.testing.assert_allclose(slope, rise, rtol=1e-6)
-    np.testing.assert_allclose(found.values[0][found.ok], [swing(l)[0] for l in good], rtol=1e-12)
+    np.testing.assert_allclose(np.sum(found.values[0][found.ok]), value, rtol=1e-12)

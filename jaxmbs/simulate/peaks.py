@@ -1,0 +1,168 @@
+"""`peak`: the largest value of a quantity along a motion, found between the saved times."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Float
+
+from ..dynamics.newton_euler import forward_dynamics
+from ..kinematics.assembly import consistent_velocities, newton_step
+from ..kinematics.poses import coordinate_rate, node_parameters, normalise
+from ..kinematics.state import State
+from ..model.system import System
+from .motion import Motion
+
+_STEPS = 12  # each second one cuts the bracket by the golden section, the others end quadratically
+_GOLDEN = 0.3819660112501051
+
+
+class Peak(eqx.Module):
+    """The largest value of a quantity (...), its time [s] (...) and the state then (leading axes ...)."""
+
+    value: Float[Array, "..."]
+    time: Float[Array, "..."]
+    state: State
+
+
+class _Knots(NamedTuple):
+    """Three neighbouring saved states: times (3,), coordinates, their rates and second rates (3, nq)."""
+
+    t: Array
+    psi: Array
+    rate: Array
+    second: Array
+
+
+def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> Peak:
+    """The largest value of a quantity along a motion and when it occurs.
+
+    The largest saved value and its two neighbours enclose the peak.  States between them come from quintic
+    polynomials through coordinates, rates and accelerations, with all constraints closed again; their error falls
+    with the fifth power of the saving interval.  A peak that shows at no saved time is not found.
+
+    Args:
+        motion: one motion (`jax.vmap` for many).
+        quantity: takes one State to a scalar or an array, of which every entry has its own peak; for example
+            `lambda s: jnp.linalg.norm(reactions(system, s)["main"].force)`.  For the least value give its negative.
+
+    Returns: Peak, nan where the motion failed.  Gradients hold the time of the peak, which is exact for a peak
+        inside the motion (the slope in time is zero there), and at an end that is a fixed time.
+
+    Raises: ValueError for a batch of motions.
+    """
+    if motion.ts.ndim != 1:
+        raise ValueError(f"peak takes one motion, use jax.vmap for many; the times have shape {motion.ts.shape}")
+    values = jax.vmap(quantity)(motion.states)
+    shape, values = values.shape[1:], values.reshape(values.shape[0], -1)
+    used = jnp.isfinite(motion.ts)  # after an event nothing is saved
+    best = jnp.argmax(jnp.where(used[:, None], lax.stop_gradient(values), -jnp.inf), axis=0)
+    last = jnp.sum(used) - 1
+
+    def one(entry, i):
+        index = jnp.clip(i + jnp.arange(-1, 2), 0, last)
+        states = jax.tree.map(lambda x: x[index], motion.states)
+        return _peak_near(system, states, values[index, entry], quantity, entry)
+
+    found = jax.vmap(one)(jnp.arange(values.shape[1]), best)
+    found = jax.tree.map(lambda x: jnp.where(motion.ok, x, jnp.nan).reshape(shape + x.shape[1:]), found)
+    return Peak(*found)
+
+
+def _peak_near(system, states, values, quantity, entry):
+    """(value, time, State) of the largest entry of the quantity between three states, the middle one largest."""
+    P = node_parameters(system)
+    knots = _knots(system, states)
+    frozen = jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_inexact_array(x) else x, (system, P, knots))
+
+    def at(parts, t):
+        state = _between(*parts, t)
+        return jnp.reshape(quantity(state), -1)[entry], state
+
+    time = _maximise(lambda t: lax.stop_gradient(at(frozen, t)[0]), *lax.stop_gradient((states.t, values)))
+    value, state = at((system, P, knots), lax.stop_gradient(time))
+    return value, time, state
+
+
+def _knots(system, states):
+    """Coordinates with two rates by forward dynamics, at three states."""
+    top = system.topology
+
+    def at(state):
+        a, _ = forward_dynamics(system, state)
+        psi, u = state.coordinates, state.velocities
+        rate = coordinate_rate(top, psi, u)
+        return psi, *jax.jvp(lambda psi, u: coordinate_rate(top, psi, u), (psi, u), (rate, a))
+
+    return _Knots(states.t, *jax.vmap(at)(states))
+
+
+def _between(system, P, knots, t) -> State:
+    """The state at a time between the knots, on all constraints."""
+    k = jnp.where(t < knots.t[1], 0, 1)
+    first, second = (_Knots(*(x[j] for x in knots)) for j in (k, k + 1))
+    psi, rate = _quintic(first, second, t)
+    top, free = system.topology, jnp.ones(system.topology.num_velocities, psi.dtype)
+    if system.has_constraints:
+        psi = lax.scan(lambda q, _: newton_step(system, P, q, t, free), psi, length=2)[0]
+    psi = normalise(top, psi)
+    u = consistent_velocities(system, P, psi, _velocities(top, psi, rate), t, free)
+    return State(t, psi, u)
+
+
+def _quintic(first: _Knots, second: _Knots, t):
+    """Value and rate at t of the polynomial that has both rates of both ends."""
+    width = second.t - first.t
+    h = jnp.where(width > 0.0, width, 1.0)  # knots of equal time: the first one stands
+    s = (t - first.t) / h
+    c = [first.psi, h * first.rate, h**2 * first.second / 2.0]
+    gap = second.psi - (c[0] + c[1] + c[2])
+    slope = h * second.rate - (c[1] + 2.0 * c[2])
+    bend = (h**2 * second.second - 2.0 * c[2]) / 2.0
+    c += [10.0 * gap - 4.0 * slope + bend, -15.0 * gap + 7.0 * slope - 2.0 * bend, 6.0 * gap - 3.0 * slope + bend]
+    value = sum(x * s**k for k, x in enumerate(c))
+    return value, sum(k * x * s ** (k - 1) for k, x in enumerate(c) if k) / h
+
+
+def _velocities(top, psi, rate):
+    """Velocities (nv,) of the rates of the coordinates (nq,).
+
+    The map from velocities to rates is the identity for simple joints, for balls half a map with orthonormal
+    columns; so its transpose, times four for balls, takes rates back.
+    """
+    u = jax.ShapeDtypeStruct((top.num_velocities,), psi.dtype)
+    (u,) = jax.linear_transpose(lambda u: coordinate_rate(top, psi, u), u)(rate)
+    return u * jnp.asarray([4.0 if kind == "ball" else 1.0 for kind in top.node_kind], u.dtype)
+
+
+def _maximise(function, t, values):
+    """Time of the maximum of a function between t[0] and t[2] (3,), where it has the values (3,), the middle largest.
+
+    A bracket of three points is narrowed in turn by the vertex of their parabola and by the golden section.
+    """
+
+    def step(bracket, parabolic):
+        (a, b, c), (fa, fb, fc) = bracket
+        golden = jnp.where(c - b > b - a, b + _GOLDEN * (c - b), b - _GOLDEN * (b - a))
+        vertex = _vertex(*bracket)
+        usable = parabolic & (vertex > a) & (vertex < c) & (vertex != b)
+        t = jnp.where(usable, vertex, golden)
+        low, high = jnp.minimum(t, b), jnp.maximum(t, b)
+        f = function(t)
+        f_low, f_high = jnp.where(t < b, f, fb), jnp.where(t < b, fb, f)
+        left = f_low >= f_high  # the maximum lies between a and high, else between low and c
+        times = jnp.where(left, jnp.stack([a, low, high]), jnp.stack([low, high, c]))
+        return (times, jnp.where(left, jnp.stack([fa, f_low, f_high]), jnp.stack([f_low, f_high, fc]))), None
+
+    turns = jnp.arange(_STEPS) % 2 == 1
+    return lax.scan(step, (t, values), turns)[0][0][1]
+
+
+def _vertex(t, f):
+    """Time of the vertex of the parabola through three points; not finite where there is none."""
+    left, right = t[1] - t[0], t[2] - t[1]
+    p, q = right * (f[1] - f[0]), left * (f[1] - f[2])
+    return t[1] + 0.5 * (right * p - left * q) / (p + q)
