@@ -16,6 +16,7 @@ from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..kinematics.tree import subtrees
 from ..math.linalg import skew
+from ..math.rows import over_rows
 from ..math.spatial import pack, world_inertia
 from ..model.system import System
 from .distribution import distributed
@@ -173,7 +174,7 @@ def _named(system, wrench, effort, geo, frame, side):
 def _reactions_jit(system, states, frame, side, batched, compliance, method):
     P = node_parameters(system)
     one = lambda s: _reactions(system, P, s, frame, side, compliance, method)  # noqa: E731
-    return jax.vmap(one)(states) if batched else one(states)
+    return over_rows(one, states) if batched else one(states)
 
 
 def reactions(

@@ -15,6 +15,7 @@ from ..kinematics import constraints
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..math.lineax_solver import SquareSolver
+from ..math.rows import over_rows
 from ..model.system import System
 from . import motion as codes
 from .account import CLOSED, diagnose, masked, observe, poisoned, result_code, with_start
@@ -38,6 +39,7 @@ def simulate(
     gradient="reverse",
     formulation=None,
     event=None,
+    interpolate=False,
     max_steps=100_000,
     progress=False,
     throw=True,
@@ -55,6 +57,9 @@ def simulate(
             freedom, whose coordinates then follow their branch); see `formulation.py`.
         event: function of a State whose zero crossing ends the motion; the state there is saved too, right after the
             times before it, so the motion has one entry more (unused entries: times inf, states nan).
+        interpolate: let steps pass over saved times, whose states come from the solver's interpolation and are closed
+            again: for many saved times, cheaper and with an error of about ten times the tolerance.  By default
+            steps land on them (motions without freedom: always interpolated, the constraints determine them).
         max_steps: bound on the integrator's steps.
         progress: show a progress bar.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
@@ -73,7 +78,9 @@ def simulate(
     ts = _save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else jnp.asarray(t1, float)
     steps = _fixed_steps(t0, t1, dt)
-    options = (solver, gradient, formulation, max_steps if steps is None else steps + 2, steps, bool(progress))
+    lands = dt is None and not interpolate and formulation != "prescribed"
+    most = max_steps if steps is None else steps + 2
+    options = (solver, gradient, formulation, most, steps, lands, bool(progress))
     motion = _integrate(system, state, ts, t1, dt, rtol, atol, event, options)
     if throw and not isinstance(motion.result, jax.core.Tracer) and np.any(np.asarray(motion.result) > codes.EVENT):
         raise SimulationError(explain(system, motion), motion)
@@ -140,7 +147,7 @@ def _fixed_steps(t0, t1, dt):
 
 @eqx.filter_jit
 def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
-    solver, gradient, formulation, max_steps, steps, progress = options
+    solver, gradient, formulation, max_steps, steps, lands, progress = options
     P = node_parameters(system)
     psi, t0 = state.coordinates, state.t
     problem, p0 = Problem.begin(system, P, formulation, psi, state.velocities, t0)
@@ -164,14 +171,14 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         y0,
         args=problem,
         saveat=diffrax.SaveAt(ts=times, t1=True),
-        stepsize_controller=_controller(dt, rtol, atol, t1 - t0, None if formulation == "prescribed" else times),
+        stepsize_controller=_controller(dt, rtol, atol, t1 - t0, times if lands else None),
         adjoint=adjoint,
         event=None if event is None else _event(event),
         max_steps=max_steps,
         throw=False,
         progress_meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
-    return _motion(problem, state, y0, solution, ts, open_at_start, event is not None)
+    return _motion(problem, state, y0, solution, ts, open_at_start, event is not None, lands)
 
 
 def _gap(problem, psi, t):
@@ -209,8 +216,8 @@ def _event(function):
     return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10, linear_solver=SquareSolver()))
 
 
-def _motion(problem, start, y0, solution, ts, open_at_start, with_event):
-    """Saved states back on the constraints, accounts and the result code.
+def _motion(problem, start, y0, solution, ts, open_at_start, with_event, lands):
+    """Saved states back on the constraints where steps did not land on them, accounts and the result code.
 
     What diffrax saved ends with the state that it reached, right after the last time before it.
     """
@@ -224,13 +231,15 @@ def _motion(problem, start, y0, solution, ts, open_at_start, with_event):
         psi = lax.stop_gradient(psi)  # the constraints alone determine it, and its derivative
     ended = ~jnp.isfinite(saved)  # after an event or a failure nothing is saved
 
-    def sample(t, psi, p):
-        psi, _ = problem.project_position(t, psi)
+    def sample(row):
+        t, psi, p = row
+        if with_event or not lands:
+            psi, _ = problem.project_position(t, psi)
         u = problem.velocities(t, psi, p)
         return psi, u, observe(problem.system, problem.P, psi, u, t)
 
     filled = [masked(ended, x, x0) for x, x0 in zip((saved, psi, p), (start.t, *y0[:2]), strict=True)]
-    psi, u, observed = jax.vmap(sample)(*with_start((start.t, *y0[:2]), tuple(filled)))
+    psi, u, observed = over_rows(sample, with_start((start.t, *y0[:2]), tuple(filled)))
     states = State(saved, *(masked(ended, x[1:], jnp.nan) for x in (psi, u)), observed[2][1:])
     diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), solution.stats)
     code, lost = result_code(solution.result, states, diagnostics, ended, open_at_start)

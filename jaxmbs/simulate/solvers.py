@@ -1,12 +1,14 @@
 """Solvers of ours for diffrax: projection after every step, and semi-implicit Euler."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import ClassVar
 
 import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float, PyTree
 
 #: A projection that moves a coordinate further than this [rad or m] has left its branch.
 _FAR = 0.3
@@ -31,7 +33,7 @@ class Projected(diffrax.AbstractWrappedSolver, diffrax.AbstractAdaptiveSolver):
 
     @property
     def interpolation_cls(self):
-        return self.solver.interpolation_cls
+        return partial(Landing.of, self.solver.interpolation_cls)
 
     @property
     def term_compatible_contr_kwargs(self):
@@ -64,10 +66,28 @@ class Projected(diffrax.AbstractWrappedSolver, diffrax.AbstractAdaptiveSolver):
             near = jnp.max(moved) < _FAR  # false for NaN
             lost = diffrax.RESULTS.where(near, diffrax.RESULTS.successful, diffrax.RESULTS.nonlinear_divergence)
             result = diffrax.RESULTS.where(diffrax.is_okay(result), lost, result)
-        return y1, error, dense, state, result
+        return y1, error, {"landed": y1, **dense}, state, result
 
     def func(self, terms, t0, y0, args):
         return self.solver.func(terms, t0, y0, args)
+
+
+class Landing(diffrax.AbstractLocalInterpolation):
+    """The solver's own interpolation, and at the end of the step the state that was projected there."""
+
+    t0: Float[Array, ""]
+    t1: Float[Array, ""]
+    landed: PyTree
+    inner: diffrax.AbstractLocalInterpolation
+
+    @classmethod
+    def of(cls, kind, t0, t1, landed, **dense):
+        return cls(t0, t1, landed, kind(t0=t0, t1=t1, **dense))
+
+    def evaluate(self, t0, t1=None, left=True):
+        if t1 is not None:
+            return jax.tree.map(jnp.subtract, self.evaluate(t1), self.evaluate(t0))
+        return jax.tree.map(lambda x, y: jnp.where(t0 == self.t1, x, y), self.landed, self.inner.evaluate(t0))
 
 
 class SemiImplicitEuler(diffrax.AbstractSolver):
