@@ -40,7 +40,7 @@ class Study:
     def __init__(self, function, designs, chunk=None):
         self.function, self.chunk = function, chunk
         start = time.process_time()
-        self(jax.tree.map(lambda x: x[: chunk or 2 * batches.CHUNK], designs))
+        self(jax.tree.map(lambda x: x[: chunk or THREADS * batches.CHUNK], designs))
         self.compilation = time.process_time() - start
 
     def __call__(self, designs):
@@ -127,7 +127,7 @@ def _cheapest(runs, target):
 
 
 def four_bar_rows(options):
-    few, many = (8, 16) if options.quick else (256, 10_000)
+    few, many = (16, 16) if options.quick else (256, 10_000)  # one size of chunk, compiled once
     table = four_bars.table(many)
     sample = {name: column[:few] for name, column in table.items()}
     ours, reference, studies = _candidates(sample, options.quick)

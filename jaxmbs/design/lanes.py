@@ -31,6 +31,7 @@ class Lanes:
             values = function(design)
             return values, lane_status(values)
 
+        self.__name__ = getattr(function, "__name__", "batch")  # of the compiled program, in the messages of XLA
         self._jaxpr, self.shape = jax.make_jaxpr(lane, return_shape=True)(design)
         self._row, self._programs = jax.tree.leaves(design), {}
 
