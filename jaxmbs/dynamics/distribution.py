@@ -42,17 +42,16 @@ def _free_twists(system, geo):
     """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
     top, names = system.topology, [name for name, *_ in constraints.carriers(system)]
     driven = {column for row in system.rows if row.role == "drive" for column in row.columns}
-    twists = jnp.zeros((len(names), 6, 6), geo.x.dtype)
+    held, source = np.full((len(names), 6), len(geo.S)), np.arange(len(names))  # the column after the last is zero
     for joint in top.joints:
         columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
         if columns and not joint.is_cut:
-            held = geo.S[np.array(columns)].T
-            twists = twists.at[names.index(joint.name), :, : len(columns)].set(held)
+            held[names.index(joint.name), : len(columns)] = columns
+    parts = [jnp.concatenate([geo.S, jnp.zeros_like(geo.S[:1])])[held].transpose(0, 2, 1)]
     for group in system.closures:
-        D = constraints.closure_directions(group, geo.R, geo.x)
-        index = np.array([names.index(name) for name in group.names])
-        twists = twists.at[index].set(jax.vmap(_complement)(D))
-    return twists
+        source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
+        parts.append(jax.vmap(_complement)(constraints.closure_directions(group, geo.R, geo.x)))
+    return jnp.concatenate(parts)[source]
 
 
 def _complement(D):

@@ -110,13 +110,14 @@ def _joint_wrenches(system, geo, rate, loads, multipliers):
     cut, each = _cut_wrenches(system, geo, multipliers)
     carried = subtrees(top.bodies, rate - loads - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
-    wrench = jnp.zeros((len(top.joints), 6), carried.dtype)
-    wrench = wrench.at[np.asarray(top.body_joint)].set(carried * jnp.asarray(sign, carried.dtype)[:, None])
-    cut_joints = [(i, top.joint_index[e[0]]) for i, e in enumerate(_elements(system)) if e[0] in top.joint_index]
-    if cut_joints:
-        element, joint = np.array(cut_joints).T
-        wrench = wrench.at[joint].set(each[element])
     body_of = {j: k for k, j in enumerate(top.body_joint)}
+    source = body_of | {
+        top.joint_index[name]: len(body_of) + i
+        for i, (name, *_) in enumerate(_elements(system))
+        if name in top.joint_index
+    }
+    known = jnp.concatenate([carried * jnp.asarray(sign, carried.dtype)[:, None], each])
+    wrench = known[np.array([source[j] for j in range(len(top.joints))], int)]
     column_body = np.array([body_of[j] for j in top.node_joint], int)
     return wrench, jnp.einsum("nk,nk->n", geo.S, carried[column_body]), each
 

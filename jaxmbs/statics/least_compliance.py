@@ -118,15 +118,16 @@ def _inverse(network, solver, conditions, pack, unpack):
             return y + step, mu + penalty * (_into(F, to_bonds(network, step)) - gap)  # the gap as it was
 
         def improved(_, x):
-            w, mu = balanced(x[0]), x[1]
+            w, mu = x
             open_stretch = _times(C, w) - deformation - across_bonds(network, twists(w, mu))
             stretch = along_chains(network, open_stretch)
             start = jnp.zeros_like(stretch), mu
             y, mu = lax.fori_loop(0, solver.iterations, partial(improve, w=w, stretch=stretch), start)
-            return w + to_bonds(network, y), mu
+            return balanced(w + to_bonds(network, y)), mu
 
-        w, mu = lax.fori_loop(0, solver.rounds, improved, (jnp.zeros_like(deformation), jnp.zeros_like(effort)))
-        w = balanced(w)
+        # Not from zeros: XLA would work out what follows from a constant, for a whole batch, at compile time.
+        start = tree_wrenches(network, -minus_loads), jnp.zeros_like(effort)
+        w, mu = lax.fori_loop(0, solver.rounds, improved, start)
         return pack(w, mu, twists(w, mu))
 
     return inverse
