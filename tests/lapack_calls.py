@@ -130,3 +130,6 @@ WITH = {
         SOLVE,
     ),
 }
+
+#: Slow to trace: asked in a batch only, where the same calls are.
+HEAVY = {"stiffness", "simulate", "simulate, implicit", "simulate, Gauss", "linearise", "equilibrium", "modes"}
