@@ -1,5 +1,6 @@
 """No program hands LAPACK a batch: two batches at once stop a process for good (`jaxmbs.math.lapack`)."""
 
+import diffrax
 import jax
 import jax.numpy as jnp
 import pytest
@@ -56,3 +57,15 @@ def test_compiled_programs(name):
 @pytest.mark.long
 def test_compiled_gradient():
     _check_compiled(jax.grad(_loads))
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(reason="diffrax takes lineax's own LU for the derivative of a stage, and no other", strict=True)
+def test_gradient_of_an_implicit_motion():
+    """The one program known to hand LAPACK batches: map over its lanes instead (`jax.lax.map`)."""
+
+    def end(t):
+        return jnp.sum(motion(t, solver=diffrax.Kvaerno5()).states.coordinates)
+
+    calls = lapack_calls(jax.jit(jax.vmap(jax.grad(end))).lower(LANES).as_text())
+    assert all(matrices == 1 for _, matrices in calls), calls
