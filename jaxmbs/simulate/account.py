@@ -70,15 +70,15 @@ def result_code(result, states, diagnostics, ended, open_at_start):
     return code, (jnp.cumsum(bad) > 0) & (code > codes.EVENT)
 
 
-def poisoned(lost, states, diagnostics):
-    """States and accounts (T, ...) with NaN at the times that are lost.
+def without(ended, lost, states, diagnostics):
+    """States and accounts (T, ...) with NaN at the times after an end, and at those that are lost.
 
-    By a product and not by `where`: the derivative of what is lost must not be the zero of a branch not taken.
+    What is lost becomes NaN by a product and not by `where`: its derivative must not be the zero of a branch not taken.
     """
     factor = jnp.where(lost, jnp.nan, 1.0).astype(states.coordinates.dtype)
 
     def spoil(x):
-        return x * factor.reshape(factor.shape + (1,) * (x.ndim - 1))
+        return masked(ended & ~lost, x * factor.reshape(factor.shape + (1,) * (x.ndim - 1)), jnp.nan)
 
     states = State(states.t, spoil(states.coordinates), spoil(states.velocities), states.residual)
     accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
@@ -90,8 +90,3 @@ def masked(mask, x, value):
     """x with the entries of its first axis where `mask` holds replaced by `value`."""
     mask = mask.reshape(mask.shape + (1,) * (x.ndim - 1))
     return jnp.where(mask, jnp.broadcast_to(jnp.asarray(value, x.dtype), x.shape), x)
-
-
-def with_start(start, saved):
-    """Arrays with the start before the saved ones."""
-    return jax.tree.map(lambda x0, x: jnp.concatenate([x0[None], x]), start, saved)

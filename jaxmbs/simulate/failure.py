@@ -1,6 +1,5 @@
 """Which joints a failed motion points at, in words; on the host, for the message of an error."""
 
-import jax
 import numpy as np
 
 from ..kinematics import constraints
@@ -14,13 +13,16 @@ _SINGULAR = 1e-4  # singular value over the largest that counts as lost
 def explain(system: System, motion: Motion) -> str:
     """The status of one failed motion with its time, and the joints whose constraints are open or singular there."""
     text = f"the motion failed: {STATUS[int(np.asarray(motion.result))]}"
-    last = _last_finite(motion)
-    if last is None:
-        return text if np.ndim(motion.end) else f"{text}; it reached t = {float(motion.end):.6g} s"
-    if not system.has_constraints:
+    end = motion.end
+    if np.ndim(end.t):
         return text
-    text += f"; it reached t = {float(motion.end):.6g} s, last saved state at t = {float(last.t):.4g} s"
-    open_rows, singular = _open(system, last), _singular(system, last)
+    text += f"; it reached t = {float(end.t):.6g} s"
+    saved = _saved(motion)
+    if len(saved):
+        text += f", last saved state at t = {saved[-1]:.4g} s"
+    if not (system.has_constraints and np.isfinite(end.coordinates).all()):
+        return text
+    open_rows, singular = _open(system, end), _singular(system, end)
     if open_rows:
         text += f"; open there: {', '.join(open_rows)}"
     if singular:
@@ -28,16 +30,10 @@ def explain(system: System, motion: Motion) -> str:
     return text
 
 
-def _last_finite(motion):
-    """The last saved state with finite numbers, or None; None for batches."""
-    psi, u = (np.asarray(x) for x in (motion.states.coordinates, motion.states.velocities))
-    if psi.ndim != 2:
-        return None
-    finite = np.isfinite(np.asarray(motion.ts)) & np.isfinite(psi).all(1) & np.isfinite(u).all(1)
-    if not finite.any():
-        return None
-    index = int(np.nonzero(finite)[0][-1])
-    return jax.tree.map(lambda x: x[index], motion.states)
+def _saved(motion):
+    """Times of the saved states with finite numbers."""
+    psi, u, ts = (np.asarray(x) for x in (motion.states.coordinates, motion.states.velocities, motion.ts))
+    return ts[np.isfinite(ts) & np.isfinite(psi).all(1) & np.isfinite(u).all(1)]
 
 
 def _open(system, state):

@@ -18,7 +18,7 @@ from ..math.lineax_solver import SquareSolver
 from ..math.rows import over_rows
 from ..model.system import System
 from . import motion as codes
-from .account import CLOSED, diagnose, masked, observe, poisoned, result_code, with_start
+from .account import CLOSED, diagnose, masked, observe, result_code, without
 from .failure import explain
 from .formulation import FORMULATIONS, Problem, num_powers
 from .motion import Motion
@@ -171,7 +171,7 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
         y0,
         args=problem,
         saveat=diffrax.SaveAt(ts=times, t1=True),
-        stepsize_controller=_controller(dt, rtol, atol, t1 - t0, times if lands else None),
+        stepsize_controller=_controller(formulation, dt, rtol, atol, t1 - t0, times if lands else None),
         adjoint=adjoint,
         event=None if event is None else _event(event),
         max_steps=max_steps,
@@ -196,14 +196,15 @@ def _project(t, y, problem):
     return problem.project(t, y)
 
 
-def _controller(dt, rtol, atol, span, ts):
+def _controller(formulation, dt, rtol, atol, span, ts):
     """Fixed steps, or adaptive ones that land on the times `ts`: interpolation would cost digits, unless the
     constraints alone bring them back."""
     if dt is not None:
         return diffrax.ConstantStepSize()
 
     def norm(y):
-        return optimistix.rms_norm(y[:2])  # the work account follows, it does not lead
+        # the work account follows, it does not lead, except where the rows alone give everything else
+        return optimistix.rms_norm(y if formulation == "prescribed" else y[:2])
 
     adaptive = diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
     return adaptive if ts is None else diffrax.ClipStepSizeController(adaptive, step_ts=ts)
@@ -223,7 +224,7 @@ def _motion(problem, start, y0, solution, ts, open_at_start, with_event, lands):
     """
     saved, (psi, p, work) = solution.ts, solution.ys
     count = jnp.sum(jnp.isfinite(saved))
-    end = jnp.where(count > 0, saved[jnp.maximum(count - 1, 0)], start.t)
+    last = [jnp.sum(masked(jnp.arange(len(saved)) != count - 1, x, 0.0), axis=0) for x in (saved, psi, p)]
     if not with_event:
         saved = jnp.where(jnp.arange(len(ts)) < count - 1, ts, jnp.inf)
         psi, p, work = psi[:-1], p[:-1], work[:-1]
@@ -238,12 +239,17 @@ def _motion(problem, start, y0, solution, ts, open_at_start, with_event, lands):
         u = problem.velocities(t, psi, p)
         return psi, u, observe(problem.system, problem.P, psi, u, t)
 
-    filled = [masked(ended, x, x0) for x, x0 in zip((saved, psi, p), (start.t, *y0[:2]), strict=True)]
-    psi, u, observed = over_rows(sample, with_start((start.t, *y0[:2]), tuple(filled)))
-    states = State(saved, *(masked(ended, x[1:], jnp.nan) for x in (psi, u)), observed[2][1:])
+    # what is not saved stands at the last state, so that the derivative of what is lost meets all parameters as NaN
+    filled = [masked(ended, x, x1) for x, x1 in zip((saved, psi, p), last, strict=True)]
+    begin = (start.t, *y0[:2])
+    rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(begin, filled, last, strict=True))
+    psi, u, observed = over_rows(sample, rows)
+    end = lax.stop_gradient(State(last[0], psi[-1], u[-1], observed[2][-1]))
+    psi, u, observed = jax.tree.map(lambda x: x[:-1], (psi, u, observed))
+    states = State(saved, psi[1:], u[1:], observed[2][1:])
     diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), solution.stats)
     code, lost = result_code(solution.result, states, diagnostics, ended, open_at_start)
     if problem.formulation == "prescribed":
         code = jnp.where((code == codes.STEP_SIZE) | (code == codes.FAILED), codes.INCONSISTENT, code)
-    states, diagnostics = poisoned(lost, states, diagnostics)
-    return Motion(saved if with_event else ts, states, code, diagnostics, lax.stop_gradient(end))
+    states, diagnostics = without(ended, lost, states, diagnostics)
+    return Motion(saved if with_event else ts, states, code, diagnostics, end)

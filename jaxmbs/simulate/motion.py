@@ -47,7 +47,7 @@ class Diagnostics(eqx.Module):
 class Motion(eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
-    `end` () is the time that it reached [s].  Of a motion that failed the states saved before are kept; those after
+    `end` is the state that the integrator reached, at its time `end.t` [s].  Of a motion that failed the states saved before are kept; those after
     it are NaN, and so is every result and derivative that follows from them.
     """
 
@@ -55,7 +55,7 @@ class Motion(eqx.Module):
     states: State
     result: Int[Array, "..."]
     diagnostics: Diagnostics
-    end: Float[Array, "..."]
+    end: State
 
     @property
     def status(self) -> str:

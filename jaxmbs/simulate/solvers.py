@@ -8,6 +8,7 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax import lax
 from jaxtyping import Array, Float, PyTree
 
 #: A projection that moves a coordinate further than this [rad or m] has left its branch.
@@ -87,7 +88,13 @@ class Landing(diffrax.AbstractLocalInterpolation):
     def evaluate(self, t0, t1=None, left=True):
         if t1 is not None:
             return jax.tree.map(jnp.subtract, self.evaluate(t1), self.evaluate(t0))
-        return jax.tree.map(lambda x, y: jnp.where(t0 == self.t1, x, y), self.landed, self.inner.evaluate(t0))
+        smooth, fixed = self.inner.evaluate(t0), self.inner.evaluate(lax.stop_gradient(t0))
+
+        def land(landed, smooth, fixed):
+            # the rate in t0 stays the inner one: the search for an event starts at t1
+            return smooth + jnp.where(t0 == self.t1, landed - fixed, 0.0)
+
+        return jax.tree.map(land, self.landed, smooth, fixed)
 
 
 class SemiImplicitEuler(diffrax.AbstractSolver):

@@ -60,7 +60,7 @@ def test_a_drive_that_jumps_is_a_failure_at_its_time():
     system, state = driven(drive=lambda t: jnp.where(t < 0.5, 0.7, 3.9))
     motion = mbs.simulate(system, state, t1=1.0, throw=False)
     assert motion.status.startswith("the constraints contradict")
-    np.testing.assert_allclose(motion.end, 0.5, atol=1e-9)
+    np.testing.assert_allclose(motion.end.t, 0.5, atol=1e-9)
     known = np.asarray(motion.ts) < 0.5
     assert np.all(np.isfinite(motion.states.coordinates[known]))
     assert np.all(np.isnan(motion.states.coordinates[~known]))
@@ -74,14 +74,14 @@ def test_a_mechanism_that_locks_says_when():
     limit = np.arccos((ground**2 + crank**2 - (coupler + rocker) ** 2) / (2.0 * ground * crank))
     with pytest.raises(mbs.SimulationError, match=f"it reached t = {limit - 0.7:.4g}") as failure:
         mbs.simulate(system, state, t1=2.0)
-    np.testing.assert_allclose(failure.value.motion.end, limit - 0.7, atol=1e-6)
+    np.testing.assert_allclose(failure.value.motion.end.t, limit - 0.7, atol=1e-6)
 
 
 def test_an_event_ends_a_driven_motion():
     system, state = driven(drive=mbs.Ramp(0.7, 1.0))
     motion = mbs.simulate(system, state, t1=2.0, event=lambda s: s.coordinates[0] - 1.5)
     assert motion.status == "an event ended the motion"
-    np.testing.assert_allclose(motion.end, 0.8, atol=1e-9)
+    np.testing.assert_allclose(motion.end.t, 0.8, atol=1e-9)
     last = np.nonzero(np.isfinite(motion.ts))[0][-1]
     np.testing.assert_allclose(motion.states.coordinates[last], four_bar_angles(1.5), atol=1e-9)
 

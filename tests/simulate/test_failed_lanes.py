@@ -35,7 +35,7 @@ def study(like):
             "state": state,
             "coordinates": motion.states.coordinates,
             "result": motion.result,
-            "end": motion.end,
+            "end": motion.end.t,
             "steps": motion.diagnostics.num_steps + motion.diagnostics.num_rejected,
             "force": loads["C"].force,
             "ok": loads.ok,
@@ -104,7 +104,7 @@ def test_a_lane_that_locks_keeps_what_came_before(like):
         system = four_bar((ground, 0.8, 0.5, 0.6), drive=_drive, like=driven)
         state = mbs.State.at(system, guess={"A": 0.7, "B": -0.4, "D": 1.4})
         motion = mbs.simulate(system, state, t1=1.0)
-        return jnp.sum(motion.states.coordinates), (motion.states.coordinates, motion.result, motion.end)
+        return jnp.sum(motion.states.coordinates), (motion.states.coordinates, motion.result, motion.end.t)
 
     both = jax.jit(jax.vmap(jax.value_and_grad(run, has_aux=True)))
     (value, (coordinates, result, end)), gradient = both(jnp.array([0.6, 1.0]))

@@ -72,7 +72,7 @@ def test_ends_events_and_failures():
     found = mbs.peak(system, motion, speed)
     end = motion.ts[jnp.isfinite(motion.ts)][-1]
     assert 0.1 < end < 0.3 and found.time[0] == end and jnp.isfinite(found.value).all()
-    failed = mbs.Motion(motion.ts, motion.states, jnp.asarray(codes.MAX_STEPS), motion.diagnostics)
+    failed = mbs.Motion(motion.ts, motion.states, jnp.asarray(codes.MAX_STEPS), motion.diagnostics, motion.end)
     assert np.isnan(mbs.peak(system, failed, speed).value).all()
 
 
