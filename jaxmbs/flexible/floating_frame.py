@@ -62,7 +62,7 @@ def floating_frame(
     """
     s = substructure
     outer = interface_rows(s, interfaces)
-    rigid = _rigid_motions(s, interfaces[0])
+    rigid = rigid_motions(s, s.positions[s.nodes.index(interfaces[0])])
     _check_free(s.stiffness, rigid)
     if len(outer) == s.num_rows:
         reduced = physical(s.stiffness, s.mass, outer, s.damping)
@@ -119,17 +119,17 @@ def interface_rows(s: Substructure, interfaces) -> tuple[int, ...]:
     return tuple(places[name, d] for name in interfaces for d in DIRECTIONS)
 
 
-def _directions(s: Substructure):
+def directions(s: Substructure):
     """Node and direction of every row; -1 where it has none (a modal coordinate)."""
     names = {name: i for i, name in enumerate(s.nodes)}
     node = np.array([names[name] if d else -1 for name, d in s.coordinates])
     return node, np.array([DIRECTIONS.index(d) if d else -1 for _, d in s.coordinates])
 
 
-def _rigid_motions(s: Substructure, first):
-    """(n, 6): rotations about and translations of the first interface; modal coordinates stay at rest."""
-    node, direction = _directions(s)
-    arms = s.positions - s.positions[s.nodes.index(first)][None]
+def rigid_motions(s: Substructure, about):
+    """(n, 6): rotations about a point (3,) and translations; modal coordinates stay at rest."""
+    node, direction = directions(s)
+    arms = s.positions - about[None]
     turning = -jax.vmap(skew)(arms)  # columns e_d x arm
     eye = jnp.broadcast_to(jnp.eye(3, dtype=arms.dtype), turning.shape)
     motions = jnp.concatenate(
@@ -140,7 +140,7 @@ def _rigid_motions(s: Substructure, first):
 
 def turned(s: Substructure, shapes):
     """(3, n, m): `e_a x u` of the translations u of every node in the shapes (n, m), for the axes a = x, y, z."""
-    node, direction = _directions(s)
+    node, direction = directions(s)
     moves = (direction >= 0) & (direction < 3)
     u = jnp.zeros((len(s.nodes), 3, shapes.shape[1]), shapes.dtype)
     u = u.at[node[moves], direction[moves]].set(shapes[moves])

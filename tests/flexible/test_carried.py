@@ -1,0 +1,128 @@
+"""Loads of a mechanism's motion on the finite elements of its rigid bodies."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.elements import PointMass
+from jaxmbs.flexible import carried_loads, mass_properties
+from jaxmbs.flexible.floating_frame import rigid_motions
+from jaxmbs.structures import Structure, Substructure, body_load, check, collect
+from jaxmbs.substructures import couple, physical, stacked
+from tests.flexible.beams import beam_structure, random_state
+from tests.mechanisms import rotation_about
+
+TILT = np.array([[2.0, 0.3, -0.2], [0.3, 1.0, 0.1], [-0.2, 0.1, 1.5]]) * 1e-2
+LENGTH, LAST = 0.5, "3"
+ENDS = (*range(6), *range(18, 24))  # rows of the first and the last node
+
+
+def piece(scale=1.0, bob=True):
+    """A beam along x; its second node carries an eccentric mass with inertia of its own."""
+    beam = beam_structure(LENGTH, 3, area=4e-4 * scale)
+    mass = PointMass(0.7, offset=(0.02, 0.1, -0.05), inertia=TILT)
+    groups = {"beam": (beam.groups["beam"].element, [(0, 1), (1, 2), (2, 3)])}
+    return Structure(beam.positions, groups | ({"bob": (mass, [(1,)])} if bob else {}))
+
+
+def arm(components, turn=None):
+    """Two pieces welded together, on a ball joint; a tool on a pin with a motor."""
+    b = mbs.SystemBuilder(gravity=(0.3, -9.81, 0.5))
+    for k, component in enumerate(components):
+        mass, centre, inertia = mass_properties(component)
+        b.body(f"piece{k}", mass=mass, com=centre, inertia=inertia)
+    b.body("tool", mass=1.3, com=(0.1, 0.05, 0.0), inertia=(0.01, 0.02, 0.03))
+    end = (LENGTH, 0.0, 0.0)
+    b.joint("hub", mbs.Spherical(), "ground", "piece0")
+    b.joint("weld", mbs.Weld(), "piece0", "piece1", parent_frame=end if turn is None else mbs.Pose(end, turn))
+    b.joint("wrist", mbs.Revolute("y"), "piece1", "tool", parent_frame=end, child_frame=(0.0, 0.02, 0.0))
+    b.force("motor", mbs.Actuator(lambda t, x, v: 3.0), joint="wrist")
+    return b.build()
+
+
+PLACES = {
+    "piece0": {"hub": ("piece0", "0"), "weld": ("piece0", LAST)},
+    "piece1": {"weld": ("piece1", "0"), "wrist": ("piece1", LAST)},
+}
+
+
+@pytest.mark.parametrize("body", list(PLACES))
+@pytest.mark.parametrize("method", ["dense", "block-sparse"])
+def test_loads_of_a_body_are_in_balance(body, method):
+    """Fast spatial motion, axes turned against each other: weight, inertia and all joints sum to nothing."""
+    component = Substructure.of(piece())
+    system = arm([component, component], rotation_about((1.0, 2.0, -1.0), 0.9))
+    state = random_state(system, speed=5.0)
+    load = carried_loads(system, state, {body: component}, PLACES[body], method)[body]
+    free = carried_loads(system, state, {body: component})[body]
+    motions = rigid_motions(component, jnp.array([0.1, 0.2, 0.3]))
+    assert np.abs(motions.T @ free).min() > 0.5
+    np.testing.assert_allclose(motions.T @ load, 0.0, atol=1e-10)
+
+
+def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
+    """The pieces coupled at the weld and held at the hub: the bond forces are those of multibody dynamics."""
+    component = Substructure.of(piece())
+    system = arm([component, component])
+    state = random_state(system, size=0.3, speed=4.0)
+    pair = {"piece0": component, "piece1": component}
+    loads = carried_loads(system, state, pair, {"wrist": ("piece1", LAST)})
+    parts = [physical(component.stiffness, component.mass, ENDS) for _ in pair]
+    found = couple([stacked(parts, [(-1, 0), (0, 1)], list(loads.values()))], jnp.zeros((2, 6)), "cholesky")
+    reactions = mbs.reactions(system, state, frame="joint")
+    for name, bond in (("hub", found.reactions[0][0, 0]), ("weld", found.reactions[0][1, 0])):
+        wanted = np.concatenate([reactions[name].force, reactions[name].moment])
+        np.testing.assert_allclose(bond, wanted, atol=1e-8 * np.abs(wanted).max())
+
+
+def test_at_rest_the_load_is_the_weight():
+    structure = piece()
+    component = Substructure.of(structure)
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    mass, centre, inertia = mass_properties(component)
+    b.body("part", mass=mass, com=centre, inertia=inertia)
+    b.joint("clamp", mbs.Weld(), "ground", "part")
+    system = b.build()
+    load = carried_loads(system, mbs.State.at(system), {"part": component})["part"]
+    wanted = collect(structure, body_load(structure, jnp.array([0.0, 0.0, -9.81])))
+    np.testing.assert_allclose(load, wanted, atol=1e-12)
+
+
+def test_mass_properties_against_the_check_of_the_substructure():
+    component = Substructure.of(piece())
+    mass, centre, inertia = mass_properties(component)
+    report = check(component, about=np.asarray(centre))
+    np.testing.assert_allclose(mass, report.mass, rtol=1e-12)
+    np.testing.assert_allclose(centre, report.centre, atol=1e-12)
+    np.testing.assert_allclose(inertia, report.inertia, atol=1e-12)
+
+
+def test_a_load_along_a_motion_and_its_gradient():
+    def bending(scale):
+        component = Substructure.of(piece(scale))
+        system = arm([component, component])
+        state = random_state(system, speed=3.0)
+        states = jax.tree.map(lambda x: jnp.stack([x, x]), state)
+        joints = {"hub": ("piece0", "0")}
+        load = carried_loads(system, states, {"piece0": component}, joints)["piece0"]
+        return jnp.sum(load[1] ** 2)
+
+    h = 1e-5
+    value = jax.jit(bending)
+    slope = jax.jit(jax.grad(bending))(1.0)
+    np.testing.assert_allclose(slope, (value(1.0 + h) - value(1.0 - h)) / (2.0 * h), rtol=1e-7)
+
+
+def test_wrong_names_are_refused_in_one_report():
+    component = Substructure.of(piece(bob=False))
+    bare = Substructure(component.mass, component.stiffness, coordinates=component.coordinates)
+    system = arm([component, component])
+    state = mbs.State.at(system)
+    joints = {"hub": ("piece1", "0"), "elbow": ("piece1", "9"), "weld": ("piece7", "0")}
+    with pytest.raises(mbs.ModelError) as report:
+        carried_loads(system, state, {"piece1": component, "tool": bare, "nobody": component}, joints)
+    for words in ("'hub' is not on the body of 'piece1'", "no node '9'", "no such joint", "'piece7'", "'nobody'"):
+        assert words in str(report.value)
+    assert "needs the positions" in str(report.value)
