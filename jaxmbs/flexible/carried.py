@@ -1,4 +1,4 @@
-"""Loads of the motion of a mechanism on the finite elements of its rigid bodies: what a stress analysis starts from."""
+"""Loads of a mechanism's motion on the finite elements of its rigid bodies: what a stress analysis starts from."""
 
 from collections.abc import Mapping
 
@@ -60,7 +60,7 @@ def _check(system, components, joints):
     names = {name: ends for name, *ends in constraints.carriers(system)}
     for frame, component in components.items():
         if frame not in top.frame_index:
-            faults.append(f"component {frame!r}: there is no such frame or body; there are {', '.join(top.frame_names)}")
+            faults.append(f"component {frame!r}: no such frame or body; there are {', '.join(top.frame_names)}")
         if component.positions is None:
             faults.append(f"component {frame!r}: needs the positions of its nodes, Substructure(..., positions=...)")
     for name, (frame, node) in joints.items():

@@ -73,7 +73,7 @@ def result_code(result, states, diagnostics, ended, open_at_start):
 def without(ended, lost, states, diagnostics):
     """States and accounts (T, ...) with NaN at the times after an end, and at those that are lost.
 
-    What is lost becomes NaN by a product and not by `where`: its derivative must not be the zero of a branch not taken.
+    What is lost becomes NaN by a product and not by `where`: its derivative is not the zero of a branch not taken.
     """
     factor = jnp.where(lost, jnp.nan, 1.0).astype(states.coordinates.dtype)
 

@@ -47,8 +47,8 @@ class Diagnostics(eqx.Module):
 class Motion(eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
-    `end` is the state that the integrator reached, at its time `end.t` [s].  Of a motion that failed the states saved before are kept; those after
-    it are NaN, and so is every result and derivative that follows from them.
+    `end` is the state that the integrator reached, at its time `end.t` [s].  Of a motion that failed the states saved
+    before are kept; those after it are NaN, and so is every result and derivative that follows from them.
     """
 
     ts: Float[Array, " times"]
