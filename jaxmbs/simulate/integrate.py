@@ -223,13 +223,13 @@ def _motion(problem, start, y0, solution, ts, open_at_start, with_event, lands):
     What diffrax saved ends with the state that it reached, right after the last time before it.
     """
     saved, (psi, p, work) = solution.ts, solution.ys
+    if problem.formulation == "prescribed":
+        psi = lax.stop_gradient(psi)  # the constraints alone determine it, and its derivative
     count = jnp.sum(jnp.isfinite(saved))
     last = [jnp.sum(masked(jnp.arange(len(saved)) != count - 1, x, 0.0), axis=0) for x in (saved, psi, p)]
     if not with_event:
         saved = jnp.where(jnp.arange(len(ts)) < count - 1, ts, jnp.inf)
         psi, p, work = psi[:-1], p[:-1], work[:-1]
-    if problem.formulation == "prescribed":
-        psi = lax.stop_gradient(psi)  # the constraints alone determine it, and its derivative
     ended = ~jnp.isfinite(saved)  # after an event or a failure nothing is saved
 
     def sample(row):
