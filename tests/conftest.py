@@ -19,14 +19,18 @@ import jax
 import pytest
 from jaxtyping import install_import_hook
 
-install_import_hook("jaxmbs", "beartype.beartype")
-
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_compilation_cache_dir", str(Path(__file__).parent.parent / ".jax_cache"))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def pytest_configure(config):
+    # Types and shapes are checked in the quick tests; the checks make tracing an eighth longer.
+    if config.option.markexpr not in ("slow", "long"):
+        install_import_hook("jaxmbs", "beartype.beartype")
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -20,10 +20,14 @@ PACKAGES = {
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
 }
+LONG = ("batch_of_motions", "elastic_bodies")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PACKAGES)
+def _marked(name):
+    return pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.slow)
+
+
+@pytest.mark.parametrize("name", [_marked(name) for name in PACKAGES])
 def test_quick_run_writes_rows(name, tmp_path):
     for package in PACKAGES[name]:
         pytest.importorskip(package)

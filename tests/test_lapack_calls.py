@@ -48,8 +48,11 @@ def _check_compiled(function):
     assert all(matrices == 1 for _, matrices in calls), calls
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PROGRAMS)
+def _marked(name):
+    return pytest.param(name, marks=pytest.mark.slow if name == "simulate and reactions" else pytest.mark.long)
+
+
+@pytest.mark.parametrize("name", [_marked(name) for name in PROGRAMS])
 def test_compiled_programs(name):
     _check_compiled(PROGRAMS[name])
 
@@ -59,7 +62,7 @@ def test_compiled_gradient():
     _check_compiled(jax.grad(_loads))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.xfail(reason="diffrax takes lineax's own LU for the derivative of a stage, and no other", strict=True)
 def test_gradient_of_an_implicit_motion():
     """The one program known to hand LAPACK batches: map over its lanes instead (`jax.lax.map`)."""

@@ -183,7 +183,8 @@ SLOW = {
     "ring of 12": lambda: closed_ring(12),
     "beams that fly": lambda: _with(chain_of_beams(3, mbs.Spherical(), gravity=DOWN_Y, elements=2)[0]),
 }
-
+LONG = ("random", "spatial", "open tree", "slider-crank", "slider-crank, driven", "five windows", "table on planes")
+LONG += ("Gough platform", "half car", "car axis", "knife edge", "sleigh", "beams that fly")
 
 #: Where the dense way itself has fewer digits: its residual there is 1e-7 of the load on the ring, ours 1e-14.
 LOOSER = {"singular pose": 1e-8, "ring of 12": 1e-6}
@@ -207,7 +208,11 @@ def assert_same(system, motion, rtol=1e-9, **options):
     assert np.all(sparse.residual <= 1e-9 * scale)
 
 
-@pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
+def _marked(name):
+    return pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.slow)
+
+
+@pytest.mark.parametrize("name", [*QUICK, *(_marked(name) for name in SLOW)])
 def test_as_the_dense_way(name):
     assert_same(*(QUICK | SLOW)[name](), rtol=LOOSER.get(name, 1e-9))
 

@@ -133,7 +133,7 @@ def roller_racer(looped):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loop_rolling_and_drive_together():
     """The loop through a joint that restricts nothing changes no motion, and the blades' forces neither."""
     systems = [roller_racer(looped) for looped in (False, True)]

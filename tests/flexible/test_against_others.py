@@ -14,8 +14,6 @@ from jaxmbs.flexible import displacements
 
 from .beams import chain_of_beams, elastic_beam
 
-pytestmark = pytest.mark.slow
-
 PIN = mbs.Revolute(axis="z")
 
 
@@ -78,6 +76,7 @@ def turned_beam(parts, **options):
     return np.einsum("tji,tj->ti", R, x)[:, 1:], system, motion
 
 
+@pytest.mark.long
 def test_one_body_turned_about_two_axes():
     deflection, system, motion = turned_beam(1, elements=8, num_modes=4)
     base = mbs.reactions(system, motion, frame="joint")["weld0"]
@@ -86,6 +85,7 @@ def test_one_body_turned_about_two_axes():
     np.testing.assert_allclose(loads, SINGLE[:, 2:], atol=1e-3 * 75.9)
 
 
+@pytest.mark.long
 def test_a_body_cut_in_two_is_nearer_to_large_deformation():
     """Stiffening by rotation enters between bodies: the error of one body, 2.0e-3, falls with the square of their
     number (four bodies: 1.4e-4)."""
@@ -107,6 +107,7 @@ def spin_up(t):
     return jnp.where(t < 15.0, 0.4 * (0.5 * t**2 + ripple), 6.0 * t - 45.0)
 
 
+@pytest.mark.slow
 def test_spin_up_of_a_beam():
     """The manoeuvre of Kane, Ryan and Banerjee (1987), with the beam of Simo and Vu-Quoc (1986); Exudyn's numbers.
 
@@ -121,6 +122,7 @@ def test_spin_up_of_a_beam():
     np.testing.assert_allclose(lag[1], -0.34225384, rtol=4e-3)
 
 
+@pytest.mark.long
 def test_flapping_of_a_rotating_beam():
     """First chordwise and flapwise frequency at the dimensionless speeds 2 and 6 of a beam cut in four.
 
@@ -141,6 +143,7 @@ def test_flapping_of_a_rotating_beam():
 
 
 # --------------------------------------------------------------------------------------------- rigid links
+@pytest.mark.long
 def test_a_fine_chain_of_rigid_links_with_springs():
     """A falling elastic pendulum is a pendulum of 60 links on hinge springs E I / link; the errors of the links
     are of second order."""
@@ -178,6 +181,7 @@ def crank_angle(t):
     return 150.0 * (0.05 * (2.5 * x**4 - 3.0 * x**5 + x**6) + jnp.maximum(t - 0.05, 0.0))
 
 
+@pytest.mark.slow
 def test_slider_crank_with_an_elastic_rod():
     """The rod of Simeon, Math. Modelling of Systems 2 (1996) 1-18, started smoothly; numbers of a single body."""
     side = 0.008

@@ -10,8 +10,6 @@ import jaxmbs as mbs
 
 from .beams import elastic_beam
 
-pytestmark = pytest.mark.slow
-
 DESIGN = {
     "length": np.array(0.8),
     "young": np.array(7e10),
@@ -52,6 +50,7 @@ def as_jax(design):
     return {name: jnp.asarray(value) for name, value in design.items()}
 
 
+@pytest.mark.slow
 def test_gradient_against_central_differences(value_and_gradient):
     _, found = value_and_gradient(as_jax(DESIGN))
     for name, x in DESIGN.items():
@@ -65,6 +64,7 @@ def test_gradient_against_central_differences(value_and_gradient):
         np.testing.assert_allclose(found[name] * x, wanted, rtol=1e-6, atol=1e-7, err_msg=name)
 
 
+@pytest.mark.long
 def test_a_batch_of_designs_is_single_runs(value_and_gradient):
     factors = jnp.array([0.9, 1.0, 1.2])
     designs = {name: x * factors for name, x in as_jax(DESIGN).items()}

@@ -95,7 +95,7 @@ def test_ball_and_spinning_bob():
     assert found.time % 0.05 > 1e-4
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_spikes_in_a_four_bar():
     """Loads of all pins of a fast four-bar, against a dense simulation; the slope of their sum by a mass."""
     like = four_bar()
