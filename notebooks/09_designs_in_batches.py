@@ -107,6 +107,7 @@ BONDS = tuple((k - 1, k) for k in range(PIECES))  # the first end is held at the
 names = [f"tube{k}" for k in range(PIECES)]
 
 
+@jax.vmap
 def tube(radius):
     area, inertia = jnp.pi * radius**2, jnp.pi * radius**4 / 4.0
     beam = Beam(7e10, 2.7e10, area, inertia, inertia, 2.0 * inertia, 2700.0, reference=(0, 1, 0))
@@ -129,7 +130,8 @@ def arm(tubes):
 
 def bond_forces(radii):
     """The coupled response along the motion, and the mechanism with its motion."""
-    tubes = [tube(r) for r in radii]
+    tubes = tube(radii)  # one Substructure, its matrices with an axis of pieces
+    tubes = [jax.tree.map(lambda x: x[k], tubes) for k in range(PIECES)]  # noqa: B023
     system = arm(tubes)
     motion = mbs.simulate(system, mbs.State.at(system), ts=jnp.linspace(0.05, 0.5, 10), rtol=1e-6, atol=1e-6)
     components = dict(zip(names, tubes, strict=True))
@@ -150,7 +152,7 @@ def arm_load(radii):
 
 
 spread = 1.0 + 0.1 * np.random.default_rng(1).uniform(-1.0, 1.0, (8, PIECES))
-arm_loads, better_arms = improve(arm_load, 0.02 * jnp.asarray(spread), 0.01, 0.04, rate=5e-4)
+arm_loads, better_arms = improve(arm_load, 0.02 * jnp.asarray(spread), 0.01, 0.04, rate=1e-3)
 for k in (0, -1):
     print("moment at the hub and deflection:", np.round(arm_loads[k], 2))
 

@@ -1,4 +1,4 @@
-"""What the library is for, from designs to better designs: the notebook's two pages and the README's second example."""
+"""What the library is for, designs to better designs: the notebook's two pages and the README's second example."""
 
 import re
 import runpy
@@ -17,7 +17,7 @@ NOTEBOOK = FOLDER / "notebooks" / "09_designs_in_batches.py"
 @pytest.fixture(scope="module")
 def page():
     plt.switch_backend("Agg")
-    with jax.numpy_dtype_promotion("standard"):
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
         yield runpy.run_path(str(NOTEBOOK))
     plt.close("all")
 
@@ -29,15 +29,15 @@ def differences(function, design, h):
     return (value(design + shifts) - value(design - shifts)) / (2.0 * h)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["pin_load", "arm_load"])
 def test_twenty_steps_improve_all_eight_designs(page, name):
     values = page[f"{name}s"]
     assert values.shape == (20, 8) and np.all(np.isfinite(values))
-    assert np.all(values[-1] < 0.97 * values[0])
+    assert np.all(values[-1] < 0.98 * values[0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name, designs, h", [("pin_load", "linkages", 1e-4), ("arm_load", "better_arms", 1e-6)])
 def test_the_slopes_are_those_of_differences(page, name, designs, h):
     with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
@@ -46,7 +46,7 @@ def test_the_slopes_are_those_of_differences(page, name, designs, h):
     np.testing.assert_allclose(slope, found, rtol=1e-4, atol=1e-4 * np.abs(found).max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bonds_of_the_elements_carry_the_reactions_of_the_mechanism(page):
     assert page["difference"] < 1e-7 * np.abs(page["both"]).max()
 
@@ -55,6 +55,6 @@ def test_bonds_of_the_elements_carry_the_reactions_of_the_mechanism(page):
 def test_the_second_example_of_the_readme_runs():
     blocks = re.findall(r"```python\n(.*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     found = {}
-    with jax.numpy_dtype_promotion("standard"):
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
         exec("import jax\nimport jaxmbs as mbs\n" + blocks[1], found)
     assert found["values"].shape == (8,) and np.all(np.isfinite(found["values"]))

@@ -112,7 +112,7 @@ def gaps(system, state):
     }
 
 
-@pytest.mark.parametrize("model", [tree, pytest.param(loop, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("model", [tree, pytest.param(loop, marks=pytest.mark.long)])
 @MANY
 @given(seed=SEEDS)
 def test_power_momentum_and_influence_coefficients(model, seed):
@@ -188,7 +188,7 @@ def slopes(system, state, direction):
     return forward, reverse, (8 * (at[0] - at[1]) - (at[2] - at[3])) / (12 * h)
 
 
-@pytest.mark.parametrize("model", [tree, pytest.param(loop, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("model", [tree, pytest.param(loop, marks=pytest.mark.long)])
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(seed=SEEDS)
 def test_derivatives_by_mass(model, seed):

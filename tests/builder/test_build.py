@@ -114,7 +114,7 @@ def _sprung(law_on_every_joint, at=False):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("at", [False, True], ids=["frames", "at"])
 def test_laws_on_every_joint_of_a_loop_split_a_body(at):
     plain, split = _sprung(False), _sprung(True, at=at)

@@ -48,8 +48,13 @@ def _ends(function, system, motion):
 WHEEL = pytest.param(models.car_axis_with_wheel, marks=pytest.mark.slow)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("build", [models.car_axis, WHEEL])
+@pytest.mark.parametrize(
+    "build",
+    [
+        pytest.param(models.car_axis, marks=pytest.mark.slow),
+        pytest.param(models.car_axis_with_wheel, marks=pytest.mark.long),
+    ],
+)
 def test_motion(build):
     system = build()
     motion = _motion(system)

@@ -71,7 +71,7 @@ def test_one_turn_per_second():
     check(coordinates(system, motion, "left"), COORDINATES[:, 2:], 1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slow_shaft():
     system = models.flyball_governor()
     motion = run(system, _start(system, 0.16 * 2 * np.pi), TIMES, **STIFF)

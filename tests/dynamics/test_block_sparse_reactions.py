@@ -184,7 +184,7 @@ SLOW = {
     "beams that fly": lambda: _with(chain_of_beams(3, mbs.Spherical(), gravity=DOWN_Y, elements=2)[0]),
 }
 LONG = ("random", "spatial", "open tree", "slider-crank", "slider-crank, driven", "five windows", "table on planes")
-LONG += ("Gough platform", "half car", "car axis", "knife edge", "sleigh", "beams that fly")
+LONG += ("Gough platform", "half car", "car axis", "knife edge", "sleigh", "beams that fly", "beams", "Bennett")
 
 #: Where the dense way itself has fewer digits: its residual there is 1e-7 of the load on the ring, ours 1e-14.
 LOOSER = {"singular pose": 1e-8, "ring of 12": 1e-6}

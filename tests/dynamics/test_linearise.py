@@ -192,7 +192,7 @@ def test_unknown_names():
         mbs.linearise(system, mbs.State.at(system), inputs=("road",))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_drive_of_a_planar_loop_is_released():
     """Redundant out of its plane, yet its drive is not: the crank becomes the independent coordinate."""
     system = four_bar(drive=mbs.Polynomial([0.7, 2.0]))

@@ -55,7 +55,7 @@ def test_a_sphere_on_an_incline_takes_five_sevenths_of_the_slope():
     np.testing.assert_allclose(force, 3.0 * G * np.array([-2.0 / 7.0 * np.sin(slope), 0.0, np.cos(slope)]), rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_ball_on_a_turntable_goes_in_circles_at_two_sevenths_of_its_rate():
     """The centre obeys v' = (2/7) Omega x v: one circle in 3.5 turns of the table."""
     rate = 3.0
@@ -103,7 +103,7 @@ def test_a_disk_rolls_steadily_on_a_circle():
     np.testing.assert_allclose(motion.states.coordinates[:, 2], r * np.cos(lean), atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_blade_as_rows_of_the_user():
     """`VelocityRows` on the coordinates give the motion of the `KnifeEdge`."""
     ends = []

@@ -32,7 +32,7 @@ def sprung_four_bar(preload=0.3):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_total_is_the_hessian_on_the_constraint_manifold():
     """Second derivative of the potential along assembled positions of one independent coordinate."""
     system = sprung_four_bar()

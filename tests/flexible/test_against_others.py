@@ -181,7 +181,7 @@ def crank_angle(t):
     return 150.0 * (0.05 * (2.5 * x**4 - 3.0 * x**5 + x**6) + jnp.maximum(t - 0.05, 0.0))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slider_crank_with_an_elastic_rod():
     """The rod of Simeon, Math. Modelling of Systems 2 (1996) 1-18, started smoothly; numbers of a single body."""
     side = 0.008

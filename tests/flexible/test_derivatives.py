@@ -50,7 +50,7 @@ def as_jax(design):
     return {name: jnp.asarray(value) for name, value in design.items()}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_against_central_differences(value_and_gradient):
     _, found = value_and_gradient(as_jax(DESIGN))
     for name, x in DESIGN.items():

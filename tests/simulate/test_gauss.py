@@ -161,8 +161,8 @@ def damped():
     "mode, newton",
     [
         ("forward", False),
-        pytest.param("reverse", False, marks=pytest.mark.slow),
-        pytest.param("forward", True, marks=pytest.mark.slow),
+        pytest.param("reverse", False, marks=pytest.mark.long),
+        pytest.param("forward", True, marks=pytest.mark.long),
     ],
 )
 def test_derivatives(damped, mode, newton):
