@@ -157,8 +157,7 @@ for k in (0, -1):
     print("moment at the hub and deflection:", np.round(arm_loads[k], 2))
 
 # %% [markdown]
-# The bond at the hub carries what multibody dynamics finds there; here the moment the motor does not hold, about x
-# and z, and the force.
+# The bond at the hub carries what multibody dynamics finds there, all three forces and all three moments.
 
 # %%
 coupled, system, motion = jax.jit(bond_forces)(better_arms[0])

@@ -29,8 +29,9 @@ def carried_loads(system: System, motion, components: Mapping, joints: Mapping |
             All joints of a body given, and no other forces on it, its loads are in balance.
         method: of the reactions, as in `reactions`.
 
-    Returns: frame -> loads (..., n) [N, N m] on the component's coordinates, in the frame's axes; directions that a
-    node has no coordinate for take none.  Inertia is that of the component's own mass matrix, its resultants exact.
+    Returns: frame -> loads (..., n) [N, N m] on the component's coordinates, in the frame's axes.  Directions that a
+    node has no coordinate for take none: for a joint on a solid, give its node six coordinates by `rigid_node`.
+    Inertia is that of the component's own mass matrix, its resultants exact.
 
     Raises: ModelError for unknown names, a joint that the frame's body does not have, or no positions; all in one.
     Source: S1 (3), (18); S2 (28)-(29).
@@ -45,7 +46,12 @@ def carried_loads(system: System, motion, components: Mapping, joints: Mapping |
 
 def mass_properties(component: Substructure):
     """Mass () [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a free component: `SystemBuilder.body`
-    takes them.  Source: S1 (3)."""
+    takes them.
+
+    Raises: ModelError for a component without the positions of its nodes.  Source: S1 (3).
+    """
+    if component.positions is None:
+        raise ModelError(["mass properties need the positions of the nodes: Substructure(..., positions=...)"])
     B = rigid_motions(component, jnp.zeros(3, component.positions.dtype))
     J = B.T @ component.mass @ B
     mass = jnp.trace(J[3:, 3:]) / 3.0
@@ -138,7 +144,7 @@ def _of_joint(system, geo, wrench, name, frame, component, node):
     R, place = geo.R[index], component.positions[component.nodes.index(node)]
     force, moment = (sign * R.T @ w for w in wrench)
     moment = moment + jnp.cross(R.T @ (geo.x[ends[1]] - geo.x[index]) - place, force)
-    at = jnp.asarray([name == node for name in component.nodes], force.dtype)
+    at = jnp.asarray([other == node for other in component.nodes], force.dtype)
     return _rows(component, jnp.outer(at, force), jnp.outer(at, moment))
 
 

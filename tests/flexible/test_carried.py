@@ -126,3 +126,5 @@ def test_wrong_names_are_refused_in_one_report():
     for words in ("'hub' is not on the body of 'piece1'", "no node '9'", "no such joint", "'piece7'", "'nobody'"):
         assert words in str(report.value)
     assert "needs the positions" in str(report.value)
+    with pytest.raises(mbs.ModelError, match="positions of the nodes"):
+        mass_properties(bare)
