@@ -8,6 +8,7 @@ import numpy as np
 
 import jaxmbs as mbs
 
+IMPOSSIBLE = 0.1  # share of designs whose ground is too long
 LENGTHS = {"crank": 0.2, "coupler": 0.5, "rocker": 0.4, "ground": 0.5}
 BARS = ("crank", "coupler", "rocker")
 START, END, SAVED = 0.3, 1.0, 101  # crank angle [rad], end [s], saved states
@@ -19,9 +20,10 @@ SOLVERS = {  # and whether its steps pass over saved times
 
 
 def table(number, seed=0):
-    """Lengths within 20 % [m], masses as large as the lengths [kg]."""
+    """Lengths within 20 % [m], masses as large as the lengths [kg]; one design in ten cannot be assembled."""
     random = np.random.default_rng(seed)
     lengths = {name: length * random.uniform(0.8, 1.2, number) for name, length in LENGTHS.items()}
+    lengths["ground"] *= np.where(random.uniform(size=number) < IMPOSSIBLE, 4.0, 1.0)
     return lengths | {f"{name} mass": lengths[name].copy() for name in BARS}
 
 
@@ -42,10 +44,20 @@ def build(design, like=None):
 NOMINAL = build(LENGTHS | {f"{name} mass": LENGTHS[name] for name in BARS})
 
 
+def begin(design):
+    """The mechanism and its state at rest."""
+    system = build(design, like=NOMINAL)
+    return system, mbs.State.at(system, A=START)
+
+
+def feasible(row):
+    """Whether the bars reach each other."""
+    return begin(row["bars"])[1].ok
+
+
 def run(design, solver, rtol):
     """One motion from rest, saved at 101 times."""
-    system = build(design, like=NOMINAL)
-    start = mbs.State.at(system, A=START)
+    system, start = begin(design)
     method, over = SOLVERS[solver]
     options = {"rtol": rtol, "atol": rtol, "solver": method, "interpolate": over}
     return system, start, mbs.simulate(system, start, ts=jnp.linspace(0.0, END, SAVED), **options)

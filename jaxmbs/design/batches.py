@@ -4,17 +4,18 @@ import math
 import os
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, PyTree
 from tqdm import tqdm
 
+from jaxmbs.design.chunks import Chunks
 from jaxmbs.design.lanes import lanes_of, whole
-from jaxmbs.design.status import NOT_RUN, status_text, succeeded
-from jaxmbs.design.table import is_traced, length, read_designs, rows
+from jaxmbs.design.status import INFEASIBLE, NOT_RUN, lane_cost, status_text, succeeded
+from jaxmbs.design.table import is_traced, length, read_designs
 from jaxmbs.errors import BatchError
 
 #: Designs side by side: on the CPU as cheap each as 64, cheaper than 16 or 128 (benchmarks/batch_of_motions.py).
@@ -26,12 +27,16 @@ class Batch(eqx.Module):
 
     Attributes:
         values: like one result of the function, with a leading axis B; arrays of the host (NumPy), or traced ones.
-        status: codes (B,): result codes of a `Motion`, -1 for designs that were not run.
-        seconds: wall time of the run () [s] after compilation; nan when traced.
+        status: codes (B,): result codes of a `Motion`, -1 for designs that were not run, -2 for infeasible ones.
+        cost: of each design (B,): by default the integrator's steps.
+        computed: cost of all lanes (), waiting ones included; over the sum of `cost`: the price of lockstep.
+        seconds: wall time of the run () [s] after compilation; nan when traced, like `computed`.
     """
 
     values: PyTree
     status: Int[Array, "..."] | Int[np.ndarray, "..."]
+    cost: Float[Array, "..."] | Float[np.ndarray, "..."]
+    computed: float | Float[Array, "..."] = math.nan
     seconds: float | Float[Array, "..."] = math.nan
 
     @property
@@ -40,11 +45,13 @@ class Batch(eqx.Module):
         return succeeded(self.status)
 
     def summary(self) -> str:
-        """How many designs ended in which way, and how many ran each second (concrete batches)."""
+        """How many designs ended in which way, how many ran each second, and the lane steps computed for each that
+        was needed (concrete batches)."""
         status = np.asarray(self.status)
         codes, counts = np.unique(status, return_counts=True)
-        ran = np.count_nonzero(status != NOT_RUN)
+        ran, needed = np.count_nonzero(status > NOT_RUN), np.sum(self.cost, where=self.ok)
         rate = f", {ran / self.seconds:.3g} designs/s" if self.seconds > 0 else ""
+        rate += f", lane steps computed / needed {self.computed / needed:.2f}" if needed and self.computed > 0 else ""
         lines = [f"{count:8d}  {status_text(int(code))}" for code, count in zip(codes, counts, strict=True)]
         return "\n".join([f"{status.size} designs, {np.count_nonzero(self.ok)} ok{rate}", *lines])
 
@@ -59,6 +66,8 @@ def batch(
     chunk: int | None = None,
     progress: bool = True,
     devices: Sequence[jax.Device] | None = None,
+    feasible: Callable[[PyTree], bool] | None = None,
+    cost: Callable[[PyTree], float] = lane_cost,
 ) -> Batch:
     """Evaluate a function for many designs, of which some may fail.
 
@@ -75,6 +84,11 @@ def batch(
             256 MB of working memory.
         progress: show a progress bar (not when traced).
         devices: spread every chunk over these devices of this host, e.g. `jax.devices()`.
+        feasible: cheap function of one design to whether it is worth running, e.g. `lambda d: mbs.State.at(build(d),
+            A=0.3).ok`; the designs that it refuses take no lane, their results are nan.
+        cost: function of one result to the work it took; by default the steps of all motions in it.  A chunk is as
+            dear as its dearest design, so designs are grouped by what those like them have cost.  Where no motion is
+            returned, return its steps: `cost=lambda values: values["steps"]`.
 
     Raises:
         TypeError, ValueError: naming the column, for designs that are no numbers or differ in length; no designs.
@@ -84,19 +98,43 @@ def batch(
         raise ValueError(f"chunk must be at least 1, got {chunk}")
     designs, devices = read_designs(designs), tuple(devices or ())
     with tqdm(total=length(designs), desc="batch: compiling", unit=" designs", disable=not progress) as bar:
-        lanes = lanes_of(function, designs)
+        lanes = lanes_of(function, designs, cost)
         if lanes.is_traced or is_traced(designs):
             bar.disable = True
-            return Batch(*lanes.in_turn(designs, chunk or CHUNK))
+            return _traced(lanes, designs, chunk or CHUNK, feasible)
         threads = 1 if devices else _threads()
         if chunk is None:
             program, chunk = lanes.fitting(whole(_share(length(designs), threads), devices), devices)
         else:
             chunk = whole(chunk, devices)
             program = lanes.program(chunk, devices)
+        good = np.full(length(designs), True)
+        if feasible is not None:
+            good = np.asarray(batch(feasible, designs, progress=False, devices=devices).values, bool)
         bar.set_description("batch")
         bar.reset()
-        return _run(program, chunk, designs, lanes, threads, bar)
+        return _run(Chunks(program, chunk, max(len(devices), 1), threads, designs, lanes), lanes, good, bar)
+
+
+def _run(chunks, lanes, good, bar) -> Batch:
+    begin = time.perf_counter()
+    error = chunks.run(good, bar)
+    found = Batch(*lanes.named(chunks.results), chunks.computed, time.perf_counter() - begin)
+    if error is not None:
+        raise BatchError(f"the batch stopped early: {error!r}\n{found.summary()}", found) from error
+    return found
+
+
+def _traced(lanes, designs, chunk, feasible) -> Batch:
+    """All designs run; of infeasible ones the results become nan by a product, so that their derivatives do too."""
+    values, status, cost = lanes.in_turn(designs, chunk)
+    if feasible is not None:
+        good = jnp.asarray(batch(feasible, designs, progress=False).values, bool)
+        factor = jnp.where(good, 1.0, jnp.nan)
+        spoil = lambda x: x * factor.reshape(-1, *[1] * (x.ndim - 1)).astype(x.dtype)  # noqa: E731
+        values = jax.tree.map(lambda x: spoil(x) if jnp.issubdtype(x.dtype, jnp.inexact) else x, values)
+        status = jnp.where(good, status, INFEASIBLE)
+    return Batch(values, status, cost)
 
 
 def _threads() -> int:
@@ -107,42 +145,3 @@ def _threads() -> int:
 def _share(number: int, threads: int) -> int:
     """Power of two that gives each thread its share, up to `CHUNK`."""
     return min(CHUNK, 2 ** math.ceil(math.log2(math.ceil(number / threads))))
-
-
-def _run(program, chunk, designs, lanes, threads, bar) -> Batch:
-    """All chunks on the threads; results land in their places, whichever chunk ends first."""
-    number, begin = length(designs), time.perf_counter()
-    results = [_empty(number, x) for x in jax.tree.leaves(lanes.shape)]
-    results[-1][:] = NOT_RUN
-
-    def run(start):
-        index = np.arange(start, min(start + chunk, number))
-        padded = np.minimum(np.arange(start, start + chunk), number - 1)
-        for whole_, part in zip(results, program(*jax.tree.leaves(rows(designs, padded))), strict=True):
-            whole_[index] = np.asarray(part)[: len(index)]
-        return len(index)
-
-    error = _in_threads(run, range(0, number, chunk), threads, bar)
-    found = Batch(*lanes.named(results), time.perf_counter() - begin)
-    if error is not None:
-        raise BatchError(f"the batch stopped early: {error!r}\n{found.summary()}", found) from error
-    return found
-
-
-def _in_threads(run, starts, threads, bar):
-    """Call `run` for every start; the first error or interrupt, after the calls under way have ended, else None."""
-    with ThreadPoolExecutor(threads) as pool:
-        calls = [pool.submit(run, start) for start in starts]
-        try:
-            for call in as_completed(calls):
-                bar.update(call.result())
-        except (Exception, KeyboardInterrupt) as error:
-            pool.shutdown(wait=True, cancel_futures=True)
-            return error
-    return None
-
-
-def _empty(number: int, one) -> np.ndarray:
-    """Array for the results of all designs, nan where it can be."""
-    fill = np.nan if jax.dtypes.issubdtype(one.dtype, np.inexact) else 0
-    return np.full((number, *one.shape), fill, one.dtype)

@@ -1,4 +1,4 @@
-"""A function of one design, traced once, and its programs for many designs side by side."""
+"""A function of one design, traced once with its status and cost, and its programs for many designs side by side."""
 
 import math
 import weakref
@@ -12,7 +12,7 @@ from jax.extend.core import jaxpr_as_fun
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import PyTree
 
-from jaxmbs.design.status import lane_status
+from jaxmbs.design.status import lane_cost, lane_status
 from jaxmbs.design.table import length, row_shape, rows
 
 MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
@@ -20,16 +20,17 @@ _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
 
 class Lanes:
-    """The jaxpr of a function of one design with its status, and the programs compiled from it so far.
+    """The jaxpr of a function of one design with its status and cost, and the programs compiled from it so far.
 
     Attributes:
-        shape: (values, status) of one design as abstract arrays.
+        shape: (values, status, cost) of one design as abstract arrays.
     """
 
-    def __init__(self, function: Callable, design: PyTree):
+    def __init__(self, function: Callable, cost: Callable, design: PyTree):
         def lane(design):
             values = function(design)
-            return values, lane_status(values)
+            work = lax.stop_gradient(jnp.nan_to_num(jnp.asarray(cost(values), float)))
+            return values, lane_status(values), work
 
         self.__name__ = getattr(function, "__name__", "batch")  # of the compiled program, in the messages of XLA
         self._jaxpr, self.shape = jax.make_jaxpr(lane, return_shape=True)(design)
@@ -41,11 +42,11 @@ class Lanes:
         return any(isinstance(x, jax.core.Tracer) for x in self._jaxpr.consts)
 
     def __call__(self, *columns):
-        """Leaves of (values, status) of the designs whose leaves are the columns (n, ...), all at once."""
+        """Leaves of (values, status, cost) of the designs whose leaves are the columns (n, ...), all at once."""
         return jax.vmap(jaxpr_as_fun(self._jaxpr))(*columns)
 
     def in_turn(self, designs: PyTree, chunk: int) -> PyTree:
-        """(values, status) of traced designs (B, ...), chunk by chunk; a gradient holds the memory of one chunk."""
+        """(values, status, cost) of traced designs (B, ...), by chunks; a gradient holds the memory of one."""
         number = math.ceil(length(designs) / chunk)
         if number == 1:
             return self.named(self(*jax.tree.leaves(designs)))
@@ -55,7 +56,7 @@ class Lanes:
         return self.named([x.reshape(-1, *x.shape[2:])[: length(designs)] for x in flat])
 
     def named(self, leaves: list) -> PyTree:
-        """(values, status) from its leaves."""
+        """(values, status, cost) from its leaves."""
         return jax.tree.unflatten(jax.tree.structure(self.shape), leaves)
 
     def program(self, chunk: int, devices: tuple = ()):
@@ -82,16 +83,16 @@ class Lanes:
         return jax.jit(function).lower(*columns).compile()
 
 
-def lanes_of(function: Callable, designs: PyTree) -> Lanes:
-    """The lanes of a function, from the cache if it met designs of this kind before."""
+def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost) -> Lanes:
+    """The lanes of a function and of the cost of its values, from the cache if it met designs of this kind before."""
     row = row_shape(designs)
     leaves, structure = jax.tree.flatten(row)
-    key = structure, tuple((x.shape, x.dtype) for x in leaves)
+    key = cost, structure, tuple((x.shape, x.dtype) for x in leaves)
     try:
         known = _CACHE.setdefault(function, {})
     except TypeError:  # neither hashable nor weakly held
         known = {}
-    lanes = known.get(key) or Lanes(function, row)
+    lanes = known.get(key) or Lanes(function, cost, row)
     if not lanes.is_traced:
         known[key] = lanes
     return lanes

@@ -1,4 +1,4 @@
-"""How each design of a batch ended."""
+"""How each design of a batch ended, and what it cost."""
 
 import jax
 import jax.numpy as jnp
@@ -6,12 +6,13 @@ import jax.numpy as jnp
 from jaxmbs.kinematics.state import State
 from jaxmbs.simulate.motion import EVENT, NOT_ASSEMBLED, NOT_FINITE, STATUS, SUCCESS, Motion
 
-NOT_RUN = -1
+NOT_RUN, INFEASIBLE = -1, -2
+_TEXT = {NOT_RUN: "not run", INFEASIBLE: "refused by `feasible`, not run"}
 
 
 def status_text(code: int) -> str:
     """A status code in words."""
-    return "not run" if code == NOT_RUN else STATUS[code]
+    return _TEXT.get(code) or STATUS[code]
 
 
 def succeeded(status):
@@ -30,6 +31,12 @@ def lane_status(values):
     worst = jnp.max(jnp.stack([jnp.asarray(SUCCESS, jnp.int32), *codes]))
     finite = jnp.stack([jnp.asarray(True), *(_finite(part) for part in parts if not isinstance(part, Motion))])
     return jnp.where((worst == SUCCESS) & ~jnp.all(finite), NOT_FINITE, worst)
+
+
+def lane_cost(values):
+    """Steps () of all motions among what the function returned for one design, rejected ones included."""
+    motions = [x for x in jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion)) if isinstance(x, Motion)]
+    return sum((jnp.sum(m.diagnostics.num_steps + m.diagnostics.num_rejected) for m in motions), jnp.zeros((), int))
 
 
 def _code(part):

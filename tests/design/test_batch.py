@@ -15,7 +15,7 @@ from jax import numpy as jnp
 
 import jaxmbs as mbs
 from jaxmbs.design import batches, lanes
-from jaxmbs.design.status import NOT_RUN, lane_status
+from jaxmbs.design.status import INFEASIBLE, NOT_RUN, lane_cost, lane_status
 from jaxmbs.simulate import motion as codes
 
 batch = functools.partial(mbs.batch, progress=False)
@@ -162,6 +162,8 @@ def test_status_is_the_worst_of_the_motions():
     assert lane_status([fake(codes.EVENT), jnp.nan]) == codes.EVENT  # unused entries after the event
     assert lane_status([fake(codes.SUCCESS), jnp.nan]) == codes.NOT_FINITE
     assert lane_status({"name": 3, "none": None}) == codes.SUCCESS
+    steps = _motion().diagnostics.num_steps
+    assert steps > 0 and lane_cost([_motion(), {"again": _motion()}, 7.0]) == 2 * steps
 
 
 @functools.cache
@@ -209,6 +211,52 @@ def test_runs_in_another_thread():
     thread.start()
     thread.join()
     assert found[0].ok.all()
+
+
+# ------------------------------------------------------------------------------------- infeasible and dear designs
+def countdown(design):
+    """A loop as long as the design is dear."""
+    return jax.lax.while_loop(lambda x: x[0] < design["n"], lambda x: (x[0] + 1, x[1] + jnp.sin(x[1])), (0.0, 0.1))
+
+
+def test_designs_of_like_cost_share_a_chunk():
+    random = np.random.default_rng(3)
+    designs = {"n": random.integers(1, 100, 1500).astype(float), "other": random.normal(size=1500)}
+    plain = batch(countdown, designs, chunk=8)
+    grouped = batch(countdown, designs, chunk=8, cost=lambda values: values[0])
+    np.testing.assert_array_equal(grouped.values[1], plain.values[1])
+    np.testing.assert_array_equal(grouped.cost, designs["n"])
+    assert plain.computed == 0.0  # nothing that it returned is known to be work
+    blind = 8 * designs["n"][: 8 * (1500 // 8)].reshape(-1, 8).max(axis=1).sum()
+    assert grouped.computed < 1.15 * designs["n"].sum() < 0.7 * blind
+    assert f"computed / needed {grouped.computed / designs['n'].sum():.2f}" in grouped.summary()
+
+
+def test_infeasible_designs_take_no_lane():
+    designs = table(50)
+    seen = []
+    found = batch(
+        lambda d: jax.debug.callback(seen.append, d["a"]) or area(d), designs, feasible=lambda d: d["a"] > 0.5
+    )
+    jax.effects_barrier()
+    good = np.asarray(designs["a"]) > 0.5
+    assert 0 < good.sum() < 50 and min(seen) > 0.5
+    np.testing.assert_array_equal(found.ok, good)
+    np.testing.assert_array_equal(found.status == INFEASIBLE, ~good)
+    np.testing.assert_array_equal(np.isnan(found.values["area"]), ~good)
+    assert "refused by `feasible`" in found.summary()
+    none = batch(area, designs, feasible=lambda d: d["a"] > 1e9)
+    assert (none.status == INFEASIBLE).all()
+
+
+def test_infeasible_designs_differentiate_to_nan():
+    def total(designs):
+        found = batch(lambda d: d["a"] ** 2, designs, feasible=lambda d: d["a"] > 1.5)
+        return jnp.sum(found.values), found.ok
+
+    slope, ok = jax.grad(total, has_aux=True)({"a": jnp.arange(4.0)})
+    np.testing.assert_array_equal(ok, [False, False, True, True])
+    np.testing.assert_array_equal(slope["a"], [np.nan, np.nan, 4.0, 6.0])
 
 
 # --------------------------------------------------------------------------------------------------------- gradients

@@ -1,0 +1,71 @@
+"""Chunks of designs through a compiled program on several threads, their results gathered on the host."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor, as_completed
+
+import jax
+import numpy as np
+
+from jaxmbs.design.grouping import dearest_first, parts
+from jaxmbs.design.status import INFEASIBLE, NOT_RUN
+from jaxmbs.design.table import length, rows
+
+#: Chunks for each thread before the first grouping.
+_FIRST = 4
+
+
+class Chunks:
+    """Runs designs through `program`, `chunk` at a time, on `threads`; each chunk is split over `shares` devices.
+
+    Attributes:
+        results: leaves (B, ...) of (values, status, cost); what has not run is nan, its status says so.
+        computed: cost of all lanes () so far, the idle time of those that waited for others included.
+    """
+
+    def __init__(self, program, chunk, shares, threads, designs, lanes):
+        self.program, self.chunk, self.shares, self.threads = program, chunk, shares, threads
+        self.designs, self.computed = designs, 0.0
+        self.results = [_empty(length(designs), x) for x in jax.tree.leaves(lanes.shape)]
+        *_, self.status, self.costs = self.results
+        self.status[:] = NOT_RUN
+
+    def run(self, feasible, bar):
+        """Run the feasible designs; the error or interrupt that ended it, else None."""
+        self.status[~feasible] = INFEASIBLE
+        bar.update(int(np.sum(~feasible)))
+        ran, error = np.arange(0), None
+        for part in parts(np.flatnonzero(feasible), _FIRST * self.threads * self.chunk):
+            if error is None:
+                error = self._run_part(dearest_first(self.designs, part, ran, self.costs), bar)
+                ran = np.concatenate([ran, part])
+        return error
+
+    def _run_part(self, index, bar):
+        """Run the designs at `index`; the first error or interrupt, after the calls under way ended, else None."""
+        with ThreadPoolExecutor(self.threads) as pool:
+            starts = range(0, len(index), self.chunk)
+            calls = [pool.submit(self._run_chunk, index[k : k + self.chunk]) for k in starts]
+            try:
+                for call in as_completed(calls):
+                    number, computed = call.result()
+                    self.computed += computed
+                    bar.update(number)
+            except (Exception, KeyboardInterrupt) as error:
+                pool.shutdown(wait=True, cancel_futures=True)
+                return error
+        return None
+
+    def _run_chunk(self, index):
+        """Run one chunk, filled up with its last design; (its number of designs, cost of its lanes)."""
+        filled = np.pad(index, (0, self.chunk - len(index)), "edge")
+        found = self.program(*jax.tree.leaves(rows(self.designs, filled)))
+        for column, part in zip(self.results, found, strict=True):
+            column[index] = np.asarray(part)[: len(index)]
+        together = np.asarray(found[-1]).reshape(self.shares, -1)
+        return len(index), float(np.sum(together.max(axis=1)) * together.shape[1])
+
+
+def _empty(number: int, one) -> np.ndarray:
+    """Array for the results of all designs, nan where it can be."""
+    fill = math.nan if jax.dtypes.issubdtype(one.dtype, np.inexact) else 0
+    return np.full((number, *one.shape), fill, one.dtype)
