@@ -20,5 +20,6 @@ def over_rows(function, rows):
         return jax.vmap(function)(rows)
     count = math.ceil(number / TOGETHER)
     index = np.minimum(np.arange(count * TOGETHER), number - 1).reshape(count, TOGETHER)
-    found = lax.map(jax.vmap(function), jax.tree.map(lambda x: x[index], rows))
+    # A gradient keeps the rows themselves and works out again what a row makes: some 50 kB each, dearer to fetch.
+    found = lax.map(jax.checkpoint(jax.vmap(function), prevent_cse=False), jax.tree.map(lambda x: x[index], rows))
     return jax.tree.map(lambda x: x.reshape(count * TOGETHER, *x.shape[2:])[:number], found)
