@@ -39,8 +39,10 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
 
     Args: plan: of `analyse`, else made with the options (`order`, `leaf`, `positions`, `last`, `tiers`).
 
-    Raises: ValueError for an unknown kind, or a symmetric kind of an unsymmetric matrix.
-    Fails: a matrix that is not positive definite gives non-finite values, see `is_finite`.
+    Raises: ValueError for an unknown kind, or a symmetric kind of an unsymmetric matrix: one with lower blocks or, if
+    concrete, with diagonal blocks that are unsymmetric by more than the root of rounding.
+    Fails: a matrix that is not positive definite gives non-finite values, see `is_finite`; under tracing also
+    unsymmetric diagonal blocks where the kind is symmetric.
     """
     if kind not in KINDS:
         raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -49,7 +51,19 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
     plan = analyse(matrix.pattern, **options) if plan is None else plan
     if plan.pattern != matrix.pattern:
         raise ValueError(f"the plan is of {plan.pattern}, the matrix of {matrix.pattern}")
-    return Factor(matrix, factorise(plan, lax.stop_gradient(matrix), kind), plan, kind)
+    fixed = lax.stop_gradient(matrix)
+    return Factor(matrix, factorise(plan, fixed if kind == "lu" else _even(fixed, kind), kind), plan, kind)
+
+
+def _even(matrix, kind):
+    """The matrix, NaN where its diagonal blocks are not symmetric.  Raises: ValueError for such, if concrete."""
+    part, limit = matrix.asymmetry, jnp.finfo(matrix.diagonal.dtype).eps ** 0.5
+    if isinstance(part, jax.core.Tracer):
+        spoilt = jnp.where(part > limit, jnp.nan, 0.0).astype(matrix.diagonal.dtype)
+        return eqx.tree_at(lambda m: m.diagonal, matrix, matrix.diagonal + spoilt)
+    if part > limit:
+        raise ValueError(f"kind {kind!r}: diagonal blocks are unsymmetric by {float(part):.1g} of the largest entry")
+    return matrix
 
 
 def solve(factor: Factor, right, refine: int = 0):

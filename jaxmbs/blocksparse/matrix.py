@@ -1,6 +1,7 @@
 """A sparse block matrix: values on a pattern, as a pytree; products, assembly from elements, dense form."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
@@ -14,7 +15,8 @@ class BlockMatrix(eqx.Module):
     Attributes:
         diagonal: (blocks, size, size).
         upper: (edges, size, size), the blocks A[i, j] of the edges i < j.
-        lower: the blocks A[j, i], or None: the transposes of `upper` (a symmetric matrix, complex ones too).
+        lower: the blocks A[j, i], or None: the transposes of `upper` (a symmetric matrix, complex ones too, where the
+            diagonal blocks are symmetric).
     """
 
     pattern: Pattern = eqx.field(static=True)
@@ -24,12 +26,19 @@ class BlockMatrix(eqx.Module):
 
     @property
     def is_symmetric(self) -> bool:
+        """Whether no lower blocks are kept; of the diagonal blocks see `asymmetry`."""
         return self.lower is None
+
+    @property
+    def asymmetry(self):
+        """() how unsymmetric the diagonal blocks are, relative to the largest of their entries."""
+        part, size = (jnp.max(jnp.abs(A), initial=0.0) for A in (self.diagonal - _T(self.diagonal), self.diagonal))
+        return jnp.where(size > 0, part / jnp.where(size > 0, size, 1.0), part)
 
     @property
     def T(self) -> "BlockMatrix":
         if self.lower is None:
-            return self
+            return BlockMatrix(self.pattern, _T(self.diagonal), self.upper)
         return BlockMatrix(self.pattern, _T(self.diagonal), _T(self.lower), _T(self.upper))
 
     @property
@@ -78,9 +87,15 @@ def assemble(pattern: Pattern, blocks, elements) -> BlockMatrix:
         blocks: (elements, k) int, the blocks of every element; every pair of one element must be an edge.
         elements: (elements, k, k, size, size), symmetric as a whole.
 
-    Raises: ValueError where an element couples blocks that the pattern does not.
+    Raises: ValueError where an element couples blocks that the pattern does not and, if concrete, for elements that
+    are not symmetric.
     """
     blocks = np.asarray(blocks, np.int64)
+    if not isinstance(elements, jax.core.Tracer):
+        values = np.asarray(elements)
+        part = np.max(np.abs(values - values.transpose(0, 2, 1, 4, 3)), initial=0.0)
+        if part > np.finfo(values.dtype).eps ** 0.5 * np.max(np.abs(values), initial=0.0):
+            raise ValueError(f"elements are unsymmetric by {part:.1g}: half of that would be lost")
     b = pattern.size
     diagonal = jnp.zeros((pattern.num_blocks, b, b), elements.dtype)
     upper = jnp.zeros((pattern.num_edges, b, b), elements.dtype)

@@ -1,10 +1,10 @@
 """The state equations read back from a graph: sums at the junction of phi_dot, inertias seen through transformers."""
 
-import equinox as eqx
 import jax.numpy as jnp
 
 from ..kinematics.poses import node_parameters
 from ..math.spd import spd_solve
+from ..model.question import question
 from ..model.system import System
 from .moduli import numbers
 from .naming import named, split
@@ -12,7 +12,7 @@ from .power import leaf_efforts, propagate
 from .views import build_view
 
 
-@eqx.filter_jit
+@question
 def state_equations(system: System, state, view: str = "hamiltonian"):
     """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
 

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..dynamics.efforts import efforts, frame_twists, gravity_wrench
+from ..dynamics.efforts import efforts, frame_twists, gravity_wrench, stored_wrench
 from ..dynamics.newton_euler import node_motion
 from ..kinematics import constraints
 from ..kinematics.kic import independent_columns
 from ..kinematics.poses import Geometry, body_frame, coordinate_rate, geometry, node_inertias
 from ..kinematics.tree import subtrees
-from ..math.linalg import full_rank_lstsq, skew
+from ..math.linalg import full_rank_lstsq
 from ..math.spatial import dot, unpack
 from ..model.system import System
 from .views import drive_rows
@@ -71,15 +71,6 @@ def port_flow(system: System, group, geo: Geometry, V, u):
     return jnp.broadcast_to(u, (len(group.names), u.shape[0]))
 
 
-def _potential_effort(potential, R, x):
-    """Minus the slope (6,) of a potential of a pose by its twist."""
-
-    def power(twist):
-        return jax.jvp(potential, (R, x), (skew(twist[:3]) @ R, twist[3:]))[1]
-
-    return -jax.grad(power)(jnp.zeros(6, x.dtype))
-
-
 def port_efforts(group, geo: Geometry, flow, psi, t):
     """(stored, total) (n, size): efforts on the system along the flows, of the potential and in all.
 
@@ -98,10 +89,10 @@ def port_efforts(group, geo: Geometry, flow, psi, t):
         d = geo.x[b] - geo.x[a]
         stored = jax.vmap(lambda law, d: -jax.grad(law.line_potential)(d, t))(group.law, d)
         return stored, jax.vmap(lambda law, d, v: law.line_force(d, v, t))(group.law, d, flow)
-    R, x = geo.R[a], geo.x[a]
+    R, x = geo.R[a], geo.x[a] + geo.origin[None]
     if group.port == "pose":
-        R, x = jnp.einsum("nji,njk->nik", R, geo.R[b]), jnp.einsum("nji,nj->ni", R, geo.x[b] - x)
-    stored = jax.vmap(lambda law, R, x: _potential_effort(lambda R, x: law.potential(R, x, t), R, x))(group.law, R, x)
+        R, x = jnp.einsum("nji,njk->nik", R, geo.R[b]), jnp.einsum("nji,nj->ni", R, geo.x[b] - geo.x[a])
+    stored = jax.vmap(stored_wrench, (0, 0, 0, None))(group.law, R, x, t)
     return stored, jax.vmap(lambda law, R, x, f: law.wrench(R, x, f[:3], f[3:], t))(group.law, R, x, flow)
 
 

@@ -8,6 +8,7 @@ from ..dynamics.newton_euler import accelerations_at
 from ..kinematics import constraints
 from ..kinematics.poses import coordinate_rate, node_inertias, node_parameters
 from ..kinematics.state import State
+from ..model.question import check_fits
 from ..model.system import System
 from .graph import BondGraph
 from .moduli import apply_inertia, numbers, root_rates
@@ -156,5 +157,6 @@ def bond_powers(system: System, motion, view: str = "detailed") -> BondPowers:
     with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
     """
     states = motion if isinstance(motion, State) else motion.states
+    check_fits(system, states)
     graph, batched = build_view(system, view), states.coordinates.ndim == 2
     return BondPowers(*_spread(system, graph, *_all_values(system, states, batched), batched), graph)

@@ -45,8 +45,11 @@ def stacked(poses) -> Pose:
 
 
 def reference_poses(bodies, joints, frames):
-    """World pose of every body in the reference pose: as declared, else along the joints; None where unknown."""
+    """World pose of every body in the reference pose: as declared; else the world frame for bodies that a joint
+    `at` a world point holds; else along the joints."""
     world = {GROUND: _NOWHERE}
+    held = {body for j in joints.values() if j.at is not None for body in (j.parent, j.child)}
+    world.update({name: _NOWHERE for name in bodies if name in held})
     world.update({name: pair(b.pose) for name, b in bodies.items() if b.pose is not None})
     changed = True
     while changed:
@@ -60,11 +63,6 @@ def reference_poses(bodies, joints, frames):
 
 
 def _neighbour(joint, here, there, world, frames):
-    if joint.at is not None:
-        frame = joint.child_frame if there == joint.child else joint.parent_frame
-        return after(
-            (np.eye(3), concrete(jnp.asarray(joint.at, float))), back(pair(joint_frame(frame, there, frames)))
-        )
     ends = {joint.parent: joint.parent_frame, joint.child: joint.child_frame}
     near, far = (pair(joint_frame(ends[b], b, frames)) for b in (here, there))
     return after(after(world[here], near), back(far))

@@ -136,6 +136,7 @@ def _records(joints, joint_frames, nodes, cuts, index):
                 first_velocity=mine[0] if mine else 0,
                 num_velocities=len(mine),
                 labels=joint.kind.labels if mine else (),
+                is_hidden=joint.is_hidden,
             )
         )
     return tuple(records)

@@ -9,13 +9,14 @@ import jax.numpy as jnp
 
 from ..errors import ModelError
 from ..joints import Coupler, Weld
+from ..math.precision import follow_precision
 from ..model.frame import Pose
 from ..model.system import System
 from . import declarations as declared
 from .arrays import reference_poses
 from .assemble_system import assemble_system
 from .elastic import Elastic, elastic_faults, entry_faults
-from .mobility import analyse, with_analysis
+from .mobility import analyse, check_numbers, with_analysis
 from .spanning import spanning_tree
 from .validation import body_faults, constraint_faults, force_faults, joint_faults, known
 
@@ -53,7 +54,8 @@ class SystemBuilder:
             mass: [kg].
             com: centre of mass in body axes [m].
             inertia: about the centre of mass in body axes [kg m^2]: 0, three principal values or (3, 3).
-            position, rotation: world pose of its frame in the reference pose, for joints given by `at=`.
+            position, rotation: world pose of its frame in the reference pose, for joints given by `at=`; by default
+                the world frame: com and points are then given in world axes.
         """
         self._add("body", self._bodies, declared.Body(name, mass, com, inertia, _placed(position, rotation)))
 
@@ -92,7 +94,8 @@ class SystemBuilder:
         Args:
             kind: a joint such as `Revolute(axis="z")`.
             parent_frame, child_frame: its place in each body: a point, `Pose` or frame name (default: the origin).
-            at: instead, a world point in the reference pose; joint axes are then world axes.
+            at: instead, a world point in the reference pose, where bodies stand at their `position=` or, without
+                one, in the world frame; joint axes are then world axes.
             drive: function of time that prescribes its coordinate.
         """
         self._add(
@@ -111,6 +114,8 @@ class SystemBuilder:
     def force(self, name, law, between=None, joint=None, on=None):
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
+        if name == "drives":
+            self._faults.append("force 'drives': the account of work keeps that name for driven joints")
         self._add("force", self._forces, declared.Force(name, law, between, joint, on))
 
     def constraint(self, name, law, between=None):
@@ -149,6 +154,7 @@ class SystemBuilder:
 
         Raises: ModelError with every fault of the model.
         """
+        follow_precision()
         found = self.faults()
         found += [f"cut: {name!r} is not a joint" for name in cut or () if name not in self._joints]
         found += entry_faults(self._elastic, [j for name, j in self._joints.items() if name not in (cut or ())])
@@ -215,13 +221,20 @@ def _split_bodies(names, bodies, joints, frames):
         bodies[twin] = declared.Body(twin, 0.0, (0.0, 0.0, 0.0), 0.0, pose)
         frame = joint.child_frame
         joints[name] = dataclasses.replace(joint, child=twin)
-        joints[f"{name}.weld"] = declared.Joint(f"{name}.weld", Weld(), joint.child, twin, None, None, None)
+        joints[f"{name}.weld"] = declared.Joint(
+            f"{name}.weld", Weld(), joint.child, twin, None, None, None, is_hidden=True
+        )
         if isinstance(frame, str):
             raise ModelError([f"joint {name!r}: give child_frame as a point or Pose, its body must be split"])
 
 
 def _take_over(system, like):
+    """The system with the mobility of `like`; what concrete numbers can show, closed loops and inertia, is asked."""
     wanted = dataclasses.replace(like.topology, analysis=None)
     if dataclasses.replace(system.topology, analysis=None) != wanted:
         raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
-    return with_analysis(system, like.topology.analysis) if like.topology.analysis is not None else system
+    if like.topology.analysis is None:
+        return system
+    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(system)):
+        check_numbers(system)
+    return with_analysis(system, like.topology.analysis)

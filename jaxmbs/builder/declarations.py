@@ -42,6 +42,7 @@ class Joint:
     child_frame: Any
     at: Any
     drive: Any = None
+    is_hidden: bool = False
 
 
 @dataclass

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.linalg
 
 from ..errors import ModelError
+from ..joints.base import HALF_TURN
 from ..kinematics import constraints
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.poses import geometry, neutral_coordinates, node_inertias, node_parameters, step_coordinates
@@ -17,8 +18,7 @@ from ..model.topology import Mobility
 _POSES = 4
 _RANK = {8: 1e-7, 4: 1e-3}  # singular values that count as zero, by precision
 _CLOSED = {8: 1e-9, 4: 1e-4}  # residuals that count as closed
-
-
+_HALF_TURN_OFF = 1e-4  # relative: about a degree
 _INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
 
 
@@ -49,21 +49,46 @@ def analyse(system: System, independent=None) -> Mobility:
     length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
     weight = np.where(top.spins > 0, 1.0, length)
     psi = _close(system, psi, t, weight, random)
-    best = None
-    for _ in range(_POSES if top.num_rows else 1):
+    best, fault = None, None
+    for _ in range(_POSES):
         _, A, B, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
         rank, Z, Y = _spaces(A * weight[None])
+        found = _inertia_fault(top, M, Z, weight)
         if best is None or rank > best[0]:
-            best = rank, Z, Y, B, M, _spaces((A * weight[None])[top.position_rows])[1]
-        if top.num_rows:
-            move = weight * (Z @ random.normal(size=Z.shape[1]) * 0.3)
-            psi = _newton(system, step_coordinates(top, psi, jnp.asarray(move)), t, weight)[0]
-    rank, Z, Y, B, M, Z_positions = best
-    _check_inertia(top, M, Z, weight)
+            best, fault = (rank, Z, Y, B, _spaces((A * weight[None])[top.position_rows])[1]), found
+        elif rank == best[0]:  # one pose with inertia will do
+            fault = fault and found
+        if not top.num_rows and fault is None:
+            break
+        psi = _elsewhere(system, psi, t, Z, weight, random)
+    if fault:
+        raise ModelError([fault])
+    rank, Z, Y, B, Z_positions = best
     chosen = _independent(top, Z, independent)
     undetermined, names = _undetermined(constraints.carriers(system), B, Y, length)
     positions = _extended(Z_positions, chosen)
     return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, length, positions)
+
+
+def check_numbers(system: System) -> None:
+    """ModelError if the loops of a concrete system cannot be closed, or a joint can move without inertia."""
+    top, random = system.topology, np.random.default_rng(7)
+    weight, t = np.ones(top.num_velocities), jnp.zeros(())
+    psi, fault = _close(system, neutral_coordinates(top), t, weight, random), None
+    for _ in range(_POSES):
+        _, A, _, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
+        Z = _spaces(A)[1]
+        fault = _inertia_fault(top, M, Z, weight)
+        if fault is None:
+            return
+        psi = _elsewhere(system, psi, t, Z, weight, random)
+    raise ModelError([fault])
+
+
+def _elsewhere(system, psi, t, Z, weight, random):
+    """Another closed pose, some way along the motions Z."""
+    move = weight * (Z @ random.normal(size=Z.shape[1]) * 0.3)
+    return _newton(system, step_coordinates(system.topology, psi, jnp.asarray(move)), t, weight)[0]
 
 
 def _spaces(A):
@@ -107,6 +132,7 @@ def _close(system, psi, t, weight, random):
     if not top.num_rows:
         return psi
     start = psi
+    _refuse_half_turns(system, np.asarray(_evaluate(system, psi, t)[0]))
     for _ in range(25):
         found, error = _newton(system, psi, t, weight)
         if error < _CLOSED[_precision()]:
@@ -124,18 +150,37 @@ def _close(system, psi, t, weight, random):
     )
 
 
-def _check_inertia(top, M, Z, weight):
+def _refuse_half_turns(system, f):
+    """ModelError where the frames of a closing joint stand half a turn apart in the reference pose."""
+    faults, first = [], 0
+    for group in system.closures:
+        turns = np.array(
+            [unit == "rad" for unit in group.kind.row_units[: group.kind.num_rows - group.kind.num_slips]]
+        )
+        rows = f[first : first + len(group.names) * len(turns)].reshape(len(group.names), len(turns))
+        first += rows.size
+        for name, angle in zip(group.names, np.linalg.norm(rows[:, turns], axis=1), strict=True):
+            if angle > HALF_TURN * (1.0 - _HALF_TURN_OFF):
+                turn = np.rad2deg(np.arccos(1.0 - min(angle, HALF_TURN) / 2.0))
+                faults.append(
+                    f"joint {name!r}: in the reference pose its frames stand half a turn ({turn:.4f} degrees) from "
+                    "closed; turn one of them by half a turn (rotation of parent_frame or child_frame)"
+                )
+    if faults:
+        raise ModelError(faults)
+
+
+def _inertia_fault(top, M, Z, weight):
+    """What is wrong where a motion among Z moves no inertia; else None."""
     reduced = (Z * weight[:, None]).T @ M @ (Z * weight[:, None])
     if reduced.size == 0:
-        return
+        return None
     values, vectors = np.linalg.eigh(reduced)
     if values[0] > _INERTIA[_precision()] * max(values[-1], 1e-300) and values[-1] > 0:
-        return
+        return None
     mode = np.abs(Z @ vectors[:, 0])
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})
-    raise ModelError(
-        [f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"]
-    )
+    return f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"
 
 
 def _independent(top, Z, wanted):

@@ -70,6 +70,11 @@ def joint_faults(joint, bodies, frames) -> list[str]:
                 found.append(f"{where}: {end} {frame!r} is not a frame; declare it with b.frame(...)")
             elif frames[frame].body != body:
                 found.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
+    if joint.at is not None and (joint.parent_frame is not None or joint.child_frame is not None):
+        found.append(f"{where}: at= places both of its frames; give at=, or parent_frame= and child_frame=")
+    for end in (f"{joint.name}.parent", f"{joint.name}.child"):
+        if end in bodies or end in frames:
+            found.append(f"{'frame' if end in frames else 'body'} {end!r}: {where} names its own frame so")
     found += [f"{where}: {fault}" for fault in joint.kind.faults()]
     if joint.drive is not None and not _has_one_coordinate(joint):
         found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
@@ -126,6 +131,12 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
         return [f"{where}: between= takes two frames, got {len(force.between)}"]
     for reference in references:
         found += _reference_faults(where, reference, bodies, frames)
+    if force.between is not None and not found:
+        first, second = (resolve(reference, bodies, frames)[0] for reference in references)
+        if first == second:
+            found.append(f"{where}: both frames lie on {first!r}, so they never move apart and nothing is felt")
+        if isinstance(law, AbstractScalarLaw):
+            found += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
     return found + [f"{where}: {fault}" for fault in law.faults()]
 
 

@@ -38,10 +38,11 @@ def _loads(figure, results):
     for ax, (quantity, label) in zip(bottom.subplots(1, 3), _CURVES.items(), strict=True):
         for loads, color, name in zip(results["loads"], (RED, BLUE), _NAMES, strict=True):
             _over_a_turn(ax, loads, np.asarray(getattr(loads, quantity)), color, name)
-        finish(ax, "crank angle [deg]", label, legend=quantity == "main")
+        finish(ax, "crank angle [deg]", label, legend=None)
         ax.set_xticks(range(0, 361, 90))
         if quantity != "torque":
             ax.set_ylim(bottom=0.0)
+    bottom.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
 
 
 def _poses(ax, system, motion, design):

@@ -30,6 +30,8 @@ def system_bonds(system: System, geo, wrench, compliance=None) -> Bonds:
     twists = _free_twists(system, geo)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
     bonds = Bonds.from_twists(bond_network(system), geo.x[at], geo.R[at], twists, effort, length)
+    stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
+    compliance = {name: jnp.broadcast_to(c, (6,)) for name, c in (stiff | dict(compliance or {})).items()}
     if not compliance:
         return bonds
     index = np.array([bonds.network.bonds.index(name) for name in compliance])

@@ -22,7 +22,7 @@ def gravity_wrench(J, gravity):
 
 
 def frame_twists(system: System, V):
-    """World twist (frames, 6) of the node that carries each frame, about the world origin."""
+    """World twist (frames, 6) of the node that carries each frame, about the origin of the geometry."""
     V = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])
     return V[np.asarray(system.topology.frame_node)]
 
@@ -39,7 +39,7 @@ def _wrench_at(x, moment, force):
 
 def _line(law, a, b, t):
     """Law along the line between two points: (wrench on A, wrench on B, power); Source: S2 (56)-(67), (72)."""
-    (_, x_a, V_a), (_, x_b, V_b) = a, b
+    (_, x_a, V_a, _), (_, x_b, V_b, _) = a, b
     d, v = x_b - x_a, _at(x_b, V_b)[1] - _at(x_a, V_a)[1]
     force = law.line_force(d, v, t)
     stored = jax.jvp(lambda d: law.line_potential(d, t), (d,), (v,))[1]
@@ -48,7 +48,7 @@ def _line(law, a, b, t):
 
 
 def _pose_arguments(a, b):
-    (R_a, x_a, V_a), (R_b, x_b, V_b) = a, b
+    (R_a, x_a, V_a, _), (R_b, x_b, V_b, _) = a, b
     (w_a, v_a), (w_b, v_b) = _at(x_a, V_a), _at(x_b, V_b)
     d = x_b - x_a
     return R_a.T @ R_b, R_a.T @ d, R_a.T @ (w_b - w_a), R_a.T @ (v_b - v_a - skew(w_a) @ d)
@@ -67,11 +67,11 @@ def _pose(law, a, b, t):
 
 def _frame(law, a, _, t):
     """Load at a frame: (wrench on the frame's body, nothing, power); Source: S2 (76), Q*."""
-    R, x, V = a
+    R, x, V, place = a
     w, v = _at(x, V)
-    load = law.wrench(R, x, w, v, t)
+    load = law.wrench(R, place, w, v, t)
     spin = skew(w) @ R
-    stored = jax.jvp(lambda R, x: law.potential(R, x, t), (R, x), (spin, v))[1]
+    stored = jax.jvp(lambda R, x: law.potential(R, x, t), (R, place), (spin, v))[1]
     wrench = _wrench_at(x, load[:3], load[3:])
     return wrench, jnp.zeros_like(wrench), jnp.dot(load, jnp.concatenate([w, v])) + stored
 
@@ -99,6 +99,15 @@ def _joint_efforts(system, group: ForceGroup, psi, u, t):
     return jnp.zeros_like(u).at[columns].add(effort), effort * v + slope
 
 
+def stored_wrench(law, R, x, t):
+    """Part (6,) of a pose or body law's wrench that its potential makes: minus the slope by the twist."""
+
+    def power(twist):
+        return jax.jvp(lambda R, x: law.potential(R, x, t), (R, x), (skew(twist[:3]) @ R, twist[3:]))[1]
+
+    return -jax.grad(power)(jnp.zeros(6, x.dtype))
+
+
 def node_owner(system: System):
     """Carrier of every frame, for wrenches on nodes."""
     return np.asarray(system.topology.frame_node), system.topology.nodes.size
@@ -121,7 +130,7 @@ def efforts(system: System, geo: Geometry, V, psi, u, t, owner=None):
     frames = None
     for group in system.forces:
         if group.port in _PORTS:
-            frames = frames or (geo.R, geo.x, frame_twists(system, V))
+            frames = frames or (geo.R, geo.x, frame_twists(system, V), geo.x + geo.origin[None])
             wrench, power = _group_wrenches(system, group, frames, t, owner)
             F = F + wrench
         elif group.port == "joint":
@@ -162,7 +171,7 @@ def stored_energy(system: System, geo: Geometry, psi, t):
                 shift = jnp.einsum("eji,ej->ei", R[a], x[b] - x[a])
                 parts = jax.vmap(lambda law, R, d: law.potential(R, d, t))(group.law, turn, shift)
             else:
-                parts = jax.vmap(lambda law, R, x: law.potential(R, x, t))(group.law, R[a], x[a])
+                parts = jax.vmap(lambda law, R, x: law.potential(R, x, t))(group.law, R[a], x[a] + geo.origin[None])
         elif group.port == "joint":
             q = psi[np.asarray(group.second)]
             parts = jax.vmap(lambda law, q: law.potential(q, t))(group.law, q)

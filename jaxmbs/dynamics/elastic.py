@@ -102,7 +102,7 @@ def elastic_energies(system: System, geo, psi, V, u):
         s = elastic_state(system, group, geo, psi, V, u)
         kinetic = kinetic + jnp.sum(jax.vmap(lambda body, s: body.kinetic_energy(s.q, s.flow))(group.body, s))
         moment = jnp.einsum("eij,ej->ei", s.R, jax.vmap(lambda body, q: body.first_moment(q))(group.body, s.q))
-        lifted = group.body.inertia[:, 3, 3] @ s.x[:, 0] + jnp.sum(moment, axis=0)
+        lifted = group.body.inertia[:, 3, 3] @ (s.x[:, 0] + geo.origin[None]) + jnp.sum(moment, axis=0)
         potential = potential - jnp.dot(system.gravity, lifted)
     return kinetic, potential
 

@@ -1,10 +1,10 @@
 """Kinetic and potential energy."""
 
-import equinox as eqx
 import jax.numpy as jnp
 
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..math.spatial import dot, momentum, unpack
+from ..model.question import question
 from ..model.system import System
 from .efforts import stored_energy
 from .elastic import elastic_energies
@@ -15,7 +15,8 @@ def energies_at(system: System, geo, J, V, psi, u, t):
     """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
     v = unpack(V)
     kinetic = 0.5 * jnp.sum(dot(v, momentum(unpack(J), v)))
-    potential = stored_energy(system, geo, psi, t) - jnp.dot(system.gravity, jnp.sum(J[:, 1:4], axis=0))
+    moment = jnp.sum(J[:, 1:4], axis=0) + jnp.sum(J[:, 0]) * geo.origin
+    potential = stored_energy(system, geo, psi, t) - jnp.dot(system.gravity, moment)
     if not system.elastic:
         return kinetic, potential
     moving, lifted = elastic_energies(system, geo, psi, V, u)
@@ -28,7 +29,7 @@ def energies(system: System, P, psi, u, t):
     return energies_at(system, geo, node_inertias(P, geo.W), node_motion(system.topology, geo.S, u), psi, u, t)
 
 
-@eqx.filter_jit
+@question
 def kinetic_energy(system: System, state):
     """Kinetic energy [J] of a state: the energy `1/2 p.I*^-1 p` and the coenergy `1/2 phi_dot.I* phi_dot` alike.
 
@@ -38,7 +39,7 @@ def kinetic_energy(system: System, state):
     return energies(system, node_parameters(system), state.coordinates, state.velocities, state.t)[0]
 
 
-@eqx.filter_jit
+@question
 def potential_energy(system: System, state):
     """Potential energy [J] of gravity (zero at the world origin) and of all springs."""
     return energies(system, node_parameters(system), state.coordinates, state.velocities, state.t)[1]

@@ -15,6 +15,7 @@ from ..kinematics.poses import geometry, node_parameters, normalise, step_coordi
 from ..kinematics.state import State
 from ..math import lapack
 from ..math.lineax_solver import SquareSolver
+from ..model.question import check_fits
 from ..model.system import System
 from .elastic import total_mass
 from .linearise import local_efforts
@@ -60,6 +61,7 @@ def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
         ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`).
         SimulationError: no equilibrium was found.
     """
+    check_fits(system, state)
     top, chosen = system.topology, independent_columns(system)
     faults, columns = [], []
     for name in moving:
@@ -102,7 +104,7 @@ def _equilibrium(system, state, moving):
     residual = jnp.maximum(jnp.max(jnp.abs(still * efforts), initial=0.0) / scale, jnp.max(jnp.abs(gap), initial=0.0))
     K = along_independent(system, P, psi, state.t, lambda q: _unbalanced(system, q, w, state.t))
     return Equilibrium(
-        state=State(state.t, psi, Gamma @ w + b),
+        state=State(state.t, psi, Gamma @ w + b, structure=top.structure),
         residual=residual,
         found=residual < _SMALL[start.dtype.itemsize],
         stable=_is_stable(K, still),

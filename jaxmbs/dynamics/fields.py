@@ -3,15 +3,15 @@
 For analysis and for reading the bond graph; simulations use the tensor-free forms of `hamiltonian.py`.
 """
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from ..kinematics.kic import body_kic, velocity_map
 from ..kinematics.kic_second import along_independent, body_kic_second
-from ..kinematics.poses import coordinate_rate, frame_poses, node_parameters, node_poses
+from ..kinematics.poses import coordinate_rate, frame_poses, geometry, node_parameters, node_poses
 from ..math.spd import spd_solve
+from ..model.question import check_fits, question
 from ..model.system import System
 from .elastic import refuse_elastic
 from .ports import total_effort
@@ -35,7 +35,7 @@ def _inertia_field(system, P, psi, t):
     return jnp.einsum("k,kci,kcj->ij", system.mass, G_t, G_t) + jnp.einsum("kci,kcd,kdj->ij", G_r, inertia, G_r)
 
 
-@eqx.filter_jit
+@question
 def inertia_field(system: System, state):
     """I* (N, N) = sum over bodies `m G_t^T G_t + G_r^T I G_r` (printed with one G_r in the mass term).
 
@@ -44,7 +44,7 @@ def inertia_field(system: System, state):
     return _inertia_field(system, *_arguments(system, state))
 
 
-@eqx.filter_jit
+@question
 def gyristor_field(system: System, state):
     """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion.  Source: S2 (41)."""
     P, psi, t = _arguments(system, state)
@@ -56,7 +56,7 @@ def gyristor_field(system: System, state):
     return translation + jnp.einsum("kci,kcd,kdj->ij", G_dot[:, :3], inertia, G[:, :3])
 
 
-@eqx.filter_jit
+@question
 def gyristor_field_direct(system: System, state):
     """GR~ (N, N), second form: row k is `1/2 phi_dot^T P*_k` with `P*_kij = dI*_ij/dphi_k` (print drops the 1/2).
 
@@ -70,6 +70,7 @@ def gyristor_field_direct(system: System, state):
 
 def independent_rates(system: System, state):
     """phi_dot (N,): velocities of the independent columns."""
+    check_fits(system, state)
     chosen = (
         np.arange(system.topology.num_velocities)
         if system.topology.analysis is None
@@ -78,7 +79,7 @@ def independent_rates(system: System, state):
     return state.velocities[chosen]
 
 
-@eqx.filter_jit
+@question
 def generalised_momentum(system: System, state):
     """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
     P, psi, t = _arguments(system, state)
@@ -97,9 +98,8 @@ def generalised_momentum(system: System, state):
 
 
 def _com_and_axes(system, P, psi):
-    R, x = frame_poses(system, node_poses(system.topology, P, psi))
-    index = np.arange(1, system.topology.bodies.size + 1)
-    return R[index], x[index] + jnp.einsum("bij,bj->bi", R[index], system.com)
+    geo, index = geometry(system, P, psi), np.arange(1, system.topology.bodies.size + 1)
+    return geo.R[index], geo.x[index] + jnp.einsum("bij,bj->bi", geo.R[index], system.com)
 
 
 def unconstrained_twist(system, P, psi, rates):
@@ -113,7 +113,7 @@ def unconstrained_twist(system, P, psi, rates):
     return jnp.concatenate([omega, velocity], axis=1)
 
 
-@eqx.filter_jit
+@question
 def state_equations(system: System, state):
     """(p_dot, phi_dot, q_dot) of the paper at a state of a scleronomic system.
 

@@ -11,7 +11,15 @@ import jax.numpy as jnp
 from ..kinematics import constraints
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.kic import velocity_map
-from ..kinematics.poses import coordinate_rate, geometry, joint_twists, node_inertias, node_poses
+from ..kinematics.poses import (
+    coordinate_rate,
+    first_place,
+    geometry,
+    joint_twists,
+    node_inertias,
+    node_poses,
+    referred,
+)
 from ..kinematics.tree import solve, subtrees
 from ..math.linalg import saddle_solve
 from ..math.spatial import cross_motion, dot, momentum, pack, unpack
@@ -41,6 +49,7 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
     Source: S2 (42)-(43).
     """
     W = node_poses(topology, P, psi)
+    W = referred(W, first_place(topology, W))
     S, J = joint_twists(topology, P, W), node_inertias(P, W)
     u = solve(topology.nodes, S, J, p)
     V = node_motion(topology, S, u)

@@ -120,7 +120,7 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
 
     def everything(psi, w, a):
         need, u, u_dot = local_efforts(system, P, psi, w, a, t)
-        return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u), u_dot)
+        return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u, structure=top.structure), u_dot)
 
     def by_position(direction):
         return jax.jvp(lambda psi: everything(psi, w, a), (psi,), (direction,))[1]

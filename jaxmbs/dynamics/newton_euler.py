@@ -3,7 +3,6 @@
 Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
 """
 
-import equinox as eqx
 import jax.numpy as jnp
 
 from ..kinematics import constraints
@@ -12,6 +11,7 @@ from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.tree import ancestors, solve, subtrees
 from ..math.linalg import saddle_solve
 from ..math.spatial import add, cross_force, cross_motion, dot, momentum, pack, scale, unpack
+from ..model.question import question
 from ..model.system import System
 from .efforts import efforts, gravity_wrench
 from .elastic import needed_loads
@@ -85,7 +85,7 @@ def accelerations(system: System, P, psi, u, t):
     return accelerations_at(system, geo, node_inertias(P, geo.W), V, psi, u, t)
 
 
-@eqx.filter_jit
+@question
 def forward_dynamics(system: System, state):
     """Accelerations and constraint multipliers of a state.
 
@@ -97,7 +97,7 @@ def forward_dynamics(system: System, state):
     return accelerations(system, P, state.coordinates, state.velocities, state.t)
 
 
-@eqx.filter_jit
+@question
 def inverse_dynamics(system: System, state, acceleration):
     """Efforts (nv,) on the tree's velocities that produce the accelerations (nv,), beside gravity and all force
     elements; constraint multipliers are not subtracted.  Source: S2 (40)."""
@@ -105,7 +105,7 @@ def inverse_dynamics(system: System, state, acceleration):
     return tree_efforts(system, P, state.coordinates, state.velocities, acceleration, state.t)
 
 
-@eqx.filter_jit
+@question
 def mass_matrix(system: System, state):
     """Mass matrix (nv, nv) of the tree of rigid and elastic bodies, all loops cut.
 

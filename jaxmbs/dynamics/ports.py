@@ -3,7 +3,6 @@
 `Q = Q* + e_C + e_R + e_G`, S2 (76) (printed with e_C twice; the second is e_G).
 """
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 
@@ -12,6 +11,7 @@ from ..kinematics.points import jacobian, locate, position
 from ..kinematics.poses import coordinate_rate, geometry, node_parameters
 from ..kinematics.tree import subtrees
 from ..math.spatial import dot, unpack
+from ..model.question import question
 from ..model.system import System
 from .efforts import efforts, stored_energy
 from .elastic import gravity_loads
@@ -30,7 +30,7 @@ def _element_efforts(system, state, u):
     return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, F))) + Q
 
 
-@eqx.filter_jit
+@question
 def compliance_effort(system: System, state):
     """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64)."""
     P, psi, t = node_parameters(system), state.coordinates, state.t
@@ -42,7 +42,7 @@ def compliance_effort(system: System, state):
     return -_gamma(system, state).T @ jax.grad(energy)(jnp.zeros_like(state.velocities))
 
 
-@eqx.filter_jit
+@question
 def resistance_effort(system: System, state):
     """e_R (N,): the part of the elements' efforts that the velocities make, `-R phi_dot` for dampers.
 
@@ -52,7 +52,7 @@ def resistance_effort(system: System, state):
     return _gamma(system, state).T @ (moving - _element_efforts(system, state, jnp.zeros_like(state.velocities)))
 
 
-@eqx.filter_jit
+@question
 def resistance_field(system: System, state):
     """R (N, N) = `sum R_i G_R^T G_R`, the derivative of -e_R by phi_dot.  Source: S2 (74)."""
     Gamma = _gamma(system, state)
@@ -60,7 +60,7 @@ def resistance_field(system: System, state):
     return -Gamma.T @ slope @ Gamma
 
 
-@eqx.filter_jit
+@question
 def gravity_effort(system: System, state):
     """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
     P, psi = node_parameters(system), state.coordinates
@@ -74,14 +74,14 @@ def gravity_effort(system: System, state):
     return effort + _gamma(system, state).T @ (carried + loads.column)
 
 
-@eqx.filter_jit
+@question
 def source_effort(system: System, state):
     """Q* (N,): what the elements exert at rest beside their stored energy: loads, motors.  Source: S2 (76)."""
     at_rest = _element_efforts(system, state, jnp.zeros_like(state.velocities))
     return _gamma(system, state).T @ at_rest - compliance_effort(system, state)
 
 
-@eqx.filter_jit
+@question
 def total_effort(system: System, state):
     """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
     elements = _gamma(system, state).T @ _element_efforts(system, state, state.velocities)

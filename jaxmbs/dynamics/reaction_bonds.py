@@ -41,7 +41,7 @@ def _bonds(system, states, found, compliance, batched):
     at, P = np.array(at), node_parameters(system)
 
     def one(state, found):
-        geo = geometry(system, P, state.coordinates)
+        geo = geometry(system, P, state.coordinates, origin=jnp.zeros(3, state.coordinates.dtype))
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
         wrench = about(jnp.concatenate([moment, force], axis=1), -geo.x[at])
         bonds = system_bonds(system, geo, wrench, compliance)

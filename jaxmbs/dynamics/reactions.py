@@ -18,6 +18,7 @@ from ..kinematics.tree import subtrees
 from ..math.linalg import skew
 from ..math.rows import over_rows
 from ..math.spatial import pack, world_inertia
+from ..model.question import check_fits
 from ..model.system import System
 from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
@@ -56,22 +57,24 @@ class Reactions(eqx.Module):
         multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
         residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve.
         ok: (...) whether they are those of an assembled state, and finite; NaN where not.
+        hidden: welds inside bodies that the builder split; found by name, not listed.
     """
 
     joints: dict
     multipliers: Float[Array, "... rows"]
     residual: Float[Array, "..."]
     ok: Bool[Array, "..."]
+    hidden: tuple[str, ...] = eqx.field(static=True, default=())
 
     def __getitem__(self, name: str) -> JointReaction:
         return self.joints[name]
 
     def __iter__(self):
-        return iter(self.joints)
+        return (name for name in self.joints if name not in self.hidden)
 
     def items(self):
         """Pairs of name and reaction."""
-        return self.joints.items()
+        return [(name, self.joints[name]) for name in self]
 
 
 def body_rates(system: System, R, x, V, A):
@@ -157,7 +160,8 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
         gap = gap - row_efforts(system, geo, psi, t, multipliers)
     named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)
     residual = jnp.max(jnp.abs(gap), initial=0.0)
-    return Reactions(named, multipliers, residual, state.ok & jnp.isfinite(residual))
+    hidden = tuple(joint.name for joint in top.joints if joint.is_hidden)
+    return Reactions(named, multipliers, residual, state.ok & jnp.isfinite(residual), hidden)
 
 
 def _named(system, wrench, effort, geo, frame, side):
@@ -176,6 +180,16 @@ def _reactions_jit(system, states, frame, side, batched, compliance, method):
     P = node_parameters(system)
     one = lambda s: _reactions(system, P, s, frame, side, compliance, method)  # noqa: E731
     return over_rows(one, states) if batched else one(states)
+
+
+def _compliance(name, value, dtype):
+    """The compliances (6,) of one joint; ValueError where they are known and negative, not finite, or not six."""
+    value = jnp.asarray(value, dtype)
+    if value.shape not in ((), (6,)):
+        raise ValueError(f"compliance of {name!r} must be one number or six, got shape {value.shape}")
+    if not isinstance(value, jax.core.Tracer) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):
+        raise ValueError(f"compliance of {name!r} must be finite and not negative, got {np.asarray(value)}")
+    return value
 
 
 def reactions(
@@ -210,10 +224,11 @@ def reactions(
     if method not in ("dense", "block-sparse"):
         raise ValueError(f"method must be 'dense' or 'block-sparse', got {method!r}")
     states = motion if isinstance(motion, State) else motion.states
+    check_fits(system, states)
     compliance = {} if compliance is None else dict(compliance)
     names = [name for name, *_ in constraints.carriers(system)]
     for name in compliance:
         if name not in names:
             raise ValueError(f"compliance of {name!r}: there is no such joint or constraint; there are {names}")
-    compliance = {name: jnp.asarray(c, states.coordinates.dtype) for name, c in compliance.items()}
+    compliance = {name: _compliance(name, c, states.coordinates.dtype) for name, c in compliance.items()}
     return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2, compliance, method)

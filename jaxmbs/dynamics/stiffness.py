@@ -13,7 +13,9 @@ from ..kinematics.kic import velocity_map
 from ..kinematics.kic_second import along_independent
 from ..kinematics.poses import geometry, node_parameters
 from ..math.linalg import direction, safe_norm, skew
+from ..model.question import question
 from ..model.system import System
+from .efforts import stored_wrench
 from .elastic import elastic_body_stiffness
 from .ports import compliance_effort, gravity_effort, source_effort
 
@@ -39,7 +41,7 @@ class Stiffness(eqx.Module):
         return self.elastic + self.antagonistic + self.gravity + self.sources
 
 
-@eqx.filter_jit
+@question
 def stiffness(system: System, state) -> Stiffness:
     """Local stiffness at a state, velocities taken as zero.
 
@@ -61,7 +63,10 @@ def stiffness(system: System, state) -> Stiffness:
 
 
 def elastic_stiffness(system: System, state):
-    """`sum K_i G_C^T G_C` (N, N): each law at its own rate, geometry frozen; Source: S2 (68)-(71), first term."""
+    """`sum K_i G_C^T G_C` (N, N): each law at the rate of what it stores, geometry frozen.
+
+    Source: S2 (68)-(71), first term.
+    """
     P, psi, t = node_parameters(system), state.coordinates, state.t
     geo = geometry(system, P, psi)
     Gamma = velocity_map(system, P, psi, t)[0]
@@ -71,17 +76,21 @@ def elastic_stiffness(system: System, state):
         a, b = np.asarray(group.first), np.asarray(group.second)
         if group.port == "line":
             d = geo.x[b] - geo.x[a]
-            k = jax.vmap(lambda law, d: -jax.grad(law.effort)(safe_norm(d), jnp.zeros_like(d[0]), t))(group.law, d)
+            k = _rates(group.law, jax.vmap(safe_norm)(d), t)
             g = jnp.einsum("ec,ecn->en", jax.vmap(direction)(d), frames[b, 3:] - frames[a, 3:])
             total = total + jnp.einsum("e,en,em->nm", k, g, g)
         elif group.port == "joint":
-            k = jax.vmap(lambda law, q: -jax.grad(law.effort)(q, jnp.zeros_like(q), t))(group.law, psi[b])
-            total = total + jnp.einsum("e,en,em->nm", k, Gamma[a], Gamma[a])
+            total = total + jnp.einsum("e,en,em->nm", _rates(group.law, psi[b], t), Gamma[a], Gamma[a])
         elif group.port == "pose":
             total = total + jnp.sum(
                 jax.vmap(_pose_stiffness, (0, 0, 0, 0, None))(group.law, *_relative(geo, frames, a, b), t), axis=0
             )
     return total + elastic_body_stiffness(system, geo, psi, Gamma)
+
+
+def _rates(laws, x, t):
+    """K (n,) of scalar laws at x (n,): the curvature of their potentials; servos have none, they are sources."""
+    return jax.vmap(lambda law, x: jax.grad(jax.grad(law.potential))(x, t))(laws, x)
 
 
 def _frame_jacobian(system, geo, Gamma):
@@ -103,11 +112,10 @@ def _relative(geo, frames, a, b):
 
 
 def _pose_stiffness(law, R, d, G, t):
-    """`G^T K G` of a law between two frames, K (6, 6) minus the slope of its wrench."""
-    rest = jnp.zeros_like(d)
+    """`G^T K G` of a law between two frames, K (6, 6) minus the slope of the wrench that it stores."""
 
     def slope(column):
         moved = (skew(column[:3]) @ R, column[3:])
-        return jax.jvp(lambda R, d: law.wrench(R, d, rest, rest, t), (R, d), moved)[1]
+        return jax.jvp(lambda R, d: stored_wrench(law, R, d, t), (R, d), moved)[1]
 
     return -G.T @ jax.vmap(slope, 1, 1)(G)

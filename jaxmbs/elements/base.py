@@ -28,12 +28,21 @@ def optional(value: Any) -> Array | None:
     return None if value is None else number(value)
 
 
+def are_axes(rows) -> bool:
+    """Whether (3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
+    if isinstance(rows, jax.core.Tracer):
+        return True
+    rows = np.asarray(rows)
+    return bool(np.allclose(rows @ rows.T, np.eye(3), rtol=0, atol=1e-5) and np.linalg.det(rows) > 0)
+
+
 class AbstractElement(eqx.Module):
     """One element. `coordinates` is how many of x y z rx ry rz each node uses: 3 or 6.
 
     `force_labels` and `stress_labels` name what `forces` and `stresses` return, `nonnegative` the fields that
-    must not be negative; `misplacement` says what `misplaced` finds.  Where `has_ends`, `forces` and `stresses` are
-    those of the ends and take one more argument, the load (n,) that is spread over the element.
+    must not be negative, `positive` those that must not be zero either; `misplacement` says what `misplaced` finds.
+    Where `has_ends`, `forces` and `stresses` are those of the ends and take one more argument, the load (n,) that is
+    spread over the element.
     """
 
     num_nodes: ClassVar[int]
@@ -41,6 +50,7 @@ class AbstractElement(eqx.Module):
     force_labels: ClassVar[tuple[str, ...]] = ()
     stress_labels: ClassVar[tuple[str, ...]] = ()
     nonnegative: ClassVar[tuple[str, ...]] = ("young", "area", "thickness", "density")
+    positive: ClassVar[tuple[str, ...]] = ()
     misplacement: ClassVar[str] = "its nodes lie at one point"
     has_ends: ClassVar[bool] = False
 
@@ -79,7 +89,9 @@ class AbstractElement(eqx.Module):
         negative = [name for name in self.nonnegative if name in known and np.any(known[name] < 0)]
         if "poisson" in known and not np.all((known["poisson"] > -1) & (known["poisson"] < 0.5)):
             found.append("poisson must lie between -1 and 1/2")
-        return found + [f"{name} must not be negative" for name in negative]
+        zero = [name for name in self.positive if name in known and np.any(known[name] == 0)]
+        found += [f"{name} must not be negative" for name in negative]
+        return found + [f"{name} must not be zero" for name in zero]
 
     def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """Which of many elements (m,), by their positions (m, k, 3), have no extent or are inside out."""

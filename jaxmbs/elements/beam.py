@@ -74,6 +74,11 @@ class Beam(AbstractElement):
             if {f"{d}1", f"{d}2"} <= set(self.releases):
                 raise ValueError(f"a beam released in {d} at both ends is a mechanism: release one end")
 
+    @property
+    def positive(self) -> tuple[str, ...]:
+        """What the shear's compliance is divided by."""
+        return () if self.shear is None else ("shear", "shear_modulus")
+
     def faults(self):
         """Also a section that differs in y and z without a reference to say which is which."""
         pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])

@@ -37,6 +37,7 @@ class Hexahedron(AbstractElement):
 
     num_nodes = 8
     coordinates = 3
+    positive = ("young",)
     force_labels = ("xx", "yy", "zz", "xy", "yz", "zx")
     stress_labels = force_labels
     misplacement = "it is inside out or flat somewhere: check the order of its nodes"

@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ._parts import carried
@@ -24,6 +25,17 @@ class PointMass(AbstractElement):
 
     num_nodes = 1
     nonnegative = ("value",)
+
+    def faults(self):
+        """Also an inertia that is not symmetric, or negative about some axis."""
+        found = super().faults()
+        if found or self.inertia is None or isinstance(self.inertia, jax.core.Tracer):
+            return found
+        I = np.asarray(self.inertia)
+        size = 1e-6 * np.max(np.abs(I))
+        if np.max(np.abs(I - np.swapaxes(I, -1, -2))) > size:
+            return ["inertia must be symmetric"]
+        return ["inertia must not be negative"] if np.any(np.linalg.eigvalsh(I) < -size) else []
 
     @property
     def coordinates(self) -> int:

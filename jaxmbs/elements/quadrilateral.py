@@ -36,6 +36,7 @@ class Quadrilateral(AbstractShell):
 
     num_nodes = 4
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")
+    positive = ("thickness", "young")
 
     def axes(self, nodes):
         """x bisects the diagonals, z along their vector product."""

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._parts import carried, turned
-from .base import DIRECTIONS, AbstractElement, number, optional
+from .base import DIRECTIONS, AbstractElement, are_axes, number, optional
 
 
 def _six(value):
@@ -45,13 +45,11 @@ class Spring(AbstractElement):
 
     def faults(self):
         """Also matrices that are not symmetric, and axes that are not."""
-        named = {"matrix": self.matrix, "damper": self.damper, "axes": self.axes}
+        named = {"matrix": self.matrix, "damper": self.damper}
         known = {n: np.asarray(v) for n, v in named.items() if v is not None and not isinstance(v, jax.core.Tracer)}
-        axes = known.pop("axes", np.eye(3))
         uneven = [name for name, v in known.items() if not np.allclose(v, v.T, rtol=0, atol=1e-6 * np.abs(v).max())]
-        skewed = (
-            [] if np.allclose(axes @ axes.T, np.eye(3), atol=1e-5) else ["axes must be three unit vectors, square"]
-        )
+        fine = self.axes is None or are_axes(self.axes)
+        skewed = [] if fine else ["axes must be three unit vectors, square to each other and right-handed"]
         return super().faults() + [f"{name} must be symmetric" for name in uneven] + skewed
 
     def misplaced(self, nodes):

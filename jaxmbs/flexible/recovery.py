@@ -14,6 +14,7 @@ from ..kinematics.elastic import elastic_state, flow_rate, gathered
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..math.rotation import rotation_vector_rate
+from ..model.question import check_fits
 from ..model.system import System
 from ..substructures import recovery
 from .floating_frame import FloatingFrame, interface_rows, turned
@@ -39,7 +40,7 @@ def deformations(system: System, motion, name: str):
     Raises: ModelError for an unknown name.
     """
     group, index = _find(system, name)
-    return _mapped(lambda state: _deformations(system, group, index, state), motion)
+    return _mapped(system, lambda state: _deformations(system, group, index, state), motion)
 
 
 def displacements(system: System, motion, name: str, frame: FloatingFrame, method: str = "acceleration"):
@@ -56,8 +57,8 @@ def displacements(system: System, motion, name: str, frame: FloatingFrame, metho
         raise ValueError(f"method must be 'acceleration' or 'displacement', got {method!r}")
     group, index = _find(system, name)
     if method == "displacement":
-        return _mapped(lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
-    return _mapped(lambda state: _recovered(frame, _motion(system, group, index, frame, state)), motion)
+        return _mapped(system, lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
+    return _mapped(system, lambda state: _recovered(frame, _motion(system, group, index, frame, state)), motion)
 
 
 def interface_loads(system: System, motion, name: str, frame: FloatingFrame):
@@ -83,7 +84,7 @@ def interface_loads(system: System, motion, name: str, frame: FloatingFrame):
         )
         return jnp.concatenate([jnp.roll(first, 3)[None], jnp.concatenate([force, moment], axis=1)])
 
-    return _mapped(loads, motion)
+    return _mapped(system, loads, motion)
 
 
 def _moment(vector, load):
@@ -110,8 +111,9 @@ def _find(system, name):
     raise ModelError([f"{name!r} is not an elastic body; there are: {', '.join(names) or 'none'}"])
 
 
-def _mapped(function, motion):
+def _mapped(system, function, motion):
     states = motion if isinstance(motion, State) else motion.states
+    check_fits(system, states)
     return eqx.filter_jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
 
 

@@ -9,11 +9,14 @@ from jaxmbs.typing import Scalar
 
 from ._fields import faults_if, function, negative, number
 from .base import AbstractScalarLaw
-from .signals import as_signal, value_and_rate
+from .signals import Constant, as_signal, value_and_rate
 
 
 class Actuator(AbstractScalarLaw):
     """Effort on the system along increasing x from `function(t, x, v)`; its power counts as input.
+
+    On a joint x is its coordinate [m or rad] and the effort a force or moment; between two points x is their
+    distance [m], v its rate, and a positive effort pushes them apart, as a hydraulic cylinder under pressure.
 
     Attributes:
         function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static.
@@ -29,6 +32,9 @@ class Actuator(AbstractScalarLaw):
 
 class PD(AbstractScalarLaw):
     """Servo that follows a target: `kp (target - x) + kd (rate of target - v)`; its power counts as input.
+
+    On a joint x is its coordinate [m or rad]; between two points it is their distance [m], v its rate, and the
+    target a length.
 
     Attributes:
         target: function of time or a number [m or rad].
@@ -53,3 +59,8 @@ class PD(AbstractScalarLaw):
             (negative(self.kd), "kd must not be negative"),
         )
         return super().faults() + faults_if(*checks)
+
+    def length_faults(self):
+        """A constant target is a length."""
+        below = isinstance(self.target, Constant) and negative(self.target.value)
+        return faults_if((below, "target is a distance between points and must not be negative"))

@@ -14,8 +14,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxmbs.typing import Scalar, ScalarLike
+from jaxmbs.typing import Scalar, ScalarLike, Vector3
 
+from ..math.linalg import direction, safe_norm
 from ._fields import value_faults
 
 
@@ -30,7 +31,13 @@ class AbstractLaw(eqx.Module):
 
 
 class AbstractScalarLaw(AbstractLaw):
-    """One-port law on a scalar displacement: a joint coordinate [m or rad] or a distance of points [m]."""
+    """One-port law on a scalar displacement x and its rate v.
+
+    On a joint x is the joint's coordinate [m or rad], zero where its frames coincide, and the effort drives it up.
+    Between two points x is their distance, never negative, and v the rate at which they part [m, m/s]; the effort
+    acts along the line from the first to the second and pushes them apart [N].  Points that coincide have no
+    direction and feel nothing.
+    """
 
     @abc.abstractmethod
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
@@ -45,6 +52,27 @@ class AbstractScalarLaw(AbstractLaw):
     def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
         """Stored energy [J]; `effort(x, 0, t) = -d potential / dx` for laws that store all they take."""
         return jnp.zeros((), jnp.result_type(x, float))
+
+    def line_force(self, d: Vector3, v: Vector3, t: ScalarLike) -> Vector3:
+        """Force [N] on the second of two points, `effort(|d|, n.v, t) n`; the first gets the opposite.
+
+        Args:
+            d: (3,) from the first point to the second [m], n its unit vector.
+            v: (3,) its rate [m/s].
+            t: time [s].
+
+        Source: S2 (57)-(58), (72).
+        """
+        n = direction(d)
+        return self.effort(safe_norm(d), jnp.dot(n, v), t) * n
+
+    def line_potential(self, d: Vector3, t: ScalarLike) -> Scalar:
+        """Stored energy [J] of the law between two points d (3,) [m] apart."""
+        return self.potential(safe_norm(d), t)
+
+    def length_faults(self) -> list[str]:
+        """What is wrong with the values for a distance of two points, which is never negative."""
+        return []
 
 
 class AbstractPoseLaw(AbstractLaw):

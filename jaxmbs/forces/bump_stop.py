@@ -16,6 +16,9 @@ class BumpStop(AbstractScalarLaw):
     stop never pulls and the effort has no jump. For n > 1 the effort is C1 at the edge, for n > 2 C2. Give
     one bound for a one-sided stop.
 
+    On a joint x is its coordinate [m or rad]; between two points it is their distance [m], so a strut's stop in
+    compression is `lower`, its shortest free length, and that in rebound `upper`.
+
     Attributes:
         stiffness: k >= 0 [N/m^n or N m/rad^n].
         lower: lower edge of the gap [m or rad], default none.
@@ -48,8 +51,19 @@ class BumpStop(AbstractScalarLaw):
             (broken(lambda low, high: low > high, self.lower, self.upper), "lower must not exceed upper"),
         )
 
+    def length_faults(self):
+        """An edge at a negative distance is never reached, or never left."""
+        return faults_if(
+            (broken(_below_zero, self.lower), "lower is a distance between points and must not be negative"),
+            (negative(self.upper), "upper is a distance between points and must not be negative"),
+        )
+
     def _push(self, depth, rate):
         return self.stiffness * _power(depth, self.exponent) * (1.0 + self.damping * jnp.maximum(rate, 0.0))
+
+
+def _below_zero(edge):
+    return (edge < 0) & (edge > -jnp.inf)
 
 
 def _power(depth, exponent):

@@ -12,7 +12,9 @@ class CoulombFriction(AbstractScalarLaw):
     """Coulomb friction with a smooth start, Stribeck bump and viscous part.
 
     `effort = -limit (1 + (static_ratio - 1) exp(-(v / stribeck_speed)^2)) tanh(v / slip_speed) - viscous v`.
-    It always dissipates and its slope at rest is finite: below `slip_speed` it creeps instead of sticking.
+    It always dissipates and its slope at rest is finite: below `slip_speed` it creeps instead of sticking. On a
+    joint v is the rate of its coordinate [m/s or rad/s]; between two points it is the rate of their distance
+    [m/s], as of the seals of a strut, and the effort lies along their line [N].
 
     Attributes:
         effort_limit: sliding effort >= 0, normal force times coefficient [N or N m].

@@ -13,8 +13,9 @@ from .base import AbstractScalarLaw
 class SpringDamper(AbstractScalarLaw):
     """Spring `k (x - x0) + preload` beside a damper `c v`.
 
-    Between two points a positive sum is tension and pulls them together; on a joint it drives the coordinate
-    back. Zero effort at `x = free_length` and rest, when `preload` is zero. Negative stiffness is allowed.
+    On a joint x is its coordinate and a positive sum drives it back [m or rad]; between two points x is their
+    distance [m] and v its rate, and a positive sum is tension. Zero effort at `x = free_length` and rest, when
+    `preload` is zero. Negative stiffness is allowed.
     Springs, then dampers. Source: S2 (56)-(67), (72)-(74).
 
     Attributes:

@@ -15,7 +15,9 @@ class Table(AbstractScalarLaw):
 
     Monotone cubic interpolation (PCHIP) between the points, straight lines beyond them: C1, and without
     overshoot. The curves are those of the element under test, positive for a spring that resists increasing
-    x: `Table([-1, 1], [-k, k])` equals `SpringDamper(k)`. Zero energy at the first point of the table.
+    x: `Table([-1, 1], [-k, k])` equals `SpringDamper(k)`. Zero energy at the first point of the table. On a joint
+    x is its coordinate; between two points it is their distance, not what it has grown by: shift a curve over
+    the stretch by the free length. v is the rate of x.
     Source: S2 (56)-(67), (72)-(74), with curves in place of the constants.
 
     Attributes:
@@ -58,6 +60,11 @@ class Table(AbstractScalarLaw):
             (broken(_moves, self._damper(number(0.0)), self.damping_efforts), "damping must be zero at rest"),
             (broken(_ends_fall, slopes), "damping must not fall at the ends"),
         )
+
+    def length_faults(self):
+        """Some of the curve lies at distances that points can have."""
+        never = broken(lambda x: x[-1] <= 0, self.x_points)
+        return faults_if((never, "x_points are distances between points: none of them is positive"))
 
     def _damper(self, v):
         return 0.0 if self.flow_points is None else _curve(hermite, self.flow_points, self.damping_efforts, v)

@@ -50,11 +50,15 @@ def couple(
             velocity, acceleration as the kind says) per force; None is rigid.
         regular: `rank`, `rcond`, `noise`, `weights` of `regular_inverse`, for measured interfaces.
 
+    A pair given twice and pairs in a ring (a-b, b-c, a-c) do no harm: the names alone tell which pairs repeat what
+    others say, so that no number decides the rank of B; `independent_pairs` says what becomes of S.  With `regular`
+    the rank is at most that of B.
+
     Source: S1 (1)-(3), (40)-(41); D. de Klerk, D. Rixen, S. Voormeeren, AIAA J. 46 (2008) 1169.
     """
     Y = parts if isinstance(parts, TransferFunctions) else uncoupled(parts)
-    Bu, Bf = _interface(Y, pairs)
-    return Y.replace(Y.values - (Y.values @ Bf.T) @ _multipliers(Y, Bu, Bf, compliance, regular))
+    Bf, sums, shares = _multipliers(Y, pairs, compliance, regular)
+    return Y.replace(Y.values - (Y.values @ Bf.T @ shares) @ sums)
 
 
 def interface_forces(
@@ -62,23 +66,73 @@ def interface_forces(
 ) -> Complex[Array, "frequencies pairs inputs"]:
     """Forces that the bonds exert on the first channel of each pair, for unit forces at the inputs.
 
-    The second channel gets the opposite.  Arguments as of `couple`.  Source: S1 (2), (25).
+    The second channel gets the opposite.  Arguments as of `couple`.  Where pairs are redundant, S shares the forces
+    out; rigid bonds take the shares whose squares have the least sum.  Source: S1 (2), (25).
     """
     Y = parts if isinstance(parts, TransferFunctions) else uncoupled(parts)
-    return -_multipliers(Y, *_interface(Y, pairs), compliance, regular)
+    _, sums, shares = _multipliers(Y, pairs, compliance, regular)
+    return -shares @ sums
 
 
-def _interface(Y, pairs):
-    matrices = (signed_interface(names, pairs) for names in (Y.outputs, Y.inputs))
-    return tuple(jnp.asarray(B, Y.values.dtype) for B in matrices)
+def independent_pairs(B) -> tuple[np.ndarray, np.ndarray]:
+    """The first independent rows (r,) of a signed Boolean B (pairs, channels), and the rings (pairs, pairs - r).
+
+    A ring N is a column of -1, 0, 1 with `B^T N = 0`: forces round it do nothing but strain its elastic bonds.  They
+    make `N^T S N` least; where that is rounding of its terms (below 2e-10 of `|N|^T |S| |N|` in double precision,
+    5e-5 in single) nothing resists, and the last pair of the ring takes none.
+    """
+    ground = B.shape[1]
+    root = np.arange(ground + 1)
+
+    def top(channel):
+        while root[channel] != channel:
+            channel = root[channel]
+        return channel
+
+    first = []
+    for k, row in enumerate(B):
+        a, b = (top(c) for c in (*np.flatnonzero(row), ground)[:2])
+        if a != b:
+            root[a] = b
+            first.append(k)
+    others = np.setdiff1d(np.arange(len(B)), first)
+    rings = np.zeros((len(B), len(others)))
+    if len(others):
+        rings[first] = -np.rint(np.linalg.lstsq(B[first].T, B[others].T, rcond=None)[0])
+        rings[others, np.arange(len(others))] = 1.0
+    return np.array(first, int), rings
 
 
-def _multipliers(Y, Bu, Bf, compliance, regular):
-    gap = Bu @ Y.values
-    flexibility = gap @ Bf.T
-    if compliance is not None:
-        S = jnp.asarray(compliance, Y.values.dtype)
-        flexibility = flexibility + (S if S.ndim == 3 else S[None])
+def _multipliers(Y, pairs, compliance, regular):
+    """B^T's matrix, forces that act (frequencies, r, inputs), and how the pairs share them (..., pairs, r)."""
+    dtype = Y.values.dtype
+    B, Bf = (signed_interface(names, pairs) for names in (Y.outputs, Y.inputs))
+    first, rings = independent_pairs(B)
+    Bu, Bf, every = (jnp.asarray(A, dtype) for A in (B, Bf, np.eye(len(pairs))))
+    S = None if compliance is None else jnp.asarray(compliance, dtype)
+    S = S[None] if S is not None and S.ndim == 2 else S
     if regular:
-        return regular_inverse(flexibility, **regular) @ gap
-    return jax.vmap(square.solve)(flexibility, gap)
+        flexibility = Bu @ Y.values @ Bf.T
+        if S is None:
+            rank = regular.get("rank")
+            regular = regular | {"rank": len(first) if rank is None else min(rank, len(first))}
+        inverse = regular_inverse(flexibility if S is None else flexibility + S, **regular)
+        return Bf, inverse @ (Bu @ Y.values), every
+    shares = _shares(first, rings, S, dtype)
+    gap = Bu[first] @ Y.values
+    flexibility = gap @ Bf[first].T
+    if S is not None:
+        flexibility = flexibility + (S @ shares)[:, first]
+    return Bf, jax.vmap(square.solve)(flexibility, gap), shares
+
+
+def _shares(first, rings, S, dtype):
+    """Forces (..., pairs, r) of all pairs for unit ones of the independent pairs."""
+    alone = np.eye(len(rings))[:, first]
+    if S is None or not rings.shape[1]:
+        return jnp.asarray(alone - rings @ (np.linalg.pinv(rings) @ alone), dtype)
+    N, alone = jnp.asarray(rings, dtype), jnp.asarray(alone, dtype)
+    own, size = N.T @ S @ N, jnp.abs(N).T @ jnp.abs(S) @ jnp.abs(N)
+    least = float(jnp.finfo(dtype).eps) ** (5 / 8)
+    inverse = regular_inverse(jnp.where(jnp.abs(own) > least * size, own, 0.0), rcond=least)
+    return alone[None] - N @ (inverse @ (N.T @ S @ alone))

@@ -37,11 +37,14 @@ def decouple(
 
     Returns: the assembled structure's channels; those inside the removed component no longer mean anything.
 
-    Raises: ModelError for channels that are not there, fewer conditions than forces.
+    Raises: ModelError for channels that are not there or named twice, fewer conditions than forces.
     Source: S1 (1)-(2), (41); S. Voormeeren, D. Rixen, Mech. Syst. Signal Process. 27 (2012) 56.
     """
     check_alike({"assembled": assembled, "known": known})
     motion, force = _names(compatibility), _names(compatibility if equilibrium is None else equilibrium)
+    twice = [c for side in (*motion, *force) for c in dict.fromkeys(side) if side.count(c) > 1]
+    if twice:
+        raise ModelError([f"channels named twice: {', '.join(dict.fromkeys(twice))}"])
     if len(motion[0]) < len(force[0]):
         raise ModelError([f"{len(motion[0])} compatible channels are fewer than {len(force[0])} forces"])
     rows, columns = assembled.rows(motion[0]), assembled.columns(force[0])

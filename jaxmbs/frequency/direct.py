@@ -6,7 +6,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
-from ..math import square
+from . import checked
 
 
 def dynamic_stiffness(stiffness: BlockMatrix, damping: BlockMatrix | None, mass: BlockMatrix, omega) -> BlockMatrix:
@@ -76,6 +76,6 @@ def dense_response(stiffness, mass, load, omega, damping=None, loss=0.0, out=Non
         Z = K - (w**2 * mass).astype(dtype)
         if damping is not None:
             Z = Z + lax.complex(jnp.zeros_like(w), w) * damping.astype(dtype)
-        return rows @ square.solve(Z, load.astype(dtype))
+        return rows @ checked.solve(Z, load.astype(dtype))
 
     return lax.map(at, jnp.asarray(omega, mass.dtype), batch_size=chunk)

@@ -9,9 +9,10 @@ from jax import lax
 
 from ..math import square
 from ..math.eigen import eig, eigh, spectral
-from ..structures.modes import check_symmetric
+from ..structures.modes import symmetric
 from ..substructures.base import partition
 from ..substructures.guyan import interface_basis
+from .checked import checked_solve
 from .gains import harmonic_rate
 
 
@@ -40,13 +41,15 @@ def receptance(
         chunk: frequencies worked on together: memory grows with this.
 
     Derivatives, of all orders with all modes and first ones with some, are those of the inverse, also where
-    frequencies repeat.  Returns: (frequencies, outputs, inputs) complex.
+    frequencies repeat.  What the modes leave over of the equation is checked at each frequency, and solved directly
+    where it is more than rounding.  Returns: (frequencies, outputs, inputs) complex.
 
     Raises: ValueError for a damping, if concrete, that couples the modes, and for unsymmetric matrices: both are for
-    `viscous_receptance`.
+    `viscous_receptance`.  Under tracing such a damping costs a direct solution at each frequency, and unsymmetric
+    matrices give NaN.
     Source: S1 (40), (41).
     """
-    check_symmetric(stiffness=stiffness, mass=mass)
+    stiffness, mass = symmetric(stiffness=stiffness, mass=mass)
     K, M, C, values, X = _modal(stiffness, mass, damping, num)
     outputs, loads = _rows(out, K), _rows(into, K, True)
     rows, right = outputs @ X, X.T @ loads
@@ -61,24 +64,14 @@ def receptance(
     def at(w):
         z = lax.stop_gradient(lax.complex(values - w**2 * inertia, values * loss + w * rate))
         i_w = lax.complex(jnp.zeros_like(w), w)
-
-        def matvec(v):
-            return sum(f * _real_product(A, v) for f, A in zip((one, i_w**2, i_w), matrices, strict=False))
-
-        v = lax.custom_linear_solve(matvec, right, lambda _, r: r / z[:, None], symmetric=True)
-        return rows @ v
+        factors = (one, i_w**2, i_w)[: len(matrices)]
+        return rows @ checked_solve(matrices, factors, right, lambda r: r / z[:, None])
 
     found = lax.map(at, jnp.asarray(omega, K.dtype), batch_size=chunk)
     if num is None or residual:
         return found
     static = spectral(_discarded, stiffness, mass, _flags(stiffness, num))
     return found - (outputs @ static @ loads).astype(dtype)[None] / lax.complex(jnp.ones_like(loss), loss)
-
-
-def _real_product(A, v):
-    """A real (n, n) times complex (n, k) in one real product."""
-    both = A @ jnp.concatenate([v.real, v.imag], axis=1)
-    return lax.complex(both[:, : v.shape[1]], both[:, v.shape[1] :])
 
 
 def _rows(places, like, columns=False):
@@ -130,30 +123,32 @@ def _check_uncoupled(C):
 def viscous_receptance(stiffness, mass, omega, out, into, damping, chunk: int = 64):
     """`receptance` with any viscous damping, through the complex modes (on the CPU); matrices may be unsymmetric.
 
-    Source: S1 (39), (40).
+    At a frequency where the modes do not solve the equation (the vectors of critical damping are parallel) it is
+    solved directly.  Source: S1 (39), (40).
     """
-    n = len(stiffness)
     loads, outputs = _rows(into, stiffness, True), _rows(out, stiffness)
-    solved = square.solve(mass, jnp.concatenate([stiffness, damping, loads], axis=1))
-    zero, eye = jnp.zeros_like(stiffness), jnp.eye(n, dtype=stiffness.dtype)
-    A = jnp.block([[zero, eye], [-solved[:, :n], -solved[:, n : 2 * n]]])
-    roots, X, Y = (lax.stop_gradient(a) for a in eig(lax.stop_gradient(A)))
-    A, outputs = A.astype(X.dtype), outputs.astype(X.dtype)
-    right = jnp.concatenate([jnp.zeros_like(loads), solved[:, 2 * n :]]).astype(X.dtype)
+    matrices = stiffness, mass, damping
+    roots, shapes, left = _complex_modes(*lax.stop_gradient((stiffness, damping, mass)))
+    right, outputs = loads.astype(roots.dtype), outputs.astype(roots.dtype)
 
     @jax.checkpoint
     def at(w):
         i_w = lax.complex(jnp.zeros_like(w), w)
         z = (i_w - roots)[:, None]
-        v = lax.custom_linear_solve(
-            lambda v: i_w * v - A @ v,
-            right,
-            lambda _, r: X @ ((Y @ r) / z),
-            lambda _, r: Y.T @ ((X.T @ r) / z),
-        )
-        return outputs @ v[:n]
+        factors = jnp.ones_like(i_w), i_w**2, i_w
+        straight, turned = ((lambda r, X=X, Y=Y: X @ ((Y @ r) / z)) for X, Y in ((shapes, left), (left.T, shapes.T)))
+        return outputs @ checked_solve(matrices, factors, right, straight, turned)
 
     return lax.map(at, jnp.asarray(omega, stiffness.dtype), batch_size=chunk)
+
+
+def _complex_modes(K, C, M):
+    """Roots (2 n,), shapes (n, 2 n) and left (2 n, n) with `sum_j shapes_j left_j / (s - root_j)` the receptance."""
+    n = len(K)
+    solved = square.solve(M, jnp.concatenate([K, C, jnp.eye(n, dtype=K.dtype)], axis=1))
+    by_x, by_v, by_force = (solved[:, k * n : (k + 1) * n] for k in range(3))
+    roots, X, Y = eig(jnp.block([[jnp.zeros_like(K), jnp.eye(n, dtype=K.dtype)], [-by_x, -by_v]]))
+    return roots, X[:n], Y[:, n:] @ by_force.astype(Y.dtype)
 
 
 def modal_receptance(frequencies, at_out, at_into, omega, ratios, modal_masses=1.0):

@@ -80,12 +80,29 @@ def axis_faults(axis) -> list[str]:
     return [] if np.isfinite(length) and length > 1e-12 else ["its axis has no direction (zero or not finite)"]
 
 
+#: What `half_turns` amounts to half a turn off.
+HALF_TURN = 4.0
+
+
+def half_turns(sine, cosine):
+    """Twice the tangent of half an angle along `sine` (n,), a vector of that length, given its cosine ().
+
+    Beyond a quarter turn 2 (1 - cosine): finite, rising up to half a turn, and not zero there, where the sine is.
+    """
+    square = jnp.sum(sine**2)
+    lost = square < 1e-24  # no direction left: any will do
+    direction = jnp.where(lost, jnp.eye(sine.shape[0], dtype=sine.dtype)[0], sine)
+    direction = direction / jnp.sqrt(jnp.where(lost, 1.0, square))
+    near = 2.0 * sine / (1.0 + jnp.maximum(cosine, 0.0))
+    return jnp.where(cosine < 0.0, 2.0 * (1.0 - cosine) * direction, near)
+
+
 def parallel(R):
-    """Two rows that vanish when the child's z lies along the parent's z: tangents of half the tilt."""
-    return 2.0 * R[:2, 2] / jnp.maximum(1.0 + R[2, 2], 1e-6)
+    """Two rows that vanish when the child's z lies along the parent's z, and only then: see `half_turns`."""
+    return half_turns(R[:2, 2], R[2, 2])
 
 
 def aligned(R):
-    """Three rows that vanish when the rotation R is the identity: axis times twice the tangent of half the angle."""
+    """Three rows that vanish when the rotation R is the identity, and only then: its axis, see `half_turns`."""
     skew = jnp.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    return 2.0 * skew / jnp.maximum(1.0 + jnp.trace(R), 1e-6)
+    return half_turns(skew / 2.0, (jnp.trace(R) - 1.0) / 2.0)

@@ -7,7 +7,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from ..math.rotation import axis_basis
-from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
+from .base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, parallel
 
 
 class Screw(AbstractJoint):
@@ -33,8 +33,7 @@ class Screw(AbstractJoint):
         angle = d[2] / self.pitch
         sine = R[0, 0] * jnp.sin(angle) - R[1, 0] * jnp.cos(angle)
         cosine = R[0, 0] * jnp.cos(angle) + R[1, 0] * jnp.sin(angle)
-        slip = 2.0 * self.pitch * sine / jnp.maximum(1.0 + cosine, 1e-6)  # a tangent: half a turn off is not closed
-        return jnp.concatenate([d[:2], slip[None], parallel(R)])
+        return jnp.concatenate([d[:2], self.pitch * half_turns(sine[None], cosine), parallel(R)])
 
     def faults(self):
         flat = not isinstance(self.pitch, Tracer) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)

@@ -6,12 +6,12 @@ f_t is what a row amounts to at rest.  Functions named `..._at` take the `Geomet
 walk of the tree serves them all.
 """
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from ..math.linalg import RowScale, skew
+from ..model.question import question
 from ..model.system import ClosureGroup, System
 from .poses import coordinate_rate, geometry, node_parameters
 
@@ -240,13 +240,13 @@ def jacobian(system: System, P, psi, t):
     return jacobian_at(system, geometry(system, P, psi), psi, t)
 
 
-@eqx.filter_jit
+@question
 def constraint_residual(system: System, state):
     """Residual f(psi, t) (rows,) of all loops, drives and couplers; zero when assembled.  Source: S2 (1)-(2)."""
     return residual(system, node_parameters(system), state.coordinates, state.t)
 
 
-@eqx.filter_jit
+@question
 def constraint_jacobian(system: System, state):
     """Velocity rows A (rows, nv): `A u + f_t = 0`.  Source: S2 (3), (5)."""
     return jacobian(system, node_parameters(system), state.coordinates, state.t)

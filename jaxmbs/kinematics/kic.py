@@ -11,9 +11,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..math.linalg import full_rank_lstsq
+from ..model.question import question
 from ..model.system import System
 from . import constraints
-from .poses import frame_poses, joint_twists, node_parameters, node_poses
+from .poses import geometry, node_parameters
 
 
 def independent_columns(system: System) -> np.ndarray:
@@ -59,8 +60,9 @@ def position_map(system: System, P, psi, t):
     return full_rank_lstsq(jnp.concatenate([A, jnp.asarray(pick, psi.dtype)]), jnp.asarray(right, psi.dtype))
 
 
-def point_jacobian(system: System, W, S, node, point):
-    """(6, nv) angular velocity, then velocity of the world `point` carried by `node` (-1: the ground), per velocity.
+def point_jacobian(system: System, S, node, point):
+    """(6, nv) angular velocity, then velocity of the `point` carried by `node` (-1: the ground), per velocity; the
+    point is seen from where the twists S refer to.
 
     Source: S2 (11)-(12), (14)-(15) with every joint independent, 1 - alpha and alpha as S carries them.
     """
@@ -86,7 +88,7 @@ class Kic(eqx.Module):
     dependent: tuple[int, ...] = eqx.field(static=True)
 
 
-@eqx.filter_jit
+@question
 def internal_kic(system: System, state):
     """Gi (M, N): rates of the dependent velocities per independent one.
 
@@ -100,9 +102,7 @@ def internal_kic(system: System, state):
 def body_kic(system: System, P, psi, t):
     """External KIC (bodies, 6, N): angular velocity and velocity of the centre of mass per independent velocity."""
     top = system.topology
-    W = node_poses(top, P, psi)
-    S = joint_twists(top, P, W)
-    R, x = frame_poses(system, W)
+    _, S, R, x, _ = geometry(system, P, psi)
     index = np.arange(1, top.bodies.size + 1)
     com = x[index] + jnp.einsum("bij,bj->bi", R[index], system.com)
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.body_node, int)]
@@ -112,7 +112,7 @@ def body_kic(system: System, P, psi, t):
     return jnp.einsum("bnk,ni->bki", J, velocity_map(system, P, psi, t)[0])
 
 
-@eqx.filter_jit
+@question
 def kic(system: System, state) -> Kic:
     """First-order KIC of a state, internal and of every body.
 

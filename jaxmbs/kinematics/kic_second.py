@@ -11,11 +11,12 @@ from jaxtyping import Array, Float
 
 from ..math.linalg import full_rank_lstsq
 from ..math.tensor import left_product, plane_mix, right_product
+from ..model.question import question
 from ..model.system import System
 from . import constraints
 from .kic import body_kic, dependent_columns, independent_columns, velocity_map
 from .points import jacobian
-from .poses import coordinate_rate, frame_poses, joint_twists, node_parameters, node_poses
+from .poses import coordinate_rate, geometry, node_parameters
 
 
 def along_independent(system: System, P, psi, t, function):
@@ -33,7 +34,7 @@ def velocity_map_second(system: System, P, psi, t):
     return along_independent(system, P, psi, t, lambda q: velocity_map(system, P, q, t)[0])
 
 
-@eqx.filter_jit
+@question
 def internal_kic_second(system: System, state):
     """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jacfwd` of Gi along (I, Gi).
 
@@ -43,7 +44,7 @@ def internal_kic_second(system: System, state):
     return velocity_map_second(system, P, state.coordinates, state.t)[dependent_columns(system)]
 
 
-@eqx.filter_jit
+@question
 def internal_kic_second_printed(system: System, state):
     """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
 
@@ -83,8 +84,7 @@ def body_kic_second_vector(system: System, P, psi, t):
     part, not printed, is its moment about the moving centre of mass.  Source: S2 (19)-(25), (26)-(27).
     """
     top = system.topology
-    W = node_poses(top, P, psi)
-    S = joint_twists(top, P, W)
+    _, S, R, x, _ = geometry(system, P, psi)
     Gamma, dGamma = velocity_map(system, P, psi, t)[0], velocity_map_second(system, P, psi, t)
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])
     above = jnp.asarray(path[: top.nodes.size][top.column_frame], S.dtype)
@@ -95,7 +95,6 @@ def body_kic_second_vector(system: System, P, psi, t):
     of_body = jnp.asarray(path[np.asarray(top.body_node, int)], S.dtype)
     X = jnp.einsum("bj,jn,jk->bkn", of_body, Gamma, S)
     dX = jnp.einsum("bj,jnm,jk->bknm", of_body, dGamma, S) + jnp.einsum("bj,jn,jmk->bknm", of_body, Gamma, turned)
-    R, x = frame_poses(system, W)
     index = np.arange(1, top.bodies.size + 1)
     com = x[index] + jnp.einsum("bij,bj->bi", R[index], system.com)
 
@@ -109,7 +108,7 @@ def body_kic_second_vector(system: System, P, psi, t):
     return jax.vmap(at_com)(X, dX, com)
 
 
-@eqx.filter_jit
+@question
 def kic_second(system: System, state) -> SecondKic:
     """Second-order KIC of a state, internal and of every body at its centre of mass, world axes.
 
@@ -126,7 +125,7 @@ def kic_second(system: System, state) -> SecondKic:
     )
 
 
-@eqx.filter_jit
+@question
 def point_kic(system: System, state, frame):
     """First- and second-order KIC of a frame's origin or point: G (6, N) and H (N, 6, N), world axes.
 

@@ -5,9 +5,10 @@ import jax
 import jax.numpy as jnp
 
 from ..errors import ModelError
+from ..model.question import question
 from ..model.system import System
 from .kic import point_jacobian
-from .poses import coordinate_rate, joint_twists, node_parameters, node_poses
+from .poses import coordinate_rate, geometry, node_parameters, node_poses
 
 
 def locate(system: System, frame):
@@ -35,25 +36,25 @@ def _pose(system, P, psi, place):
     return R @ rotation, w[9:] + R @ position
 
 
-@eqx.filter_jit
+@question
 def position(system: System, state, frame):
     """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
     return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[1]
 
 
-@eqx.filter_jit
+@question
 def rotation(system: System, state, frame):
     """World rotation (3, 3) of a frame."""
     return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[0]
 
 
-@eqx.filter_jit
+@question
 def velocity(system: System, state, frame):
     """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
     return (jacobian(system, state, frame) @ state.velocities)[3:]
 
 
-@eqx.filter_jit
+@question
 def angular_velocity(system: System, state, frame):
     """Angular velocity (3,) [rad/s] of a frame, world axes."""
     return (jacobian(system, state, frame) @ state.velocities)[:3]
@@ -70,13 +71,13 @@ def point_acceleration(system: System, state, frame, rates):
     return bias + jacobian(system, state, frame) @ rates
 
 
-@eqx.filter_jit
+@question
 def jacobian(system: System, state, frame):
     """Jacobian (6, nv) of a frame: angular velocity, then velocity of its origin, world axes, per velocity.
 
     Source: S2 (11)-(12), (14)-(15) with every joint independent.
     """
     P, place = node_parameters(system), locate(system, frame)
-    W = node_poses(system.topology, P, state.coordinates)
-    S = joint_twists(system.topology, P, W)
-    return point_jacobian(system, W, S, place[0], _pose(system, P, state.coordinates, place)[1])
+    geo = geometry(system, P, state.coordinates)
+    point = _pose(system, P, state.coordinates, place)[1] - geo.origin
+    return point_jacobian(system, geo.S, place[0], point)

@@ -165,26 +165,46 @@ def _scatter_simple(topology, into, values):
 
 
 class Geometry(NamedTuple):
-    """What one walk of the tree finds: node poses W (nodes, 12) and joint twists S (nodes, 6), both with any batch
-    axes last, and the frames' rotations R (frames, 3, 3) and positions x (frames, 3)."""
+    """What one walk of the tree finds: node poses W (nodes, 12), joint twists S (nodes, 6), the frames' rotations
+    R (frames, 3, 3) and positions x (frames, 3).
+
+    World axes; positions, and the point that twists, wrenches and inertias refer to, are those of `origin` (3,), a
+    point of the system that stands still in every derivative: far from the world origin `m r^2` would swamp I.
+    """
 
     W: Array
     S: Array
     R: Array
     x: Array
+    origin: Array
 
 
-def geometry(system: System, P, psi) -> Geometry:
-    """Poses, joint twists and frames at coordinates psi (nq,)."""
+def geometry(system: System, P, psi, origin=None) -> Geometry:
+    """Poses, joint twists and frames at coordinates psi (nq,), about `origin` (default: where the first body is)."""
     W = node_poses(system.topology, P, psi)
-    return Geometry(W, joint_twists(system.topology, P, W), *frame_poses(system, W))
+    origin = first_place(system.topology, W) if origin is None else origin
+    W = referred(W, origin)
+    return Geometry(W, joint_twists(system.topology, P, W), *frame_poses(system, W, origin), origin)
 
 
-def frame_poses(system: System, W):
-    """World pose of every frame: rotations (frames, 3, 3) and positions (frames, 3); no batch axes."""
+def first_place(topology: Topology, W):
+    """World position (3, ...) of the first body that moves, a constant to derivatives."""
+    nodes = [node for node in topology.body_node if node >= 0]
+    return lax.stop_gradient(W[nodes[0], 9:]) if nodes else jnp.zeros(3, W.dtype)
+
+
+def referred(W, origin):
+    """Poses W (nodes, 12, ...) with positions from `origin` (3, ...)."""
+    return jnp.concatenate([W[:, :9], W[:, 9:] - origin[None]], axis=1)
+
+
+def frame_poses(system: System, W, origin=None):
+    """Pose of every frame: rotations (frames, 3, 3) and positions (frames, 3), like those of W from `origin`; no
+    batch axes."""
     R = W[:, :9].reshape(-1, 3, 3)
     R = jnp.concatenate([R, jnp.eye(3, dtype=R.dtype)[None]])
-    X = jnp.concatenate([W[:, 9:], jnp.zeros((1, 3), W.dtype)])
+    ground = jnp.zeros((1, 3), W.dtype) if origin is None else -origin[None]
+    X = jnp.concatenate([W[:, 9:], ground])
     node = np.asarray(system.topology.frame_node)
     R, X = R[node], X[node]
     position = X + jnp.einsum("fij,fj->fi", R, system.frames.position)

@@ -1,5 +1,7 @@
 """The state of a system at a time, and how to get one that closes all loops."""
 
+import warnings
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -20,16 +22,22 @@ class State(eqx.Module):
 
     `residual` () is what assembly left open, the largest over the rows of positions [m, rad] and velocities [m/s,
     rad/s]; zero for a state written down by hand.  In a batch of designs `ok` tells which of them were assembled.
+    `structure` is the layout of the system that it was made for, of which the public functions ask; None by hand.
     """
 
     t: Float[Array, "..."]
     coordinates: Float[Array, "... nq"]
     velocities: Float[Array, "... nv"]
     residual: Float[Array, "..."]
+    structure: tuple | None = eqx.field(static=True)
 
-    def __init__(self, t, coordinates, velocities, residual=None):
-        self.t, self.coordinates, self.velocities = t, coordinates, velocities
-        self.residual = jnp.zeros_like(t) if residual is None else residual
+    def __init__(self, t, coordinates, velocities, residual=None, structure=None):
+        plain = (float, list, np.ndarray)
+        self.t, self.coordinates, self.velocities = (
+            jnp.asarray(x, float) if isinstance(x, plain) else x for x in (t, coordinates, velocities)
+        )
+        self.residual = jnp.zeros_like(self.t) if residual is None else residual
+        self.structure = structure
 
     @property
     def ok(self) -> jax.Array:
@@ -74,14 +82,14 @@ class State(eqx.Module):
 def _nan_where_open(state):
     """The state, NaN where it is not assembled; times NaN and not `where`, so that derivatives are NaN too."""
     factor = jnp.where(state.ok, 1.0, jnp.nan).astype(state.coordinates.dtype)
-    return State(state.t, state.coordinates * factor, state.velocities * factor, state.residual)
+    return State(state.t, state.coordinates * factor, state.velocities * factor, state.residual, state.structure)
 
 
 def _solve(system, psi, u, t, free, restart):
     """Assemble from psi; concrete searches that fail start again from random guesses."""
     *found, f, g = assembled(system, psi, u, t, *free)
     if isinstance(f, jax.core.Tracer) or not system.has_constraints or not restart:
-        return _state(t, found, f, g), f, g
+        return _state(system, t, found, f, g), f, g
     random, simple = np.random.default_rng(0), np.array([k != "ball" for k in system.topology.node_kind])
     columns = np.nonzero(simple)[0]
     index = np.asarray(system.topology.node_coordinate)[columns]
@@ -91,12 +99,12 @@ def _solve(system, psi, u, t, free, restart):
         scale = np.where(system.topology.spins[columns] > 0, 1.0, system.topology.analysis.length)
         move = random.normal(size=len(columns)) * scale * np.asarray(free[0])[columns]
         *found, f, g = assembled(system, psi.at[index].add(jnp.asarray(move)), u, t, *free)
-    return _state(t, found, f, g), f, g
+    return _state(system, t, found, f, g), f, g
 
 
-def _state(t, found, f, g):
+def _state(system, t, found, f, g):
     largest = [jnp.max(jnp.abs(x), initial=0.0) for x in (f, g)]
-    return State(t, *found, jax.lax.stop_gradient(jnp.maximum(*largest)))
+    return State(t, *found, jax.lax.stop_gradient(jnp.maximum(*largest)), system.topology.structure)
 
 
 def _place(top, array, values, part, faults):
@@ -114,13 +122,26 @@ def _place(top, array, values, part, faults):
                 f"choose another joint to cut with build(cut=[...])"
             )
             continue
+        if isinstance(value, str):
+            faults.append(f"state: joint {name!r} takes numbers, got the text {value!r}")
+            continue
         value = jnp.asarray(value, float)
         size = where.stop - where.start
+        _notice_degrees(name, joint, value, part)
         if value.shape not in (((), (1,)) if size == 1 else ((size,),)):
             faults.append(f"state: joint {name!r} takes {size} {part}, got shape {value.shape}")
             continue
         array = array.at[where].set(jnp.reshape(value, (size,)))
     return array
+
+
+def _notice_degrees(name, joint, value, part):
+    """A warning for an angle of more than two turns: it may be in degrees."""
+    turns = joint.kind == "Revolute" and part == "coordinates" and not isinstance(value, jax.core.Tracer)
+    if turns and np.any(np.abs(value) > 4.0 * np.pi):
+        angle = float(np.max(np.abs(value)))
+        text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"
+        warnings.warn(f"{text}; angles are in radians, not degrees", stacklevel=4)
 
 
 def _free(top, values):

@@ -76,10 +76,19 @@ def _sum_ancestors(tree, x):
 
 
 def _sum_subtrees(tree, x):
-    total = lax.scan(lambda c, y: (c + y, c + y), jnp.zeros(x.shape[1:], x.dtype), x, reverse=True)[1]
+    """Along each chain by a scan; then to every node the chains that start below it.  Nothing is subtracted: a
+    difference of sums over all nodes would leave the rounding of heavy branches on light ones."""
+    zero = jnp.zeros(x.shape[1:], x.dtype)
     if tree.is_chain:
-        return total
-    return total - jnp.concatenate([total, jnp.zeros_like(total[:1])])[tree.end]
+        return lax.scan(lambda c, y: (c + y, c + y), zero, x, reverse=True)[1]
+
+    def step(below, row):
+        goes_on, y = row
+        total = goes_on * below + y
+        return total, total
+
+    along = lax.scan(step, zero, (jnp.asarray(tree.goes_on, x.dtype), x), reverse=True)[1]
+    return along + jnp.tensordot(jnp.asarray(tree.hanging, x.dtype), along[tree.starts], 1)
 
 
 def _less_parent(tree, y):

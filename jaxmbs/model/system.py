@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from .describe import describe, describe_html
 from .elastic import ElasticGroup
 from .frame import Pose
+from .question import check_fits
 from .topology import Topology
 
 
@@ -74,10 +75,12 @@ class System(eqx.Module):
 
     def coordinates(self, state) -> dict:
         """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
+        check_fits(self, state)
         return _by_joint(self.topology, state.coordinates, lambda j: j.coordinates)
 
     def rates(self, state) -> dict:
         """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
+        check_fits(self, state)
         return _by_joint(self.topology, state.velocities, lambda j: j.velocities)
 
     def describe(self) -> str:

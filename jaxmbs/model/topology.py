@@ -11,7 +11,8 @@ from .tree import Tree
 @dataclass(frozen=True)
 class JointRecord:
     """One declared joint.  `parent` and `child` are body indices as in the tree (-1 ground); slices into the
-    coordinates and velocities are empty for a cut joint.  `frames` are its (parent, child) frame indices."""
+    coordinates and velocities are empty for a cut joint.  `frames` are its (parent, child) frame indices.
+    `is_hidden`: a weld inside a body that the builder split; no bearing, so it has no compliance of its own."""
 
     name: str
     kind: str
@@ -24,6 +25,7 @@ class JointRecord:
     first_velocity: int = 0
     num_velocities: int = 0
     labels: tuple[str, ...] = ()
+    is_hidden: bool = False
 
     @property
     def coordinates(self) -> slice:
@@ -96,6 +98,13 @@ class Topology:
     @property
     def joint_names(self) -> tuple[str, ...]:
         return tuple(j.name for j in self.joints)
+
+    @cached_property
+    def structure(self) -> tuple:
+        """(joint, kind, coordinates, velocities) in tree order, what a state of the system is laid out by."""
+        moving = [j for j in self.joints if j.num_velocities]
+        moving.sort(key=lambda j: j.first_velocity)
+        return tuple((j.name, j.kind, j.num_coordinates, j.num_velocities) for j in moving)
 
     @cached_property
     def joint_index(self) -> dict:

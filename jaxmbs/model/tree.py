@@ -46,6 +46,21 @@ class Tree:
         return (j[None, :] <= j[:, None]) & (j[:, None] < self.end[None, :])
 
     @cached_property
+    def goes_on(self) -> np.ndarray:
+        """(size,) bool: the next node hangs on this one, so that both belong to one chain."""
+        return np.array([k + 1 < self.size and self.parent[k + 1] == k for k in range(self.size)])
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """First nodes of the chains that hang on a node that goes on without them."""
+        return np.array([k for k in range(1, self.size) if self.parent[k] != k - 1], int)
+
+    @cached_property
+    def hanging(self) -> np.ndarray:
+        """(size, starts) bool: the chain that begins at the start hangs on the node or further out."""
+        return self.path[self.starts].T & (self.starts[None, :] != np.arange(self.size)[:, None])
+
+    @cached_property
     def parent_or_size(self) -> np.ndarray:
         """Parents with the ground as index `size`: for gathers from arrays with one padding row."""
         return np.asarray([self.size if p < 0 else p for p in self.parent], np.int32)

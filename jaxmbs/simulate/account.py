@@ -16,6 +16,8 @@ from .formulation import is_rheonomic
 from .motion import Diagnostics
 
 CLOSED = 1e-6  # largest residual of constraints that count as met
+_OFF = 0.1  # energy that is missing, of all that was exchanged
+_ROUNDING = 1e-6  # and of the largest energy there is: a system at rest exchanges none
 _CODES = {
     "successful": codes.SUCCESS,
     "event_occurred": codes.EVENT,
@@ -53,9 +55,9 @@ def diagnose(system, observed, work, stats) -> Diagnostics:
     )
 
 
-def result_code(result, states, diagnostics, ended, open_at_start):
-    """Result code (): the integrator's, overruled by states that are not finite or break the constraints; and which
-    of the saved times (T,) are lost: all from the first bad one on."""
+def result_code(result, states, diagnostics, observed, ended, open_at_start, ts):
+    """Result code (): the integrator's, overruled by states or times asked for (T,) that are not finite, states that
+    break the constraints or the energy account; and which of the saved times are lost: all from the first bad one."""
     code = jnp.asarray(codes.FAILED)
     for name, value in _CODES.items():
         code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
@@ -64,10 +66,21 @@ def result_code(result, states, diagnostics, ended, open_at_start):
     drift, velocity_drift = (jnp.nan_to_num(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
     broken = (drift > CLOSED) | (velocity_drift > CLOSED * speed)
     code = jnp.where((code <= codes.EVENT) & jnp.any(broken & ~ended), codes.INCONSISTENT, code)
-    code = jnp.where(jnp.any(~finite & ~ended), codes.NOT_FINITE, code)
+    code = jnp.where((code <= codes.EVENT) & _is_off(diagnostics, observed, ended), codes.ENERGY, code)
+    code = jnp.where(jnp.any(~finite & ~ended) | ~jnp.all(jnp.isfinite(ts)), codes.NOT_FINITE, code)
     code = jnp.where(open_at_start <= CLOSED, code, codes.NOT_ASSEMBLED)
     bad = ended | broken | ~finite | (code == codes.NOT_ASSEMBLED)
-    return code, (jnp.cumsum(bad) > 0) & (code > codes.EVENT)
+    return code, (jnp.cumsum(bad) > 0) & (code > codes.EVENT) & (code != codes.ENERGY)
+
+
+def _is_off(diagnostics, observed, ended):
+    """Whether energy is missing: more than a tenth of what was exchanged, and more than rounding."""
+    kinetic, potential = (jnp.nan_to_num(x) for x in observed[:2])
+    work = sum((jnp.abs(jnp.nan_to_num(w)) for w in diagnostics.work.values()), jnp.zeros_like(kinetic[1:]))
+    exchanged = jnp.max(kinetic) + jnp.max(jnp.abs(potential - potential[0])) + jnp.max(work, initial=0.0)
+    largest = jnp.max(kinetic) + jnp.max(jnp.abs(potential))
+    missing = jnp.where(ended, 0.0, jnp.abs(jnp.nan_to_num(diagnostics.energy_residual)))
+    return jnp.max(missing, initial=0.0) > _OFF * exchanged + _ROUNDING * largest
 
 
 def without(ended, lost, states, diagnostics):
@@ -80,7 +93,8 @@ def without(ended, lost, states, diagnostics):
     def spoil(x):
         return masked(ended & ~lost, x * factor.reshape(factor.shape + (1,) * (x.ndim - 1)), jnp.nan)
 
-    states = State(states.t, spoil(states.coordinates), spoil(states.velocities), states.residual)
+    parts = spoil(states.coordinates), spoil(states.velocities)
+    states = State(states.t, *parts, states.residual, states.structure)
     accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
     spoiled = jax.tree.map(spoil, accounts)
     return states, eqx.tree_at(lambda d: (d.kinetic, d.potential, d.work, d.energy_residual), diagnostics, spoiled)

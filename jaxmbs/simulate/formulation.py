@@ -14,12 +14,13 @@ from ..dynamics import hamiltonian
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
 from ..kinematics.assembly import metric, newton_step
-from ..kinematics.kic import independent_columns, velocity_map
+from ..kinematics.kic import velocity_map
 from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise
-from ..math.linalg import saddle_solve
+from ..math.linalg import saddle_factor, saddle_solve
 from ..model.system import System
 
 FORMULATIONS = ("canonical", "independent", "velocity", "prescribed")
+_OWN = 1e-6  # of the inertia that the loops lend: less is none
 _ROUNDING = {8: 1e-11, 4: 1e-5}  # residuals [m, rad] that say nothing about convergence
 
 
@@ -34,15 +35,21 @@ class Problem(eqx.Module):
     @classmethod
     def begin(cls, system, P, formulation, psi, u, t):
         """The problem and the scaled second half of its state: momenta in units of velocity, divided by the inertia
-        that each velocity sees at the start."""
+        that each velocity sees at the start.
+
+        A column without inertia of its own has no momentum to keep: what its efforts feed in during a step is taken
+        up by the rows, and moves the system as the inertia that the loops lend it says."""
         if formulation in ("velocity", "prescribed"):
             u = u if formulation == "velocity" else u[:0]
             return cls(system, P, jnp.ones_like(u), formulation), u
         M = hamiltonian.tree_mass(system, P, psi)
-        p, diagonal = M @ u, jnp.diagonal(M)
+        p = M @ u
         if formulation == "independent":
-            p, diagonal = velocity_map(system, P, psi, t)[0].T @ p, diagonal[independent_columns(system)]
-        scale = lax.stop_gradient(jnp.maximum(diagonal, 1e-9 * jnp.max(diagonal)))
+            Gamma = velocity_map(system, P, psi, t)[0]
+            p, scale = Gamma.T @ p, jnp.diagonal(Gamma.T @ M @ Gamma)
+        else:
+            scale = _seen_inertia(system, P, psi, t, M)
+        scale = lax.stop_gradient(jnp.maximum(scale, 1e-9 * jnp.max(scale, initial=0.0)))
         return cls(system, P, scale, formulation), p / scale
 
     def velocities(self, t, psi, p):
@@ -106,6 +113,18 @@ class Problem(eqx.Module):
             psi, gaps = lax.scan(lambda q, _: newton_step(self.system, self.P, q, t, free), psi, length=2)
             closes = gaps[1] <= 0.1 * gaps[0] + _ROUNDING[psi.dtype.itemsize]
         return normalise(self.system.topology, psi), closes
+
+
+def _seen_inertia(system, P, psi, t, M):
+    """Inertia (nv,) that each column sees: its own, or where that is nothing beside it what the rows lend it,
+    1 / K_ii of `u = K p`, the inverse of M on the motions that the rows allow."""
+    own = jnp.diagonal(M)
+    if not system.has_constraints:
+        return own
+    rows = constraints.row_scale(system)
+    A = rows.unit[:, None] * constraints.jacobian(system, P, psi, t)
+    lent = 1.0 / jnp.diagonal(saddle_factor(M, A, rows.block)[0])
+    return jnp.where(own > _OWN * lent, own, lent)
 
 
 def constrained_velocities(system, P, psi, t):

@@ -16,6 +16,7 @@ from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..math.lineax_solver import SquareSolver
 from ..math.rows import over_rows
+from ..model.question import check_fits
 from ..model.system import System
 from . import motion as codes
 from .account import CLOSED, diagnose, masked, observe, result_code, without
@@ -71,6 +72,7 @@ def simulate(
         ValueError: contradictory options.
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
+    check_fits(system, state)
     if formulation is None and system.topology.mobility == 0:
         formulation = "prescribed"
     solver, formulation = _choose(solver, dt, rtol, atol, gradient, formulation)
@@ -126,14 +128,23 @@ def _save_times(t0, t1, ts):
     if ts is None:
         if t1 is None:
             raise ValueError("give t1= (end time) or ts= (times to save)")
+        _check_end(t0, t1)
         return jnp.linspace(t0, jnp.asarray(t1, float), 101)
     ts = jnp.asarray(ts, float)
     known = not any(isinstance(x, jax.core.Tracer) for x in (t0, ts))
+    if known and not np.all(np.isfinite(ts)):
+        raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
     if ts.ndim != 1 or ts.shape[0] == 0:
         raise ValueError(f"ts must be a list of times, got shape {ts.shape}")
     if known and (np.any(np.diff(ts) < 0) or ts[0] < t0 - 1e-12):
         raise ValueError(f"ts must increase and start at or after the state's time {float(t0)}")
     return ts
+
+
+def _check_end(t0, t1):
+    """ValueError for an end time that is known, and not finite or before the start."""
+    if not any(isinstance(x, jax.core.Tracer) for x in (t0, t1)) and not (np.isfinite(t1) and t1 >= t0):
+        raise ValueError(f"t1={t1} must be a finite time, not before the state's time {t0}")
 
 
 def _fixed_steps(t0, t1, dt):
@@ -154,6 +165,7 @@ def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
     y0 = (psi, p0, jnp.zeros(num_powers(system), psi.dtype))
     open_at_start = lax.stop_gradient(jnp.maximum(state.residual, _gap(problem, psi, t0)))
     fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(psi)) & jnp.all(jnp.isfinite(state.velocities))
+    fit = fit & jnp.all(jnp.isfinite(ts)) & jnp.isfinite(t1)
     t1, times = jnp.where(fit, t1, t0), jnp.where(fit, ts, t0)  # a loop of no steps
     if system.has_constraints:
         solver = Projected(solver, _project, watched=formulation == "prescribed")
@@ -212,7 +224,8 @@ def _controller(formulation, dt, rtol, atol, span, ts):
 
 def _event(function):
     def crossing(t, y, args, **_):
-        return function(State(jnp.asarray(t, y[0].dtype), y[0], args.velocities(t, y[0], y[1])))
+        t = jnp.asarray(t, y[0].dtype)
+        return function(State(t, y[0], args.velocities(t, *y[:2]), structure=args.system.topology.structure))
 
     return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10, linear_solver=SquareSolver()))
 
@@ -244,11 +257,12 @@ def _motion(problem, start, y0, solution, ts, open_at_start, with_event, lands):
     begin = (start.t, *y0[:2])
     rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(begin, filled, last, strict=True))
     psi, u, observed = over_rows(sample, rows)
-    end = lax.stop_gradient(State(last[0], psi[-1], u[-1], observed[2][-1]))
+    structure = problem.system.topology.structure
+    end = lax.stop_gradient(State(last[0], psi[-1], u[-1], observed[2][-1], structure))
     psi, u, observed = jax.tree.map(lambda x: x[:-1], (psi, u, observed))
-    states = State(saved, psi[1:], u[1:], observed[2][1:])
+    states = State(saved, psi[1:], u[1:], observed[2][1:], structure)
     diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), solution.stats)
-    code, lost = result_code(solution.result, states, diagnostics, ended, open_at_start)
+    code, lost = result_code(solution.result, states, diagnostics, observed, ended, open_at_start, ts)
     if problem.formulation == "prescribed":
         code = jnp.where((code == codes.STEP_SIZE) | (code == codes.FAILED), codes.INCONSISTENT, code)
     states, diagnostics = without(ended, lost, states, diagnostics)

@@ -13,12 +13,13 @@ STATUS = (
     "an event ended the motion",
     "maximum number of steps reached",
     "the step size fell below its least value (stiff or singular motion: try an implicit solver or more damping)",
-    "the state is not finite",
+    "the state is not finite, or the times asked for are not",
     "the constraints contradict the motion (locked, singular or redundantly driven)",
     "the initial state does not satisfy the constraints",
     "the integrator failed (an implicit step was not solved: take smaller steps, or newton=True for Gauss solvers)",
+    "the energy account is off by more than a tenth of the energy exchanged (take smaller steps or tolerances)",
 )
-SUCCESS, EVENT, MAX_STEPS, STEP_SIZE, NOT_FINITE, INCONSISTENT, NOT_ASSEMBLED, FAILED = range(len(STATUS))
+SUCCESS, EVENT, MAX_STEPS, STEP_SIZE, NOT_FINITE, INCONSISTENT, NOT_ASSEMBLED, FAILED, ENERGY = range(len(STATUS))
 
 
 class Diagnostics(eqx.Module):
@@ -48,7 +49,8 @@ class Motion(eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
     `end` is the state that the integrator reached, at its time `end.t` [s].  Of a motion that failed the states saved
-    before are kept; those after it are NaN, and so is every result and derivative that follows from them.
+    before are kept; those after it are NaN, and so is every result and derivative that follows from them.  Where only
+    the energy account is off all states are kept.
     """
 
     ts: Float[Array, " times"]

@@ -13,6 +13,7 @@ from ..dynamics.newton_euler import forward_dynamics
 from ..kinematics.assembly import consistent_velocities, newton_step
 from ..kinematics.poses import coordinate_rate, node_parameters, normalise
 from ..kinematics.state import State
+from ..model.question import check_fits
 from ..model.system import System
 from .motion import Motion
 
@@ -56,6 +57,7 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
     """
     if motion.ts.ndim != 1:
         raise ValueError(f"peak takes one motion, use jax.vmap for many; the times have shape {motion.ts.shape}")
+    check_fits(system, motion.states)
     values = jax.vmap(quantity)(motion.states)
     shape, values = values.shape[1:], values.reshape(values.shape[0], -1)
     used = jnp.isfinite(motion.ts)  # after an event nothing is saved
@@ -110,7 +112,7 @@ def _between(system, P, knots, t) -> State:
         psi = lax.scan(lambda q, _: newton_step(system, P, q, t, free), psi, length=2)[0]
     psi = normalise(top, psi)
     u = consistent_velocities(system, P, psi, _velocities(top, psi, rate), t, free)
-    return State(t, psi, u)
+    return State(t, psi, u, structure=top.structure)
 
 
 def _quintic(first: _Knots, second: _Knots, t):

@@ -65,7 +65,8 @@ class Bonds(eqx.Module):
             effort (q, 6): what springs and motors apply on the child in components that are not carried.
             length: default the root mean square distance of the bonds from their middle, or 1.
 
-        Raises: ModelError for names, shapes, compliances that are not positive, efforts where the bond carries.
+        Raises: ModelError for names, shapes, compliances that are not positive, efforts where the bond carries, and
+        frames that are no rotations; under tracing such a frame is NaN.
         """
         network, q = Network.from_names(bodies, bonds), len(bonds)
         position = jnp.asarray(position)
@@ -76,6 +77,9 @@ class Bonds(eqx.Module):
         given |= {"carries": (carries, (q, 6)), "effort": (np.zeros((q, 6)) if effort is None else effort, (q, 6))}
         given |= {} if compliance is None else {"compliance": (compliance, (q, 6))}
         _check(network, given)
+        if isinstance(given["frame"][0], jax.core.Tracer):
+            rotates = _rotates(frame, jnp)[:, None, None]
+            given["frame"] = (jnp.where(rotates, frame, jnp.nan), (q, 3, 3))
         position, frame, effort = (jnp.asarray(given[name][0], dtype) for name in ("position", "frame", "effort"))
         length = _spread(position) if length is None else jnp.asarray(length, dtype)
         if compliance is None:
@@ -131,6 +135,13 @@ def _spread(position):
     return jnp.where(spread > 0.0, spread, 1.0)
 
 
+def _rotates(frame, numpy):
+    """(q,) whether the columns of (q, 3, 3) are unit vectors, square to each other and right-handed."""
+    product = numpy.einsum("qji,qjk->qik", frame, frame) - numpy.eye(3)[None]
+    hand = numpy.sum(numpy.cross(frame[:, :, 0], frame[:, :, 1]) * frame[:, :, 2], axis=1)
+    return (numpy.max(numpy.abs(product), axis=(1, 2)) <= 1e-5) & (hand > 0)
+
+
 def _check(network, given):
     faults = [
         f"{name} has shape {np.shape(value)}; {len(network.bonds)} bonds need {shape}"
@@ -145,11 +156,15 @@ def _check(network, given):
         wrong = ~np.isfinite(value)
         if name == "compliance":
             wrong |= ~(np.asarray(value) > 0.0)
+        if name == "frame":
+            wrong |= (np.isfinite(value).all(axis=(1, 2)) & ~_rotates(np.asarray(value), np))[:, None, None]
         if name == "effort":
             wrong |= given["carries"][0] & (np.asarray(value) != 0.0)
         wrong = wrong.reshape(len(wrong), -1).any(axis=1)
         advice = {"compliance": "must be positive", "effort": "acts in a component that the bond carries"}
         advice = advice.get(name, "must be finite")
+        if name == "frame" and np.all(np.isfinite(value)):
+            advice = "must be a rotation: unit columns, square to each other, right-handed"
         faults += [f"bond {network.bonds[e]!r}: {name} {advice}" for e in np.nonzero(wrong)[0]]
     if faults:
         raise ModelError(faults)

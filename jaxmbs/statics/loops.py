@@ -6,8 +6,7 @@ which makes `1/2 y.C y + d.y` least?  `factor(network, C)` is done once; `correc
 
 `penalty` (double, single precision) is how much stiffer than the weakest bond the free directions may be made
 without loss: the nodes lose more, a ladder of n loops has a condition of n^4 of its own.  Each of the proximal
-`iterations` gains that factor over the stiffness of a loop; on nearly singular loops it is not much.  A new one of
-the `rounds` starts from exact equilibrium, which solutions for the nodes do not keep.
+`iterations` gains that factor over the stiffness of a loop; on nearly singular loops it is not much.
 """
 
 from typing import NamedTuple
@@ -30,7 +29,7 @@ FEW_LOOPS = 20
 class ForceMethod:
     """y = Y lambda with `(Y^T C Y) lambda = -Y^T d`, dense, each chain of bonds as one.  Source: S1 (28)-(29)."""
 
-    penalty, rounds, iterations = {8: 1e8, 4: 1e3}, 1, 4
+    penalty, iterations = {8: 1e8, 4: 1e3}, 4
 
     @staticmethod
     def factor(network: Network, C):
@@ -59,7 +58,7 @@ class _NodalFactors(NamedTuple):
 class NodalMethod:
     """Chains of bonds as springs between nodes: one symmetric positive definite block-sparse system for the nodes."""
 
-    penalty, rounds, iterations = {8: 1e5, 4: 1e2}, 2, 2
+    penalty, iterations = {8: 1e6, 4: 1e2}, 2
 
     @staticmethod
     def factor(network: Network, C):

@@ -9,7 +9,7 @@ from jaxtyping import Array, Complex, Float
 
 from ..math import square
 from ..math.eigen import eig, spectral
-from .modes import check_mass
+from .modes import check_mass, stable_modes
 
 
 def proportional(K, M, by_mass, by_stiffness):
@@ -35,15 +35,26 @@ def modal(K, M, ratios):
     Args:
         ratios: one for all or one for each mode (n,) by rising frequency, then equal where frequencies are.
 
-    Rigid modes stay undamped.  Right in value and first derivative at repeated frequencies.  Source: S1 (40).
+    Rigid modes stay undamped.  Right in value and first derivative at repeated frequencies.
+
+    Raises: ValueError for negative stiffness, whose modes have no damping ratio, if concrete; else NaN.
+    Source: S1 (40).
     """
-    return M @ spectral(_modal_rate, K, M, jnp.asarray(ratios, K.dtype)) @ M
+    modes = lax.stop_gradient(stable_modes(K, M))
+    moving = (~modes.is_rigid).astype(K.dtype) + 0.0 * modes.shapes[0]  # NaN where it is unstable
+    return M @ spectral(_modal_rate, K, M, jnp.asarray(ratios, K.dtype), moving) @ M
 
 
-def _modal_rate(values, ratios):
-    floor = 200 * jnp.finfo(values.dtype).eps * jnp.max(jnp.abs(values))
-    rigid = values <= floor
-    return jnp.where(rigid, 0.0, 2.0 * ratios * jnp.sqrt(jnp.where(rigid, 1.0, values)))
+def _modal_rate(values, ratios, moving):
+    still = moving < 0.75  # between a rigid mode and another one it is a half
+    return jnp.where(still, 0.0, 2.0 * ratios * jnp.sqrt(jnp.where(still, 1.0, values)) * moving)
+
+
+def coupled(C):
+    """() whether a damping in natural modes (n, n) couples them: by more than 1e3 roots of rounding of their own."""
+    own, root = jnp.abs(jnp.diagonal(C)), jnp.finfo(C.dtype).eps ** 0.5
+    size = jnp.sqrt(own[:, None] * own[None, :]) + root * jnp.max(own, initial=1e-30)
+    return jnp.max(jnp.abs(C - jnp.diag(jnp.diagonal(C))) / size, initial=0.0) > 1e3 * root
 
 
 def structural(K, loss):

@@ -38,11 +38,17 @@ class Group(eqx.Module):
         return [f"{name}[{k}]: {self.element.misplacement}" for k in np.nonzero(bad)[0]]
 
 
-def group(name, element, connections, index, faults) -> Group:
-    """From one element for all connections or a sequence of one for each; `index` numbers the nodes by name."""
+def group(name, element, connections, index, faults) -> Group | None:
+    """From one element for all connections or a sequence of one for each; `index` numbers the nodes by name.
+
+    None, and a fault, for an empty sequence of elements.
+    """
     shared = isinstance(element, AbstractElement)
     members = [element] if shared else list(element)
     rows = connections.tolist() if hasattr(connections, "tolist") else connections
+    if not members:
+        faults.append(f"{name} has no element")
+        return None
     rows = [(row,) if isinstance(row, str | int | np.integer) else row for row in rows]
     nodes = [tuple(number_of(n, index, name, faults) for n in row) for row in rows]
     kind = members[0]
@@ -73,10 +79,10 @@ def held_pairs(held, index, faults) -> tuple[tuple[int, int], ...]:
     pairs = set()
     for node, directions in held.items():
         names = directions.split() if isinstance(directions, str) else np.atleast_1d(directions).tolist()
-        names = DIRECTIONS if "all" in names else names
+        names, number = DIRECTIONS if "all" in names else names, number_of(node, index, "held", faults)
         for d in names:
             if d in DIRECTIONS:
-                pairs.add((number_of(node, index, "held", faults), DIRECTIONS.index(d)))
+                pairs.add((number, DIRECTIONS.index(d)))
             else:
                 faults.append(f"held at {node}: {d!r} is none of {', '.join(DIRECTIONS)}")
     return tuple(sorted(pairs))

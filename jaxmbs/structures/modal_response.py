@@ -8,6 +8,7 @@ import numpy as np
 from jax import lax
 
 from ..math.eigen import same
+from .damping import coupled
 from .modes import Modes, check_mass, check_symmetric, natural_modes
 from .transient import ModalMotion, oscillations
 
@@ -30,7 +31,7 @@ def modal_response(
     damping.
 
     Raises: ValueError as `natural_modes`, and for loads that do not fit; if concrete, for a damping that couples the
-    modes and motions that are not finite.  Source: S1 (30)-(31), (42)-(43).
+    modes and motions that are not finite; under tracing such a damping gives NaN.  Source: S1 (30)-(31), (42)-(43).
     """
     check_symmetric(stiffness=stiffness, mass=mass, damping=damping)
     check_mass(mass)
@@ -87,7 +88,11 @@ def _modal(num, static_start, modes: Modes, load, step, ratios, values, rates):
 
 
 def _own_rates(C, modes: Modes):
-    return None if C is None else jnp.sum(modes.shapes * (C @ modes.shapes), axis=0)
+    """(n,) damping of each mode, NaN where it couples them."""
+    if C is None:
+        return None
+    C = modes.shapes.T @ C @ modes.shapes
+    return jnp.where(coupled(lax.stop_gradient(C)), jnp.nan, jnp.diagonal(C))
 
 
 def _parting(A, M, modes: Modes, diagonal):
@@ -111,5 +116,6 @@ def _check_uncoupled(K, M, C):
 def _check_finite(x):
     if not isinstance(x, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(x))):
         raise ValueError(
-            "the motion is not finite: a mass that is not positive definite, negative stiffness, or the load"
+            "the motion is not finite: a mass that is not positive definite, negative stiffness, damping that "
+            "couples modes of equal frequency, or the load"
         )

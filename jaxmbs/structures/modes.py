@@ -12,7 +12,7 @@ from ..math.eigen import eigh, same
 
 
 class Modes(eqx.Module):
-    """Natural modes by rising frequency, `shapes^T M shapes = 1`.
+    """Natural modes by rising value, `shapes^T M shapes = 1`.
 
     Frequencies have derivatives (a frequency that repeats: only the sum over its group), shapes those that single
     modes and projectors over groups have; `math.eigen.spectral` is the way through sums over modes.
@@ -20,7 +20,7 @@ class Modes(eqx.Module):
     Attributes:
         values: squared angular frequencies (m,) [rad^2/s^2].
         shapes: (n, m), of unit modal mass.
-        is_rigid: (m,), values that are zero to rounding.
+        is_rigid: (m,), values that are zero to the rounding of the stiffness.
     """
 
     values: Float[Array, " m"]
@@ -28,20 +28,30 @@ class Modes(eqx.Module):
     is_rigid: Array
 
     @property
+    def is_unstable(self) -> Array:
+        """(m,), values below zero: the stiffness is negative in these shapes, and they grow like `e^(|w| t)`."""
+        return (self.values < 0) & ~self.is_rigid
+
+    @property
     def angular_frequencies(self) -> Float[Array, " m"]:
-        """[rad/s], zero for rigid modes.  Source: S1 (37)."""
-        return jnp.where(self.is_rigid, 0.0, jnp.sqrt(jnp.where(self.is_rigid, 1.0, self.values)))
+        """[rad/s], zero for rigid modes, `-sqrt(-value)` for unstable ones: a minus stands for the imaginary unit.
+
+        Source: S1 (37).
+        """
+        still = self.is_rigid | (self.values == 0)
+        size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, self.values)))
+        return jnp.where(still, 0.0, jnp.where(self.values < 0, -size, size))
 
     @property
     def frequencies(self) -> Float[Array, " m"]:
-        """[Hz]."""
+        """[Hz], signs as of `angular_frequencies`."""
         return self.angular_frequencies / (2.0 * jnp.pi)
 
     @property
     def groups(self) -> Int[Array, " m"]:
         """The number of the group of equal values that each mode is in; the rigid modes are one group."""
-        apart = ~jnp.diagonal(same(self.values), 1) & ~self.is_rigid[1:]
-        apart = apart | (self.is_rigid[:-1] & ~self.is_rigid[1:])
+        rigid = self.is_rigid
+        apart = jnp.where(rigid[1:] | rigid[:-1], rigid[1:] ^ rigid[:-1], ~jnp.diagonal(same(self.values), 1))
         return jnp.concatenate([jnp.zeros(1, int), jnp.cumsum(apart)])
 
     @property
@@ -60,21 +70,81 @@ def natural_modes(K, M, num: int | None = None, num_rigid: int | None = None) ->
     Args:
         M: positive definite (n, n).
         num: how many (default all); with `complete` it should not cut a group.
-        num_rigid: how many are rigid, if known; else those below rounding of the highest value.
+        num_rigid: how many are rigid, if known: those of the smallest values; else see `rigid_flags`.
 
-    Raises: ValueError for matrices of different shapes and more modes than there are; if concrete, also for a mass
-    matrix that is not positive definite, and for unsymmetric or non-finite matrices.
+    Negative stiffness is no error here: see `Modes.is_unstable`.
+
+    Raises: ValueError for matrices of different shapes or without a row, and more modes than there are; if concrete,
+    also for a mass matrix that is not positive definite, and for unsymmetric or non-finite matrices (under tracing
+    the modes of unsymmetric ones are NaN).
     Source: S1 (33)-(37).
     """
-    check_symmetric(stiffness=K, mass=M)
+    K, M = symmetric(stiffness=K, mass=M)
+    if len(K) == 0:
+        raise ValueError("there are no coordinates, and so no modes: the stiffness is of shape (0, 0)")
     if num is not None and not 0 <= num <= len(K):
         raise ValueError(f"num = {num}: there are {len(K)} modes")
     check_mass(M)
     values, shapes = eigh(K, M)
     _check_finite(values)
-    floor = 200 * jnp.finfo(values.dtype).eps * jnp.max(jnp.abs(values))
-    rigid = values <= floor if num_rigid is None else jnp.arange(values.shape[0]) < num_rigid
+    if num_rigid is None:
+        rigid = rigid_flags(K, values, shapes)
+    else:
+        rigid = jnp.argsort(jnp.argsort(jnp.abs(values))) < num_rigid
     return Modes(values, shapes, rigid).part(slice(0, num))
+
+
+#: A mode is rigid where its value is at most so many times the rounding of the stiffness in its shape or, below zero,
+#: at least so many: noise must not pass for an instability.
+RIGID, NEGATIVE = 8.0, 200.0
+
+
+def rigid_flags(K, values, shapes):
+    """(m,) which modes strain nothing: values that are rounding of K itself.
+
+    That is of `sum_i K_ii x_i^2`, the energy that the diagonal of K stores in a mode, and what K differs from its
+    transpose: products such as those of a reduction show their rounding there.  A soft mount beside a stiff mesh is
+    told from a rigid motion by the stiffness where it moves, not by the highest frequency that there is.  A reduced
+    matrix made symmetric from outside hides its rounding: give `num_rigid`.
+    """
+    eps, size = jnp.finfo(values.dtype).eps, jnp.abs(shapes)
+    stored = jnp.sum(jnp.abs(jnp.diagonal(K))[:, None] * shapes**2, axis=0)
+    uneven = jnp.sum(size * (jnp.abs(K - K.T) @ size), axis=0)
+    vectors = eps**1.5 * len(K) * jnp.max(jnp.abs(values))  # the square of their own error
+    noise = eps * stored + 10 * (uneven + vectors)
+    return lax.stop_gradient((values <= RIGID * noise) & (values >= -NEGATIVE * noise))
+
+
+def stable_modes(K, M, num: int | None = None, num_rigid: int | None = None) -> Modes:
+    """`natural_modes` for reductions.
+
+    Raises: ValueError for negative stiffness, if concrete; under tracing the unstable shapes are NaN.
+    """
+    modes = natural_modes(K, M, None, num_rigid)
+    unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
+    if isinstance(unstable, jax.core.Tracer):
+        shapes = jnp.where(jnp.any(unstable), jnp.nan, modes.shapes)
+        modes = Modes(modes.values, shapes, modes.is_rigid)
+    elif np.any(np.asarray(unstable)):
+        count, least = int(np.sum(np.asarray(unstable))), float(modes.values[0])
+        raise ValueError(f"the stiffness is negative: {count} unstable modes, the first of value {least:.3g} 1/s^2")
+    return modes.part(slice(0, num))
+
+
+#: The part of a matrix's largest entry that may be unsymmetric.
+UNSYMMETRIC = 1e-5
+
+
+def symmetric(**matrices) -> tuple:
+    """The matrices, in order; under tracing an unsymmetric one is NaN.  Raises: as `check_symmetric`."""
+    check_symmetric(**matrices)
+    return tuple(_nan_if_unsymmetric(A) if isinstance(A, jax.core.Tracer) else A for A in matrices.values())
+
+
+def _nan_if_unsymmetric(A):
+    fixed = lax.stop_gradient(A)
+    part, size = jnp.max(jnp.abs(fixed - fixed.T), initial=0.0), jnp.max(jnp.abs(fixed), initial=0.0)
+    return A + jnp.where(part > UNSYMMETRIC * size, jnp.nan, 0.0).astype(A.dtype)
 
 
 def check_symmetric(**matrices) -> None:
@@ -92,7 +162,7 @@ def check_symmetric(**matrices) -> None:
         if not np.all(np.isfinite(A)):
             raise ValueError(f"the {name} is not finite")
         part = np.max(np.abs(A - A.T), initial=0.0) / max(np.max(np.abs(A), initial=0.0), 1e-300)
-        if part > 1e-5:
+        if part > UNSYMMETRIC:
             raise ValueError(f"the {name} is unsymmetric by {part:.1g} of its largest entry")
 
 

@@ -36,7 +36,8 @@ class Structure(eqx.Module):
             element is one for all, or a sequence of one per connection with equal settings.
         held: by node, the directions held to ground: "x ry", a sequence of them, or "all".
 
-    Raises: ModelError with every fault: unknown nodes, wrong counts, nodes met twice, values that cannot be.
+    Raises: ModelError with every fault: no nodes or elements, unknown nodes, wrong counts, nodes met twice, values
+    that cannot be.
     """
 
     positions: Float[Array, "nodes 3"]
@@ -46,6 +47,8 @@ class Structure(eqx.Module):
 
     def __init__(self, nodes, elements: Mapping, held: Mapping | None = None):
         named = isinstance(nodes, Mapping)
+        if len(nodes) == 0:
+            raise ModelError(["a structure needs nodes: none are given"])
         self.names = tuple(str(name) for name in nodes) if named else tuple(str(i) for i in range(len(nodes)))
         places = jnp.stack([number(p) for p in nodes.values()]) if named else nodes
         self.positions = number(places)
@@ -53,6 +56,8 @@ class Structure(eqx.Module):
             raise ModelError(f"positions of nodes have three components each, not the shape {self.positions.shape}")
         index, faults = {name: i for i, name in enumerate(self.names)}, []
         self.groups = {name: group(name, *parts, index, faults) for name, parts in elements.items()}
+        if not any(g is None or g.nodes for g in self.groups.values()):
+            faults.append("a structure needs elements: none are given")
         self.held = held_pairs(held or {}, index, faults)
         if not isinstance(self.positions, jax.core.Tracer):
             lost = np.flatnonzero(~np.all(np.isfinite(np.asarray(self.positions)), axis=1))

@@ -23,7 +23,7 @@ def frequency_errors(stiffness, mass, interface: Sequence[int], reduced: Reduced
     inner, _ = partition(stiffness.shape[0], interface)
     residual = (stiffness @ x - (mass @ x) * modes.values[None, :])[inner]
     missing = jnp.sum(residual * lapack.solve_positive(stiffness[inner][:, inner], residual), axis=0)
-    return jnp.where(modes.is_rigid, 0.0, missing / (2 * jnp.where(modes.is_rigid, 1.0, modes.values)))
+    return jnp.where(modes.is_rigid, 0.0, missing / (2 * jnp.where(modes.is_rigid, 1.0, jnp.abs(modes.values))))
 
 
 def force_errors(stiffness, mass, interface: Sequence[int], x, x_ddot, load=None):

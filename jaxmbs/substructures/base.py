@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..math import square
+from ..structures.modes import symmetric
 from ..structures.substructure import Substructure
 
 
@@ -124,6 +125,14 @@ def parted(interface: Sequence[int], stiffness, mass, damping=None) -> tuple[np.
     if len(set(shapes)) > 1:
         raise ValueError(f"stiffness, mass and damping differ in shape: {shapes}")
     return partition(len(stiffness), interface)
+
+
+def admitted(interface: Sequence[int], stiffness, mass, damping=None) -> tuple:
+    """`parted`, and the stiffness and mass, which a reduction takes for symmetric: NaN if traced and not so.
+
+    Raises: ValueError as `parted` and, if concrete, as `structures.modes.check_symmetric`.
+    """
+    return *parted(interface, stiffness, mass, damping), *symmetric(stiffness=stiffness, mass=mass)
 
 
 def check_num_modes(num: int, available: int) -> None:

@@ -2,15 +2,18 @@
 
 import jax.numpy as jnp
 
-from ..structures.modes import Modes, natural_modes
+from ..structures.modes import Modes, stable_modes
 from .base import Reduced, check_num_modes, numbered, transformed
 
 
 def characteristic_modes(reduced: Reduced, num: int) -> Modes:
-    """The lowest modes of the interface coordinates alone, of a component or of an assembled structure."""
+    """The lowest modes of the interface coordinates alone, of a component or of an assembled structure.
+
+    Raises: ValueError for negative stiffness, if concrete; under tracing that gives NaN.
+    """
     b = reduced.num_interface
     check_num_modes(num, b)
-    return natural_modes(reduced.stiffness[:b, :b], reduced.mass[:b, :b], num)
+    return stable_modes(reduced.stiffness[:b, :b], reduced.mass[:b, :b], num)
 
 
 def characteristic(reduced: Reduced, num: int) -> Reduced:

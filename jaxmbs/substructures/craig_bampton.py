@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from ..structures.modes import Modes, natural_modes
-from .base import Reduced, check_num_modes, numbered, parted, partition, project
+from .base import Reduced, admitted, check_num_modes, numbered, partition, project
 from .guyan import interface_basis
 
 
@@ -20,9 +20,13 @@ def craig_bampton(stiffness, mass, interface: Sequence[int], num_modes: int, dam
     """Interface displacements and the lowest fixed-interface modes, `x_N = S x_i + Phi_N q`.
 
     Stiffness is block diagonal between the two; frequencies come from above.  Beyond some thousand coordinates
-    `large_craig_bampton` and `craig_bampton_sparse` do the same.  Source: S1 (4)-(8).
+    `large_craig_bampton` and `craig_bampton_sparse` do the same.
+
+    Raises: ValueError for an interface that is all of the component, and as `guyan`.  Source: S1 (4)-(8).
     """
-    inner, outer = parted(interface, stiffness, mass, damping)
+    inner, outer, stiffness, mass = admitted(interface, stiffness, mass, damping)
+    if len(inner) == 0:
+        raise ValueError("the interface is all of the component and leaves nothing to reduce: take `physical`")
     T = interface_basis(stiffness, interface)
     shapes = fixed_interface_modes(stiffness, mass, interface, num_modes).shapes
     normal = jnp.zeros((len(stiffness), num_modes), T.dtype).at[inner].set(shapes)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 
 from ..math import square
-from ..structures.modes import natural_modes
-from .base import Reduced, check_num_modes, numbered, parted, partition, project
+from ..structures.modes import stable_modes
+from .base import Reduced, admitted, check_num_modes, numbered, partition, project
 from .hurty import determinate_coordinates, rigid_motions
 from .mixed import explicit_interface
 
@@ -26,14 +26,14 @@ def craig_chang(
 
     The space is Rubin's; no rigid mode has to be told from the elastic ones by its frequency.  Source: S1 (4)-(8).
     """
-    inner, outer = parted(interface, stiffness, mass, damping)
+    inner, outer, stiffness, mass = admitted(interface, stiffness, mass, damping)
     held = determinate_coordinates(stiffness, interface) if determinate is None else tuple(determinate)
     n, b, d = stiffness.shape[0], len(outer), len(held)
     check_num_modes(num_modes + d, len(inner))
     rigid = rigid_motions(stiffness, held)
     loads = jnp.eye(n, dtype=stiffness.dtype)[:, outer]
     attachment = inertia_relief(stiffness, mass, loads, held, rigid)
-    elastic = natural_modes(stiffness, mass, num_modes + d, d).shapes[:, d:]
+    elastic = stable_modes(stiffness, mass, num_modes + d, d).shapes[:, d:]
     order = jnp.concatenate([outer, inner])
     columns = [A[order] for A in (attachment, jnp.concatenate([rigid, elastic], axis=1))]
     moved, (shapes,) = explicit_interface(columns[0], columns[1:], b)

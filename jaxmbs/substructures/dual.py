@@ -106,6 +106,8 @@ def _rigid(K, floor):
     """Motions of the interface (b, d) that strain nothing, each of unit size: those below the widest gap."""
     size = np.sqrt(np.maximum(np.diagonal(K), floor))
     values, vectors = np.linalg.eigh(K / np.outer(size, size))
+    if np.min(values, initial=0.0) < -1e-3:
+        raise ValueError(f"the stiffness of an interface is negative: {np.min(values):.3g} of its diagonal")
     values = np.concatenate([[1e-12], np.maximum(values, 1e-12), [max(1.0, values.max(initial=0.0))]])
     vectors = vectors[:, : np.argmax(values[1:] / values[:-1])] / size[:, None]
     return vectors / np.linalg.norm(vectors, axis=0)

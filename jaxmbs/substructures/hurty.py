@@ -7,16 +7,16 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
-from ..math import square
-from .base import Reduced, check_held, numbered, partition, transformed
+from .base import Reduced, numbered, partition, transformed
 from .craig_bampton import craig_bampton
-from .guyan import interface_basis
+from .guyan import constraint_modes, interface_basis
 
 
 def determinate_coordinates(stiffness, interface: Sequence[int]) -> tuple[int, ...]:
     """Interface coordinates that just hold the component: as many as it has rigid motions, best conditioned.
 
-    On the host, once for each topology.  Raises: ValueError under tracing, and where the interface cannot hold it.
+    On the host, once for each topology.  Raises: ValueError under tracing, for negative stiffness, and where the
+    interface cannot hold it.
     """
     if isinstance(stiffness, jax.core.Tracer):
         raise ValueError("give the determinate coordinates: they cannot be chosen under tracing")
@@ -24,7 +24,10 @@ def determinate_coordinates(stiffness, interface: Sequence[int]) -> tuple[int, .
     _, outer = partition(len(K), interface)
     size = np.sqrt(np.maximum(np.abs(np.diagonal(K)), 1e-300))
     values, vectors = np.linalg.eigh(K / np.outer(size, size))
-    rigid = (vectors / size[:, None])[:, values <= 200 * np.finfo(K.dtype).eps * values[-1]]
+    limit = 200 * np.finfo(K.dtype).eps * np.max(np.abs(values), initial=0.0)
+    if np.any(values < -limit):
+        raise ValueError(f"the stiffness is negative: {np.min(values):.3g} of its diagonal in one of its shapes")
+    rigid = (vectors / size[:, None])[:, values <= limit]
     if rigid.shape[1] == 0:
         return ()
     rows = rigid[outer] * size[outer, None]
@@ -51,7 +54,8 @@ def hurty(
     Args:
         determinate: coordinates of the interface that just hold the component; default `determinate_coordinates`.
 
-    Raises: ValueError for a determinate coordinate that is not one of the interface.  Source: S1 (13)-(20).
+    Raises: ValueError for a determinate coordinate that is not one of the interface and, if concrete, ones that do
+    not hold the component.  Source: S1 (13)-(20).
     """
     rigid = determinate_coordinates(stiffness, interface) if determinate is None else tuple(determinate)
     stray = sorted(set(rigid) - set(interface))
@@ -60,9 +64,8 @@ def hurty(
     order = (*rigid, *(c for c in interface if c not in rigid))
     reduced = craig_bampton(stiffness, mass, order, num_modes, damping)
     d, b = len(rigid), len(order)
-    condensed = reduced.stiffness[:b, :b]
-    CR = -square.solve(condensed[d:, d:], condensed[d:, :d])
-    check_held(CR, "the determinate coordinates")
+    inner, _ = partition(len(stiffness), rigid)
+    CR = constraint_modes(stiffness, rigid, "the determinate coordinates")[np.searchsorted(inner, order[d:])]
     E = jnp.eye(b + num_modes, dtype=CR.dtype).at[d:b, :d].set(CR)
     labels = numbered("rigid", d) + numbered("constraint", b - d) + reduced.labels[b:]
     places = np.array([order.index(c) for c in interface], int)

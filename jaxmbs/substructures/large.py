@@ -10,6 +10,7 @@ from jax import lax
 from ..blocksparse import BlockMatrix, analyse, factor, solve
 from ..structures.assembly import hold
 from ..structures.block_modes import lowest_modes
+from ..structures.modes import UNSYMMETRIC
 from .base import Reduced, check_held, check_num_modes, numbered, partition
 
 
@@ -35,8 +36,8 @@ def large_craig_bampton(
 
     Derivatives of first order with respect to the matrices, forward and reverse, solve by the same factor.
 
-    Raises: ValueError for more modes than there are, an interface that is not there and, if concrete, a mechanism
-    with the interface held; under tracing that gives non-finite values.
+    Raises: ValueError for more modes than there are, an interface that is not there and, if concrete, unsymmetric
+    matrices and a mechanism with the interface held; under tracing a mechanism gives non-finite values.
 
     Returns: basis (blocks * size, r).  Source: S1 (4)-(8).
     """
@@ -44,6 +45,7 @@ def large_craig_bampton(
     (n, b), outer = pattern.shape, interface_rows(pattern, interface)
     k, dtype = len(outer), stiffness.diagonal.dtype
     check_num_modes(num_modes, int(pattern.sizes.sum()) - k)
+    _check_symmetric(stiffness=stiffness, mass=mass)
     held = np.isin(np.arange(n * b), outer).reshape(n, b)
     K = factor(hold(stiffness, held, True), "cholesky", analyse(pattern, positions=positions))
     free = jnp.asarray(~held, dtype)[:, :, None]
@@ -67,7 +69,7 @@ def large_craig_bampton(
     return Reduced(
         basis,
         jnp.block([[_even(T.T @ inertia), coupling], [coupling.T, jnp.eye(num_modes, dtype=dtype)]]),
-        jnp.block([[_even(static), zero], [zero.T, own]]),
+        jnp.block([[static, zero], [zero.T, own]]),
         None if damping is None else _projected(damping, basis),
         jnp.eye(k, k + num_modes, dtype=dtype),
         numbered("interface", k) + numbered("normal", num_modes),
@@ -81,6 +83,14 @@ def interface_rows(pattern, interface: Sequence[int]) -> np.ndarray:
     if len(absent):
         raise ValueError(f"interface: the blocks of coordinates {absent.tolist()} are smaller than that")
     return outer
+
+
+def _check_symmetric(**matrices):
+    for name, matrix in matrices.items():
+        if isinstance(matrix.diagonal, jax.core.Tracer):
+            continue
+        if not matrix.is_symmetric or matrix.asymmetry > UNSYMMETRIC:
+            raise ValueError(f"the {name} is unsymmetric")
 
 
 def _projected(matrix, basis):

@@ -6,8 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..math import square
-from ..structures.modes import natural_modes
-from .base import Reduced, check_num_modes, numbered, parted, project
+from ..structures.modes import stable_modes
+from .base import Reduced, admitted, check_num_modes, numbered, project
 from .mixed import attachment_modes, count_rigid, explicit_interface
 
 
@@ -17,12 +17,15 @@ def macneal(
     """Interface displacements and the lowest free modes; only the modes have mass and damping.
 
     The interface coordinates are `massless`: `couple` condenses those that no neighbour gives mass to.
-    Frequencies may lie on either side.  Source: S1 (4)-(8).
+    Frequencies may lie on either side.
+
+    Raises: ValueError, if concrete, for unsymmetric matrices and negative stiffness; under tracing these give NaN.
+    Source: S1 (4)-(8).
     """
-    inner, outer = parted(interface, stiffness, mass, damping)
+    inner, outer, stiffness, mass = admitted(interface, stiffness, mass, damping)
     rigid = count_rigid(stiffness, mass) if num_rigid is None else num_rigid
     check_num_modes(num_modes, len(inner))
-    b, modes = len(outer), natural_modes(stiffness, mass, num_modes, rigid)
+    b, modes = len(outer), stable_modes(stiffness, mass, num_modes, rigid)
     loads = jnp.eye(stiffness.shape[0], dtype=stiffness.dtype)[:, outer]
     elastic = modes.shapes[:, rigid:]
     residual = attachment_modes(stiffness, mass, loads, modes.shapes[:, :rigid])

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..math import square
-from ..structures.modes import natural_modes
-from .base import Reduced, check_held, check_num_modes, numbered, parted, project
+from ..structures.modes import stable_modes
+from .base import Reduced, admitted, check_held, check_num_modes, numbered, project
 
 
 def mixed(
@@ -30,9 +30,12 @@ def mixed(
         load: (c, c) mass that the free interface coordinates carry while the modes are found ("loaded interface").
         num_rigid: rigid motions left with `fixed` held; default: counted, which cannot be done under tracing.
 
-    Modes asked include the rigid ones; their number cuts no group of equal frequencies.  Source: S1 (4)-(8).
+    Modes asked include the rigid ones; their number cuts no group of equal frequencies.
+
+    Raises: ValueError, if concrete, for unsymmetric matrices and negative stiffness; under tracing these give NaN.
+    Source: S1 (4)-(8).
     """
-    inner, outer = parted(interface, stiffness, mass, damping)
+    inner, outer, stiffness, mass = admitted(interface, stiffness, mass, damping)
     held = np.asarray(fixed, int)
     if not np.all(np.isin(held, outer)):
         raise ValueError(f"fixed coordinates {np.setdiff1d(held, outer).tolist()} are not in the interface")
@@ -45,7 +48,7 @@ def mixed(
     check_num_modes(num_modes, len(inner))
     if num_modes < rigid:
         raise ValueError(f"num_modes = {num_modes}, of which {rigid} are rigid and must be kept")
-    modes = natural_modes(K, M, num_modes, rigid)
+    modes = stable_modes(K, M, num_modes, rigid)
     loads = jnp.eye(len(rest), dtype=K.dtype)[:, : len(loose)]
     static = attachment_modes(
         K, M, jnp.concatenate([loads, -stiffness[rest][:, held]], axis=1), modes.shapes[:, :rigid]
@@ -82,8 +85,8 @@ def explicit_interface(attachment, others, c):
 
 
 def count_rigid(stiffness, mass) -> int:
-    """The number of rigid motions, on the host.  Raises: ValueError under tracing."""
+    """The number of rigid motions, on the host.  Raises: ValueError under tracing, and for negative stiffness."""
     if any(isinstance(A, jax.core.Tracer) for A in (stiffness, mass)):
         raise ValueError("give num_rigid: rigid motions cannot be counted under tracing")
     with jax.ensure_compile_time_eval():
-        return natural_modes(stiffness, mass).num_rigid
+        return stable_modes(stiffness, mass).num_rigid

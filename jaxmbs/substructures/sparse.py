@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.sparse.linalg
 
+from ..structures.modes import UNSYMMETRIC
 from .base import Reduced, check_num_modes, numbered, partition
 
 
@@ -17,10 +18,12 @@ def craig_bampton_sparse(stiffness, mass, interface: Sequence[int], num_modes: i
     coordinates sets the cost: one solve and one dense column of the basis for each; `rigid_transformation` first
     makes them six.
 
-    Raises: ValueError where the held interface leaves the interior a mechanism.  Source: S1 (4)-(8).
+    Raises: ValueError for unsymmetric matrices, and where the held interface leaves the interior a mechanism or of
+    negative stiffness.  Source: S1 (4)-(8).
     """
     K, M = scipy.sparse.csc_matrix(stiffness), scipy.sparse.csc_matrix(mass)
     inner, outer = partition(K.shape[0], interface)
+    _check_symmetric(stiffness=K, mass=M)
     check_num_modes(num_modes, len(inner) - 1)
     K_NN, M_NN = (A[inner][:, inner].tocsc() for A in (K, M))
     try:
@@ -28,6 +31,7 @@ def craig_bampton_sparse(stiffness, mass, interface: Sequence[int], num_modes: i
         factor = scipy.sparse.linalg.splu(K_NN, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
     except RuntimeError as error:
         raise ValueError("the stiffness is singular with the interface held: a mechanism inside") from error
+    _check_definite(factor, K_NN)
     n, b = K.shape[0], len(outer)
     basis = np.zeros((n, b + num_modes), K.dtype)
     basis[outer, np.arange(b)] = 1.0
@@ -40,3 +44,17 @@ def craig_bampton_sparse(stiffness, mass, interface: Sequence[int], num_modes: i
     matrices = [None if A is None else jnp.asarray(basis.T @ (A @ basis)) for A in (M, K, damping)]
     labels = numbered("interface", b) + numbered("normal", num_modes)
     return Reduced(jnp.asarray(basis), *matrices, jnp.asarray(basis[outer]), labels)
+
+
+def _check_symmetric(**matrices):
+    for name, A in matrices.items():
+        part = abs(A - A.T).max() / max(abs(A).max(), 1e-300)
+        if part > UNSYMMETRIC:
+            raise ValueError(f"the {name} is unsymmetric by {part:.1g} of its largest entry")
+
+
+def _check_definite(factor, K):
+    """By the pivots, which stay on the diagonal: negative ones for as many eigenvalues, rounding for a zero."""
+    pivots = factor.U.diagonal() / np.abs(K.diagonal())[np.argsort(factor.perm_c)]
+    if np.min(pivots, initial=1.0) < 30 * np.finfo(K.dtype).eps:
+        raise ValueError("the stiffness is singular or negative with the interface held: a mechanism inside")

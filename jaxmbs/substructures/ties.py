@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ..elements import DIRECTIONS
+from ..elements.base import are_axes
 from ..errors import ModelError
 from .base import Reduced
 from .bonds import GROUND, Bond
@@ -54,6 +55,8 @@ def _ties(name, bond, ends, faults):
         faults.append(f"no direction {', '.join(stray)} among {' '.join(labels)}")
     if bond.axes is not None and count not in (3, 6):
         faults.append(f"it has axes, so its ends must be nodes of 3 or 6 coordinates, not {count}")
+    if bond.axes is not None and not are_axes(bond.axes):
+        faults.append("its axes must be three unit vectors, square to each other and right-handed")
     if bond.element is not None and bond.element.num_interface != 2 * count:
         faults.append(f"stiffness of {bond.element.num_interface // 2} directions for {count} coordinates")
     if faults:

@@ -1,9 +1,12 @@
 """A stick picture of a mechanism: the frames on each body joined, at one pose or several."""
 
+import equinox as eqx
 import jax
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from ..kinematics.poses import frame_poses, node_parameters, node_poses
+from ..model.question import check_fits
 from .canvas import COLORS, axes
 
 
@@ -35,15 +38,16 @@ def plot_mechanism(system, states, plane="xy", frames=None, ax=None):
 
 def frame_positions(system, states) -> np.ndarray:
     """World positions (poses, frames, 3) [m] of all frames, those of joints included, at a state or several."""
+    check_fits(system, states)
     if states.coordinates.ndim == 1:
         states = jax.tree.map(lambda x: x[None], states)
+    return np.asarray(_positions(system, states.coordinates))
+
+
+@eqx.filter_jit
+def _positions(system, coordinates):
     P = node_parameters(system)
-
-    @jax.jit
-    def one(psi):
-        return frame_poses(system, node_poses(system.topology, P, psi))[1]
-
-    return np.asarray(jax.vmap(one)(states.coordinates))
+    return jax.vmap(lambda psi: frame_poses(system, node_poses(system.topology, P, psi))[1])(coordinates)
 
 
 def body_frames(topology, names=None) -> dict[int, list[int]]:
@@ -76,12 +80,18 @@ def _draw(ax, topology, shown, points, strength):
         if np.ptp(place, axis=0).max() < 1e-9:
             ax.plot(*place[0], "s", color=color, markersize=14, alpha=strength, zorder=2)
             continue
-        ax.plot(*place[_along(place)].T, color=color, linewidth=3.0, alpha=strength, solid_capstyle="round", zorder=3)
+        ax.plot(*_outline(place).T, color=color, linewidth=3.0, alpha=strength, solid_capstyle="round", zorder=3)
         joints = points[[frame for frame in frames if frame in pins]]
         ax.plot(*joints.T, "o", color="white", markeredgecolor="0.2", markersize=5.5, alpha=strength, zorder=4)
 
 
-def _along(place):
-    """Order of points (n, 2) along the line of their largest spread, so that the stick does not cross itself."""
+def _outline(place):
+    """Points (n, 2) of a body as a line: a stick along its largest spread, or the hull of those that spread wide."""
+    if not np.all(np.isfinite(place)):  # a state that was never reached: nothing shows
+        return place
     centred = place - place.mean(axis=0)
-    return np.argsort(centred @ np.linalg.svd(centred)[2][0], kind="stable")
+    _, size, axis = np.linalg.svd(centred)
+    if len(place) < 3 or size[1] < 0.05 * size[0]:
+        return place[np.argsort(centred @ axis[0], kind="stable")]
+    hull = ConvexHull(place).vertices
+    return place[np.append(hull, hull[0])]

@@ -2,24 +2,50 @@
 
 import numpy as np
 
-from .canvas import BLUE, GREEN, RED, axes, finish
+from .canvas import BLUE, GREEN, RED, axes, curve, finish, stacked
+
+_UNITS = {
+    "revolute": "angle [rad]",
+    "screw": "angle [rad]",
+    "prismatic": "distance [m]",
+    "ball": "quaternion",
+    "Modal": "mode [m kg$^{1/2}$]",
+}
 
 
 def plot_coordinates(system, motion, joints=None, ax=None):
-    """Joint coordinates [rad or m] along a motion.
+    """Joint coordinates along a motion, those of each unit in axes of their own, one above the other.
 
     Args:
         joints: names (default: all that have coordinates).
-        ax: matplotlib axes to draw into (default: new ones).
+        ax: matplotlib axes to draw into (default: new ones); they become the uppermost.
     """
-    ax = axes(ax)
     values = system.coordinates(motion.states)
     _check(joints, values)
+    panels = {}
     for name in joints or values:
-        columns = np.reshape(np.asarray(values[name]), (len(motion.ts), -1))
-        for i, column in enumerate(columns.T):
-            ax.plot(motion.ts, column, label=name if columns.shape[1] == 1 else f"{name}[{i}]")
-    return finish(ax, "time [s]", "coordinate [rad or m]")
+        columns = np.reshape(np.asarray(values[name]), (len(motion.ts), -1)).T
+        record = system.topology.joints[system.topology.joint_index[name]]
+        for what, label, column in zip(_units(system.topology, record), record.labels, columns, strict=True):
+            panels.setdefault(what, []).append((name if len(columns) == 1 else f"{name} {label}", column))
+    several = len(panels) > 1
+    ax = axes(ax, (8.0, 2.0 + 1.5 * len(panels)) if several else None)
+    rooms, number = stacked(ax, [1] * len(panels)), 0
+    for room, (what, curves) in zip(rooms, panels.items(), strict=True):
+        for label, column in curves:
+            room.plot(motion.ts, column, label=label, **curve(number))
+            number += 1
+        finish(room, "time [s]" if room is rooms[-1] else "", what, "beside" if several else "inside")
+    return ax
+
+
+def _units(topology, joint):
+    """What each coordinate of a joint is, with its unit."""
+    if joint.kind == "Modal":
+        return [_UNITS["Modal"]] * joint.num_coordinates
+    kinds = topology.node_kind[joint.velocities]
+    plain = [_UNITS[kind] for kind in kinds if kind != "ball"]
+    return plain + [_UNITS["ball"]] * (joint.num_coordinates - len(plain))  # a ball is last, as in `Free`
 
 
 def plot_reactions(loads, ts, joints=None, moment=False, ax=None):
@@ -33,9 +59,9 @@ def plot_reactions(loads, ts, joints=None, moment=False, ax=None):
     """
     ax = axes(ax)
     _check(joints, dict(loads.items()))
-    for name in joints or loads:
+    for i, name in enumerate(joints or loads):
         vector = loads[name].moment if moment else loads[name].force
-        ax.plot(ts, np.linalg.norm(np.asarray(vector), axis=-1), label=name)
+        ax.plot(ts, np.linalg.norm(np.asarray(vector), axis=-1), label=name, **curve(i))
     return finish(ax, "time [s]", "joint moment [N m]" if moment else "joint force [N]")
 
 
@@ -45,9 +71,7 @@ def plot_energy(motion, ax=None):
     Args:
         ax: matplotlib axes to draw into (default: new ones); they give the residual the lower quarter of their room.
     """
-    from mpl_toolkits.axes_grid1 import make_axes_locatable
-
-    ax = axes(ax)
+    ax, below = stacked(axes(ax), (3, 1))
     ts, accounts = np.asarray(motion.ts), motion.diagnostics
     kinetic, potential = np.asarray(accounts.kinetic), np.asarray(accounts.potential)
     work = sum((np.asarray(value) for value in accounts.work.values()), np.zeros_like(ts))
@@ -55,8 +79,6 @@ def plot_energy(motion, ax=None):
     ax.plot(ts, potential, label="potential", color=GREEN)
     ax.plot(ts, kinetic + potential - work, label="sum less work", color="0.2", linestyle="--")
     finish(ax, "", "energy [J]")
-    ax.tick_params(labelbottom=False)
-    below = make_axes_locatable(ax).append_axes("bottom", size="35%", pad=0.2, sharex=ax)
     below.plot(ts, accounts.energy_residual, color=RED)
     finish(below, "time [s]", "residual [J]")
     return ax

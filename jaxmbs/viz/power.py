@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from .canvas import COLORS, RED, axes, finish
+from .canvas import COLORS, RED, axes, finish, stacked
 
 _SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
+_HATCHES = (None, "////", "....")
+_MOST = 11  # elements told apart
 
 
 def plot_power(motion, powers, by="element", ax=None):
@@ -15,24 +17,22 @@ def plot_power(motion, powers, by="element", ax=None):
 
     Args:
         motion: the simulated motion; powers: its `bond_powers`, of any view (gravity is a source).
-        by: "element", or "kind" to sum them by what they do.
+        by: "element" for the eleven of the largest peaks, the others summed, or "kind" to sum by what they do.
         ax: matplotlib axes to draw into (default: new ones); the energies take the lower part of their room.
 
     Raises: ValueError for another `by`.
     """
     if by not in ("element", "kind"):
         raise ValueError(f"by must be 'element' or 'kind', not {by!r}")
-    ax, ts = axes(ax), np.asarray(motion.ts)
+    ax, below = stacked(axes(ax, (8.0, 5.2)), (3, 2))
+    ts = np.asarray(motion.ts)
     kinds = {e.name: _SHOWN[e.kind] for e in powers.graph.elements if e.is_port}
     fed = {name: -np.asarray(power) for name, power in powers.ports().items()}
     by_kind = {}
     for name, power in fed.items():
         by_kind[kinds[name]] = by_kind.get(kinds[name], 0.0) + power
-    _stack(ax, ts, fed if by == "element" else by_kind)
-    finish(ax, "", "power fed in [W]", legend=False)
-    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, fontsize="small")
-    ax.tick_params(labelbottom=False)
-    below = _lower_part(ax)
+    _stack(ax, ts, _largest(fed) if by == "element" else by_kind)
+    finish(ax, "", "power fed in [W]", "beside")
     energies = {kind: energy_since_start(ts, power) for kind, power in by_kind.items()}
     for i, (kind, energy) in enumerate(energies.items()):
         sign = 1.0 if kind in ("sources", "drives") else -1.0
@@ -40,24 +40,23 @@ def plot_power(motion, powers, by="element", ax=None):
     gained = np.asarray(motion.diagnostics.kinetic) - np.asarray(motion.diagnostics.kinetic)[0]
     others = sum((energy for kind, energy in energies.items() if kind != "kinetic"), np.zeros_like(ts))
     below.plot(ts, others - gained, label="missing", color=RED, linestyle=":")
-    finish(below, "time [s]", "energy [J]")
+    finish(below, "time [s]", "energy [J]", "beside")
     return ax
-
-
-def _lower_part(ax):
-    """New axes in the lower part of the room of a subplot; axes placed by hand get theirs underneath."""
-    place = ax.get_subplotspec()
-    if place is None:
-        return ax.inset_axes((0.0, -0.7, 1.0, 0.6), sharex=ax)
-    upper, lower = place.subgridspec(2, 1, height_ratios=(3, 2))
-    ax.set_subplotspec(upper)
-    return ax.figure.add_subplot(lower, sharex=ax)
 
 
 def energy_since_start(ts, power):
     """Integral of a power (T,) [W] over the times (T,) by trapezoids, (T,) [J]."""
     steps = np.diff(ts) * (power[1:] + power[:-1]) / 2
     return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _largest(parts):
+    """The parts of the largest peaks in their order, all others as one."""
+    peaks = {name: np.max(np.abs(power)) for name, power in parts.items()}
+    most = set(sorted(peaks, key=peaks.get, reverse=True)[:_MOST])
+    shown = {name: power for name, power in parts.items() if name in most}
+    rest = [power for name, power in parts.items() if name not in most]
+    return shown | ({f"{len(rest)} others": sum(rest[1:], rest[0])} if rest else {})
 
 
 def _stack(ax, ts, parts):
@@ -67,7 +66,8 @@ def _stack(ax, ts, parts):
     for i, (name, power) in enumerate(parts.items()):
         if np.max(np.abs(power)) <= least:
             continue
-        style = {"color": COLORS[i % len(COLORS)], "alpha": 0.85 - 0.3 * (i // len(COLORS) % 2), "linewidth": 0}
+        color, hatch = COLORS[i % len(COLORS)], _HATCHES[i // len(COLORS) % len(_HATCHES)]
+        style = {"facecolor": color, "edgecolor": "white", "hatch": hatch, "alpha": 0.85, "linewidth": 0}
         up, down = np.maximum(power, 0.0), np.minimum(power, 0.0)
         ax.fill_between(ts, top, top + up, label=name, **style)
         ax.fill_between(ts, bottom, bottom + down, **style)

@@ -322,3 +322,30 @@ def test_wrong_use_is_told(call, message):
     with pytest.raises(ValueError) as error:
         call()
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize("kind", ["cholesky", "ldl"])
+def test_unsymmetric_diagonal_blocks(kind):
+    """Symmetric kinds refuse them, in a trace by values that are not finite; "lu" solves them and their transpose."""
+    pattern = bs.Pattern(*_sized(chain(6), SIZE))
+    A, right = matrix(pattern), right_hand_side(pattern)
+    spoilt = bs.BlockMatrix(pattern, A.diagonal.at[2, 0, 1].add(0.5), A.upper)
+    with pytest.raises(ValueError, match=f"kind '{kind}': diagonal blocks are unsymmetric by 0."):
+        bs.factor(spoilt, kind)
+    solve = jax.jit(lambda A: (bs.is_finite(bs.factor(A, kind)), bs.solve_once(A, right, kind)))
+    finite, x = solve(A)
+    assert finite and np.all(np.isfinite(x))
+    finite, x = solve(spoilt)
+    assert not finite and not np.any(np.isfinite(x))
+    both = jax.jit(jax.vmap(lambda d: bs.is_finite(bs.factor(bs.BlockMatrix(pattern, d, A.upper), kind))))
+    assert both(jnp.stack([A.diagonal, spoilt.diagonal])).tolist() == [True, False]
+    factor = bs.factor(spoilt, "lu")
+    for found, matrix_ in ((bs.solve(factor, right), spoilt), (bs.solve(factor.T, right, 1), spoilt.T)):
+        np.testing.assert_allclose(found, dense_solution(matrix_, right), atol=1e-13)
+    np.testing.assert_allclose(spoilt.T.dense(), spoilt.dense().T)
+
+
+def test_unsymmetric_elements_are_told():
+    pattern = bs.Pattern(2, 1, [(0, 1)])
+    with pytest.raises(ValueError, match="elements are unsymmetric by 0.5"):
+        bs.assemble(pattern, [[0, 1]], jnp.array([[1.0, -0.5], [-1.0, 1.0]]).reshape(1, 2, 2, 1, 1))

@@ -1,5 +1,7 @@
 """Names and graph of a network: faults, spanning tree, loops, series reduction."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -92,8 +94,22 @@ def test_faults_name_bodies_and_bonds(bodies, bonds, words):
         ({"compliance": np.array([[1.0] * 6, [1.0] * 5 + [0.0]])}, "bond 'f': compliance must be positive"),
         ({"effort": np.array([[0.0] * 6, [1.0] + [0.0] * 5])}, "bond 'f': effort acts in a component that the bond"),
         ({"frame": np.full((2, 3, 3), np.nan)}, "bond 'e': frame must be finite"),
+        ({"frame": np.stack([np.eye(3), 2 * np.eye(3)])}, "bond 'f': frame must be a rotation"),
+        ({"frame": np.stack([np.zeros((3, 3)), np.eye(3)])}, "bond 'e': frame must be a rotation"),
+        ({"frame": np.stack([np.eye(3), np.diag([1.0, 1.0, -1.0])])}, "bond 'f': frame must be a rotation"),
     ],
 )
 def test_faults_of_numbers_name_the_bond(options, words):
     with pytest.raises(ModelError, match=words):
         Bonds.from_arrays(["a"], {"e": ("ground", "a"), "f": ("ground", "a")}, np.zeros((2, 3)), **options)
+
+
+def test_frames_under_tracing():
+    """One that is no rotation makes its bond's reactions not a number; derivatives of others pass."""
+
+    def frames(scale):
+        turned = scale * jnp.broadcast_to(jnp.eye(3), (2, 3, 3))
+        return Bonds.from_arrays(["a"], {"e": ("ground", "a"), "f": ("ground", "a")}, np.zeros((2, 3)), turned).frame
+
+    assert np.all(np.isfinite(jax.jit(frames)(1.0))) and np.all(np.isnan(jax.jit(frames)(2.0)))
+    assert np.all(np.isfinite(jax.jit(jax.jacfwd(frames))(1.0)))

@@ -136,6 +136,7 @@ def test_reactions_of_elements_balance():
     np.testing.assert_allclose(forces["rods"][4, 0], 4.0 * 0.5 * stretch, rtol=1e-12)
 
 
+UNEVEN = np.eye(3) + np.eye(3, k=1)
 ROD, BEAM = Rod(1.0, 1.0), Beam(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 FAULTS = [
     (lambda: Structure({"a": (0, 0, 0), "b": (1, 0, 0)}, {"r": (ROD, [("a", "c")])}), "r: no node is named 'c'"),
@@ -175,6 +176,27 @@ FAULTS = [
     (lambda: Structure(CUBE, {"b": (Beam(1, 1, 1, 1, 2, 1), [(0, 1)])}), "b[0]: give it a reference"),
     (lambda: Structure(CUBE, {"s": (Spring(np.triu(np.ones((6, 6)))), [(0, 1)])}), "s[0]: matrix must be symmetric"),
     (lambda: Structure(CUBE, {"s": (Spring((1.0,) * 6, axes=2 * np.eye(3)), [(0, 1)])}), "axes must be three unit"),
+    (lambda: Structure(CUBE, {"s": (Spring((1.0,) * 6, axes=-np.eye(3)), [(0, 1)])}), "and right-handed"),
+    (
+        lambda: Structure(CUBE, {"q": (Quadrilateral(1, 0.3, 0.0), [(0, 1, 2, 3)])}),
+        "q[0]: thickness must not be zero",
+    ),
+    (lambda: Structure(CUBE, {"t": (Triangle(1, 0.3, 0.0), [(0, 1, 2)])}), "t[0]: thickness must not be zero"),
+    (lambda: Structure(CUBE, {"q": (Quadrilateral(0, 0.3, 0.1), [(0, 1, 2, 3)])}), "q[0]: young must not be zero"),
+    (lambda: Structure(CUBE, {"h": (Hexahedron(0, 0.3), [tuple(range(8))])}), "h[0]: young must not be zero"),
+    (lambda: Structure(CUBE, {"b": (Beam(*(1,) * 6, shear=(0, 1)), [(0, 1)])}), "b[0]: shear must not be zero"),
+    (lambda: Structure(CUBE, {"b": (Beam(1, 0, *(1,) * 4, shear=(1, 1)), [(0, 1)])}), "b[0]: shear_modulus must not"),
+    (lambda: Structure(CUBE, {"m": (PointMass(1, inertia=UNEVEN), [(0,)])}), "m[0]: inertia must be symmetric"),
+    (
+        lambda: Structure(CUBE, {"m": (PointMass(1, inertia=-np.eye(3)), [(0,)])}),
+        "m[0]: inertia must not be negative",
+    ),
+    (lambda: Structure(CUBE, {}), "a structure needs elements"),
+    (lambda: Structure(CUBE, {"r": (ROD, [])}), "a structure needs elements"),
+    (lambda: Structure(CUBE, {"r": ([], [])}), "r has no element"),
+    (lambda: Structure({}, {"r": (ROD, [(0, 1)])}), "a structure needs nodes"),
+    (lambda: Structure(np.zeros((0, 3)), {}), "a structure needs nodes"),
+    (lambda: Structure(CUBE, {"r": (ROD, [(0, 1)])}, {9: "all"}), "the model has 1 fault"),
 ]
 
 

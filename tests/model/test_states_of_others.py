@@ -1,0 +1,82 @@
+"""Every public question refuses the state of another system, before anything is traced."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.bondgraph.equations import state_equations
+from jaxmbs.dynamics import fields, ports
+from jaxmbs.kinematics import kic_second
+from tests.mechanisms import PIN, four_bar
+
+QUESTIONS = [
+    mbs.forward_dynamics,
+    mbs.mass_matrix,
+    mbs.reactions,
+    mbs.reaction_bonds,
+    mbs.kinetic_energy,
+    mbs.potential_energy,
+    mbs.equilibrium,
+    mbs.linearise,
+    mbs.stiffness,
+    mbs.constraint_residual,
+    mbs.constraint_jacobian,
+    mbs.kic,
+    mbs.kic_second,
+    mbs.bond_powers,
+    state_equations,
+    fields.inertia_field,
+    fields.state_equations,
+    fields.independent_rates,
+    ports.total_effort,
+    ports.source_effort,
+    kic_second.internal_kic_second,
+    lambda system, state: mbs.inverse_dynamics(system, state, jnp.zeros(1)),
+    lambda system, state: mbs.simulate(system, state, 1.0),
+    lambda system, state: mbs.position(system, state, "bar"),
+    lambda system, state: mbs.acceleration(system, state, "bar"),
+    lambda system, state: mbs.jacobian(system, state, "bar"),
+    lambda system, state: system.coordinates(state),
+    lambda system, state: system.rates(state),
+]
+
+
+def pendulum(kind=PIN, name="pin", mass=1.0):
+    b = mbs.SystemBuilder()
+    b.body("bar", mass, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
+    b.joint(name, kind, "ground", "bar")
+    return b.build()
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_sizes_are_compared(question):
+    with pytest.raises(mbs.ModelError, match=r"coordinates of shape \(2,\); this system has 1, of the joints pin"):
+        question(pendulum(), mbs.State(0.0, jnp.zeros(2), jnp.zeros(2)))
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_joints_are_compared(question):
+    other = mbs.State.at(pendulum(mbs.Prismatic("x")))
+    with pytest.raises(mbs.ModelError, match=r"another system: it has the joints pin \(Prismatic\), this one"):
+        question(pendulum(), other)
+
+
+def test_states_fit_all_systems_of_one_structure():
+    state = mbs.State.at(pendulum(), pin=0.3)
+    np.testing.assert_allclose(mbs.forward_dynamics(pendulum(mass=2.0), state)[0].shape, (1,))
+    by_hand = mbs.State(0.0, np.array([0.3]), [0.0])
+    for system in (pendulum(), pendulum(name="hinge")):
+        np.testing.assert_array_equal(
+            mbs.forward_dynamics(system, by_hand)[0], mbs.forward_dynamics(pendulum(), state)[0]
+        )
+    assert mbs.State.at(four_bar(), A=0.3).structure == four_bar((1.0, 0.31, 0.9, 0.7)).topology.structure
+
+
+def test_a_motion_remembers_its_system():
+    motion = mbs.simulate(pendulum(), mbs.State.at(pendulum(), pin=0.3), ts=[0.0, 0.1])
+    assert motion.states.structure == motion.end.structure == pendulum().topology.structure
+    other = pendulum(mbs.Prismatic("x"))
+    for question in (mbs.reactions, lambda s, m: mbs.peak(s, m, lambda state: state.t), mbs.bond_powers):
+        with pytest.raises(mbs.ModelError, match="another system"):
+            question(other, motion)

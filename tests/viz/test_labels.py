@@ -1,0 +1,194 @@
+"""No text of a saved picture is cut off by its edge or lies on another."""
+
+import io
+from itertools import combinations
+from types import SimpleNamespace
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import jaxmbs as mbs
+from jaxmbs import viz
+from jaxmbs.demo import mechanism, pictures
+from jaxmbs.kinematics.state import State
+
+TIMES = np.linspace(0.0, 2.0, 41)
+
+
+@pytest.fixture(scope="module")
+def fleet():
+    """Bodies on joints of every unit, enough of them for a long legend."""
+    b = mbs.SystemBuilder()
+    kinds = [mbs.Revolute("z"), mbs.Prismatic("x"), mbs.Cylindrical("z"), mbs.Free(), *[mbs.Revolute("y")] * 8]
+    for i, kind in enumerate(kinds):
+        b.body(f"body {i}", 1.0, com=(0.1 * i, 0.2, 0.3), inertia=0.1)
+        b.joint(f"bearing number {i}", kind, "ground", f"body {i}", parent_frame=(0.3 * i, 0.0, 0.0))
+        b.frame(f"corner {i}", on=f"body {i}", position=(0.2, 0.3, 0.4))
+        b.frame(f"edge {i}", on=f"body {i}", position=(-0.3, 0.1, 0.2))
+    b.force("strut", mbs.SpringDamper(3.0, 0.1), between=("body 0", "body 1"))
+    return b.build()
+
+
+@pytest.fixture(scope="module")
+def motion(fleet):
+    """A made-up motion whose energies are large and whose residual is small."""
+    n, top = len(TIMES), fleet.topology
+    wave = np.sin(TIMES[:, None] * (1.0 + np.arange(top.num_coordinates)))
+    ball = top.joints[top.joint_index["bearing number 3"]].first_coordinate + 3
+    wave[:, ball : ball + 4] = np.stack([np.cos(TIMES), np.sin(TIMES), 0.0 * TIMES, 0.0 * TIMES], axis=1)
+    zeros = jnp.zeros(n)
+    accounts = SimpleNamespace(
+        kinetic=1234.5 * np.sin(TIMES) ** 2,
+        potential=1234.5 * np.cos(TIMES) ** 2,
+        work={"strut": -1e-3 * TIMES},
+        energy_residual=3e-11 * np.sin(7 * TIMES),
+    )
+    states = State(jnp.asarray(TIMES), jnp.asarray(wave), jnp.zeros((n, top.num_velocities)), zeros)
+    return SimpleNamespace(ts=TIMES, states=states, diagnostics=accounts)
+
+
+@pytest.fixture(scope="module")
+def pictured(fleet, motion):
+    """What draws each picture into axes, or into new ones."""
+    waves = {f"bearing number {i}": 123456.0 * np.sin(TIMES[:, None] + np.arange(3) + i) for i in range(12)}
+    loads = {name: SimpleNamespace(force=wave, moment=1e-7 * wave) for name, wave in waves.items()}
+    graph = mbs.bond_graph(fleet, "detailed")
+    ports = [e.name for e in graph.elements if e.is_port]
+    powers = SimpleNamespace(
+        graph=graph, ports=lambda: {name: 500.0 * np.sin(TIMES + i) for i, name in enumerate(ports)}
+    )
+    limits = {"absolute sum": np.array([2.0, 2.0, 4.0, 6.0]), "root of squares": np.full(4, 3.0)}
+    return {
+        "plot_coordinates": lambda ax: viz.plot_coordinates(fleet, motion, ax=ax),
+        "plot_reactions": lambda ax: viz.plot_reactions(loads, TIMES, ax=ax),
+        "plot_reactions moment": lambda ax: viz.plot_reactions(loads, TIMES, list(loads)[:3], moment=True, ax=ax),
+        "plot_energy": lambda ax: viz.plot_energy(motion, ax=ax),
+        "plot_power": lambda ax: viz.plot_power(motion, powers, ax=ax),
+        "plot_power kind": lambda ax: viz.plot_power(motion, powers, by="kind", ax=ax),
+        "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, motion.states, plane="xz", ax=ax),
+        "plot_limit_values": lambda ax: viz.plot_limit_values(limits, np.array([1.0, 2.0, 4.0, 5.0]), ax=ax),
+    }
+
+
+def texts(figure) -> list:
+    """All texts that are drawn, tick labels among them, as (text, box in pixels)."""
+    found = []
+    for ax in figure.findobj(lambda artist: hasattr(artist, "xaxis")):
+        for axis in (ax.xaxis, ax.yaxis):
+            ticks = axis._update_ticks()  # those within the axes alone
+            found += [label for tick in ticks for label in (tick.label1, tick.label2)]
+            found += [axis.label, axis.get_offset_text()]
+        legend = ax.get_legend()
+        found += [ax.title, *ax.texts, *(legend.get_texts() if legend else ())]
+    found = [text for text in found if text.get_visible() and text.get_text().strip()]
+    return [(text.get_text(), text.get_window_extent()) for text in found]
+
+
+def faults(figure) -> list[str]:
+    """Texts of a figure, saved as it is, that leave its edge or cover each other."""
+    FigureCanvasAgg(figure)
+    figure.savefig(io.BytesIO(), format="png")
+    (width, height), found = figure.bbox.max, texts(figure)
+    assert found
+    lost = [t for t, b in found if b.x0 < -0.5 or b.y0 < -0.5 or b.x1 > width + 0.5 or b.y1 > height + 0.5]
+    covered = [(s, t) for (s, a), (t, b) in combinations(found, 2) if a.padded(-1.0).overlaps(b.padded(-1.0))]
+    return [f"{text!r} is cut off" for text in lost] + [f"{s!r} and {t!r} overlap" for s, t in covered]
+
+
+NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_energy", "plot_power"]
+NAMES += ["plot_power kind", "plot_mechanism", "plot_limit_values"]
+
+
+def test_every_picture_is_looked_at(pictured):
+    assert set(NAMES) == set(pictured)
+    assert {name.split()[0] for name in NAMES} == {name for name in vars(viz) if name.startswith("plot_")}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_in_new_axes(pictured, name):
+    pyplot.switch_backend("agg")
+    figure = pictured[name](None).figure
+    try:
+        assert faults(figure) == []
+    finally:
+        pyplot.close(figure)
+
+
+@pytest.mark.parametrize("layout", [None, "constrained", "tight"])
+@pytest.mark.parametrize("name", NAMES)
+def test_in_axes_given(pictured, name, layout):
+    figure = Figure((7.0, 4.6), layout=layout)
+    pictured[name](figure.add_subplot())
+    assert faults(figure) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_in_axes_placed_by_hand(pictured, name):
+    figure = Figure((8.0, 6.0))
+    pictured[name](figure.add_axes((0.15, 0.15, 0.7, 0.75)))
+    assert faults(figure) == []
+
+
+def test_coordinates_of_each_unit_have_axes_of_their_own(fleet, motion):
+    names = ["bearing number 0", "bearing number 2", "bearing number 3"]
+    figure = viz.plot_coordinates(fleet, motion, names, ax=Figure().add_subplot()).figure
+    shown = {
+        ax.get_ylabel(): [line.get_label().removeprefix("bearing number ") for line in ax.lines] for ax in figure.axes
+    }
+    assert shown == {
+        "angle [rad]": ["0", "2 angle"],
+        "distance [m]": ["2 distance", "3 x", "3 y", "3 z"],
+        "quaternion": ["3 qw", "3 qx", "3 qy", "3 qz"],
+    }
+    cylinder = fleet.coordinates(motion.states)["bearing number 2"]  # distance, then angle
+    assert np.allclose(figure.axes[0].lines[1].get_ydata(), cylinder[:, 1])
+    assert np.allclose(figure.axes[1].lines[0].get_ydata(), cylinder[:, 0])
+
+
+def test_powers_of_many_elements_keep_their_sum(pictured):
+    ax = pictured["plot_power"](Figure().add_subplot())
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert len(labels) == 12 and labels[-1].endswith(" others")
+
+
+def test_a_cut_label_is_noticed():
+    figure = Figure((4.0, 3.0))
+    figure.add_axes((0.2, 0.0, 0.7, 0.9)).set_xlabel("time [s]")
+    assert "'time [s]' is cut off" in faults(figure)
+
+
+def slider_crank(design, ts):
+    """The demo's mechanism and its motion in closed form."""
+    system, angle = mechanism.slider_crank(design), mechanism.START + mechanism.SPEED * ts
+    rod = -np.arcsin(mechanism.CRANK * np.sin(angle) / design["rod_length"])
+    slide = mechanism.CRANK * np.cos(angle) + design["rod_length"] * np.cos(rod)
+    columns = {"main": angle, "crank_pin": rod - angle, "slide": slide}
+    psi = np.zeros((len(ts), 3))
+    for name, column in columns.items():
+        psi[:, system.topology.joints[system.topology.joint_index[name]].first_coordinate] = column
+    return system, SimpleNamespace(ts=ts, states=State(*map(jnp.asarray, (ts, psi, 0.0 * psi, 0.0 * ts))))
+
+
+def test_pictures_of_the_demo(motion, tmp_path, monkeypatch):
+    ts = np.arange(72) / 72 * mechanism.TURN
+    after = mechanism.DESIGN | {"counterweight_mass": 5.4, "rod_length": 0.45, "rod_tail_mass": 1.3}
+    systems, motions = zip(*(slider_crank(design, ts) for design in (mechanism.DESIGN, after)), strict=True)
+    wave = 2000.0 * np.stack([np.cos(50 * ts), np.sin(50 * ts)], axis=1)
+    loads = [SimpleNamespace(t=ts, shaking=f * wave, main=f * wave, torque=f * wave[:, :1] / 10) for f in (1.0, 0.5)]
+    designs = SimpleNamespace(initial_design=mechanism.DESIGN, design=after)
+    saved, save = [], Figure.savefig
+
+    def keep(figure, *args, **kwargs):
+        saved.append(figure)
+        save(figure, *args, **kwargs)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    results = {"optimum": designs, "systems": systems, "motions": motions, "loads": loads, "free": motion}
+    pictures.draw(tmp_path, results)
+    monkeypatch.undo()
+    assert len(saved) == 2
+    assert [faults(figure) for figure in saved] == [[], []]
