@@ -131,7 +131,7 @@ def refined(Z, right):
 
 @pytest.mark.parametrize("way", ["direct", "modal", "viscous"])
 def test_a_beam_of_many_states(way):
-    """A cantilever of 174 elements, against extended precision: some times what half a rounding of its entries does."""
+    """A cantilever of 174 elements: digits as far as half a rounding of its entries lets them, some times over."""
     K, M = beam(174, fixed=2)
     C = 1e-3 * M + 1e-6 * K
     omega = np.array([0.5, 30.0, 400.0])
