@@ -11,8 +11,11 @@ FOLDER = Path(__file__).parent.parent / "notebooks"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("script", [s for s in SCRIPTS if s.name[:2] != "09"], ids=lambda path: path.stem)
+def _marked(script):
+    return pytest.param(script, marks=pytest.mark.long if script.name[:2] == "05" else pytest.mark.slow)
+
+
+@pytest.mark.parametrize("script", [_marked(s) for s in SCRIPTS if s.name[:2] != "09"], ids=lambda path: path.stem)
 def test_notebook_runs(script, monkeypatch):
     plt.switch_backend("Agg")
     monkeypatch.setenv("JAXMBS_FAST", "1")

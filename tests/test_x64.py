@@ -93,14 +93,14 @@ def asked():
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_answers_have_the_precision_of_the_setting(asked):
     for order in asked.values():
         for double, (_, width) in order.items():
             assert set(width.values()) == {8 if double else 4}, width
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("double, close", [(True, 1e-10), (False, 1e-4)])
 def test_answers_do_not_depend_on_what_came_before(asked, double, close):
     """Double precision after single has all its digits, and the other way round."""

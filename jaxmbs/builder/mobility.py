@@ -52,10 +52,10 @@ def analyse(system: System, independent=None) -> Mobility:
     best, fault = None, None
     for _ in range(_POSES):
         _, A, B, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
-        rank, Z, Y = _spaces(A * weight[None])
+        rank, Z, Y = _spaces(A * weight[None], length)
         found = _inertia_fault(top, M, Z, weight)
         if best is None or rank > best[0]:
-            best, fault = (rank, Z, Y, B, _spaces((A * weight[None])[top.position_rows])[1]), found
+            best, fault = (rank, Z, Y, B, _spaces((A * weight[None])[top.position_rows], length)[1]), found
         elif rank == best[0]:  # one pose with inertia will do
             fault = fault and found
         if not top.num_rows and fault is None:
@@ -77,7 +77,7 @@ def check_numbers(system: System) -> None:
     psi, fault = _close(system, neutral_coordinates(top), t, weight, random), None
     for _ in range(_POSES):
         _, A, _, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
-        Z = _spaces(A)[1]
+        Z = _spaces(A, 1.0)[1]
         fault = _inertia_fault(top, M, Z, weight)
         if fault is None:
             return
@@ -91,12 +91,15 @@ def _elsewhere(system, psi, t, Z, weight, random):
     return _newton(system, step_coordinates(system.topology, psi, jnp.asarray(move)), t, weight)[0]
 
 
-def _spaces(A):
-    """Rank, null space of A (columns) and of A^T."""
+def _spaces(A, length):
+    """Rank, null space of A (columns) and of A^T.
+
+    Rows are of the size of 1 (angles) or of the model's length [m]; where all cancel, rounding is no rank.
+    """
     if A.shape[0] == 0:
         return 0, np.eye(A.shape[1]), np.zeros((0, 0))
     U, s, Vt = np.linalg.svd(A)
-    rank = int(np.sum(s > _RANK[_precision()] * max(s[0], 1e-30))) if s.size else 0
+    rank = int(np.sum(s > _RANK[_precision()] * max(s[0], 1e-3 * min(1.0, length)))) if s.size else 0
     return rank, Vt[rank:].T, U[:, rank:]
 
 

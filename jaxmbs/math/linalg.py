@@ -12,6 +12,8 @@ from .spd import refined, spd_inverse, spd_solve
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
 #: Motions through singular poses (A02, 10 s) err 2e-8 at 1e-8, 5e-9 here, 2e-8 at 1e-10, 1e-7 at 1e-11.
 PROXIMAL = {8: 3e-10, 4: 1e-5}
+#: Rows below this, of the largest mobility of a column, hold rounding alone (hinges on one line) and count as none.
+_NOISE = {8: 1e-16, 4: 1e-9}
 #: Refinements of each solve with the inverse of the stiff sum, whose condition is at least 1 / PROXIMAL.
 REFINEMENTS = {8: 1, 4: 2}
 
@@ -34,6 +36,8 @@ def _row_mobility(M, A, block):
     size = jnp.sum(A * A * mobility[None, :], axis=1)
     together = block[:, None] == block[None, :]
     of_block = jnp.max(jnp.where(together, size[None, :], 0.0), axis=1, initial=0.0)
+    largest = jnp.max(mobility, initial=1e-18)
+    of_block = jnp.where(of_block > _NOISE[M.dtype.itemsize] * largest, of_block, largest)
     return jnp.maximum(of_block, 1e-12 * jnp.max(size, initial=1e-18))
 
 

@@ -143,7 +143,8 @@ def _save_times(t0, t1, ts):
 
 def _check_end(t0, t1):
     """ValueError for an end time that is known, and not finite or before the start."""
-    if not any(isinstance(x, jax.core.Tracer) for x in (t0, t1)) and not (np.isfinite(t1) and t1 >= t0):
+    known = not any(isinstance(x, jax.core.Tracer) for x in (t0, t1))
+    if known and not (np.isfinite(t1) and np.asarray(t1) >= np.asarray(t0)):  # jnp would trace it
         raise ValueError(f"t1={t1} must be a finite time, not before the state's time {t0}")
 
 

@@ -95,7 +95,7 @@ def _drive(t):
     return 0.7 + t
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_lane_that_locks_keeps_what_came_before(like):
     """A driven crank whose linkage locks on its way: NaN from there on, and in the gradient of a sum over all."""
     driven = four_bar(drive=_drive)
