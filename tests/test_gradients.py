@@ -182,7 +182,7 @@ def test_finite_at_zero(derivatives):
     assert all(np.all(np.isfinite(np.asarray(value))) for value in found.values())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_of_a_motion():
     """gradient="both": the Hessian of a sprung pendulum's angle by mass, start and spring; second differences.
 

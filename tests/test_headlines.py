@@ -51,7 +51,7 @@ def test_bonds_of_the_elements_carry_the_reactions_of_the_mechanism(page):
     assert page["difference"] < 1e-7 * np.abs(page["both"]).max()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_second_example_of_the_readme_runs():
     blocks = re.findall(r"```python\n(.*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     found = {}

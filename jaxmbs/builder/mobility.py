@@ -157,9 +157,8 @@ def _refuse_half_turns(system, f):
     """ModelError where the frames of a closing joint stand half a turn apart in the reference pose."""
     faults, first = [], 0
     for group in system.closures:
-        turns = np.array(
-            [unit == "rad" for unit in group.kind.row_units[: group.kind.num_rows - group.kind.num_slips]]
-        )
+        units = group.kind.row_units[: group.kind.num_rows - group.kind.num_slips]
+        turns = np.array([unit == "rad" for unit in units], bool)
         rows = f[first : first + len(group.names) * len(turns)].reshape(len(group.names), len(turns))
         first += rows.size
         for name, angle in zip(group.names, np.linalg.norm(rows[:, turns], axis=1), strict=True):

@@ -62,7 +62,7 @@ def test_first_accelerations_from_the_lagrangian():
     check(np.sort(accelerations), np.sort([0.0, -9.81, rod, rod]), 1e-9)  # the springs are just at rest
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_turn_per_second():
     system = models.flyball_governor()
     motion = run(system, _start(system, 2 * np.pi), TIMES, **STIFF)

@@ -92,8 +92,9 @@ def test_motion_and_loads(variant):
             check(found[quantity][times.index(time)], value, tol)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("tolerance", [1e-9, 1e-11])
+@pytest.mark.parametrize(
+    "tolerance", [pytest.param(1e-9, marks=pytest.mark.long), pytest.param(1e-11, marks=pytest.mark.slow)]
+)
 def test_a_massless_twin_costs_no_steps(tolerance):
     """Dampers on three hinges and on four, where the fourth needs a twin without mass: nearly the same steps."""
     steps = {}

@@ -228,7 +228,7 @@ def force_at_D(masses, state, system, method):
     return jnp.sum(load.force**2) + jnp.sum(load.moment**2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradients_and_batches_of_designs():
     system, state = planar_loop()
     masses = jnp.array([1.0, 2.0, 1.5])
@@ -245,7 +245,7 @@ def test_gradients_and_batches_of_designs():
     np.testing.assert_allclose(together[0], slopes["dense"], rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_whole_motion():
     """Five states of a fall through the pose where all cranks are level with the couplers, and the bonds of each."""
     system, state = planar_loop()

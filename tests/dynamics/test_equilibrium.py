@@ -47,7 +47,7 @@ def test_hanging_is_stable_and_standing_is_not():
     np.testing.assert_allclose(hanging.stiffness, [[2.0 * G * 0.8]], rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loop_hangs_in_its_lowest_position():
     """A symmetric four-bar, a swing: the coupler hangs level; a load to the side tilts it, forces in balance."""
     b = mbs.SystemBuilder(gravity=(0.0, -G, 0.0))

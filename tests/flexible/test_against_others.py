@@ -107,7 +107,7 @@ def spin_up(t):
     return jnp.where(t < 15.0, 0.4 * (0.5 * t**2 + ripple), 6.0 * t - 45.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_spin_up_of_a_beam():
     """The manoeuvre of Kane, Ryan and Banerjee (1987), with the beam of Simo and Vu-Quoc (1986); Exudyn's numbers.
 

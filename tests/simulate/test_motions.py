@@ -104,7 +104,7 @@ def test_formulations_agree(loop):
         assert np.max(np.abs(np.asarray(motion.diagnostics.energy_residual))) < 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_batches_of_designs_and_states_are_single_runs(loop):
     """vmap over rebuilt systems and starting angles under jit, row by row the same as one at a time."""
     like = loop[0]

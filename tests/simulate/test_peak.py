@@ -44,7 +44,7 @@ def swings(length):
     return found.value, (found, jnp.max(jax.vmap(lambda s: support(system, s))(motion.states)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pendulum_between_coarse_times():
     """The support carries most at the bottom: m g + m l u^2 with l u^2 from the fall; and by how much for length."""
     lengths = np.array([0.9, 1.0, 1.1])
