@@ -85,7 +85,7 @@ def batch(
         progress: show a progress bar (not when traced).
         devices: spread every chunk over these devices of this host, e.g. `jax.devices()`.
         feasible: cheap function of one design to whether it is worth running, e.g. `lambda d: mbs.State.at(build(d),
-            A=0.3).ok`; the designs that it refuses take no lane, their results are nan.
+            A=0.3).ok`; the designs that it refuses take no lane (where traced they do), their results are nan.
         cost: function of one result to the work it took; by default the steps of all motions in it.  A chunk is as
             dear as its dearest design, so designs are grouped by what those like them have cost.  Where no motion is
             returned, return its steps: `cost=lambda values: values["steps"]`.
