@@ -13,7 +13,7 @@ from ..kinematics.kic import independent_columns, velocity_map
 from ..kinematics.kic_second import along_independent
 from ..kinematics.poses import geometry, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
-from ..math import lapack
+from ..math import lapack, square
 from ..math.lineax_solver import SquareSolver
 from ..model.question import check_fits
 from ..model.system import System
@@ -90,13 +90,9 @@ def _equilibrium(system, state, moving):
     weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
     first = jnp.max(jnp.abs(_unbalanced(system, state.coordinates, w, state.t)), initial=0.0)
     scale = jax.lax.stop_gradient(weight + first)
-    tolerance = _SMALL[start.dtype.itemsize] * 1e-3
-    newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
-    newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
     arguments = (system, state.coordinates, w, state.t, still, scale)
-    implicit = optimistix.ImplicitAdjoint(SquareSolver())
-    solution = optimistix.root_find(_balance, newton, start, arguments, max_steps=200, adjoint=implicit, throw=False)
-    psi = normalise(top, step_coordinates(top, state.coordinates, solution.value))
+    step, count = jax.lax.custom_root(lambda x: _balance(x, arguments), start, _search, _along_root, has_aux=True)
+    psi = normalise(top, step_coordinates(top, state.coordinates, step))
     P = node_parameters(system)
     Gamma, b = velocity_map(system, P, psi, state.t)
     efforts = _unbalanced(system, psi, w, state.t)
@@ -110,8 +106,23 @@ def _equilibrium(system, state, moving):
         stable=_is_stable(K, still),
         stiffness=K,
         efforts=(1.0 - still) * efforts,
-        steps=jnp.asarray(solution.stats["num_steps"]),
+        steps=count,
     )
+
+
+def _search(balance, start):
+    """The root of `balance` near `start` and the steps it took."""
+    tolerance = _SMALL[start.dtype.itemsize] * 1e-3
+    newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
+    newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
+    solution = optimistix.root_find(lambda x, _: balance(x), newton, start, max_steps=200, throw=False)
+    return solution.value, jnp.asarray(solution.stats["num_steps"])
+
+
+def _along_root(linear, right):
+    """The implicit function theorem; not finite where the stiffness is singular, and no error: that would stop the
+    other equilibria of a batch."""
+    return square.solve(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
 
 
 def _unbalanced(system, psi, w, t):

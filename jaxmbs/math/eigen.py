@@ -179,10 +179,11 @@ def eig(A):
 def _eig_jvp(primals, tangents):
     values, X, Y = eig(*primals)
     C = Y @ (tangents[0].astype(X.dtype) @ X)
-    complete = jnp.sum(jnp.abs(Y) ** 2, axis=1) < jnp.finfo(X.real.dtype).eps ** -0.75
+    eps = jnp.finfo(X.real.dtype).eps
+    # Vectors of a defective value are nearly parallel (Y is large), or parallel to the last bit (Y X is not 1).
+    complete = (jnp.sum(jnp.abs(Y) ** 2, axis=1) < eps**-0.75) & (jnp.abs(jnp.sum(Y.T * X, axis=0) - 1) < eps**0.25)
     gap = values[None, :] - values[:, None]
     size = jnp.maximum(jnp.abs(values)[:, None], jnp.abs(values)[None, :])
-    eps = jnp.finfo(X.real.dtype).eps
     apart = (jnp.abs(gap) > jnp.sqrt(eps) * size + 50 * eps * jnp.max(size)) & complete[:, None] & complete[None, :]
     mixing = jnp.where(apart, C / jnp.where(apart, gap, 1.0), 0.0)
     group = ~apart & complete[:, None] & complete[None, :] & ~jnp.eye(len(values), dtype=bool)
