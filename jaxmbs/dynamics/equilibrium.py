@@ -106,17 +106,17 @@ def _equilibrium(system, state, moving):
         stable=_is_stable(K, still),
         stiffness=K,
         efforts=(1.0 - still) * efforts,
-        steps=count,
+        steps=count.astype(int),
     )
 
 
 def _search(balance, start):
-    """The root of `balance` near `start` and the steps it took."""
+    """The root of `balance` near `start` and the steps it took, as a float: `custom_root` differentiates it too."""
     tolerance = _SMALL[start.dtype.itemsize] * 1e-3
     newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
     newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
     solution = optimistix.root_find(lambda x, _: balance(x), newton, start, max_steps=200, throw=False)
-    return solution.value, jnp.asarray(solution.stats["num_steps"])
+    return solution.value, jnp.asarray(solution.stats["num_steps"], start.dtype)
 
 
 def _along_root(linear, right):
