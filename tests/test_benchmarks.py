@@ -20,7 +20,7 @@ PACKAGES = {
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
 }
-LONG = ("batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
+LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 
 
 def _marked(name):

@@ -22,7 +22,10 @@ def test_batches_are_seen():
         assert compiled_calls(lowered.compile().as_text()) == [("potrf", matrices)]
 
 
-@pytest.mark.parametrize("name", ASKED)
+LONG = ("equilibrium", "linearise", "simulate, Gauss", "simulate, implicit")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in ASKED])
 def test_every_call_gets_one_matrix(name):
     function, allowed = ASKED[name]
     alone = [] if name in HEAVY else [(function, LANES[0])]

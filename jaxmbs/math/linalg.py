@@ -10,8 +10,9 @@ from jax import lax
 from .spd import refined, spd_inverse, spd_solve
 
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
-#: Motions through singular poses (A02, 10 s) err 2e-8 at 1e-8, 5e-9 here, 2e-8 at 1e-10, 1e-7 at 1e-11.
-PROXIMAL = {8: 3e-10, 4: 1e-5}
+#: Motions through singular poses (A02, 10 s) err 7e-10 m at 3e-10, 6e-10 here, 3e-9 at 1e-8, 3e-8 at 1e-7; a crank of
+#: a thousandth of the other links loses 1e-5 of its acceleration at 3e-10, 4e-11 here.
+PROXIMAL = {8: 3e-9, 4: 1e-5}
 #: Rows below this, of the largest mobility of a column, hold rounding alone (hinges on one line) and count as none.
 _NOISE = {8: 1e-16, 4: 1e-9}
 #: Refinements of each solve with the inverse of the stiff sum, whose condition is at least 1 / PROXIMAL.
@@ -51,7 +52,7 @@ def saddle_factor(M, A, block):
     return spd_inverse(M + A.T @ (A / C[:, None])), C
 
 
-def saddle_solve(M, A, b, c, rows: RowScale | None = None, iterations=2):
+def saddle_solve(M, A, b, c, rows: RowScale | None = None, iterations=3):
     """Solution (x, y) of `M x + A^T y = b`, `A x = c`, by proximal iterations on one factor.
 
     Redundant consistent rows leave x unique and give some y; both have derivatives of every order.  Costs one

@@ -54,26 +54,28 @@ def released():
     return at_rest
 
 
-LOST = "light beside heavy, short beside long: digits are lost without a word"
-WIDE = [
-    ((1.0, 0.3, 0.9, 0.7), (1e-3, 1.0, 1e3)),
-    ((1.0, 0.3, 0.9, 0.7), (1e6, 1e-6, 1.0)),
-    pytest.param((1.0, 0.3, 0.9, 0.7), (1e-6, 1.0, 1e6), marks=pytest.mark.xfail(strict=True, reason=LOST)),
-    pytest.param((1.0, 1e-3, 0.9, 0.7), (1.0, 1.0, 1.0), marks=pytest.mark.xfail(strict=True, reason=LOST)),
-    pytest.param((1.0, 1e-4, 0.9, 0.7), (1.0, 1.0, 1.0), marks=pytest.mark.xfail(strict=True, reason=LOST)),
+WIDE = [  # lengths, masses, and the methods that lose too many digits and say so
+    ((1.0, 0.3, 0.9, 0.7), (1e-3, 1.0, 1e3), ()),
+    ((1.0, 0.3, 0.9, 0.7), (1e6, 1e-6, 1.0), ()),
+    ((1.0, 0.3, 0.9, 0.7), (1e-6, 1.0, 1e6), ("block-sparse",)),
+    ((1.0, 1e-3, 0.9, 0.7), (1.0, 1.0, 1.0), ()),
+    ((1.0, 1e-4, 0.9, 0.7), (1.0, 1.0, 1.0), ("dense",)),
 ]
 
 
-@pytest.mark.parametrize("lengths, masses", WIDE)
-def test_four_bars_of_wide_numbers(released, lengths, masses):
-    """Right to eight digits, by both methods alike; or at least not called ok."""
+@pytest.mark.parametrize("lengths, masses, lost", WIDE)
+def test_four_bars_of_wide_numbers(released, lengths, masses, lost):
+    """Right to eight digits, by both methods alike; or not called ok."""
     q = four_bar_angles(0.7, lengths)
     found, loads = released(np.array(lengths), np.array(masses), q)
     weight = 9.81 * sum(masses)
-    for ok, residual, _ in loads:
-        assert ok and residual < 1e-8 * weight
-    np.testing.assert_allclose(found, crank_at_rest(lengths, np.array(masses), q), rtol=1e-8)
-    np.testing.assert_allclose(loads[0][2], loads[1][2], atol=1e-8 * weight)
+    for method, (ok, residual, _) in zip(("dense", "block-sparse"), loads, strict=True):
+        assert ok != (method in lost)
+        assert method in lost or residual < 1e-8 * weight
+    if "dense" not in lost:
+        np.testing.assert_allclose(found, crank_at_rest(lengths, np.array(masses), q), rtol=1e-8)
+    if not lost:
+        np.testing.assert_allclose(loads[0][2], loads[1][2], atol=1e-8 * weight)
 
 
 def test_marks_follow_the_axes_of_the_design():

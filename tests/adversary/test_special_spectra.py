@@ -168,6 +168,7 @@ def lattice_slopes():
     return Slopes(lattice_response, len(LATTICE))
 
 
+@pytest.mark.long
 def test_receptances_and_loads_where_modes_repeat():
     lattice_slopes().check(LATTICES)
 

@@ -224,7 +224,7 @@ def test_stiffness_by_cause(system, answers, name):
     np.testing.assert_allclose(found.sources[np.ix_(mine, mine)], sources, **close)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 def test_linear_equations(system, linear, name):
     mine = columns(system, name)
@@ -236,7 +236,7 @@ def test_linear_equations(system, linear, name):
     np.testing.assert_allclose(linear.damping[np.ix_(mine, mine)], C, rtol=1e-6, atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 @pytest.mark.parametrize("port", ["joint", "line", "pair", "strut"])
 def test_power_in_the_bond_graph(powers, name, port):
@@ -250,12 +250,12 @@ def test_power_in_the_bond_graph(powers, name, port):
     np.testing.assert_allclose(into[f"{at}:{element}"], -rest(name, x, v, T) * v, rtol=1e-10, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bonds_lose_nothing(powers):
     assert max(float(abs(value)) for value in junction_residual(powers).values()) < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["Force", "Torque", "Wrench", "Bushing", "GeneralisedEffort"])
 def test_power_of_other_laws(powers, name):
     parts = (value for port, value in powers.ports().items() if port.partition(":")[2] == f"{name} law")
@@ -271,7 +271,7 @@ def test_slides_carry_what_stands_on_them(answers, name):
         np.testing.assert_allclose(found, [along, 0.0, 0.0], rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_equilibrium(few):
     """Every block stands where its law and the spring that holds it balance, at the laws' time."""
     found = mbs.equilibrium(few, state_of(few, 0.15, 0.0))
@@ -292,7 +292,7 @@ def motion(few):
     return mbs.simulate(few, state_of(few), ts=T + np.linspace(0.0, 0.25, 6))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 def test_motion_is_the_same_on_joint_and_line(few, motion, name):
     joint, line, *_ = np.asarray(motion.states.coordinates)[:, columns(few, name)].T
@@ -303,7 +303,7 @@ def test_motion_is_the_same_on_joint_and_line(few, motion, name):
         assert np.all(np.diff(work[f"{name} line"]) <= 1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_motion_keeps_its_account(motion):
     np.testing.assert_allclose(motion.diagnostics.energy_residual, 0.0, atol=1e-6)
 
@@ -321,7 +321,7 @@ def mixed(numbers, system, state):
 gradient_of_mixed = jax.jit(jax.grad(mixed))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradients_against_differences(few):
     state = state_of(few, 0.55)
     numbers = [g.law for g in few.forces], state.coordinates, state.velocities
@@ -335,7 +335,7 @@ def test_gradients_against_differences(few):
         np.testing.assert_allclose(jnp.sum(slopes * step), (ends[0] - ends[1]) / 2, rtol=2e-5, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("v", [0.0, 0.3])
 def test_points_that_coincide(few, v):
     """No direction, so no force between points, and every derivative is finite."""

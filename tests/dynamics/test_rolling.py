@@ -71,7 +71,7 @@ def test_a_ball_on_a_turntable_goes_in_circles_at_two_sevenths_of_its_rate():
     np.testing.assert_allclose(motion.states.coordinates[-1, :2], [0.5, 0.0], atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_leaning_disk_keeps_its_energy_over_a_hundred_turns():
     system, lean = disk(), 0.3
     turned = (np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)

@@ -31,8 +31,8 @@ TREE = RING[:2]
     ("pairs", "enough"),
     [
         (RING, TREE),
-        ([*TREE, TREE[0]], TREE),
-        ([("p a", "q a"), ("q a", "p a"), ("q a", "r a")], TREE),
+        pytest.param([*TREE, TREE[0]], TREE, marks=pytest.mark.long),
+        pytest.param([("p a", "q a"), ("q a", "p a"), ("q a", "r a")], TREE, marks=pytest.mark.long),
         ([*TREE, ("p a", None), ("r a", None)], [*TREE, ("p a", None)]),
         ([*RING, ("p c", "q c"), ("q c", "r c"), ("r c", "p c")], [*TREE, ("p c", "q c"), ("q c", "r c")]),
     ],

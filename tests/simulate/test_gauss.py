@@ -189,7 +189,7 @@ def test_implicit_function_theorem(newton):
     np.testing.assert_allclose(derivatives(z + z**3 / 5), [z, first, first, second, second], rtol=1e-13)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_closed_loop():
     """Inside the projection: order and closure kept, against Dopri8 at 1e-11."""
     system = four_bar(stiffness=5.0)
