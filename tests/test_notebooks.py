@@ -11,8 +11,11 @@ FOLDER = Path(__file__).parent.parent / "notebooks"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
 
 
+LONG = ("04", "05", "06", "08")
+
+
 def _marked(script):
-    return pytest.param(script, marks=pytest.mark.long if script.name[:2] in ("04", "05", "06", "08") else pytest.mark.slow)
+    return pytest.param(script, marks=pytest.mark.long if script.name[:2] in LONG else pytest.mark.slow)
 
 
 @pytest.mark.parametrize("script", [_marked(s) for s in SCRIPTS if s.name[:2] != "09"], ids=lambda path: path.stem)
