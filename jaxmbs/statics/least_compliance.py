@@ -17,15 +17,17 @@ import numpy as np
 from jax import lax
 
 from ..math.linalg import small_matmul
+from ..math.spd import spd_inverse
 from .bonds import Bonds
 from .loops import along_chains, choose, in_series, to_bonds
 from .reduction import series_reduction
 from .tree import across_bonds, on_bodies, tree_twists, tree_wrenches
 
-#: Each round starts from exact equilibrium and gains what the penalty is worth; long rows of loops need many.
-_ROUNDS = 60
+#: Each round starts from exact equilibrium; of so many rounds the best combination is taken, and it ends when the
+#: gap has not fallen by `_PROGRESS` for so many rounds (rounding) or is closed.
+_ROUNDS, _DEPTH, _PATIENCE, _PROGRESS = 60, 8, 4, 0.7
 #: Gap along the free twists, of the largest wrench, that is closed (double, single).
-_SMALL = {8: 1e-14, 4: 1e-6}
+_SMALL = {8: 1e-15, 4: 1e-6}
 
 
 class _Conditions(eqx.Module):
@@ -103,9 +105,34 @@ def _packing(*parts):
     return pack, unpack
 
 
-def _open(unit, F, effort, w):
-    """Largest gap along the free twists, of the largest wrench."""
-    return jnp.max(jnp.abs(unit * (effort - _into(F, w))), initial=0.0) / jnp.maximum(jnp.max(jnp.abs(w)), 1e-30)
+class _Rounds(eqx.Module):
+    """What the rounds carry: their number, what the last gave for x = (w, mu), with its gap (q, f) along the free
+    twists and the gap's size; where the next starts; how x and gap changed in the rounds before (with a leading axis
+    of `_DEPTH`); the best size and when."""
+
+    k: jax.Array
+    x: tuple
+    gap: jax.Array
+    size: jax.Array
+    start: tuple
+    changes: tuple
+    best: jax.Array
+    best_at: jax.Array
+
+
+def _leap(x, gap, size, last: _Rounds):
+    """The combination of the rounds so far whose gap is least, as all of it is linear (Anderson's acceleration), and
+    the changes with the last one among them."""
+    slow = (size > 0.1 * last.size) & (last.k > 0)  # else rounding would only be mixed in
+    change = jax.tree.map(lambda a, b: jnp.where(slow, a - b, 0.0), (*x, gap), (*last.x, last.gap))
+    changes = jax.tree.map(lambda old, new: jnp.roll(old, 1, axis=0).at[0].set(new), last.changes, change)
+    G = changes[2].reshape(_DEPTH, -1)
+    length = jnp.sqrt(jnp.sum(G * G, axis=1))
+    moves = length > 1e-4 * jnp.sqrt(jnp.sum(gap * gap))  # else the gap stays: loads that would move the network
+    unit = jnp.where(moves & slow, 1.0 / jnp.where(moves, length, 1.0), 0.0)
+    G = unit[:, None] * G
+    share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
+    return jax.tree.map(lambda now, old: now - jnp.tensordot(share, old, axes=1), x, changes[:2]), changes
 
 
 def _inverse(network, solver, conditions, pack, unpack):
@@ -130,23 +157,34 @@ def _inverse(network, solver, conditions, pack, unpack):
             step = solver.correct(network, factors, d)
             return y + step, mu + penalty * (_into(F, to_bonds(network, step)) - gap)  # the gap as it was
 
-        def improved(carry):
-            k, w, mu, _, before = carry
+        def gap_of(w):
+            return unit * (effort - _into(F, w))
+
+        def improved(last):
+            w, mu = last.start
             open_stretch = _times(C, w) - deformation - across_bonds(network, twists(w, mu))
             stretch = along_chains(network, open_stretch)
             start = jnp.zeros_like(stretch), mu
             y, mu = lax.fori_loop(0, solver.iterations, partial(improve, w=w, stretch=stretch), start)
             w = balanced(w + to_bonds(network, y))
-            return k + 1, w, mu, before, _open(unit, F, effort, w)
+            gap = gap_of(w)
+            size = jnp.max(jnp.abs(gap), initial=0.0) / jnp.maximum(jnp.max(jnp.abs(w)), 1e-30)
+            start, changes = _leap((w, mu), gap, size, last)
+            k, better = last.k + 1, size < _PROGRESS * last.best
+            best, at = jnp.where(better, size, last.best), jnp.where(better, k, last.best_at)
+            return _Rounds(k, (w, mu), gap, size, start, changes, best, at)
 
-        def improves(carry):
-            k, _, _, before, gap = carry
-            return (k < 2) | ((k < _ROUNDS) & (gap > _SMALL[gap.dtype.itemsize]) & (gap < 0.95 * before))
+        def improves(last):
+            goes_on = (last.size > _SMALL[last.size.dtype.itemsize]) & (last.k - last.best_at <= _PATIENCE)
+            return (last.k < 2) | ((last.k < _ROUNDS) & goes_on)
 
         # Not from zeros: XLA would work out what follows from a constant, for a whole batch, at compile time.
         none = jnp.full((), jnp.inf, effort.dtype)
-        start = 0, tree_wrenches(network, -minus_loads), jnp.zeros_like(effort), none, none
-        _, w, mu, *_ = lax.while_loop(improves, improved, start)
+        x = tree_wrenches(network, -minus_loads), jnp.zeros_like(effort)
+        gap = gap_of(x[0])
+        changes = jax.tree.map(lambda x: jnp.zeros((_DEPTH, *x.shape), x.dtype), (*x, gap))
+        begin = _Rounds(jnp.asarray(0), x, gap, none, x, changes, none, jnp.asarray(0))
+        w, mu = lax.while_loop(improves, improved, begin).x
         return pack(w, mu, twists(w, mu))
 
     return inverse
