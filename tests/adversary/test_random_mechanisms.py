@@ -72,22 +72,14 @@ def test_more_topologies(seed, first, setting):
     check_topology(seed, first, setting)
 
 
-LOST = {
-    "masses": "light branches beside heavy ones lose digits",
-    "positions": "in loops, short links beside long ones lose digits",
-    "far": "far from the origin digits are lost",
-}
-
-
-def wide(seeds, right):
-    """Seeds with settings; those that are not right are expected to fail."""
-    cases = [(seed, setting) for seed in seeds for setting in LOST]
-    marks = {case: pytest.mark.xfail(strict=True, reason=LOST[case[1]]) for case in cases if case not in right}
-    return [pytest.param(*case, marks=marks.get(case, ())) for case in cases]
+SETTINGS = ("masses", "positions", "far")
+LOST = {(0, "masses"), (1, "masses"), (3, "masses"), (1, "positions")}
+WIDE = [(seed, setting) for seed in QUICK for setting in SETTINGS]
+_lost = pytest.mark.xfail(strict=True, reason="in loops, light links beside heavy ones lose digits")
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed, setting", wide(QUICK, {(0, "positions"), (2, "masses"), (2, "positions")}))
+@pytest.mark.parametrize("seed, setting", [pytest.param(*w, marks=_lost if w in LOST else ()) for w in WIDE])
 def test_wide_numbers(seed, setting):
     """Masses over twelve decades, positions over six, and all of it 10 km from the origin."""
     check_topology(seed, 5, setting)
@@ -125,7 +117,7 @@ def test_trees_against_pinocchio(seed, first, setting):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed, setting", wide(TREES[:4], {(seed, "positions") for seed in TREES}))
+@pytest.mark.parametrize("seed, setting", [(seed, setting) for seed in TREES[:4] for setting in SETTINGS])
 def test_trees_of_wide_numbers(seed, setting):
     assert np.all(tree_gaps(seed, 5, setting) < 1e-9)
 
@@ -197,3 +189,4 @@ def test_ten_thousand_mechanisms(seed):
     finite = [np.all(np.isfinite(v).reshape(PER_TOPOLOGY, -1), axis=1) for v in found.values.values()]
     assert np.all(np.all(finite, axis=0) | ~found.ok)
     check(draws, found.values)
+    jax.clear_caches()  # the programs of sixty topologies exhaust a process's memory maps
