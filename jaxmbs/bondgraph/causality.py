@@ -7,7 +7,6 @@ still free depends on the moduli of the transformers, hence on the pose: it is c
 
 import dataclasses
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,6 +15,7 @@ from ..kinematics.assembly import assembled
 from ..kinematics.kic import velocity_map
 from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
+from ..math.jit import jit
 from ..model.system import System
 from .elements import Storage
 from .graph import BondGraph
@@ -60,7 +60,7 @@ def general_pose(system: System) -> State:
     return State(state.t, _moved(system, state, move), jnp.zeros_like(state.velocities), structure=top.structure)
 
 
-@eqx.filter_jit
+@jit(compile="quick")
 def _moved(system, state, move):
     """Coordinates some way along the freedoms, loops closed."""
     top = system.topology
@@ -72,7 +72,7 @@ def _moved(system, state, move):
     return assembled(system, psi, state.velocities, state.t, free, free)[0]
 
 
-@eqx.filter_jit
+@jit(compile="quick")
 def _moduli(system, state):
     return body_moduli(system, node_parameters(system), state.coordinates, state.t)
 

@@ -5,7 +5,6 @@ All flows are linear in the rates w = (phi_dot, s) at the roots, s the prescribe
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +16,7 @@ from ..kinematics import constraints
 from ..kinematics.kic import independent_columns
 from ..kinematics.poses import Geometry, body_frame, coordinate_rate, geometry, node_inertias
 from ..kinematics.tree import subtrees
+from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
 from ..math.spatial import dot, unpack
 from ..model.system import System
@@ -155,7 +155,7 @@ class Numbers(NamedTuple):
     total: Array
 
 
-@eqx.filter_jit
+@jit
 def numbers(system: System, P, psi, u, t) -> Numbers:
     """Numbers of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
     moving = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))

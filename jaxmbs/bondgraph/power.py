@@ -8,6 +8,7 @@ from ..dynamics.newton_euler import accelerations_at
 from ..kinematics import constraints
 from ..kinematics.poses import coordinate_rate, node_inertias, node_parameters
 from ..kinematics.state import State
+from ..math.jit import jit
 from ..model.question import check_fits
 from ..model.system import System
 from .graph import BondGraph
@@ -133,14 +134,14 @@ def _values(system, P, state):
     return names.flow, names.modulus, names.effort | inertial_efforts(system, P, values, psi, u, t)
 
 
-@eqx.filter_jit
+@jit
 def _all_values(system, states, batched):
     P = node_parameters(system)
     one = lambda s: _values(system, P, s)  # noqa: E731
     return jax.vmap(one)(states) if batched else one(states)
 
 
-@eqx.filter_jit
+@jit
 def _spread(system, graph, flow, modulus, effort, batched):
     one = lambda f, m, e: propagate(graph, f, m, leaf_efforts(system, graph, e))  # noqa: E731
     return jax.vmap(one)(flow, modulus, effort) if batched else one(flow, modulus, effort)

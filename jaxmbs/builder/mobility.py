@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
@@ -12,6 +11,7 @@ from ..joints.base import HALF_TURN
 from ..kinematics import constraints
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.poses import geometry, neutral_coordinates, node_inertias, node_parameters, step_coordinates
+from ..math.jit import jit
 from ..model.system import System
 from ..model.topology import Mobility
 
@@ -26,7 +26,7 @@ def _precision() -> int:
     return jnp.zeros(()).dtype.itemsize
 
 
-@eqx.filter_jit
+@jit(compile="quick")
 def _evaluate(system: System, psi, t):
     """Residual, Jacobian, reaction map, mass matrix and frame positions at a pose."""
     P = node_parameters(system)

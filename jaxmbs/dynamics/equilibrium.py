@@ -14,6 +14,7 @@ from ..kinematics.kic_second import along_independent
 from ..kinematics.poses import geometry, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..math import lapack, square
+from ..math.jit import jit
 from ..math.lineax_solver import SquareSolver
 from ..model.question import check_fits
 from ..model.system import System
@@ -81,7 +82,7 @@ def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
     return result
 
 
-@eqx.filter_jit
+@jit
 def _equilibrium(system, state, moving):
     top, chosen = system.topology, independent_columns(system)
     still = jnp.asarray(~np.isin(chosen, moving), state.coordinates.dtype)

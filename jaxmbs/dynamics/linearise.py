@@ -16,6 +16,7 @@ from ..kinematics.kic import independent_columns, position_map, velocity_map
 from ..kinematics.poses import coordinate_rate, node_parameters
 from ..kinematics.state import State
 from ..math import square
+from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
 from ..model.system import System
 from .newton_euler import forward_dynamics, tree_efforts
@@ -109,7 +110,7 @@ def local_efforts(system: System, P, psi, w, a, t):
     return Gamma.T @ tree_efforts(system, P, psi, u, u_dot, t), u, u_dot
 
 
-@eqx.filter_jit
+@jit
 def _linearise(system, state, accelerations, inputs, driven, outputs):
     P, psi, t = node_parameters(system), state.coordinates, state.t
     top, chosen = system.topology, independent_columns(system)

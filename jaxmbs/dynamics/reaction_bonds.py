@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_parameters
 from ..kinematics.state import State
+from ..math.jit import jit
 from ..model.system import System
 from ..statics import Bonds
 from ..statics.bonds import about
@@ -35,7 +35,7 @@ def reaction_bonds(system: System, motion, compliance=None, method: str = "dense
     return _bonds(system, states, found, compliance, states.coordinates.ndim == 2)
 
 
-@eqx.filter_jit
+@jit
 def _bonds(system, states, found, compliance, batched):
     names, _, at = zip(*constraints.carriers(system), strict=True)
     at, P = np.array(at), node_parameters(system)

@@ -15,6 +15,7 @@ from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..kinematics.tree import subtrees
+from ..math.jit import jit
 from ..math.linalg import skew
 from ..math.rows import over_rows
 from ..math.spatial import pack, world_inertia
@@ -180,7 +181,7 @@ def _named(system, wrench, effort, geo, frame, side):
     return {name: JointReaction(force[i], moment[i], efforts[i], marks[i]) for i, (name, *_) in enumerate(carriers)}
 
 
-@eqx.filter_jit
+@jit
 def _reactions_jit(system, states, frame, side, batched, compliance, method):
     P = node_parameters(system)
     one = lambda s: _reactions(system, P, s, frame, side, compliance, method)  # noqa: E731

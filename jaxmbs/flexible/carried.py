@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-import equinox as eqx
 import jax.numpy as jnp
 
 from ..dynamics.newton_euler import accelerations_at, node_accelerations, node_motion
@@ -12,6 +11,7 @@ from ..errors import ModelError
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
+from ..math.jit import jit
 from ..math.linalg import skew
 from ..math.rows import over_rows
 from ..model.system import System
@@ -89,7 +89,7 @@ def _side(top, ends, frame):
     return 1.0 if body == child else -1.0 if body == parent else 0.0
 
 
-@eqx.filter_jit
+@jit
 def _carried(system, states, components, wrenches, joints, method):
     def loads(row):
         state, wrenches = row

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array
@@ -13,6 +12,7 @@ from ..errors import ModelError
 from ..kinematics.elastic import elastic_state, flow_rate, gathered
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
+from ..math.jit import jit
 from ..math.rotation import rotation_vector_rate
 from ..model.question import check_fits
 from ..model.system import System
@@ -114,7 +114,7 @@ def _find(system, name):
 def _mapped(system, function, motion):
     states = motion if isinstance(motion, State) else motion.states
     check_fits(system, states)
-    return eqx.filter_jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
+    return jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
 
 
 def _of_body(group, index, tree):

@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
+from ..math.jit import jit
 from ..math.linalg import saddle_solve
 from ..math.spd import spd_inverse
 from ..model.system import System
@@ -99,7 +100,7 @@ def consistent_velocities(system: System, P, psi, u, t, free):
     return u + delta
 
 
-@eqx.filter_jit
+@jit(compile="quick")
 def assembled(system: System, psi, u, t, free_position, free_velocity):
     """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
     P = node_parameters(system)

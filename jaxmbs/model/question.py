@@ -2,14 +2,13 @@
 
 import functools
 
-import equinox as eqx
-
 from ..errors import ModelError
+from ..math.jit import jit
 
 
 def question(function):
     """A compiled function f(system, state, ...) that refuses the state of another system before it is traced."""
-    compiled = eqx.filter_jit(function)
+    compiled = jit(function)
 
     @functools.wraps(function)
     def ask(system, state, *args, **kwargs):

@@ -14,6 +14,7 @@ from ..errors import SimulationError
 from ..kinematics import constraints
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
+from ..math.jit import jit
 from ..math.lineax_solver import SquareSolver
 from ..math.rows import over_rows
 from ..model.question import check_fits
@@ -158,7 +159,7 @@ def _fixed_steps(t0, t1, dt):
     return max(1, math.ceil(float(t1 - t0) / float(dt) - 1e-9))
 
 
-@eqx.filter_jit
+@jit
 def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
     solver, gradient, formulation, max_steps, steps, lands, progress = options
     P = node_parameters(system)

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..math.jit import jit
 from .bonds import Bonds
 from .cycles import cycle_pattern
 from .least_compliance import least_compliance
@@ -131,7 +132,7 @@ def _dense(bonds):
     return np.linalg.qr(stress)[0].T.reshape(-1, q, 6)
 
 
-@eqx.filter_jit
+@jit(compile="quick")
 def _project(bonds, deformations, efforts):
     """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, f) along the free
     twists that random efforts there leave."""

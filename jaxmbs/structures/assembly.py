@@ -2,18 +2,18 @@
 
 from functools import lru_cache
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..blocksparse import BlockMatrix, Pattern, assemble
+from ..math.jit import jit
 from .structure import Structure
 
 KINDS = ("stiffness", "mass", "damping")
 
 
-@eqx.filter_jit
+@jit
 def element_matrices(structure: Structure, group: str, kind: str = "stiffness") -> Float[Array, "elements n n"]:
     """Matrices in world axes of all elements of a group.
 
@@ -24,7 +24,7 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
     return structure.groups[group].map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
 
 
-@eqx.filter_jit
+@jit
 def assemble_dense(structure: Structure, kinds=("stiffness", "mass")) -> tuple:
     """(K, M), or what `kinds` names, over the coordinates that are not held: rows as `structure.labels`.
 
@@ -44,7 +44,7 @@ def _dense(structure, kind):
     return total[:n, :n]
 
 
-@eqx.filter_jit
+@jit
 def assemble_blocks(structure: Structure, kinds=("stiffness", "mass")) -> tuple:
     """(K, M) as block matrices on the graph of nodes, blocks of `structure.size`.
 

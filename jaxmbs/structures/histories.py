@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 
+from ..math.jit import jit
 from .structure import Structure
 
 
-@eqx.filter_jit
+@jit
 def histories(recover: Callable, structure: Structure, x) -> dict:
     """`element_forces` or `element_stresses` of many displacements: (elements, labels, ...) by group.
 

@@ -5,16 +5,16 @@
 
 from collections.abc import Mapping
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
+from ..math.jit import jit
 from .structure import Structure
 
 
-@eqx.filter_jit
+@jit
 def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
     """Weight in a uniform field `acceleration` (3,) [m/s^2] (gravity), `M` times the rigid motion.
 
@@ -24,7 +24,7 @@ def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
     return sum(_scattered(structure, group, forces) for group, forces in parts)
 
 
-@eqx.filter_jit
+@jit
 def pressure_load(structure: Structure, group: str, pressure, face: int | None = None) -> Float[Array, "nodes 6"]:
     """Pressure [Pa], a number or one per element: along a shell's normal, or into a solid's `face`.
 
@@ -39,7 +39,7 @@ def pressure_load(structure: Structure, group: str, pressure, face: int | None =
     return _scattered(structure, chosen, chosen.map(apply, structure.positions, values))
 
 
-@eqx.filter_jit
+@jit
 def line_load(structure: Structure, group: str, force) -> Float[Array, "nodes 6"]:
     """Uniform force (3,) or (elements, 3) per length [N/m] on beams, world axes.
 

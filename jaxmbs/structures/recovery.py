@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import lax
 
+from ..math.jit import jit
 from .loads import element_line_loads, element_weights
 from .structure import Structure, spread
 
 
-@eqx.filter_jit
+@jit
 def element_forces(structure: Structure, x, line_loads: Mapping | None = None, acceleration=None) -> dict:
     """Element loads `F_e = k_e T_e x - f_e` by group, (elements, labels), in the elements' own axes.
 
@@ -29,7 +29,7 @@ def element_forces(structure: Structure, x, line_loads: Mapping | None = None, a
     return _recovered(structure, x, "forces", line_loads, acceleration)
 
 
-@eqx.filter_jit
+@jit
 def element_stresses(structure: Structure, x, line_loads: Mapping | None = None, acceleration=None) -> dict:
     """Stresses [Pa] by group, (elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
     return _recovered(structure, x, "stresses", line_loads, acceleration)

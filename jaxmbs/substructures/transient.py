@@ -13,6 +13,7 @@ from ..errors import SimulationError
 from ..forces import AbstractScalarLaw
 from ..math import lapack
 from ..math.interpolation import interval
+from ..math.jit import jit
 from ..typing import ScalarLike
 from .coupling import Assembly, interface_reactions
 from .network import Network
@@ -131,7 +132,7 @@ def transient(
     return motion
 
 
-@eqx.filter_jit
+@jit
 def _integrate(assembly, times, forces, links, start, tolerances, options):
     solver, gradient, max_steps = options
     K, C, M = assembly.stiffness, assembly.damping, assembly.mass

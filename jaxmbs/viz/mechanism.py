@@ -1,11 +1,11 @@
 """A stick picture of a mechanism: the frames on each body joined, at one pose or several."""
 
-import equinox as eqx
 import jax
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..kinematics.poses import frame_poses, node_parameters, node_poses
+from ..math.jit import jit
 from ..model.question import check_fits
 from .canvas import COLORS, axes
 
@@ -44,7 +44,7 @@ def frame_positions(system, states) -> np.ndarray:
     return np.asarray(_positions(system, states.coordinates))
 
 
-@eqx.filter_jit
+@jit(compile="quick")
 def _positions(system, coordinates):
     P = node_parameters(system)
     return jax.vmap(lambda psi: frame_poses(system, node_poses(system.topology, P, psi))[1])(coordinates)

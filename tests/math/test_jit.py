@@ -1,0 +1,45 @@
+"""`math.jit`: options of the compiler for programs of the library, and none for parts of the user's programs."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.math import jit as module
+from jaxmbs.math.jit import jit, options
+
+X = jnp.array([0.3, 1.2])
+
+
+@pytest.mark.parametrize("compile", ["full", "quick"])
+def test_values_and_every_transformation(compile):
+    @jit(compile=compile)
+    def f(x, name, scale=1.0):
+        assert name == "static"
+        return scale * jnp.sum(jnp.sin(x))
+
+    np.testing.assert_allclose(f(X, "static", scale=2.0), 2.0 * np.sum(np.sin(X)), rtol=1e-15)
+    np.testing.assert_allclose(jax.grad(f)(X, "static"), np.cos(X), rtol=1e-15)
+    np.testing.assert_allclose(jax.jit(lambda x: f(x, "static"))(X), np.sum(np.sin(X)), rtol=1e-15)
+    np.testing.assert_allclose(jax.vmap(lambda x: f(x, "static"))(X), np.sin(X), rtol=1e-15)
+    np.testing.assert_allclose(jax.jacfwd(jax.grad(lambda x: f(x, "static")))(X), -np.diag(np.sin(X)), rtol=1e-15)
+    np.testing.assert_allclose(jax.grad(lambda a: a * f(X, "static"))(3.0), np.sum(np.sin(X)), rtol=1e-15)
+
+
+def test_options_reach_the_compiler(monkeypatch):
+    """One that the compiler does not know is refused."""
+    monkeypatch.setattr(module, "options", lambda compile, backend: {"no_such_option": 1})
+    with pytest.raises(jax.errors.JaxRuntimeError, match="no_such_option"):
+        jit(lambda x: x + 1.0)(X)
+
+
+def test_unknown_options_are_left_out(monkeypatch):
+    monkeypatch.setattr(module, "_FULL", {"no_such_option": 1, "xla_backend_optimization_level": 1})
+    assert options.__wrapped__("full", "cpu") == {"xla_backend_optimization_level": 1}
+    assert options.__wrapped__("full", "gpu") == {}
+    assert set(options("full", "cpu")) < set(options("quick", "cpu"))
+
+
+def test_unknown_kind():
+    with pytest.raises(ValueError, match="'full' or 'quick'"):
+        jit(lambda x: x, compile="slow")
