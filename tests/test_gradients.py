@@ -168,7 +168,7 @@ def test_reverse_against_central_differences(derivatives):
     check_reverse(derivatives, derivatives.design, derivatives.design)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("derivatives", ["tree"], indirect=True)
 def test_forward_equals_reverse(derivatives):
     check_forward(derivatives, derivatives.design)

@@ -78,6 +78,7 @@ def test_four_bars_of_wide_numbers(released, lengths, masses, lost):
         np.testing.assert_allclose(loads[0][2], loads[1][2], atol=1e-8 * weight)
 
 
+@pytest.mark.long
 def test_marks_follow_the_axes_of_the_design():
     """`unique_force` is said in the joint's axes: a design that turns the frames of a ball in a planar loop has other
     marks than the one it is built like.  They are those of `like`: known, so turn no frames between such designs."""

@@ -73,8 +73,14 @@ def pins(system, state):
     return jnp.stack([loads[name].force[:2] for name in "ABCD"])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("variant", ["full", "massless coupler", "stiff"])
+@pytest.mark.parametrize(
+    "variant",
+    [
+        pytest.param("full", marks=pytest.mark.long),
+        pytest.param("massless coupler", marks=pytest.mark.slow),
+        pytest.param("stiff", marks=pytest.mark.slow),
+    ],
+)
 def test_motion_and_loads(variant):
     system, state = build(variant)
     assert system.topology.mobility == 1

@@ -110,7 +110,7 @@ def bicycle():
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_benchmark_bicycle():
     """Weave, capsize and castering eigenvalues at 5 m/s, published to 14 digits."""
     system = bicycle()

@@ -68,6 +68,7 @@ def by_parts(t, S):
     return np.linalg.inv(Z + (B.T @ np.linalg.inv(S) @ B)[None])
 
 
+@pytest.mark.long
 def test_elastic_rings():
     """Springs in a ring share by their compliance; rigid ones among them too, as their limit."""
     S = np.array([[0.3, 0.05, 0.0], [0.05, 0.2, 0.02], [0.0, 0.02, 0.5]])

@@ -83,6 +83,7 @@ def test_batches_are_refused():
         mbs.peak(PENDULUM, jax.tree.map(lambda x: jnp.stack([x, x]), motion), lambda s: s.t)
 
 
+@pytest.mark.long
 def test_ball_and_spinning_bob():
     """A ball joint's state between saved times is that of a dense simulation."""
     system = pendulum(joint=mbs.Spherical())
