@@ -56,7 +56,8 @@ REACTIONS = {  # of the ground on the cranks at A0, A1 and the last, x and y, at
 AT_REST = ((0.0, 13.715), (0.0, 18.12))  # the same at A0 and A1 at the start, all cranks up
 
 
-@pytest.mark.parametrize("n", [pytest.param(2, marks=pytest.mark.slow), pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("n", [2, 10])
 def test_windows_fall_as_one_pendulum(n):
     system = models.n_four_bar(n)
     state = mbs.State.at(system, A0=0.0, rates={"A0": -1.0})

@@ -303,7 +303,7 @@ def swing(length):
     return motion.states.coordinates[-1, 0], motion
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_batch_of_motions_and_its_gradient():
     lengths = np.array([0.5, 1.0, np.nan, 2.0])
     found = batch(swing, lengths, chunk=4)

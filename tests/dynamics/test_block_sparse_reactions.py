@@ -183,8 +183,7 @@ SLOW = {
     "ring of 12": lambda: closed_ring(12),
     "beams that fly": lambda: _with(chain_of_beams(3, mbs.Spherical(), gravity=DOWN_Y, elements=2)[0]),
 }
-LONG = ("random", "spatial", "open tree", "slider-crank", "slider-crank, driven", "five windows", "table on planes")
-LONG += ("Gough platform", "half car", "car axis", "knife edge", "sleigh", "beams that fly", "beams", "Bennett")
+KEPT = ("driven",)
 
 #: Where the dense way itself has fewer digits: its residual there is 1e-7 of the load on the ring, ours 1e-14.
 LOOSER = {"singular pose": 1e-8, "ring of 12": 1e-6}
@@ -209,7 +208,7 @@ def assert_same(system, motion, rtol=1e-9, **options):
 
 
 def _marked(name):
-    return pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.slow)
+    return pytest.param(name, marks=pytest.mark.slow if name in KEPT else pytest.mark.long)
 
 
 @pytest.mark.parametrize("name", [*QUICK, *(_marked(name) for name in SLOW)])

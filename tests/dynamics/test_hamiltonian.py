@@ -68,7 +68,7 @@ def momentum_rate_of_the_motion(system, state):
     return I_star @ u_dot[chosen] + jnp.einsum("ijm,m,j->i", slope, phi_dot, phi_dot)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_state_equations_have_plus_before_the_gyristor(case):
     system, state = case
     p_dot, phi_dot, q_dot = fields.state_equations(system, state)

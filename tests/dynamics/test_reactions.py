@@ -277,7 +277,7 @@ def newton_euler(system, state, loads, others=None):
     return gap
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_body_of_a_driven_loop_is_in_equilibrium():
     """Three redundant rows, a spring inside a pin, a load and a drive; also the drive's effort by power."""
     system = four_bar(drive=mbs.Polynomial([0.7, 2.0, 1.5]), stiffness=3.0, load=5.0)

@@ -143,7 +143,7 @@ def motion(started):
     return mbs.simulate(*started, ts=jnp.array([0.25, 0.5]), rtol=1e-11, atol=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pendulums_stay_together(started, motion):
     """By position of the mass, after half a second."""
     place = jax.vmap(lambda s: mbs.position(started[0], s, ("hinged", (0.0, 0.0, -0.7))))(motion.states)

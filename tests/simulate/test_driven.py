@@ -48,7 +48,7 @@ def test_a_thousand_turns_on_one_branch(name):
     np.testing.assert_allclose(np.stack([A + B, D], axis=1), angles, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("rate", [100.0, 1.0])
 def test_a_narrow_elbow_is_passed_on_its_branch(rate):
     """A crank-rocker whose elbow closes to 14 degrees, 60 turns at two speeds."""

@@ -115,7 +115,7 @@ RAISING = [
 ]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_failed_motion_says_where():
     """The message names the joint that stands open and when; what was computed is kept."""
     with pytest.raises(mbs.SimulationError, match=r"last saved state at t = .*\bC\b") as caught:
@@ -148,7 +148,7 @@ def test_a_locked_mechanism_rests():
     np.testing.assert_allclose(float(loads["A"].force[1] + loads["B"].force[1]), 2 * 9.81, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_redundant_drives_that_agree_are_followed():
     """Both pins of a parallelogram driven alike: redundant, named, and the motion is theirs."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)

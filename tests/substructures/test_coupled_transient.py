@@ -159,7 +159,7 @@ def test_components_by_name():
             transient(network, TIMES, forces, others)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_batch_of_gaps_and_a_load_that_is_a_function():
     """Modes left out and single precision: near the exact motion; with the gap wide open the tips never meet."""
     low = jax.tree.map(lambda a: a.astype(jnp.float32), joined(1.0, 4))
