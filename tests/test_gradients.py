@@ -163,7 +163,15 @@ def check_forward(derivatives, design):
         np.testing.assert_allclose(reverse[name], expected, rtol=1e-7, atol=1e-8 * np.abs(expected).max(initial=1.0))
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize(
+    "derivatives",
+    [
+        pytest.param("tree", marks=pytest.mark.slow),
+        pytest.param("loop", marks=pytest.mark.slow),
+        pytest.param("driven", marks=pytest.mark.long),
+    ],
+    indirect=True,
+)
 def test_reverse_against_central_differences(derivatives):
     check_reverse(derivatives, derivatives.design, derivatives.design)
 

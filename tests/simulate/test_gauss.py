@@ -96,8 +96,8 @@ def pade(z, order):
     return np.linalg.solve(even - odd, even + odd)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("solver", MIDPOINT_SLOW)
+@pytest.mark.long
+@pytest.mark.parametrize("solver", [mbs.ImplicitMidpoint, mbs.Gauss4])
 def test_stiff_linear_system(solver):
     """Steps of 16 radians: Newton's method yields the Pade approximant; fixed-point iteration fails and says so."""
     k, c, m, h = 5e4, 2.0, 2.0, 0.1
