@@ -1,4 +1,4 @@
-"""`jit`: every compiled program of the library goes through it, with the compiler's options that suit its kind."""
+"""`jit`: the library's programs compiled with the options that suit their kind (those of `design` have none yet)."""
 
 import functools
 
@@ -20,6 +20,8 @@ def jit(function=None, *, compile: str = "full"):
     Args:
         compile: "full", or "quick" for programs that run a few times: compiled in half the time, run up to twice as
             long.
+
+    Raises: ValueError for another `compile`.
 
     Inside of another trace (a user's own jit, grad or vmap) it is part of that program, and of its options.
     """
