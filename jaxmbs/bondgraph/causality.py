@@ -54,7 +54,7 @@ def general_pose(system: System) -> State:
     if system.has_constraints:
         state = State.at(system)
     else:
-        psi = neutral_coordinates(top)
+        psi = jnp.asarray(neutral_coordinates(top))
         state = State(jnp.zeros((), psi.dtype), psi, jnp.zeros(top.num_velocities, psi.dtype))
     move = jnp.asarray(0.3 * random.normal(size=top.num_velocities), state.coordinates.dtype)
     return State(state.t, _moved(system, state, move), jnp.zeros_like(state.velocities), structure=top.structure)

@@ -9,9 +9,8 @@ import scipy.linalg
 from ..errors import ModelError
 from ..joints.base import HALF_TURN
 from ..kinematics import constraints
-from ..kinematics.elastic import mass_matrix
-from ..kinematics.poses import geometry, neutral_coordinates, node_inertias, node_parameters, step_coordinates
-from ..math.jit import jit
+from ..kinematics.evaluate import evaluate, moved
+from ..kinematics.poses import neutral_coordinates
 from ..model.system import System
 from ..model.topology import Mobility
 
@@ -22,19 +21,8 @@ _HALF_TURN_OFF = 1e-4  # relative: about a degree
 _INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
 
 
-def _precision() -> int:
-    return jnp.zeros(()).dtype.itemsize
-
-
-@jit(compile="quick")
-def _evaluate(system: System, psi, t):
-    """Residual, Jacobian, reaction map, mass matrix and frame positions at a pose."""
-    P = node_parameters(system)
-    geo = geometry(system, P, psi)
-    M = mass_matrix(system, geo, node_inertias(P, geo.W), psi)
-    f = constraints.residual_at(system, geo, psi, t)
-    A = constraints.jacobian_at(system, geo, psi, t)
-    return f, A, constraints.reaction_map(system, geo), M, geo.x
+def _precision():
+    return jnp.zeros(()).dtype
 
 
 def analyse(system: System, independent=None) -> Mobility:
@@ -44,14 +32,15 @@ def analyse(system: System, independent=None) -> Mobility:
     independent set does not determine the motion.
     """
     top, random = system.topology, np.random.default_rng(7)
-    psi, t = neutral_coordinates(top), jnp.zeros(())
-    x = np.asarray(_evaluate(system, psi, t)[-1])
+    psi, t = neutral_coordinates(top).astype(_precision()), np.zeros((), _precision())
+    x = evaluate(system, psi, t).positions
     length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
     weight = np.where(top.spins > 0, 1.0, length)
     psi = _close(system, psi, t, weight, random)
     best, fault = None, None
     for _ in range(_POSES):
-        _, A, B, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
+        rows = evaluate(system, psi, t)
+        A, B, M = rows.A, rows.reactions, rows.M
         rank, Z, Y = _spaces(A * weight[None], length)
         found = _inertia_fault(top, M, Z, weight)
         if best is None or rank > best[0]:
@@ -73,12 +62,12 @@ def analyse(system: System, independent=None) -> Mobility:
 def check_numbers(system: System) -> None:
     """ModelError if the loops of a concrete system cannot be closed, or a joint can move without inertia."""
     top, random = system.topology, np.random.default_rng(7)
-    weight, t = np.ones(top.num_velocities), jnp.zeros(())
-    psi, fault = _close(system, neutral_coordinates(top), t, weight, random), None
+    weight, t = np.ones(top.num_velocities), np.zeros((), _precision())
+    psi, fault = _close(system, neutral_coordinates(top).astype(_precision()), t, weight, random), None
     for _ in range(_POSES):
-        _, A, _, M, _ = (np.asarray(v) for v in _evaluate(system, psi, t))
-        Z = _spaces(A, 1.0)[1]
-        fault = _inertia_fault(top, M, Z, weight)
+        rows = evaluate(system, psi, t)
+        Z = _spaces(rows.A, 1.0)[1]
+        fault = _inertia_fault(top, rows.M, Z, weight)
         if fault is None:
             return
         psi = _elsewhere(system, psi, t, Z, weight, random)
@@ -88,7 +77,7 @@ def check_numbers(system: System) -> None:
 def _elsewhere(system, psi, t, Z, weight, random):
     """Another closed pose, some way along the motions Z."""
     move = weight * (Z @ random.normal(size=Z.shape[1]) * 0.3)
-    return _newton(system, step_coordinates(system.topology, psi, jnp.asarray(move)), t, weight)[0]
+    return _newton(system, moved(system.topology, psi, move), t, weight)[0]
 
 
 def _spaces(A, length):
@@ -99,14 +88,14 @@ def _spaces(A, length):
     if A.shape[0] == 0:
         return 0, np.eye(A.shape[1]), np.zeros((0, 0))
     U, s, Vt = np.linalg.svd(A)
-    rank = int(np.sum(s > _RANK[_precision()] * max(s[0], 1e-3 * min(1.0, length)))) if s.size else 0
+    rank = int(np.sum(s > _RANK[_precision().itemsize] * max(s[0], 1e-3 * min(1.0, length)))) if s.size else 0
     return rank, Vt[rank:].T, U[:, rank:]
 
 
 def _newton(system, psi, t, weight, iterations=60):
     """Least-squares Newton from psi with damping: (coordinates, largest residual)."""
     top, damping = system.topology, 1e-3
-    f, A, *_ = _evaluate(system, psi, t)
+    f, A, *_ = evaluate(system, psi, t)
     for _ in range(iterations):
         cost = float(np.dot(f, f))
         if not np.isfinite(cost) or cost < 1e-24:
@@ -118,8 +107,8 @@ def _newton(system, psi, t, weight, iterations=60):
                 np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
             )[0]
         )
-        trial = step_coordinates(top, psi, jnp.asarray(step))
-        g, B, *_ = _evaluate(system, trial, t)
+        trial = moved(top, psi, step)
+        g, B, *_ = evaluate(system, trial, t)
         if float(np.dot(g, g)) < cost:
             psi, f, A, damping = trial, g, B, max(damping * 0.05, 1e-15)
         else:
@@ -135,16 +124,14 @@ def _close(system, psi, t, weight, random):
     if not top.num_rows:
         return psi
     start = psi
-    _refuse_half_turns(system, np.asarray(_evaluate(system, psi, t)[0]))
+    _refuse_half_turns(system, evaluate(system, psi, t).f)
     for _ in range(25):
         found, error = _newton(system, psi, t, weight)
-        if error < _CLOSED[_precision()]:
+        if error < _CLOSED[_precision().itemsize]:
             return found
-        psi = step_coordinates(top, start, jnp.asarray(weight * random.normal(size=top.num_velocities)))
-    f = np.abs(np.asarray(_evaluate(system, found, t)[0]))
-    open_rows = sorted(
-        {top.row_joint[k] for k, value in zip(top.position_rows, f, strict=True) if not value < _CLOSED[_precision()]}
-    )
+        psi = moved(top, start, weight * random.normal(size=top.num_velocities))
+    f, least = np.abs(evaluate(system, found, t).f), _CLOSED[_precision().itemsize]
+    open_rows = sorted({top.row_joint[k] for k, value in zip(top.position_rows, f, strict=True) if not value < least})
     raise ModelError(
         [
             f"the loops cannot be closed; still open (largest residual {error:.3g}): {', '.join(open_rows)}; "
@@ -178,7 +165,7 @@ def _inertia_fault(top, M, Z, weight):
     if reduced.size == 0:
         return None
     values, vectors = np.linalg.eigh(reduced)
-    if values[0] > _INERTIA[_precision()] * max(values[-1], 1e-300) and values[-1] > 0:
+    if values[0] > _INERTIA[_precision().itemsize] * max(values[-1], 1e-300) and values[-1] > 0:
         return None
     mode = np.abs(Z @ vectors[:, 0])
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})

@@ -10,7 +10,7 @@ from ..math.linalg import saddle_solve
 from ..math.spd import spd_inverse
 from ..model.system import System
 from . import constraints
-from .poses import geometry, node_parameters, normalise, step_coordinates
+from .poses import coordinate_rate, geometry, node_parameters, normalise, step_coordinates
 
 _ITERATIONS = 100
 
@@ -36,9 +36,15 @@ def newton_step(system: System, P, psi, t, free):
     Columns with free (nv,) = 0 stay.
     """
     f, A = _linearised(system, P, psi, t, free)
-    rows = jax.tree.map(lambda x: x[system.topology.position_rows], constraints.row_scale(system))
-    delta, _ = saddle_solve(jnp.diag(metric(system)), A, jnp.zeros_like(free), -f, rows)
+    delta = _least_step(system, A, -f)
     return step_coordinates(system.topology, psi, delta), jnp.max(jnp.abs(f), initial=0.0)
+
+
+def _least_step(system, A, gap):
+    """The step (nv,) of least size in `metric` with `A step = gap` (rows of positions,)."""
+    rows = jax.tree.map(lambda x: x[system.topology.position_rows], constraints.row_scale(system))
+    weight = metric(system)
+    return saddle_solve(jnp.diag(weight), A, jnp.zeros_like(weight), gap, rows)[0]
 
 
 def _levenberg_marquardt(system, P, psi, t, free):
@@ -74,18 +80,33 @@ def _levenberg_marquardt(system, P, psi, t, free):
 def assemble(system: System, P, psi, t, free):
     """Coordinates (nq,) on the constraint manifold near psi; columns with free (nv,) = 0 are held.
 
-    The search carries no derivative; two Newton steps after it give exact first and second derivatives with
-    respect to parameters, held coordinates and time.
+    First and second derivatives with respect to parameters, held coordinates and time are exact.
     """
     if not system.has_constraints:
         return psi
-    fixed = lax.stop_gradient((P, psi, t))
-    frozen = jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_inexact_array(x) else x, system)
-    found = _levenberg_marquardt(frozen, *fixed, free)
-    found, _ = newton_step(frozen, fixed[0], found, fixed[2], free)
-    start = psi + lax.stop_gradient(found - psi)
-    start = lax.scan(lambda q, _: newton_step(system, P, q, t, free), start, length=2)[0]
-    return normalise(system.topology, start)
+    return normalise(system.topology, _closed(system, P, psi, t, free))
+
+
+@eqx.filter_custom_jvp
+def _closed(system, P, psi, t, free):
+    found = _levenberg_marquardt(system, P, psi, t, free)
+    return lax.scan(lambda q, _: newton_step(system, P, q, t, free), found, length=3)[0]
+
+
+@_closed.def_jvp
+def _closed_jvp(primals, tangents):
+    """Where psi and all else move the rows, the least step that closes them again is added to the motion of psi."""
+    system, _, _, _, free = primals
+    found = _closed(*primals)
+    at = (system, primals[1], found, primals[3])
+
+    def rows(system, P, psi, t):
+        return _linearised(system, P, psi, t, free)
+
+    (_, A), (f_dot, _) = eqx.filter_jvp(rows, at, tangents[:4])
+    step = _least_step(system, A, -f_dot)
+    psi_dot = jnp.zeros_like(found) if tangents[2] is None else tangents[2]
+    return found, psi_dot + coordinate_rate(system.topology, found, step)
 
 
 def consistent_velocities(system: System, P, psi, u, t, free):

@@ -146,11 +146,11 @@ def normalise(topology: Topology, psi):
 
 
 def neutral_coordinates(topology: Topology):
-    """Zero coordinates, unit quaternions."""
+    """Zero coordinates (nq,), unit quaternions, in NumPy."""
     psi = np.zeros(topology.num_coordinates)
     for first in topology.balls:
         psi[topology.node_coordinate[first]] = 1.0
-    return jnp.asarray(psi)
+    return psi
 
 
 def simple_columns(topology: Topology):

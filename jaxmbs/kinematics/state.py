@@ -11,6 +11,8 @@ from jaxtyping import Array, Float
 from ..errors import AssemblyError, ModelError
 from ..model.system import System
 from .assembly import assembled
+from .evaluate import is_concrete
+from .host_assembly import assembled_on_host
 from .poses import neutral_coordinates
 
 _TOLERANCE = {8: 1e-8, 4: 1e-3}  # residuals that count as closed, by precision
@@ -65,46 +67,48 @@ class State(eqx.Module):
         values = {**(values or {}), **named}
         top = system.topology
         faults: list[str] = []
-        psi = _place(top, neutral_coordinates(top), guess or {}, "coordinates", faults)
+        precision = jnp.zeros(()).dtype
+        psi = _place(top, neutral_coordinates(top).astype(precision), guess or {}, "coordinates", faults)
         psi = _place(top, psi, values, "coordinates", faults)
-        u = _place(top, jnp.zeros(top.num_velocities), rates or {}, "velocities", faults)
+        u = _place(top, np.zeros(top.num_velocities, precision), rates or {}, "velocities", faults)
         if faults:
             raise ModelError(faults)
-        free = jnp.asarray(_free(top, values)), jnp.asarray(_free(top, rates or {}))
-        t = jnp.asarray(t, float)
-        state, f, g = _solve(system, psi, u, t, free, restart=not guess)
-        if isinstance(f, jax.core.Tracer):
-            return _nan_where_open(state)
-        _check(system, np.asarray(f), np.asarray(g))
-        return state
+        free = tuple(_free(top, held).astype(precision) for held in (values, rates or {}))
+        if not is_concrete(system, psi, u, t):
+            return _traced(system, jnp.asarray(psi), jnp.asarray(u), jnp.asarray(t, float), free)
+        found, f, g = _search(system, psi, u, np.asarray(t, precision), free, restart=not guess)
+        _check(system, f, g)
+        largest = max(np.max(np.abs(x), initial=0.0) for x in (f, g))
+        return State(*map(jnp.asarray, (np.asarray(t, precision), *found, largest)), top.structure)
 
 
-def _nan_where_open(state):
-    """The state, NaN where it is not assembled; times NaN and not `where`, so that derivatives are NaN too."""
-    factor = jnp.where(state.ok, 1.0, jnp.nan).astype(state.coordinates.dtype)
-    return State(state.t, state.coordinates * factor, state.velocities * factor, state.residual, state.structure)
+def _traced(system, psi, u, t, free):
+    """The state within a trace, NaN where it is not assembled; times NaN and not `where`, so that derivatives are
+    NaN too."""
+    psi, u, f, g = assembled(system, psi, u, t, *map(jnp.asarray, free))
+    largest = [jnp.max(jnp.abs(x), initial=0.0) for x in (f, g)]
+    state = State(t, psi, u, jax.lax.stop_gradient(jnp.maximum(*largest)), system.topology.structure)
+    factor = jnp.where(state.ok, 1.0, jnp.nan).astype(psi.dtype)
+    return State(t, psi * factor, u * factor, state.residual, state.structure)
 
 
-def _solve(system, psi, u, t, free, restart):
-    """Assemble from psi; concrete searches that fail start again from random guesses."""
-    *found, f, g = assembled(system, psi, u, t, *free)
-    if isinstance(f, jax.core.Tracer) or not system.has_constraints or not restart:
-        return _state(system, t, found, f, g), f, g
+def _search(system, psi, u, t, free, restart):
+    """Assemble from psi on the host; searches that fail start again from random guesses."""
+    if not system.has_constraints:
+        none = np.zeros(0, psi.dtype)
+        return (psi, u), none, none
+    *found, f, g = assembled_on_host(system, psi, u, t, *free)
     random, simple = np.random.default_rng(0), np.array([k != "ball" for k in system.topology.node_kind])
     columns = np.nonzero(simple)[0]
     index = np.asarray(system.topology.node_coordinate)[columns]
-    for _ in range(_RESTARTS):
+    for _ in range(_RESTARTS if restart else 0):
         if np.max(np.abs(f), initial=0.0) < _TOLERANCE[f.dtype.itemsize]:
             break
         scale = np.where(system.topology.spins[columns] > 0, 1.0, system.topology.analysis.length)
-        move = random.normal(size=len(columns)) * scale * np.asarray(free[0])[columns]
-        *found, f, g = assembled(system, psi.at[index].add(jnp.asarray(move)), u, t, *free)
-    return _state(system, t, found, f, g), f, g
-
-
-def _state(system, t, found, f, g):
-    largest = [jnp.max(jnp.abs(x), initial=0.0) for x in (f, g)]
-    return State(t, *found, jax.lax.stop_gradient(jnp.maximum(*largest)), system.topology.structure)
+        start = np.array(psi)
+        start[index] += random.normal(size=len(columns)) * scale * free[0][columns]
+        *found, f, g = assembled_on_host(system, start, u, t, *free)
+    return found, f, g
 
 
 def _place(top, array, values, part, faults):
@@ -125,13 +129,18 @@ def _place(top, array, values, part, faults):
         if isinstance(value, str):
             faults.append(f"state: joint {name!r} takes numbers, got the text {value!r}")
             continue
-        value = jnp.asarray(value, float)
+        host = not any(isinstance(x, jax.core.Tracer) for x in (array, *jax.tree.leaves(value)))
+        value = np.asarray(value, array.dtype) if host else jnp.asarray(value, float)
         size = where.stop - where.start
         _notice_degrees(name, joint, value, part)
         if value.shape not in (((), (1,)) if size == 1 else ((size,),)):
             faults.append(f"state: joint {name!r} takes {size} {part}, got shape {value.shape}")
             continue
-        array = array.at[where].set(jnp.reshape(value, (size,)))
+        if host:
+            array = array.copy()
+            array[where] = np.reshape(value, (size,))
+        else:
+            array = jnp.asarray(array).at[where].set(jnp.reshape(value, (size,)))
     return array
 
 

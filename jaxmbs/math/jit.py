@@ -37,10 +37,14 @@ def jit(function=None, *, compile: str = "full"):
 
     @functools.wraps(function)
     def compiled(*args, **kwargs):
-        outside = get_opaque_trace_state() == _OUTSIDE
-        return (outer(jax.default_backend()) if outside else inner)(*args, **kwargs)
+        return (outer(jax.default_backend()) if is_outside() else inner)(*args, **kwargs)
 
     return compiled
+
+
+def is_outside() -> bool:
+    """Whether no trace is under way: neither a jit, nor a grad, nor a vmap of the user's."""
+    return get_opaque_trace_state() == _OUTSIDE
 
 
 @functools.cache

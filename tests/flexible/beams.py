@@ -45,5 +45,6 @@ def random_state(system, seed=0, size=0.02, speed=1.0):
     """Small deformations, large rigid motion, all of it moving."""
     random = np.random.default_rng(seed)
     top = system.topology
-    psi = step_coordinates(top, neutral_coordinates(top), jnp.asarray(size * random.normal(size=top.num_velocities)))
+    rest, move = jnp.asarray(neutral_coordinates(top)), jnp.asarray(size * random.normal(size=top.num_velocities))
+    psi = step_coordinates(top, rest, move)
     return mbs.State(jnp.zeros(()), psi, jnp.asarray(speed * random.normal(size=top.num_velocities)))

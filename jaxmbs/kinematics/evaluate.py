@@ -1,0 +1,57 @@
+"""The rows of a concrete system at a pose, for searches on the host: one program for `build` and `State.at`."""
+
+import dataclasses
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..math.jit import is_outside, jit
+from ..model.system import System
+from . import constraints
+from .elastic import mass_matrix
+from .poses import geometry, node_inertias, node_parameters, step_coordinates
+
+
+class Rows(NamedTuple):
+    """At a pose, in NumPy: residual f, Jacobian A, what remains of the rows at rest f_t, the map of the multipliers
+    to reactions, the mass matrix M, and the frames' positions (frames, 3)."""
+
+    f: np.ndarray
+    A: np.ndarray
+    f_t: np.ndarray
+    reactions: np.ndarray
+    M: np.ndarray
+    positions: np.ndarray
+
+
+@jit(compile="quick")
+def _evaluate(system: System, psi, t):
+    P = node_parameters(system)
+    geo = geometry(system, P, psi)
+    M = mass_matrix(system, geo, node_inertias(P, geo.W), psi)
+    f = constraints.residual_at(system, geo, psi, t)
+    A, f_t = constraints.jacobian_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
+    return Rows(f, A, f_t, constraints.reaction_map(system, geo), M, geo.x)
+
+
+def evaluate(system: System, psi, t) -> Rows:
+    """The rows of a concrete system; whether its mobility is known already makes no other program."""
+    bare = dataclasses.replace(system, topology=dataclasses.replace(system.topology, analysis=None))
+    return Rows(*map(np.asarray, _evaluate(bare, psi, t)))
+
+
+def is_concrete(*trees) -> bool:
+    """Whether all numbers of the trees are known, and no trace would take up what is done with them."""
+    return is_outside() and not any(isinstance(x, jax.core.Tracer) for x in jax.tree.leaves(trees))
+
+
+_stepped = jit(compile="quick")(step_coordinates)
+
+
+def moved(topology, psi, delta):
+    """`psi (+) delta` on the host."""
+    if topology.is_simple:
+        return (psi + delta).astype(psi.dtype)
+    return np.asarray(_stepped(topology, jnp.asarray(psi), jnp.asarray(delta, psi.dtype)))

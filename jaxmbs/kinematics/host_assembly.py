@@ -1,0 +1,62 @@
+"""Closing the loops of a concrete system on the host, in NumPy on the rows that `evaluate` gives; see `assembly`."""
+
+import numpy as np
+
+from ..model.system import System
+from .evaluate import evaluate, moved
+
+_ITERATIONS = 100
+_NEWTON = 3  # steps of least size at the end
+_RANK = {8: 1e-7, 4: 1e-3}  # singular values of the rows that count as zero, relative
+
+
+def assembled_on_host(system: System, psi, u, t, free_position, free_velocity):
+    """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
+    top = system.topology
+    length = 1.0 if top.analysis is None else top.analysis.length
+    root = np.where(np.asarray(top.spins) > 0, 1.0, 1.0 / length).astype(psi.dtype)  # of the metric
+
+    def least(A, free, gap):
+        """The least step (nv,) with `A step = gap` in the free columns."""
+        if not A.size:
+            return np.zeros_like(root)
+        return np.linalg.lstsq(A * (free / root)[None], gap, rcond=_RANK[psi.dtype.itemsize])[0] / root
+
+    psi, rows = _newton(system, psi, t, free_position, root, least)
+    u = u + least(rows.A, free_velocity, -rows.f_t - rows.A @ u)
+    return _unit_quaternions(top, psi), u, rows.f, rows.A @ u + rows.f_t
+
+
+def _newton(system, psi, t, free, root, least):
+    """Coordinates near psi with the least residual and the rows there: Levenberg and Marquardt, then Newton."""
+    top, rows, damping = system.topology, evaluate(system, psi, t), 1e-3
+    value = rows.f @ rows.f
+
+    for _ in range(_ITERATIONS):
+        if not value > 1e-20 or damping >= 1e7:
+            break
+        A = rows.A[top.position_rows] * free[None]
+        delta = -np.linalg.solve(A.T @ A + damping * np.diag(root**2), A.T @ rows.f)
+        trial = moved(top, psi, delta)
+        found = evaluate(system, trial, t)
+        new = found.f @ found.f
+        better, damping = new < value, np.clip(damping * (0.1 if new < value else 10.0), 1e-12, 1e8)
+        if better:
+            stuck = value - new < 1e-6 * value  # at the bottom, and open: what cannot close ends here
+            psi, rows, value = trial, found, new
+            damping = 1e8 if stuck else damping
+    for _ in range(_NEWTON):
+        trial = moved(top, psi, least(rows.A[top.position_rows], free, -rows.f))
+        found = evaluate(system, trial, t)
+        if not found.f @ found.f < value:
+            break
+        psi, rows, value = trial, found, found.f @ found.f
+    return psi, rows
+
+
+def _unit_quaternions(topology, psi):
+    psi = np.array(psi)
+    for first in topology.balls:
+        at = slice(topology.node_coordinate[first], topology.node_coordinate[first] + 4)
+        psi[at] /= np.linalg.norm(psi[at])
+    return psi
