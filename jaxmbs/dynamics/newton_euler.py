@@ -40,10 +40,10 @@ def momentum_rates(J, V, V_dot):
     return pack(add(momentum(j, unpack(V_dot)), cross_force(v, momentum(j, v))))
 
 
-def required_efforts(system: System, geo, J, V, V_dot, psi, u, u_dot, t):
-    """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and its force
-    elements."""
-    F, Q, _ = efforts(system, geo, V, psi, u, t)
+def required_efforts(system: System, geo, J, V, V_dot, psi, u, u_dot, loads):
+    """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and the loads of
+    its force elements, on nodes (nodes, 6) and columns (nv,)."""
+    F, Q = loads
     load = momentum_rates(J, V, V_dot) - F - gravity_wrench(J, system.gravity)
     if system.elastic:
         needed = needed_loads(system, geo, psi, V, u, V_dot, u_dot)
@@ -56,17 +56,21 @@ def tree_efforts(system: System, P, psi, u, a, t):
     geo = geometry(system, P, psi)
     V = node_motion(system.topology, geo.S, u)
     V_dot = node_accelerations(system.topology, geo.S, V, u, a)
-    return required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, a, t)
+    loads = efforts(system, geo, V, psi, u, t)[:2]
+    return required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, a, loads)
 
 
-def accelerations_at(system: System, geo, J, V, psi, u, t, method="dense"):
+def accelerations_at(system: System, geo, J, V, psi, u, t, method="dense", loads=None):
     """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`.
 
-    Args: method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
+    Args:
+        method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
+        loads: those of the force elements on nodes and columns, where they are known already.
     """
     none = jnp.zeros_like(u)
     V_dot = node_accelerations(system.topology, geo.S, V, u, none)
-    need = -required_efforts(system, geo, J, V, V_dot, psi, u, none, t)
+    loads = efforts(system, geo, V, psi, u, t)[:2] if loads is None else loads
+    need = -required_efforts(system, geo, J, V, V_dot, psi, u, none, loads)
     if not system.has_constraints and not system.elastic:
         return solve(system.topology.nodes, geo.S, J, need), jnp.zeros(0, psi.dtype)
     gamma = constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)

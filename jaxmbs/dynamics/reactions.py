@@ -24,8 +24,7 @@ from ..model.system import System
 from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
 from .elastic import needed_loads
-from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion, required_efforts
-from .sparse_saddle import row_efforts
+from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion
 
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
 
@@ -97,6 +96,12 @@ def body_rates(system: System, R, x, V, A):
     return momentum_rates(J, V, A), J
 
 
+def _on_nodes(topology, wrenches):
+    """Wrenches of bodies (bodies, 6) on the nodes that carry them."""
+    node = np.asarray(topology.body_node, int) % (topology.nodes.size + 1)
+    return jnp.zeros((topology.nodes.size + 1, 6), wrenches.dtype).at[node].add(wrenches)[:-1]
+
+
 def _cut_wrenches(system, geo, multipliers):
     """Wrench of all loop rows on every body (bodies, 6), and of every element on its frame B (elements, 6)."""
     n = system.topology.bodies.size
@@ -149,19 +154,19 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     geo = geometry(system, P, psi)
     R, x, J = geo.R, geo.x, node_inertias(P, geo.W)
     V = node_motion(top, geo.S, u)
-    a, multipliers = accelerations_at(system, geo, J, V, psi, u, t, method)
+    loads, Q, _ = efforts(system, geo, V, psi, u, t, body_owner(system))
+    a, multipliers = accelerations_at(system, geo, J, V, psi, u, t, method, (_on_nodes(top, loads), Q))
     V_dot = node_accelerations(top, geo.S, V, u, a)
     rate, bodies = body_rates(system, R, x, V, V_dot)
-    loads = efforts(system, geo, V, psi, u, t, body_owner(system))[0] + gravity_wrench(bodies, system.gravity)
+    loads = loads + gravity_wrench(bodies, system.gravity)
     if system.elastic:
-        rate = rate + needed_loads(system, geo, psi, V, u, V_dot, a, body_owner(system)).wrench
+        needed = needed_loads(system, geo, psi, V, u, V_dot, a, body_owner(system))
+        rate, Q = rate + needed.wrench, Q - needed.column
     wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
     if top.analysis is not None and top.analysis.redundant:
         multipliers = distributed(system, geo, _all_wrenches(system, wrench, others), multipliers, compliance)
         wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
-    gap = required_efforts(system, geo, J, V, V_dot, psi, u, a, t)
-    if system.has_constraints:
-        gap = gap - row_efforts(system, geo, psi, t, multipliers)
+    gap = effort - Q - constraints.coordinate_efforts(system, psi, t, multipliers)
     named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     hidden = tuple(joint.name for joint in top.joints if joint.is_hidden)

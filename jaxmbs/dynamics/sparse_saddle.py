@@ -65,12 +65,6 @@ def constraint_rows(system: System, geo, psi, t) -> Rows:
     return Rows(system, geo, psi, t, unit, directions)
 
 
-def row_efforts(system: System, geo, psi, t, multipliers):
-    """`A^T lambda` (nv,)."""
-    rows = constraint_rows(system, geo, psi, t)
-    return rows.efforts(multipliers / rows.unit)
-
-
 def sparse_saddle(system: System, geo, J, psi, t, b, c):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
     n, rows = b.shape[0], constraint_rows(system, geo, psi, t)

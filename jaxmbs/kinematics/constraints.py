@@ -220,14 +220,18 @@ def pull(system: System, geo, V, psi, u, t, sigma):
         wrenches, rates = jax.jvp(on_nodes, (geo.R, geo.x), (R_dot, x_dot))
     part = jnp.zeros_like(u)
     if system.rows:
-        known = top.num_rows - sum(len(g.names) * g.kind.num_rows for g in system.closures)
-
-        def transposed(psi, t):
-            return jax.linear_transpose(lambda v: coordinate_rates(system, psi, t, v), u)(sigma[-known:])[0]
-
         moving = (coordinate_rate(top, psi, u), jnp.ones_like(t))
-        part = jax.jvp(transposed, (psi, t), moving)[1]
+        part = jax.jvp(lambda psi, t: coordinate_efforts(system, psi, t, sigma), (psi, t), moving)[1]
     return wrenches, rates, part
+
+
+def coordinate_efforts(system: System, psi, t, multipliers):
+    """Efforts (nv,) of the multipliers (rows,) of drives, couplers and user rows: their part of `A^T lambda`."""
+    rest = jnp.zeros(system.topology.num_velocities, psi.dtype)
+    if not system.rows:
+        return rest
+    known = system.topology.num_rows - sum(len(g.names) * g.kind.num_rows for g in system.closures)
+    return jax.linear_transpose(lambda v: coordinate_rates(system, psi, t, v), rest)(multipliers[-known:])[0]
 
 
 def residual(system: System, P, psi, t):
