@@ -9,7 +9,6 @@ from ..dynamics.efforts import element_names
 from ..dynamics.energy import energies_at
 from ..dynamics.newton_euler import node_motion
 from ..kinematics import constraints
-from ..kinematics.poses import geometry, node_inertias
 from ..kinematics.state import State
 from . import motion as codes
 from .formulation import is_rheonomic
@@ -26,11 +25,9 @@ _CODES = {
 }
 
 
-def observe(system, P, psi, u, t):
+def observe(system, geo, J, psi, u, t):
     """(kinetic, potential energy, largest position residual, largest velocity residual) of a state."""
-    geo = geometry(system, P, psi)
-    J, V = node_inertias(P, geo.W), node_motion(system.topology, geo.S, u)
-    kinetic, potential = energies_at(system, geo, J, V, psi, u, t)
+    kinetic, potential = energies_at(system, geo, J, node_motion(system.topology, geo.S, u), psi, u, t)
     if not system.has_constraints:
         return kinetic, potential, jnp.zeros_like(t), jnp.zeros_like(t)
     drift = jnp.max(jnp.abs(constraints.residual_at(system, geo, psi, t)), initial=0.0)
@@ -38,8 +35,9 @@ def observe(system, P, psi, u, t):
     return kinetic, potential, drift, jnp.max(jnp.abs(speed))
 
 
-def diagnose(system, observed, work, stats) -> Diagnostics:
-    """Diagnostics from what was observed at the start and at the saved times (1 + T,) and the work account (T, n)."""
+def diagnose(system, observed, work, walk) -> Diagnostics:
+    """Diagnostics from what was observed at the start and at the saved times (1 + T,), the work account (T, n)
+    and the walk."""
     kinetic, potential, drift, speed = observed
     total = kinetic + potential
     names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
@@ -50,8 +48,8 @@ def diagnose(system, observed, work, stats) -> Diagnostics:
         energy_residual=total[1:] - total[0] - jnp.sum(work, axis=1),
         constraint_drift=drift[1:],
         velocity_drift=speed[1:],
-        num_steps=jnp.asarray(stats.get("num_steps", 0)),
-        num_rejected=jnp.asarray(stats.get("num_rejected_steps", 0)),
+        num_steps=walk.tried.astype(int),
+        num_rejected=walk.rejected.astype(int),
     )
 
 

@@ -54,14 +54,19 @@ class Problem(eqx.Module):
 
     def velocities(self, t, psi, p):
         """Velocities (nv,) of the scaled second half of the state."""
+        geo = geometry(self.system, self.P, psi)
+        return self.velocities_at(geo, node_inertias(self.P, geo.W), t, psi, p)
+
+    def velocities_at(self, geo, J, t, psi, p):
+        """`velocities` at known geometry and inertias of the nodes."""
         p = p * self.scale
         if self.formulation == "velocity":
             return p
         if self.formulation == "independent":
             return hamiltonian.independent_velocities(self.system, self.P, psi, p, t)
         if self.formulation == "prescribed":
-            return constrained_velocities(self.system, self.P, psi, t)
-        return hamiltonian.velocities(self.system, self.P, psi, p, t)
+            return constrained_velocities(self.system, geo, psi, t)
+        return hamiltonian.velocities_at(self.system, geo, J, psi, p, t)[0]
 
     def rate(self, t, y):
         """Rate of (psi, scaled p, work): the vector field."""
@@ -127,9 +132,9 @@ def _seen_inertia(system, P, psi, t, M):
     return jnp.where(own > _OWN * lent, own, lent)
 
 
-def constrained_velocities(system, P, psi, t):
+def constrained_velocities(system, geo, psi, t):
     """Velocities (nv,) that the rows prescribe, `A u = -f_t`."""
-    A, b = constraints.jacobian(system, P, psi, t), -constraints.time_rate(system, psi, t)
+    A, b = constraints.jacobian_at(system, geo, psi, t), -constraints.time_rate(system, psi, t)
     weight = jnp.diag(metric(system))
     return saddle_solve(weight, A, jnp.zeros(A.shape[1], A.dtype), b, constraints.row_scale(system))[0]
 

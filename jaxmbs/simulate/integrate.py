@@ -1,32 +1,28 @@
-"""`simulate`: Hamilton's equations through diffrax, with projection, accounts and a result code."""
-
-import math
+"""`simulate`: Hamilton's equations by diffrax's steps, with projection, accounts and a result code."""
 
 import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix
 from jax import lax
 
 from ..errors import SimulationError
 from ..kinematics import constraints
-from ..kinematics.poses import node_parameters
+from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..math.jit import jit
-from ..math.lineax_solver import SquareSolver
+from ..math.march import March, held, rows_for, walked
+from ..math.march_adjoint import walked_reverse
 from ..math.rows import over_rows
 from ..model.question import check_fits
 from ..model.system import System
 from . import motion as codes
 from .account import CLOSED, diagnose, masked, observe, result_code, without
 from .failure import explain
-from .formulation import FORMULATIONS, Problem, num_powers
+from .formulation import Problem, num_powers
 from .motion import Motion
-from .solvers import Projected, SemiImplicitEuler
-
-_GRADIENTS = {"reverse": ("checkpointed", None), "forward": ("lax", None), "both": ("bounded", None)}
+from .options import choose, fixed_steps, save_times, step_sizes, with_tolerances
 
 
 def simulate(
@@ -36,6 +32,7 @@ def simulate(
     ts=None,
     dt=None,
     solver=None,
+    controller=None,
     rtol=1e-9,
     atol=1e-9,
     gradient="reverse",
@@ -55,7 +52,8 @@ def simulate(
         dt: fixed step [s]; without it steps adapt to rtol, atol (coordinates and velocities, m, rad, s).
         solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or one of ours at fixed steps:
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
-        gradient: derivative mode of the motion: "reverse", "forward" or "both".
+        controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
+        gradient: derivative mode of the motion, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
         formulation: "canonical" (default), "independent", "velocity", or "prescribed" (the default of systems without
             freedom, whose coordinates then follow their branch); see `formulation.py`.
         event: function of a State whose zero crossing ends the motion; the state there is saved too, right after the
@@ -77,123 +75,73 @@ def simulate(
     check_fits(system, state)
     if formulation is None and system.topology.mobility == 0:
         formulation = "prescribed"
-    solver, formulation = _choose(solver, dt, rtol, atol, gradient, formulation)
+    solver, formulation = choose(solver, controller, dt, rtol, atol, gradient, formulation)
     t0 = state.t
-    ts = _save_times(t0, t1, ts)
+    ts = save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else jnp.asarray(t1, float)
-    steps = _fixed_steps(t0, t1, dt)
+    steps = fixed_steps(t0, t1, dt)
+    max_steps = max_steps if steps is None else steps + 2
+    numbers = [None if x is None else jnp.asarray(x, float) for x in (dt, rtol, atol)]
+    numbers = (*numbers, jnp.asarray(max_steps, jnp.int32))  # arrays: with another number no new program
     lands = dt is None and not interpolate and formulation != "prescribed"
-    most = max_steps if steps is None else steps + 2
-    options = (solver, gradient, formulation, most, steps, lands, bool(progress))
-    motion = _integrate(system, state, ts, t1, dt, rtol, atol, event, options)
+    options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
+    motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
     if throw and not isinstance(motion.result, jax.core.Tracer) and np.any(np.asarray(motion.result) > codes.EVENT):
         raise SimulationError(explain(system, motion), motion)
     return motion
 
 
-def _choose(solver, dt, rtol, atol, gradient, formulation):
-    """Solver and formulation; ValueError for options that contradict each other."""
-    if isinstance(gradient, diffrax.BacksolveAdjoint):
-        raise ValueError("BacksolveAdjoint differentiates the unprojected flow; use gradient='reverse'")
-    if not isinstance(gradient, str) or gradient not in _GRADIENTS:
-        raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_GRADIENTS)}")
-    solver = diffrax.Dopri8() if solver is None else solver
-    if not isinstance(solver, diffrax.AbstractSolver):
-        raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
-    euler = isinstance(solver, SemiImplicitEuler)
-    formulation = formulation or ("velocity" if euler else "canonical")
-    if euler and formulation == "prescribed":
-        formulation = "velocity"
-    if formulation not in FORMULATIONS:
-        raise ValueError(f"formulation={formulation!r} must be one of {', '.join(FORMULATIONS)}")
-    if euler and (dt is None or formulation != "velocity"):
-        raise ValueError("SemiImplicitEuler needs dt= and formulation='velocity'")
-    adaptive = isinstance(solver, diffrax.AbstractAdaptiveSolver)
-    if dt is None and not adaptive:
-        raise ValueError(f"{type(solver).__name__} has no error estimate: give dt=")
-    if isinstance(solver, diffrax.AbstractImplicitSolver) and isinstance(solver.root_finder, diffrax.VeryChord):
-        solver = eqx.tree_at(lambda s: s.root_finder, solver, _newton(dt, rtol, atol))
-    kind = _GRADIENTS[gradient][0]
-    if hasattr(solver, "scan_kind"):
-        solver = eqx.tree_at(lambda s: s.scan_kind, solver, kind, is_leaf=lambda x: x is None)
-    return solver, formulation
-
-
-def _newton(dt, rtol, atol):
-    """Newton with a fresh Jacobian in place of diffrax's default: that one fails at every second step of A05."""
-    if dt is not None:
-        return optimistix.Newton(rtol=rtol, atol=atol, linear_solver=SquareSolver())
-    return diffrax.with_stepsize_controller_tols(optimistix.Newton)(linear_solver=SquareSolver())
-
-
-def _save_times(t0, t1, ts):
-    if ts is None:
-        if t1 is None:
-            raise ValueError("give t1= (end time) or ts= (times to save)")
-        _check_end(t0, t1)
-        return jnp.linspace(t0, jnp.asarray(t1, float), 101)
-    ts = jnp.asarray(ts, float)
-    known = not any(isinstance(x, jax.core.Tracer) for x in (t0, ts))
-    if known and not np.all(np.isfinite(ts)):
-        raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
-    if ts.ndim != 1 or ts.shape[0] == 0:
-        raise ValueError(f"ts must be a list of times, got shape {ts.shape}")
-    if known and (np.any(np.diff(ts) < 0) or ts[0] < t0 - 1e-12):
-        raise ValueError(f"ts must increase and start at or after the state's time {float(t0)}")
-    return ts
-
-
-def _check_end(t0, t1):
-    """ValueError for an end time that is known, and not finite or before the start."""
-    known = not any(isinstance(x, jax.core.Tracer) for x in (t0, t1))
-    if known and not (np.isfinite(t1) and np.asarray(t1) >= np.asarray(t0)):  # jnp would trace it
-        raise ValueError(f"t1={t1} must be a finite time, not before the state's time {t0}")
-
-
-def _fixed_steps(t0, t1, dt):
-    """Number of fixed steps where it is known, else None."""
-    if dt is None or any(isinstance(x, jax.core.Tracer) for x in (t0, t1, dt)):
-        return None
-    if not dt > 0:
-        raise ValueError(f"dt must be positive, got {dt}")
-    return max(1, math.ceil(float(t1 - t0) / float(dt) - 1e-9))
+@jit
+def _integrate(system, state, ts, t1, numbers, solver, controller, event, options):
+    gradient, formulation, lands, progress, rows = options
+    dt, rtol, atol, max_steps = numbers
+    P = node_parameters(system)
+    problem, p0 = Problem.begin(system, P, formulation, state.coordinates, state.velocities, state.t)
+    y0 = (state.coordinates, p0, jnp.zeros(num_powers(system), p0.dtype))
+    open_at_start = lax.stop_gradient(jnp.maximum(state.residual, _gap(problem, state.coordinates, state.t)))
+    fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
+    ts = jnp.where(jnp.all(ts[1:] >= ts[:-1]) & (ts[-1] <= t1), ts, jnp.nan)  # traced times that are no times
+    fit = fit & jnp.all(jnp.isfinite(state.velocities)) & jnp.all(jnp.isfinite(ts)) & jnp.isfinite(t1)
+    span, t0, times = held((t1 - state.t, state.t, ts))
+    end, times = jnp.where(fit, t0 + span, t0), jnp.where(fit, times, t0)  # a march of no steps
+    sizes = step_sizes(formulation, controller, dt, *held((rtol, atol)), span)
+    march = March(
+        held(with_tolerances(solver, sizes)),
+        held(sizes),
+        times,
+        end,
+        max_steps,
+        _rate,
+        close=_close if system.has_constraints else None,
+        watched=formulation == "prescribed",
+        crossing=None if event is None else _crossing,
+        lands=lands,
+        meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
+        rows=rows,
+    )
+    event = None if event is None else eqx.filter_closure_convert(event, state)
+    args, first = (problem, event), held(1e-3 * span if dt is None else dt)
+    y0 = shifted(y0, 2.0 * t0 - state.t, t0, problem)  # a later start: what flows for less time
+    if gradient == "reverse":
+        walk = walked_reverse((y0, args), march, t0, first)
+    else:
+        walk = walked(march, y0, t0, first, args)
+    return _motion(args, state, y0, walk, ts, open_at_start, lands)
 
 
 @jit
-def _integrate(system, state, ts, t1, dt, rtol, atol, event, options):
-    solver, gradient, formulation, max_steps, steps, lands, progress = options
-    P = node_parameters(system)
-    psi, t0 = state.coordinates, state.t
-    problem, p0 = Problem.begin(system, P, formulation, psi, state.velocities, t0)
-    y0 = (psi, p0, jnp.zeros(num_powers(system), psi.dtype))
-    open_at_start = lax.stop_gradient(jnp.maximum(state.residual, _gap(problem, psi, t0)))
-    fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(psi)) & jnp.all(jnp.isfinite(state.velocities))
-    fit = fit & jnp.all(jnp.isfinite(ts)) & jnp.isfinite(t1)
-    t1, times = jnp.where(fit, t1, t0), jnp.where(fit, ts, t0)  # a loop of no steps
-    if system.has_constraints:
-        solver = Projected(solver, _project, watched=formulation == "prescribed")
-    adjoint = {
-        "reverse": diffrax.RecursiveCheckpointAdjoint(checkpoints=min(steps, 4000) if steps else None),
-        "forward": diffrax.ForwardMode(),
-        "both": diffrax.DirectAdjoint(),
-    }[gradient]
-    solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(_rate),
-        solver,
-        t0,
-        t1,
-        1e-3 * (t1 - t0) if dt is None else dt,
-        y0,
-        args=problem,
-        saveat=diffrax.SaveAt(ts=times, t1=True),
-        stepsize_controller=_controller(formulation, dt, rtol, atol, t1 - t0, times if lands else None),
-        adjoint=adjoint,
-        event=None if event is None else _event(event),
-        max_steps=max_steps,
-        throw=False,
-        progress_meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
-    )
-    return _motion(problem, state, y0, solution, ts, open_at_start, event is not None, lands)
+def _rate(t, y, args):
+    return args[0].rate(t, y)
+
+
+@jit
+def _close(t, y, args):
+    return args[0].project(t, y)
+
+
+def _crossing(t, y, args):
+    problem, event = args
+    return event(State(t, y[0], problem.velocities(t, *y[:2]), structure=problem.system.topology.structure))
 
 
 def _gap(problem, psi, t):
@@ -203,70 +151,74 @@ def _gap(problem, psi, t):
     return jnp.max(jnp.abs(constraints.residual(problem.system, problem.P, psi, t)), initial=0.0)
 
 
-def _rate(t, y, problem):
-    return problem.rate(t, y)
+@eqx.filter_custom_jvp
+def shifted(y, t, held_t, problem):
+    """y (or rows of it), found at `held_t` with that time held: its derivative by the time is its rate."""
+    return y
 
 
-def _project(t, y, problem):
-    return problem.project(t, y)
+@shifted.def_jvp
+def _shifted_jvp(primals, tangents):
+    y, _, held_t, problem = primals
+    y_dot, t_dot, _, _ = tangents
+    if t_dot is None:
+        return y, y_dot
+    rate = jax.vmap(problem.rate)(held_t, y) if held_t.ndim else problem.rate(held_t, y)
+    along = lambda r: r * t_dot.reshape(t_dot.shape + (1,) * (r.ndim - t_dot.ndim))  # noqa: E731
+    return y, tuple(along(r) if d is None else d + along(r) for r, d in zip(rate, y_dot, strict=True))
 
 
-def _controller(formulation, dt, rtol, atol, span, ts):
-    """Fixed steps, or adaptive ones that land on the times `ts`: interpolation would cost digits, unless the
-    constraints alone bring them back."""
-    if dt is not None:
-        return diffrax.ConstantStepSize()
-
-    def norm(y):
-        # the work account follows, it does not lead, except where the rows alone give everything else
-        return optimistix.rms_norm(y if formulation == "prescribed" else y[:2])
-
-    adaptive = diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
-    return adaptive if ts is None else diffrax.ClipStepSizeController(adaptive, step_ts=ts)
+def _on_the_event(t, y, args):
+    """(time, state) of the event from those that a march ended with beside it: one Newton step along the motion."""
+    problem, _ = args
+    rate = problem.rate(t, y)
+    value, slope = jax.jvp(lambda t, y: _crossing(t, y, args), (t, y), (jnp.ones_like(t), rate))
+    late = value / jnp.where(slope == 0.0, 1.0, slope)
+    return t - late, jax.tree.map(lambda y, r: y - late * r, y, rate)
 
 
-def _event(function):
-    def crossing(t, y, args, **_):
-        t = jnp.asarray(t, y[0].dtype)
-        return function(State(t, y[0], args.velocities(t, *y[:2]), structure=args.system.topology.structure))
-
-    return diffrax.Event(crossing, optimistix.Newton(rtol=1e-10, atol=1e-10, linear_solver=SquareSolver()))
-
-
-def _motion(problem, start, y0, solution, ts, open_at_start, with_event, lands):
+def _motion(args, start, y0, walk, ts, open_at_start, lands):
     """Saved states back on the constraints where steps did not land on them, accounts and the result code.
 
-    What diffrax saved ends with the state that it reached, right after the last time before it.
+    With an event the state that the march reached follows the last time before it.
     """
-    saved, (psi, p, work) = solution.ts, solution.ys
+    (problem, event), index = args, jnp.arange(len(ts), dtype=jnp.int32)
+    ended, last = (index >= walk.saved) | ~jnp.isfinite(ts), (walk.t, walk.y)  # after an end nothing is saved
+    times, ys = masked(ended, ts, jnp.inf), shifted(walk.ys, ts, held(ts), problem)
+    if event is not None:
+        happened = walk.result == diffrax.RESULTS.event_occurred
+        last = jax.tree.map(lambda a, b: jnp.where(happened, a, b), _on_the_event(*last, args), last)
+        here = jnp.arange(len(ts) + 1, dtype=jnp.int32) == walk.saved
+        times, ys = jax.tree.map(
+            lambda x, x1: masked(here, jnp.concatenate([x, x1[None]]), x1[None]), (times, ys), last
+        )
+        times = jnp.where(jnp.arange(len(ts) + 1, dtype=jnp.int32) <= walk.saved, times, jnp.inf)
+        ended = ~jnp.isfinite(times)
+    psi, p, work = ys
     if problem.formulation == "prescribed":
         psi = lax.stop_gradient(psi)  # the constraints alone determine it, and its derivative
-    count = jnp.sum(jnp.isfinite(saved))
-    last = [jnp.sum(masked(jnp.arange(len(saved)) != count - 1, x, 0.0), axis=0) for x in (saved, psi, p)]
-    if not with_event:
-        saved = jnp.where(jnp.arange(len(ts)) < count - 1, ts, jnp.inf)
-        psi, p, work = psi[:-1], p[:-1], work[:-1]
-    ended = ~jnp.isfinite(saved)  # after an event or a failure nothing is saved
 
     def sample(row):
         t, psi, p = row
-        if with_event or not lands:
+        if event is not None or not lands:
             psi, _ = problem.project_position(t, psi)
-        u = problem.velocities(t, psi, p)
-        return psi, u, observe(problem.system, problem.P, psi, u, t)
+        geo = geometry(problem.system, problem.P, psi)
+        J = node_inertias(problem.P, geo.W)
+        u = problem.velocities_at(geo, J, t, psi, p)
+        return psi, u, observe(problem.system, geo, J, psi, u, t)
 
     # what is not saved stands at the last state, so that the derivative of what is lost meets all parameters as NaN
-    filled = [masked(ended, x, x1) for x, x1 in zip((saved, psi, p), last, strict=True)]
-    begin = (start.t, *y0[:2])
-    rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(begin, filled, last, strict=True))
+    first, reached = (start.t, *y0[:2]), (last[0], *last[1][:2])
+    filled = [masked(ended, x, x1) for x, x1 in zip((times, psi, p), reached, strict=True)]
+    rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, reached, strict=True))
     psi, u, observed = over_rows(sample, rows)
     structure = problem.system.topology.structure
     end = lax.stop_gradient(State(last[0], psi[-1], u[-1], observed[2][-1], structure))
     psi, u, observed = jax.tree.map(lambda x: x[:-1], (psi, u, observed))
-    states = State(saved, psi[1:], u[1:], observed[2][1:], structure)
-    diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), solution.stats)
-    code, lost = result_code(solution.result, states, diagnostics, observed, ended, open_at_start, ts)
+    states = State(times, psi[1:], u[1:], observed[2][1:], structure)
+    diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), walk)
+    code, lost = result_code(walk.result, states, diagnostics, observed, ended, open_at_start, ts)
     if problem.formulation == "prescribed":
         code = jnp.where((code == codes.STEP_SIZE) | (code == codes.FAILED), codes.INCONSISTENT, code)
     states, diagnostics = without(ended, lost, states, diagnostics)
-    return Motion(saved if with_event else ts, states, code, diagnostics, end)
+    return Motion(ts if event is None else times, states, code, diagnostics, end)

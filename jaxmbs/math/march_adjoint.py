@@ -1,0 +1,169 @@
+"""Reverse derivatives of a march: exact for the steps that were taken, their times held.
+
+The start of every accepted step is logged, with the stages of explicit Runge-Kutta methods.  When the log is full it
+keeps every second one, then every fourth; from each of those the steps up to the next are taken once more before they
+are pulled back.  So memory is bounded by two logs of `march.rows` steps, whatever the length of the motion.
+"""
+
+import diffrax
+import equinox as eqx
+import equinox.internal as eqxi
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, PyTree
+
+from .march import March, Walk, advance, begin, ended, first_of, walked
+from .march_pull import first_memory, has_stages, memory_of, pulled
+
+
+class Log(eqx.Module):
+    """Rows (rows, ...) of the accepted steps with a number that is a multiple of `stride`; number -1: free."""
+
+    rows: PyTree
+    numbers: Array
+    stride: Array
+    count: Array
+
+    @classmethod
+    def empty(cls, row, size):
+        rows = jax.tree.map(lambda x: jnp.zeros((size, *x.shape), x.dtype), row)
+        return cls(rows, jnp.full(size, -1, jnp.int32), jnp.ones((), jnp.int32), jnp.zeros((), jnp.int32))
+
+    def noted(self, row, keep):
+        """The log after a step that is in it if `keep`."""
+        size = self.numbers.size
+        stride = jnp.where(keep & (self.count == size * self.stride), 2 * self.stride, self.stride)
+        free = jnp.where(self.count < size, self.count, _first(self.numbers % stride != 0))
+        slot = jnp.where(keep & (self.count % stride == 0), free, size)
+        rows = jax.tree.map(lambda x, new: x.at[slot].set(new, mode="drop"), self.rows, row)
+        return Log(
+            rows,
+            self.numbers.at[slot].set(self.count, mode="drop"),
+            stride,
+            jnp.where(keep, self.count + 1, self.count),
+        )
+
+    def at(self, number):
+        """The row of a step that is in the log."""
+        slot = jnp.where(self.stride == 1, jnp.maximum(number, 0), _first(self.numbers == number))
+        return _row(self.rows, slot)
+
+
+def _first(found):
+    return jnp.argmax(found).astype(jnp.int32)
+
+
+def _row(rows, index):
+    return jax.tree.map(lambda x: x[index], rows)
+
+
+def _step(march: March, walk: Walk, dense):
+    """What is logged of a step: the walk before it, and the inside of a method with stages."""
+    before = walk.t, walk.t_next, walk.y, walk.memory, walk.saved, walk.hunt
+    return before, dense if has_stages(march.solver) else None
+
+
+def _from(before) -> Walk:
+    """The walk that was logged, to be taken up again; it saves nothing."""
+    t, t_next, y, memory, saved, hunt = before
+    zero = jnp.zeros_like(saved)
+    result = jax.tree.map(jnp.asarray, diffrax.RESULTS.successful)
+    return Walk(t, t_next, y, memory, result, zero, zero, saved, None, hunt, None)
+
+
+@eqx.filter_custom_vjp
+def walked_reverse(start, march: March, t0, dt0) -> Walk:
+    """`walked` from start = (y0, args), with a reverse derivative by them."""
+    y0, args = start
+    return walked(march, y0, t0, dt0, args)
+
+
+@walked_reverse.def_fwd
+def _forward(perturbed, start, march, t0, dt0):
+    del perturbed
+    y0, args = start
+    first = begin(march, y0, t0, dt0, args)
+    row = jax.eval_shape(lambda: _step(march, first, advance(march, first, args)[2]))
+
+    def body(carry):
+        walk, log = carry
+        after, keep, dense = advance(march, walk, args)
+        return after, log.noted(_step(march, walk, dense), keep)
+
+    running = lambda carry: eqxi.unvmap_any(carry[0].is_running(march))  # noqa: E731
+    walk, log = lax.while_loop(running, body, (first, Log.empty(row, march.rows)))
+    walk = ended(march, walk)
+    return walk, (log, walk.t, first.saved, walk.saved)
+
+
+@walked_reverse.def_bwd
+def _backward(kept, bars, perturbed, start, march, t0, dt0):
+    (log, t_end, skipped, saved), (y0, args) = kept, start
+    moving = jax.tree.map(lambda x, p: p and eqx.is_inexact_array(x), args, perturbed[1])
+    moving, fixed = eqx.partition(args, moving)
+    y_bar = _filled(bars.y, y0)
+    ys_bar = _filled(bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size, *y.shape)), y0))
+    ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of(march)].add(ys), ys_bar)
+    last = jnp.where(log.count > 0, (log.count - 1) // log.stride, -1)
+    pieces = jax.tree.map(lambda x: jnp.zeros_like(x), log.rows)
+
+    def segment(carry):
+        number, end, pieces, bars = carry
+        row = log.at(number * log.stride)
+        pieces, count = _again(march, args, row, jnp.where(number >= 0, end, row[0][0]), pieces, log.stride)
+        count = jnp.where(number >= 0, count, 0)
+
+        def one(carry):
+            k, bars = carry
+            found = pulled(march, moving, fixed, _row(pieces, jnp.maximum(k, 0)), bars, ys_bar)
+            return k - 1, jax.tree.map(lambda new, old: jnp.where(k >= 0, new, old), found, bars)
+
+        bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), one, (count - 1, bars))[1]
+        return number - 1, row[0][0], pieces, bars
+
+    zeros = lambda tree: jax.tree.map(jnp.zeros_like, tree)  # noqa: E731
+    memory = memory_of(march, jax.tree.map(lambda x: x[0], log.rows[0][3]))
+    begun = (last, t_end, pieces, (zeros(moving), y_bar, zeros(memory)))
+    bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), segment, begun)[3]
+    moving_bar, y_bar = first_memory(march, y0, t0, dt0, moving, fixed, bars)
+    index = jnp.arange(march.times.size, dtype=jnp.int32)
+    rest = (index < skipped) | (index >= saved)  # they are the start: saved before the first step, or never
+
+    def with_rest(y_bar, ys_bar):
+        return y_bar + jnp.sum(jnp.where(rest.reshape(-1, *[1] * (ys_bar.ndim - 1)), ys_bar, 0.0), axis=0)
+
+    return jax.tree.map(with_rest, y_bar, ys_bar), moving_bar
+
+
+def _again(march, args, row, end, pieces, stride):
+    """(rows of the steps from a logged one to the time `end`, their number); a step that is logged itself is taken
+    over."""
+    pieces = jax.tree.map(lambda x, new: x.at[0].set(new), pieces, row)
+    to = jnp.where(stride > 1, end, row[0][0])
+    shorter = eqx.tree_at(
+        lambda m: (m.t1, m.max_steps, m.meter),
+        march,
+        (to, jnp.asarray(jnp.iinfo(march.max_steps.dtype).max, march.max_steps.dtype), diffrax.NoProgressMeter()),
+    )
+
+    def body(carry):
+        walk, pieces, count = carry
+        after, keep, dense = advance(shorter, walk, args)
+        slot = jnp.where(keep, count, march.rows)
+        pieces = jax.tree.map(lambda x, new: x.at[slot].set(new, mode="drop"), pieces, _step(march, walk, dense))
+        return after, pieces, jnp.where(keep, count + 1, count)
+
+    carry = _from(row[0]), pieces, jnp.zeros_like(stride)
+    _, pieces, count = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0].is_running(shorter)), body, carry)
+    return pieces, jnp.where(stride > 1, count, 1)
+
+
+def _filled(bars, like):
+    """Cotangents, zeros where there are none."""
+    found = [jnp.zeros_like(x) if bar is None else bar for x, bar in zip(*map(_leaves, (like, bars)), strict=True)]
+    return jax.tree.unflatten(jax.tree.structure(like), found)
+
+
+def _leaves(tree):
+    return jax.tree.leaves(tree, is_leaf=lambda x: x is None)
