@@ -16,7 +16,7 @@ from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..kinematics.tree import subtrees
 from ..math.jit import jit
-from ..math.linalg import skew
+from ..math.linalg import relative, skew
 from ..math.rows import over_rows
 from ..math.spatial import pack, world_inertia
 from ..model.question import check_fits
@@ -25,6 +25,7 @@ from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
 from .elastic import needed_loads
 from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion
+from .sparse_saddle import constraint_rows
 
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
 
@@ -58,8 +59,8 @@ class Reactions(eqx.Module):
     Attributes:
         multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
         residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve.
-        ok: (...) whether they are those of an assembled state, finite, and balance all loads but for 1e-6 of them
-            (1e-2 in single precision).
+        ok: (...) whether they are those of an assembled state, finite, balance all loads but for 1e-6 of them, and
+            belong to accelerations that keep the constraints as well (1e-2 in single precision).
         hidden: welds inside bodies that the builder split; found by name, not listed.
     """
 
@@ -171,8 +172,21 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     hidden = tuple(joint.name for joint in top.joints if joint.is_hidden)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
-    balanced = residual <= _BALANCED[residual.dtype.itemsize] * (size + 1e-3)  # false for NaN
+    least = _BALANCED[residual.dtype.itemsize]
+    balanced = (residual <= least * (size + 1e-3)) & (_missed(system, geo, V, V_dot, state, a) <= least)  # not if NaN
     return Reactions(named, multipliers, residual, state.ok & balanced, hidden)
+
+
+def _missed(system, geo, V, V_dot, state, a):
+    """The largest gap () of the rows' accelerations, of the largest that adds up in them."""
+    if not system.has_constraints:
+        return jnp.zeros_like(state.t)
+    psi, u, t = state.coordinates, state.velocities, state.t
+    rows, gap = constraint_rows(system, geo, psi, t), -constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)
+    known = gap.size - sum(len(g.names) * g.kind.num_rows for g in system.closures)
+    if known:
+        gap = gap.at[-known:].add(constraints.coordinate_rates(system, psi, t, a))
+    return relative(rows.unit * gap, rows.sizes(V_dot, a))
 
 
 def _named(system, wrench, effort, geo, frame, side):

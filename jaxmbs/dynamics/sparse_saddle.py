@@ -16,6 +16,7 @@ from .. import blocksparse
 from ..kinematics import constraints
 from ..kinematics.poses import Geometry
 from ..kinematics.tree import ancestors, apply_mass, subtrees
+from ..math.linalg import proximal_rounds
 from ..math.spatial import dot, momentum, pack, scale, unpack
 from ..math.spd import spd_inverse
 from ..model.system import System
@@ -27,8 +28,8 @@ from .modal_condensation import clusters, shared_inertia, solve_with_modes
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
 #: 1e-16 / C^2: the 3e-10 of `saddle_solve`, whose inverse is better, leads to divergence on redundant loops.
 PROXIMAL = {8: 3e-7, 4: 2e-3}
-#: Proximal iterations, each gaining that factor, and refinements of each solve.
-ITERATIONS, REFINEMENTS = 4, 2
+#: Refinements of each solve.
+REFINEMENTS = 2
 
 
 class Rows(NamedTuple):
@@ -43,14 +44,29 @@ class Rows(NamedTuple):
 
     def rates(self, a):
         """A a (rows,) for accelerations a (nv,)."""
-        system, parts = self.system, [jnp.zeros(0, a.dtype)]
-        twist = ancestors(system.topology.nodes, pack(scale(unpack(self.geo.S), a)))
-        twist = jnp.concatenate([twist, jnp.zeros((1, 6), a.dtype)])[np.asarray(system.topology.frame_node)]
+        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], self._on_frames(self.twists(a))
         for group, D in zip(system.closures, self.directions, strict=True):
             relative = twist[np.asarray(group.second)] - twist[np.asarray(group.first)]
             parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
         if system.rows:
             parts.append(constraints.coordinate_rates(system, self.psi, self.t, a))
+        return self.unit * jnp.concatenate(parts)
+
+    def twists(self, a):
+        """Rates (nodes, 6) of the nodes' twists from accelerations a (nv,) alone."""
+        return ancestors(self.system.topology.nodes, pack(scale(unpack(self.geo.S), a)))
+
+    def _on_frames(self, twists):
+        return jnp.concatenate([twists, jnp.zeros((1, 6), twists.dtype)])[np.asarray(self.system.topology.frame_node)]
+
+    def sizes(self, twists, a):
+        """Magnitude (rows,) of what adds up in `rates`, from the rates of twists (nodes, 6)."""
+        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], self._on_frames(jnp.abs(twists))
+        for group, D in zip(system.closures, self.directions, strict=True):
+            both = twist[np.asarray(group.second)] + twist[np.asarray(group.first)]
+            parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
+        if system.rows:
+            parts.append(jnp.abs(constraints.coordinate_rates(system, self.psi, self.t, a)))
         return self.unit * jnp.concatenate(parts)
 
     def efforts(self, y):
@@ -79,15 +95,17 @@ def sparse_saddle(system: System, geo, J, psi, t, b, c):
         a = inverse(right[:n] + rows.efforts(right[n:] / C))
         return jnp.concatenate([a, (rows.rates(a) - right[n:]) / C])
 
-    def solve(apply, right):
-        step = lambda _, z: z + eliminated(right - apply(z))  # noqa: E731
-        return lax.fori_loop(0, 1 + REFINEMENTS, step, jnp.zeros_like(right))
+    def improved(left):
+        step = lambda _, z: z + eliminated(left - apply(z, C))  # noqa: E731
+        return lax.fori_loop(0, 1 + REFINEMENTS, step, jnp.zeros_like(left))  # one copy of the solver is compiled
 
-    def iterate(z, _):
-        left = right - apply(z, jnp.zeros_like(C))
-        return z + lax.custom_linear_solve(lambda z: apply(z, C), left, solve, solve, symmetric=True), None
+    def whole(z):
+        return apply(z, jnp.zeros_like(C))
 
-    z, _ = lax.scan(iterate, jnp.zeros_like(right), length=ITERATIONS)  # loops: one copy of the solver is compiled
+    def solve(_, right):
+        return proximal_rounds(right, n, improved, whole, lambda z: rows.sizes(rows.twists(z[:n]), z[:n]))
+
+    z = lax.custom_linear_solve(whole, right, solve, solve, symmetric=True)
     return z[:n], rows.unit * z[n:]
 
 

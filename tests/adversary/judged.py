@@ -37,6 +37,7 @@ def answers_of(top, assembled=True):
             "residual": loads.residual,
             "open": state.residual,
             "ok": state.ok & loads.ok,
+            "mass": mbs.mass_matrix(system, state),
         }
 
     return answers
@@ -71,7 +72,7 @@ def marks(top):
     return ~found[[topology.joint_index[f"j{k}"] for k in range(len(top.joints))]]
 
 
-def errors(draw, found):
+def errors(draw, found, in_energy=False):
     """Relative errors of one lane: of accelerations, of wrenches both call unique, the library's own residuals; the
     judge's answer."""
     truth = reference.answer(draw.mechanism, draw.twist)
@@ -88,8 +89,12 @@ def errors(draw, found):
     largest = max(np.max(np.abs(truth.wrenches * units)), weight)
     both = truth.unique & marks(draw.top)
     gaps = np.abs(found["wrenches"] - truth.wrenches) * units * both
+    off = np.max(np.abs(found["accelerations"] - wanted), initial=0.0) / fastest
+    if in_energy:
+        M, gap = found["mass"], found["accelerations"] - wanted
+        off = np.sqrt(gap @ M @ gap / (wanted @ M @ wanted))
     return {
-        "accelerations": np.max(np.abs(found["accelerations"] - wanted), initial=0.0) / fastest,
+        "accelerations": off,
         "wrenches": np.max(gaps) / largest,
         "residual": found["residual"] / (largest * max(1.0, length)),
         "open": found["open"] / max(1.0, length),
