@@ -95,6 +95,7 @@ from .model import Pose as Pose
 from .model import System as System
 from .model import inertia as inertia
 from .model.elastic import ElasticBody as ElasticBody
+from .programs import cache as cache
 from .simulate import Gauss4 as Gauss4
 from .simulate import ImplicitMidpoint as ImplicitMidpoint
 from .simulate import Motion as Motion

@@ -1,6 +1,7 @@
 """The command line: `python -m jaxmbs demo` and `python -m jaxmbs doctor`."""
 
 import argparse
+import contextlib
 import importlib.metadata
 import os
 
@@ -45,7 +46,7 @@ def _prepare() -> None:
     """Double precision and compiler flags for this process; flags count only before the first compilation."""
     import jax
 
-    from . import doctor
+    from . import doctor, programs
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     given = os.environ.get("XLA_FLAGS", "")
@@ -56,3 +57,5 @@ def _prepare() -> None:
         flags.append(doctor.SMALL_LOOPS_FLAG)
     os.environ["XLA_FLAGS"] = " ".join(flags)
     jax.config.update("jax_enable_x64", True)
+    with contextlib.suppress(OSError):  # no folder to write to: every process compiles for itself
+        programs.cache()

@@ -19,6 +19,7 @@ def report() -> str:
     lines += [f"{name:<10} {version}" for name, version in versions.items()]
     lines += [f"{'devices':<10} {', '.join(str(device) for device in jax.devices())}"]
     lines += [f"{'x64':<10} {'on' if jax.config.jax_enable_x64 else 'off'}"]
+    lines += [f"{'cache':<10} {jax.config.jax_compilation_cache_dir or 'off: `mbs.cache()` keeps compiled programs'}"]
     if needs_small_loops_flag(versions["jax"]):
         state = "on" if SMALL_LOOPS in os.environ.get("XLA_FLAGS", "") else "off"
         lines += [f"{'XLA':<10} small CPU loops compiled as one kernel: {state}"]
