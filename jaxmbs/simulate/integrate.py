@@ -47,8 +47,7 @@ def simulate(
 
     Args:
         t1: end time [s] (default: the last of `ts`).
-        ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1); they have derivatives,
-            zero only where the motion has no duration.
+        ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1); they have derivatives.
         dt: fixed step [s]; without it steps adapt to rtol, atol (coordinates and velocities, m, rad, s).
         solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or one of ours at fixed steps:
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.

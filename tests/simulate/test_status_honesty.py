@@ -45,6 +45,19 @@ def test_traced_times_that_are_no_numbers_have_a_status():
     assert np.isfinite(angles[0]).all() and np.isnan(angles[1:]).all()
 
 
+def test_traced_times_that_do_not_rise_stop_no_other_lane():
+    system = pendulum()
+
+    def run(middle):
+        times = jnp.stack([jnp.asarray(0.2), middle, jnp.asarray(0.6)])
+        motion = mbs.simulate(system, mbs.State.at(system, pin=0.3), ts=times, throw=False)
+        return motion.result, motion.states.coordinates
+
+    code, angles = jax.jit(jax.vmap(run))(jnp.array([0.4, 0.1]))
+    np.testing.assert_array_equal(code, [codes.SUCCESS, codes.NOT_FINITE])
+    assert np.isfinite(angles[0]).all() and np.isnan(angles[1]).all()
+
+
 def test_steps_that_blow_up_are_no_success():
     """D12: Euler at half a second whirls the pendulum up; dt = 2 s is no better with a good method."""
     system = pendulum()
