@@ -8,14 +8,16 @@ prescribed   (psi, nothing): systems without freedom, whose rows alone give the 
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from ..dynamics import hamiltonian
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
 from ..kinematics.assembly import metric, newton_step
+from ..kinematics.elastic import mass_matrix
 from ..kinematics.kic import velocity_map
-from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise
+from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise, step_coordinates
 from ..math.linalg import saddle_factor, saddle_solve
 from ..model.system import System
 
@@ -95,19 +97,39 @@ class Problem(eqx.Module):
         """Positions and velocities back on the constraints, quaternions of unit length; and how far that moved each
         coordinate (nq,)."""
         before, p, work = y
-        psi, closes = self.project_position(t, before)
-        moved = jnp.where(closes, jnp.abs(psi - before), jnp.inf)
         if self.formulation in ("independent", "prescribed"):
-            return (psi, p, work), moved
-        geo = geometry(self.system, self.P, psi)
-        J = node_inertias(self.P, geo.W)
-        momentum = p * self.scale
-        if self.formulation == "velocity":
-            momentum = hamiltonian.momenta_at(self.system, geo, J, psi, momentum)
-        u, _ = hamiltonian.velocities_at(self.system, geo, J, psi, momentum, t)
-        if self.formulation == "velocity":
-            return (psi, u / self.scale, work), moved
-        return (psi, hamiltonian.momenta_at(self.system, geo, J, psi, u) / self.scale, work), moved
+            psi, closes = self.project_position(t, before)
+        else:
+            psi, p, closes = self._closed(t, before, p)
+        return (psi, p, work), jnp.where(closes, jnp.abs(psi - before), jnp.inf)
+
+    def _closed(self, t, psi, p):
+        """`project_position` and the second half of the state for velocities that keep the rows.
+
+        One scan: the third pass solves for velocities with the masses where two before it solve for steps with the
+        metric, so that the walk and the solver are compiled once.
+        """
+        system, P, rows = self.system, self.P, constraints.row_scale(self.system)
+        weight, is_position = jnp.diag(metric(system)), np.zeros((len(rows.block), 1), bool)
+        is_position[system.topology.position_rows] = True
+
+        def once(psi, last):
+            geo = geometry(system, P, psi)
+            J, A = node_inertias(P, geo.W), constraints.jacobian_at(system, geo, psi, t)
+            f, f_t = constraints.residual_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
+            momentum = p * self.scale
+            if self.formulation == "velocity":
+                momentum = hamiltonian.momenta_at(system, geo, J, psi, momentum)
+            K = jnp.where(last, mass_matrix(system, geo, J, psi), weight)
+            gap = jnp.where(last, f_t, jnp.zeros_like(f_t).at[system.topology.position_rows].set(f))
+            A = jnp.where(last | is_position, A, 0.0)
+            u, _ = saddle_solve(K, A, jnp.where(last, momentum, 0.0), -gap, rows)
+            then = u if self.formulation == "velocity" else hamiltonian.momenta_at(system, geo, J, psi, u)
+            moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
+            return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then / self.scale)
+
+        psi, (gaps, then) = lax.scan(once, psi, jnp.array([False, False, True]))
+        return psi, then[2], _nearly_closed(gaps)
 
     def project_position(self, t, psi):
         """Two Newton steps onto the loops, quaternions of unit length; and whether the first one nearly closed them:
@@ -116,8 +138,13 @@ class Problem(eqx.Module):
         if self.system.has_constraints:
             free = jnp.ones(self.system.topology.num_velocities, psi.dtype)
             psi, gaps = lax.scan(lambda q, _: newton_step(self.system, self.P, q, t, free), psi, length=2)
-            closes = gaps[1] <= 0.1 * gaps[0] + _ROUNDING[psi.dtype.itemsize]
+            closes = _nearly_closed(gaps)
         return normalise(self.system.topology, psi), closes
+
+
+def _nearly_closed(gaps):
+    """Whether the first of two steps nearly closed the rows: it does not where the mechanism is locked."""
+    return gaps[1] <= 0.1 * gaps[0] + _ROUNDING[gaps.dtype.itemsize]
 
 
 def _seen_inertia(system, P, psi, t, M):
