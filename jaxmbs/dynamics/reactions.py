@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Bool, Float
 
 from ..kinematics import constraints
@@ -173,12 +174,25 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     hidden = tuple(joint.name for joint in top.joints if joint.is_hidden)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
     least = _BALANCED[residual.dtype.itemsize]
-    balanced = (residual <= least * (size + 1e-3)) & (_missed(system, geo, V, V_dot, state, a) <= least)  # not if NaN
+    rate = _loads_over_mass(system, _all_wrenches(system, wrench, others), effort)
+    missed = _missed(system, geo, V, V_dot, state, a, rate)
+    balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     return Reactions(named, multipliers, residual, state.ok & balanced, hidden)
 
 
-def _missed(system, geo, V, V_dot, state, a):
-    """The largest gap () of the rows' accelerations, of the largest that adds up in them."""
+def _loads_over_mass(system, wrench, effort):
+    """What the loads of the joints would do to the heaviest body [rad/s^2 and lengths/s^2]: at rest, where every
+    acceleration is rounding, the rows' gaps are measured by it."""
+    top = system.topology
+    length = 1.0 if top.analysis is None else top.analysis.length
+    force = jnp.max(jnp.abs(wrench[:, 3:]), initial=0.0)
+    force = force + jnp.max(jnp.abs(effort) / jnp.where(np.asarray(top.spins) > 0, length, 1.0), initial=0.0)
+    heaviest = jnp.maximum(jnp.max(system.mass, initial=0.0), jnp.finfo(force.dtype).tiny)
+    return (jnp.sqrt(jnp.sum(system.gravity**2)) + force / heaviest) / length
+
+
+def _missed(system, geo, V, V_dot, state, a, rate):
+    """The largest gap () of the rows' accelerations, of `rate` and the largest that adds up in them."""
     if not system.has_constraints:
         return jnp.zeros_like(state.t)
     psi, u, t = state.coordinates, state.velocities, state.t
@@ -186,7 +200,7 @@ def _missed(system, geo, V, V_dot, state, a):
     known = gap.size - sum(len(g.names) * g.kind.num_rows for g in system.closures)
     if known:
         gap = gap.at[-known:].add(constraints.coordinate_rates(system, psi, t, a))
-    return relative(rows.unit * gap, rows.sizes(V_dot, a))
+    return relative(rows.unit * gap, rows.sizes(V_dot, a) + lax.stop_gradient(rate))
 
 
 def _named(system, wrench, effort, geo, frame, side):
