@@ -5,7 +5,6 @@ from typing import ClassVar, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
 from jax.core import Tracer
 
 
@@ -83,7 +82,6 @@ def axis_faults(axis) -> list[str]:
 
 #: What `half_turns` amounts to half a turn off.
 HALF_TURN = 4.0
-_TINY = {8: 1e-30, 4: 1e-7}  # a sine that gives a direction where there is none, far below rounding
 
 
 def half_turns(sine, cosine):
@@ -91,9 +89,12 @@ def half_turns(sine, cosine):
 
     Beyond a quarter turn 2 (1 - cosine): finite, rising up to half a turn, and not zero there, where the sine is.
     """
-    sine = sine + _TINY[sine.dtype.itemsize] * np.eye(sine.shape[0], dtype=sine.dtype)[0]
-    far = 2.0 * (1.0 - cosine) * lax.rsqrt(jnp.sum(sine * sine))
-    return jnp.where(cosine < 0.0, far, 2.0 / (1.0 + jnp.maximum(cosine, 0.0))) * sine
+    square = jnp.sum(sine**2)
+    lost = square < 1e-24  # no direction left: any will do
+    direction = jnp.where(lost, jnp.eye(sine.shape[0], dtype=sine.dtype)[0], sine)
+    direction = direction / jnp.sqrt(jnp.where(lost, 1.0, square))
+    near = 2.0 * sine / (1.0 + jnp.maximum(cosine, 0.0))
+    return jnp.where(cosine < 0.0, 2.0 * (1.0 - cosine) * direction, near)
 
 
 def parallel(R):
