@@ -200,7 +200,7 @@ def _gradient_rows(table, best, peer, quick):
 
 
 def _step_rows(table, best, chunks):
-    """The motion without any load, and how the chunk changes its cost."""
+    """The motion without any load, how the chunk changes its cost, and a step without start and samples."""
     solver, rtol, *_ = best
     rows = []
     for chunk in chunks:
@@ -208,7 +208,31 @@ def _step_rows(table, best, chunks):
         found, cpu, *_ = study(_rows(table, rtol))
         metric = f"CPU per lane step, motion alone, chunks of {chunk}"
         rows.append(common.row("four-bars step", metric, 1e6 * cpu / found.computed, "us"))
+
+    def spent(rtol):
+        found, cpu, *_ = study(_rows(table, rtol))
+        return cpu, found.computed
+
+    alone = jax.jit(four_bars.motion_only(solver))
+    good = int(np.argmax(found.values["ok"]))
+    first = jax.tree.map(lambda column: column[good], _rows(table, rtol))
+
+    def spent_alone(rtol):
+        start = time.process_time()
+        found = jax.block_until_ready(alone({**first, "rtol": rtol}))
+        return time.process_time() - start, int(found["steps"])
+
+    each = {f"lane step, chunks of {chunks[-1]}": (spent, "<= 40"), "step alone": (spent_alone, "<= 150")}
+    for metric, (run, goal) in each.items():
+        rows.append(common.row("four-bars step", f"CPU of one more {metric}", _slope(run), "us", goal=goal))
     return rows
+
+
+def _slope(spent, coarse=1e-4, fine=1e-9, repeats=5):
+    """CPU [us] of one more step: two tolerances, each at its least time."""
+    spent(coarse)  # compiles
+    ends = [min(spent(rtol) for _ in range(repeats)) for rtol in (coarse, fine)]
+    return 1e6 * (ends[1][0] - ends[0][0]) / (ends[1][1] - ends[0][1])
 
 
 # --------------------------------------------------------------------------------------------------- double wishbones

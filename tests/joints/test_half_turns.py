@@ -25,6 +25,23 @@ def test_rows_rise_up_to_half_a_turn(rows, axis):
     assert np.all(np.isfinite(slopes))
 
 
+@pytest.mark.parametrize("rows, axis", [(parallel, (1.0, 0.0, 0.0)), (aligned, (0.0, 0.0, 1.0))])
+def test_slopes_where_the_sine_is_zero(rows, axis):
+    """An exactly planar loop stands there: 2 tan(angle / 2) has the slopes 1, 0 and 1/2, in either mode."""
+    x, y, z = axis
+    skew = jnp.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+    def along(angle):
+        R = jnp.eye(3) + jnp.sin(angle) * skew + (1.0 - jnp.cos(angle)) * skew @ skew
+        return jnp.sum(rows(R))  # one row is not zero: that of the axis
+
+    slope, other = jax.jacfwd(along), jax.jacfwd(jax.grad(along))
+    second = jax.jacfwd(slope)
+    found = jax.jit(lambda a: jnp.stack([slope(a), second(a), jax.jacfwd(second)(a), other(a), jax.grad(other)(a)]))(0.0)
+    np.testing.assert_allclose(found * jnp.sign(found[0]), [1.0, 0.0, 0.5, 0.0, 0.5], atol=1e-12)
+    assert np.all(np.isfinite(jax.jit(second)(np.pi)))
+
+
 def slider(cut=None, frame=HALF):
     """A car on a rail behind a bar; the frame of the rail on the car may be half a turn off."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)
