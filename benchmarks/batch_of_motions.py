@@ -209,30 +209,31 @@ def _step_rows(table, best, chunks):
         metric = f"CPU per lane step, motion alone, chunks of {chunk}"
         rows.append(common.row("four-bars step", metric, 1e6 * cpu / found.computed, "us"))
 
-    def spent(rtol):
-        found, cpu, *_ = study(_rows(table, rtol))
-        return cpu, found.computed
+    def lanes(rtol):
+        found, cpu, wall, _ = study(_rows(table, rtol))
+        return cpu, wall, found.computed
 
     alone = jax.jit(four_bars.motion_only(solver))
     good = int(np.argmax(found.values["ok"]))
     first = jax.tree.map(lambda column: column[good], _rows(table, rtol))
 
-    def spent_alone(rtol):
-        start = time.process_time()
+    def one(rtol):
+        cpu, wall = time.process_time(), time.perf_counter()
         found = jax.block_until_ready(alone({**first, "rtol": rtol}))
-        return time.process_time() - start, int(found["steps"])
+        return time.process_time() - cpu, time.perf_counter() - wall, int(found["steps"])
 
-    each = {f"lane step, chunks of {chunks[-1]}": (spent, "<= 40"), "step alone": (spent_alone, "<= 150")}
-    for metric, (run, goal) in each.items():
-        rows.append(common.row("four-bars step", f"CPU of one more {metric}", _slope(run), "us", goal=goal))
+    for metric, run, goal in ((f"lane step, chunks of {chunks[-1]}", lanes, "<= 40"), ("step alone", one, "<= 150")):
+        cpu, wall = _slopes(run)
+        rows.append(common.row("four-bars step", f"CPU of one more {metric}", cpu, "us", goal=goal))
+        rows.append(common.row("four-bars step", f"wall of one more {metric}", wall, "us"))
     return rows
 
 
-def _slope(spent, coarse=1e-4, fine=1e-9, repeats=5):
-    """CPU [us] of one more step: two tolerances, each at its least time."""
-    spent(coarse)  # compiles
-    ends = [min(spent(rtol) for _ in range(repeats)) for rtol in (coarse, fine)]
-    return 1e6 * (ends[1][0] - ends[0][0]) / (ends[1][1] - ends[0][1])
+def _slopes(run, coarse=1e-4, fine=1e-9, repeats=5):
+    """(CPU, wall) [us] of one more step: runs at two tolerances, each at its least time."""
+    run(coarse)  # compiles
+    ends = [np.min([run(rtol) for _ in range(repeats)], axis=0) for rtol in (coarse, fine)]
+    return 1e6 * (ends[1] - ends[0])[:2] / (ends[1] - ends[0])[2]
 
 
 # --------------------------------------------------------------------------------------------------- double wishbones
