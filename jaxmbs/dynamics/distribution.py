@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..kinematics import constraints
+from ..math.rows import take
 from ..math.spd import spd_solve
 from ..model.system import System
 from ..statics import Bonds, Network, bond_reactions
@@ -29,7 +30,7 @@ def system_bonds(system: System, geo, wrench, compliance=None) -> Bonds:
     length = 1.0 if system.topology.analysis is None else system.topology.analysis.length
     twists = _free_twists(system, geo)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
-    bonds = Bonds.from_twists(bond_network(system), geo.x[at], geo.R[at], twists, effort, length)
+    bonds = Bonds.from_twists(bond_network(system), take(geo.x, at), take(geo.R, at), twists, effort, length)
     stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
     compliance = {name: jnp.broadcast_to(c, (6,)) for name, c in (stiff | dict(compliance or {})).items()}
     if not compliance:
@@ -49,11 +50,11 @@ def _free_twists(system, geo):
         columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
         if columns and not joint.is_cut:
             held[names.index(joint.name), : len(columns)] = columns
-    parts = [jnp.concatenate([geo.S, jnp.zeros_like(geo.S[:1])])[held].transpose(0, 2, 1)]
+    parts = [take(jnp.concatenate([geo.S, jnp.zeros_like(geo.S[:1])]), held).transpose(0, 2, 1)]
     for group in system.closures:
         source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
         parts.append(jax.vmap(_complement)(constraints.closure_directions(group, geo.R, geo.x)))
-    return jnp.concatenate(parts)[source]
+    return take(jnp.concatenate(parts), source)
 
 
 def _complement(D):
@@ -73,7 +74,7 @@ def distributed(system: System, geo, wrench, multipliers, compliance):
     for group in system.closures:
         D = constraints.closure_directions(group, geo.R, geo.x)
         index = np.array([names.index(name) for name in group.names])
-        moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, change[index]).reshape(-1))
+        moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, take(change, index)).reshape(-1))
     for row in system.rows:
         count = sum(name == row.name for name in system.topology.row_joint)
         effort = jnp.zeros(count, change.dtype)

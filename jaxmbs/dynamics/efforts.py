@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics.poses import Geometry
+from ..kinematics.poses import Geometry, frame_twists
 from ..math.linalg import skew
+from ..math.rows import summed, take
 from ..math.spatial import cross, pack, scale, unpack
 from ..model.system import ForceGroup, System
 from .elastic import elastic_efforts, strain_energy
@@ -19,12 +20,6 @@ def gravity_wrench(J, gravity):
     """Wrench (nodes, 6, ...) of gravity on inertias J (nodes, 10, ...).  Source: S2 (75)."""
     j, g = unpack(J), tuple(gravity)
     return pack(cross(j[1:4], g) + scale(g, j[0]))
-
-
-def frame_twists(system: System, V):
-    """World twist (frames, 6) of the node that carries each frame, about the origin of the geometry."""
-    V = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])
-    return V[np.asarray(system.topology.frame_node)]
 
 
 def _at(x, V):
@@ -82,21 +77,18 @@ _PORTS = {"line": _line, "pose": _pose, "frame": _frame}
 def _group_wrenches(system, group: ForceGroup, frames, t, owner):
     """Wrench on every owner (n, 6), nodes or bodies, and power of every element of a group between frames."""
     a, b = np.asarray(group.first), np.asarray(group.second)
-    ends = [tuple(x[index] for x in frames) for index in (a, b)]
+    ends = [tuple(take(x, end) for x in frames) for end in (a, b)]
     on_a, on_b, power = jax.vmap(_PORTS[group.port], in_axes=(0, 0, 0, None))(group.law, *ends, t)
     of_frame, n = owner
-    total = jnp.zeros((n + 1, 6), on_a.dtype)
-    total = total.at[of_frame[a] % (n + 1)].add(on_a).at[of_frame[b] % (n + 1)].add(on_b)
-    return total[:n], power
+    return summed(jnp.concatenate([on_a, on_b]), of_frame[np.concatenate([a, b])] % (n + 1), n), power
 
 
 def _joint_efforts(system, group: ForceGroup, psi, u, t):
     """Efforts (nv,) and powers of scalar laws on joint coordinates."""
-    columns, coordinates = np.asarray(group.first), np.asarray(group.second)
-    q, v = psi[coordinates], u[columns]
+    q, v = take(psi, group.second), take(u, group.first)
     effort = jax.vmap(lambda law, q, v: law.effort(q, v, t))(group.law, q, v)
     slope = jax.vmap(lambda law, q, v: jax.jvp(lambda q: law.potential(q, t), (q,), (v,))[1])(group.law, q, v)
-    return jnp.zeros_like(u).at[columns].add(effort), effort * v + slope
+    return summed(effort, group.first, len(u)), effort * v + slope
 
 
 def stored_wrench(law, R, x, t):

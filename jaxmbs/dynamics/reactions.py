@@ -18,7 +18,7 @@ from ..kinematics.state import State
 from ..kinematics.tree import subtrees
 from ..math.jit import jit
 from ..math.linalg import relative, skew
-from ..math.rows import over_rows
+from ..math.rows import over_rows, summed, take
 from ..math.spatial import pack, world_inertia
 from ..model.question import check_fits
 from ..model.system import System
@@ -85,23 +85,22 @@ class Reactions(eqx.Module):
 def body_rates(system: System, R, x, V, A):
     """Momentum rates and inertias (bodies, 6), (bodies, 10) of single bodies about the world origin."""
     top = system.topology
-    index, node = np.arange(1, top.bodies.size + 1), np.asarray(top.body_node, int)
+    own, node = slice(1, top.bodies.size + 1), np.asarray(top.body_node, int)
     upper = np.array([0, 1, 2, 4, 5, 8])
     inertia = system.inertia.reshape(-1, 9)[:, upper]
     J = pack(
         world_inertia(
-            tuple(R[index].reshape(-1, 9).T), tuple(x[index].T), system.mass, tuple(system.com.T), tuple(inertia.T)
+            tuple(R[own].reshape(-1, 9).T), tuple(x[own].T), system.mass, tuple(system.com.T), tuple(inertia.T)
         )
     )
     pad = jnp.zeros((1, 6), V.dtype)
-    V, A = (jnp.concatenate([v, pad])[node] for v in (V, A))
+    V, A = (take(jnp.concatenate([v, pad]), node % (len(v) + 1)) for v in (V, A))
     return momentum_rates(J, V, A), J
 
 
 def _on_nodes(topology, wrenches):
     """Wrenches of bodies (bodies, 6) on the nodes that carry them."""
-    node = np.asarray(topology.body_node, int) % (topology.nodes.size + 1)
-    return jnp.zeros((topology.nodes.size + 1, 6), wrenches.dtype).at[node].add(wrenches)[:-1]
+    return summed(wrenches, np.asarray(topology.body_node, int) % (topology.nodes.size + 1), topology.nodes.size)
 
 
 def _cut_wrenches(system, geo, multipliers):
@@ -131,9 +130,9 @@ def _joint_wrenches(system, geo, rate, loads, multipliers):
         if name in top.joint_index
     }
     known = jnp.concatenate([carried * jnp.asarray(sign, carried.dtype)[:, None], each])
-    wrench = known[np.array([source[j] for j in range(len(top.joints))], int)]
-    column_body = np.array([body_of[j] for j in top.node_joint], int)
-    return wrench, jnp.einsum("nk,nk->n", geo.S, carried[column_body]), each
+    wrench = take(known, [source[j] for j in range(len(top.joints))])
+    column_body = [body_of[j] for j in top.node_joint]
+    return wrench, jnp.einsum("nk,nk->n", geo.S, take(carried, column_body)), each
 
 
 def _at_frames(wrench, R, x, axes, sign):
@@ -147,7 +146,7 @@ def _at_frames(wrench, R, x, axes, sign):
 def _all_wrenches(system, joints, elements):
     """Wrenches (carriers, 6) of the joints, then of the constraints that are no joints."""
     extra = [i for i, (name, *_) in enumerate(_elements(system)) if name not in system.topology.joint_index]
-    return jnp.concatenate([joints, elements[np.array(extra, int)]])
+    return jnp.concatenate([joints, take(elements, extra)]) if extra else joints
 
 
 def _reactions(system: System, P, state: State, frame: str, side: str, compliance, method: str) -> Reactions:
@@ -209,8 +208,8 @@ def _named(system, wrench, effort, geo, frame, side):
     carriers = constraints.carriers(system)
     efforts = [effort[j.velocities] for j in top.joints] + [jnp.zeros(0)] * (len(carriers) - len(top.joints))
     marks = top.analysis.undetermined if top.analysis else [(False,) * 6] * len(carriers)
-    at = np.array([c[1 + end] for c in carriers], int)
-    force, moment = _at_frames(wrench, geo.R[at], geo.x[at], frame, sign)
+    at = [c[1 + end] for c in carriers]
+    force, moment = _at_frames(wrench, take(geo.R, at), take(geo.x, at), frame, sign)
     return {name: JointReaction(force[i], moment[i], efforts[i], marks[i]) for i, (name, *_) in enumerate(carriers)}
 
 

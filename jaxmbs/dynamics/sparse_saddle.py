@@ -14,9 +14,10 @@ from jax import Array, lax
 
 from .. import blocksparse
 from ..kinematics import constraints
-from ..kinematics.poses import Geometry
+from ..kinematics.poses import Geometry, frame_twists
 from ..kinematics.tree import ancestors, apply_mass, subtrees
 from ..math.linalg import proximal_rounds
+from ..math.rows import take
 from ..math.spatial import dot, momentum, pack, scale, unpack
 from ..math.spd import spd_inverse
 from ..model.system import System
@@ -44,9 +45,9 @@ class Rows(NamedTuple):
 
     def rates(self, a):
         """A a (rows,) for accelerations a (nv,)."""
-        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], self._on_frames(self.twists(a))
+        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, self.twists(a))
         for group, D in zip(system.closures, self.directions, strict=True):
-            relative = twist[np.asarray(group.second)] - twist[np.asarray(group.first)]
+            relative = take(twist, group.second) - take(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
         if system.rows:
             parts.append(constraints.coordinate_rates(system, self.psi, self.t, a))
@@ -56,14 +57,11 @@ class Rows(NamedTuple):
         """Rates (nodes, 6) of the nodes' twists from accelerations a (nv,) alone."""
         return ancestors(self.system.topology.nodes, pack(scale(unpack(self.geo.S), a)))
 
-    def _on_frames(self, twists):
-        return jnp.concatenate([twists, jnp.zeros((1, 6), twists.dtype)])[np.asarray(self.system.topology.frame_node)]
-
     def sizes(self, twists, a):
         """Magnitude (rows,) of what adds up in `rates`, from the rates of twists (nodes, 6)."""
-        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], self._on_frames(jnp.abs(twists))
+        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, jnp.abs(twists))
         for group, D in zip(system.closures, self.directions, strict=True):
-            both = twist[np.asarray(group.second)] + twist[np.asarray(group.first)]
+            both = take(twist, group.second) + take(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
         if system.rows:
             parts.append(jnp.abs(constraints.coordinate_rates(system, self.psi, self.t, a)))

@@ -3,8 +3,10 @@
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jax.core import Tracer
 
 
@@ -82,6 +84,7 @@ def axis_faults(axis) -> list[str]:
 
 #: What `half_turns` amounts to half a turn off.
 HALF_TURN = 4.0
+_LOST = 1e-15  # 1 + cosine: less is half a turn, and the sine has no direction left
 
 
 def half_turns(sine, cosine):
@@ -89,12 +92,24 @@ def half_turns(sine, cosine):
 
     Beyond a quarter turn 2 (1 - cosine): finite, rising up to half a turn, and not zero there, where the sine is.
     """
-    square = jnp.sum(sine**2)
-    lost = square < 1e-24  # no direction left: any will do
-    direction = jnp.where(lost, jnp.eye(sine.shape[0], dtype=sine.dtype)[0], sine)
-    direction = direction / jnp.sqrt(jnp.where(lost, 1.0, square))
-    near = 2.0 * sine / (1.0 + jnp.maximum(cosine, 0.0))
-    return jnp.where(cosine < 0.0, 2.0 * (1.0 - cosine) * direction, near)
+    some = np.eye(1, sine.shape[0], dtype=sine.dtype)[0]
+    sine = jnp.where(1.0 + cosine < _LOST, some, sine)
+    held = lax.stop_gradient(sine)
+    return _stretch(cosine, jnp.dot(held, held)) * sine
+
+
+@jax.custom_jvp
+def _stretch(cosine, square):
+    """What `half_turns` multiplies the sine by, the root of `square`."""
+    return jnp.where(cosine < 0.0, 2.0 * (1.0 - cosine) * lax.rsqrt(square), 2.0 / (1.0 + cosine))
+
+
+@_stretch.defjvp
+def _stretch_jvp(primals, tangents):
+    # by the cosine alone, of which the sine is a function: few operations, and none that overflows where it is zero
+    cosine, square = primals
+    stretch, above = _stretch(cosine, square), jnp.maximum(1.0 + cosine, _LOST)
+    return stretch, -stretch * tangents[0] / jnp.where(cosine < 0.0, above * (1.0 - cosine), above)
 
 
 def parallel(R):

@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..math.linalg import RowScale, skew
+from ..math.rows import summed, take
 from ..model.question import question
 from ..model.system import ClosureGroup, System
-from .poses import coordinate_rate, geometry, node_parameters
+from .poses import coordinate_rate, frame_twists, geometry, node_parameters
 
 
 def _relative(basis, a, b):
@@ -52,7 +53,7 @@ def _wrench(kind, basis, a, b, multipliers):
 
 def _ends(group: ClosureGroup, *arrays):
     """The arrays at the elements' frames A, and at their frames B."""
-    return tuple(tuple(x[np.asarray(end)] for x in arrays) for end in (group.first, group.second))
+    return tuple(tuple(take(x, end) for x in arrays) for end in (group.first, group.second))
 
 
 def closure_directions(group: ClosureGroup, R, x):
@@ -76,11 +77,9 @@ def closure_wrenches(system: System, R, x, multipliers):
 
 def sum_on_carriers(system: System, wrenches, carrier, n):
     """Wrenches of all elements on their carriers (n, 6), nodes or bodies: plus on B, minus on A."""
-    total = jnp.zeros((n + 1, 6), wrenches[0].dtype)
-    for group, wrench in zip(system.closures, wrenches, strict=True):
-        a, b = (np.asarray(carrier)[np.asarray(end)] % (n + 1) for end in (group.first, group.second))
-        total = total.at[b].add(wrench).at[a].add(-wrench)
-    return total[:n]
+    both = jnp.concatenate([*wrenches, *(-wrench for wrench in wrenches)])
+    ends = [end for side in ("second", "first") for group in system.closures for end in getattr(group, side)]
+    return summed(both, np.asarray(carrier)[np.array(ends)] % (n + 1), n)
 
 
 def _coordinate_rows(system: System, psi, t):
@@ -171,7 +170,7 @@ def time_rate(system: System, psi, t):
 
 def _frame_rates(system, geo, V):
     """Twists of the frames' carriers (frames, 6), and the rates of R and x they make."""
-    carried = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])[np.asarray(system.topology.frame_node)]
+    carried = frame_twists(system, V)
     spin = jax.vmap(skew)(carried[:, :3])
     return carried, jnp.einsum("fij,fjk->fik", spin, geo.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, geo.x)
 
@@ -185,12 +184,15 @@ def acceleration_bias(system: System, geo, V, V_dot, psi, u, t):
     twist_dot = _frame_rates(system, geo, V_dot)[0]
     parts = []
     for group in system.closures:
-        a, b = np.asarray(group.first), np.asarray(group.second)
+        a, b = group.first, group.second
 
         def speed(R, x, twist, group=group):
             return jax.vmap(_row_rates)(group.kind, group.basis, *_ends(group, R, x), twist)
 
-        moving = (geo.R, geo.x, twist[b] - twist[a]), (R_dot, x_dot, twist_dot[b] - twist_dot[a])
+        moving = (
+            (geo.R, geo.x, take(twist, b) - take(twist, a)),
+            (R_dot, x_dot, take(twist_dot, b) - take(twist_dot, a)),
+        )
         parts.append(jax.jvp(speed, *moving)[1].reshape(-1))
     if system.rows:
 
@@ -282,7 +284,7 @@ def reaction_map(system: System, geo):
     known = sum(part.shape[2] for part in parts)
     out = jnp.concatenate([*parts, out[:, :, known:]], axis=2)
     at = np.array([b for *_, b in carriers(system)])
-    R, x, moment, force = geo.R[at], geo.x[at], out[:, :3], out[:, 3:]
+    R, x, moment, force = take(geo.R, at), take(geo.x, at), out[:, :3], out[:, 3:]
     moment = moment - jnp.einsum("jab,jbm->jam", jax.vmap(skew)(x), force)
     return jnp.concatenate([jnp.einsum("jba,jbm->jam", R, part) for part in (force, moment)], axis=1)
 

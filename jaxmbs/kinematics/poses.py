@@ -8,6 +8,7 @@ from jax import lax
 from jaxtyping import Array
 
 from ..math.rotation import quaternion_exp, quaternion_product, quaternion_rate
+from ..math.rows import take
 from ..math.spatial import add, compose, cross, pack, quaternion_rotation, scale, unpack, world_inertia
 from ..model.system import System
 from ..model.topology import Topology
@@ -205,10 +206,16 @@ def frame_poses(system: System, W, origin=None):
     R = jnp.concatenate([R, jnp.eye(3, dtype=R.dtype)[None]])
     ground = jnp.zeros((1, 3), W.dtype) if origin is None else -origin[None]
     X = jnp.concatenate([W[:, 9:], ground])
-    node = np.asarray(system.topology.frame_node)
-    R, X = R[node], X[node]
+    node = np.asarray(system.topology.frame_node) % len(R)
+    R, X = take(R, node), take(X, node)
     position = X + jnp.einsum("fij,fj->fi", R, system.frames.position)
     return jnp.einsum("fij,fjk->fik", R, system.frames.rotation), position
+
+
+def frame_twists(system: System, V):
+    """World twist (frames, 6) of the node that carries each frame, from those of the nodes (nodes, 6)."""
+    V = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])
+    return take(V, np.asarray(system.topology.frame_node) % len(V))
 
 
 def body_frame(topology: Topology) -> np.ndarray:

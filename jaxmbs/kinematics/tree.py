@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..math.rows import take
 from ..math.spatial import (
     UPPER,
     add,
@@ -88,11 +89,11 @@ def _sum_subtrees(tree, x):
         return total, total
 
     along = lax.scan(step, zero, (jnp.asarray(tree.goes_on, x.dtype), x), reverse=True)[1]
-    return along + jnp.tensordot(jnp.asarray(tree.hanging, x.dtype), along[tree.starts], 1)
+    return along + jnp.tensordot(jnp.asarray(tree.hanging, x.dtype), take(along, tree.starts), 1)
 
 
 def _less_parent(tree, y):
-    return y - jnp.concatenate([y, jnp.zeros_like(y[:1])])[tree.parent_or_size]
+    return y - take(jnp.concatenate([y, jnp.zeros_like(y[:1])]), tree.parent_or_size)
 
 
 def ancestors(tree: Tree, x):

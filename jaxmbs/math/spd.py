@@ -5,6 +5,7 @@ once stop a process on two cores for good.  Small matrices under `vmap` are fast
 """
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 #: Up to `SINGLE` columns are eliminated one at a time, more of them in blocks of `BLOCK`: a rank-one update of a
@@ -18,7 +19,7 @@ def spd_inverse(H):
     NaN where a pivot is not positive.  Columns are brought to a unit diagonal first: every pivot is at most one.
     """
     H = lax.stop_gradient(H)
-    unit = lax.rsqrt(jnp.sum(H * jnp.eye(H.shape[0], dtype=H.dtype), axis=1))
+    unit = lax.rsqrt(jnp.sum(H * np.eye(H.shape[0], dtype=H.dtype), axis=1))
     unit = unit[:, None] * unit[None]
     sweep = _by_columns if H.shape[0] <= SINGLE else _by_blocks
     return sweep(H * unit) * unit
@@ -27,15 +28,16 @@ def spd_inverse(H):
 def _by_columns(H):
     """One rank-one update per column: with the row's pivot d as d - 1 it does row, column and rest at once and leaves
     2 - 1/d in the corner."""
-    eye = jnp.eye(H.shape[0], dtype=H.dtype)
+    eye = np.eye(H.shape[0], dtype=H.dtype)
 
-    def eliminate(k, H):
-        row = H[k]
-        pivot = jnp.where(row[k] > 0.0, row[k], jnp.nan)
-        moved = row - eye[k]
-        return H - (moved / pivot)[:, None] * moved[None]
+    def eliminate(H, step):
+        k, unit = step
+        row = lax.dynamic_index_in_dim(H, k, 0, keepdims=False, allow_negative_indices=False)
+        pivot = jnp.dot(row, unit)
+        moved = row - unit
+        return H - (moved / jnp.where(pivot > 0.0, pivot, jnp.nan))[:, None] * moved[None], None
 
-    return 2.0 * eye - lax.fori_loop(0, H.shape[0], eliminate, H)
+    return 2.0 * eye - lax.scan(eliminate, H, (np.arange(H.shape[0], dtype=np.int32), eye))[0]
 
 
 def _by_blocks(H):

@@ -17,6 +17,7 @@ import numpy as np
 
 from .. import blocksparse
 from ..blocksparse import BlockMatrix, Pattern
+from ..math.rows import product
 from ..math.spd import refined, spd_inverse
 from .cycles import cycle_pattern
 from .network import Network
@@ -95,12 +96,16 @@ def _chain_pattern(network):
 def in_series(network: Network, C):
     """Compliance (m, 6, 6) of every chain: the sum of its bonds' (q, 6, 6)."""
     r = series_reduction(network)
+    if r.is_small:
+        return product(np.abs(r.along), C)
     return jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
 
 
 def along_chains(network: Network, d):
     """Sum (m, 6) of the bonds' twists (q, 6) along every chain."""
     r = series_reduction(network)
+    if r.is_small:
+        return product(r.along, d)
     signed = jnp.asarray(r.sign, d.dtype)[:, None] * d
     return jnp.zeros((r.num_chains + 1, 6), d.dtype).at[r.chain].add(signed)[:-1]
 
@@ -108,6 +113,8 @@ def along_chains(network: Network, d):
 def to_bonds(network: Network, y):
     """Wrenches (q, 6) of the bonds from those of their chains (m, 6); transpose of the above."""
     r = series_reduction(network)
+    if r.is_small:
+        return product(r.along.T, y)
     padded = jnp.concatenate([y, jnp.zeros((1, 6), y.dtype)])
     return jnp.asarray(r.sign, y.dtype)[:, None] * padded[r.chain]
 

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import ModelError
+from ..math.rows import SMALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +85,30 @@ class Network:
     def num_loops(self) -> int:
         """S, the number of independent loops."""
         return len(self.chords)
+
+    @property
+    def is_small(self) -> bool:
+        """Whether its sums are products with dense matrices."""
+        return len(self.bonds) * len(self.bodies) <= SMALL
+
+    @cached_property
+    def incidence(self) -> np.ndarray:
+        """(p, q): +1 where a bond ends at its child, -1 at its parent."""
+        rows = np.zeros((len(self.bodies) + 1, len(self.bonds)))
+        parent, child = self.ends
+        rows[child, np.arange(len(self.bonds))] += 1.0
+        rows[parent, np.arange(len(self.bonds))] -= 1.0
+        return rows[:-1]
+
+    @cached_property
+    def carrying(self) -> np.ndarray:
+        """(q, p): the sign with which a bond of the tree carries the load of a body that hangs on it."""
+        tree, held = self.tree, self.tree.held
+        rows, below = np.zeros((len(self.bonds), len(self.bodies))), np.eye(len(self.bodies))
+        for low, high in tree.jumps:
+            np.add.at(below, high, below[low])
+        rows[tree.bond[held]] = tree.sign[held, None] * below[held]
+        return rows
 
     def around(self) -> list[list[tuple[int, int, int]]]:
         """For every body and then the ground: its bonds as (bond, body at the other end, +1 if that is the child)."""

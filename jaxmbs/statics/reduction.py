@@ -1,10 +1,11 @@
 """Series reduction of a network: dangling parts cut off, chains of bodies with two bonds each made one bond."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
+from ..math.rows import SMALL
 from .network import Network
 
 
@@ -28,6 +29,18 @@ class Reduction:
     @property
     def num_chains(self) -> int:
         return len(self.ends)
+
+    @property
+    def is_small(self) -> bool:
+        """Whether sums along its chains are products with a dense matrix."""
+        return self.num_chains * len(self.chain) <= SMALL
+
+    @cached_property
+    def along(self) -> np.ndarray:
+        """(m, q): the signs of the bonds of every chain."""
+        rows = np.zeros((self.num_chains + 1, len(self.chain)))
+        rows[self.chain, np.arange(len(self.chain))] = self.sign
+        return rows[:-1]
 
 
 def _prune(around, fixed):
