@@ -91,6 +91,7 @@ from .kinematics.points import position as position
 from .kinematics.points import rotation as rotation
 from .kinematics.points import velocity as velocity
 from .kinematics.state import State as State
+from .math.compile_notes import report_compiles as report_compiles
 from .model import Pose as Pose
 from .model import System as System
 from .model import inertia as inertia

@@ -88,8 +88,7 @@ def _field_storages(system, graph) -> tuple[Storage, ...]:
 def _body_storages(system, graph, moduli) -> tuple[Storage, ...]:
     """What the inertias of the bodies hold, from their moduli (bodies, 6, N + D)."""
     N, top = root_sizes(system).get("phi_dot", 0), system.topology
-    length = 1.0 if top.analysis is None else top.analysis.length
-    moduli = moduli * np.repeat([length, 1.0], 3)[None, :, None]
+    moduli = moduli * np.repeat([float(system.length), 1.0], 3)[None, :, None]
     small, basis, found = _RANK[moduli.dtype.itemsize], np.zeros((0, N)), []
     for element in (e for e in graph.elements if e.kind == "I"):
         what, body = element.name.split(":", 1)

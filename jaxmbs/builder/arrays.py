@@ -21,6 +21,13 @@ def concrete(x):
     return x if isinstance(x, jax.core.Tracer) else np.asarray(x)
 
 
+def stack(values):
+    """Arrays of one shape on a new first axis; by NumPy where all are known, which compiles nothing."""
+    if any(isinstance(x, jax.core.Tracer) for x in values):
+        return jnp.stack(values)
+    return jnp.asarray(np.stack([np.asarray(x) for x in values]))
+
+
 def pair(pose: Pose):
     """(rotation, position) of a pose."""
     return concrete(pose.rotation), concrete(pose.position)

@@ -12,7 +12,7 @@ from ..model.frame import Pose
 from ..model.system import ClosureGroup, CoordinateRows, ForceGroup, System
 from ..model.topology import JointRecord, Topology
 from ..model.tree import Tree
-from .arrays import after, concrete, joint_poses, pair, stacked, tree_arrays
+from .arrays import after, concrete, joint_poses, pair, stack, stacked, tree_arrays
 from .declarations import GROUND, inertia_matrix, resolve
 from .elastic import elastic_groups, elastic_items
 
@@ -151,7 +151,7 @@ def _group(items):
         groups.setdefault(key, []).append(item)
     for (port, *_), members in groups.items():
         names, laws, first, second, _ = zip(*members, strict=True)
-        yield port, names, jax.tree.map(lambda *x: jnp.stack(x), *laws), first, second, members
+        yield port, names, jax.tree.map(lambda *x: stack(x), *laws), first, second, members
 
 
 def _force_groups(forces, frames, record, bodies, named):
@@ -212,7 +212,7 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
     rows.sort(key=lambda row: row.role == "velocity")
     groups, names, slips = [], [], []
     for _, group_names, kind, first, second, members in _group(items):
-        basis = jnp.stack([jnp.asarray(member[1].basis()) for member in members])
+        basis = stack([member[1].basis() for member in members])
         groups.append(ClosureGroup(group_names, first, second, kind, basis))
         for name in group_names:
             names += [name] * kind.num_rows

@@ -180,7 +180,7 @@ class SystemBuilder:
         if traced and system.has_constraints:
             raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
         _warn_single_precision()
-        return system if traced else with_analysis(system, analyse(system, independent))
+        return system if traced else with_analysis(system, *analyse(system, independent))
 
     def _kept(self):
         """Joints that must keep their coordinate: they carry a law, a drive or a coupler, or an elastic body."""
@@ -237,4 +237,4 @@ def _take_over(system, like):
         return system
     if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(system)):
         check_numbers(system)
-    return with_analysis(system, like.topology.analysis)
+    return with_analysis(system, like.topology.analysis, like.length)

@@ -25,8 +25,8 @@ def _precision():
     return jnp.zeros(()).dtype
 
 
-def analyse(system: System, independent=None) -> Mobility:
-    """Mobility of a concrete system; see `Mobility`.
+def analyse(system: System, independent=None) -> tuple[Mobility, float]:
+    """Mobility of a concrete system, see `Mobility`, and its characteristic length [m].
 
     Raises: ModelError when the loops cannot be closed, when a joint can move without inertia, or when the user's
     independent set does not determine the motion.
@@ -56,7 +56,7 @@ def analyse(system: System, independent=None) -> Mobility:
     chosen = _independent(top, Z, independent)
     undetermined, names = _undetermined(constraints.carriers(system), B, Y, length)
     positions = _extended(Z_positions, chosen)
-    return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, length, positions)
+    return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions), length
 
 
 def check_numbers(system: System) -> None:
@@ -214,6 +214,7 @@ def _undetermined(carriers, B, Y, length):
     return flags, tuple(name for (name, *_), row in zip(carriers, flags, strict=True) if any(row))
 
 
-def with_analysis(system: System, found: Mobility) -> System:
-    """The system with the counted mobility in its topology."""
-    return dataclasses.replace(system, topology=dataclasses.replace(system.topology, analysis=found))
+def with_analysis(system: System, found: Mobility, length) -> System:
+    """The system with the counted mobility in its topology, and its characteristic length [m]."""
+    topology = dataclasses.replace(system.topology, analysis=found)
+    return dataclasses.replace(system, topology=topology, length=jnp.asarray(length, float))

@@ -27,10 +27,9 @@ def system_bonds(system: System, geo, wrench, compliance=None) -> Bonds:
     Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`.
     """
     at = np.array([b for *_, b in constraints.carriers(system)])
-    length = 1.0 if system.topology.analysis is None else system.topology.analysis.length
     twists = _free_twists(system, geo)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
-    bonds = Bonds.from_twists(bond_network(system), take(geo.x, at), take(geo.R, at), twists, effort, length)
+    bonds = Bonds.from_twists(bond_network(system), take(geo.x, at), take(geo.R, at), twists, effort, system.length)
     stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
     compliance = {name: jnp.broadcast_to(c, (6,)) for name, c in (stiff | dict(compliance or {})).items()}
     if not compliance:

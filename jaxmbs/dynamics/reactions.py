@@ -182,8 +182,7 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
 def _loads_over_mass(system, wrench, effort):
     """What the loads of the joints would do to the heaviest body [rad/s^2 and lengths/s^2]: at rest, where every
     acceleration is rounding, the rows' gaps are measured by it."""
-    top = system.topology
-    length = 1.0 if top.analysis is None else top.analysis.length
+    top, length = system.topology, system.length
     force = jnp.max(jnp.abs(wrench[:, 3:]), initial=0.0)
     force = force + jnp.max(jnp.abs(effort) / jnp.where(np.asarray(top.spins) > 0, length, 1.0), initial=0.0)
     heaviest = jnp.maximum(jnp.max(system.mass, initial=0.0), jnp.finfo(force.dtype).tiny)
@@ -253,7 +252,7 @@ def reactions(
 
     Redundant loops: components that statics cannot determine have unique_... False.  They are shared so that the
     complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least norm, moments over
-    the system's characteristic length `system.topology.analysis.length`.
+    the system's characteristic length `system.length`.
 
     Raises: ValueError for an unknown frame, side, method or name.  Source: S1 (26)-(29).
     """

@@ -160,8 +160,7 @@ def _inverse(system, geo, J, psi, rows):
     sizes = sizes.at[kinds.others].set((B * B) @ mobility)
     C = PROXIMAL[psi.dtype.itemsize] * _together(sizes, constraints.row_scale(system).block)
 
-    length = jnp.asarray(1.0 if top.analysis is None else top.analysis.length, psi.dtype)
-    maps = joint_maps(graph, geo, length)
+    maps = joint_maps(graph, geo, system.length.astype(psi.dtype))
     each = zip(closures, _by_group(rows, C), strict=True)
     springs = [jnp.einsum("era,er,erb->eab", D, 1.0 / c, D) for D, c in each]
     held = jnp.zeros_like(mobility).at[kinds.columns].add(rows.unit[kinds.drives] ** 2 / C[kinds.drives])

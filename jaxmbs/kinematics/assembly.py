@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from ..math.jit import jit
@@ -17,10 +18,8 @@ _ITERATIONS = 100
 
 def metric(system: System):
     """Diagonal weights (nv,) that make lengths and angles comparable: 1 for turning, 1/L^2 for sliding columns."""
-    top = system.topology
-    length = 1.0 if top.analysis is None else top.analysis.length
-    spins = jnp.asarray(top.spins)
-    return spins + (1.0 - spins) / length**2
+    spins = np.asarray(system.topology.spins)
+    return spins + (1.0 - spins) / lax.stop_gradient(system.length) ** 2
 
 
 def _linearised(system, P, psi, t, free):

@@ -9,6 +9,7 @@ walk of the tree serves them all.
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 
 from ..math.linalg import RowScale, skew
 from ..math.rows import summed, take
@@ -151,13 +152,12 @@ def _coordinate_time_rates(system, psi, t):
 def row_scale(system: System) -> RowScale:
     """Brings lengths to multiples of the characteristic length, angles and others as they are; rows by element."""
     top = system.topology
-    length = 1.0 if top.analysis is None else top.analysis.length
     units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
     for row in system.rows:
         sliding = row.role == "drive" and top.node_kind[row.columns[0]] == "prismatic"
         units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
-    unit = jnp.asarray([1.0 / length if unit == "m" else 1.0 for unit in units])
-    return RowScale(unit, np.unique(np.array(top.row_joint, str), return_inverse=True)[1])
+    unit = jnp.where(np.array([unit == "m" for unit in units], bool), 1.0 / system.length, 1.0)
+    return RowScale(lax.stop_gradient(unit), np.unique(np.array(top.row_joint, str), return_inverse=True)[1])
 
 
 def time_rate(system: System, psi, t):

@@ -13,8 +13,8 @@ _RANK = {8: 1e-7, 4: 1e-3}  # singular values of the rows that count as zero, re
 def assembled_on_host(system: System, psi, u, t, free_position, free_velocity):
     """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
     top = system.topology
-    length = 1.0 if top.analysis is None else top.analysis.length
-    root = np.where(np.asarray(top.spins) > 0, 1.0, 1.0 / length).astype(psi.dtype)  # of the metric
+    root = np.where(np.asarray(top.spins) > 0, 1.0, 1.0 / np.asarray(system.length))  # of the metric
+    root = root.astype(psi.dtype)
 
     def least(A, free, gap):
         """The least step (nv,) with `A step = gap` in the free columns."""

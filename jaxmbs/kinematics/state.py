@@ -104,7 +104,7 @@ def _search(system, psi, u, t, free, restart):
     for _ in range(_RESTARTS if restart else 0):
         if np.max(np.abs(f), initial=0.0) < _TOLERANCE[f.dtype.itemsize]:
             break
-        scale = np.where(system.topology.spins[columns] > 0, 1.0, system.topology.analysis.length)
+        scale = np.where(system.topology.spins[columns] > 0, 1.0, np.asarray(system.length))
         start = np.array(psi)
         start[index] += random.normal(size=len(columns)) * scale * free[0][columns]
         *found, f, g = assembled_on_host(system, start, u, t, *free)

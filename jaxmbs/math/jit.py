@@ -7,6 +7,8 @@ import jax
 import jax.numpy as jnp
 from jax.extend.core import get_opaque_trace_state
 
+from .compile_notes import listen
+
 #: What XLA's CPU compiler is told.  Its emitters of fused loops take a third of the time of compilation and gain
 #: nothing in programs of small matrices; without optimisation a program compiles in half the time and runs slower.
 _FULL = {"xla_cpu_use_fusion_emitters": False}
@@ -37,6 +39,7 @@ def jit(function=None, *, compile: str = "full"):
 
     @functools.wraps(function)
     def compiled(*args, **kwargs):
+        listen()
         return (outer(jax.default_backend()) if is_outside() else inner)(*args, **kwargs)
 
     return compiled
@@ -52,12 +55,13 @@ def options(compile: str, backend: str) -> dict:
     """The compiler's options for programs of a kind; those that this version of JAX does not know are left out."""
     if backend != "cpu":
         return {}
-    return {name: value for name, value in (_QUICK if compile == "quick" else _FULL).items() if _known(name, value)}
+    wanted = _QUICK if compile == "quick" else _FULL
+    return wanted if _known(wanted) else {name: value for name, value in wanted.items() if _known({name: value})}
 
 
-def _known(name, value):
+def _known(some):
     try:
-        jax.jit(lambda x: x, compiler_options={name: value}).lower(jnp.zeros(())).compile()
+        jax.jit(lambda x: x, compiler_options=some).lower(jnp.zeros(())).compile()
     except jax.errors.JaxRuntimeError:
         return False
     return True

@@ -175,14 +175,22 @@ def advance(march: March, walk: Walk, args):
         saved=saved,
         ys=ys,
         hunt=seen,
-        meter=march.meter.step(walk.meter, (start - march.times[0]) / (march.t1 - march.times[0])),
+        meter=_progress(march, walk, start),
     )
     return after, keep, dense
 
 
+def _progress(march, walk, t):
+    """The meter at the time t."""
+    if isinstance(march.meter, diffrax.NoProgressMeter):
+        return walk.meter
+    done, span = t - march.times[0], march.t1 - march.times[0]
+    return march.meter.step(walk.meter, jnp.where(span > 0.0, done / jnp.where(span > 0.0, span, 1.0), 1.0))
+
+
 def stepped(march: March, t, t1, y, args, state, jumped):
     """The solver's step: (y, error, inside, its memory, result)."""
-    return march.solver.step(march.term, t, t1, y, args, state, jumped if march.close is None else True)
+    return march.solver.step(march.term, t, t1, y, args, state, jumped if march.close is None else jumped | True)
 
 
 def _closed(march, t1, y1, error, args, failed):

@@ -8,6 +8,8 @@ import functools
 import math
 
 import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array
 
 from jaxmbs.typing import Axis, Matrix3, Quaternion, Scalar, ScalarLike, Vector3
@@ -125,7 +127,7 @@ def axis_vector(axis: Axis) -> Vector3:
         name = axis.removeprefix("+").removeprefix("-")
         if name not in _NAMED_AXES:
             raise ValueError(f"axis {axis!r} is not one of x, y, z, -x, -y, -z or three numbers")
-        return jnp.array(_NAMED_AXES[name]) * (-1.0 if axis.startswith("-") else 1.0) + 0.0
+        return jnp.asarray(np.array(_NAMED_AXES[name]) * (-1.0 if axis.startswith("-") else 1.0) + 0.0, float)
     vector = jnp.stack([jnp.asarray(part, float) for part in axis])
     if vector.shape != (3,):
         raise ValueError(f"an axis has three components, not the shape {vector.shape}")
@@ -139,11 +141,13 @@ def axis_basis(axis: Vector3) -> Matrix3:
     coordinate axis that follows the largest component of the axis in the order x, y, z, x: the basis jumps
     where another component becomes the largest, and its derivatives are finite for every axis but zero.
     """
-    third = axis / jnp.linalg.norm(axis)
-    helper = jnp.eye(3, dtype=axis.dtype)[(jnp.argmax(jnp.abs(axis)) + 1) % 3]
-    first = helper - jnp.dot(helper, third) * third
-    first = first / jnp.linalg.norm(first)
-    return jnp.stack([first, jnp.cross(third, first), third], axis=1)
+    # known numbers in NumPy: a build on the host compiles nothing
+    xp, axis = (jnp, axis) if isinstance(axis, Tracer) else (np, np.asarray(axis))
+    third = axis / xp.linalg.norm(axis)
+    helper = xp.eye(3, dtype=axis.dtype)[(xp.argmax(xp.abs(axis)) + 1) % 3]
+    first = helper - xp.dot(helper, third) * third
+    first = first / xp.linalg.norm(first)
+    return jnp.asarray(xp.stack([first, xp.cross(third, first), third], axis=1))
 
 
 def _entries(angle: ScalarLike) -> tuple[Scalar, Scalar, Scalar, Scalar]:

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 
@@ -13,7 +14,7 @@ class Pose(eqx.Module):
 
     def __init__(self, position=(0.0, 0.0, 0.0), rotation=None):
         self.position = jnp.asarray(position, float)
-        self.rotation = jnp.eye(3) if rotation is None else jnp.asarray(rotation, float)
+        self.rotation = jnp.asarray(np.eye(3) if rotation is None else rotation, float)
 
     def __matmul__(self, other: "Pose") -> "Pose":
         """The pose of `other`, given in this frame, in the frame that this one is given in."""

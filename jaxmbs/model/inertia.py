@@ -7,6 +7,8 @@ Masses in kg, lengths in m, inertias in kg m^2. Every number may be traced. `axi
 from collections.abc import Iterable, Sequence
 
 import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, ArrayLike
 
 from jaxmbs.math.rotation import axis_vector
@@ -96,7 +98,10 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
 
 def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:
     direction = axis_vector(axis)
-    return transverse * jnp.eye(3) + (axial - transverse) * jnp.outer(direction, direction)
+    if not any(isinstance(x, Tracer) for x in (axial, transverse, direction)):
+        axial, transverse, direction = map(np.asarray, (axial, transverse, direction))  # compiles nothing
+    outer = direction[:, None] * direction[None]
+    return jnp.asarray(transverse * np.eye(3) + (axial - transverse) * outer, float)
 
 
 def _offset(c: Array) -> Matrix3:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .describe import describe, describe_html
@@ -51,7 +52,8 @@ class System(eqx.Module):
 
     Leaves: gravity (3,) [m/s^2]; per body mass [kg], com [m] and inertia [kg m^2] about it in body axes, and the
     body's pose in its node; per node (simple joint) its placement in the parent node and its lead [m/rad]; per frame
-    its pose in its node; the parameters of forces, constraints and elastic bodies.
+    its pose in its node; the parameters of forces, constraints and elastic bodies; the length [m], found by a
+    concrete build, that makes distances and angles comparable.
     """
 
     topology: Topology = eqx.field(static=True)
@@ -67,6 +69,7 @@ class System(eqx.Module):
     closures: tuple[ClosureGroup, ...] = ()
     rows: tuple[CoordinateRows, ...] = ()
     elastic: tuple[ElasticGroup, ...] = ()
+    length: Float[Array, ""] = eqx.field(default_factory=lambda: jnp.ones(()))
 
     @property
     def has_constraints(self) -> bool:

@@ -52,7 +52,6 @@ class Mobility:
     independent: tuple[int, ...]
     undetermined: tuple[tuple[bool, ...], ...] = ()
     redundant_names: tuple[str, ...] = ()
-    length: float = 1.0
     independent_positions: tuple[int, ...] = ()
 
     @property
