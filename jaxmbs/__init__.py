@@ -36,6 +36,9 @@ from .errors import AssemblyError as AssemblyError
 from .errors import BatchError as BatchError
 from .errors import ModelError as ModelError
 from .errors import SimulationError as SimulationError
+from .exported import Program as Program
+from .exported import export as export
+from .exported import load_program as load_program
 from .forces import PD as PD
 from .forces import AbstractBodyLaw as AbstractBodyLaw
 from .forces import AbstractLaw as AbstractLaw

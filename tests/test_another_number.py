@@ -15,7 +15,7 @@ COMPILED = "/jax/core/compile/backend_compile_duration"
 def programs():
     """A list that grows by the name of every program that is compiled."""
     found = []
-    listen = lambda event, *_, fun_name="": found.append(fun_name) if event == COMPILED else None  # noqa: E731
+    listen = lambda event, *_, fun_name="", **__: found.append(fun_name) if event == COMPILED else None  # noqa: E731
     jax.monitoring.register_event_duration_secs_listener(listen)
     yield found
     jax.monitoring.unregister_event_duration_listener(listen)
@@ -31,7 +31,7 @@ def four_bar(ground, crank, coupler, rocker, mass, rate, spring=True):
     b.joint("D", PIN, "ground", "rocker", parent_frame=(ground, 0.0, 0.0))
     if spring:
         b.force("spring", mbs.SpringDamper(stiffness=rate, damping=0.1), joint="D")
-    return b.build()
+    return b.build(cut=["C"])
 
 
 def answers(system, t1, rtol):
@@ -67,8 +67,8 @@ def test_a_fixed_step_of_another_size(programs):
 
 
 def test_a_force_element_changes_no_program_that_needs_no_forces(programs):
+    jax.clear_caches()
     four_bar(1.0, 0.3, 0.9, 0.7, 1.0, 3.0, spring=False)
-    before = len(programs)
     system = four_bar(1.0, 0.3, 0.9, 0.7, 1.0, 3.0)
     state = mbs.State.at(system, A=0.7, guess={"B": -0.3, "D": 1.2})
     assert state.ok and float(jnp.abs(state.residual)) < 1e-9
