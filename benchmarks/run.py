@@ -16,6 +16,7 @@ NAMES = (
     "substructures",
     "elastic_bodies",
     "batch_of_motions",
+    "cold_start",
 )
 
 

@@ -95,6 +95,7 @@ from .kinematics.points import rotation as rotation
 from .kinematics.points import velocity as velocity
 from .kinematics.state import State as State
 from .math.compile_notes import report_compiles as report_compiles
+from .math.jit import jit as jit
 from .model import Pose as Pose
 from .model import System as System
 from .model import inertia as inertia

@@ -19,6 +19,7 @@ PACKAGES = {
     "substructures": (),
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
+    "cold_start": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 

@@ -1,0 +1,188 @@
+"""One cold process of `cold_start.py`: `python cold_child.py CASE [FOLDER]` prints its figures as JSON.
+
+Only what commits before knew is asked of the library; what one of them lacks is left out.
+"""
+
+import time
+
+START = time.process_time()
+
+import collections  # noqa: E402
+import json  # noqa: E402
+import resource  # noqa: E402
+import sys  # noqa: E402
+from pathlib import Path  # noqa: E402
+
+import jax  # noqa: E402
+import jax.monitoring  # noqa: E402
+import jax.numpy as jnp  # noqa: E402
+import numpy as np  # noqa: E402
+
+jax.config.update("jax_enable_x64", True)
+
+import jaxmbs as mbs  # noqa: E402
+
+GROUND, CRANK, COUPLER, ROCKER = LENGTHS = 1.0, 0.3, 0.9, 0.7
+NUMBERS = np.array([*LENGTHS, 1.0, 1.0, 1.0])
+COMPILED = "/jax/core/compile/backend_compile_duration"
+
+found, programs = {}, collections.Counter()
+jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: programs.update([event]))
+
+
+def lap(name):
+    """Note the CPU seconds since the last call."""
+    global START
+    now = time.process_time()
+    found[f"{name}: CPU"] = now - START
+    START = now
+
+
+def pendulum():
+    b = mbs.SystemBuilder(gravity=(0.0, -9.81, 0.0))
+    b.body("bob", mass=2.0, com=(0.0, -0.8, 0.0))
+    b.joint("pin", mbs.Revolute("z"), "ground", "bob")
+    return b.build()
+
+
+def four_bar(numbers, like=None):
+    """Planar, all revolute: three redundant rows."""
+    ground, crank, coupler, rocker, *masses = numbers
+    b, x = mbs.SystemBuilder(gravity=(0.0, -9.81, 0.0)), np.array([1.0, 0.0, 0.0])
+    for name, length, mass in zip(("crank", "coupler", "rocker"), (crank, coupler, rocker), masses, strict=True):
+        b.body(name, mass=mass, com=x * length / 2.0, inertia=mbs.inertia.rod(mass, length))
+    pin = mbs.Revolute("z")
+    b.joint("A", pin, "ground", "crank")
+    b.joint("B", pin, "crank", "coupler", parent_frame=x * crank)
+    b.joint("D", pin, "ground", "rocker", parent_frame=x * ground)
+    b.joint("C", pin, "coupler", "rocker", parent_frame=x * coupler, child_frame=x * rocker)
+    return b.build(like=like)
+
+
+def begin(system):
+    return mbs.State.at(system, A=0.7, rates={"A": 3.0}, guess={"B": -0.2, "D": 1.2})
+
+
+def force(system, state):
+    """Squared force of the crank's pin along the motion."""
+    return jnp.sum(mbs.reactions(system, mbs.simulate(system, state, t1=1.0))["A"].force ** 2)
+
+
+def answers(system, state):
+    """Laps of the questions up to the reactions; their motion."""
+    motion = jax.block_until_ready(mbs.simulate(system, state, t1=1.0))
+    lap("simulate")
+    jax.block_until_ready(mbs.reactions(system, motion))
+    lap("reactions")
+    return motion
+
+
+def value(begin=begin, build=lambda: four_bar(NUMBERS)):
+    system = build()
+    lap("build")
+    state = begin(system)
+    lap("State.at")
+    motion = answers(system, state)
+    found["import to reactions: CPU"] = sum(seconds for name, seconds in found.items() if name.endswith(": CPU"))
+    found["programs from import to reactions"] = programs[COMPILED]
+    return system, state, motion
+
+
+def gradient(system, jit=jax.jit):
+    """Of `force` by lengths and masses, reverse mode, from the build on."""
+
+    def loss(numbers):
+        new = four_bar(numbers, like=system)
+        return force(new, begin(new))
+
+    function = jit(jax.value_and_grad(loss))
+    lap("(model)")
+    jax.block_until_ready(function(jnp.asarray(NUMBERS)))
+    lap("gradient")
+    found["memory of the process"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    runs = []
+    for _ in range(10):
+        lap("(run)")
+        jax.block_until_ready(function(jnp.asarray(NUMBERS)))
+        lap("(run)")
+        runs.append(found["(run): CPU"])
+    found["gradient, run"] = 1e3 * min(runs)
+
+
+def another_length(system):
+    lap("(before)")
+    new = four_bar(NUMBERS * 1.01)
+    jax.block_until_ready(force(new, begin(new)))
+    lap("another length")
+
+
+def sizes(system, state, motion):
+    """Equations and bytes of the main questions and of the whole gradient."""
+    from program_size import equations, stablehlo_bytes
+
+    is_number = lambda x: jnp.issubdtype(jnp.result_type(x), jnp.inexact)  # noqa: E731
+    leaves, tree = jax.tree.flatten(system)
+    numbers = [x for x in leaves if is_number(x)]
+
+    def of_system(question):
+        def function(numbers):
+            rest = iter(numbers)
+            new = jax.tree.unflatten(tree, [next(rest) if is_number(x) else x for x in leaves])
+            return [x for x in jax.tree.leaves(question(new)) if is_number(x)]
+
+        return function
+
+    asked = {
+        "forward dynamics": lambda s: mbs.forward_dynamics(s, state),
+        "simulate": lambda s: mbs.simulate(s, state, t1=1.0),
+        "reactions": lambda s: mbs.reactions(s, motion),
+        "linearise": lambda s: mbs.linearise(s, state),
+        "stiffness": lambda s: mbs.stiffness(s, state),
+        "kic": lambda s: mbs.kic(s, state),
+    }
+    for name, question in asked.items():
+        found[f"{name}: equations"] = equations(of_system(question), numbers)
+
+    def loss(numbers):
+        new = four_bar(numbers, like=system)
+        return force(new, begin(new))
+
+    found["whole gradient: equations"] = equations(jax.grad(loss), jnp.asarray(NUMBERS))
+    found["whole gradient: bytes"] = stablehlo_bytes(jax.grad(loss), jnp.asarray(NUMBERS))
+
+
+def main(case, folder=None):
+    lap("import")
+    if case in ("cached", "store", "stored") and hasattr(mbs, "cache"):
+        mbs.cache(Path(folder) / "cache")
+    if case == "pendulum":
+        value(lambda s: mbs.State.at(s, pin=1.0), pendulum)
+    elif case == "sizes":
+        sizes(*value())
+    elif case == "store":
+        system, state, _ = value()
+        mbs.export(force, (system, state), Path(folder) / "force.mbs")
+        main("stored", folder)
+    elif case == "stored":
+        stored(folder)
+    else:
+        system = value()[0]
+        if case == "four-bar":
+            another_length(system)
+        quick = case == "quick" and hasattr(mbs, "jit")
+        gradient(system, (lambda f: mbs.jit(f, compile="quick")) if quick else jax.jit)
+
+
+def stored(folder):
+    """The stored question: its value, then its gradient by the system."""
+    program, system = mbs.load_program(Path(folder) / "force.mbs"), four_bar(NUMBERS)
+    state = begin(system)
+    jax.block_until_ready(program(system, state))
+    lap("stored, value")
+    jax.block_until_ready(jax.jit(jax.grad(program, allow_int=True))(system, state))
+    lap("stored, gradient")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
+    print(json.dumps({name: figure for name, figure in found.items() if not name.startswith("(")}))

@@ -1,0 +1,104 @@
+"""From import to answer: CPU seconds, programs, equations and bytes of cold processes, beside another commit.
+
+Each case is a process of its own without XLA_FLAGS and without a cache, but for "second process" (what
+`jaxmbs.cache` kept of a first one) and "stored program" (`jaxmbs.export`, with that cache).  `--before COMMIT` runs
+the same cases with that commit's library; each figure is the least of `--repeats` processes.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+os.environ["JAXMBS_BENCHMARK_ENVIRONMENT"] = "user"
+
+import common  # noqa: I001, E402
+import json
+
+HERE = Path(__file__).parent
+GOALS = {
+    ("pendulum", "import to reactions: CPU"): "<= 5",
+    ("four-bar", "import to reactions: CPU"): "<= 8",
+    ("four-bar", "programs from import to reactions"): "<= 6",
+    ("four-bar", "another length: CPU"): "<= 0.5",
+    ("four-bar", "gradient: CPU"): "<= 20",
+    ("four-bar", "memory of the process"): "<= 700",
+    ("four-bar quick", "gradient: CPU"): "<= 12",
+    ("second process", "import to reactions: CPU"): "<= 3.5",
+    ("second process", "gradient: CPU"): "<= 4.5",
+    ("stored program", "stored, value: CPU"): "<= 1.5",
+    ("stored program", "stored, gradient: CPU"): "<= 2.5",
+    ("sizes", "forward dynamics: equations"): "<= 1300",
+    ("sizes", "simulate: equations"): "<= 3800",
+    ("sizes", "reactions: equations"): "<= 2000",
+    ("sizes", "linearise: equations"): "<= 6000",
+    ("sizes", "stiffness: equations"): "<= 4000",
+    ("sizes", "kic: equations"): "<= 600",
+    ("sizes", "whole gradient: equations"): "<= 18000",
+}
+CASES = {  # of this table: (first process or None, the one that is measured)
+    "pendulum": (None, "pendulum"),
+    "four-bar": (None, "four-bar"),
+    "four-bar quick": (None, "quick"),
+    "second process": ("cached", "cached"),
+    "stored program": ("store", "stored"),
+    "sizes": (None, "sizes"),
+}
+UNITS = {"CPU": "s", "equations": "", "bytes": "", "run": "ms", "memory of the process": "MiB"}
+
+
+def ask(library: Path, child: str, folder: str):
+    """Figures of one process with the library that stands in a folder; None where it lacks what is asked."""
+    environment = {**os.environ, "PYTHONPATH": str(library)}
+    environment.pop("XLA_FLAGS", None)
+    command = [sys.executable, str(HERE / "cold_child.py"), child, folder]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    if done.returncode:
+        print(f"{child} with {library}: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+        return None
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def least(library: Path, case: str, repeats: int):
+    """The least of every figure over some processes."""
+    first, child = CASES[case]
+    with tempfile.TemporaryDirectory() as folder:
+        if first and ask(library, first, folder) is None:
+            return None
+        found = [ask(library, child, folder) for _ in range(1 if case == "sizes" else repeats)]
+    return None if None in found else {name: min(each[name] for each in found) for name in found[0]}
+
+
+def rows_of(case, ours, theirs, before):
+    unit = lambda name: next((u for end, u in UNITS.items() if name.endswith(end)), "")  # noqa: E731
+    peer = (lambda name: (before, theirs.get(name))) if theirs else (lambda name: (None, None))
+    goal = lambda name: GOALS.get((case, name), "")  # noqa: E731
+    return [common.row(case, name, figure, unit(name), *peer(name), goal(name)) for name, figure in ours.items()]
+
+
+def main():
+    parser = common.parser(__doc__, *CASES)
+    parser.add_argument("--before", metavar="COMMIT", help="a commit to compare with")
+    parser.add_argument("--repeats", type=int, default=3)
+    options = parser.parse_args()
+    cases = [case for case in CASES if common.wanted(options, case)]
+    cases, repeats = (["pendulum"], 1) if options.quick else (cases, options.repeats)
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        if options.before:
+            git = ["git", "-C", str(HERE), "worktree"]
+            subprocess.run([*git, "add", "--detach", folder, options.before], check=True, capture_output=True)
+        try:
+            for case in cases:
+                ours = least(HERE.parent, case, repeats)
+                theirs = least(Path(folder), case, repeats) if options.before else None
+                rows += rows_of(case, ours or {}, theirs, options.before)
+        finally:
+            if options.before:
+                subprocess.run([*git, "remove", "--force", folder], check=True, capture_output=True)
+    common.report(rows, options)
+
+
+if __name__ == "__main__":
+    main()
