@@ -9,8 +9,18 @@ def equations(function, *args) -> int:
     return _leaves(jax.make_jaxpr(function)(*args).jaxpr)
 
 
+def loops(function, *args) -> int:
+    """Scans and while loops among them."""
+    return _loops(jax.make_jaxpr(function)(*args).jaxpr)
+
+
 def _leaves(jaxpr):
     return sum(sum(map(_leaves, _inside(equation))) or 1 for equation in jaxpr.eqns)
+
+
+def _loops(jaxpr):
+    inner = sum(_loops(part) for equation in jaxpr.eqns for part in _inside(equation))
+    return inner + sum(equation.primitive.name in ("scan", "while") for equation in jaxpr.eqns)
 
 
 def _inside(equation):

@@ -17,7 +17,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     ["joints", "forces", "elements", "model"],
     ["kinematics", "builder", "structures"],
     ["statics", "dynamics", "substructures", "flexible", "bondgraph"],
-    ["simulate", "frequency", "design", "sweep", "programs"],
+    ["simulate", "frequency", "design", "sweep", "programs", "exported"],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])

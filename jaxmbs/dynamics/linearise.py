@@ -12,15 +12,17 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError
-from ..kinematics.kic import independent_columns, position_map, velocity_map
-from ..kinematics.poses import coordinate_rate, node_parameters
+from ..kinematics import constraints
+from ..kinematics.kic import independent_columns, motion_map, position_map, velocity_map_at
+from ..kinematics.poses import coordinate_rate, geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..math import square
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
 from ..model.system import System
-from .newton_euler import forward_dynamics, tree_efforts
-from .ports import resistance_field
+from .efforts import efforts
+from .newton_euler import forward_dynamics, node_accelerations, node_motion, required_efforts
+from .ports import resistance_at
 from .release import release
 
 
@@ -99,15 +101,17 @@ def local_efforts(system: System, P, psi, w, a, t):
 
     Also returns all velocities (nv,) and accelerations (nv,).
     """
-
-    def all_velocities(psi, t):
-        Gamma, b = velocity_map(system, P, psi, t)
-        return Gamma @ w + b, Gamma
-
-    u, Gamma = all_velocities(psi, t)
-    moving = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
-    u_dot = jax.jvp(lambda psi, t: all_velocities(psi, t)[0], (psi, t), moving)[1] + Gamma @ a
-    return Gamma.T @ tree_efforts(system, P, psi, u, u_dot, t), u, u_dot
+    geo = geometry(system, P, psi)
+    Gamma, B = motion_map(system, geo, psi, t)
+    u = Gamma @ w - B @ constraints.time_rate(system, psi, t)
+    V = node_motion(system.topology, geo.S, u)
+    gamma = constraints.acceleration_bias(
+        system, geo, V, node_accelerations(system.topology, geo.S, V, u, jnp.zeros_like(u)), psi, u, t
+    )
+    u_dot = Gamma @ a + B @ gamma
+    V_dot, loads = node_accelerations(system.topology, geo.S, V, u, u_dot), efforts(system, geo, V, psi, u, t)[:2]
+    need = required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, u_dot, loads)
+    return Gamma.T @ need, u, u_dot
 
 
 @jit
@@ -115,33 +119,40 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
     P, psi, t = node_parameters(system), state.coordinates, state.t
     top, chosen = system.topology, independent_columns(system)
     w, a = state.velocities[chosen], accelerations[chosen]
-    M = jax.jacfwd(lambda a: local_efforts(system, P, psi, w, a, t)[0])(a)
-    Z = position_map(system, P, psi, t)
-    displaced = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(Z)
+    geo = geometry(system, P, psi)
+    Gamma = velocity_map_at(system, geo, psi, t)[0]
+    Z = position_map(system, P, psi, t) if top.slip_rows else Gamma
 
     def everything(psi, w, a):
         need, u, u_dot = local_efforts(system, P, psi, w, a, t)
         return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u, structure=top.structure), u_dot)
 
-    def by_position(direction):
-        return jax.jvp(lambda psi: everything(psi, w, a), (psi,), (direction,))[1]
-
-    K, drift, y_psi = jax.vmap(by_position, 1, 1)(displaced)
-    C, flow, y_w = jax.jacfwd(lambda w: everything(psi, w, a))(w)
-    y_a = jax.jacfwd(lambda a: everything(psi, w, a)[2])(a)
-    resting = jax.vmap(lambda z: _rate_of_step(top, psi, z, everything(psi, w, a)[1]), 1, 1)(Z)
-    T = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(jnp.eye(top.num_velocities, dtype=psi.dtype))
+    (_, psi_dot, _), slopes = jax.linearize(everything, psi, w, a)
+    ends = [Z.shape[1], Z.shape[1] + len(chosen)]  # directions: positions, velocities, accelerations
+    eye = np.eye(ends[1] + len(chosen), dtype=psi.dtype)
+    moved = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(Z) @ eye[: ends[0]]
+    found = jax.vmap(slopes, 1, 1)(moved, jnp.asarray(eye[ends[0] : ends[1]]), jnp.asarray(eye[ends[1] :]))
+    (K, C, M), (drift, flow, _), (y_psi, y_w, y_a) = (jnp.split(part, ends, axis=1) for part in found)
     positions = independent_positions(system)
-    upper = full_rank_lstsq(T, jnp.concatenate([drift - resting, flow], axis=1))[positions]
-    lower, B = _accelerations(system, P, psi, t, M, jnp.concatenate([K, C], axis=1), inputs, driven)
+    upper = _position_rates(top, psi, Z, psi_dot, drift, flow)[positions]
+    lower, B = _accelerations(system, Gamma, M, jnp.concatenate([K, C], axis=1), inputs, driven)
     space = StateSpace(
         A=jnp.concatenate([upper, lower]),
         B=jnp.concatenate([jnp.zeros((len(positions), B.shape[1]), B.dtype), B]),
         C=jnp.concatenate([y_psi, y_w], axis=1) + y_a @ lower,
         D=y_a @ B,
     )
-    R = resistance_field(system, state)
+    R = resistance_at(system, geo, Gamma, state)
     return Linearisation(M, C, C - R, K, space, tuple(int(k) for k in positions), tuple(int(k) for k in chosen))
+
+
+def _position_rates(top, psi, Z, psi_dot, drift, flow):
+    """Rates (nv, n + N) of the displacements of all columns: `psi_dot` less what fixed displacements turn with."""
+    if top.is_simple:
+        return jnp.concatenate([drift, flow], axis=1)
+    resting = jax.vmap(lambda z: _rate_of_step(top, psi, z, psi_dot), 1, 1)(Z)
+    T = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(jnp.eye(top.num_velocities, dtype=psi.dtype))
+    return full_rank_lstsq(T, jnp.concatenate([drift - resting, flow], axis=1))
 
 
 def independent_positions(system: System) -> np.ndarray:
@@ -155,10 +166,9 @@ def _rate_of_step(top, psi, z, psi_dot):
     return jax.jvp(lambda q: coordinate_rate(top, q, z), (psi,), (psi_dot,))[1]
 
 
-def _accelerations(system, P, psi, t, M, KC, inputs, driven):
+def _accelerations(system, Gamma, M, KC, inputs, driven):
     """Accelerations (N, n + N) per state and (N, m) per input; driven velocities take theirs from the input."""
-    top, chosen = system.topology, list(independent_columns(system))
-    Gamma, columns = velocity_map(system, P, psi, t)[0], []
+    top, chosen, columns = system.topology, list(independent_columns(system)), []
     prescribed = np.zeros(len(chosen), bool)
     for name in inputs:
         joint = top.joints[top.joint_index[name]].velocities

@@ -6,7 +6,7 @@
 import jax
 import jax.numpy as jnp
 
-from ..kinematics.kic import body_kic, velocity_map
+from ..kinematics.kic import body_kic_at, velocity_map, velocity_map_at
 from ..kinematics.points import jacobian, locate, position
 from ..kinematics.poses import coordinate_rate, geometry, node_parameters
 from ..kinematics.tree import subtrees
@@ -24,22 +24,47 @@ def _gamma(system, state):
 
 def _element_efforts(system, state, u):
     """Efforts (nv,) of all force elements at velocities u, without gravity."""
-    P, psi, t = node_parameters(system), state.coordinates, state.t
-    geo = geometry(system, P, psi)
+    geo = geometry(system, node_parameters(system), state.coordinates)
+    return _element_efforts_at(system, geo, state.coordinates, u, state.t)
+
+
+def _element_efforts_at(system, geo, psi, u, t):
     F, Q, _ = efforts(system, geo, node_motion(system.topology, geo.S, u), psi, u, t)
     return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, F))) + Q
 
 
-@question
-def compliance_effort(system: System, state):
-    """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64)."""
-    P, psi, t = node_parameters(system), state.coordinates, state.t
+def efforts_at_rest(system: System, P, psi, t):
+    """(e_C, e_G, Q*), each (N,): `compliance_effort`, `gravity_effort` and `source_effort` in one walk."""
+    geo = geometry(system, P, psi)
+    Gamma, rest = velocity_map_at(system, geo, psi, t)[0], jnp.zeros(system.topology.num_velocities, psi.dtype)
+    stored = -Gamma.T @ _energy_slope(system, P, psi, t)
+    elements = Gamma.T @ _element_efforts_at(system, geo, psi, rest, t)
+    return stored, _gravity_at(system, geo, Gamma, psi), elements - stored
+
+
+def _energy_slope(system, P, psi, t):
+    """Slope (nv,) of the stored energy by displacements of all columns."""
 
     def energy(delta):
         moved = psi + coordinate_rate(system.topology, psi, delta)
         return stored_energy(system, geometry(system, P, moved), moved, t)
 
-    return -_gamma(system, state).T @ jax.grad(energy)(jnp.zeros_like(state.velocities))
+    return jax.grad(energy)(jnp.zeros(system.topology.num_velocities, psi.dtype))
+
+
+def _gravity_at(system, geo, Gamma, psi):
+    effort = jnp.einsum("b,bcn,c->n", system.mass, body_kic_at(system, geo, Gamma)[:, 3:], system.gravity)
+    if not system.elastic:
+        return effort
+    loads = gravity_loads(system, geo, psi)
+    carried = dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, loads.wrench)))
+    return effort + Gamma.T @ (carried + loads.column)
+
+
+@question
+def compliance_effort(system: System, state):
+    """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64)."""
+    return efforts_at_rest(system, node_parameters(system), state.coordinates, state.t)[0]
 
 
 @question
@@ -55,30 +80,26 @@ def resistance_effort(system: System, state):
 @question
 def resistance_field(system: System, state):
     """R (N, N) = `sum R_i G_R^T G_R`, the derivative of -e_R by phi_dot.  Source: S2 (74)."""
-    Gamma = _gamma(system, state)
-    slope = jax.jacfwd(lambda u: _element_efforts(system, state, u))(state.velocities)
-    return -Gamma.T @ slope @ Gamma
+    geo = geometry(system, node_parameters(system), state.coordinates)
+    return resistance_at(system, geo, velocity_map_at(system, geo, state.coordinates, state.t)[0], state)
+
+
+def resistance_at(system: System, geo, Gamma, state):
+    """`resistance_field` at known geometry and velocity map (nv, N)."""
+    psi, t = state.coordinates, state.t
+    return -Gamma.T @ jax.jacfwd(lambda u: _element_efforts_at(system, geo, psi, u, t))(state.velocities) @ Gamma
 
 
 @question
 def gravity_effort(system: System, state):
     """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
-    P, psi = node_parameters(system), state.coordinates
-    G = body_kic(system, P, psi, state.t)
-    effort = jnp.einsum("b,bcn,c->n", system.mass, G[:, 3:], system.gravity)
-    if not system.elastic:
-        return effort
-    geo = geometry(system, P, psi)
-    loads = gravity_loads(system, geo, psi)
-    carried = dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, loads.wrench)))
-    return effort + _gamma(system, state).T @ (carried + loads.column)
+    return efforts_at_rest(system, node_parameters(system), state.coordinates, state.t)[1]
 
 
 @question
 def source_effort(system: System, state):
     """Q* (N,): what the elements exert at rest beside their stored energy: loads, motors.  Source: S2 (76)."""
-    at_rest = _element_efforts(system, state, jnp.zeros_like(state.velocities))
-    return _gamma(system, state).T @ at_rest - compliance_effort(system, state)
+    return efforts_at_rest(system, node_parameters(system), state.coordinates, state.t)[2]
 
 
 @question

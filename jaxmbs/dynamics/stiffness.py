@@ -17,7 +17,7 @@ from ..model.question import question
 from ..model.system import System
 from .efforts import stored_wrench
 from .elastic import elastic_body_stiffness
-from .ports import compliance_effort, gravity_effort, source_effort
+from .ports import efforts_at_rest
 
 
 class Stiffness(eqx.Module):
@@ -52,14 +52,11 @@ def stiffness(system: System, state) -> Stiffness:
     """
     state = eqx.tree_at(lambda s: s.velocities, state, jnp.zeros_like(state.velocities))
 
-    def slope(effort):
-        def at(psi):
-            return effort(system, eqx.tree_at(lambda s: s.coordinates, state, psi))
-
-        return -along_independent(system, node_parameters(system), state.coordinates, state.t, at)
-
+    P, psi, t = node_parameters(system), state.coordinates, state.t
+    slopes = along_independent(system, P, psi, t, lambda psi: efforts_at_rest(system, P, psi, t))
+    stored, gravity, sources = (-slope for slope in slopes)
     elastic = elastic_stiffness(system, state)
-    return Stiffness(elastic, slope(compliance_effort) - elastic, slope(gravity_effort), slope(source_effort))
+    return Stiffness(elastic, stored - elastic, gravity, sources)
 
 
 def elastic_stiffness(system: System, state):

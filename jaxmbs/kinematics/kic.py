@@ -33,17 +33,31 @@ def velocity_map(system: System, P, psi, t):
 
     Redundant rows do no harm.  Source: S2 (3)-(5); b is the part of driven joints and moving supports.
     """
+    return velocity_map_at(system, geometry(system, P, psi) if system.has_constraints else None, psi, t)
+
+
+def velocity_map_at(system: System, geo, psi, t):
+    """`velocity_map` at known geometry."""
     n, chosen = system.topology.num_velocities, independent_columns(system)
-    pick = jnp.asarray(np.eye(n)[chosen], psi.dtype)
+    pick = np.eye(n, dtype=psi.dtype)[chosen]
     if not system.has_constraints:
-        return pick.T, jnp.zeros(n, psi.dtype)
-    A = constraints.jacobian(system, P, psi, t)
-    rows = jnp.concatenate([A, pick])
-    right = jnp.zeros((rows.shape[0], len(chosen) + 1), psi.dtype)
-    right = right.at[A.shape[0] :, :-1].set(jnp.eye(len(chosen), dtype=psi.dtype))
-    right = right.at[: A.shape[0], -1].set(-constraints.time_rate(system, psi, t))
-    solution = full_rank_lstsq(rows, right)
+        return jnp.asarray(pick.T), jnp.zeros(n, psi.dtype)
+    A, f_t = constraints.jacobian_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
+    picked = np.eye(len(chosen), len(chosen) + 1, dtype=psi.dtype)
+    upper = -f_t[:, None] * np.eye(1, len(chosen) + 1, len(chosen), dtype=psi.dtype)
+    solution = full_rank_lstsq(jnp.concatenate([A, pick]), jnp.concatenate([upper, picked]))
     return solution[:, :-1], solution[:, -1]
+
+
+def motion_map(system: System, geo, psi, t):
+    """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and keeps the rows, `A x = c`."""
+    n, chosen = system.topology.num_velocities, independent_columns(system)
+    pick = np.eye(n, dtype=psi.dtype)[chosen]
+    if not system.has_constraints:
+        return jnp.asarray(pick.T), jnp.zeros((n, 0), psi.dtype)
+    rows = jnp.concatenate([constraints.jacobian_at(system, geo, psi, t), pick])
+    inverse = full_rank_lstsq(rows, jnp.eye(len(rows), dtype=psi.dtype))
+    return inverse[:, len(rows) - len(chosen) :], inverse[:, : len(rows) - len(chosen)]
 
 
 def position_map(system: System, P, psi, t):
@@ -101,15 +115,19 @@ def internal_kic(system: System, state):
 
 def body_kic(system: System, P, psi, t):
     """External KIC (bodies, 6, N): angular velocity and velocity of the centre of mass per independent velocity."""
-    top = system.topology
-    _, S, R, x, _ = geometry(system, P, psi)
-    index = np.arange(1, top.bodies.size + 1)
-    com = x[index] + jnp.einsum("bij,bj->bi", R[index], system.com)
+    geo = geometry(system, P, psi)
+    return body_kic_at(system, geo, velocity_map_at(system, geo, psi, t)[0])
+
+
+def body_kic_at(system: System, geo, Gamma):
+    """`body_kic` at known geometry and velocity map (nv, N)."""
+    top, own, S = system.topology, slice(1, system.topology.bodies.size + 1), geo.S
+    com = geo.x[own] + jnp.einsum("bij,bj->bi", geo.R[own], system.com)
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.body_node, int)]
     twist = jnp.asarray(path, S.dtype)[:, :, None] * S[None]
     cross = jax.vmap(jax.vmap(jnp.cross, in_axes=(0, None)))
     J = jnp.concatenate([twist[..., :3], twist[..., 3:] + cross(twist[..., :3], com)], axis=-1)
-    return jnp.einsum("bnk,ni->bki", J, velocity_map(system, P, psi, t)[0])
+    return jnp.einsum("bnk,ni->bki", J, Gamma)
 
 
 @question
@@ -119,11 +137,12 @@ def kic(system: System, state) -> Kic:
     The independent set is the user's (`build(independent=...)`) or was chosen at build by pivoting.
     Source: S2 (3)-(6), (11)-(16).
     """
-    P = node_parameters(system)
-    G = body_kic(system, P, state.coordinates, state.t)
+    geo = geometry(system, node_parameters(system), state.coordinates)
+    Gamma = velocity_map_at(system, geo, state.coordinates, state.t)[0]
+    G = body_kic_at(system, geo, Gamma)
     names = system.topology.body_names
     return Kic(
-        internal=internal_kic(system, state),
+        internal=Gamma[dependent_columns(system)],
         rotational={name: G[k, :3] for k, name in enumerate(names)},
         translational={name: G[k, 3:] for k, name in enumerate(names)},
         independent=tuple(int(i) for i in independent_columns(system)),

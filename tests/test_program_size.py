@@ -1,0 +1,97 @@
+"""How large the programs of the main questions are: what a user waits for at the first call.
+
+Equations, loops and bytes do not scatter as seconds do.  A change that needs a higher ceiling says why here.
+"""
+
+import sys
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from tests.mechanisms import DOWN_Y, PIN
+
+sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
+from program_size import equations, loops, stablehlo_bytes  # noqa: E402
+
+LENGTHS = np.array([1.0, 0.3, 0.9, 0.7])
+QUESTIONS = {
+    "forward dynamics": lambda system, state, _: mbs.forward_dynamics(system, state),
+    "simulate": lambda system, state, _: mbs.simulate(system, state, t1=1.0),
+    "reactions": lambda system, _, motion: mbs.reactions(system, motion),
+    "linearise": lambda system, state, _: mbs.linearise(system, state),
+    "stiffness": lambda system, state, _: mbs.stiffness(system, state),
+    "kic": lambda system, state, _: mbs.kic(system, state),
+}
+CEILINGS = {  # equations, loops
+    "four-bar": {
+        "forward dynamics": (1530, 12),
+        "simulate": (6150, 43),
+        "reactions": (4560, 28),
+        "linearise": (6200, 48),
+        "stiffness": (4000, 24),
+        "kic": (540, 3),
+    },
+    "chain": {"forward dynamics": (1430, 20), "simulate": (4030, 45), "reactions": (2330, 25)},
+}
+GRADIENT = 37_500, 4_250_000  # equations, bytes of StableHLO: from build to the derivative of a load along a motion
+
+
+def four_bar(lengths, like=None):
+    """Planar, all revolute: three redundant rows."""
+    ground, crank, coupler, rocker = lengths
+    b, x = mbs.SystemBuilder(gravity=DOWN_Y), np.array([1.0, 0.0, 0.0])
+    for name, length in {"crank": crank, "coupler": coupler, "rocker": rocker}.items():
+        b.body(name, 1.0, x * length / 2.0, mbs.inertia.rod(1.0, length))
+    b.joint("A", PIN, "ground", "crank")
+    b.joint("B", PIN, "crank", "coupler", parent_frame=x * crank)
+    b.joint("D", PIN, "ground", "rocker", parent_frame=x * ground)
+    b.joint("C", PIN, "coupler", "rocker", parent_frame=x * coupler, child_frame=x * rocker)
+    return b.build(like=like)
+
+
+def begin(system):
+    return mbs.State.at(system, A=0.7, rates={"A": 3.0}, guess={"B": -0.2, "D": 1.2})
+
+
+def chain():
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    for k in range(6):
+        b.body(f"link{k}", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
+        b.joint(f"pin{k}", PIN, f"link{k - 1}" if k else "ground", f"link{k}", parent_frame=(float(k > 0), 0.0, 0.0))
+    return b.build()
+
+
+def asked(system, state, question):
+    """The question as a function of the numbers of the system, to numbers."""
+    motion = eqx.filter_eval_shape(lambda: mbs.simulate(system, state, t1=1.0))
+    motion = jax.tree.map(lambda x: jnp.ones(x.shape, x.dtype) if hasattr(x, "shape") else x, motion)
+    numbers, rest = eqx.partition(system, eqx.is_inexact_array)
+    return lambda numbers: eqx.filter(question(eqx.combine(numbers, rest), state, motion), eqx.is_array), numbers
+
+
+@pytest.mark.parametrize("model", CEILINGS)
+def test_equations_and_loops(model):
+    system = four_bar(LENGTHS) if model == "four-bar" else chain()
+    state = begin(system) if model == "four-bar" else mbs.State.at(system, pin0=0.3)
+    for name, (most_equations, most_loops) in CEILINGS[model].items():
+        function, numbers = asked(system, state, QUESTIONS[name])
+        size = equations(function, numbers), loops(function, numbers)
+        assert size[0] <= most_equations and size[1] <= most_loops, (name, size)
+        assert size[0] > 0.9 * most_equations, f"{name}: {size[0]} equations; lower its ceiling"
+
+
+def test_the_gradient_of_a_load():
+    system = four_bar(LENGTHS)
+
+    def loss(lengths):
+        new = four_bar(lengths, like=system)
+        return jnp.sum(mbs.reactions(new, mbs.simulate(new, begin(new), t1=1.0))["A"].force ** 2)
+
+    gradient, lengths = jax.grad(loss), jnp.asarray(LENGTHS)
+    assert 0.9 * GRADIENT[0] < equations(gradient, lengths) <= GRADIENT[0]
+    assert 0.9 * GRADIENT[1] < stablehlo_bytes(gradient, lengths) <= GRADIENT[1]
