@@ -176,6 +176,7 @@ RESTS = {
 }
 
 
+@pytest.mark.long
 def test_equilibria():
     rest_slopes().check(RESTS, tolerance=1e-5)
 

@@ -22,7 +22,9 @@ def exact(c):
     return 1.0 / lax.complex(1.0 - OMEGA**2, OMEGA * c)
 
 
-@pytest.mark.parametrize("distance", [0.0, 1e-15, 1e-13, 1e-9, 1e-4])
+@pytest.mark.parametrize(
+    "distance", [0.0, 1e-9, *(pytest.param(d, marks=pytest.mark.long) for d in (1e-15, 1e-13, 1e-4))]
+)
 def test_critical_damping(distance):
     """At a defective root, and beside it: value, slopes forward and reverse, and second derivative."""
     c = jnp.asarray(2.0 + distance)

@@ -51,10 +51,25 @@ ADAPTIVE += [diffrax.Dopri5(), diffrax.Kvaerno3(root_finder=NEWTON), diffrax.Kva
 FIXED = [diffrax.Euler(), diffrax.Tsit5(), diffrax.ImplicitEuler(root_finder=NEWTON), Verlet()]
 FIXED += [diffrax.LeapfrogMidpoint(), diffrax.ReversibleHeun()]
 CASES = [(solver, None) for solver in ADAPTIVE] + [(solver, 0.07) for solver in FIXED]
+QUICK = {
+    "Tsit5 None True",
+    "Dopri8 None False",
+    "Kvaerno3 None True",
+    "Verlet 0.07 False",
+    "LeapfrogMidpoint 0.07 False",
+}
 
 
 def name(value):
     return type(value).__name__ if isinstance(value, diffrax.AbstractSolver) else str(value)
+
+
+def cases():
+    """Every solver, landing on the saved times and passing over them; most of them wait for the long run."""
+    for lands in (True, False):
+        for solver, dt in CASES:
+            quick = f"{name(solver)} {dt} {lands}" in QUICK
+            yield pytest.param(solver, dt, lands, marks=() if quick else pytest.mark.long)
 
 
 def controller(dt):
@@ -86,8 +101,7 @@ def loss(ys):
     return jnp.sum(weights[:, None] * jnp.sin(ys[0])) + jnp.sum(weights[:, None] * ys[1] ** 2)
 
 
-@pytest.mark.parametrize("lands", [True, False], ids=["lands", "interpolates"])
-@pytest.mark.parametrize("solver, dt", CASES, ids=name)
+@pytest.mark.parametrize("solver, dt, lands", cases(), ids=name)
 def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
     found = jax.jit(lambda: ours(walked, STIFFNESS, START, march(solver, dt, lands), dt))()
     wanted = jax.jit(lambda: theirs(solver, dt, lands, STIFFNESS, START))()
@@ -106,8 +120,10 @@ def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
         np.testing.assert_allclose(back((STIFFNESS, START))[0], gradient[0], rtol=1e-10, atol=1e-11)
 
 
-@pytest.mark.parametrize("lands", [True, False], ids=["lands", "interpolates"])
-@pytest.mark.parametrize("solver", [diffrax.Bosh3(), diffrax.Kvaerno3(root_finder=NEWTON)], ids=name)
+@pytest.mark.parametrize("lands", [True, pytest.param(False, marks=pytest.mark.long)], ids=["lands", "interpolates"])
+@pytest.mark.parametrize(
+    "solver", [diffrax.Bosh3(), pytest.param(diffrax.Kvaerno3(root_finder=NEWTON), marks=pytest.mark.long)], ids=name
+)
 def test_a_full_log_takes_steps_again(solver, lands):
     """With few rows for many steps; one by one and side by side, with ends of their own."""
 
