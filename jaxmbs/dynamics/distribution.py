@@ -21,13 +21,14 @@ def bond_network(system: System) -> Network:
     return Network(top.body_names, tuple(name for name, *_ in carriers), parent, child)
 
 
-def system_bonds(system: System, geo, wrench, compliance=None) -> Bonds:
+def system_bonds(system: System, geo, wrench, compliance=None, known=None) -> Bonds:
     """The bonds at the poses `geo`, at their child's frame; efforts along what they leave free are those of `wrench`.
 
-    Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`.
+    Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`; known:
+        `constraints.directions`.
     """
     at = np.array([b for *_, b in constraints.carriers(system)])
-    twists = _free_twists(system, geo)
+    twists = _free_twists(system, geo, constraints.directions(system, geo) if known is None else known)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
     bonds = Bonds.from_twists(bond_network(system), take(geo.x, at), take(geo.R, at), twists, effort, system.length)
     stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
@@ -40,7 +41,7 @@ def system_bonds(system: System, geo, wrench, compliance=None) -> Bonds:
     return eqx.tree_at(lambda b: b.compliance, bonds, full)
 
 
-def _free_twists(system, geo):
+def _free_twists(system, geo, known):
     """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
     top, names = system.topology, [name for name, *_ in constraints.carriers(system)]
     driven = {column for row in system.rows if row.role == "drive" for column in row.columns}
@@ -50,9 +51,9 @@ def _free_twists(system, geo):
         if columns and not joint.is_cut:
             held[names.index(joint.name), : len(columns)] = columns
     parts = [take(jnp.concatenate([geo.S, jnp.zeros_like(geo.S[:1])]), held).transpose(0, 2, 1)]
-    for group in system.closures:
+    for group, D in zip(system.closures, known, strict=True):
         source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
-        parts.append(jax.vmap(_complement)(constraints.closure_directions(group, geo.R, geo.x)))
+        parts.append(jax.vmap(_complement)(D))
     return take(jnp.concatenate(parts), source)
 
 
@@ -61,17 +62,17 @@ def _complement(D):
     return jnp.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
-def distributed(system: System, geo, wrench, multipliers, compliance):
+def distributed(system: System, geo, wrench, multipliers, compliance, known):
     """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
 
-    Args: wrench (carriers, 6): reactions in balance, for the multipliers given.  Source: S1 (28).
+    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `constraints.directions`.
+    Source: S1 (28).
     """
-    bonds = system_bonds(system, geo, wrench, compliance)
+    bonds = system_bonds(system, geo, wrench, compliance, known)
     change = bond_reactions(bonds, on_bodies(bonds.network, wrench)).wrench - wrench
     names = list(bonds.network.bonds)
     moves = []
-    for group in system.closures:
-        D = constraints.closure_directions(group, geo.R, geo.x)
+    for group, D in zip(system.closures, known, strict=True):
         index = np.array([names.index(name) for name in group.names])
         moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, take(change, index)).reshape(-1))
     for row in system.rows:

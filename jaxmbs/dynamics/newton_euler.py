@@ -15,7 +15,7 @@ from ..model.question import question
 from ..model.system import System
 from .efforts import efforts, gravity_wrench
 from .elastic import needed_loads
-from .sparse_saddle import sparse_saddle
+from .sparse_saddle import constraint_rows, sparse_saddle
 
 
 def column_twists(topology, V):
@@ -60,26 +60,32 @@ def tree_efforts(system: System, P, psi, u, a, t):
     return required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, a, loads)
 
 
-def accelerations_at(system: System, geo, J, V, psi, u, t, method="dense", loads=None):
-    """(u_dot (nv,), multipliers (rows,)) with `M u_dot + bias - Q = A^T lambda`, `A u_dot = gamma`.
+def accelerations_at(system: System, geo, J, V, psi, u, t, method="dense"):
+    """(u_dot (nv,), multipliers (rows,)); see `solved_accelerations`."""
+    return solved_accelerations(system, geo, J, V, psi, u, t, method)[:2]
+
+
+def solved_accelerations(system: System, geo, J, V, psi, u, t, method="dense", loads=None, known=None):
+    """(u_dot (nv,), multipliers (rows,), gaps (rows,)): `M u_dot + bias - Q = A^T lambda`, `A u_dot - gamma` = gaps.
 
     Args:
         method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
-        loads: those of the force elements on nodes and columns, where they are known already.
+        loads, known: of the force elements on nodes and columns, and `constraints.directions`, where at hand.
     """
     none = jnp.zeros_like(u)
     V_dot = node_accelerations(system.topology, geo.S, V, u, none)
     loads = efforts(system, geo, V, psi, u, t)[:2] if loads is None else loads
     need = -required_efforts(system, geo, J, V, V_dot, psi, u, none, loads)
     if not system.has_constraints and not system.elastic:
-        return solve(system.topology.nodes, geo.S, J, need), jnp.zeros(0, psi.dtype)
+        return solve(system.topology.nodes, geo.S, J, need), *jnp.zeros((2, 0), psi.dtype)
     gamma = constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)
     if method == "block-sparse":
-        a, y = sparse_saddle(system, geo, J, psi, t, need, gamma)
-        return a, -y
-    A = constraints.jacobian_at(system, geo, psi, t)
+        rows = constraint_rows(system, geo, psi, t, known)
+        a, y = sparse_saddle(system, geo, J, psi, rows, need, gamma)
+        return a, -y, rows.rates(a) / rows.unit - gamma
+    A = constraints.jacobian_at(system, geo, psi, t, known)
     a, y = saddle_solve(inertia_matrix(system, geo, J, psi), A, need, gamma, constraints.row_scale(system))
-    return a, -y
+    return a, -y, A @ a - gamma
 
 
 def accelerations(system: System, P, psi, u, t):

@@ -25,7 +25,7 @@ from ..model.system import System
 from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
 from .elastic import needed_loads
-from .newton_euler import accelerations_at, momentum_rates, node_accelerations, node_motion
+from .newton_euler import momentum_rates, node_accelerations, node_motion, solved_accelerations
 from .sparse_saddle import constraint_rows
 
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
@@ -103,12 +103,12 @@ def _on_nodes(topology, wrenches):
     return summed(wrenches, np.asarray(topology.body_node, int) % (topology.nodes.size + 1), topology.nodes.size)
 
 
-def _cut_wrenches(system, geo, multipliers):
+def _cut_wrenches(system, geo, multipliers, known):
     """Wrench of all loop rows on every body (bodies, 6), and of every element on its frame B (elements, 6)."""
     n = system.topology.bodies.size
     if not system.closures:
         return jnp.zeros((n, 6), geo.x.dtype), jnp.zeros((0, 6), geo.x.dtype)
-    wrenches = constraints.closure_wrenches(system, geo.R, geo.x, multipliers)
+    wrenches = constraints.closure_wrenches(system, geo.R, geo.x, multipliers, known)
     return constraints.sum_on_carriers(system, wrenches, system.topology.frame_body, n), jnp.concatenate(wrenches)
 
 
@@ -117,10 +117,10 @@ def _elements(system):
     return [row for group in system.closures for row in zip(group.names, group.first, group.second, strict=True)]
 
 
-def _joint_wrenches(system, geo, rate, loads, multipliers):
+def _joint_wrenches(system, geo, rate, loads, multipliers, known):
     """World wrench on the child of every joint (joints, 6) about the origin, efforts (nv,), elements' wrenches."""
     top = system.topology
-    cut, each = _cut_wrenches(system, geo, multipliers)
+    cut, each = _cut_wrenches(system, geo, multipliers, known)
     carried = subtrees(top.bodies, rate - loads - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
     body_of = {j: k for k, j in enumerate(top.body_joint)}
@@ -156,17 +156,19 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     R, x, J = geo.R, geo.x, node_inertias(P, geo.W)
     V = node_motion(top, geo.S, u)
     loads, Q, _ = efforts(system, geo, V, psi, u, t, body_owner(system))
-    a, multipliers = accelerations_at(system, geo, J, V, psi, u, t, method, (_on_nodes(top, loads), Q))
+    known = constraints.directions(system, geo)
+    on_nodes = _on_nodes(top, loads), Q
+    a, multipliers, gaps = solved_accelerations(system, geo, J, V, psi, u, t, method, on_nodes, known)
     V_dot = node_accelerations(top, geo.S, V, u, a)
     rate, bodies = body_rates(system, R, x, V, V_dot)
     loads = loads + gravity_wrench(bodies, system.gravity)
     if system.elastic:
         needed = needed_loads(system, geo, psi, V, u, V_dot, a, body_owner(system))
         rate, Q = rate + needed.wrench, Q - needed.column
-    wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
+    wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers, known)
     if top.analysis is not None and top.analysis.redundant:
-        multipliers = distributed(system, geo, _all_wrenches(system, wrench, others), multipliers, compliance)
-        wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers)
+        multipliers = distributed(system, geo, _all_wrenches(system, wrench, others), multipliers, compliance, known)
+        wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers, known)
     gap = effort - Q - constraints.coordinate_efforts(system, psi, t, multipliers)
     named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)
     residual = jnp.max(jnp.abs(gap), initial=0.0)
@@ -174,7 +176,7 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
     least = _BALANCED[residual.dtype.itemsize]
     rate = _loads_over_mass(system, _all_wrenches(system, wrench, others), effort)
-    missed = _missed(system, geo, V, V_dot, state, a, rate)
+    missed = _missed(system, constraint_rows(system, geo, psi, t, known), V_dot, a, gaps, rate)
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     return Reactions(named, multipliers, residual, state.ok & balanced, hidden)
 
@@ -189,16 +191,11 @@ def _loads_over_mass(system, wrench, effort):
     return (jnp.sqrt(jnp.sum(system.gravity**2)) + force / heaviest) / length
 
 
-def _missed(system, geo, V, V_dot, state, a, rate):
-    """The largest gap () of the rows' accelerations, of `rate` and the largest that adds up in them."""
+def _missed(system, rows, V_dot, a, gaps, rate):
+    """The largest of the gaps (rows,) of the rows' accelerations, of `rate` and the largest that adds up in them."""
     if not system.has_constraints:
-        return jnp.zeros_like(state.t)
-    psi, u, t = state.coordinates, state.velocities, state.t
-    rows, gap = constraint_rows(system, geo, psi, t), -constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)
-    known = gap.size - sum(len(g.names) * g.kind.num_rows for g in system.closures)
-    if known:
-        gap = gap.at[-known:].add(constraints.coordinate_rates(system, psi, t, a))
-    return relative(rows.unit * gap, rows.sizes(V_dot, a) + lax.stop_gradient(rate))
+        return jnp.zeros_like(rows.t)
+    return relative(rows.unit * gaps, rows.sizes(V_dot, a) + lax.stop_gradient(rate))
 
 
 def _named(system, wrench, effort, geo, frame, side):

@@ -72,16 +72,16 @@ class Rows(NamedTuple):
         return jax.linear_transpose(self.rates, jnp.zeros(self.geo.S.shape[0], y.dtype))(y)[0]
 
 
-def constraint_rows(system: System, geo, psi, t) -> Rows:
-    """The rows at the coordinates psi."""
-    directions = tuple(constraints.closure_directions(group, geo.R, geo.x) for group in system.closures)
+def constraint_rows(system: System, geo, psi, t, known=None) -> Rows:
+    """The rows at the coordinates psi; known: their `constraints.directions`."""
+    directions = constraints.directions(system, geo) if known is None else known
     unit = jnp.asarray(constraints.row_scale(system).unit, psi.dtype)
     return Rows(system, geo, psi, t, unit, directions)
 
 
-def sparse_saddle(system: System, geo, J, psi, t, b, c):
+def sparse_saddle(system: System, geo, J, psi, rows: Rows, b, c):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
-    n, rows = b.shape[0], constraint_rows(system, geo, psi, t)
+    n = b.shape[0]
     C, inverse = _inverse(*_constant((system, geo, J, psi, rows)))
     right = jnp.concatenate([b, rows.unit * c])
 

@@ -65,13 +65,21 @@ def closure_directions(group: ClosureGroup, R, x):
     return jax.vmap(_directions)(group.kind, group.basis, *_ends(group, R, x))
 
 
-def closure_wrenches(system: System, R, x, multipliers):
-    """Wrench (elements, 6) on every element's B body, about the world origin, group by group."""
+def directions(system: System, geo):
+    """`closure_directions` of every group, for the functions that take them where they are known already."""
+    return tuple(closure_directions(group, geo.R, geo.x) for group in system.closures)
+
+
+def closure_wrenches(system: System, R, x, multipliers, known=None):
+    """Wrench (elements, 6) on every element's B body, about the world origin, group by group; known: `directions`."""
     first, wrenches = 0, []
-    for group in system.closures:
+    for i, group in enumerate(system.closures):
         shape = (len(group.names), group.kind.num_rows)
         part = multipliers[first : first + shape[0] * shape[1]].reshape(shape)
-        wrenches.append(jax.vmap(_wrench)(group.kind, group.basis, *_ends(group, R, x), part))
+        if known is None:
+            wrenches.append(jax.vmap(_wrench)(group.kind, group.basis, *_ends(group, R, x), part))
+        else:
+            wrenches.append(jnp.einsum("erk,er->ek", known[i], part))
         first += shape[0] * shape[1]
     return wrenches
 
@@ -115,12 +123,14 @@ def path_difference(system: System, group: ClosureGroup):
     return path[node[np.asarray(group.second)]] - path[node[np.asarray(group.first)]]
 
 
-def jacobian_at(system: System, geo, psi, t):
-    """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T.  Source: S2 (3), (5)."""
+def jacobian_at(system: System, geo, psi, t, known=None):
+    """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T; known: `directions`.
+
+    Source: S2 (3), (5)."""
     n, parts = system.topology.num_velocities, []
-    for group in system.closures:
+    for group, D in zip(system.closures, directions(system, geo) if known is None else known, strict=True):
         path = jnp.asarray(path_difference(system, group), psi.dtype)
-        rows = jnp.einsum("erk,nk->ern", closure_directions(group, geo.R, geo.x), geo.S) * path[:, None, :]
+        rows = jnp.einsum("erk,nk->ern", D, geo.S) * path[:, None, :]
         parts.append(rows.reshape(-1, n))
     if system.rows:
         along = jax.vmap(lambda u: coordinate_rates(system, psi, t, u), out_axes=1)
