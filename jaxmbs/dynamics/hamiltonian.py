@@ -57,15 +57,17 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
     return u, momentum_rate(topology, S, V, h, gravity_wrench(J, gravity))
 
 
-def tree_momentum_rate(system: System, geo, J, V, psi, u, t, sigma=None):
+def tree_momentum_rate(system: System, geo, J, V, psi, u, t, sigma=None, moving=None):
     """Momentum rate (nv,) under gravity, force elements and `A_dot^T sigma`, and the elements' powers.
+
+    Args: moving: `constraints.moving_directions`, with sigma.
 
     The wrenches that sigma puts on the tree join the momenta, their rates join the loads: one subtree sum for all.
     """
     F, Q, powers = efforts(system, geo, V, psi, u, t)
     h, F = pack(momentum(unpack(J), unpack(V))), F + gravity_wrench(J, system.gravity)
     if sigma is not None:
-        wrenches, rates, part = constraints.pull(system, geo, V, psi, u, t, sigma)
+        wrenches, rates, part = constraints.pull(system, geo, V, psi, u, t, sigma, moving)
         h, F, Q = h + wrenches, F + rates, Q + part
     if system.elastic:
         loads = inertial_loads(system, geo, psi, V, u)
@@ -74,11 +76,12 @@ def tree_momentum_rate(system: System, geo, J, V, psi, u, t, sigma=None):
     return momentum_rate(system.topology, geo.S, V, h, F) + Q, powers
 
 
-def velocities_at(system: System, geo, J, psi, p, t):
-    """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum."""
+def velocities_at(system: System, geo, J, psi, p, t, known=None):
+    """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum; known:
+    `constraints.directions`."""
     if not system.has_constraints and not system.elastic:
         return solve(system.topology.nodes, geo.S, J, p), None
-    A = constraints.jacobian_at(system, geo, psi, t)
+    A = constraints.jacobian_at(system, geo, psi, t, known)
     M, f_t = mass_matrix(system, geo, J, psi), constraints.time_rate(system, psi, t)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 
@@ -117,9 +120,10 @@ def canonical_rate(system: System, P, t, psi, p):
     """
     geo = geometry(system, P, psi)
     J = node_inertias(P, geo.W)
-    u, sigma = velocities_at(system, geo, J, psi, p, t)
+    moving = constraints.moving_directions(system, geo)
+    u, sigma = velocities_at(system, geo, J, psi, p, t, moving[0])
     V = node_motion(system.topology, geo.S, u)
-    rate, powers = tree_momentum_rate(system, geo, J, V, psi, u, t, sigma)
+    rate, powers = tree_momentum_rate(system, geo, J, V, psi, u, t, sigma, moving)
     return coordinate_rate(system.topology, psi, u), rate, powers, u
 
 

@@ -102,12 +102,12 @@ def local_efforts(system: System, P, psi, w, a, t):
     Also returns all velocities (nv,) and accelerations (nv,).
     """
     geo = geometry(system, P, psi)
-    Gamma, B = motion_map(system, geo, psi, t)
+    moving = constraints.moving_directions(system, geo)
+    Gamma, B = motion_map(system, geo, psi, t, moving[0])
     u = Gamma @ w - B @ constraints.time_rate(system, psi, t)
     V = node_motion(system.topology, geo.S, u)
-    gamma = constraints.acceleration_bias(
-        system, geo, V, node_accelerations(system.topology, geo.S, V, u, jnp.zeros_like(u)), psi, u, t
-    )
+    unmoved = node_accelerations(system.topology, geo.S, V, u, jnp.zeros_like(u))
+    gamma = constraints.acceleration_bias(system, geo, V, unmoved, psi, u, t, moving)
     u_dot = Gamma @ a + B @ gamma
     V_dot, loads = node_accelerations(system.topology, geo.S, V, u, u_dot), efforts(system, geo, V, psi, u, t)[:2]
     need = required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, u_dot, loads)

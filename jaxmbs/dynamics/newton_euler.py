@@ -65,12 +65,12 @@ def accelerations_at(system: System, geo, J, V, psi, u, t, method="dense"):
     return solved_accelerations(system, geo, J, V, psi, u, t, method)[:2]
 
 
-def solved_accelerations(system: System, geo, J, V, psi, u, t, method="dense", loads=None, known=None):
+def solved_accelerations(system: System, geo, J, V, psi, u, t, method="dense", loads=None, moving=None):
     """(u_dot (nv,), multipliers (rows,), gaps (rows,)): `M u_dot + bias - Q = A^T lambda`, `A u_dot - gamma` = gaps.
 
     Args:
         method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
-        loads, known: of the force elements on nodes and columns, and `constraints.directions`, where at hand.
+        loads, moving: of the force elements on nodes and columns; `constraints.moving_directions`; where at hand.
     """
     none = jnp.zeros_like(u)
     V_dot = node_accelerations(system.topology, geo.S, V, u, none)
@@ -78,7 +78,8 @@ def solved_accelerations(system: System, geo, J, V, psi, u, t, method="dense", l
     need = -required_efforts(system, geo, J, V, V_dot, psi, u, none, loads)
     if not system.has_constraints and not system.elastic:
         return solve(system.topology.nodes, geo.S, J, need), *jnp.zeros((2, 0), psi.dtype)
-    gamma = constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t)
+    known, _ = moving = moving or constraints.moving_directions(system, geo)
+    gamma = constraints.acceleration_bias(system, geo, V, V_dot, psi, u, t, moving)
     if method == "block-sparse":
         rows = constraint_rows(system, geo, psi, t, known)
         a, y = sparse_saddle(system, geo, J, psi, rows, need, gamma)

@@ -156,9 +156,9 @@ def _reactions(system: System, P, state: State, frame: str, side: str, complianc
     R, x, J = geo.R, geo.x, node_inertias(P, geo.W)
     V = node_motion(top, geo.S, u)
     loads, Q, _ = efforts(system, geo, V, psi, u, t, body_owner(system))
-    known = constraints.directions(system, geo)
+    known, _ = moving = constraints.moving_directions(system, geo)
     on_nodes = _on_nodes(top, loads), Q
-    a, multipliers, gaps = solved_accelerations(system, geo, J, V, psi, u, t, method, on_nodes, known)
+    a, multipliers, gaps = solved_accelerations(system, geo, J, V, psi, u, t, method, on_nodes, moving)
     V_dot = node_accelerations(top, geo.S, V, u, a)
     rate, bodies = body_rates(system, R, x, V, V_dot)
     loads = loads + gravity_wrench(bodies, system.gravity)

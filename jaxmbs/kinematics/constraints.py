@@ -185,25 +185,18 @@ def _frame_rates(system, geo, V):
     return carried, jnp.einsum("fij,fjk->fik", spin, geo.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, geo.x)
 
 
-def acceleration_bias(system: System, geo, V, V_dot, psi, u, t):
+def acceleration_bias(system: System, geo, V, V_dot, psi, u, t, moving=None):
     """gamma (rows,) with `A u_dot = gamma`: `-(A_dot u + d f_t/dt)` along the motion.
 
-    Args: V, V_dot (nodes, 6) twists and their rates at zero accelerations.
+    Args: V, V_dot (nodes, 6) twists and their rates at zero accelerations; moving: `moving_directions`, if known.
     """
     twist, R_dot, x_dot = _frame_rates(system, geo, V)
-    twist_dot = _frame_rates(system, geo, V_dot)[0]
+    twist_dot, (known, along) = frame_twists(system, V_dot), moving or moving_directions(system, geo)
     parts = []
-    for group in system.closures:
-        a, b = group.first, group.second
-
-        def speed(R, x, twist, group=group):
-            return jax.vmap(_row_rates)(group.kind, group.basis, *_ends(group, R, x), twist)
-
-        moving = (
-            (geo.R, geo.x, take(twist, b) - take(twist, a)),
-            (R_dot, x_dot, take(twist_dot, b) - take(twist_dot, a)),
-        )
-        parts.append(jax.jvp(speed, *moving)[1].reshape(-1))
+    for group, D, D_dot in zip(system.closures, known, along(R_dot, x_dot), strict=True):
+        relative, relative_dot = (take(v, group.second) - take(v, group.first) for v in (twist, twist_dot))
+        rate = jnp.einsum("erk,ek->er", D_dot, relative) + jnp.einsum("erk,ek->er", D, relative_dot)
+        parts.append(rate.reshape(-1))
     if system.rows:
 
         def row_speed(psi, t):
@@ -214,8 +207,15 @@ def acceleration_bias(system: System, geo, V, V_dot, psi, u, t):
     return -jnp.concatenate([jnp.zeros(0, psi.dtype), *parts])
 
 
-def pull(system: System, geo, V, psi, u, t, sigma):
+def moving_directions(system: System, geo):
+    """`directions`, and the function of (R_dot, x_dot) that gives their rates."""
+    return jax.linearize(lambda R, x: directions(system, geo._replace(R=R, x=x)), geo.R, geo.x)
+
+
+def pull(system: System, geo, V, psi, u, t, sigma, moving):
     """What the multipliers sigma (rows,) of the momentum do to its rate: `A_dot^T sigma` in three parts.
+
+    Args: moving: `moving_directions`.
 
     Returns: node wrenches D^T sigma (nodes, 6), their rates along the motion, and the coordinate rows' part (nv,):
     `A_dot^T sigma = S_dot . subtrees(wrenches) + S . subtrees(rates) + part`.
@@ -225,11 +225,13 @@ def pull(system: System, geo, V, psi, u, t, sigma):
     if system.closures:
         _, R_dot, x_dot = _frame_rates(system, geo, V)
 
-        def on_nodes(R, x):
-            each = closure_wrenches(system, R, x, sigma)
+        known, along = moving
+
+        def on_nodes(known):
+            each = closure_wrenches(system, geo.R, geo.x, sigma, known)
             return sum_on_carriers(system, each, top.frame_node, top.nodes.size)
 
-        wrenches, rates = jax.jvp(on_nodes, (geo.R, geo.x), (R_dot, x_dot))
+        wrenches, rates = on_nodes(known), on_nodes(along(R_dot, x_dot))
     part = jnp.zeros_like(u)
     if system.rows:
         moving = (coordinate_rate(top, psi, u), jnp.ones_like(t))

@@ -49,13 +49,14 @@ def velocity_map_at(system: System, geo, psi, t):
     return solution[:, :-1], solution[:, -1]
 
 
-def motion_map(system: System, geo, psi, t):
-    """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and keeps the rows, `A x = c`."""
+def motion_map(system: System, geo, psi, t, known=None):
+    """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and keeps the rows, `A x = c`;
+    known: `constraints.directions`."""
     n, chosen = system.topology.num_velocities, independent_columns(system)
     pick = np.eye(n, dtype=psi.dtype)[chosen]
     if not system.has_constraints:
         return jnp.asarray(pick.T), jnp.zeros((n, 0), psi.dtype)
-    rows = jnp.concatenate([constraints.jacobian_at(system, geo, psi, t), pick])
+    rows = jnp.concatenate([constraints.jacobian_at(system, geo, psi, t, known), pick])
     inverse = full_rank_lstsq(rows, jnp.eye(len(rows), dtype=psi.dtype))
     return inverse[:, len(rows) - len(chosen) :], inverse[:, : len(rows) - len(chosen)]
 
