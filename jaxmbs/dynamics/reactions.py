@@ -108,7 +108,7 @@ def _cut_wrenches(system, geo, multipliers, known):
     n = system.topology.bodies.size
     if not system.closures:
         return jnp.zeros((n, 6), geo.x.dtype), jnp.zeros((0, 6), geo.x.dtype)
-    wrenches = constraints.closure_wrenches(system, geo.R, geo.x, multipliers, known)
+    wrenches = constraints.closure_wrenches(system, known, multipliers)
     return constraints.sum_on_carriers(system, wrenches, system.topology.frame_body, n), jnp.concatenate(wrenches)
 
 

@@ -46,12 +46,6 @@ def _directions(kind, basis, a, b):
     return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, twist), out_axes=1)(jnp.eye(6, dtype=basis.dtype))
 
 
-def _wrench(kind, basis, a, b, multipliers):
-    """World wrench (6,) on B's body of the rows' multipliers."""
-    at_rest = jnp.zeros(6, multipliers.dtype)
-    return jax.grad(lambda twist: jnp.dot(multipliers, _row_rates(kind, basis, a, b, twist)))(at_rest)
-
-
 def _ends(group: ClosureGroup, *arrays):
     """The arrays at the elements' frames A, and at their frames B."""
     return tuple(tuple(take(x, end) for x in arrays) for end in (group.first, group.second))
@@ -70,16 +64,14 @@ def directions(system: System, geo):
     return tuple(closure_directions(group, geo.R, geo.x) for group in system.closures)
 
 
-def closure_wrenches(system: System, R, x, multipliers, known=None):
-    """Wrench (elements, 6) on every element's B body, about the world origin, group by group; known: `directions`."""
+def closure_wrenches(system: System, known, multipliers):
+    """Wrench (elements, 6) of the rows' multipliers on every element's B body, about the world origin, group by
+    group; known: `directions`, or their rates."""
     first, wrenches = 0, []
-    for i, group in enumerate(system.closures):
+    for group, D in zip(system.closures, known, strict=True):
         shape = (len(group.names), group.kind.num_rows)
         part = multipliers[first : first + shape[0] * shape[1]].reshape(shape)
-        if known is None:
-            wrenches.append(jax.vmap(_wrench)(group.kind, group.basis, *_ends(group, R, x), part))
-        else:
-            wrenches.append(jnp.einsum("erk,er->ek", known[i], part))
+        wrenches.append(jnp.einsum("erk,er->ek", D, part))
         first += shape[0] * shape[1]
     return wrenches
 
@@ -228,7 +220,7 @@ def pull(system: System, geo, V, psi, u, t, sigma, moving):
         known, along = moving
 
         def on_nodes(known):
-            each = closure_wrenches(system, geo.R, geo.x, sigma, known)
+            each = closure_wrenches(system, known, sigma)
             return sum_on_carriers(system, each, top.frame_node, top.nodes.size)
 
         wrenches, rates = on_nodes(known), on_nodes(along(R_dot, x_dot))
