@@ -8,6 +8,7 @@ import time
 START = time.process_time()
 
 import collections  # noqa: E402
+import functools  # noqa: E402
 import json  # noqa: E402
 import resource  # noqa: E402
 import sys  # noqa: E402
@@ -88,7 +89,7 @@ def value(begin=begin, build=lambda: four_bar(NUMBERS)):
     return system, state, motion
 
 
-def gradient(system, jit=jax.jit):
+def gradient(system, jit):
     """Of `force` by lengths and masses, reverse mode, from the build on."""
 
     def loss(numbers):
@@ -169,8 +170,8 @@ def main(case, folder=None):
         system = value()[0]
         if case == "four-bar":
             another_length(system)
-        quick = case == "quick" and hasattr(mbs, "jit")
-        gradient(system, (lambda f: mbs.jit(f, compile="quick")) if quick else jax.jit)
+        kind = "quick" if case == "quick" else "full"
+        gradient(system, functools.partial(mbs.jit, compile=kind) if hasattr(mbs, "jit") else jax.jit)
 
 
 def stored(folder):

@@ -20,6 +20,7 @@ PACKAGES = {
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
     "cold_start": (),
+    "saved_times": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 

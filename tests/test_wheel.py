@@ -1,0 +1,30 @@
+"""A built wheel holds all that the demo needs."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.mark.long
+def test_a_wheel_outside_the_checkout_runs_the_demo(tmp_path):
+    build = [sys.executable, "-m", "pip", "wheel", str(ROOT), "--no-deps", "--quiet", "--wheel-dir", str(tmp_path)]
+    subprocess.run(build, check=True, timeout=600)
+    site = tmp_path / "site"
+    zipfile.ZipFile(next(tmp_path.glob("jaxmbs-*.whl"))).extractall(site)
+
+    def run(*command):
+        environment = os.environ | {"PYTHONPATH": str(site)}
+        options = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "timeout": 900}
+        done = subprocess.run([sys.executable, *command], **options)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert run("-c", "import jaxmbs; print(jaxmbs.__file__)").startswith(str(site))
+    assert "reference" in run("-m", "jaxmbs", "demo", "--quick", "--output", "demo")
+    assert (tmp_path / "demo" / "loads.csv").exists()
