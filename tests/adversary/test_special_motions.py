@@ -181,6 +181,7 @@ def test_equilibria():
     rest_slopes().check(RESTS, tolerance=1e-5)
 
 
+@pytest.mark.long
 @FEW
 @given(seed=SEEDS)
 def test_equilibria_drawn(seed):
