@@ -47,33 +47,33 @@ def _least_step(system, A, gap):
 
 
 def _levenberg_marquardt(system, P, psi, t, free):
-    """Coordinates near psi with the least residual; robust far from a solution, no derivative passes."""
-    top, weight = system.topology, metric(system)
+    """Coordinates near psi with the least residual; robust far from a solution, no derivative passes.
 
-    def cost(psi):
-        f = constraints.residual(system, P, psi, t)
-        return jnp.dot(f, f)
+    Each pass looks at a trial, keeps it if it is better and makes the next one, so that the rows are traced once.
+    """
+    weight = metric(system)
 
-    def step(carry):
-        k, psi, value, damping = carry
-        f, A = _linearised(system, P, psi, t, free)
-        normal = A.T @ A + damping * jnp.diag(weight)
-        delta = -(spd_inverse(normal) @ (A.T @ f))
-        trial = step_coordinates(top, psi, delta)
-        new = cost(trial)
-        better = new < value
-        stuck = better & (value - new < 1e-6 * value)  # at the bottom, and open: what cannot close ends here
-        psi = jnp.where(better, trial, psi)
-        value = jnp.where(better, new, value)
+    def look(carry):
+        k, trial, damping, best = carry
+        f, A = _linearised(system, P, trial, t, free)
+        found, (_, _, _, value) = (trial, f, A, jnp.dot(f, f)), best
+        better = found[-1] < value
+        stuck = better & (value - found[-1] < 1e-6 * value)  # at the bottom, and open: what cannot close ends here
+        best = jax.tree.map(lambda new, old: jnp.where(better, new, old), found, best)
         damping = jnp.clip(damping * jnp.where(better, 0.1, 10.0), 1e-12, 1e8)
-        return k + 1, psi, value, jnp.where(stuck, 1e8, damping)
+        damping = jnp.where(stuck, 1e8, damping)
+        psi, f, A, _ = best
+        delta = -(spd_inverse(A.T @ A + damping * jnp.diag(weight)) @ (A.T @ f))
+        return k + 1, step_coordinates(system.topology, psi, delta), damping, best
 
     def running(carry):
-        k, _, value, damping = carry
-        return (k < _ITERATIONS) & (value > 1e-20) & (damping < 1e7)
+        k, _, damping, (*_, value) = carry
+        return (k <= _ITERATIONS) & (value > 1e-20) & (damping < 1e7)
 
-    start = (0, psi, cost(psi), jnp.asarray(1e-3, psi.dtype))
-    return lax.while_loop(running, step, start)[1]
+    rows, columns = len(system.topology.position_rows), len(weight)
+    number = lambda x: jnp.full((), x, psi.dtype)  # noqa: E731
+    nothing = (psi, jnp.zeros(rows, psi.dtype), jnp.zeros((rows, columns), psi.dtype), number(jnp.inf))
+    return lax.while_loop(running, look, (0, psi, number(1e-2), nothing))[3][0]
 
 
 def assemble(system: System, P, psi, t, free):
@@ -112,12 +112,14 @@ def consistent_velocities(system: System, P, psi, u, t, free):
     """Velocities of least change from u (nv,) that satisfy the rows; columns with free = 0 are held."""
     if not system.has_constraints:
         return u
-    A = constraints.jacobian(system, P, psi, t)
-    gap = -constraints.time_rate(system, psi, t) - A @ u
-    delta, _ = saddle_solve(
-        jnp.diag(metric(system)), A * free[None, :], jnp.zeros_like(u), gap, constraints.row_scale(system)
-    )
-    return u + delta
+    A, f_t = constraints.jacobian(system, P, psi, t), constraints.time_rate(system, psi, t)
+    return _nearest_velocities(system, A, f_t, u, free)
+
+
+def _nearest_velocities(system, A, f_t, u, free):
+    """u with the least change that makes `A u = -f_t`."""
+    rows, still = constraints.row_scale(system), jnp.zeros_like(u)
+    return u + saddle_solve(jnp.diag(metric(system)), A * free[None, :], still, -f_t - A @ u, rows)[0]
 
 
 @jit(compile="quick")
@@ -125,8 +127,9 @@ def assembled(system: System, psi, u, t, free_position, free_velocity):
     """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
     P = node_parameters(system)
     psi = assemble(system, P, psi, t, free_position)
-    u = consistent_velocities(system, P, psi, u, t, free_velocity)
     geo = geometry(system, P, psi)
-    f = constraints.residual_at(system, geo, psi, t)
-    g = constraints.jacobian_at(system, geo, psi, t) @ u + constraints.time_rate(system, psi, t)
-    return psi, u, f, g
+    f, f_t = constraints.residual_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
+    A = constraints.jacobian_at(system, geo, psi, t)
+    if system.has_constraints:
+        u = _nearest_velocities(system, A, f_t, u, free_velocity)
+    return psi, u, f, A @ u + f_t

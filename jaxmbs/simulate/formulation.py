@@ -44,13 +44,14 @@ class Problem(eqx.Module):
         if formulation in ("velocity", "prescribed"):
             u = u if formulation == "velocity" else u[:0]
             return cls(system, P, jnp.ones_like(u), formulation), u
-        M = hamiltonian.tree_mass(system, P, psi)
+        geo = geometry(system, P, psi)
+        M = mass_matrix(system, geo, node_inertias(P, geo.W), psi)
         p = M @ u
         if formulation == "independent":
             Gamma = velocity_map(system, P, psi, t)[0]
             p, scale = Gamma.T @ p, jnp.diagonal(Gamma.T @ M @ Gamma)
         else:
-            scale = _seen_inertia(system, P, psi, t, M)
+            scale = _seen_inertia(system, geo, psi, t, M)
         scale = lax.stop_gradient(jnp.maximum(scale, 1e-9 * jnp.max(scale, initial=0.0)))
         return cls(system, P, scale, formulation), p / scale
 
@@ -147,14 +148,14 @@ def _nearly_closed(gaps):
     return gaps[1] <= 0.1 * gaps[0] + _ROUNDING[gaps.dtype.itemsize]
 
 
-def _seen_inertia(system, P, psi, t, M):
+def _seen_inertia(system, geo, psi, t, M):
     """Inertia (nv,) that each column sees: its own, or where that is nothing beside it what the rows lend it,
     1 / K_ii of `u = K p`, the inverse of M on the motions that the rows allow."""
     own = jnp.diagonal(M)
     if not system.has_constraints:
         return own
     rows = constraints.row_scale(system)
-    A = rows.unit[:, None] * constraints.jacobian(system, P, psi, t)
+    A = rows.unit[:, None] * constraints.jacobian_at(system, geo, psi, t)
     lent = 1.0 / jnp.diagonal(saddle_factor(M, A, rows.block)[0])
     return jnp.where(own > _OWN * lent, own, lent)
 
