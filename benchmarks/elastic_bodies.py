@@ -15,8 +15,8 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs.elements import Beam
+from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import floating_frame
-from jaxmbs.structures import Structure, Substructure
 
 LENGTH, TIMES = 10.0, np.array([2.0, 4.0, 6.0, 8.0])
 REFERENCE = np.array([-0.10237244, -0.34225384, -0.54355929, -0.54279588])  # of the tip, in the turning axes [m]
@@ -34,7 +34,7 @@ def beam(parts):
     x = jnp.linspace(0.0, LENGTH / parts, 3)
     nodes = jnp.stack([x, jnp.zeros_like(x), jnp.zeros_like(x)], axis=1)
     structure = Structure(nodes, {"beam": (SECTION, [(0, 1), (1, 2)])})
-    body = floating_frame(Substructure.of(structure), ("0", "2"), 1).body
+    body = floating_frame(assemble(structure), ("0", "2"), 1).body
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     for k in range(parts):
         b.elastic(f"part{k}", body, motions={"2": mbs.Planar("z")})

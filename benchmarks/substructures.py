@@ -14,9 +14,9 @@ import scipy.sparse as sparse
 import scipy.sparse.linalg as spl
 
 from jaxmbs.elements import Hexahedron
-from jaxmbs.frequency import receptance
-from jaxmbs.structures import Structure, assemble_blocks
-from jaxmbs.substructures.large import large_craig_bampton
+from jaxmbs.fem import Structure, assemble_blocks
+from jaxmbs.linear import receptance
+from jaxmbs.reductions.craig_bampton_blocks import large_craig_bampton
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 

@@ -25,9 +25,9 @@ import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
-from jaxmbs import elements, forces, structures, substructures, viz
-from jaxmbs.structures.modes import natural_modes
-from jaxmbs.substructures.limits import equivalent_impulse, limit_loads, modal_pairs, peak_response
+from jaxmbs import coupling, elements, fem, forces, linear, reductions, viz
+from jaxmbs.coupling.limits import equivalent_impulse, limit_loads, modal_pairs, peak_response
+from jaxmbs.linear.modes import natural_modes
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -45,7 +45,7 @@ def tube(radius, wall):
 
 # %%
 PIECES = 4 if FAST else 8
-stage = structures.Structure(
+stage = fem.Structure(
     {f"s{k}": (0.0, 0.0, 0.8 * k) for k in range(PIECES + 1)},
     {"tube": (tube(0.30, 0.004), [(f"s{k}", f"s{k + 1}") for k in range(PIECES)])},
     held={"s0": "all"},
@@ -56,17 +56,17 @@ def instrument(radius):
     nodes = {"foot": (0.0, 0.0, 0.0), "knee": (0.0, 0.0, 0.5), "top": (0.0, 0.0, 1.0), "arm": (0.7, 0.0, 0.5)}
     pairs = [("foot", "knee"), ("knee", "top"), ("knee", "arm")]
     boxes = elements.PointMass(6.0, inertia=0.05 * np.eye(3))
-    return structures.Structure(nodes, {"mast": (tube(radius, 0.002), pairs), "boxes": (boxes, [("top",), ("arm",)])})
+    return fem.Structure(nodes, {"mast": (tube(radius, 0.002), pairs), "boxes": (boxes, [("top",), ("arm",)])})
 
 
 def rows(structure, node):
     return tuple(k for k, (name, _) in enumerate(structure.labels) if name == node)
 
 
-K_s, M_s = structures.assemble_dense(stage)
-K_i, M_i = structures.assemble_dense(instrument(0.03))
+K_s, M_s = fem.assemble_dense(stage)
+K_i, M_i = fem.assemble_dense(instrument(0.03))
 foot, tip = rows(instrument(0.03), "foot"), rows(stage, f"s{PIECES}")
-print(structures.check(structures.Substructure.of(instrument(0.03), interface=["foot"])))
+print(linear.check(fem.assemble(instrument(0.03), interface=["foot"])))
 
 # %% [markdown]
 # ## Reduce, join, and see what it costs
@@ -74,11 +74,11 @@ print(structures.check(structures.Substructure.of(instrument(0.03), interface=["
 
 # %%
 LOSS = 3e-4  # [s], damping in proportion to the stiffness: 1 % at 10 Hz
-payload = substructures.craig_bampton(K_i, M_i, foot, 6, damping=LOSS * K_i)
-carrier = substructures.craig_bampton(K_s, M_s, tip, 8, damping=LOSS * K_s)
-joined = substructures.join((carrier, payload), (tuple(range(6)), tuple(range(6))))
-whole = substructures.join(
-    (substructures.physical(K_s, M_s, tip), substructures.physical(K_i, M_i, foot)),
+payload = reductions.craig_bampton(K_i, M_i, foot, 6, damping=LOSS * K_i)
+carrier = reductions.craig_bampton(K_s, M_s, tip, 8, damping=LOSS * K_s)
+joined = coupling.join((carrier, payload), (tuple(range(6)), tuple(range(6))))
+whole = coupling.join(
+    (reductions.physical(K_s, M_s, tip), reductions.physical(K_i, M_i, foot)),
     (tuple(range(6)), tuple(range(6))),
 )
 reduced, full = joined.modes(), whole.modes()
@@ -100,7 +100,7 @@ middle[rows(stage, f"s{PIECES // 2}")[0]] = 5000.0
 
 
 def interface_loads(system, pulse):
-    return substructures.modal_transient(system, step, (middle[:, None] * pulse[None, :], None)).reactions(system)
+    return coupling.modal_transient(system, step, (middle[:, None] * pulse[None, :], None)).reactions(system)
 
 
 loads = interface_loads(joined, jnp.asarray(pulse))
@@ -132,7 +132,7 @@ def both(pulse):
     peaks = jax.vmap(lambda w, f: peak_response(w, f * pulse, step))(alone.angular_frequencies, drive)
     impulses = equivalent_impulse(alone.angular_frequencies, peaks)
     limits = [limit_loads(recovery, pairs.peaks(impulses), how) for how in ("abs", "srss")]
-    motion = substructures.modal_transient(joined, step, (middle[:, None] * pulse[None, :], None), ratios=0.0)
+    motion = coupling.modal_transient(joined, step, (middle[:, None] * pulse[None, :], None), ratios=0.0)
     own = joined.part(motion.displacement)[1][6:]
     truth = jnp.max(jnp.abs((payload.mass[:6, 6:] * jnp.diagonal(payload.stiffness)[6:][None, :]) @ own), axis=1)
     return truth, *limits
@@ -167,14 +167,14 @@ given = middle[:, None] * pulse[None, :count]
 fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 links = ()
 for label in ("free", "with stops"):
-    motion = substructures.transient(joined, t[:count], (given, None), links)
+    motion = coupling.transient(joined, t[:count], (given, None), links)
     on_stage, on_instrument = joined.expand(motion.displacement)
     swing = on_instrument[arm] - on_stage[top]
     ax.plot(t[:count], 1e3 * swing, lw=0.8, label=label)
     moment = motion.reactions(joined).forces[1][4]
     print(f"{label:11s} highest moment in the interface {float(jnp.max(jnp.abs(moment))):6.1f} N m")
     half = float(jnp.max(jnp.abs(swing))) / 2
-    links = (substructures.Link(forces.BumpStop(1e10, -half, half), {(1, arm): 1.0, (0, top): -1.0}),)
+    links = (coupling.Link(forces.BumpStop(1e10, -half, half), {(1, arm): 1.0, (0, top): -1.0}),)
 ax.set_xlabel("time [s]")
 ax.set_ylabel("arm on the stage [mm]")
 ax.legend(frameon=False)
@@ -187,9 +187,9 @@ ax.legend(frameon=False)
 
 # %%
 def highest(radius):
-    K, M = structures.assemble_dense(instrument(radius))
-    own = substructures.craig_bampton(K, M, foot, 6, damping=LOSS * K)
-    system = substructures.join((carrier, own), (tuple(range(6)), tuple(range(6))))
+    K, M = fem.assemble_dense(instrument(radius))
+    own = reductions.craig_bampton(K, M, foot, 6, damping=LOSS * K)
+    system = coupling.join((carrier, own), (tuple(range(6)), tuple(range(6))))
     return jnp.max(jnp.abs(interface_loads(system, jnp.asarray(pulse)).forces[1][4]))
 
 

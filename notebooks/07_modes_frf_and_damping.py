@@ -24,10 +24,10 @@ import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
-from jaxmbs import elements, frequency, structures
-from jaxmbs.structures.damping import complex_modes, proportional_from_ratios
-from jaxmbs.structures.damping import proportional as rayleigh
-from jaxmbs.structures.modes import effective_masses, mac, natural_modes
+from jaxmbs import elements, fem, linear
+from jaxmbs.linear.damping import complex_modes, proportional_from_ratios
+from jaxmbs.linear.damping import proportional as rayleigh
+from jaxmbs.linear.modes import effective_masses, mac, natural_modes
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -57,11 +57,11 @@ def mast(radii):
     for kind, (name, pairs) in enumerate((("legs", legs), ("rings", rings), ("braces", braces))):
         groups[name] = ([tube(radii[kind, k // 4]) for k in range(len(pairs))], pairs)
     groups["antenna"] = (elements.PointMass(15.0), [(f"{STOREYS}0",)])
-    return structures.Structure(nodes, groups, held={f"0{c}": "all" for c in range(4)})
+    return fem.Structure(nodes, groups, held={f"0{c}": "all" for c in range(4)})
 
 
 radii = jnp.full((3, STOREYS), 0.02)
-K, M = structures.assemble_dense(mast(radii))
+K, M = fem.assemble_dense(mast(radii))
 labels = mast(radii).labels
 print(f"{len(labels)} coordinates")
 
@@ -71,8 +71,8 @@ print(f"{len(labels)} coordinates")
 
 # %%
 modes = natural_modes(K, M, num=10)
-motions = structures.rigid_motions(mast(radii).positions)
-directions = jnp.stack([structures.collect(mast(radii), motions[:, :, d]) for d in range(3)], axis=1)
+motions = linear.rigid_motions(mast(radii).positions)
+directions = jnp.stack([fem.collect(mast(radii), motions[:, :, d]) for d in range(3)], axis=1)
 shares = effective_masses(modes, M, directions)
 print("   Hz     effective mass x, y, z [kg]")
 for f, row in zip(modes.frequencies, shares, strict=True):
@@ -100,9 +100,9 @@ where = {label: row for row, label in enumerate(labels)}
 into, out = where["10", "x"], where[f"{STOREYS}0", "x"]
 hertz = np.linspace(2.0, 120.0, 60 if FAST else 600)
 omega = jnp.asarray(2 * np.pi * hertz)
-exact = frequency.receptance(K, M, omega, (out,), (into,), damping=C)[:, 0, 0]
-four = frequency.receptance(K, M, omega, (out,), (into,), damping=C, num=4)[:, 0, 0]
-bare = frequency.receptance(K, M, omega, (out,), (into,), damping=C, num=4, residual=False)[:, 0, 0]
+exact = linear.receptance(K, M, omega, (out,), (into,), damping=C)[:, 0, 0]
+four = linear.receptance(K, M, omega, (out,), (into,), damping=C, num=4)[:, 0, 0]
+bare = linear.receptance(K, M, omega, (out,), (into,), damping=C, num=4, residual=False)[:, 0, 0]
 fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for values, style, label in (
     (exact, "k", "all modes"),
@@ -121,9 +121,9 @@ ax.legend(frameon=False)
 
 # %%
 def level(radii):
-    K, M = structures.assemble_dense(mast(radii))
+    K, M = fem.assemble_dense(mast(radii))
     C = rayleigh(K, M, by_mass, by_stiffness)
-    found = frequency.receptance(K, M, omega, (out,), (into,), damping=C)[:, 0, 0]
+    found = linear.receptance(K, M, omega, (out,), (into,), damping=C)[:, 0, 0]
     return jnp.sqrt(jnp.mean((jnp.abs(found) * omega**2) ** 2))
 
 
@@ -137,7 +137,7 @@ for name, row in zip(("legs", "rings", "braces"), slope, strict=True):
 # After a change of the legs: the modal assurance criterion of the first modes before and after.
 
 # %%
-changed = natural_modes(*structures.assemble_dense(mast(radii.at[0].mul(1.3))), num=10)
+changed = natural_modes(*fem.assemble_dense(mast(radii.at[0].mul(1.3))), num=10)
 likeness = mac(modes.shapes, changed.shapes)
 fig, ax = plt.subplots(figsize=(4, 3.5), layout="constrained")
 picture = ax.imshow(likeness, vmin=0, vmax=1, cmap="Greys")

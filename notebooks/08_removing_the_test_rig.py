@@ -26,8 +26,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import scipy.linalg
 
-from jaxmbs import frequency as fr
-
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
 
@@ -82,7 +80,7 @@ def motion(force):
 
 def sweep(start, end, level, noise, seed):
     """Phase, frequency and signals (4 motions, 2 exciters, 2 supports; samples; runs) of a sweep."""
-    phase, omega = fr.sweep_phase(time, start, end, DURATION)
+    phase, omega = experiment.sweep_phase(time, start, end, DURATION)
     force = level * np.cos(phase)[:, None, None] * RUNS
     x = np.concatenate([np.zeros((1, 2 * N, 2)), motion(force)])
     support = -SOFT * x[:, ENDS] - LEAK * x[:, N + ENDS]
@@ -100,7 +98,7 @@ def amplitudes(start, end, level=LEVEL, seed=0):
     """Frequencies, rising, and complex amplitudes (frequencies, 8 signals, runs)."""
     phase, omega, signals = sweep(start, end, level, NOISE, seed)
     flat = jnp.asarray(signals.transpose(0, 2, 1).reshape(-1, len(time)))
-    found = fr.swept_amplitudes(flat, jnp.asarray(phase), centres, WIDTH).reshape(len(centres), -1, 2)
+    found = experiment.swept_amplitudes(flat, jnp.asarray(phase), centres, WIDTH).reshape(len(centres), -1, 2)
     order = np.argsort(omega[centres])
     return omega[centres][order], found[order]
 
@@ -117,16 +115,16 @@ print(f"{len(up)} frequencies from {up[0] / 2 / np.pi:.2f} to {up[-1] / 2 / np.p
 
 # %%
 def free(signals):
-    return fr.free_response(signals[:, :N], signals[:, N : N + 2], signals[:, N + 2 :]).receptance
+    return experiment.free_response(signals[:, :N], signals[:, N : N + 2], signals[:, N + 2 :]).receptance
 
 
 def suspended(signals):
-    return fr.free_response(signals[:, :N], signals[:, N : N + 2]).receptance
+    return experiment.free_response(signals[:, :N], signals[:, N : N + 2]).receptance
 
 
-variance = jnp.broadcast_to(jnp.asarray(fr.swept_variance(NOISE, WIDTH))[None, :, None], Z_up.shape)
-B_up, var_up = fr.propagate(free, Z_up, variance)
-B_down, var_down = fr.propagate(free, Z_down, variance)
+variance = jnp.broadcast_to(jnp.asarray(experiment.swept_variance(NOISE, WIDTH))[None, :, None], Z_up.shape)
+B_up, var_up = experiment.propagate(free, Z_up, variance)
+B_down, var_down = experiment.propagate(free, Z_down, variance)
 
 
 def to_up(values):
@@ -165,7 +163,7 @@ print(f"{100 * inside:.1f} % of all values lie within three predicted standard d
 
 # %%
 levels = jnp.stack([free(amplitudes(LOW, HIGH, level, seed)[1]) for seed, level in ((3, 2.5), (4, 5.0), (5, 10.0))])
-spread = np.asarray(fr.nonlinearity(levels))
+spread = np.asarray(experiment.nonlinearity(levels))
 expected = np.sqrt(np.sum(4 * np.asarray(var_up), axis=(1, 2)) / np.sum(np.abs(np.asarray(B_up)) ** 2, axis=(1, 2)))
 print(
     f"median difference of levels {np.median(spread):.2%}, of the noise at the lowest level {np.median(expected):.2%}"
@@ -188,19 +186,19 @@ Z = np.zeros((len(omega), 6, 6), complex)
 Z[:, :4, :4] += K + 1j * w * C - w**2 * M
 Z[:, 2:, 2:] += fixture_K + 1j * w * fixture_C - w**2 * fixture_M
 names = ["m1", "m2", "m3", "m4", "f1", "f2"]
-assembled = fr.TransferFunctions(omega, np.linalg.inv(Z), names, names)
+assembled = experiment.TransferFunctions(omega, np.linalg.inv(Z), names, names)
 fixture_Z = fixture_K + 1j * w * fixture_C - w**2 * fixture_M
-fixture = fr.TransferFunctions(omega, np.linalg.inv(fixture_Z), names[2:], names[2:])
+fixture = experiment.TransferFunctions(omega, np.linalg.inv(fixture_Z), names[2:], names[2:])
 alone = np.linalg.inv(K + 1j * w * C - w**2 * M)
 
 
 def noise_of(transfer):
-    return fr.noise_variance(transfer.values, relative=2e-3, floor=1e-7)
+    return experiment.noise_variance(transfer.values, relative=2e-3, floor=1e-7)
 
 
 both = jnp.concatenate([assembled.values.reshape(len(omega), -1), fixture.values.reshape(len(omega), -1)], axis=1)
 of_both = jnp.concatenate([noise_of(assembled).reshape(len(omega), -1), noise_of(fixture).reshape(len(omega), -1)], 1)
-measured = fr.noisy(jax.random.key(0), both, of_both)[:, None, :]
+measured = experiment.noisy(jax.random.key(0), both, of_both)[:, None, :]
 
 
 PLACE = "m4"
@@ -209,7 +207,7 @@ PLACE = "m4"
 def without_fixture(values, channels, rank):
     seen = assembled.replace(values[:, 0, :36].reshape(-1, 6, 6))
     known = fixture.replace(values[:, 0, 36:].reshape(-1, 4, 4))
-    return fr.decouple(seen, known, channels, rank=rank).at([PLACE], [PLACE]).values
+    return experiment.decouple(seen, known, channels, rank=rank).at([PLACE], [PLACE]).values
 
 
 place = names.index(PLACE)
@@ -221,7 +219,7 @@ for color, (label, channels, rank) in zip(
     ("C0", "C1"), (("standard", ["m3", "m4"], None), ("extended", names[2:], 2)), strict=True
 ):
     found, spread = jax.jit(
-        lambda v, channels=channels, rank=rank: fr.propagate(
+        lambda v, channels=channels, rank=rank: experiment.propagate(
             lambda x: without_fixture(x, channels, rank), v, of_both[:, None, :]
         )
     )(measured)
@@ -245,8 +243,10 @@ axes[1].legend(frameon=False, ncols=2)
 # holds. The real and imaginary stiffness that remain are the structure's own.
 
 # %%
-held = fr.TransferFunctions(omega, np.linalg.inv(K + 1j * w * C - w**2 * M + 500.0 * at_ends), names[:4], names[:4])
-found = fr.remove_stiffness(held, ["m1", "m4"], 500.0 * np.eye(2))
-H, J = fr.measured_stiffness(found)
+held = experiment.TransferFunctions(
+    omega, np.linalg.inv(K + 1j * w * C - w**2 * M + 500.0 * at_ends), names[:4], names[:4]
+)
+found = experiment.remove_stiffness(held, ["m1", "m4"], 500.0 * np.eye(2))
+H, J = experiment.measured_stiffness(found)
 print("rest of the rig:", float(np.max(np.abs(np.asarray(found.values) - alone)) / np.max(np.abs(alone))))
 print("stiffness and damping of the first spring:", -np.asarray(H)[0, 0, 1], -np.asarray(J)[0, 0, 1] / omega[0])

@@ -25,10 +25,11 @@ import numpy as np
 import optax
 
 import jaxmbs as mbs
+from jaxmbs.coupling import couple, stacked
 from jaxmbs.elements import Beam
+from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import carried_loads, mass_properties
-from jaxmbs.structures import Structure, Substructure
-from jaxmbs.substructures import couple, physical, stacked
+from jaxmbs.reductions import physical
 
 jax.config.update("jax_enable_x64", True)
 
@@ -111,7 +112,7 @@ names = [f"tube{k}" for k in range(PIECES)]
 def tube(radius):
     area, inertia = jnp.pi * radius**2, jnp.pi * radius**4 / 4.0
     beam = Beam(7e10, 2.7e10, area, inertia, inertia, 2.0 * inertia, 2700.0, reference=(0, 1, 0))
-    return Substructure.of(Structure(NODES, {"beam": (beam, [(0, 1), (1, 2), (2, 3)])}))
+    return assemble(Structure(NODES, {"beam": (beam, [(0, 1), (1, 2), (2, 3)])}))
 
 
 def arm(tubes):
@@ -130,7 +131,7 @@ def arm(tubes):
 
 def bond_forces(radii):
     """The coupled response along the motion, and the mechanism with its motion."""
-    tubes = tube(radii)  # one Substructure, its matrices with an axis of pieces
+    tubes = tube(radii)  # one LinearSystem, its matrices with an axis of pieces
     tubes = [jax.tree.map(lambda x: x[k], tubes) for k in range(PIECES)]  # noqa: B023
     system = arm(tubes)
     motion = mbs.simulate(system, mbs.State.at(system), ts=jnp.linspace(0.05, 0.5, 10), rtol=1e-6, atol=1e-6)

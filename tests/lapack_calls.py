@@ -9,16 +9,15 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import blocksparse as bs
-from jaxmbs import frequency as fr
-from jaxmbs import substructures as sub
-from jaxmbs.frequency.inverse import regular_inverse
+from jaxmbs import linear, reductions
+from jaxmbs.experiment.inverse import regular_inverse
+from jaxmbs.linear.block_modes import lowest_modes
+from jaxmbs.linear.damping import complex_modes
+from jaxmbs.linear.modes import natural_modes, track
+from jaxmbs.linear.oscillations import modal_motion
+from jaxmbs.linear.static_response import static_response
 from jaxmbs.math import square
 from jaxmbs.math.interpolation import spline_slopes
-from jaxmbs.structures.block_modes import lowest_modes
-from jaxmbs.structures.damping import complex_modes
-from jaxmbs.structures.modes import natural_modes, track
-from jaxmbs.structures.statics import static_response
-from jaxmbs.structures.transient import modal_motion
 from tests.structural_matrices import beam
 from tests.systems import four_bar, four_bar_state
 
@@ -100,7 +99,7 @@ WITHOUT = {
     "block factors": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3))),
     "block ldl": lambda t: bs.log_determinant(bs.factor(block_matrix(t), "ldl")),
     "block lu": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3)), "lu"),
-    "dense_response": lambda t: fr.dense_response(K, (1.0 + t) * M, jnp.ones((18, 1)), OMEGA, C),
+    "dense_response": lambda t: linear.dense_response(K, (1.0 + t) * M, jnp.ones((18, 1)), OMEGA, C),
     "measured_stiffness": lambda t: jax.vmap(square.inverse)(measured(t)),
 }
 
@@ -114,12 +113,15 @@ WITH = {
     "static_response": (lambda t: static_response(LARGE * (1.0 + t), jnp.ones(len(LARGE))), SOLVE),
     "block modes": (block_modes, {"syevd"}),
     "inertia": (lambda t: bs.inertia(bs.factor(block_matrix(t), "ldl")), {"syevd"}),
-    "guyan": (lambda t: sub.guyan(K * (1.0 + t), M, (0, 1, 16, 17)), DEFINITE),
-    "craig_bampton": (lambda t: sub.craig_bampton(K * (1.0 + t), M, (0, 1), 4), VALUES),
-    "rubin": (lambda t: sub.rubin(K * (1.0 + t), M, (0, 1), 4, num_rigid=2), VALUES | SOLVE),
-    "craig_chang": (lambda t: sub.craig_chang(K * (1.0 + t), M, (0, 1), 4, determinate=(0, 1)), VALUES | SOLVE),
-    "receptance": (lambda t: fr.receptance(K * (1.0 + t), M, OMEGA, (0,), (0,)), VALUES),
-    "viscous_receptance": (lambda t: fr.viscous_receptance(K * (1.0 + t), M, OMEGA, (0,), (0,), C), GENERAL),
+    "guyan": (lambda t: reductions.guyan(K * (1.0 + t), M, (0, 1, 16, 17)), DEFINITE),
+    "craig_bampton": (lambda t: reductions.craig_bampton(K * (1.0 + t), M, (0, 1), 4), VALUES),
+    "rubin": (lambda t: reductions.rubin(K * (1.0 + t), M, (0, 1), 4, num_rigid=2), VALUES | SOLVE),
+    "craig_chang": (
+        lambda t: reductions.craig_chang(K * (1.0 + t), M, (0, 1), 4, determinate=(0, 1)),
+        VALUES | SOLVE,
+    ),
+    "receptance": (lambda t: linear.receptance(K * (1.0 + t), M, OMEGA, (0,), (0,)), VALUES),
+    "viscous_receptance": (lambda t: linear.viscous_receptance(K * (1.0 + t), M, OMEGA, (0,), (0,), C), GENERAL),
     "regular_inverse": (lambda t: regular_inverse(measured(t), rank=2), {"gesdd"}),
     "gradient of natural_modes": (
         jax.grad(lambda t: jnp.sum(natural_modes(LARGE, LARGE_MASS * (1.0 + t)).values)),

@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 
 import jaxmbs as mbs
-from jaxmbs import frequency as fr
-from jaxmbs.structures.modes import natural_modes
+from jaxmbs import linear
+from jaxmbs.linear.modes import natural_modes
 
 from .mechanisms import four_bar as planar_four_bar
 from .mechanisms import four_bar_angles
@@ -65,7 +65,7 @@ def _modes():
 
     def lane(t):
         held = K * (1.0 + t) + jnp.eye(len(K))
-        return natural_modes(held, M).values, fr.receptance(held, M, jnp.linspace(1.0, 9.0, 5), (0,), (0,))
+        return natural_modes(held, M).values, linear.receptance(held, M, jnp.linspace(1.0, 9.0, 5), (0,), (0,))
 
     return lane
 

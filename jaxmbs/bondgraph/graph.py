@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from . import drawing
 from .elements import Bond, Element, Storage
 
 
@@ -73,11 +74,7 @@ class BondGraph:
 
         Raises: ModuleNotFoundError without networkx; it is in the extra `viz`.
         """
-        from ..viz.bond_graph import to_networkx
-
-        return to_networkx(self)
+        return drawing.to_networkx(self)
 
     def _repr_svg_(self) -> str:
-        from ..viz.bond_graph import draw_bond_graph
-
-        return draw_bond_graph(self)
+        return drawing.draw_bond_graph(self)

@@ -5,8 +5,9 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from ..palette import BLUE, GREY, RED
 from ..viz import plot_energy, plot_mechanism
-from ..viz.canvas import BLUE, GREY, RED, finish
+from ..viz.canvas import finish
 from ..viz.mechanism import frame_positions
 from .loads import crank_angle
 

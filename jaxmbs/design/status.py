@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 
 from jaxmbs.kinematics.state import State
-from jaxmbs.simulate.motion import EVENT, NOT_ASSEMBLED, NOT_FINITE, STATUS, SUCCESS, Motion
+from jaxmbs.motion.motion import EVENT, NOT_ASSEMBLED, NOT_FINITE, STATUS, SUCCESS, Motion
 
 NOT_RUN, INFEASIBLE = -1, -2
 _TEXT = {NOT_RUN: "not run", INFEASIBLE: "refused by `feasible`, not run"}

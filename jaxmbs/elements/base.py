@@ -67,6 +67,11 @@ class AbstractElement(eqx.Module):
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Mass in world axes [kg, kg m, kg m^2]."""
 
+    @property
+    def damps(self) -> bool:
+        """Whether `damping` is more than zeros."""
+        return type(self).damping is not AbstractElement.damping
+
     def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Viscous damping in world axes [N s/m, N s, N m s]; zero but for dampers."""
         return jnp.zeros((self.size, self.size), nodes.dtype)

@@ -67,6 +67,10 @@ class Spring(AbstractElement):
         B = self.relative(nodes)
         return B.T @ self.matrix @ B
 
+    @property
+    def damps(self):
+        return self.damper is not None
+
     def damping(self, nodes):
         """`B^T C B` with B the relative motion."""
         B = self.relative(nodes)

@@ -11,12 +11,12 @@ from ..errors import ModelError
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
+from ..linear.system import LinearSystem
 from ..math.jit import jit
 from ..math.linalg import skew
 from ..math.rows import over_rows
 from ..model.system import System
-from ..structures.substructure import Substructure
-from .floating_frame import directions, rigid_motions
+from .floating_frame import directions, rigid_basis
 
 
 def carried_loads(system: System, motion, components: Mapping, joints: Mapping | None = None, method="dense") -> dict:
@@ -24,7 +24,7 @@ def carried_loads(system: System, motion, components: Mapping, joints: Mapping |
 
     Args:
         motion: a State, a Motion, or a State with one leading axis.
-        components: frame or body name -> Substructure with positions, in that frame's axes and from its origin.
+        components: frame or body name -> LinearSystem with positions, in that frame's axes and from its origin.
         joints: joint name -> (frame, node): the joint's reaction acts on that node of the component of that frame.
             All joints of a body given, and no other forces on it, its loads are in balance.
         method: of the reactions, as in `reactions`.
@@ -44,15 +44,15 @@ def carried_loads(system: System, motion, components: Mapping, joints: Mapping |
     return _carried(system, states, dict(components), wrenches, tuple(joints.items()), method)
 
 
-def mass_properties(component: Substructure):
+def mass_properties(component: LinearSystem):
     """Mass () [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a free component: `SystemBuilder.body`
     takes them.
 
     Raises: ModelError for a component without the positions of its nodes.  Source: S1 (3).
     """
     if component.positions is None:
-        raise ModelError(["mass properties need the positions of the nodes: Substructure(..., positions=...)"])
-    B = rigid_motions(component, jnp.zeros(3, component.positions.dtype))
+        raise ModelError(["mass properties need the positions of the nodes: LinearSystem(..., positions=...)"])
+    B = rigid_basis(component, jnp.zeros(3, component.positions.dtype))
     J = B.T @ component.mass @ B
     mass = jnp.trace(J[3:, 3:]) / 3.0
     lever = (J[:3, 3:] - J[3:, :3]) / (2.0 * mass)  # skew(centre)
@@ -68,7 +68,7 @@ def _check(system, components, joints):
         if frame not in top.frame_index:
             faults.append(f"component {frame!r}: no such frame or body; there are {', '.join(top.frame_names)}")
         if component.positions is None:
-            faults.append(f"component {frame!r}: needs the positions of its nodes, Substructure(..., positions=...)")
+            faults.append(f"component {frame!r}: needs the positions of its nodes, LinearSystem(..., positions=...)")
     for name, (frame, node) in joints.items():
         if frame not in components:
             faults.append(f"joint {name!r}: no component is given for frame {frame!r}")
@@ -120,7 +120,7 @@ def _inertia(system, geo, V, V_dot, frame, component):
     top = system.topology
     index = top.frame_index[frame]
     R, x, node = geo.R[index], geo.x[index], top.frame_node[index]
-    B, M = rigid_motions(component, jnp.zeros(3, x.dtype)), component.mass
+    B, M = rigid_basis(component, jnp.zeros(3, x.dtype)), component.mass
 
     def in_frame(twist):
         """(rotation, translation of the frame's origin) (6,) in the frame's axes."""

@@ -10,13 +10,13 @@ from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..linear.damping import modal
+from ..linear.system import LinearSystem
 from ..math import square
 from ..math.linalg import skew
 from ..model.elastic import ElasticBody
-from ..structures.damping import modal
-from ..structures.substructure import Substructure
-from ..substructures.base import Reduced, physical
-from ..substructures.craig_bampton import craig_bampton
+from ..reductions.base import Reduced, physical
+from ..reductions.craig_bampton import craig_bampton
 
 _STRAINED = {8: 1e-6, 4: 1e-2}  # strain of rigid motions, over that of unit displacements, that counts as none
 
@@ -28,17 +28,17 @@ class FloatingFrame(eqx.Module):
         body: what `SystemBuilder.elastic` takes.
         shapes: (n, m) displacements Phi of all coordinates per deformation, the first interface at rest.
         rigid: (n, 6) rigid motions: rotations about, then translations of, the first interface.
-        substructure: the matrices; its damping is that of the body.
+        system: the matrices; its damping is that of the body.
     """
 
     body: ElasticBody
     shapes: Float[Array, "n m"]
     rigid: Float[Array, "n 6"]
-    substructure: Substructure
+    system: LinearSystem
 
 
 def floating_frame(
-    substructure: Substructure,
+    system: LinearSystem,
     interfaces: Sequence[str],
     num_modes: int = 0,
     damping_ratio=None,
@@ -47,22 +47,22 @@ def floating_frame(
     """An elastic body from a free substructure.
 
     Args:
-        substructure: with the positions of its nodes; not held anywhere.
+        system: with the positions of its nodes; not held anywhere.
         interfaces: names of nodes with six coordinates each, the first of which carries the floating frame: the one
             that the ground reaches first.
         num_modes: normal modes kept beside the constraint modes of the interfaces.
         damping_ratio: of the modes with the first interface held, instead of the substructure's own damping.
-        method: a reduction of `jaxmbs.substructures`.
+        method: a reduction of `jaxmbs.reductions`.
 
-    Interfaces with many nodes take six coordinates by `substructures.rigid_node` first.
+    Interfaces with many nodes take six coordinates by `reductions.rigid_node` first.
     Rotary inertia of nodes counts as if they kept their axes in the floating frame; stiffening by rotation is left
     out (cut a blade or a fast arm into several bodies, their frames then follow it).
 
     Raises: ModelError with every fault.  Source: S1 (4)-(9); S2 (35).
     """
-    s = substructure
+    s = system
     outer = interface_rows(s, interfaces)
-    rigid = rigid_motions(s, s.positions[s.nodes.index(interfaces[0])])
+    rigid = rigid_basis(s, s.positions[s.nodes.index(interfaces[0])])
     _check_free(s.stiffness, rigid)
     if len(outer) == s.num_rows:
         reduced = physical(s.stiffness, s.mass, outer, s.damping)
@@ -100,11 +100,11 @@ def _symmetric(A):
     return 0.5 * (A + A.T)
 
 
-def interface_rows(s: Substructure, interfaces) -> tuple[int, ...]:
+def interface_rows(s: LinearSystem, interfaces) -> tuple[int, ...]:
     """Rows of the interfaces, six each, in the order x y z rx ry rz."""
     faults = [] if interfaces else ["an elastic body needs at least one interface"]
     if s.positions is None:
-        faults.append("an elastic body needs the positions of its nodes: Substructure(..., positions=...)")
+        faults.append("an elastic body needs the positions of its nodes: LinearSystem(..., positions=...)")
     places = {label: i for i, label in enumerate(s.coordinates)}
     for name in interfaces:
         missing = [d for d in DIRECTIONS if (name, d) not in places]
@@ -119,14 +119,14 @@ def interface_rows(s: Substructure, interfaces) -> tuple[int, ...]:
     return tuple(places[name, d] for name in interfaces for d in DIRECTIONS)
 
 
-def directions(s: Substructure):
+def directions(s: LinearSystem):
     """Node and direction of every row; -1 where it has none (a modal coordinate)."""
     names = {name: i for i, name in enumerate(s.nodes)}
     node = np.array([names[name] if d else -1 for name, d in s.coordinates])
     return node, np.array([DIRECTIONS.index(d) if d else -1 for _, d in s.coordinates])
 
 
-def rigid_motions(s: Substructure, about):
+def rigid_basis(s: LinearSystem, about):
     """(n, 6): rotations about a point (3,) and translations; modal coordinates stay at rest."""
     node, direction = directions(s)
     arms = s.positions - about[None]
@@ -138,7 +138,7 @@ def rigid_motions(s: Substructure, about):
     return jnp.where((direction >= 0)[:, None], motions[node, direction], 0.0)
 
 
-def turned(s: Substructure, shapes):
+def turned(s: LinearSystem, shapes):
     """(3, n, m): `e_a x u` of the translations u of every node in the shapes (n, m), for the axes a = x, y, z."""
     node, direction = directions(s)
     moves = (direction >= 0) & (direction < 3)

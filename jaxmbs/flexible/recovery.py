@@ -16,7 +16,7 @@ from ..math.jit import jit
 from ..math.rotation import rotation_vector_rate
 from ..model.question import check_fits
 from ..model.system import System
-from ..substructures import recovery
+from ..reductions import recovery
 from .floating_frame import FloatingFrame, interface_rows, turned
 
 
@@ -70,7 +70,7 @@ def interface_loads(system: System, motion, name: str, frame: FloatingFrame):
     Raises: ModelError for an unknown name.  Source: S1 (25), (30).
     """
     group, index = _find(system, name)
-    s, rows = frame.substructure, interface_rows(frame.substructure, frame.body.interfaces)
+    s, rows = frame.system, interface_rows(frame.system, frame.body.interfaces)
 
     def loads(state):
         motion = _motion(system, group, index, frame, state)
@@ -93,7 +93,7 @@ def _moment(vector, load):
 
 
 def _recovered(frame, motion):
-    s = frame.substructure
+    s = frame.system
     rows = interface_rows(s, frame.body.interfaces)
     if len(rows) == s.num_rows:
         return motion.x
@@ -137,7 +137,7 @@ def _motion(system, group, index, frame, state):
     V_dot = node_accelerations(system.topology, geo.S, V, u, a)
     body, s = _of_body(group, index, elastic_state(system, group, geo, psi, V, u))
     rate = flow_rate(body, s, *_of_body(group, index, gathered(system, group, V_dot, a))[1])
-    component = frame.substructure
+    component = frame.system
 
     def nodal_momenta(q, flow):
         """M y (n,)."""

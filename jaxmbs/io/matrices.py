@@ -1,34 +1,34 @@
-"""Substructures from files of matrices: Matrix Market, Nastran's OP4 and DMIG (pyYeti reads those two)."""
+"""Linear systems from files of matrices: Matrix Market, Nastran's OP4 and DMIG (pyYeti reads those two)."""
 
 from collections.abc import Sequence
 from os import PathLike
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
-from ..structures import Substructure
+from ..linear import LinearSystem
 
 
 def read_matrix_market(
     mass: str | PathLike, stiffness: str | PathLike, damping: str | PathLike | None = None, **options
-) -> Substructure:
-    """From one Matrix Market file per matrix; `options` as of `Substructure`."""
+) -> LinearSystem:
+    """From one Matrix Market file per matrix; `options` as of `LinearSystem`."""
     import scipy.io
 
     paths = (mass, stiffness, damping)
-    return Substructure(*(None if path is None else scipy.io.mmread(path) for path in paths), **options)
+    return LinearSystem(**_by_kind(None if path is None else scipy.io.mmread(path) for path in paths), **options)
 
 
 def read_op4(
     path: str | PathLike, mass: str = "mxx", stiffness: str = "kxx", damping: str | None = None, **options
-) -> Substructure:
+) -> LinearSystem:
     """From matrices by name in an OP4 file, text or binary.
 
-    Args: options: as of `Substructure`; an OP4 file holds no names of coordinates.
+    Args: options: as of `LinearSystem`; an OP4 file holds no names of coordinates.
 
     Raises: ModelError naming the matrices that the file has; ImportError without pyYeti (the extra `io`).
     """
     op4 = _pyyeti("op4")
-    return Substructure(*_named(path, op4.read(str(path)), mass, stiffness, damping), **options)
+    return LinearSystem(**_by_kind(_named(path, op4.read(str(path)), mass, stiffness, damping)), **options)
 
 
 def read_dmig(
@@ -38,7 +38,7 @@ def read_dmig(
     damping: str | None = None,
     interface: Sequence = (),
     positions=None,
-) -> Substructure:
+) -> LinearSystem:
     """From DMIG cards in a bulk or punch file; coordinates are named by grid and component, "101 rz".
 
     Raises: as `read_op4`.
@@ -50,7 +50,11 @@ def read_dmig(
         None if f is None else f.reindex(index=rows, columns=rows).fillna(0.0).to_numpy(float) for f in frames
     ]
     labels = [(str(grid), DIRECTIONS[component - 1] if component else "") for grid, component in rows]
-    return Substructure(*matrices, interface=interface, coordinates=labels, positions=positions)
+    return LinearSystem(**_by_kind(matrices), interface=interface, coordinates=labels, positions=positions)
+
+
+def _by_kind(matrices):
+    return dict(zip(("mass", "stiffness", "damping"), matrices, strict=True))
 
 
 def _named(path, found, *names):

@@ -1,6 +1,6 @@
 """Pictures by matplotlib (extra `viz`), each drawn into `ax` and never shown; bond graphs as SVG text."""
 
-from .bond_graph import draw_bond_graph as draw_bond_graph
+from ..bondgraph.drawing import draw_bond_graph as draw_bond_graph
 from .limits import plot_limit_values as plot_limit_values
 from .mechanism import plot_mechanism as plot_mechanism
 from .plots import plot_coordinates as plot_coordinates

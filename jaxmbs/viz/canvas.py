@@ -1,6 +1,7 @@
 """Axes to draw into, in the look of the house."""
 
-BLUE, ORANGE, GREEN, VIOLET, RED, GREY = COLORS = ("#1f5f8b", "#c7752b", "#3f8f5b", "#7a4d8f", "#b0413e", "#5b6770")
+from ..palette import COLORS
+
 _DASHES = ("-", "--", ":", "-.")
 _FEW = 6  # names that a legend within the axes may hold
 

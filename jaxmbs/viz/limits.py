@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from ..substructures.limits import shortfall
-from .canvas import COLORS, axes, finish
+from ..coupling.limits import shortfall
+from ..palette import COLORS
+from .canvas import axes, finish
 
 
 def plot_limit_values(limits, truth, cases=None, ax=None):

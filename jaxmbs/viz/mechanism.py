@@ -7,7 +7,8 @@ from scipy.spatial import ConvexHull
 from ..kinematics.poses import frame_poses, node_parameters, node_poses
 from ..math.jit import jit
 from ..model.question import check_fits
-from .canvas import COLORS, axes
+from ..palette import COLORS
+from .canvas import axes
 
 
 def plot_mechanism(system, states, plane="xy", frames=None, ax=None):

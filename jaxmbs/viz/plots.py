@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .canvas import BLUE, GREEN, RED, axes, curve, finish, stacked
+from ..palette import BLUE, GREEN, RED
+from .canvas import axes, curve, finish, stacked
 
 _UNITS = {
     "revolute": "angle [rad]",

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .canvas import COLORS, RED, axes, finish, stacked
+from ..palette import COLORS, RED
+from .canvas import axes, finish, stacked
 
 _SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
 _HATCHES = (None, "////", "....")

@@ -13,10 +13,10 @@ from jax import lax
 
 import jaxmbs as mbs
 from jaxmbs.elements import Beam
-from jaxmbs.frequency import receptance, viscous_receptance
-from jaxmbs.structures import Structure, assemble_dense, element_forces
-from jaxmbs.structures.damping import proportional
-from jaxmbs.substructures import element_loads, interface_forces, mode_acceleration
+from jaxmbs.fem import Structure, assemble_dense, element_forces
+from jaxmbs.linear import receptance, viscous_receptance
+from jaxmbs.linear.damping import proportional
+from jaxmbs.reductions import element_loads, interface_forces, mode_acceleration
 
 from .slopes import Slopes
 from .test_special_motions import changed

@@ -16,7 +16,7 @@ from jax import numpy as jnp
 import jaxmbs as mbs
 from jaxmbs.design import batches, lanes
 from jaxmbs.design.status import INFEASIBLE, NOT_RUN, lane_cost, lane_status
-from jaxmbs.simulate import motion as codes
+from jaxmbs.motion import motion as codes
 
 batch = functools.partial(mbs.batch, progress=False)
 

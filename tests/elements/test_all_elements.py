@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs import elements as el
-from jaxmbs.structures import rigid_motions
+from jaxmbs.linear import rigid_motions
 
 CUBE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 BUMPS = np.random.default_rng(3).uniform(-0.15, 0.15, (8, 3))

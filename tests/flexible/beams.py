@@ -5,9 +5,9 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs.elements import Beam
+from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import floating_frame
 from jaxmbs.kinematics.poses import neutral_coordinates, step_coordinates
-from jaxmbs.structures import Structure, Substructure
 
 
 def beam_structure(length, elements, **section):
@@ -23,7 +23,7 @@ def elastic_beam(length=1.0, elements=8, num_modes=2, interfaces=None, damping_r
     """A free beam between its ends."""
     structure = beam_structure(length, elements, **section)
     interfaces = ("0", str(elements)) if interfaces is None else interfaces
-    return floating_frame(Substructure.of(structure), interfaces, num_modes, damping_ratio)
+    return floating_frame(assemble(structure), interfaces, num_modes, damping_ratio)
 
 
 def chain_of_beams(parts, joint, gravity=(0.0, 0.0, 0.0), motion=None, drive=None, **options):

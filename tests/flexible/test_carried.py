@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.coupling import couple, stacked
 from jaxmbs.elements import PointMass
+from jaxmbs.fem import Structure, assemble, body_load, collect
 from jaxmbs.flexible import carried_loads, mass_properties
-from jaxmbs.flexible.floating_frame import rigid_motions
-from jaxmbs.structures import Structure, Substructure, body_load, check, collect
-from jaxmbs.substructures import couple, physical, stacked
+from jaxmbs.flexible.floating_frame import rigid_basis
+from jaxmbs.linear import LinearSystem, check
+from jaxmbs.reductions import physical
 from tests.flexible.beams import beam_structure, random_state
 from tests.mechanisms import rotation_about
 
@@ -52,19 +54,19 @@ PLACES = {
 @pytest.mark.parametrize("method", ["dense", "block-sparse"])
 def test_loads_of_a_body_are_in_balance(body, method):
     """Fast spatial motion, axes turned against each other: weight, inertia and all joints sum to nothing."""
-    component = Substructure.of(piece())
+    component = assemble(piece())
     system = arm([component, component], rotation_about((1.0, 2.0, -1.0), 0.9))
     state = random_state(system, speed=5.0)
     load = carried_loads(system, state, {body: component}, PLACES[body], method)[body]
     free = carried_loads(system, state, {body: component})[body]
-    motions = rigid_motions(component, jnp.array([0.1, 0.2, 0.3]))
+    motions = rigid_basis(component, jnp.array([0.1, 0.2, 0.3]))
     assert np.abs(motions.T @ free).min() > 0.5
     np.testing.assert_allclose(motions.T @ load, 0.0, atol=1e-10)
 
 
 def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
     """The pieces coupled at the weld and held at the hub: the bond forces are those of multibody dynamics."""
-    component = Substructure.of(piece())
+    component = assemble(piece())
     system = arm([component, component])
     state = random_state(system, size=0.3, speed=4.0)
     pair = {"piece0": component, "piece1": component}
@@ -79,7 +81,7 @@ def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
 
 def test_at_rest_the_load_is_the_weight():
     structure = piece()
-    component = Substructure.of(structure)
+    component = assemble(structure)
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
     mass, centre, inertia = mass_properties(component)
     b.body("part", mass=mass, com=centre, inertia=inertia)
@@ -91,7 +93,7 @@ def test_at_rest_the_load_is_the_weight():
 
 
 def test_mass_properties_against_the_check_of_the_substructure():
-    component = Substructure.of(piece())
+    component = assemble(piece())
     mass, centre, inertia = mass_properties(component)
     report = check(component, about=np.asarray(centre))
     np.testing.assert_allclose(mass, report.mass, rtol=1e-12)
@@ -101,7 +103,7 @@ def test_mass_properties_against_the_check_of_the_substructure():
 
 def test_a_load_along_a_motion_and_its_gradient():
     def bending(scale):
-        component = Substructure.of(piece(scale))
+        component = assemble(piece(scale))
         system = arm([component, component])
         state = random_state(system, speed=3.0)
         states = jax.tree.map(lambda x: jnp.stack([x, x]), state)
@@ -116,8 +118,8 @@ def test_a_load_along_a_motion_and_its_gradient():
 
 
 def test_wrong_names_are_refused_in_one_report():
-    component = Substructure.of(piece(bob=False))
-    bare = Substructure(component.mass, component.stiffness, coordinates=component.coordinates)
+    component = assemble(piece(bob=False))
+    bare = LinearSystem(mass=component.mass, stiffness=component.stiffness, coordinates=component.coordinates)
     system = arm([component, component])
     state = mbs.State.at(system)
     joints = {"hub": ("piece1", "0"), "elbow": ("piece1", "9"), "weld": ("piece7", "0")}

@@ -10,11 +10,12 @@ import scipy.linalg
 import jaxmbs as mbs
 from jaxmbs.dynamics.ports import resistance_field
 from jaxmbs.elements import Hexahedron
+from jaxmbs.fem import Structure, assemble, element_forces
 from jaxmbs.flexible import deformations, displacements, floating_frame, interface_loads
 from jaxmbs.kinematics.poses import coordinate_rate
+from jaxmbs.linear import LinearSystem
 from jaxmbs.math.rotation import quaternion_exp
-from jaxmbs.structures import Structure, Substructure, element_forces
-from jaxmbs.substructures import craig_bampton, rigid_node
+from jaxmbs.reductions import craig_bampton, rigid_node
 from jaxmbs.viz.mechanism import body_frames
 
 from .beams import beam_structure, elastic_beam, random_state
@@ -131,7 +132,7 @@ def test_frequencies_of_a_cantilever_are_those_of_its_elements():
     state = mbs.State.at(system)
     M, K, C = mbs.mass_matrix(system, state), mbs.stiffness(system, state).total, resistance_field(system, state)
     values, shapes = scipy.linalg.eigh(K, M)
-    s = frame.substructure
+    s = frame.system
     held = (np.asarray(A)[RIGID_ROWS:, RIGID_ROWS:] for A in (s.stiffness, s.mass))
     np.testing.assert_allclose(values, scipy.linalg.eigh(*held, eigvals_only=True), rtol=1e-8)
     damped = shapes.T @ C @ shapes
@@ -168,7 +169,14 @@ def test_a_component_known_by_its_reduced_matrices_alone():
     reduced = craig_bampton(s.stiffness, s.mass, ends, 3)
     labels = [*(s.coordinates[i] for i in ends), *(f"mode {k}" for k in range(3))]
     places = {"0": s.positions[0], "4": s.positions[4]}
-    delivered = Substructure(reduced.mass, reduced.stiffness, None, labels[:12], labels, places)
+    delivered = LinearSystem(
+        mass=reduced.mass,
+        stiffness=reduced.stiffness,
+        damping=None,
+        interface=labels[:12],
+        coordinates=labels,
+        positions=places,
+    )
     frame = floating_frame(delivered, ("0", "4"), 3)
     for part in ("stiffness", "places"):
         np.testing.assert_allclose(getattr(frame.body, part), getattr(full.body, part), rtol=1e-8, atol=1e-3)
@@ -186,7 +194,7 @@ def test_a_block_of_solids_held_by_its_faces():
         number[i : i + 2, j : j + 2, k : k + 2].ravel()[[0, 4, 6, 2, 1, 5, 7, 3]] for i, j, k in np.ndindex(2, 2, 2)
     ]
     nodes = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-    block = Substructure.of(Structure(nodes, {"solid": (Hexahedron(7e10, 0.0, 2700.0), bricks)}))
+    block = assemble(Structure(nodes, {"solid": (Hexahedron(7e10, 0.0, 2700.0), bricks)}))
     for name, face in (("left", number[0]), ("right", number[2])):
         block = rigid_node(block, name, face.ravel())
     body = floating_frame(block, ("left", "right"), 2).body
@@ -208,12 +216,19 @@ def test_pictures_leave_the_modes_out(flying):
 def test_faults_are_said():
     frame = elastic_beam(elements=2, num_modes=0)
     with pytest.raises(mbs.ModelError, match="no such node"):
-        floating_frame(frame.substructure, ("0", "9"))
-    held = Substructure(frame.substructure.mass, frame.substructure.stiffness + jnp.eye(18) * 1e6)
+        floating_frame(frame.system, ("0", "9"))
+    held = LinearSystem(mass=frame.system.mass, stiffness=frame.system.stiffness + jnp.eye(18) * 1e6)
     with pytest.raises(mbs.ModelError, match="positions"):
         floating_frame(held, ("0",))
-    s = frame.substructure
-    sprung = Substructure(s.mass, s.stiffness + jnp.eye(18) * 1e6, None, (), s.coordinates, (s.nodes, s.positions))
+    s = frame.system
+    sprung = LinearSystem(
+        mass=s.mass,
+        stiffness=s.stiffness + jnp.eye(18) * 1e6,
+        damping=None,
+        interface=(),
+        coordinates=s.coordinates,
+        positions=(s.nodes, s.positions),
+    )
     with pytest.raises(mbs.ModelError, match="must be free"):
         floating_frame(sprung, ("0", "2"))
     b = mbs.SystemBuilder()

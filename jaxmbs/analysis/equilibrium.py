@@ -1,0 +1,154 @@
+"""Static equilibrium and steady motion: where the independent accelerations vanish."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix
+from jaxtyping import Array, Bool, Float, Int
+
+from ..dynamics.elastic import total_mass
+from ..errors import ModelError, SimulationError
+from ..kinematics import constraints
+from ..kinematics.kic import independent_columns, velocity_map
+from ..kinematics.kic_second import along_independent
+from ..kinematics.poses import geometry, node_parameters, normalise, step_coordinates
+from ..kinematics.state import State
+from ..math import lapack, square
+from ..math.jit import jit
+from ..math.lineax_solver import SquareSolver
+from ..model.question import check_fits
+from ..model.system import System
+from .linearise import local_efforts
+
+_SMALL = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
+
+
+class Equilibrium(eqx.Module):
+    """Where a mechanism rests or moves steadily.
+
+    Attributes:
+        state: the State there.
+        residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale.
+        found: whether the residual is small.
+        stable: whether the symmetric part of the stiffness is positive definite on the coordinates that do not move.
+        stiffness: K (N, N) there, all causes, along the admissible directions.
+        efforts: (N,) that hold the moving joints at their speed; zero when the motion sustains itself.
+        steps: of the search.
+    """
+
+    state: State
+    residual: Float[Array, ""]
+    found: Bool[Array, ""]
+    stable: Bool[Array, ""]
+    stiffness: Float[Array, "N N"]
+    efforts: Float[Array, " N"]
+    steps: Int[Array, ""]
+
+
+def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
+    """The state of rest, or of steady motion, near a state.
+
+    Args:
+        state: where the search starts; its time serves the drives.
+        moving: names of joints that turn or slide steadily: they keep their coordinates and velocities, all other
+            independent velocities are zero.
+        throw: raise when nothing is found (outside of tracing); else look at `.found`.
+
+    Newton's method with a line search on the independent efforts and the loops together; derivatives by the
+    implicit function theorem.
+
+    Raises:
+        ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`).
+        SimulationError: no equilibrium was found.
+    """
+    check_fits(system, state)
+    top, chosen = system.topology, independent_columns(system)
+    faults, columns = [], []
+    for name in moving:
+        if name not in top.joint_index:
+            faults.append(f"moving: {name!r} is not a joint; the joints are: {', '.join(top.joint_names)}")
+            continue
+        mine = range(*top.joints[top.joint_index[name]].velocities.indices(top.num_velocities))
+        if not mine or not set(mine) <= set(chosen.tolist()):
+            faults.append(f"moving: joint {name!r} is not independent; use build(independent=[..., {name!r}])")
+        columns += mine
+    if faults:
+        raise ModelError(faults)
+    result = _equilibrium(system, state, tuple(columns))
+    if throw and not isinstance(result.found, jax.core.Tracer) and not np.all(np.asarray(result.found)):
+        worst = float(np.max(np.asarray(result.residual)))
+        raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
+    return result
+
+
+@jit
+def _equilibrium(system, state, moving):
+    top, chosen = system.topology, independent_columns(system)
+    still = jnp.asarray(~np.isin(chosen, moving), state.coordinates.dtype)
+    w = state.velocities[chosen] * (1.0 - still)
+    start = jnp.zeros(top.num_velocities, state.coordinates.dtype)
+    weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
+    first = jnp.max(jnp.abs(_unbalanced(system, state.coordinates, w, state.t)), initial=0.0)
+    scale = jax.lax.stop_gradient(weight + first)
+    arguments = (system, state.coordinates, w, state.t, still, scale)
+    step, count = jax.lax.custom_root(lambda x: _balance(x, arguments), start, _search, _along_root, has_aux=True)
+    psi = normalise(top, step_coordinates(top, state.coordinates, step))
+    P = node_parameters(system)
+    Gamma, b = velocity_map(system, P, psi, state.t)
+    efforts = _unbalanced(system, psi, w, state.t)
+    gap = constraints.residual(system, P, psi, state.t)
+    residual = jnp.maximum(jnp.max(jnp.abs(still * efforts), initial=0.0) / scale, jnp.max(jnp.abs(gap), initial=0.0))
+    K = along_independent(system, P, psi, state.t, lambda q: _unbalanced(system, q, w, state.t))
+    return Equilibrium(
+        state=State(state.t, psi, Gamma @ w + b, structure=top.structure),
+        residual=residual,
+        found=residual < _SMALL[start.dtype.itemsize],
+        stable=_is_stable(K, still),
+        stiffness=K,
+        efforts=(1.0 - still) * efforts,
+        steps=count.astype(int),
+    )
+
+
+def _search(balance, start):
+    """The root of `balance` near `start` and the steps it took, as a float: `custom_root` differentiates it too."""
+    tolerance = _SMALL[start.dtype.itemsize] * 1e-3
+    newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
+    newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
+    solution = optimistix.root_find(lambda x, _: balance(x), newton, start, max_steps=200, throw=False)
+    return solution.value, jnp.asarray(solution.stats["num_steps"], start.dtype)
+
+
+def _along_root(linear, right):
+    """The implicit function theorem; not finite where the stiffness is singular, and no error: that would stop the
+    other equilibria of a batch."""
+    return square.solve(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
+
+
+def _unbalanced(system, psi, w, t):
+    """Efforts (N,) that are missing for zero accelerations at the velocities w."""
+    return local_efforts(system, node_parameters(system), psi, w, jnp.zeros_like(w), t)[0]
+
+
+def _balance(step, arguments):
+    """Residual (nv,): efforts along Gamma, loops across it; the two are orthogonal, so both vanish with it."""
+    system, psi, w, t, still, scale = arguments
+    psi = step_coordinates(system.topology, psi, step)
+    P = node_parameters(system)
+    Gamma = velocity_map(system, P, psi, t)[0]
+    held = (1.0 - still) * step[independent_columns(system)]
+    along = Gamma @ (still * _unbalanced(system, psi, w, t) / scale + held)
+    if not system.has_constraints:
+        return along
+    geo, rows = geometry(system, P, psi), system.topology.position_rows
+    A = constraints.jacobian_at(system, geo, psi, t)[rows]
+    return along + A.T @ constraints.residual_at(system, geo, psi, t)
+
+
+def _is_stable(K, still):
+    """Whether the symmetric part is positive definite on the coordinates that stand still."""
+    both = still[:, None] * still[None, :]
+    symmetric = jnp.where(both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K)))
+    values = lapack.eigvalsh(jax.lax.stop_gradient(symmetric))
+    return jnp.min(values, initial=jnp.inf) > 1e-12 * jnp.max(jnp.abs(values), initial=0.0)

@@ -1,0 +1,195 @@
+"""Linear equations of small motions about a state, at rest or in steady motion, on independent coordinates.
+
+`M dphi'' + C dphi' + K dphi = efforts`, and the state space for chosen inputs and outputs.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..dynamics.efforts import efforts
+from ..dynamics.newton_euler import forward_dynamics, node_accelerations, node_motion, required_efforts
+from ..dynamics.ports import resistance_at
+from ..errors import ModelError
+from ..kinematics import constraints
+from ..kinematics.kic import independent_columns, motion_map, position_map, velocity_map_at
+from ..kinematics.poses import coordinate_rate, geometry, node_inertias, node_parameters
+from ..kinematics.state import State
+from ..math import square
+from ..math.jit import jit
+from ..math.linalg import full_rank_lstsq
+from ..model.system import System
+from .release import release
+
+
+class StateSpace(NamedTuple):
+    """`x' = A x + B v`, `y = C x + D v`, with x = (coordinates (n,), velocities (N,)) as differences."""
+
+    A: jax.Array
+    B: jax.Array
+    C: jax.Array
+    D: jax.Array
+
+
+class Linearisation(eqx.Module):
+    """Small motions about a state.
+
+    Attributes:
+        mass: M (N, N), the inertia field I*.
+        damping: C (N, N), of dampers and of the steady motion.
+        gyroscopic: the part of C that the motion makes, `C - R` with R of S2 (74).
+        stiffness: K (N, n) in total derivatives: springs, gravity, loads and the steady motion.
+        state_space: A, B, C, D.
+        positions, velocities: columns of the independent coordinates and velocities (static); they differ (n > N)
+            where rows of velocity restrict the motion.
+    """
+
+    mass: Float[Array, "N N"]
+    damping: Float[Array, "N N"]
+    gyroscopic: Float[Array, "N N"]
+    stiffness: Float[Array, "N n"]
+    state_space: StateSpace
+    positions: tuple[int, ...] = eqx.field(static=True)
+    velocities: tuple[int, ...] = eqx.field(static=True)
+
+
+def linearise(system: System, state, inputs=(), outputs=()) -> Linearisation:
+    """Linear equations about a state.
+
+    Args:
+        inputs: joint names.  The effort on a free joint's coordinates [N, N m], or the acceleration of a driven
+            joint's coordinate: the drive is then released and its position and speed join the state, so that
+            transmissibilities follow by division by its own output.
+        outputs: joint names, for their coordinates, or one function `f(state, accelerations (nv,)) -> (m,)`.
+
+    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.
+
+    Raises: ModelError for unknown names and for drives that cannot be released.  Source: S2 (42), (68)-(74).
+    """
+    unknown = [n for n in (*inputs, *(() if callable(outputs) else outputs)) if n not in system.topology.joint_index]
+    if unknown:
+        known = ", ".join(system.topology.joint_names)
+        raise ModelError([f"linearise: {name!r} is not a joint; the joints are: {known}" for name in unknown])
+    driven = tuple(name for name in inputs if name in _drives(system))
+    accelerations = forward_dynamics(system, state)[0]
+    system = release(system, driven, state)
+    if not callable(outputs):
+        joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
+        outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
+    return _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
+
+
+class _Coordinates(eqx.Module):
+    """Output of joint coordinates."""
+
+    ranges: tuple[tuple[int, int], ...] = eqx.field(static=True)
+
+    def __call__(self, state, accelerations):
+        return jnp.concatenate([jnp.zeros(0), *[state.coordinates[a:b] for a, b in self.ranges]])
+
+
+def _drives(system):
+    return {row.name for row in system.rows if row.role == "drive"}
+
+
+def local_efforts(system: System, P, psi, w, a, t):
+    """`I* a + ... - Q` (N,): efforts that the independent velocities w need for accelerations a; zero in a motion.
+
+    Also returns all velocities (nv,) and accelerations (nv,).
+    """
+    geo = geometry(system, P, psi)
+    moving = constraints.moving_directions(system, geo)
+    Gamma, B = motion_map(system, geo, psi, t, moving[0])
+    u = Gamma @ w - B @ constraints.time_rate(system, psi, t)
+    V = node_motion(system.topology, geo.S, u)
+    unmoved = node_accelerations(system.topology, geo.S, V, u, jnp.zeros_like(u))
+    gamma = constraints.acceleration_bias(system, geo, V, unmoved, psi, u, t, moving)
+    u_dot = Gamma @ a + B @ gamma
+    V_dot, loads = node_accelerations(system.topology, geo.S, V, u, u_dot), efforts(system, geo, V, psi, u, t)[:2]
+    need = required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, u_dot, loads)
+    return Gamma.T @ need, u, u_dot
+
+
+@jit
+def _linearise(system, state, accelerations, inputs, driven, outputs):
+    P, psi, t = node_parameters(system), state.coordinates, state.t
+    top, chosen = system.topology, independent_columns(system)
+    w, a = state.velocities[chosen], accelerations[chosen]
+    geo = geometry(system, P, psi)
+    Gamma = velocity_map_at(system, geo, psi, t)[0]
+    Z = position_map(system, P, psi, t) if top.slip_rows else Gamma
+
+    def everything(psi, w, a):
+        need, u, u_dot = local_efforts(system, P, psi, w, a, t)
+        return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u, structure=top.structure), u_dot)
+
+    (_, psi_dot, _), slopes = jax.linearize(everything, psi, w, a)
+    ends = [Z.shape[1], Z.shape[1] + len(chosen)]  # directions: positions, velocities, accelerations
+    eye = np.eye(ends[1] + len(chosen), dtype=psi.dtype)
+    moved = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(Z) @ eye[: ends[0]]
+    found = jax.vmap(slopes, 1, 1)(moved, jnp.asarray(eye[ends[0] : ends[1]]), jnp.asarray(eye[ends[1] :]))
+    (K, C, M), (drift, flow, _), (y_psi, y_w, y_a) = (jnp.split(part, ends, axis=1) for part in found)
+    positions = independent_positions(system)
+    upper = _position_rates(top, psi, Z, psi_dot, drift, flow)[positions]
+    lower, B = _accelerations(system, Gamma, M, jnp.concatenate([K, C], axis=1), inputs, driven)
+    space = StateSpace(
+        A=jnp.concatenate([upper, lower]),
+        B=jnp.concatenate([jnp.zeros((len(positions), B.shape[1]), B.dtype), B]),
+        C=jnp.concatenate([y_psi, y_w], axis=1) + y_a @ lower,
+        D=y_a @ B,
+    )
+    R = resistance_at(system, geo, Gamma, state)
+    return Linearisation(M, C, C - R, K, space, tuple(int(k) for k in positions), tuple(int(k) for k in chosen))
+
+
+def _position_rates(top, psi, Z, psi_dot, drift, flow):
+    """Rates (nv, n + N) of the displacements of all columns: `psi_dot` less what fixed displacements turn with."""
+    if top.is_simple:
+        return jnp.concatenate([drift, flow], axis=1)
+    resting = jax.vmap(lambda z: _rate_of_step(top, psi, z, psi_dot), 1, 1)(Z)
+    T = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(jnp.eye(top.num_velocities, dtype=psi.dtype))
+    return full_rank_lstsq(T, jnp.concatenate([drift - resting, flow], axis=1))
+
+
+def independent_positions(system: System) -> np.ndarray:
+    """Columns of the independent coordinates (static)."""
+    top = system.topology
+    return np.asarray(top.analysis.independent_positions, int) if top.slip_rows else independent_columns(system)
+
+
+def _rate_of_step(top, psi, z, psi_dot):
+    """Rate of `T(psi) z` along the motion at fixed z: zero but for quaternions."""
+    return jax.jvp(lambda q: coordinate_rate(top, q, z), (psi,), (psi_dot,))[1]
+
+
+def _accelerations(system, Gamma, M, KC, inputs, driven):
+    """Accelerations (N, n + N) per state and (N, m) per input; driven velocities take theirs from the input."""
+    top, chosen, columns = system.topology, list(independent_columns(system)), []
+    prescribed = np.zeros(len(chosen), bool)
+    for name in inputs:
+        joint = top.joints[top.joint_index[name]].velocities
+        if name in driven:
+            prescribed[chosen.index(joint.start)] = True
+            columns.append(jnp.asarray(np.eye(len(chosen))[:, [chosen.index(joint.start)]], M.dtype))
+        else:
+            columns.append(Gamma[joint].T)
+    right = jnp.concatenate([jnp.zeros((len(chosen), 0), M.dtype), *columns], axis=1)
+    rows = jnp.asarray(prescribed)[:, None]
+    left = jnp.where(rows, jnp.eye(len(chosen), dtype=M.dtype), M)
+    solved = square.solve(left, jnp.concatenate([jnp.where(rows, 0.0, -KC), right], axis=1))
+    return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
+
+
+def frequency_response(space: StateSpace, omega):
+    """Transfer matrices (..., outputs, inputs) of a state space at angular frequencies omega (...,) [rad/s]."""
+    eye = jnp.eye(space.A.shape[0], dtype=space.A.dtype)
+    A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)
+
+    def at(w):
+        return C @ square.solve(jax.lax.complex(jnp.zeros_like(eye), w * eye) - A, B) + D
+
+    return jnp.vectorize(at, signature="()->(m,k)")(jnp.asarray(omega, float))

@@ -1,0 +1,35 @@
+"""Components joined: bonds, networks, the reactions between them, their motion and its limits."""
+
+from .base_motion import BaseMotion as BaseMotion
+from .base_motion import base_motion as base_motion
+from .blocks import Components as Components
+from .blocks import CoupledResponse as CoupledResponse
+from .blocks import couple as couple
+from .blocks import interface_pattern as interface_pattern
+from .bonds import Bond as Bond
+from .bonds import bushing as bushing
+from .bonds import joint as joint
+from .bonds import rigid as rigid
+from .dual import dual_response as dual_response
+from .dual import redundancy as redundancy
+from .limits import ModalPairs as ModalPairs
+from .limits import cqc_correlation as cqc_correlation
+from .limits import equivalent_impulse as equivalent_impulse
+from .limits import limit_loads as limit_loads
+from .limits import modal_pairs as modal_pairs
+from .limits import peak_response as peak_response
+from .limits import shortfall as shortfall
+from .modal_transient import modal_transient as modal_transient
+from .network import BondForces as BondForces
+from .network import Determinacy as Determinacy
+from .network import Network as Network
+from .network import connect as connect
+from .primal import Assembly as Assembly
+from .primal import Reactions as Reactions
+from .primal import elastic_bond as elastic_bond
+from .primal import interface_reactions as interface_reactions
+from .primal import join as join
+from .stacked import stacked as stacked
+from .transient import Link as Link
+from .transient import Transient as Transient
+from .transient import transient as transient

@@ -1,0 +1,77 @@
+"""Bonds between components: rigid ones, joints that leave directions free, bushings with damping and mass."""
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..elements.base import optional
+from ..reductions.base import Reduced
+from .primal import elastic_bond
+
+#: The end of a bond that is held.
+GROUND = "ground"
+
+
+class Bond(eqx.Module):
+    """What joins two ends; made by `rigid`, `joint` and `bushing`, joined by `network.connect`.
+
+    Attributes:
+        ends: `(component, which)`, which of its interface coordinates: nodes, numbers, or None for all.
+        free: directions, or places among the end's coordinates, that the bond leaves free.
+        axes: (3, 3), rows are the bond's axes in world axes, or None.
+        element: a bushing as a component, or None.
+    """
+
+    ends: tuple = eqx.field(static=True)
+    free: tuple = eqx.field(static=True, default=())
+    axes: Float[Array, "3 3"] | None = eqx.field(converter=optional, default=None)
+    element: Reduced | None = None
+
+
+def rigid(first, second=GROUND) -> Bond:
+    """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
+
+    Args: first, second: a component's name (its whole interface), `(name, node)`, or `(name, numbers)` of interface
+        coordinates; second also "ground".  Source: S1 (1)-(2).
+    """
+    return Bond((_end(first), _end(second)))
+
+
+def joint(first, second=GROUND, *, free, axes=None) -> Bond:
+    """As `rigid`, but for directions that are left free: a pin, a slider, a ball joint.
+
+    Args:
+        free: directions "ry" or "x rz", or a sequence of them or of places among the end's coordinates.
+        axes: (3, 3), rows are the joint's axes in world axes; the ends then are whole nodes, its forces resolved so.
+
+    Source: S1 (1)-(2), (14).
+    """
+    return Bond((_end(first), _end(second)), tuple(free.split() if isinstance(free, str) else free), axes)
+
+
+def bushing(first, second=GROUND, *, stiffness, damping=None, mass=None, axes=None) -> Bond:
+    """An elastic-inertial bond between two ends at one place.
+
+    Args:
+        stiffness, damping, mass: (k, k) over an end's k coordinates, or k numbers; see `elastic_bond`.
+        axes: (3, 3), rows are the axes that they and the bond's forces are resolved in; default world axes.
+
+    Source: S1 (1)-(3).
+    """
+    return Bond((_end(first), _end(second)), (), axes, elastic_bond(stiffness, damping, mass))
+
+
+def _end(end):
+    if isinstance(end, str):
+        return end, None
+    name, which = end
+    return name, (which,) if isinstance(which, str | int) else tuple(which)
+
+
+def resolved_in(reduced: Reduced, axes, coordinates) -> Reduced:
+    """The component with interface coordinates x y z (rx ry rz) of a node resolved in `axes`, rows in world axes."""
+    rows = np.array(coordinates)
+    turn = jax.scipy.linalg.block_diag(*[axes.astype(reduced.connection.dtype)] * (len(rows) // 3))
+    connection = reduced.connection.at[rows].set(turn @ reduced.connection[rows])
+    return eqx.tree_at(lambda r: r.connection, reduced, connection)

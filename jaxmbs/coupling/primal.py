@@ -1,0 +1,192 @@
+"""Reduced components joined at shared interface displacements; the reactions of the bonds and their balance."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Inexact
+
+from ..elements.base import number
+from ..linear.condensation import interface_basis, partition
+from ..linear.modes import Modes, natural_modes
+from ..reductions.base import Reduced, numbered
+
+
+class Assembly(eqx.Module):
+    """Joined components: `rho_c = beta_c xi`, first the displacements of the joints, then each one's own coordinates.
+
+    Attributes:
+        components: with explicit interfaces.
+        mass, stiffness: (N, N).
+        damping: (N, N), or None.
+        places: of each component's coordinates in xi; -1 is held.  These are the columns of beta.
+        massless: coordinates of xi that no component gives mass to.
+    """
+
+    components: tuple[Reduced, ...]
+    mass: Inexact[Array, "N N"]
+    stiffness: Inexact[Array, "N N"]
+    damping: Inexact[Array, "N N"] | None
+    places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    labels: tuple[str, ...] = eqx.field(static=True)
+    massless: tuple[int, ...] = eqx.field(static=True)
+
+    def part(self, xi) -> tuple:
+        """`rho_c = beta_c xi` of every component, (r_c, ...).  Source: S1 (7), (11), (21)-(24)."""
+        padded = jnp.concatenate([xi, jnp.zeros_like(xi[:1])])
+        return tuple(padded[np.array(p)] for p in self.places)
+
+    def expand(self, xi) -> tuple:
+        """Displacements of all coordinates of every component."""
+        return tuple(c.expand(rho) for c, rho in zip(self.components, self.part(xi), strict=True))
+
+    def load(self, forces: Sequence) -> Array:
+        """`Q = sum beta_c^T F_c` (N, ...) of forces on the components' own coordinates (n_c, ...), None for none.
+
+        Source: S1 (18), (21)-(25).
+        """
+        parts = [None if f is None else c.generalised(f) for c, f in zip(self.components, forces, strict=True)]
+        return _sum(self.places, parts, len(self.labels))
+
+    def modes(self, num: int | None = None) -> Modes:
+        """Natural modes, shapes in xi; coordinates without mass are condensed first, which is exact.
+
+        Source: S1 (33)-(37).
+        """
+        if not self.massless:
+            return natural_modes(self.stiffness, self.mass, num)
+        heavy, _ = partition(len(self.labels), self.massless)
+        T = interface_basis(self.stiffness, tuple(heavy.tolist()))
+        modes = natural_modes(T.T @ self.stiffness @ T, self.mass[heavy][:, heavy], num)
+        return eqx.tree_at(lambda m: m.shapes, modes, T @ modes.shapes)
+
+
+class Reactions(eqx.Module):
+    """Forces of the bonds on every component, and whether they balance.
+
+    Attributes:
+        forces: per component (b_c, ...), along its interface coordinates.
+        residual: largest sum of the forces at a joint, relative to the largest force: zero by S1 (25).
+    """
+
+    forces: tuple
+    residual: Array
+
+
+def join(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> Assembly:
+    """Components on common joint displacements: the primal assembly, by numbers; `connect` does it by name.
+
+    Args:
+        joints: for each component, the number of the joint displacement that each of its interface coordinates
+            equals; -1 holds it to the ground.  Directions that a joint leaves free have numbers of their own.
+
+    Raises: ValueError for a wrong count, or numbers that are not 0, 1, 2, ...  Source: S1 (1)-(3), (9)-(12).
+    """
+    places, labels = joint_places(components, joints)
+    explicit = tuple(c.explicit() for c in components)
+    matrices = [
+        _assemble(places, [getattr(c, kind) for c in explicit], len(labels))
+        for kind in ("mass", "stiffness", "damping")
+    ]
+    heavy = {p for place, c in zip(places, explicit, strict=True) for k, p in enumerate(place) if k not in c.massless}
+    massless = tuple(i for i in range(len(labels)) if i not in heavy)
+    return Assembly(explicit, *matrices, places, labels, massless)
+
+
+def elastic_bond(stiffness, damping=None, mass=None) -> Reduced:
+    """A bushing between two frames as a component: interface is the one frame's coordinates, then the other's.
+
+    By name: `bushing`.
+
+    Args: stiffness, damping, mass: (k, k), or the k numbers of a diagonal; damping and mass may be None.  The mass is
+        shared as that of a uniform rod, a third at each end and a third between them.
+
+    Raises: ValueError for matrices of different sizes.
+    """
+    stiffness, damping, mass = (None if A is None else _square(A) for A in (stiffness, damping, mass))
+    shapes = {A.shape for A in (stiffness, damping, mass) if A is not None}
+    if len(shapes) > 1:
+        raise ValueError(f"stiffness, damping and mass of a bond differ in shape: {sorted(shapes)}")
+    two = jnp.array([[1, -1], [-1, 1]], stiffness.dtype)
+    K, C = (None if A is None else jnp.kron(two, A) for A in (stiffness, damping))
+    M = jnp.zeros_like(K) if mass is None else jnp.kron(jnp.array([[2, 1], [1, 2]], stiffness.dtype) / 6, mass)
+    b = K.shape[0]
+    eye, massless = jnp.eye(b, dtype=K.dtype), tuple(range(b)) if mass is None else ()
+    return Reduced(eye, M, K, C, eye, numbered("interface", b), massless)
+
+
+def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, forces: Sequence | None = None) -> Reactions:
+    """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - F`.
+
+    Args:
+        xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes (see `recovery.harmonic`).
+        forces: as in `Assembly.load`.
+
+    With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (19)-(25).
+    """
+    rows = list(zip(assembly.components, assembly.part(xi), assembly.part(xi_ddot), strict=True))
+    found = [_times(c.stiffness, rho) + _times(c.mass, rho_ddot) for c, rho, rho_ddot in rows]
+    if xi_dot is not None:
+        pairs = zip(assembly.components, assembly.part(xi_dot), found, strict=True)
+        found = [f if c.damping is None else f + _times(c.damping, rho_dot) for c, rho_dot, f in pairs]
+    if forces is not None:
+        pairs = zip(assembly.components, forces, found, strict=True)
+        found = [f if given is None else f - c.generalised(given).astype(f.dtype) for c, given, f in pairs]
+    return balanced(assembly, [f[: c.num_interface] for c, f in zip(assembly.components, found, strict=True)])
+
+
+def balanced(assembly: Assembly, forces: Sequence) -> Reactions:
+    """Reactions from the forces (b_c, ...) on each component, and their sums at the joints.  Source: S1 (2), (25)."""
+    padded = [
+        jnp.zeros_like(f, shape=(len(p), *f.shape[1:])).at[: len(f)].set(f)
+        for f, p in zip(forces, assembly.places, strict=True)
+    ]
+    sums = _sum(assembly.places, padded, len(assembly.labels))
+    largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f)) for f in forces]))
+    return Reactions(tuple(forces), jnp.max(jnp.abs(sums)) / jnp.where(largest > 0, largest, 1.0))
+
+
+def joint_places(components: Sequence[Reduced], joints: Sequence[Sequence[int]]):
+    """Places of every component's coordinates in the joined ones, and their labels; ValueErrors of `join`."""
+    if len(joints) != len(components):
+        raise ValueError(f"{len(components)} components, but joints of {len(joints)}")
+    for k, (c, row) in enumerate(zip(components, joints, strict=True)):
+        if len(row) != c.num_interface:
+            raise ValueError(f"component {k} has {c.num_interface} interface coordinates, its joints are {len(row)}")
+    used = sorted({int(j) for row in joints for j in row if j >= 0})
+    if used != list(range(len(used))):
+        raise ValueError(f"joint displacements must be numbered 0, 1, 2, ..., not {used}")
+    places, labels = [], [f"joint {j}" for j in used]
+    for k, (c, row) in enumerate(zip(components, joints, strict=True)):
+        own = c.labels[len(row) :]
+        places.append((*(max(int(j), -1) for j in row), *range(len(labels), len(labels) + len(own))))
+        labels += [f"component {k} {name}" for name in own]
+    return tuple(places), tuple(labels)
+
+
+def _assemble(places, blocks, size):
+    if all(b is None for b in blocks):
+        return None
+    total = jnp.zeros((size + 1, size + 1), next(b for b in blocks if b is not None).dtype)
+    for place, block in zip(places, blocks, strict=True):
+        if block is not None:
+            total = total.at[np.ix_(place, place)].add(block)
+    return total[:-1, :-1]
+
+
+def _sum(places, parts, size):
+    given = [(p, f) for p, f in zip(places, parts, strict=True) if f is not None]
+    total = jnp.zeros((size + 1, *given[0][1].shape[1:]), given[0][1].dtype)
+    for place, f in given:
+        total = total.at[np.array(place)].add(f)
+    return total[:-1]
+
+
+def _square(value):
+    value = number(value)
+    return jnp.diag(value) if value.ndim == 1 else value
+
+
+def _times(A, x):
+    return A.astype(x.dtype) @ x

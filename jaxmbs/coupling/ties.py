@@ -1,0 +1,134 @@
+"""What named bonds tie together: ends, directions and joint numbers, all found on the host."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ..elements import DIRECTIONS
+from ..elements.base import are_axes
+from ..errors import ModelError
+from ..reductions.base import Reduced
+from .bonds import GROUND, Bond
+
+
+class Ties(NamedTuple):
+    """What a bond ties: interface coordinates `(component, number)`, None for those of the ground.
+
+    Attributes:
+        labels: its directions.
+        kept: places among them that are tied.
+        pairs: at its first end and, of a bushing, at its second: `(first, second)` for each that is kept.
+        ends: coordinates of the components at its two ends.
+    """
+
+    labels: tuple[str, ...]
+    kept: tuple[int, ...]
+    pairs: tuple[tuple[tuple, ...], ...]
+    ends: tuple[tuple, tuple]
+
+
+def ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
+    """What each bond ties.  Raises: ModelError with every fault: names, counts, directions."""
+    kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, Reduced)}
+    faults, found = [f"component {name!r} is a {kind}: reduce it first" for name, kind in kinds.items()], {}
+    for name, bond in bonds.items() if not kinds else ():
+        own = []
+        if name in components or name == GROUND:
+            own.append("a component has that name")
+        ends = [_coordinates(end, components, own) for end in bond.ends]
+        if not own:
+            found[name] = _ties(name, bond, ends, own)
+        faults += [f"bond {name!r}: {fault}" for fault in own]
+    if faults:
+        raise ModelError(faults)
+    return found
+
+
+def _ties(name, bond, ends, faults):
+    (first, labels), (second, others) = ends
+    count, grounded = len(first), bond.ends[1][0] == GROUND
+    if not first:
+        faults.append("its first end is the ground: let that be the second")
+    if not grounded and (len(second) != count or _differ(labels, others)):
+        faults.append(f"its ends do not match: {' '.join(labels)} and {' '.join(others)}")
+    stray = [str(f) for f in bond.free if f not in labels and f not in range(count)]
+    if stray:
+        faults.append(f"no direction {', '.join(stray)} among {' '.join(labels)}")
+    if bond.axes is not None and count not in (3, 6):
+        faults.append(f"it has axes, so its ends must be nodes of 3 or 6 coordinates, not {count}")
+    if bond.axes is not None and not are_axes(bond.axes):
+        faults.append("its axes must be three unit vectors, square to each other and right-handed")
+    if bond.element is not None and bond.element.num_interface != 2 * count:
+        faults.append(f"stiffness of {bond.element.num_interface // 2} directions for {count} coordinates")
+    if faults:
+        return None
+    kept = tuple(k for k in range(count) if k not in bond.free and labels[k] not in bond.free)
+    second = [None] * count if grounded else second
+    if bond.element is None:
+        pairs = (tuple((first[k], second[k]) for k in kept),)
+    else:
+        pairs = (
+            tuple((c, (name, k)) for k, c in enumerate(first)),
+            tuple(((name, count + k), c) for k, c in enumerate(second)),
+        )
+    return Ties(labels, kept, pairs, (tuple(first), tuple(c for c in second if c is not None)))
+
+
+def _coordinates(end, components, faults):
+    """Interface coordinates of an end, none of the ground, and their directions."""
+    name, which = end
+    if name == GROUND:
+        return [], ()
+    if name not in components:
+        faults.append(f"no component is named {name!r}")
+        return [], ()
+    count, names = components[name].num_interface, components[name].names
+    nodes = [w for w in which or () if isinstance(w, str)]
+    missing = [node for node in nodes if node not in {n for n, _ in names}]
+    stray = [k for k in which or () if not isinstance(k, str) and not 0 <= k < count]
+    if missing:
+        faults.append(f"the interface of {name!r} has no node {missing[0]!r}")
+    if stray:
+        faults.append(f"{name!r} has {count} interface coordinates, none with the number {stray[0]}")
+    if missing or stray:
+        return [], ()
+    chosen = range(count) if which is None else which
+    if nodes:
+        chosen = [k for k, (node, _) in enumerate(names) if node in nodes]
+    labels = tuple(names[k][1] if names else str(place) for place, k in enumerate(chosen))
+    return [(name, int(k)) for k in chosen], labels
+
+
+def _differ(first, second):
+    """Directions that are named on both sides and are not the same."""
+    pairs = zip(first, second, strict=True)
+    return any(a != b for a, b in pairs if a in DIRECTIONS and b in DIRECTIONS)
+
+
+def joint_numbers(sizes: Mapping[str, int], found: Mapping[str, Ties]) -> tuple[tuple[int, ...], ...]:
+    """For each component the number of the joint of every interface coordinate, -1 for the ground's.
+
+    Args: sizes: how many interface coordinates the components and bushings have.
+
+    Raises: ModelError for bonds that tie what is tied already.
+    """
+    root = {(name, k): (name, k) for name, size in sizes.items() for k in range(size)} | {None: None}
+
+    def top(c):
+        while root[c] != c:
+            c = root[c]
+        return c
+
+    faults = {}
+    for name, bond in found.items():
+        for first, second in (pair for side in bond.pairs for pair in side):
+            a, b = top(first), top(second)
+            if a == b:
+                faults[f"bond {name!r}: other bonds tie its ends already"] = None
+            root[b if a is None else a] = a if a is None else b
+    if faults:
+        raise ModelError(list(faults))
+    numbers = {None: -1}
+    return tuple(
+        tuple(numbers.setdefault(top((name, k)), len(numbers) - 1) for k in range(size))
+        for name, size in sizes.items()
+    )

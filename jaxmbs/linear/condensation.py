@@ -1,0 +1,57 @@
+"""Static condensation on an interface: constraint modes, and the coupling modes made of them."""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..math import lapack
+
+
+def partition(size: int, interface: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Interior and interface coordinates, S1 (4).
+
+    Raises: ValueError for a coordinate that is not there or named twice.
+    """
+    outer = np.asarray(interface, int).reshape(-1)
+    if len(set(outer.tolist())) < len(outer) or np.any((outer < 0) | (outer >= size)):
+        raise ValueError(f"interface {outer.tolist()} must be different coordinates of 0 ... {size - 1}")
+    return np.setdiff1d(np.arange(size), outer), outer
+
+
+def constraint_modes(stiffness, interface: Sequence[int], what: str = "the interface"):
+    """`S = -K_NN^-1 K_Ni` (interior, interface): the interior's static motion with each interface coordinate.
+
+    Raises: ValueError, if concrete, where the held interface leaves the interior a mechanism; `what` it calls it.
+    Source: S1 (6).
+    """
+    inner, outer = partition(stiffness.shape[0], interface)
+    K_NN = stiffness[inner][:, inner]
+    K = (K_NN + K_NN.T) / 2
+    L = lapack.cholesky(lax.stop_gradient(K))
+    S = -lapack.solve_positive(K, stiffness[inner][:, outer], L)
+    check_held(S, what, jnp.diagonal(L) ** 2 / jnp.diagonal(K_NN))
+    return S
+
+
+def interface_basis(stiffness, interface: Sequence[int]):
+    """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (8)."""
+    inner, outer = partition(stiffness.shape[0], interface)
+    T = jnp.zeros((stiffness.shape[0], len(outer)), stiffness.dtype)
+    return T.at[outer].set(jnp.eye(len(outer), dtype=T.dtype)).at[inner].set(constraint_modes(stiffness, interface))
+
+
+def check_held(solution, what: str, pivots=None) -> None:
+    """Raises: ValueError for a static solution, if concrete, of a singular stiffness: a mechanism is left.
+
+    Args: pivots: squared pivots of the Cholesky factor over the diagonal: rounding, where the matrix is singular.
+    """
+    if isinstance(solution, jax.core.Tracer):
+        return
+    singular = not np.all(np.isfinite(np.asarray(solution)))
+    if pivots is not None and np.size(pivots):
+        singular = singular or np.min(np.asarray(pivots)) < 30 * np.finfo(pivots.dtype).eps
+    if singular:
+        raise ValueError(f"the stiffness is singular with {what} held: a mechanism inside, or rigid motions left")

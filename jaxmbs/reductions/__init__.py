@@ -1,0 +1,34 @@
+"""Components in few coordinates: reductions to their interfaces, and the way back."""
+
+from .accuracy import force_errors as force_errors
+from .accuracy import frequency_errors as frequency_errors
+from .accuracy import num_modes_up_to as num_modes_up_to
+from .base import Reduced as Reduced
+from .base import physical as physical
+from .base import reduce as reduce
+from .characteristic import characteristic as characteristic
+from .characteristic import characteristic_modes as characteristic_modes
+from .craig_bampton import craig_bampton as craig_bampton
+from .craig_bampton import fixed_interface_modes as fixed_interface_modes
+from .craig_bampton_blocks import large_craig_bampton as large_craig_bampton
+from .craig_bampton_scipy import craig_bampton_sparse as craig_bampton_sparse
+from .craig_chang import craig_chang as craig_chang
+from .guyan import guyan as guyan
+from .hurty import determinate_coordinates as determinate_coordinates
+from .hurty import hurty as hurty
+from .hurty import support_motions as support_motions
+from .macneal import macneal as macneal
+from .mixed import mixed as mixed
+from .recovery import element_loads as element_loads
+from .recovery import harmonic as harmonic
+from .recovery import interface_forces as interface_forces
+from .recovery import mode_acceleration as mode_acceleration
+from .recovery import mode_acceleration_free as mode_acceleration_free
+from .recovery import mode_displacement as mode_displacement
+from .rigid_interface import averaged_motion as averaged_motion
+from .rigid_interface import averaged_transformation as averaged_transformation
+from .rigid_interface import on_interface as on_interface
+from .rigid_interface import rigid_body_motions as rigid_body_motions
+from .rigid_interface import rigid_node as rigid_node
+from .rigid_interface import rigid_transformation as rigid_transformation
+from .rubin import rubin as rubin

@@ -1,0 +1,224 @@
+"""Joined components against the structure they were cut from: frequencies, reactions, balance, redundancy."""
+
+from functools import cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import scipy.linalg
+
+from jaxmbs.coupling import couple, dual_response, elastic_bond, interface_reactions, join, redundancy, stacked
+from jaxmbs.linear import interface_basis
+from jaxmbs.linear.modes import natural_modes
+from jaxmbs.linear.oscillations import modal_motion
+from jaxmbs.reductions import craig_bampton, craig_chang, guyan, hurty, macneal, physical, rubin
+from jaxmbs.reductions.recovery import harmonic
+from tests.structural_matrices import beam, chain
+
+K, M = beam(8)
+WHOLE = beam(16, length=2.0, fixed=2)
+ENDS = (0, 1, 16, 17)
+CLAMPED = ((-1, -1, 0, 1), (0, 1))
+
+
+#: The free half by every method, and the tolerance of the frequencies.
+KINDS = {
+    "craig_bampton": (lambda K, M: craig_bampton(K, M, (0, 1), 8), 1e-3),
+    "hurty": (lambda K, M: hurty(K, M, (0, 1), 8, determinate=(0, 1)), 1e-3),
+    "physical": (lambda K, M: physical(K, M, (0, 1)), 1e-4),
+    "rubin": (lambda K, M: rubin(K, M, (0, 1), 8, num_rigid=2), 1e-3),
+    "macneal": (lambda K, M: macneal(K, M, (0, 1), 8, num_rigid=2), 1e-2),
+    "craig_chang": (lambda K, M: craig_chang(K, M, (0, 1), 6, determinate=(0, 1)), 1e-3),
+}
+
+
+@cache
+def coupled():
+    """The lowest squared frequencies: the clamped half by Craig and Bampton, the free half by every method."""
+
+    @jax.jit
+    def every(K, M):
+        left = craig_bampton(K, M, ENDS, 10)
+        return {kind: join((left, right(K, M)), CLAMPED).modes(4).values for kind, (right, _) in KINDS.items()}
+
+    return every(K, M)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_frequencies_of_the_uncut_beam(kind):
+    exact = scipy.linalg.eigh(*(np.asarray(A) for A in WHOLE), eigvals_only=True)[:4]
+    np.testing.assert_allclose(coupled()[kind], exact, rtol=KINDS[kind][1])
+
+
+def test_massless_joints_are_condensed():
+    """Two free halves by MacNeal: the joint has no mass and is condensed exactly."""
+
+    @jax.jit
+    def joined(K, M):
+        half = macneal(K, M, (0, 1), 8, num_rigid=2)
+        assembly = join((half, half), ((0, 1), (0, 1)))
+        return assembly, assembly.modes(6)
+
+    assembly, modes = joined(K, M)
+    assert assembly.massless == (0, 1)
+    assert modes.num_rigid == 2
+    T = modes.shapes
+    np.testing.assert_allclose((assembly.stiffness @ T)[:2], 0.0, atol=1e-5)
+
+
+def test_blocks_of_the_coupled_equations():
+    """One component in physical coordinates, the other in relative ones; what the print has wrong is right here."""
+
+    @jax.jit
+    def joined(K, M):
+        parts = physical(K, M, (16, 17)), craig_bampton(K, M, (0, 1), 16)
+        return join(parts, ((0, 1), (0, 1))), parts[1], interface_basis(K, (0, 1))
+
+    assembly, P, T = joined(K, M)
+    inner, T = np.arange(16), np.asarray(T)
+    K_, M_ = np.asarray(K), np.asarray(M)
+    np.testing.assert_allclose(assembly.stiffness[:2, :2], K_[16:, 16:] + T.T @ K_ @ T, rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(assembly.mass[:2, :2], M_[16:, 16:] + T.T @ M_ @ T, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(assembly.stiffness[:2, 2:18], K_[16:, :16], atol=1e-9)  # not zero, as printed in (9)
+    np.testing.assert_allclose(assembly.stiffness[:2, 18:], 0.0, atol=1e-7)
+    np.testing.assert_allclose(T.T @ K_ @ T, 0.0, atol=1e-7)  # the interface just holds P
+    Phi = np.asarray(P.basis)[2:, 2:]
+    np.testing.assert_allclose(assembly.mass[:2, 18:], T.T @ M_[:, inner + 2] @ Phi, atol=1e-9)
+
+
+def exact_reactions(omega, load):
+    """Harmonic displacements of the uncut beam, and the section force on the right half at its left end."""
+    K_, M_ = (np.asarray(A) for A in WHOLE)
+    x = np.linalg.solve(K_ * (1 + 0.02j) - omega**2 * M_, load)
+    right = x[14:]
+    return (np.asarray(K) * (1 + 0.02j) - omega**2 * np.asarray(M))[:2] @ right
+
+
+def test_reactions_primal_dual_and_exact():
+    """Harmonic section forces in the middle of the clamped beam, its tip loaded; all modes kept."""
+    omega, tip = 20.0, jnp.zeros(18).at[16].set(1.0)
+    damping = 0.02 * K / omega
+    load = np.zeros(32)
+    load[30] = 1.0
+    exact = exact_reactions(omega, load)
+
+    @jax.jit
+    def every(K, M):
+        left, right = craig_bampton(K, M, ENDS, 14, damping), craig_bampton(K, M, (0, 1), 16, damping)
+        assembly = join((left, right), CLAMPED)
+        Z = jax.lax.complex(assembly.stiffness - omega**2 * assembly.mass, omega * assembly.damping)
+        xi = jnp.linalg.solve(Z, assembly.load((None, tip)).astype(Z.dtype))
+        x, v, a = (y[:, 0] for y in harmonic(xi[:, None], jnp.array([omega])))
+        parts, loads = (left, right), (None, tip)
+        duals = [dual_response(parts, CLAMPED, loads, w)[1] for w in (jnp.asarray(omega), None)]
+        return interface_reactions(assembly, x, a, v, loads), *duals
+
+    found, dual, statics = every(K, M)
+    np.testing.assert_allclose(found.forces[1], exact, rtol=1e-8)
+    np.testing.assert_allclose(found.forces[0][2:], -exact, rtol=1e-8)
+    assert found.residual < 1e-9
+    for one, other in zip(found.forces, dual.forces, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9)
+    assert dual.residual < 1e-9
+    np.testing.assert_allclose(statics.forces[0], [-1.0, -2.0, 1.0, 1.0], rtol=1e-7, atol=1e-7)
+
+
+def test_section_forces_over_time():
+    """Tip pushed by a ramp that ends, no damping: six modes in each half against all modes of the uncut beam."""
+    times = jnp.linspace(0.0, 2.0, 81)
+    tip = jnp.zeros((18, 81)).at[16].set(jnp.minimum(times, 1.0))
+    left, right = craig_bampton(K, M, ENDS, 6), craig_bampton(K, M, (0, 1), 6)
+
+    def moved(modes, load):
+        q = modal_motion(modes.angular_frequencies, 0.0, (modes.shapes.T @ load).T, times[1])
+        return modes.shapes @ q.displacement.T, modes.shapes @ q.acceleration.T
+
+    @jax.jit
+    def both():
+        x, a = moved(natural_modes(*WHOLE), jnp.zeros((32, 81)).at[14:].set(tip))
+        assembly = join((left, right), CLAMPED)
+        xi, xi_ddot = moved(assembly.modes(), assembly.load((None, tip)))
+        found = interface_reactions(assembly, xi, xi_ddot, None, (None, tip))
+        return found.forces[1], (K @ x[14:] + M @ a[14:] - tip)[:2]
+
+    found, exact = both()
+    np.testing.assert_allclose(found, exact, atol=5e-3 * np.max(np.abs(exact)))
+
+
+def test_reactions_by_the_block_sparse_engine():
+    """A frame of five beams with a loop and a bushing, harmonic: `couple` gives the dual assembly's reactions."""
+    ends = ((-1, 0), (0, 1), (1, 2), (2, 3), (0, 3))
+    omega = jnp.asarray(9.0)
+    bond = elastic_bond(jnp.array([3.0, 0.2]), jnp.array([0.1, 0.01]), jnp.array([0.2, 0.01]))
+    forces = [None, jnp.zeros(18).at[8].set(1.0), None, jnp.zeros(18).at[12].set(2.0), None]
+    joints = [[2 * n + k if n >= 0 else -1 for n in pair for k in range(2)] for pair in (*ends, (1, 3))]
+
+    @jax.jit
+    def both(K, M):
+        parts = [craig_bampton((1.0 + 0.1 * i) * K, M, ENDS, 3, 0.001 * K) for i in range(5)]
+        groups = [stacked(parts, ends, forces, omega), stacked([bond], [(1, 3)], [None], omega)]
+        found = couple(groups, jnp.zeros((4, 2)), "ldl")
+        return found, dual_response([*parts, bond], joints, [*forces, None], omega)[1]
+
+    found, dual = both(K, M)
+    reactions = np.concatenate([np.asarray(r).reshape(-1, 4) for r in found.reactions])
+    np.testing.assert_allclose(reactions, np.stack(dual.forces), rtol=1e-8, atol=1e-9)
+    assert found.residual < 1e-9
+
+
+def test_elastic_bonds_with_mass():
+    """A chain cut at a spring, the spring put back as a bond: the whole chain's frequencies; mass adds up."""
+    left, right = physical(*chain(4, 2.0, 1.0, 1), (3,)), physical(*chain(3, 2.0, 1.0, 0), (0,))
+    spring = elastic_bond(jnp.array([[2.0]]), jnp.array([[0.1]]))
+    assembly = join((left, right, spring), ((0,), (1,), (0, 1)))
+    exact = scipy.linalg.eigh(*(np.asarray(A) for A in chain(7, 2.0, 1.0, 1)), eigvals_only=True)
+    np.testing.assert_allclose(assembly.modes().values, exact, rtol=1e-9)
+    np.testing.assert_allclose(assembly.damping[:2, :2], [[0.1, -0.1], [-0.1, 0.1]], rtol=1e-12)
+    heavy = elastic_bond(jnp.array([[2.0]]), mass=jnp.array([[0.6]]))
+    np.testing.assert_allclose(jnp.sum(join((heavy,), ((0, 1),)).mass), 0.6, rtol=1e-12)
+
+
+def test_redundant_bonds_are_counted_and_named():
+    """Clamped, propped beam with a free one welded to its end: what holds the free one is determinate."""
+    component = guyan(K, M, ENDS)
+    number, flags = redundancy((component, guyan(K, M, (0, 1))), ((-1, -1, -1, 0), (-1, 0)))
+    assert number == 1
+    np.testing.assert_array_equal(flags[0], [False, False, False, True])
+    np.testing.assert_array_equal(flags[1], [True, True])
+    number, flags = redundancy((component, guyan(K, M, (0, 1))), ((-1, -1, 0, 1), (0, 1)))
+    assert number == 0 and all(np.all(f) for f in flags)
+    number, flags = redundancy((component, component, guyan(K, M, (0, 1))), ((-1, -1, 0, 1), (-1, -1, 0, 1), (0, 1)))
+    assert number == 2
+    assert not np.any(flags[0]) and not np.any(flags[1]) and np.all(flags[2])
+    fine = guyan(*beam(40), range(0, 82, 2))  # slender between its ends, yet no mechanism
+    assert redundancy((fine,), (range(-1, 40),))[0] == 0
+    assert redundancy((fine,), ([-1] * 41,))[0] == 39
+
+
+def test_gradient_of_a_reaction():
+    """Static section force of a propped beam by the stiffness of its halves, a batch, against differences."""
+
+    def force(t):
+        left, right = craig_bampton(t[0] * K, M, ENDS, 2), craig_bampton(t[1] * K, M, ENDS, 2)
+        load = jnp.zeros(18).at[8].set(1.0)
+        forces = dual_response((left, right), ((-1, -1, 0, 1), (0, 1, -1, 2)), (load, None))[1].forces
+        return forces[1][2]
+
+    t = np.array([1.0, 1.4])
+    steps = 1e-5 * np.array([[0.0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    value, slope = jax.jit(jax.vmap(jax.value_and_grad(force)))(jnp.asarray(t + steps))
+    np.testing.assert_allclose(slope[0], (value[1::2] - value[2::2]) / 2e-5, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("joints", "said"),
+    [
+        ((CLAMPED[0],), "2 components, but joints of 1"),
+        (((-1, -1, 0), (0, 1)), "component 0 has 4 interface coordinates, its joints are 3"),
+        (((-1, -1, 0, 5), (0, 5)), r"numbered 0, 1, 2, \.\.\., not \[0, 5\]"),
+    ],
+)
+def test_bad_input(joints, said):
+    with pytest.raises(ValueError, match=said):
+        join((guyan(K, M, ENDS), guyan(K, M, (0, 1))), joints)

@@ -1,0 +1,189 @@
+"""Named bonds of every kind against one dense model of all components, in which the bonds' forces are unknowns."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.coupling import bushing, connect, joint, rigid
+from jaxmbs.elements import Beam, PointMass
+from jaxmbs.errors import ModelError
+from jaxmbs.fem import Structure, assemble
+from jaxmbs.reductions import craig_bampton, harmonic, physical, reduce
+from tests.structural_matrices import beam
+
+TUBE = Beam(70e9, 27e9, 4e-4, 2e-8, 2e-8, 4e-8, 2700.0)
+BOX = PointMass(0.6, (0.0, 0.0, 0.1), 2e-3 * np.eye(3))
+STIFFNESS = np.diag([3e5, 4e5, 5e5, 90.0, 80.0, 70.0])
+DAMPING = 1e-3 * STIFFNESS
+MASS = np.diag([0.2, 0.2, 0.2, 1e-4, 1e-4, 1e-4])
+AXES = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+OMEGA = 200.0
+
+
+def component(nodes, interface):
+    nodes = {name: np.array(place, float) for name, place in nodes.items()}
+    names = list(nodes)
+    elements = {"tube": (TUBE, list(zip(names[:-1], names[1:], strict=True))), "box": (BOX, [(names[1],)])}
+    return assemble(Structure(nodes, elements), interface)
+
+
+PARTS = {
+    "stage": component({"foot": (0, 0, 0), "knee": (0.1, 0, 0.4), "top": (0, 0.1, 0.8)}, ["foot", "knee", "top"]),
+    "mast": component({"root": (0, 0.1, 0.8), "middle": (0, 0.3, 1.2), "end": (0.1, 0.2, 1.6)}, ["root", "end"]),
+    "panel": component({"hinge": (0.1, 0.2, 1.6), "edge": (0.5, 0.3, 1.7), "far": (0.9, 0.6, 1.9)}, ["hinge", "far"]),
+}
+FORCE = np.random.default_rng(1).normal(size=18)
+
+
+def network(stiffness, axes):
+    """Bolted to the ground, a bushing, a hinge about an axis of its own, a ball joint to the ground."""
+    parts = {
+        "stage": reduce(PARTS["stage"], physical),
+        "mast": reduce(PARTS["mast"], craig_bampton, 6),
+        "panel": reduce(PARTS["panel"], physical),
+    }
+    bonds = {
+        "bolts": rigid(("stage", "foot")),
+        "mount": bushing(
+            ("stage", "top"), ("mast", "root"), stiffness=stiffness, damping=DAMPING, mass=MASS, axes=axes
+        ),
+        "pin": joint(("mast", "end"), ("panel", "hinge"), free="ry", axes=axes),
+        "stay": joint(("panel", "far"), free="rx ry rz"),
+    }
+    return connect(parts, bonds)
+
+
+def monolithic(omega):
+    """Displacements by component, force of the pin on the mast and of the mount on both its ends: NumPy."""
+    start = {name: 18 * i for i, name in enumerate(PARTS)}
+    Z = np.zeros((66, 66), complex)  # three components, both frames of the mount
+    for name, s in PARTS.items():
+        at = slice(start[name], start[name] + 18)
+        Z[at, at] = np.asarray(s.stiffness) - omega**2 * np.asarray(s.mass)
+    elastic, two = STIFFNESS + 1j * omega * DAMPING, np.array([[2, 1], [1, 2]]) / 6
+    Z[54:, 54:] = np.kron([[1, -1], [-1, 1]], elastic) - omega**2 * np.kron(two, MASS)
+    turn = np.kron(np.eye(2), AXES)
+    rows = []
+
+    def tie(first, second, turned, kept=range(6)):
+        row = np.zeros((6, 66))
+        row[:, first : first + 6] = turned
+        if second is not None:
+            row[:, second : second + 6] = -turn if second < 54 else -np.eye(6)
+        rows.extend(row[list(kept)])
+
+    tie(0, None, np.eye(6))  # foot
+    tie(12, 54, turn)  # top
+    tie(18, 60, turn)  # root
+    tie(30, 36, turn, (0, 1, 2, 3, 5))  # end, hinge
+    tie(48, None, np.eye(6), range(3))  # far
+    B = np.array(rows)
+    saddle = np.block([[Z, B.T], [B, np.zeros((len(B), len(B)))]])
+    right = np.zeros(len(saddle))
+    right[36:54] = FORCE
+    solution = np.linalg.solve(saddle, right)
+    f = -solution[66:]
+    pin = np.insert(f[18:23], 4, 0.0)
+    moved = {name: solution[s : s + 18] for name, s in start.items()}
+    return moved, {"bolts": f[:6], "mount": f[6:12], "pin": pin, "stay": np.r_[f[23:], np.zeros(3)]}, f[12:18]
+
+
+@jax.jit
+def primal(stiffness, axes):
+    net = network(stiffness, axes)
+    K, M, C = net.assembly.stiffness, net.assembly.mass, net.assembly.damping
+    Z = jax.lax.complex(K - OMEGA**2 * M, OMEGA * C)
+    xi = jnp.linalg.solve(Z, net.load({"panel": jnp.asarray(FORCE)}).astype(Z.dtype))
+    x, v, a = (y[:, 0] for y in harmonic(xi[:, None], jnp.array([OMEGA])))
+    return net.expand(xi), net.reactions(x, a, v, {"panel": jnp.asarray(FORCE)}), net
+
+
+@jax.jit
+def dual(stiffness, axes):
+    return network(stiffness, axes).response({"panel": jnp.asarray(FORCE)}, jnp.asarray(OMEGA))
+
+
+@pytest.mark.parametrize("form", [primal, dual])
+def test_every_bond_against_one_dense_model(form):
+    """Harmonic displacements, forces of all bonds, and their balance."""
+    moved, found = form(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[:2]
+    exact, forces, second = monolithic(OMEGA)
+    for name, x in exact.items():
+        np.testing.assert_allclose(moved[name], x, atol=1e-8 * np.max(np.abs(x)))
+    for name, f in forces.items():
+        np.testing.assert_allclose(found.on_first[name], f, atol=1e-8 * np.max(np.abs(f)))
+        opposite = second if name == "mount" else -f
+        np.testing.assert_allclose(found.on_second[name], opposite, atol=1e-8 * np.max(np.abs(f)))
+    assert np.max(np.abs(second + forces["mount"])) > 1e-3 * np.max(np.abs(second))  # its mass takes a part
+    assert found.residual < 1e-9
+
+
+def test_gradient_and_batch_by_a_mount():
+    """Size of the pin's force by the mount's stiffness, many at once, against differences."""
+
+    def size(t):
+        found = network(STIFFNESS * jnp.exp(t), jnp.asarray(AXES)).response({"panel": jnp.asarray(FORCE)})[1]
+        return jnp.sum(found.on_first["pin"] ** 2)
+
+    t = jnp.array([0.0, -1e-4, 1e-4])
+    value, slope = jax.jit(jax.vmap(jax.value_and_grad(size)))(t)
+    np.testing.assert_allclose(slope[0], (value[2] - value[1]) / 2e-4, rtol=1e-6)
+
+
+def test_determinate_and_redundant_bonds_by_name():
+    """A chain clamped at one end, with a hinge, held by a ball joint at the other; beams with and without a prop."""
+    report = primal(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[2].determinacy()
+    assert (report.redundant, report.free_motions) == (2, 0)
+    assert report.labels["pin"] == ("x", "y", "z", "rx", "rz")
+    assert not any(any(flags) for flags in report.determinate.values())
+    half = physical(*beam(4), (0, 1, 8, 9))
+    bonds = {"wall": rigid(("a", (0, 1))), "weld": rigid(("a", (2, 3)), ("b", (0, 1)))}
+    report = connect({"a": half, "b": half}, bonds).determinacy()
+    assert (report.redundant, report.free_motions) == (0, 0)
+    assert all(all(flags) for flags in report.determinate.values())
+    propped = connect({"a": half, "b": half}, bonds | {"prop": joint(("b", (2, 3)), free=(1,))}).determinacy()
+    assert str(propped) == (
+        "1 redundant bonds, 0 free motions\nwall  redundant 0 1\nweld  redundant 0 1\nprop  redundant 0"
+    )
+    pinned = joint(("a", (2, 3)), ("b", (0, 1)), free=(1,))
+    assert connect({"a": half, "b": half}, bonds | {"weld": pinned}).determinacy().free_motions == 1
+
+
+WRONG = [
+    ({"b": rigid("nothing")}, "bond 'b': no component is named 'nothing'"),
+    ({"b": rigid(("stage", "tip"))}, "bond 'b': the interface of 'stage' has no node 'tip'"),
+    ({"b": rigid(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
+    ({"b": rigid(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
+    ({"b": joint(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),
+    ({"b": bushing(("stage", "foot"), stiffness=(1.0, 2.0, 3.0))}, "bond 'b': stiffness of 3 directions for 6"),
+    ({"b": rigid("ground", ("stage", "foot"))}, "bond 'b': its first end is the ground"),
+    ({"stage": rigid(("stage", "foot"))}, "bond 'stage': a component has that name"),
+    ({"b": rigid("stage"), "c": rigid(("stage", "foot"))}, "bond 'c': other bonds tie its ends already"),
+    (
+        {"b": rigid(("stage", "foot")), "c": joint(("stage", "foot"), ("mast", "root"), free="x", axes=AXES)},
+        "bond 'c' has axes: b must not join the same coordinates",
+    ),
+]
+
+
+@pytest.mark.parametrize(("bonds", "said"), WRONG, ids=[said for _, said in WRONG])
+def test_faults(bonds, said):
+    parts = {name: reduce(PARTS[name], physical) for name in ("stage", "mast")}
+    with pytest.raises(ModelError) as error:
+        connect(parts, bonds)
+    assert said in str(error.value)
+
+
+def test_wrong_numbers_and_names():
+    with pytest.raises(ValueError, match="differ in shape"):
+        bushing("a", "b", stiffness=np.eye(3), damping=np.eye(2))
+    net = connect({"a": physical(*beam(2), (0, 1))}, {"wall": rigid("a")})
+    with pytest.raises(ValueError, match=r"forces on \['c'\]: the components are a"):
+        net.load({"c": jnp.zeros(6)})
+    with pytest.raises(ValueError, match="the bonds leave a motion free"):
+        connect({"a": physical(*beam(2), (0, 1))}, {}).response({"a": jnp.ones(6)})
+    with pytest.raises(ModelError, match="component 'a' is a LinearSystem: reduce it first"):
+        connect({"a": PARTS["stage"]}, {})
+    with pytest.raises(ValueError, match="not under tracing"):
+        jax.jit(lambda K: connect({"a": physical(K, beam(2)[1], (0, 1))}, {}).determinacy().redundant)(beam(2)[0])
