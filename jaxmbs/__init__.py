@@ -39,6 +39,7 @@ from .errors import AssemblyError as AssemblyError
 from .errors import BatchError as BatchError
 from .errors import ModelError as ModelError
 from .errors import SimulationError as SimulationError
+from .errors import UnknownNameError as UnknownNameError
 from .exported import Program as Program
 from .exported import export as export
 from .exported import load_program as load_program

@@ -1,4 +1,4 @@
-"""The errors of the library: a wrong model, a pose that cannot be assembled, a simulation or a batch that failed."""
+"""The errors of the library: a wrong model, an unknown name, a pose that cannot be assembled, a failed motion."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,6 +19,12 @@ class ModelError(ValueError):
 
     def __reduce__(self):
         return type(self), (self.faults,)
+
+
+class UnknownNameError(ValueError, KeyError):
+    """A question that names what is not there: the model may well be right."""
+
+    __str__ = ValueError.__str__
 
 
 class AssemblyError(ValueError):

@@ -10,8 +10,8 @@ from pathlib import Path
 import jax
 import jax.export
 import jax.numpy as jnp
-from jax.core import Tracer
 
+from .checks import known
 from .math.jit import options
 
 _ABOUT, _PROGRAM, _RESULTS = "about.json", "program.bin", "results.pickle"
@@ -38,7 +38,7 @@ class Program:
                 "names, bodies, joints, array shapes or types; it takes "
                 f"{', '.join(self.about['arrays'])}. Export it again"
             )
-        call = self._inner if any(isinstance(leaf, Tracer) for leaf in leaves) else self._outer
+        call = self._outer if known(leaves) else self._inner
         treedef = jax.tree.structure(self._results)
         return jax.tree.unflatten(treedef, call(*leaves))
 
@@ -103,7 +103,7 @@ def load_program(path) -> Program:
 def _numbers(arguments):
     """The leaves as arrays."""
     for where, leaf in jax.tree_util.tree_leaves_with_path(arguments):
-        if not isinstance(leaf, Tracer) and not hasattr(leaf, "dtype") and not isinstance(leaf, (bool, int, float)):
+        if known(leaf) and not hasattr(leaf, "dtype") and not isinstance(leaf, (bool, int, float)):
             raise TypeError(f"argument{jax.tree_util.keystr(where)} is no number but {leaf!r}")
     return [jnp.asarray(leaf) for leaf in jax.tree.leaves(arguments)]
 

@@ -93,11 +93,11 @@ MODELS = [
     case("body ground", body("ground", joint=False), "body 'ground': the name is taken"),
     case("body as frame", body("eye", joint=False), "body 'eye': the name is taken"),
     case("loose body", body(joint=False), "body 'spare' is not connected to the ground"),
-    case("frame on air", lambda b: b.frame("nowhere", on="leg"), "frame 'nowhere': 'leg' is not a body"),
+    case("frame on air", lambda b: b.frame("nowhere", on="leg"), "frame 'nowhere': there is no body 'leg'"),
     case("frame twice", lambda b: b.frame("eye", on="hand"), "frame 'eye': the name is taken"),
     case("joint twice", lambda b: b.joint("wrist", PIN, "ground", "hand"), "joint 'wrist': the name is taken"),
-    case("no parent", joint(parent="leg"), "joint 'hang': parent 'leg' is not a body; the bodies are: ground, arm"),
-    case("no child", joint(child="leg"), "joint 'hang': child 'leg' is not a body"),
+    case("no parent", joint(parent="leg"), "joint 'hang', parent: there is no body 'leg'; there are: ground, arm"),
+    case("no child", joint(child="leg"), "joint 'hang', child: there is no body 'leg'"),
     case("to itself", joint(parent="spare"), "joint 'hang': parent and child are both 'spare'"),
     case("not a joint", joint("revolute"), "joint 'hang': its kind must be a joint .* got 'revolute'"),
     case("a class", joint(mbs.Revolute), "joint 'hang': its kind must be a joint"),
@@ -119,7 +119,7 @@ MODELS = [
     case(
         "drive what",
         lambda b: b.drive("elbow", lambda t: t),
-        "drive: 'elbow' is not a joint; the joints are: shoulder",
+        "drive: there is no joint 'elbow'; there are: shoulder",
     ),
     case("drive twice", drive_twice, "drive: joint 'wrist' is driven already"),
     case(
@@ -135,10 +135,8 @@ MODELS = [
         "load on a joint", force(mbs.Force(np.ones(3)), joint="wrist"), "force 'pull': Force takes on=..., got joint"
     ),
     case("bushing on", force(mbs.Bushing((1.0, 1.0)), on="hand"), "force 'pull': Bushing takes between=..., got on"),
-    case(
-        "law on what", force(joint="elbow"), "force 'pull': 'elbow' is not a joint; the joints are: shoulder, wrist"
-    ),
-    case("between what", force(between=("ground", "leg")), "force 'pull': 'leg' is neither a body nor a frame"),
+    case("law on what", force(joint="elbow"), "force 'pull': there is no joint 'elbow'; there are: shoulder, wrist"),
+    case("between what", force(between=("ground", "leg")), "force 'pull': there is no body or frame 'leg'"),
     case("between one", force(between=("ground",)), "force 'pull': between= takes two frames, got 1"),
     case("on a number", force(mbs.Force(np.ones(3)), on=3.0), "force 'pull': 3.0 is not a body name, frame name"),
     case(
@@ -150,10 +148,12 @@ MODELS = [
         "rod of no length", constraint(mbs.Distance(0.0), between=("ground", "hand")), "constraint 'tie': its length"
     ),
     case(
-        "rod to what", constraint(mbs.Distance(1.0), between=("ground", "leg")), "constraint 'tie': 'leg' is neither"
+        "rod to what",
+        constraint(mbs.Distance(1.0), between=("ground", "leg")),
+        "constraint 'tie': there is no body or frame 'leg'",
     ),
     case("rod to none", constraint(mbs.Distance(1.0)), r"constraint 'tie': Distance takes between=\(frame, frame\)"),
-    case("gear on what", constraint(mbs.Coupler({"elbow": 1.0})), "constraint 'tie': 'elbow' is not a joint"),
+    case("gear on what", constraint(mbs.Coupler({"elbow": 1.0})), "constraint 'tie': there is no joint 'elbow'"),
     case("idle gear", constraint(mbs.Coupler({"wrist": 0.0})), "constraint 'tie': all its coefficients are zero"),
     case("not a constraint", constraint(SPRING), "constraint 'tie': .* is not a constraint"),
 ]
@@ -219,9 +219,9 @@ def test_gravity_of_two_numbers():
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"cut": ["elbow"]}, "cut: 'elbow' is not a joint"),
+        ({"cut": ["elbow"]}, "cut: there is no joint 'elbow'"),
         ({"cut": ["wrist"]}, "body 'hand' is not connected to the ground"),
-        ({"independent": ["elbow"]}, "independent: 'elbow' is not a joint"),
+        ({"independent": ["elbow"]}, "independent: there is no joint 'elbow'"),
         ({"independent": ["wrist"]}, "independent: joints wrist give 1 velocities .* the mobility is 2"),
     ],
 )
@@ -251,7 +251,7 @@ def test_all_faults_come_in_one_report():
     faults = caught.value.faults
     for part in ("'heavy': mass", "'thin': principal", "'nowhere'", "'bad': its axis", "'worse': its kind"):
         assert sum(part in fault for fault in faults) == 1, part
-    for part in ("force 'pull': 'elbow'", "constraint 'tie': 'knee'"):
+    for part in ("force 'pull': there is no joint", "constraint 'tie': there is no joint"):
         assert sum(part in fault for fault in faults) == 1, part
     assert len(faults) == 7
     assert str(caught.value).startswith("the model has 7 faults:\n  1. body 'heavy'")
@@ -271,7 +271,7 @@ def loop():
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ({"elbow": 0.1}, "state: there is no joint 'elbow'; the joints are: shoulder, wrist"),
+        ({"elbow": 0.1}, "state: there is no joint 'elbow'; there are: shoulder, wrist"),
         ({"wrist": np.ones(2)}, r"state: joint 'wrist' takes 1 coordinates, got shape \(2,\)"),
         ({"rates": {"wrist": np.ones(3)}}, r"state: joint 'wrist' takes 1 velocities, got shape \(3,\)"),
         ({"guess": {"knee": 0.1}}, "state: there is no joint 'knee'"),
@@ -304,7 +304,7 @@ def test_a_held_coordinate_that_contradicts_a_drive():
 @pytest.mark.parametrize("ask", [mbs.position, mbs.rotation, mbs.velocity, mbs.jacobian, mbs.acceleration])
 def test_unknown_frames(system, ask):
     state = mbs.State(jnp.zeros(()), jnp.zeros(2), jnp.zeros(2))
-    with pytest.raises(mbs.ModelError, match="'leg' is neither a body nor a frame; the frames are: ground, arm"):
+    with pytest.raises(mbs.UnknownNameError, match="there is no body or frame 'leg'; there are: ground, arm"):
         ask(system, state, "leg")
 
 

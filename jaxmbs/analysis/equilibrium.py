@@ -7,6 +7,7 @@ import numpy as np
 import optimistix
 from jaxtyping import Array, Bool, Float, Int
 
+from ..checks import known, no_such
 from ..dynamics.elastic import total_mass
 from ..errors import ModelError, SimulationError
 from ..kinematics import constraints
@@ -67,7 +68,7 @@ def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
     faults, columns = [], []
     for name in moving:
         if name not in top.joint_index:
-            faults.append(f"moving: {name!r} is not a joint; the joints are: {', '.join(top.joint_names)}")
+            faults.append(f"moving: {no_such('joint', name, top.joint_names)}")
             continue
         mine = range(*top.joints[top.joint_index[name]].velocities.indices(top.num_velocities))
         if not mine or not set(mine) <= set(chosen.tolist()):
@@ -76,7 +77,7 @@ def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
     if faults:
         raise ModelError(faults)
     result = _equilibrium(system, state, tuple(columns))
-    if throw and not isinstance(result.found, jax.core.Tracer) and not np.all(np.asarray(result.found)):
+    if throw and known(result.found) and not np.all(np.asarray(result.found)):
         worst = float(np.max(np.asarray(result.residual)))
         raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
     return result

@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import place_of
 from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import forward_dynamics, node_accelerations, node_motion, required_efforts
 from ..dynamics.ports import resistance_at
-from ..errors import ModelError
 from ..kinematics import constraints
 from ..kinematics.kic import independent_columns, motion_map, position_map, velocity_map_at
 from ..kinematics.poses import coordinate_rate, geometry, node_inertias, node_parameters
@@ -68,12 +68,10 @@ def linearise(system: System, state, inputs=(), outputs=()) -> Linearisation:
 
     Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.
 
-    Raises: ModelError for unknown names and for drives that cannot be released.  Source: S2 (42), (68)-(74).
+    Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
-    unknown = [n for n in (*inputs, *(() if callable(outputs) else outputs)) if n not in system.topology.joint_index]
-    if unknown:
-        known = ", ".join(system.topology.joint_names)
-        raise ModelError([f"linearise: {name!r} is not a joint; the joints are: {known}" for name in unknown])
+    for name in (*inputs, *(() if callable(outputs) else outputs)):
+        place_of("joint", name, system.topology.joint_names)
     driven = tuple(name for name in inputs if name in _drives(system))
     accelerations = forward_dynamics(system, state)[0]
     system = release(system, driven, state)

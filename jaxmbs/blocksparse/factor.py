@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
+from ..checks import known
 from .matrix import BlockMatrix
 from .multifrontal import factorise, substitute
 from .pivots import KINDS
@@ -58,7 +59,7 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
 def _even(matrix, kind):
     """The matrix, NaN where its diagonal blocks are not symmetric.  Raises: ValueError for such, if concrete."""
     part, limit = matrix.asymmetry, jnp.finfo(matrix.diagonal.dtype).eps ** 0.5
-    if isinstance(part, jax.core.Tracer):
+    if not known(part):
         spoilt = jnp.where(part > limit, jnp.nan, 0.0).astype(matrix.diagonal.dtype)
         return eqx.tree_at(lambda m: m.diagonal, matrix, matrix.diagonal + spoilt)
     if part > limit:

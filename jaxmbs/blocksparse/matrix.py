@@ -1,11 +1,11 @@
 """A sparse block matrix: values on a pattern, as a pytree; products, assembly from elements, dense form."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
+from ..checks import known
 from .pattern import Pattern
 
 
@@ -91,7 +91,7 @@ def assemble(pattern: Pattern, blocks, elements) -> BlockMatrix:
     are not symmetric.
     """
     blocks = np.asarray(blocks, np.int64)
-    if not isinstance(elements, jax.core.Tracer):
+    if known(elements):
         values = np.asarray(elements)
         part = np.max(np.abs(values - values.transpose(0, 2, 1, 4, 3)), initial=0.0)
         if part > np.finfo(values.dtype).eps ** 0.5 * np.max(np.abs(values), initial=0.0):

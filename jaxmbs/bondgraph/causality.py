@@ -7,10 +7,10 @@ still free depends on the moduli of the transformers, hence on the pose: it is c
 
 import dataclasses
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known
 from ..kinematics.assembly import assembled
 from ..kinematics.kic import velocity_map
 from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
@@ -40,7 +40,7 @@ def bond_graph(system: System, view: str = "hamiltonian", state=None) -> BondGra
     Source: S2 (28)-(44), Figs 2-4.
     """
     graph = build_view(system, view)
-    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((system, state))):
+    if not known(system, state):
         return graph
     if view != "detailed":
         return assign_causality(graph, _field_storages(system, graph))

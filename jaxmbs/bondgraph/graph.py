@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from ..checks import place_of
 from . import drawing
 from .elements import Bond, Element, Storage
 
@@ -22,7 +23,7 @@ class BondGraph:
     storages: tuple[Storage, ...] = ()
 
     def __getitem__(self, name: str) -> Element:
-        return self.elements[self.order[name]]
+        return self.elements[place_of("element", name, self.order)]
 
     @cached_property
     def order(self) -> dict[str, int]:

@@ -5,9 +5,9 @@ inertia      the equivalent inertia field I* and the gyristor GR at the junction
 hamiltonian  the same with all ports summed to Q, S2 Fig. 4
 """
 
-import jax
 import numpy as np
 
+from ..checks import known
 from ..dynamics.elastic import refuse_elastic
 from ..errors import ModelError
 from ..forces.base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
@@ -187,4 +187,4 @@ def _overrides(law, method):
 
 def _present(value) -> bool:
     """Whether a number is other than zero, or not known yet."""
-    return isinstance(value, jax.core.Tracer) or bool(np.any(np.asarray(value) != 0))
+    return not known(value) or bool(np.any(np.asarray(value) != 0))

@@ -3,10 +3,10 @@
 Works on numpy arrays and traced arrays alike; poses are (rotation, position) pairs.
 """
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known
 from ..kinematics.poses import CYCLE
 from ..model.frame import Pose
 from .declarations import GROUND, joint_frame
@@ -18,12 +18,12 @@ _NOWHERE = (np.eye(3), np.zeros(3))
 
 def concrete(x):
     """A numpy array where the values are known, else the traced array."""
-    return x if isinstance(x, jax.core.Tracer) else np.asarray(x)
+    return np.asarray(x) if known(x) else x
 
 
 def stack(values):
     """Arrays of one shape on a new first axis; by NumPy where all are known, which compiles nothing."""
-    if any(isinstance(x, jax.core.Tracer) for x in values):
+    if not known(values):
         return jnp.stack(values)
     return jnp.asarray(np.stack([np.asarray(x) for x in values]))
 
@@ -45,7 +45,7 @@ def back(a):
 
 def stacked(poses) -> Pose:
     """Pose of arrays from a list of pairs; numpy until the last step."""
-    join = np.stack if not any(isinstance(x, jax.core.Tracer) for p in poses for x in p) else jnp.stack
+    join = np.stack if known(*poses) else jnp.stack
     if not poses:
         return Pose(jnp.zeros((0, 3)), jnp.zeros((0, 3, 3)))
     return Pose(join([p[1] for p in poses]), join([p[0] for p in poses]))

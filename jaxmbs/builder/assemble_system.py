@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
 from ..forces._fields import function
 from ..forces.signals import as_signal
@@ -98,7 +99,7 @@ def _stack(values):
         concrete(v) if not isinstance(v, (tuple, list)) else jnp.stack([jnp.asarray(x, float) for x in v])
         for v in values
     ]
-    if any(isinstance(v, jax.core.Tracer) for v in values):
+    if not known(values):
         return jnp.stack([jnp.asarray(v, float) for v in values])
     return jnp.asarray(np.stack([np.asarray(v, float) for v in values]), float)
 

@@ -4,9 +4,9 @@ import dataclasses
 import functools
 import warnings
 
-import jax
 import jax.numpy as jnp
 
+from ..checks import known, no_such
 from ..errors import ModelError
 from ..joints import Coupler, Weld
 from ..math.precision import follow_precision
@@ -18,7 +18,7 @@ from .assemble_system import assemble_system
 from .elastic import Elastic, elastic_faults, entry_faults
 from .mobility import analyse, check_numbers, with_analysis
 from .spanning import spanning_tree
-from .validation import body_faults, constraint_faults, force_faults, joint_faults, known
+from .validation import body_faults, constraint_faults, force_faults, joint_faults
 
 
 class SystemBuilder:
@@ -105,7 +105,7 @@ class SystemBuilder:
     def drive(self, joint, function):
         """Prescribe the coordinate of a one-freedom joint as a function of time (rheonomic)."""
         if joint not in self._joints:
-            self._faults.append(f"drive: {joint!r} is not a joint; the joints are: {', '.join(self._joints)}")
+            self._faults.append(f"drive: {no_such('joint', joint, self._joints)}")
         elif self._joints[joint].drive is not None:
             self._faults.append(f"drive: joint {joint!r} is driven already")
         else:
@@ -134,7 +134,7 @@ class SystemBuilder:
             found += body_faults(body)
         for frame in self._frames.values():
             if frame.body != declared.GROUND and frame.body not in self._bodies:
-                found.append(f"frame {frame.name!r}: {frame.body!r} is not a body")
+                found.append(f"frame {frame.name!r}: {no_such('body', frame.body, self._bodies)}")
         for joint in self._joints.values():
             found += joint_faults(joint, self._bodies, self._frames)
         for force in self._forces.values():
@@ -156,7 +156,7 @@ class SystemBuilder:
         """
         follow_precision()
         found = self.faults()
-        found += [f"cut: {name!r} is not a joint" for name in cut or () if name not in self._joints]
+        found += [f"cut: {no_such('joint', name, self._joints)}" for name in cut or () if name not in self._joints]
         found += entry_faults(self._elastic, [j for name, j in self._joints.items() if name not in (cut or ())])
         if found:
             raise ModelError(found)
@@ -176,7 +176,7 @@ class SystemBuilder:
         )
         if like is not None:
             return _take_over(system, like)
-        traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(system))
+        traced = not known(system)
         if traced and system.has_constraints:
             raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
         _warn_single_precision()
@@ -235,6 +235,6 @@ def _take_over(system, like):
         raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
     if like.topology.analysis is None:
         return system
-    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(system)):
+    if known(system):
         check_numbers(system)
     return with_analysis(system, like.topology.analysis, like.length)

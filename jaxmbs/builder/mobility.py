@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
+from ..checks import no_such
 from ..errors import ModelError
 from ..joints.base import HALF_TURN
 from ..kinematics import constraints
@@ -181,7 +182,7 @@ def _independent(top, Z, wanted):
         return tuple(sorted(int(k) for k in pivots[: Z.shape[1]]))
     unknown = [n for n in wanted if n not in top.joint_index]
     if unknown:
-        raise ModelError([f"independent: {n!r} is not a joint" for n in unknown])
+        raise ModelError([f"independent: {no_such('joint', n, top.joint_names)}" for n in unknown])
     columns = [k for n in wanted for k in range(*top.joints[top.joint_index[n]].velocities.indices(10**9))]
     part = Z[columns]
     if len(columns) != Z.shape[1] or np.linalg.svd(part, compute_uv=False)[-1] < 1e-9:

@@ -3,14 +3,10 @@
 import jax
 import numpy as np
 
+from ..checks import known, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
 from .declarations import GROUND, inertia_matrix, resolve
-
-
-def known(*values) -> bool:
-    """Whether all values are concrete numbers."""
-    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
 def body_faults(body) -> list[str]:
@@ -58,7 +54,7 @@ def joint_faults(joint, bodies, frames) -> list[str]:
         return [f"{where}: its kind must be a joint such as Revolute(axis='z'), got {joint.kind!r}"]
     for end, body in (("parent", joint.parent), ("child", joint.child)):
         if body != GROUND and body not in bodies:
-            found.append(f"{where}: {end} {body!r} is not a body; {_known(bodies)}")
+            found.append(f"{where}, {end}: {no_such('body', body, [GROUND, *bodies])}")
     if joint.parent == joint.child:
         found.append(f"{where}: parent and child are both {joint.parent!r}")
     for end, frame, body in (
@@ -88,15 +84,11 @@ def _has_one_coordinate(joint):
     return len(joint.kind.nodes) == 1 and joint.kind.nodes[0].kind != "ball"
 
 
-def _known(bodies):
-    return "the bodies are: " + ", ".join([GROUND, *bodies])
-
-
 def _reference_faults(where, reference, bodies, frames):
     try:
         resolve(reference, bodies, frames)
-    except KeyError as missing:
-        return [f"{where}: {missing} is neither a body nor a frame; {_known(bodies)}"]
+    except KeyError as error:
+        return [f"{where}: {no_such('body or frame', error.args[0], [GROUND, *bodies, *frames])}"]
     except (TypeError, ValueError):
         return [f"{where}: {reference!r} is not a body name, frame name, (body, point) or (body, Pose)"]
     return []
@@ -121,7 +113,7 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
         return [f"{where}: {type(law).__name__} takes {need}, got {', '.join(given) or 'none'}"]
     if force.joint is not None:
         if force.joint not in joints:
-            found.append(f"{where}: {force.joint!r} is not a joint; the joints are: {', '.join(joints)}")
+            found.append(f"{where}: {no_such('joint', force.joint, joints)}")
         elif not _has_one_coordinate(joints[force.joint]):
             found.append(
                 f"{where}: joint {force.joint!r} has not exactly one coordinate; use a Bushing between frames"
@@ -148,11 +140,7 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
             return [f"{where}: {type(law).__name__} takes between=(frame, frame)"]
         found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
     elif isinstance(law, Coupler):
-        found = [
-            f"{where}: {name!r} is not a joint; the joints are: {', '.join(joints)}"
-            for name in law.joints
-            if name not in joints
-        ]
+        found = [f"{where}: {no_such('joint', name, joints)}" for name in law.joints if name not in joints]
         found += [
             f"{where}: joint {name!r} has not exactly one coordinate"
             for name in law.joints

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 from jax import lax
 
+from ..checks import known
 from ..math import square
 from ..reductions.base import Reduced
 from .primal import balanced, join, joint_places
@@ -49,7 +49,7 @@ def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]]
 
 
 def _check_solved(miss, right):
-    if isinstance(miss, jax.core.Tracer) or not np.any(np.asarray(right)):
+    if not known(miss) or not np.any(np.asarray(right)):
         return
     eps = np.finfo(miss.dtype).eps
     if not np.max(np.abs(np.asarray(miss))) < eps**0.4 * np.max(np.abs(np.asarray(right))):
@@ -94,7 +94,7 @@ def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = 
 
 
 def _condensed(component):
-    if isinstance(component.stiffness, jax.core.Tracer):
+    if not known(component.stiffness):
         raise ValueError("redundant bonds are found on the host: not under tracing")
     b, K, P = component.num_interface, np.asarray(component.stiffness), np.asarray(component.connection)
     own = K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])

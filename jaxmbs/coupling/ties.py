@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from ..checks import no_such
 from ..elements import DIRECTIONS
 from ..elements.base import are_axes
 from ..errors import ModelError
@@ -79,14 +80,14 @@ def _coordinates(end, components, faults):
     if name == GROUND:
         return [], ()
     if name not in components:
-        faults.append(f"no component is named {name!r}")
+        faults.append(no_such("component", name, components))
         return [], ()
     count, names = components[name].num_interface, components[name].names
     nodes = [w for w in which or () if isinstance(w, str)]
     missing = [node for node in nodes if node not in {n for n, _ in names}]
     stray = [k for k in which or () if not isinstance(k, str) and not 0 <= k < count]
     if missing:
-        faults.append(f"the interface of {name!r} has no node {missing[0]!r}")
+        faults.append(f"interface of {name!r}: {no_such('node', missing[0], dict.fromkeys(n for n, _ in names))}")
     if stray:
         faults.append(f"{name!r} has {count} interface coordinates, none with the number {stray[0]}")
     if missing or stray:

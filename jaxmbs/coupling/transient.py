@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ..errors import SimulationError
 from ..forces import AbstractScalarLaw
 from ..math import lapack
@@ -125,7 +126,7 @@ def transient(
     start = tuple(zero if a is None else jnp.asarray(a, times.dtype) for a in (displacement, velocity))
     options = (diffrax.Dopri8() if solver is None else solver, gradient, max_steps)
     motion = _integrate(assembly, times, forces, tuple(links), start, tolerances, options)
-    if not isinstance(motion.succeeded, jax.core.Tracer) and not np.all(np.asarray(motion.succeeded)):
+    if known(motion.succeeded) and not np.all(np.asarray(motion.succeeded)):
         raise SimulationError(
             f"no end after {max_steps} steps: reduce the components further, or try solver=diffrax.Kvaerno5()", motion
         )
@@ -225,7 +226,7 @@ def _check(assembly, times, forces, links, gradient):
         raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_ADJOINTS)}")
     if times.ndim != 1 or len(times) < 2:
         raise ValueError(f"times must be a list of two or more, got shape {times.shape}")
-    if not isinstance(times, jax.core.Tracer) and np.any(np.diff(np.asarray(times)) <= 0):
+    if known(times) and np.any(np.diff(np.asarray(times)) <= 0):
         raise ValueError("times must increase")
     check_masses(assembly)
     sizes = [len(c.basis) for c in assembly.components]

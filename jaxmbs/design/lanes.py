@@ -15,6 +15,8 @@ from jaxtyping import PyTree
 from jaxmbs.design.status import lane_cost, lane_status
 from jaxmbs.design.table import length, row_shape, rows
 
+from ..checks import known
+
 MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
 _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
@@ -39,7 +41,7 @@ class Lanes:
     @property
     def is_traced(self) -> bool:
         """Whether the function holds numbers that are known only to a trace."""
-        return any(isinstance(x, jax.core.Tracer) for x in self._jaxpr.consts)
+        return not known(self._jaxpr.consts)
 
     def __call__(self, *columns):
         """Leaves of (values, status, cost) of the designs whose leaves are the columns (n, ...), all at once."""

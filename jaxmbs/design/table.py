@@ -7,6 +7,8 @@ import jax
 import numpy as np
 from jaxtyping import PyTree
 
+from ..checks import known
+
 
 def read_designs(designs) -> PyTree:
     """Designs as a pytree whose leaves are arrays with one leading axis of the same length B >= 1.
@@ -31,7 +33,7 @@ def read_designs(designs) -> PyTree:
 
 def is_traced(designs: PyTree) -> bool:
     """Whether some leaf is known only to a trace (jit, grad, vmap)."""
-    return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(designs))
+    return not known(designs)
 
 
 def length(designs: PyTree) -> int:
@@ -71,7 +73,7 @@ def _label(path) -> str:
 
 def _numbers(label: str, leaf):
     """A column as an array; JAX's own arrays go to the host, traced ones stay."""
-    if isinstance(leaf, jax.core.Tracer):
+    if not known(leaf):
         return leaf
     column = np.asarray(leaf)
     if column.dtype.kind not in "fiubc" and not jax.dtypes.issubdtype(column.dtype, np.floating):

@@ -12,6 +12,8 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
+from ..checks import known, no_such, place_of
+from ..errors import UnknownNameError
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
@@ -72,6 +74,7 @@ class Reactions(eqx.Module):
     hidden: tuple[str, ...] = eqx.field(static=True, default=())
 
     def __getitem__(self, name: str) -> JointReaction:
+        place_of("joint or constraint", name, self.joints)
         return self.joints[name]
 
     def __iter__(self):
@@ -221,7 +224,7 @@ def _compliance(name, value, dtype):
     value = jnp.asarray(value, dtype)
     if value.shape not in ((), (6,)):
         raise ValueError(f"compliance of {name!r} must be one number or six, got shape {value.shape}")
-    if not isinstance(value, jax.core.Tracer) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):
+    if known(value) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):
         raise ValueError(f"compliance of {name!r} must be finite and not negative, got {np.asarray(value)}")
     return value
 
@@ -263,6 +266,6 @@ def reactions(
     names = [name for name, *_ in constraints.carriers(system)]
     for name in compliance:
         if name not in names:
-            raise ValueError(f"compliance of {name!r}: there is no such joint or constraint; there are {names}")
+            raise UnknownNameError(f"compliance: {no_such('joint or constraint', name, names)}")
     compliance = {name: _compliance(name, c, states.coordinates.dtype) for name, c in compliance.items()}
     return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2, compliance, method)

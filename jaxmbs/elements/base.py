@@ -9,10 +9,11 @@ import abc
 from typing import Any, ClassVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+
+from ..checks import known
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -30,7 +31,7 @@ def optional(value: Any) -> Array | None:
 
 def are_axes(rows) -> bool:
     """Whether (3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
-    if isinstance(rows, jax.core.Tracer):
+    if not known(rows):
         return True
     rows = np.asarray(rows)
     return bool(np.allclose(rows @ rows.T, np.eye(3), rtol=0, atol=1e-5) and np.linalg.det(rows) > 0)
@@ -87,14 +88,12 @@ class AbstractElement(eqx.Module):
     def faults(self) -> list[str]:
         """What is wrong with the values, one message each; values that are traced are not looked at."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        known = {
-            n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and not isinstance(v, jax.core.Tracer)
-        }
-        found = [f"{name} must be finite" for name, v in known.items() if not np.all(np.isfinite(v))]
-        negative = [name for name in self.nonnegative if name in known and np.any(known[name] < 0)]
-        if "poisson" in known and not np.all((known["poisson"] > -1) & (known["poisson"] < 0.5)):
+        given = {n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and known(v)}
+        found = [f"{name} must be finite" for name, v in given.items() if not np.all(np.isfinite(v))]
+        negative = [name for name in self.nonnegative if name in given and np.any(given[name] < 0)]
+        if "poisson" in given and not np.all((given["poisson"] > -1) & (given["poisson"] < 0.5)):
             found.append("poisson must lie between -1 and 1/2")
-        zero = [name for name in self.positive if name in known and np.any(known[name] == 0)]
+        zero = [name for name in self.positive if name in given and np.any(given[name] == 0)]
         found += [f"{name} must not be negative" for name in negative]
         return found + [f"{name} must not be zero" for name in zero]
 

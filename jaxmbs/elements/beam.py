@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ..math.spd import spd_solve
 from ._parts import along, carried, gauss, turned
 from .base import DIRECTIONS, AbstractElement, number, optional
@@ -66,10 +67,10 @@ class Beam(AbstractElement):
     nonnegative = ("young", "shear_modulus", "area", "inertia_y", "inertia_z", "torsion", "density", "shear")
 
     def __check_init__(self):
-        known = {f"{d}{end}" for end in (1, 2) for d in DIRECTIONS}
-        wrong = [name for name in self.releases if name not in known]
+        possible = {f"{d}{end}" for end in (1, 2) for d in DIRECTIONS}
+        wrong = [name for name in self.releases if name not in possible]
         if wrong:
-            raise ValueError(f"releases {wrong} are not among {sorted(known)}")
+            raise ValueError(f"releases {wrong} are not among {sorted(possible)}")
         for d in ("x", "y", "z", "rx"):
             if {f"{d}1", f"{d}2"} <= set(self.releases):
                 raise ValueError(f"a beam released in {d} at both ends is a mechanism: release one end")
@@ -82,8 +83,7 @@ class Beam(AbstractElement):
     def faults(self):
         """Also a section that differs in y and z without a reference to say which is which."""
         pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])
-        known = [pair for pair in pairs if not any(isinstance(v, jax.core.Tracer) for v in pair)]
-        uneven = any(not np.allclose(a, b, rtol=1e-6, atol=0) for a, b in known)
+        uneven = any(known(pair) and not np.allclose(*pair, rtol=1e-6, atol=0) for pair in pairs)
         if self.reference is None and uneven:
             return [*super().faults(), "give it a reference: its section differs in y and z"]
         return super().faults()
@@ -196,11 +196,11 @@ class Beam(AbstractElement):
     def misplaced(self, nodes):
         """No length, or no plane for the local axes."""
         line = nodes[:, 1] - nodes[:, 0]
-        if self.offsets is not None and not isinstance(self.offsets, jax.core.Tracer):
+        if self.offsets is not None and known(self.offsets):
             offsets = np.asarray(self.offsets)
             line = line + offsets[..., 1, :] - offsets[..., 0, :]
         length = np.linalg.norm(line, axis=1)
-        if self.reference is None or isinstance(self.reference, jax.core.Tracer):
+        if self.reference is None or not known(self.reference):
             return length == 0
         reference = np.asarray(self.reference)
         size = length * np.linalg.norm(reference, axis=-1)

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ._parts import carried
 from .base import AbstractElement, number, optional
 
@@ -29,7 +30,7 @@ class PointMass(AbstractElement):
     def faults(self):
         """Also an inertia that is not symmetric, or negative about some axis."""
         found = super().faults()
-        if found or self.inertia is None or isinstance(self.inertia, jax.core.Tracer):
+        if found or self.inertia is None or not known(self.inertia):
             return found
         I = np.asarray(self.inertia)
         size = 1e-6 * np.max(np.abs(I))

@@ -1,11 +1,11 @@
 """Springs and bushings of six directions, between two nodes or from one to ground."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ._parts import carried, turned
 from .base import DIRECTIONS, AbstractElement, are_axes, number, optional
 
@@ -46,8 +46,8 @@ class Spring(AbstractElement):
     def faults(self):
         """Also matrices that are not symmetric, and axes that are not."""
         named = {"matrix": self.matrix, "damper": self.damper}
-        known = {n: np.asarray(v) for n, v in named.items() if v is not None and not isinstance(v, jax.core.Tracer)}
-        uneven = [name for name, v in known.items() if not np.allclose(v, v.T, rtol=0, atol=1e-6 * np.abs(v).max())]
+        given = {n: np.asarray(v) for n, v in named.items() if v is not None and known(v)}
+        uneven = [name for name, v in given.items() if not np.allclose(v, v.T, rtol=0, atol=1e-6 * np.abs(v).max())]
         fine = self.axes is None or are_axes(self.axes)
         skewed = [] if fine else ["axes must be three unit vectors, square to each other and right-handed"]
         return super().faults() + [f"{name} must be symmetric" for name in uneven] + skewed

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from ..checks import known, place_of
 from ..errors import ModelError
 from ..linear.dynamic_stiffness import dense_response
 from ..linear.receptance import receptance
@@ -173,13 +173,10 @@ def _coordinates(side, names, size):
 
 def _differ(a, b):
     """Whether concrete frequencies differ; traced ones cannot be looked at."""
-    if isinstance(a, jax.core.Tracer) or isinstance(b, jax.core.Tracer):
+    if not known(a, b):
         return False
     return bool(np.any(np.abs(np.asarray(a) - np.asarray(b)) > 1e-6 * np.max(np.abs(a), initial=0.0)))
 
 
 def _places(names, known, what):
-    missing = [name for name in names if name not in known]
-    if missing:
-        raise ModelError([f"there is no {what} {name!r}; there are {', '.join(known)}" for name in missing])
-    return np.array([known.index(name) for name in names], int)
+    return np.array([place_of(what, name, known) for name in names], int)

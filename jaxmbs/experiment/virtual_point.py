@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..math import square
@@ -122,7 +123,7 @@ def _share(rest, whole, axis):
 
 def _open_directions(what, R):
     """Faults of concrete places; lengths are measured by the largest arm, traced ones cannot be looked at."""
-    if isinstance(R, jax.core.Tracer):
+    if not known(R):
         return []
     R = np.asarray(R)
     size = np.concatenate([np.ones(3), np.full(3, np.abs(R[:, 3:6]).max()), np.abs(R[:, 6:]).max(axis=0)])

@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known, no_such
 from ..elements import DIRECTIONS, AbstractElement
 
 
@@ -32,7 +33,7 @@ class Group(eqx.Module):
 
     def misplaced(self, name, positions) -> list[str]:
         """Elements whose nodes lie wrongly, where positions are known."""
-        if isinstance(positions, jax.core.Tracer) or not self.nodes:
+        if not known(positions) or not self.nodes:
             return []
         bad = self.element.misplaced(np.asarray(positions, float)[self.connections])
         return [f"{name}[{k}]: {self.element.misplacement}" for k in np.nonzero(bad)[0]]
@@ -70,7 +71,7 @@ def group(name, element, connections, index, faults) -> Group | None:
 def number_of(node, index, name, faults) -> int:
     """Number of a node by its name or number; 0 and a fault where there is none."""
     if str(node) not in index:
-        faults.append(f"{name}: no node is named {node!r}")
+        faults.append(f"{name}: {no_such('node', node, index)}")
     return index.get(str(node), 0)
 
 

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known, place_of
 from ..elements import DIRECTIONS
 from ..elements.base import number
 from ..errors import ModelError
@@ -59,7 +59,7 @@ class Structure(eqx.Module):
         if not any(g is None or g.nodes for g in self.groups.values()):
             faults.append("a structure needs elements: none are given")
         self.held = held_pairs(held or {}, index, faults)
-        if not isinstance(self.positions, jax.core.Tracer):
+        if known(self.positions):
             lost = np.flatnonzero(~np.all(np.isfinite(np.asarray(self.positions)), axis=1))
             faults += [f"the position of node {self.names[k]!r} is not finite" for k in lost]
         if not faults:
@@ -77,10 +77,8 @@ class Structure(eqx.Module):
         return max((group.element.coordinates for group in self.groups.values()), default=3)
 
     def node(self, name) -> int:
-        """Number of a node. Raises: KeyError."""
-        if str(name) not in self.names:
-            raise KeyError(f"no node is named {name!r}")
-        return self.names.index(str(name))
+        """Number of a node.  Raises: UnknownNameError."""
+        return place_of("node", str(name), self.names)
 
     @property
     def sizes(self) -> np.ndarray:

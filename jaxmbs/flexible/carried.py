@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import jax.numpy as jnp
 
+from ..checks import no_such
 from ..dynamics.newton_euler import accelerations_at, node_accelerations, node_motion
 from ..dynamics.reactions import reactions
 from ..elements import DIRECTIONS
@@ -66,16 +67,16 @@ def _check(system, components, joints):
     names = {name: ends for name, *ends in constraints.carriers(system)}
     for frame, component in components.items():
         if frame not in top.frame_index:
-            faults.append(f"component {frame!r}: no such frame or body; there are {', '.join(top.frame_names)}")
+            faults.append(f"components: {no_such('body or frame', frame, top.frame_names)}")
         if component.positions is None:
             faults.append(f"component {frame!r}: needs the positions of its nodes, LinearSystem(..., positions=...)")
     for name, (frame, node) in joints.items():
         if frame not in components:
             faults.append(f"joint {name!r}: no component is given for frame {frame!r}")
         elif node not in components[frame].nodes:
-            faults.append(f"joint {name!r}: the component of {frame!r} has no node {node!r}")
+            faults.append(f"joint {name!r}: {no_such('node of its component', node, components[frame].nodes)}")
         if name not in names:
-            faults.append(f"joint {name!r}: there is no such joint; there are {', '.join(names)}")
+            faults.append(no_such("joint", name, names))
         elif frame in top.frame_index and _side(top, names[name], frame) == 0.0:
             faults.append(f"joint {name!r} is not on the body of {frame!r}")
     if faults:

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear.damping import modal
@@ -151,7 +152,7 @@ def turned(s: LinearSystem, shapes):
 
 def _check_free(stiffness, rigid):
     """Raises: ModelError for concrete matrices that rigid motions strain."""
-    if isinstance(stiffness, jax.core.Tracer) or isinstance(rigid, jax.core.Tracer):
+    if not known(stiffness, rigid):
         return
     K, B = np.asarray(stiffness), np.asarray(rigid)
     size = np.abs(K) @ np.abs(B)

@@ -6,9 +6,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..checks import no_such
 from ..dynamics.elastic import needed
 from ..dynamics.newton_euler import accelerations_at, node_accelerations, node_motion
-from ..errors import ModelError
+from ..errors import UnknownNameError
 from ..kinematics.elastic import elastic_state, flow_rate, gathered
 from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
@@ -37,7 +38,7 @@ def deformations(system: System, motion, name: str):
     Six of each other interface (displacement [m], rotation vector [rad], seen from the first and in its axes), then
     the modal coordinates.
 
-    Raises: ModelError for an unknown name.
+    Raises: UnknownNameError.
     """
     group, index = _find(system, name)
     return _mapped(system, lambda state: _deformations(system, group, index, state), motion)
@@ -49,9 +50,9 @@ def displacements(system: System, motion, name: str, frame: FloatingFrame, metho
     Args: method: "acceleration": the interior from the balance of forces, inertia of the whole motion included, or
         "displacement": what the kept shapes show.
 
-    `structures.element_forces` and `element_stresses` take them.
+    `fem.element_forces` and `element_stresses` take them.
 
-    Raises: ModelError for an unknown name, ValueError for an unknown method.  Source: S1 (31).
+    Raises: UnknownNameError, ValueError for an unknown method.  Source: S1 (31).
     """
     if method not in ("acceleration", "displacement"):
         raise ValueError(f"method must be 'acceleration' or 'displacement', got {method!r}")
@@ -67,7 +68,7 @@ def interface_loads(system: System, motion, name: str, frame: FloatingFrame):
     In the axes of the floating frame, about each interface where it has moved: of the others from the equilibrium of
     the elements, `R_i = (K x + C x' + M x'')_i`, of the first from that of the whole deformed body.
 
-    Raises: ModelError for an unknown name.  Source: S1 (25), (30).
+    Raises: UnknownNameError.  Source: S1 (25), (30).
     """
     group, index = _find(system, name)
     s, rows = frame.system, interface_rows(frame.system, frame.body.interfaces)
@@ -108,7 +109,7 @@ def _find(system, name):
         if name in group.names:
             return group, group.names.index(name)
     names = [n for group in system.elastic for n in group.names]
-    raise ModelError([f"{name!r} is not an elastic body; there are: {', '.join(names) or 'none'}"])
+    raise UnknownNameError(no_such("elastic body", name, names))
 
 
 def _mapped(system, function, motion):

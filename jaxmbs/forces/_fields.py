@@ -10,6 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import broken, known
+
 
 def number(value: Any) -> jax.Array:
     """Array leaf of the default float type; takes Python numbers, arrays, tracers and sequences of them."""
@@ -46,7 +48,7 @@ def function(fn: Callable) -> Callable:
     """
     if not callable(fn):
         raise TypeError(f"expected a function or a callable module, got {type(fn).__name__}")
-    if not concrete(_closed_over(fn)):
+    if not known(_closed_over(fn)):
         name = getattr(fn, "__name__", "the function")
         raise TypeError(
             f"{name} closes over traced values, which are lost to derivatives: make them fields of an "
@@ -66,36 +68,6 @@ def _closed_over(fn: Callable) -> list[Any]:
     """What a plain function holds besides its code."""
     cells = getattr(fn, "__closure__", None) or ()
     return [cell.cell_contents for cell in cells if cell != types.CellType()]
-
-
-def concrete(*values: Any) -> bool:
-    """Whether no leaf is a tracer."""
-    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
-
-
-def broken(condition: Callable[..., Any], *values: Any) -> bool:
-    """Whether `condition` holds anywhere for these values; False while any of them is traced."""
-    return concrete(*values) and bool(np.any(condition(*map(np.asarray, values))))
-
-
-def faults_if(*checks: tuple[bool, str]) -> list[str]:
-    """Messages of the checks that failed."""
-    return [message for failed, message in checks if failed]
-
-
-def negative(value: Any) -> bool:
-    """Whether any known entry is negative."""
-    return broken(lambda x: x < 0, value)
-
-
-def not_positive(value: Any) -> bool:
-    """Whether any known entry is zero or negative."""
-    return broken(lambda x: x <= 0, value)
-
-
-def not_increasing(points: Any) -> bool:
-    """Whether known abscissae fail to increase strictly."""
-    return broken(lambda x: np.diff(x) <= 0, points)
 
 
 def value_faults(module: eqx.Module) -> list[str]:

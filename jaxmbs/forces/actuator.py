@@ -7,7 +7,8 @@ import equinox as eqx
 
 from jaxmbs.typing import Scalar
 
-from ._fields import faults_if, function, negative, number
+from ..checks import faults_if, negative
+from ._fields import function, number
 from .base import AbstractScalarLaw
 from .signals import Constant, as_signal, value_and_rate
 

@@ -10,7 +10,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from ._fields import faults_if, function, number
+from ..checks import faults_if
+from ._fields import function, number
 from .base import AbstractBodyLaw
 from .signals import as_signal
 

@@ -5,7 +5,8 @@ import jax.numpy as jnp
 
 from jaxmbs.typing import Scalar
 
-from ._fields import broken, faults_if, negative, number
+from ..checks import broken, faults_if, negative
+from ._fields import number
 from .base import AbstractScalarLaw
 
 

@@ -8,7 +8,8 @@ from jaxtyping import Array, Float
 from jaxmbs.math.rotation import rotation_vector, rotation_vector_coefficient
 from jaxmbs.typing import Vector3
 
-from ._fields import broken, faults_if, number
+from ..checks import broken, faults_if
+from ._fields import number
 from .base import AbstractPoseLaw
 
 

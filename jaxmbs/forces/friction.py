@@ -4,7 +4,8 @@ import jax.numpy as jnp
 
 from jaxmbs.typing import Scalar
 
-from ._fields import broken, faults_if, negative, not_positive, number
+from ..checks import broken, faults_if, negative, not_positive
+from ._fields import number
 from .base import AbstractScalarLaw
 
 

@@ -15,7 +15,8 @@ from jaxtyping import Array, Float
 from jaxmbs.math.interpolation import hermite, spline_slopes
 from jaxmbs.typing import Scalar, ScalarLike
 
-from ._fields import function, not_increasing, not_positive, number, optional_number, value_faults
+from ..checks import not_increasing, not_positive
+from ._fields import function, number, optional_number, value_faults
 
 
 class AbstractSignal(eqx.Module):

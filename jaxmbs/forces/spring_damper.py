@@ -5,8 +5,9 @@ import jax.numpy as jnp
 
 from jaxmbs.typing import Scalar
 
+from ..checks import faults_if, negative
 from ..math.linalg import direction, safe_norm
-from ._fields import faults_if, negative, number
+from ._fields import number
 from .base import AbstractScalarLaw
 
 

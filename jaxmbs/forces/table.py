@@ -6,7 +6,8 @@ from jaxtyping import Array, Float
 
 from jaxmbs.math.interpolation import hermite, hermite_integral, pchip_slopes
 
-from ._fields import broken, concrete, faults_if, not_increasing, number, optional_number
+from ..checks import broken, faults_if, known, not_increasing
+from ._fields import number, optional_number
 from .base import AbstractScalarLaw
 
 
@@ -50,7 +51,7 @@ class Table(AbstractScalarLaw):
     def faults(self):
         """Abscissae increase; the damper dissipates at every rate."""
         found = super().faults() + faults_if((not_increasing(self.x_points), "x_points must increase"))
-        if self.flow_points is None or not concrete(self):
+        if self.flow_points is None or not known(self):
             return found
         if not_increasing(self.flow_points):
             return [*found, "flow_points must increase"]

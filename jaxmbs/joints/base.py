@@ -7,7 +7,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jax.core import Tracer
+
+from ..checks import known
 
 
 class Node(NamedTuple):
@@ -76,7 +77,7 @@ def axis_vector(axis):
 
 def axis_faults(axis) -> list[str]:
     """A zero or non-finite axis, when its values are known."""
-    if isinstance(axis, Tracer):
+    if not known(axis):
         return []
     length = np.linalg.norm(np.asarray(axis))
     return [] if np.isfinite(length) and length > 1e-12 else ["its axis has no direction (zero or not finite)"]

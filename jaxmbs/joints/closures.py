@@ -6,9 +6,9 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, Float
 
+from ..checks import known
 from .base import AbstractJoint
 
 
@@ -28,7 +28,7 @@ class Distance(AbstractClosure):
         return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]
 
     def faults(self):
-        bad = not isinstance(self.length, Tracer) and not (np.isfinite(self.length) and self.length > 0)
+        bad = known(self.length) and not (np.isfinite(self.length) and self.length > 0)
         return ["its length is not positive; for coinciding points use a Spherical joint"] if bad else []
 
 
@@ -76,7 +76,7 @@ class Coupler(eqx.Module):
         return jnp.reshape(value - self.offset, (1,))
 
     def faults(self):
-        if self.function is None and not isinstance(self.coefficients, Tracer) and not np.any(self.coefficients):
+        if self.function is None and known(self.coefficients) and not np.any(self.coefficients):
             return ["all its coefficients are zero"]
         return []
 

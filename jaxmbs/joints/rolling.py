@@ -8,9 +8,9 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, Float
 
+from ..checks import known
 from .base import axis_faults, axis_vector
 from .closures import AbstractClosure
 
@@ -34,7 +34,7 @@ class AbstractRolling(AbstractClosure):
         return (v + jnp.cross(omega, self.contact(R)))[:2]
 
     def faults(self):
-        bad = not isinstance(self.radius, Tracer) and not (np.isfinite(self.radius) and self.radius > 0)
+        bad = known(self.radius) and not (np.isfinite(self.radius) and self.radius > 0)
         return ["its radius is not positive"] if bad else []
 
 

@@ -3,9 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ..math.rotation import axis_basis
 from .base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, parallel
 
@@ -36,5 +36,5 @@ class Screw(AbstractJoint):
         return jnp.concatenate([d[:2], self.pitch * half_turns(sine[None], cosine), parallel(R)])
 
     def faults(self):
-        flat = not isinstance(self.pitch, Tracer) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)
+        flat = known(self.pitch) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)
         return axis_faults(self.axis) + (["its pitch is zero or not finite; use a Revolute"] if flat else [])

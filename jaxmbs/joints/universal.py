@@ -3,9 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, Float
 
+from ..checks import known
 from .base import AbstractJoint, Node, axis_vector
 
 
@@ -33,7 +33,7 @@ class Universal(AbstractJoint):
         return jnp.concatenate([d, R[0, 1][None]])
 
     def faults(self):
-        if isinstance(self.axes, Tracer):
+        if not known(self.axes):
             return []
         a, b = np.asarray(self.axes)
         sine = np.linalg.norm(np.cross(a, b))

@@ -3,10 +3,10 @@
 import dataclasses
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known
 from ..math.jit import is_outside, jit
 from ..model.system import System
 from . import constraints
@@ -44,7 +44,7 @@ def evaluate(system: System, psi, t) -> Rows:
 
 def is_concrete(*trees) -> bool:
     """Whether all numbers of the trees are known, and no trace would take up what is done with them."""
-    return is_outside() and not any(isinstance(x, jax.core.Tracer) for x in jax.tree.leaves(trees))
+    return is_outside() and known(trees)
 
 
 _stepped = jit(compile="quick")(step_coordinates)

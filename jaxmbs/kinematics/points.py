@@ -4,7 +4,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from ..errors import ModelError
+from ..checks import no_such
+from ..errors import UnknownNameError
 from ..model.question import question
 from ..model.system import System
 from .kic import point_jacobian
@@ -14,12 +15,12 @@ from .poses import coordinate_rate, geometry, node_parameters, node_poses
 def locate(system: System, frame):
     """Node, position and rotation in node axes of a frame reference: a frame or body name, or (name, point).
 
-    Raises: ModelError for an unknown name.
+    Raises: UnknownNameError.
     """
     name, point = (frame, None) if isinstance(frame, str) else frame
     top = system.topology
     if name not in top.frame_index:
-        raise ModelError([f"{name!r} is neither a body nor a frame; the frames are: {', '.join(top.frame_names)}"])
+        raise UnknownNameError(no_such("body or frame", name, top.frame_names))
     index = top.frame_index[name]
     position, rotation = system.frames.position[index], system.frames.rotation[index]
     if point is not None:

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known, no_such
 from ..errors import AssemblyError, ModelError
 from ..model.system import System
 from .assembly import assembled
@@ -115,8 +116,7 @@ def _place(top, array, values, part, faults):
     """`array` with the named joints' entries set; faults are collected."""
     for name, value in values.items():
         if name not in top.joint_index:
-            known = ", ".join(top.joint_names)
-            faults.append(f"state: there is no joint {name!r}; the joints are: {known}")
+            faults.append(f"state: {no_such('joint', name, top.joint_names)}")
             continue
         joint = top.joints[top.joint_index[name]]
         where = getattr(joint, part)
@@ -129,7 +129,7 @@ def _place(top, array, values, part, faults):
         if isinstance(value, str):
             faults.append(f"state: joint {name!r} takes numbers, got the text {value!r}")
             continue
-        host = not any(isinstance(x, jax.core.Tracer) for x in (array, *jax.tree.leaves(value)))
+        host = known(array, value)
         value = np.asarray(value, array.dtype) if host else jnp.asarray(value, float)
         size = where.stop - where.start
         _notice_degrees(name, joint, value, part)
@@ -146,7 +146,7 @@ def _place(top, array, values, part, faults):
 
 def _notice_degrees(name, joint, value, part):
     """A warning for an angle of more than two turns: it may be in degrees."""
-    turns = joint.kind == "Revolute" and part == "coordinates" and not isinstance(value, jax.core.Tracer)
+    turns = joint.kind == "Revolute" and part == "coordinates" and known(value)
     if turns and np.any(np.abs(value) > 4.0 * np.pi):
         angle = float(np.max(np.abs(value)))
         text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..checks import known
 from ..math import lapack
 
 
@@ -48,7 +48,7 @@ def check_held(solution, what: str, pivots=None) -> None:
 
     Args: pivots: squared pivots of the Cholesky factor over the diagonal: rounding, where the matrix is singular.
     """
-    if isinstance(solution, jax.core.Tracer):
+    if not known(solution):
         return
     singular = not np.all(np.isfinite(np.asarray(solution)))
     if pivots is not None and np.size(pivots):

@@ -1,12 +1,12 @@
 """Damping: proportional, modal, structural; the complex modes of any viscous damping."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
+from ..checks import known
 from ..math import square
 from ..math.eigen import eig, spectral
 from .modes import check_mass, stable_modes
@@ -23,7 +23,7 @@ def proportional_from_ratios(first, second):
     Raises: ValueError for equal frequencies, if concrete.
     """
     (w1, z1), (w2, z2) = first, second
-    if not any(isinstance(w, jax.core.Tracer) for w in (w1, w2)) and np.any(np.asarray(w1) == np.asarray(w2)):
+    if known(w1, w2) and np.any(np.asarray(w1) == np.asarray(w2)):
         raise ValueError(f"two ratios at one frequency {w1}: give two frequencies")
     by_stiffness = 2 * (z2 * w2 - z1 * w1) / (w2**2 - w1**2)
     return 2 * z1 * w1 - by_stiffness * w1**2, by_stiffness

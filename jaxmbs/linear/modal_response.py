@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..checks import known
 from ..math.eigen import same
 from .damping import coupled
 from .modes import Modes, check_mass, check_symmetric, natural_modes
@@ -105,7 +106,7 @@ def _parting(A, M, modes: Modes, diagonal):
 
 def _check_uncoupled(K, M, C):
     """By whether `C M^-1 K` is symmetric."""
-    if C is None or any(isinstance(A, jax.core.Tracer) for A in (K, M, C)):
+    if C is None or not known(K, M, C):
         return
     K, M, C = (np.asarray(A) for A in (K, M, C))
     product = C @ np.linalg.solve(M, K)
@@ -114,7 +115,7 @@ def _check_uncoupled(K, M, C):
 
 
 def _check_finite(x):
-    if not isinstance(x, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(x))):
+    if known(x) and not np.all(np.isfinite(np.asarray(x))):
         raise ValueError(
             "the motion is not finite: a mass that is not positive definite, negative stiffness, damping that "
             "couples modes of equal frequency, or the load"

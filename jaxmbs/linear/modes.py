@@ -7,6 +7,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Int
 
+from ..checks import known
 from ..math import lapack
 from ..math.eigen import eigh, same
 
@@ -122,7 +123,7 @@ def stable_modes(K, M, num: int | None = None, num_rigid: int | None = None) -> 
     """
     modes = natural_modes(K, M, None, num_rigid)
     unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
-    if isinstance(unstable, jax.core.Tracer):
+    if not known(unstable):
         shapes = jnp.where(jnp.any(unstable), jnp.nan, modes.shapes)
         modes = Modes(modes.values, shapes, modes.is_rigid)
     elif np.any(np.asarray(unstable)):
@@ -138,7 +139,7 @@ UNSYMMETRIC = 1e-5
 def symmetric(**matrices) -> tuple:
     """The matrices, in order; under tracing an unsymmetric one is NaN.  Raises: as `check_symmetric`."""
     check_symmetric(**matrices)
-    return tuple(_nan_if_unsymmetric(A) if isinstance(A, jax.core.Tracer) else A for A in matrices.values())
+    return tuple(A if known(A) else _nan_if_unsymmetric(A) for A in matrices.values())
 
 
 def _nan_if_unsymmetric(A):
@@ -156,7 +157,7 @@ def check_symmetric(**matrices) -> None:
     if len(set(shapes.values())) > 1 or any(len(s) != 2 or s[0] != s[1] for s in shapes.values()):
         raise ValueError(f"{', '.join(shapes)} must be square and alike, not of shapes {list(shapes.values())}")
     for name, A in matrices.items():
-        if A is None or isinstance(A, jax.core.Tracer):
+        if A is None or not known(A):
             continue
         A = np.asarray(A)
         if not np.all(np.isfinite(A)):
@@ -168,7 +169,7 @@ def check_symmetric(**matrices) -> None:
 
 def check_mass(M) -> None:
     """Raises: ValueError for coordinates without mass, if concrete."""
-    if isinstance(M, jax.core.Tracer) or M.shape[0] == 0:
+    if not known(M) or M.shape[0] == 0:
         return
     M = np.asarray(M)
     bare = np.flatnonzero(np.diagonal(M) <= 0)
@@ -177,7 +178,7 @@ def check_mass(M) -> None:
 
 
 def _check_finite(values):
-    if not isinstance(values, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(values))):
+    if known(values) and not np.all(np.isfinite(np.asarray(values))):
         raise ValueError("the mass matrix is not positive definite")
 
 

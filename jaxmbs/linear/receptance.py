@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..checks import known
 from ..math import square
 from ..math.eigen import eig, eigh, spectral
 from .checked import checked_solve
@@ -109,7 +110,7 @@ def _discarded(values, flag):
 
 
 def _check_uncoupled(C):
-    if C is None or isinstance(C, jax.core.Tracer):
+    if C is None or not known(C):
         return
     C = np.asarray(C)
     own, rounding = np.abs(np.diagonal(C)), np.sqrt(np.finfo(C.dtype).eps)

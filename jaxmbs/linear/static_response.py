@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..checks import known
 from ..math import square
 
 
@@ -40,7 +41,7 @@ def static_response(stiffness, load, mass=None, rigid=None) -> StaticResponse:
 
 
 def _check_regular(K, left):
-    if isinstance(K, jax.core.Tracer):
+    if not known(K):
         return
     K = np.asarray(K)
     size = np.sqrt(np.maximum(np.max(np.abs(K), axis=1), 1e-300))

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
+from ..checks import known, no_such
 from ..elements import DIRECTIONS
 from ..elements.base import number
 from ..errors import ModelError
@@ -90,7 +90,7 @@ def _matrix(name, value, faults):
             return jnp.zeros((1, 1))
         value = value.toarray()
     value = jnp.asarray(value) if jnp.iscomplexobj(value) else number(value)
-    if not isinstance(value, jax.core.Tracer) and not np.all(np.isfinite(np.asarray(value))):
+    if known(value) and not np.all(np.isfinite(np.asarray(value))):
         row, column = np.argwhere(~np.isfinite(np.asarray(value)))[0]
         faults.append(f"{name} is not finite at row {row}, column {column}")
     return value
@@ -131,7 +131,8 @@ def _rows(names, labels, faults):
         else:
             hits = places.get(_label(name), [])
         if not hits:
-            faults.append(f"interface: there is no coordinate or node {name!r}")
+            labelled = [" ".join(place).strip() for place in places]
+            faults.append(f"interface: {no_such('coordinate or node', name, labelled)}")
         found += hits
     if len(set(found)) < len(found):
         faults.append("interface: coordinates are named twice")

@@ -8,11 +8,12 @@ from collections.abc import Iterable, Sequence
 
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, ArrayLike
 
 from jaxmbs.math.rotation import axis_vector
 from jaxmbs.typing import Axis, Matrix3, ScalarLike
+
+from ..checks import known
 
 
 def point() -> Matrix3:
@@ -98,7 +99,7 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
 
 def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:
     direction = axis_vector(axis)
-    if not any(isinstance(x, Tracer) for x in (axial, transverse, direction)):
+    if known(axial, transverse, direction):
         axial, transverse, direction = map(np.asarray, (axial, transverse, direction))  # compiles nothing
     outer = direction[:, None] * direction[None]
     return jnp.asarray(transverse * np.eye(3) + (axial - transverse) * outer, float)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..checks import known
 from ..errors import SimulationError
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
@@ -85,7 +86,7 @@ def simulate(
     lands = dt is None and not interpolate and formulation != "prescribed"
     options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
     motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
-    if throw and not isinstance(motion.result, jax.core.Tracer) and np.any(np.asarray(motion.result) > codes.EVENT):
+    if throw and known(motion.result) and np.any(np.asarray(motion.result) > codes.EVENT):
         raise SimulationError(explain(system, motion), motion)
     return motion
 

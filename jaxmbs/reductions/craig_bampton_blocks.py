@@ -8,6 +8,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix, analyse, factor, solve
+from ..checks import known
 from ..fem.assembly import hold
 from ..linear.block_modes import lowest_modes
 from ..linear.condensation import check_held, partition
@@ -88,7 +89,7 @@ def interface_rows(pattern, interface: Sequence[int]) -> np.ndarray:
 
 def _check_symmetric(**matrices):
     for name, matrix in matrices.items():
-        if isinstance(matrix.diagonal, jax.core.Tracer):
+        if not known(matrix.diagonal):
             continue
         if not matrix.is_symmetric or matrix.asymmetry > UNSYMMETRIC:
             raise ValueError(f"the {name} is unsymmetric")

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
+from ..checks import known
 from ..linear.condensation import constraint_modes, interface_basis, partition
 from .base import Reduced, numbered, transformed
 from .craig_bampton import craig_bampton
@@ -18,7 +18,7 @@ def determinate_coordinates(stiffness, interface: Sequence[int]) -> tuple[int, .
     On the host, once for each topology.  Raises: ValueError under tracing, for negative stiffness, and where the
     interface cannot hold it.
     """
-    if isinstance(stiffness, jax.core.Tracer):
+    if not known(stiffness):
         raise ValueError("give the determinate coordinates: they cannot be chosen under tracing")
     K = np.asarray(stiffness)
     _, outer = partition(len(K), interface)

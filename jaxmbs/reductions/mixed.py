@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known
 from ..linear.condensation import check_held
 from ..linear.modes import stable_modes
 from ..math import square
@@ -87,7 +88,7 @@ def explicit_interface(attachment, others, c):
 
 def count_rigid(stiffness, mass) -> int:
     """The number of rigid motions, on the host.  Raises: ValueError under tracing, and for negative stiffness."""
-    if any(isinstance(A, jax.core.Tracer) for A in (stiffness, mass)):
+    if not known(stiffness, mass):
         raise ValueError("give num_rigid: rigid motions cannot be counted under tracing")
     with jax.ensure_compile_time_eval():
         return stable_modes(stiffness, mass).num_rigid

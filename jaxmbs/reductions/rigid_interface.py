@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterable, Sequence
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear.condensation import partition
@@ -53,7 +53,7 @@ def averaged_motion(positions, reference, weights=None, rotations: bool = True):
 
 
 def _check_spread(spread):
-    if isinstance(spread, jax.core.Tracer):
+    if not known(spread):
         return
     size = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
     if np.linalg.eigvalsh(spread / np.outer(size, size))[0] < 1e3 * np.finfo(spread.dtype).eps:

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import known
 from ..errors import ModelError
 from ..math.linalg import safe_norm, skew
 from .network import Network
@@ -77,7 +78,7 @@ class Bonds(eqx.Module):
         given |= {"carries": (carries, (q, 6)), "effort": (np.zeros((q, 6)) if effort is None else effort, (q, 6))}
         given |= {} if compliance is None else {"compliance": (compliance, (q, 6))}
         _check(network, given)
-        if isinstance(given["frame"][0], jax.core.Tracer):
+        if not known(given["frame"][0]):
             rotates = _rotates(frame, jnp)[:, None, None]
             given["frame"] = (jnp.where(rotates, frame, jnp.nan), (q, 3, 3))
         position, frame, effort = (jnp.asarray(given[name][0], dtype) for name in ("position", "frame", "effort"))
@@ -151,7 +152,7 @@ def _check(network, given):
     if faults:
         raise ModelError(faults)
     for name, (value, _) in given.items():
-        if isinstance(value, jax.core.Tracer):
+        if not known(value):
             continue
         wrong = ~np.isfinite(value)
         if name == "compliance":

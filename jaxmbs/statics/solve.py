@@ -6,6 +6,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..checks import place_of
 from .bonds import Bonds, about
 from .least_compliance import least_compliance
 from .network import Network
@@ -71,7 +72,7 @@ class BondReactions(eqx.Module):
         return self.free_residual / jnp.where(self.scale > 0.0, self.scale, 1.0)
 
     def __getitem__(self, name: str) -> BondReaction:
-        e = self.network.bonds.index(name)
+        e = place_of("bond", name, self.network.bonds)
         marks = None if self.undetermined is None else self.undetermined[e]
         return BondReaction(self.components[..., e, :3], self.components[..., e, 3:], marks)
 

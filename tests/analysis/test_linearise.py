@@ -187,7 +187,7 @@ def test_effort_input_and_acceleration_output():
 
 def test_unknown_names():
     system = models.quarter_car()
-    with pytest.raises(mbs.ModelError, match="'road' is not a joint; the joints are: tyre, suspension"):
+    with pytest.raises(mbs.UnknownNameError, match="there is no joint 'road'; there are: tyre, suspension"):
         mbs.linearise(system, mbs.State.at(system), inputs=("road",))
 
 

@@ -151,8 +151,8 @@ def test_determinate_and_redundant_bonds_by_name():
 
 
 WRONG = [
-    ({"b": rigid("nothing")}, "bond 'b': no component is named 'nothing'"),
-    ({"b": rigid(("stage", "tip"))}, "bond 'b': the interface of 'stage' has no node 'tip'"),
+    ({"b": rigid("nothing")}, "bond 'b': there is no component 'nothing'"),
+    ({"b": rigid(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no node 'tip'"),
     ({"b": rigid(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
     ({"b": rigid(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
     ({"b": joint(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),

@@ -139,7 +139,7 @@ def test_reactions_of_elements_balance():
 UNEVEN = np.eye(3) + np.eye(3, k=1)
 ROD, BEAM = Rod(1.0, 1.0), Beam(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 FAULTS = [
-    (lambda: Structure({"a": (0, 0, 0), "b": (1, 0, 0)}, {"r": (ROD, [("a", "c")])}), "r: no node is named 'c'"),
+    (lambda: Structure({"a": (0, 0, 0), "b": (1, 0, 0)}, {"r": (ROD, [("a", "c")])}), "r: there is no node 'c'"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1, 2)])}), "r[0] joins 3 nodes, a Rod has 2"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1), (2, 2)])}), "r[1] meets a node twice"),
     (lambda: Structure(np.eye(3), {"r": ([ROD, ROD], [(0, 1)])}), "r has 2 elements for 1 connections"),
@@ -150,7 +150,7 @@ FAULTS = [
     (lambda: Structure(np.zeros((2, 3)), {"r": (ROD, [(0, 1)])}), "r[0]: its nodes lie at one point"),
     (lambda: Structure(np.zeros((2, 2)), {"r": (ROD, [(0, 1)])}), "three components"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1)])}, {0: "w"}), "held at 0: 'w' is none of x, y"),
-    (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1)])}, {7: "x"}), "held: no node is named 7"),
+    (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1)])}, {7: "x"}), "held: there is no node 7"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1)])}, {0: 2}), "held at 0: 2 is none of x, y"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [0, 1])}), "r[0] joins 1 nodes, a Rod has 2"),
     (

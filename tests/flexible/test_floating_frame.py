@@ -59,7 +59,7 @@ def test_rigid_inertia_is_that_of_a_rod(whole):
 
 def test_kinetic_energy_is_that_of_the_nodes(whole, flying, state):
     """World positions of all nodes by hand, their velocities by jvp, the element's mass matrix in floating axes."""
-    s = whole.substructure
+    s = whole.system
     q, q_dot = deformations(flying, state, "arm")
     places = s.positions - s.positions[:1]
 
@@ -164,7 +164,7 @@ def test_sag_and_clamping_moment_of_a_cantilever():
 def test_a_component_known_by_its_reduced_matrices_alone():
     """Interface and modal coordinates only, as delivered by a partner: small vibrations are those of the full one."""
     full = elastic_beam(elements=4, num_modes=3)
-    s = full.substructure
+    s = full.system
     ends = tuple(i for i, (node, _) in enumerate(s.coordinates) if node in ("0", "4"))
     reduced = craig_bampton(s.stiffness, s.mass, ends, 3)
     labels = [*(s.coordinates[i] for i in ends), *(f"mode {k}" for k in range(3))]
@@ -241,7 +241,7 @@ def test_faults_are_said():
     b.joint("clamp", mbs.Weld(), "ground", "arm.2")
     with pytest.raises(mbs.ModelError, match="name that interface first"):
         b.build()
-    with pytest.raises(mbs.ModelError, match="is not an elastic body"):
+    with pytest.raises(mbs.UnknownNameError, match="there is no elastic body"):
         deformations(clamped(frame), mbs.State.at(clamped(frame)), "leg")
 
 

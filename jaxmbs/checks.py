@@ -1,0 +1,57 @@
+"""What can be asked of values before anything is traced: are they known, and are they what they must be?"""
+
+import difflib
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import jax
+import numpy as np
+
+from .errors import UnknownNameError
+
+
+def known(*values: Any) -> bool:
+    """Whether all numbers in these pytrees are there to be looked at: none of them is traced."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
+
+
+def broken(condition: Callable[..., Any], *values: Any) -> bool:
+    """Whether `condition` holds anywhere for these values; False while any of them is traced."""
+    return known(*values) and bool(np.any(condition(*map(np.asarray, values))))
+
+
+def faults_if(*checks: tuple[bool, str]) -> list[str]:
+    """Messages of the checks that failed."""
+    return [message for failed, message in checks if failed]
+
+
+def negative(value: Any) -> bool:
+    """Whether any known entry is negative."""
+    return broken(lambda x: x < 0, value)
+
+
+def not_positive(value: Any) -> bool:
+    """Whether any known entry is zero or negative."""
+    return broken(lambda x: x <= 0, value)
+
+
+def not_increasing(points: Any) -> bool:
+    """Whether known abscissae fail to increase strictly."""
+    return broken(lambda x: np.diff(x) <= 0, points)
+
+
+def no_such(what: str, name: Any, among: Iterable[str]) -> str:
+    """A sentence: nothing of this kind has that name; the nearest names, or all where none is near."""
+    names = [str(other) for other in among]
+    near = difflib.get_close_matches(str(name), names, n=3)
+    if near:
+        return f"there is no {what} {name!r}: did you mean {' or '.join(map(repr, near))}?"
+    return f"there is no {what} {name!r}; there are: {', '.join(names) or 'none'}"
+
+
+def place_of(what: str, name: Any, among: Iterable[str]) -> int:
+    """Where a name stands.  Raises: UnknownNameError, with the names near it."""
+    names = list(among)
+    if name not in names:
+        raise UnknownNameError(no_such(what, name, names))
+    return names.index(name)
