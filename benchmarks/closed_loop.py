@@ -53,7 +53,7 @@ def _window(n, reference):
     return Case(
         f"A02 N={n}",
         lambda: models.n_four_bar(n),
-        lambda system: mbs.State.at(system, A0=0.0, rates={"A0": -1.0}),
+        lambda system: mbs.State.at(system, A0=0.0, velocities={"A0": -1.0}),
         lambda system, state: mbs.position(system, state, "B0")[:2],
         10.0,
         reference,
@@ -71,7 +71,7 @@ def _andrews_start(system):
 def _governor_start(system):
     still = {"slide": 0.0, "right": 0.0, "left": 0.0}
     pose = {"spin": 0.0, "slide": 0.5, "right": np.pi / 6, "left": np.pi / 6}
-    return mbs.State.at(system, pose, rates={"spin": 2 * np.pi} | still)
+    return mbs.State.at(system, pose, velocities={"spin": 2 * np.pi} | still)
 
 
 # References: N=2, 10 an exact equation of one freedom by DOP853; A03 three computations that agree to 4e-13

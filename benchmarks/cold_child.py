@@ -9,6 +9,7 @@ START = time.process_time()
 
 import collections  # noqa: E402
 import functools  # noqa: E402
+import inspect  # noqa: E402
 import json  # noqa: E402
 import resource  # noqa: E402
 import sys  # noqa: E402
@@ -25,6 +26,7 @@ import jaxmbs as mbs  # noqa: E402
 
 GROUND, CRANK, COUPLER, ROCKER = LENGTHS = 1.0, 0.3, 0.9, 0.7
 NUMBERS = np.array([*LENGTHS, 1.0, 1.0, 1.0])
+SPEEDS = "velocities" if "velocities" in inspect.signature(mbs.State.at).parameters else "rates"
 COMPILED = "/jax/core/compile/backend_compile_duration"
 
 found, programs = {}, collections.Counter()
@@ -61,7 +63,7 @@ def four_bar(numbers, like=None):
 
 
 def begin(system):
-    return mbs.State.at(system, A=0.7, rates={"A": 3.0}, guess={"B": -0.2, "D": 1.2})
+    return mbs.State.at(system, A=0.7, guess={"B": -0.2, "D": 1.2}, **{SPEEDS: {"A": 3.0}})
 
 
 def force(system, state):

@@ -1,114 +1,211 @@
 """jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions question it."""
 
-from . import analysis as analysis
-from . import blocksparse as blocksparse
-from . import coupling as coupling
-from . import elements as elements
-from . import experiment as experiment
-from . import fem as fem
-from . import flexible as flexible
-from . import forces as forces
-from . import joints as joints
-from . import linear as linear
-from . import reductions as reductions
-from . import statics as statics
-from .analysis.equilibrium import Equilibrium as Equilibrium
-from .analysis.equilibrium import equilibrium as equilibrium
-from .analysis.linearise import Linearisation as Linearisation
-from .analysis.linearise import StateSpace as StateSpace
-from .analysis.linearise import frequency_response as frequency_response
-from .analysis.linearise import linearise as linearise
-from .analysis.modes import modes as modes
-from .analysis.stiffness import stiffness as stiffness
-from .bondgraph import bond_graph as bond_graph
-from .bondgraph import bond_powers as bond_powers
-from .builder import SystemBuilder as SystemBuilder
-from .design import Batch as Batch
-from .design import batch as batch
-from .design import minimise as minimise
-from .dynamics.energy import kinetic_energy as kinetic_energy
-from .dynamics.energy import potential_energy as potential_energy
-from .dynamics.newton_euler import forward_dynamics as forward_dynamics
-from .dynamics.newton_euler import inverse_dynamics as inverse_dynamics
-from .dynamics.newton_euler import mass_matrix as mass_matrix
-from .dynamics.points import acceleration as acceleration
-from .dynamics.points import angular_acceleration as angular_acceleration
-from .dynamics.reaction_bonds import reaction_bonds as reaction_bonds
-from .dynamics.reactions import reactions as reactions
-from .errors import AssemblyError as AssemblyError
-from .errors import BatchError as BatchError
-from .errors import ModelError as ModelError
-from .errors import SimulationError as SimulationError
-from .errors import UnknownNameError as UnknownNameError
-from .exported import Program as Program
-from .exported import export as export
-from .exported import load_program as load_program
-from .forces import PD as PD
-from .forces import AbstractBodyLaw as AbstractBodyLaw
-from .forces import AbstractLaw as AbstractLaw
-from .forces import AbstractPoseLaw as AbstractPoseLaw
-from .forces import AbstractScalarLaw as AbstractScalarLaw
-from .forces import AbstractSignal as AbstractSignal
-from .forces import AbstractSystemLaw as AbstractSystemLaw
-from .forces import Actuator as Actuator
-from .forces import BumpStop as BumpStop
-from .forces import Bushing as Bushing
-from .forces import Constant as Constant
-from .forces import CoulombFriction as CoulombFriction
-from .forces import Force as Force
-from .forces import GeneralisedEffort as GeneralisedEffort
-from .forces import Harmonic as Harmonic
-from .forces import Polynomial as Polynomial
-from .forces import Ramp as Ramp
-from .forces import Spline as Spline
-from .forces import SpringDamper as SpringDamper
-from .forces import Step as Step
-from .forces import Table as Table
-from .forces import Torque as Torque
-from .forces import Wrench as Wrench
-from .joints import AbstractClosure as AbstractClosure
-from .joints import AbstractJoint as AbstractJoint
-from .joints import Coupler as Coupler
-from .joints import Cylindrical as Cylindrical
-from .joints import Distance as Distance
-from .joints import Free as Free
-from .joints import KnifeEdge as KnifeEdge
-from .joints import Planar as Planar
-from .joints import PointOnLine as PointOnLine
-from .joints import PointOnPlane as PointOnPlane
-from .joints import Prismatic as Prismatic
-from .joints import Revolute as Revolute
-from .joints import RollingDisk as RollingDisk
-from .joints import RollingSphere as RollingSphere
-from .joints import Rows as Rows
-from .joints import Screw as Screw
-from .joints import Spherical as Spherical
-from .joints import Universal as Universal
-from .joints import VelocityRows as VelocityRows
-from .joints import Weld as Weld
-from .kinematics.constraints import constraint_jacobian as constraint_jacobian
-from .kinematics.constraints import constraint_residual as constraint_residual
-from .kinematics.kic import kic as kic
-from .kinematics.kic_second import kic_rate as kic_rate
-from .kinematics.kic_second import kic_second as kic_second
-from .kinematics.kic_second import point_kic as point_kic
-from .kinematics.points import angular_velocity as angular_velocity
-from .kinematics.points import jacobian as jacobian
-from .kinematics.points import position as position
-from .kinematics.points import rotation as rotation
-from .kinematics.points import velocity as velocity
-from .kinematics.state import State as State
-from .math.compile_notes import report_compiles as report_compiles
-from .math.jit import jit as jit
-from .model import Pose as Pose
-from .model import System as System
-from .model import inertia as inertia
-from .model.elastic import ElasticBody as ElasticBody
-from .motion import Gauss4 as Gauss4
-from .motion import ImplicitMidpoint as ImplicitMidpoint
-from .motion import Motion as Motion
-from .motion import Peak as Peak
-from .motion import SemiImplicitEuler as SemiImplicitEuler
-from .motion import peak as peak
-from .motion import simulate as simulate
-from .programs import cache as cache
+from . import (
+    analysis,
+    blocksparse,
+    coupling,
+    dynamics,
+    elements,
+    experiment,
+    fem,
+    flexible,
+    forces,
+    io,
+    joints,
+    kinematics,
+    linear,
+    reductions,
+    statics,
+    viz,
+)
+from .analysis.equilibrium import Equilibrium, equilibrium
+from .analysis.linearise import Linearisation, StateSpace, frequency_response, linearise
+from .analysis.modes import modes
+from .analysis.stiffness import stiffness
+from .bondgraph import bond_graph, bond_powers
+from .builder import SystemBuilder
+from .design import Batch, batch, minimise
+from .dynamics.energy import kinetic_energy, potential_energy
+from .dynamics.newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
+from .dynamics.points import acceleration, angular_acceleration
+from .dynamics.reaction_bonds import reaction_bonds
+from .dynamics.reactions import reactions
+from .errors import AssemblyError, BatchError, ModelError, SimulationError, UnknownNameError
+from .exported import Program, export, load_program
+from .forces import (
+    PD,
+    AbstractBodyLaw,
+    AbstractLaw,
+    AbstractPoseLaw,
+    AbstractScalarLaw,
+    AbstractSignal,
+    AbstractSystemLaw,
+    Actuator,
+    BumpStop,
+    Bushing,
+    Constant,
+    CoulombFriction,
+    Force,
+    GeneralisedEffort,
+    Harmonic,
+    Polynomial,
+    Ramp,
+    Spline,
+    SpringDamper,
+    Step,
+    Table,
+    Torque,
+    Wrench,
+)
+from .joints import (
+    AbstractClosure,
+    AbstractJoint,
+    Coupler,
+    Cylindrical,
+    Distance,
+    Free,
+    KnifeEdge,
+    Planar,
+    PointOnLine,
+    PointOnPlane,
+    Prismatic,
+    Revolute,
+    RollingDisk,
+    RollingSphere,
+    Rows,
+    Screw,
+    Spherical,
+    Universal,
+    VelocityRows,
+    Weld,
+)
+from .kinematics.constraints import constraint_jacobian, constraint_residual
+from .kinematics.kic import kic
+from .kinematics.kic_second import kic_rate, kic_second, point_kic
+from .kinematics.points import angular_velocity, jacobian, position, rotation, velocity
+from .kinematics.state import State
+from .math.compile_notes import report_compiles
+from .math.jit import jit
+from .model import Pose, System, inertia
+from .model.elastic import ElasticBody
+from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak, simulate
+from .programs import cache
+
+__all__ = [
+    "dynamics",
+    "kinematics",
+    "io",
+    "viz",
+    "AbstractBodyLaw",
+    "AbstractClosure",
+    "AbstractJoint",
+    "AbstractLaw",
+    "AbstractPoseLaw",
+    "AbstractScalarLaw",
+    "AbstractSignal",
+    "AbstractSystemLaw",
+    "Actuator",
+    "AssemblyError",
+    "Batch",
+    "BatchError",
+    "BumpStop",
+    "Bushing",
+    "Constant",
+    "CoulombFriction",
+    "Coupler",
+    "Cylindrical",
+    "Distance",
+    "ElasticBody",
+    "Equilibrium",
+    "Force",
+    "Free",
+    "Gauss4",
+    "GeneralisedEffort",
+    "Harmonic",
+    "ImplicitMidpoint",
+    "KnifeEdge",
+    "Linearisation",
+    "ModelError",
+    "Motion",
+    "PD",
+    "Peak",
+    "Planar",
+    "PointOnLine",
+    "PointOnPlane",
+    "Polynomial",
+    "Pose",
+    "Prismatic",
+    "Program",
+    "Ramp",
+    "Revolute",
+    "RollingDisk",
+    "RollingSphere",
+    "Rows",
+    "Screw",
+    "SemiImplicitEuler",
+    "SimulationError",
+    "Spherical",
+    "Spline",
+    "SpringDamper",
+    "State",
+    "StateSpace",
+    "Step",
+    "System",
+    "SystemBuilder",
+    "Table",
+    "Torque",
+    "Universal",
+    "UnknownNameError",
+    "VelocityRows",
+    "Weld",
+    "Wrench",
+    "acceleration",
+    "analysis",
+    "angular_acceleration",
+    "angular_velocity",
+    "batch",
+    "blocksparse",
+    "bond_graph",
+    "bond_powers",
+    "cache",
+    "constraint_jacobian",
+    "constraint_residual",
+    "coupling",
+    "elements",
+    "equilibrium",
+    "experiment",
+    "export",
+    "fem",
+    "flexible",
+    "forces",
+    "forward_dynamics",
+    "frequency_response",
+    "inertia",
+    "inverse_dynamics",
+    "jacobian",
+    "jit",
+    "joints",
+    "kic",
+    "kic_rate",
+    "kic_second",
+    "kinetic_energy",
+    "linear",
+    "linearise",
+    "load_program",
+    "mass_matrix",
+    "minimise",
+    "modes",
+    "peak",
+    "point_kic",
+    "position",
+    "potential_energy",
+    "reaction_bonds",
+    "reactions",
+    "reductions",
+    "report_compiles",
+    "rotation",
+    "simulate",
+    "statics",
+    "stiffness",
+    "velocity",
+]

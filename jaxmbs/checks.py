@@ -15,6 +15,11 @@ def known(*values: Any) -> bool:
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
+def present(*values: Any) -> bool:
+    """Whether some number is other than zero, or not known yet."""
+    return not known(*values) or any(np.any(np.asarray(value) != 0) for value in values)
+
+
 def broken(condition: Callable[..., Any], *values: Any) -> bool:
     """Whether `condition` holds anywhere for these values; False while any of them is traced."""
     return known(*values) and bool(np.any(condition(*map(np.asarray, values))))

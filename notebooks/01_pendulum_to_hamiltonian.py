@@ -27,7 +27,7 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.dynamics.fields import generalised_momentum, gyristor_field, inertia_field, state_equations
+from jaxmbs.dynamics import generalised_momentum, gyristor_field, inertia_field, state_equations
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -41,7 +41,7 @@ b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
 b.body("bob", mass=2.0, com=(0, -0.8, 0), inertia=0.01)
 b.joint("pin", mbs.Revolute(axis="z"), "ground", "bob")
 pendulum = b.build()
-state = mbs.State.at(pendulum, pin=1.0, rates={"pin": 0.5})
+state = mbs.State.at(pendulum, pin=1.0, velocities={"pin": 0.5})
 print(pendulum.describe())
 print("I* =", inertia_field(pendulum, state), " GR =", gyristor_field(pendulum, state))
 p_dot, phi_dot, _ = state_equations(pendulum, state)
@@ -59,7 +59,7 @@ b.body("lower", mass=1.0, com=(0, -0.5, 0), inertia=0.02)
 b.joint("shoulder", mbs.Revolute(axis="z"), "ground", "upper")
 b.joint("elbow", mbs.Revolute(axis="z"), "upper", "lower", parent_frame=(0, -1.0, 0))
 double = b.build()
-state = mbs.State.at(double, shoulder=1.5, elbow=0.7, rates={"shoulder": 1.0, "elbow": -2.0})
+state = mbs.State.at(double, shoulder=1.5, elbow=0.7, velocities={"shoulder": 1.0, "elbow": -2.0})
 with np.printoptions(precision=4, suppress=True):
     print("I* =\n", np.asarray(inertia_field(double, state)))
     print("GR =\n", np.asarray(gyristor_field(double, state)))

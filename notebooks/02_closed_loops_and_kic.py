@@ -24,7 +24,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs.kinematics.kic_second import internal_kic_second, internal_kic_second_printed
+from jaxmbs.kinematics import internal_kic_second, internal_kic_second_printed
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -46,7 +46,7 @@ print(system.describe())
 # coefficients come from a least-squares solution of full column rank.
 
 # %%
-state = mbs.State.at(system, A=0.7, guess={"B": -0.3, "D": 1.5}, rates={"A": 2.0})
+state = mbs.State.at(system, A=0.7, guess={"B": -0.3, "D": 1.5}, velocities={"A": 2.0})
 K = mbs.kic(system, state)
 print("Gi =", np.asarray(K.internal).ravel())
 print("rates B, D per rate of A:", np.asarray(state.velocities)[1:] / 2.0)

@@ -26,8 +26,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from jaxmbs import coupling, elements, fem, forces, linear, reductions, viz
-from jaxmbs.coupling.limits import equivalent_impulse, limit_loads, modal_pairs, peak_response
-from jaxmbs.linear.modes import natural_modes
+from jaxmbs.coupling import equivalent_impulse, limit_loads, modal_pairs, peak_response
+from jaxmbs.linear import natural_modes
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -119,7 +119,7 @@ axes[1].set_xlabel("time [s]")
 
 # %%
 alone = natural_modes(K_s, M_s, num=8)
-pairs = modal_pairs(alone.angular_frequencies, alone.shapes[np.array(tip)], payload)
+pairs = modal_pairs(alone.omega, alone.shapes[np.array(tip)], payload)
 recovery = jnp.abs(
     payload.mass[:6, 6:] * jnp.diagonal(payload.stiffness)[6:][None, :]
 )  # loads per modal displacement
@@ -129,8 +129,8 @@ recovery = jnp.abs(
 def both(pulse):
     """Peak interface loads of the instrument's elastic response: coupled transient, absolute sum, root of squares."""
     drive = alone.shapes.T @ middle
-    peaks = jax.vmap(lambda w, f: peak_response(w, f * pulse, step))(alone.angular_frequencies, drive)
-    impulses = equivalent_impulse(alone.angular_frequencies, peaks)
+    peaks = jax.vmap(lambda w, f: peak_response(w, f * pulse, step))(alone.omega, drive)
+    impulses = equivalent_impulse(alone.omega, peaks)
     limits = [limit_loads(recovery, pairs.peaks(impulses), how) for how in ("abs", "srss")]
     motion = coupling.modal_transient(joined, step, (middle[:, None] * pulse[None, :], None), ratios=0.0)
     own = joined.part(motion.displacement)[1][6:]

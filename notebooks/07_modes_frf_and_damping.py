@@ -25,9 +25,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from jaxmbs import elements, fem, linear
-from jaxmbs.linear.damping import complex_modes, proportional_from_ratios
-from jaxmbs.linear.damping import proportional as rayleigh
-from jaxmbs.linear.modes import effective_masses, mac, natural_modes
+from jaxmbs.linear import complex_modes, effective_masses, mac, natural_modes, proportional_from_ratios
+from jaxmbs.linear import proportional as rayleigh
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -86,7 +85,7 @@ for f, row in zip(modes.frequencies, shares, strict=True):
 by_mass, by_stiffness = proportional_from_ratios((2 * np.pi * 10.0, 0.01), (2 * np.pi * 100.0, 0.01))
 C = rayleigh(K, M, by_mass, by_stiffness)
 damped = complex_modes(K, C, M)
-frequencies, ratios = damped.angular_frequencies / (2 * np.pi), damped.damping_ratios
+frequencies, ratios = damped.omega / (2 * np.pi), damped.damping_ratios
 for k in np.argsort(np.asarray(frequencies))[:12:2]:  # pairs
     print(f"{frequencies[k]:7.2f} Hz  damping {100 * ratios[k]:.2f} %")
 

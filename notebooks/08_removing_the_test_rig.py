@@ -26,6 +26,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import scipy.linalg
 
+from jaxmbs import experiment
+
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
 

@@ -62,7 +62,7 @@ first = linkage((0.3, 2.0, 3.0))
 
 def pin_load(design):
     system = linkage(design, like=first)
-    start = mbs.State.at(system, A=0.7, rates={"A": 2.0}, guess={"B": -0.4, "D": 1.4})
+    start = mbs.State.at(system, A=0.7, velocities={"A": 2.0}, guess={"B": -0.4, "D": 1.4})
     motion = mbs.simulate(system, start, ts=jnp.linspace(0.05, 0.5, 10), rtol=1e-6, atol=1e-6)
     loads = mbs.reactions(system, motion, method="block-sparse")
     force = jnp.stack([load.force for _, load in loads.items()])

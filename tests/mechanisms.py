@@ -49,7 +49,7 @@ def four_bar_angles(crank_angle, lengths=LENGTHS):
 def four_bar_state(system, crank_angle=0.7, rate=2.0, lengths=LENGTHS):
     """Assembled state on the open branch."""
     _, B, D = four_bar_angles(crank_angle, lengths)
-    return mbs.State.at(system, A=crank_angle, rates={"A": rate}, guess={"B": B, "D": D})
+    return mbs.State.at(system, A=crank_angle, velocities={"A": rate}, guess={"B": B, "D": D})
 
 
 def rotation_about(axis, angle):

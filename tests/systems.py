@@ -30,7 +30,7 @@ def four_bar(lengths=(0.12, 0.4, 0.3), ground=0.36, springs=True, like=None, mas
 
 def four_bar_state(system, angle=0.5, rate=2.0):
     """The state with the coupler above the crank."""
-    return mbs.State.at(system, main=angle, rates={"main": rate}, guess={"knee": 0.1, "base": 1.4})
+    return mbs.State.at(system, main=angle, velocities={"main": rate}, guess={"knee": 0.1, "base": 1.4})
 
 
 def spatial_loop():

@@ -273,7 +273,7 @@ def loop():
     [
         ({"elbow": 0.1}, "state: there is no joint 'elbow'; there are: shoulder, wrist"),
         ({"wrist": np.ones(2)}, r"state: joint 'wrist' takes 1 coordinates, got shape \(2,\)"),
-        ({"rates": {"wrist": np.ones(3)}}, r"state: joint 'wrist' takes 1 velocities, got shape \(3,\)"),
+        ({"velocities": {"wrist": np.ones(3)}}, r"state: joint 'wrist' takes 1 velocities, got shape \(3,\)"),
         ({"guess": {"knee": 0.1}}, "state: there is no joint 'knee'"),
     ],
 )
@@ -289,7 +289,7 @@ def test_a_cut_joint_has_no_coordinate(loop):
 
 def test_faults_of_a_state_come_together(system):
     with pytest.raises(mbs.ModelError) as caught:
-        mbs.State.at(system, {"elbow": 1.0, "wrist": np.ones(2)}, rates={"knee": 1.0})
+        mbs.State.at(system, {"elbow": 1.0, "wrist": np.ones(2)}, velocities={"knee": 1.0})
     assert len(caught.value.faults) == 3
 
 

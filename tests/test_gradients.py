@@ -77,7 +77,7 @@ GUESS = {"A": 0.7, "B": -0.4, "D": 1.4}
 def loop(design, gradient, solver=EULER, joints=()):
     d = design
     system = four_bar(tuple(d["lengths"]), tuple(d["masses"]), d["stiffness"], d["load"], like=LIKE["loop"])
-    state = mbs.State.at(system, A=d["start"][0], rates={"A": d["start"][1]}, guess={"B": -0.4, "D": 1.4})
+    state = mbs.State.at(system, A=d["start"][0], velocities={"A": d["start"][1]}, guess={"B": -0.4, "D": 1.4})
     return outputs(system, state, joints, gradient, solver)
 
 

@@ -1,5 +1,6 @@
 """Every notebook runs, in its fast mode (09 in `test_headlines`), and its executed copy belongs to its script."""
 
+import ast
 import json
 import runpy
 from pathlib import Path
@@ -39,3 +40,10 @@ def test_executed_copy_is_of_this_script(script):
     assert ["".join(cell["source"]).strip() for cell in code] == _code(script)
     assert all(cell["execution_count"] for cell in code)
     assert not any(output.get("output_type") == "error" for cell in code for output in cell["outputs"])
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_it_imports_from_faces_only(script):
+    tree = ast.parse(script.read_text(encoding="utf-8"))
+    names = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    assert not [name for name in names if name.startswith("jaxmbs.") and name.count(".") > 1]

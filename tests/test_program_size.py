@@ -55,7 +55,7 @@ def four_bar(lengths, like=None):
 
 
 def begin(system):
-    return mbs.State.at(system, A=0.7, rates={"A": 3.0}, guess={"B": -0.2, "D": 1.2})
+    return mbs.State.at(system, A=0.7, velocities={"A": 3.0}, guess={"B": -0.2, "D": 1.2})
 
 
 def chain():

@@ -71,7 +71,7 @@ def loop(seed):
     b.force("spring", law, between=(("ground", (0.1, 0.2, 0.9)), "two"))
     system = alike("loop", lambda like: b.build(like=like, independent=None if like else ["j0"]))
     assert system.topology.mobility == 1
-    return system, mbs.State.at(system, j0=0.0, rates={"j0": 1.0})
+    return system, mbs.State.at(system, j0=0.0, velocities={"j0": 1.0})
 
 
 @jax.jit

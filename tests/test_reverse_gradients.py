@@ -19,7 +19,7 @@ def double_pendulum(numbers, like):
 def loop(numbers, like):
     system = four_bar(numbers[:4], numbers[4:7], stiffness=numbers[7], like=like)
     _, B, D = four_bar_angles(0.7)
-    return system, mbs.State.at(system, A=numbers[8], rates={"A": numbers[9]}, guess={"B": B, "D": D})
+    return system, mbs.State.at(system, A=numbers[8], velocities={"A": numbers[9]}, guess={"B": B, "D": D})
 
 
 def driven(numbers, like):
@@ -34,7 +34,9 @@ def with_masses(like, masses):
 
 def slider_crank(numbers, like):
     system = with_masses(like, numbers[:3])
-    return system, mbs.State.at(system, main=numbers[3], rates={"main": 2.0}, guess=models.slider_crank_guess(0.4))
+    return system, mbs.State.at(
+        system, main=numbers[3], velocities={"main": 2.0}, guess=models.slider_crank_guess(0.4)
+    )
 
 
 def squeezer(numbers, like):

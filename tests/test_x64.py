@@ -39,7 +39,7 @@ def pendulum():
 
 def answers():
     bar, rod = four_bar(), pendulum()
-    state = mbs.State.at(bar, A=0.7, rates={"A": 1.0}, guess={"B": -0.4, "D": 1.5})
+    state = mbs.State.at(bar, A=0.7, velocities={"A": 1.0}, guess={"B": -0.4, "D": 1.5})
     start = mbs.State.at(rod, pin=1.0)
     close = 1e-9 if jax.config.jax_enable_x64 else 1e-5
     motion = mbs.simulate(rod, start, t1=0.4, rtol=close, atol=close)

@@ -5,3 +5,20 @@ from .matrix import BlockMatrix, assemble
 from .operator import BlockOperator, BlockSolver
 from .pattern import Pattern
 from .plan import Plan, analyse
+
+__all__ = [
+    "BlockMatrix",
+    "BlockOperator",
+    "BlockSolver",
+    "Factor",
+    "Pattern",
+    "Plan",
+    "analyse",
+    "assemble",
+    "factor",
+    "inertia",
+    "is_finite",
+    "log_determinant",
+    "solve",
+    "solve_once",
+]

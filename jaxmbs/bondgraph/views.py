@@ -5,12 +5,11 @@ inertia      the equivalent inertia field I* and the gyristor GR at the junction
 hamiltonian  the same with all ports summed to Q, S2 Fig. 4
 """
 
-import numpy as np
+import jax
 
-from ..checks import known
+from ..checks import present
 from ..dynamics.elastic import refuse_elastic
 from ..errors import ModelError
-from ..forces.base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..kinematics.kic import dependent_columns
 from ..model.system import System
 from .elements import Bond, Element
@@ -18,7 +17,6 @@ from .graph import BondGraph
 
 VIEWS = ("detailed", "inertia", "hamiltonian")
 SIZES = {"line": 3, "pose": 6, "frame": 6, "joint": 1}
-_ABSTRACT = (AbstractScalarLaw, AbstractPoseLaw, AbstractBodyLaw, AbstractSystemLaw)
 
 
 def drive_rows(system: System) -> list[int]:
@@ -55,7 +53,7 @@ def build_view(system: System, view: str) -> BondGraph:
     if view == "hamiltonian":
         sketch.field("Se", "Q", "Q")
     else:
-        if view == "inertia" and _present(system.gravity):
+        if view == "inertia" and present(system.gravity):
             sketch.field("Se", "gravity", "gravity")
         sketch.forces()
     return BondGraph(view, tuple(sketch.elements), tuple(sketch.bonds))
@@ -112,11 +110,11 @@ class _Sketch:
 
     def bodies(self):
         """Rotational and translational inertia of every body with mass, and gravity on it."""
-        gravity = _present(self.system.gravity)
+        gravity = present(self.system.gravity)
         for k, body in enumerate(self.system.topology.body_names):
-            if _present(self.system.inertia[k]):
+            if present(self.system.inertia[k]):
                 self.junction(f"I:{body}", f"[I] {body}", 3, f"G_r:{body}", f"B_r:{body}", kind="I")
-            if _present(self.system.mass[k]):
+            if present(self.system.mass[k]):
                 moduli = f"G_t:{body}", f"B_t:{body}"
                 if not gravity:
                     self.junction(f"m:{body}", f"m {body}", 3, *moduli, kind="I")
@@ -168,23 +166,6 @@ def joint_junction(system: System, column: int) -> str:
 
 
 def law_parts(group, i: int) -> list[str]:
-    """Kinds of one-ports that law `i` of a group needs; parameters known to be zero leave theirs out."""
-    law = group.law
-    stores = any(_overrides(law, method) for method in ("potential", "line_potential"))
-    springs = [getattr(law, part) for part in ("stiffness", "preload") if hasattr(law, part)]
-    if springs and not any(_present(value[i]) for value in springs):
-        stores = False
-    rest = "Se" if law.is_source else "R"
-    dampers = [getattr(law, part) for part in ("damping", "damping_efforts") if hasattr(law, part)]
-    spent = not dampers or any(value is not None and _present(value[i]) for value in dampers)
-    return ["C"] * stores + [rest] * spent
-
-
-def _overrides(law, method):
-    own = getattr(type(law), method, None)
-    return own is not None and not any(own is getattr(base, method, None) for base in _ABSTRACT)
-
-
-def _present(value) -> bool:
-    """Whether a number is other than zero, or not known yet."""
-    return not known(value) or bool(np.any(np.asarray(value) != 0))
+    """Kinds of one-ports that law `i` of a group needs, as the law itself says."""
+    law = jax.tree.map(lambda x: x[i], group.law)
+    return ["C"] * law.stores + ["Se" if law.is_source else "R"] * law.dissipates

@@ -1,35 +1,56 @@
 """Components joined: bonds, networks, the reactions between them, their motion and its limits."""
 
-from .base_motion import BaseMotion as BaseMotion
-from .base_motion import base_motion as base_motion
-from .blocks import Components as Components
-from .blocks import CoupledResponse as CoupledResponse
-from .blocks import couple as couple
-from .blocks import interface_pattern as interface_pattern
-from .bonds import Bond as Bond
-from .bonds import bushing as bushing
-from .bonds import joint as joint
-from .bonds import rigid as rigid
-from .dual import dual_response as dual_response
-from .dual import redundancy as redundancy
-from .limits import ModalPairs as ModalPairs
-from .limits import cqc_correlation as cqc_correlation
-from .limits import equivalent_impulse as equivalent_impulse
-from .limits import limit_loads as limit_loads
-from .limits import modal_pairs as modal_pairs
-from .limits import peak_response as peak_response
-from .limits import shortfall as shortfall
-from .modal_transient import modal_transient as modal_transient
-from .network import BondForces as BondForces
-from .network import Determinacy as Determinacy
-from .network import Network as Network
-from .network import connect as connect
-from .primal import Assembly as Assembly
-from .primal import Reactions as Reactions
-from .primal import elastic_bond as elastic_bond
-from .primal import interface_reactions as interface_reactions
-from .primal import join as join
-from .stacked import stacked as stacked
-from .transient import Link as Link
-from .transient import Transient as Transient
-from .transient import transient as transient
+from .base_motion import BaseMotion, base_motion
+from .blocks import Components, CoupledResponse, couple, interface_pattern
+from .bonds import Bond, bushing, joint, rigid
+from .dual import dual_response, redundancy
+from .limits import (
+    ModalPairs,
+    cqc_correlation,
+    equivalent_impulse,
+    limit_loads,
+    modal_pairs,
+    peak_response,
+    shortfall,
+)
+from .modal_transient import modal_transient
+from .network import BondForces, Determinacy, Network, connect
+from .primal import Assembly, Reactions, elastic_bond, interface_reactions, join
+from .stacked import stacked
+from .transient import Link, Transient, transient
+
+__all__ = [
+    "Assembly",
+    "BaseMotion",
+    "Bond",
+    "BondForces",
+    "Components",
+    "CoupledResponse",
+    "Determinacy",
+    "Link",
+    "ModalPairs",
+    "Network",
+    "Reactions",
+    "Transient",
+    "base_motion",
+    "bushing",
+    "connect",
+    "couple",
+    "cqc_correlation",
+    "dual_response",
+    "elastic_bond",
+    "equivalent_impulse",
+    "interface_pattern",
+    "interface_reactions",
+    "join",
+    "joint",
+    "limit_loads",
+    "modal_pairs",
+    "modal_transient",
+    "peak_response",
+    "redundancy",
+    "rigid",
+    "shortfall",
+    "stacked",
+    "transient",
+]

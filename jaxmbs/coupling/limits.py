@@ -58,11 +58,11 @@ class ModalPairs(eqx.Module):
         return jnp.where(moving, X[..., 0, :] * X[..., 1, :] / jnp.where(moving, w, 1.0), 0.0), w
 
 
-def modal_pairs(carrier_frequencies, carrier_at_interface, payload: Reduced) -> ModalPairs:
+def modal_pairs(carrier_omega, carrier_at_interface, payload: Reduced) -> ModalPairs:
     """Pairs from a carrier's modes and a payload reduced by `craig_bampton` on an interface that just holds it.
 
     Args:
-        carrier_frequencies: (i,) [rad/s].
+        carrier_omega: (i,) [rad/s].
         carrier_at_interface: (b, i), mass-normalised shapes at the payload's interface coordinates.
 
     `mu_i` is the payload's rigid-body mass in mode i, `m_ij` what couples it to the payload's mode j.  The interface
@@ -77,7 +77,7 @@ def modal_pairs(carrier_frequencies, carrier_at_interface, payload: Reduced) -> 
     m = phi.T @ payload.mass[:b, b:]
     one = jnp.ones_like(m)
     mass = jnp.stack([jnp.stack([one + mu[:, None], m], -1), jnp.stack([m, one], -1)], -2)
-    values = jnp.stack([carrier_frequencies[:, None] ** 2 * one, w_P[None, :] * one], -1)
+    values = jnp.stack([carrier_omega[:, None] ** 2 * one, w_P[None, :] * one], -1)
     return ModalPairs(mass, values[..., None] * jnp.eye(2, dtype=m.dtype)[None, None])
 
 
@@ -90,19 +90,19 @@ def _check_determinate(payload):
         raise ValueError("the payload's interface is not statically determinate: moving it strains the payload")
 
 
-def peak_response(frequency, force, step, ratio=0.0):
-    """Largest `|q|` () of `q'' + 2 ratio w q' + w^2 q = f` from rest, f (times,) straight between samples.
+def peak_response(omega, force, step, ratio=0.0):
+    """Largest `|q|` () of `q'' + 2 ratio omega q' + omega^2 q = f` from rest, f (times,) straight between samples.
 
-    Exact at the samples, where the peak is looked for: give at least twenty in a period.  Over frequencies (m,) by
-    `vmap`: a shock spectrum.
+    Exact at the samples, where the peak is looked for: give at least twenty in a period.  Omega in rad/s; over many
+    (m,) by `vmap`: a shock spectrum.
     """
-    w = jnp.asarray(frequency, force.dtype)[None]
+    w = jnp.asarray(omega, force.dtype)[None]
     return jnp.max(jnp.abs(modal_motion(w, ratio, force[:, None], step).displacement))
 
 
-def equivalent_impulse(frequency, peak):
-    """The impulse `J = w |q|_max` on a mode that makes its peak response.  Source: S1 (32)."""
-    return frequency * peak
+def equivalent_impulse(omega, peak):
+    """The impulse `J = omega |q|_max` on a mode that makes its peak response.  Source: S1 (32)."""
+    return omega * peak
 
 
 def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=None):
@@ -126,9 +126,9 @@ def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=
     raise ValueError(f'how = {how!r}: one of "abs", "srss", "cqc" (with a correlation)')
 
 
-def cqc_correlation(frequencies, ratios):
+def cqc_correlation(omega, ratios):
     """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981), ratios of damping (m,)."""
-    r = frequencies[:, None] / frequencies[None, :]
+    r = omega[:, None] / omega[None, :]
     a, b = ratios[:, None], ratios[None, :]
     top = 8 * jnp.sqrt(a * b) * (a * r + b) * r**1.5
     return top / ((1 - r**2) ** 2 + 4 * a * b * r * (1 + r**2) + 4 * (a**2 + b**2) * r**2)

@@ -1,3 +1,7 @@
 """The demo: a slider-crank simulated, its joint loads checked, its design improved by gradients."""
 
-from .story import run as run
+from .story import run
+
+__all__ = [
+    "run",
+]

@@ -55,12 +55,12 @@ def slider_crank(design, driven=True, like=None):
     return b.build(like=like, cut=("wrist",))
 
 
-def start(system, design, rates=None):
+def start(system, design, velocities=None):
     """The state at the first crank angle, slider to the right of the crank."""
     rod = -jnp.arcsin(CRANK * np.sin(START) / design["rod_length"])
     slide = CRANK * np.cos(START) + design["rod_length"] * jnp.cos(rod)
     guess = {"main": START, "crank_pin": rod - START, "slide": slide}
-    return State.at(system, {"main": START} if rates else None, rates=rates, guess=guess)
+    return State.at(system, {"main": START} if velocities else None, velocities=velocities, guess=guess)
 
 
 def _part(mass, com, moment):

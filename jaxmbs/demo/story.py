@@ -52,7 +52,7 @@ def study(size: int, steps: int, step=lambda text: None) -> dict:
     step("the same mechanism running free, without torque and gas: energy audit")
     free = slider_crank(DESIGN, driven=False)
     free_times = np.unique(np.r_[np.linspace(0.0, 1.0, 101), FREE_TIMES])
-    run_free = simulate(free, start(free, DESIGN, rates={"main": 5.0}), ts=free_times)
+    run_free = simulate(free, start(free, DESIGN, velocities={"main": 5.0}), ts=free_times)
     angle = np.asarray(free.coordinates(run_free.states)["main"])[np.searchsorted(free_times, FREE_TIMES)]
     deviations["free run"] = tables.free_deviation(angle)
     print(tables.audit(run_free, deviations["free run"]))

@@ -3,3 +3,11 @@
 from jaxmbs.design.batches import Batch, batch
 from jaxmbs.design.optimise import minimise
 from jaxmbs.design.optimum import History, Optimum
+
+__all__ = [
+    "Batch",
+    "History",
+    "Optimum",
+    "batch",
+    "minimise",
+]

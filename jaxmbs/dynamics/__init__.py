@@ -1,0 +1,42 @@
+"""Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
+
+from .energy import kinetic_energy, potential_energy
+from .fields import (
+    generalised_momentum,
+    gyristor_field,
+    independent_rates,
+    inertia_field,
+    state_equations,
+    unconstrained_twist,
+)
+from .newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
+from .points import acceleration, angular_acceleration
+from .ports import compliance_effort, gravity_effort, resistance_effort, resistance_field, source_effort, total_effort
+from .reaction_bonds import reaction_bonds
+from .reactions import JointReaction, Reactions, reactions
+
+__all__ = [
+    "JointReaction",
+    "Reactions",
+    "acceleration",
+    "angular_acceleration",
+    "compliance_effort",
+    "forward_dynamics",
+    "generalised_momentum",
+    "gravity_effort",
+    "gyristor_field",
+    "independent_rates",
+    "inertia_field",
+    "inverse_dynamics",
+    "kinetic_energy",
+    "mass_matrix",
+    "potential_energy",
+    "reaction_bonds",
+    "reactions",
+    "resistance_effort",
+    "resistance_field",
+    "source_effort",
+    "state_equations",
+    "total_effort",
+    "unconstrained_twist",
+]

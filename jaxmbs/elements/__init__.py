@@ -12,3 +12,16 @@ from .spring import Spring as Spring
 from .triangle import Triangle as Triangle
 
 ALL = (PointMass, Spring, GroundSpring, Rod, Beam, Triangle, Quadrilateral, Hexahedron)
+
+__all__ = [
+    "AbstractElement",
+    "Beam",
+    "DIRECTIONS",
+    "GroundSpring",
+    "Hexahedron",
+    "PointMass",
+    "Quadrilateral",
+    "Rod",
+    "Spring",
+    "Triangle",
+]

@@ -1,25 +1,36 @@
 """Measured transfer functions: coupling, decoupling, virtual points, test rigs, uncertainty."""
 
-from .coupling import couple as couple
-from .coupling import interface_forces as interface_forces
-from .decoupling import decouple as decouple
-from .inverse import regular_inverse as regular_inverse
-from .rig import free_response as free_response
-from .rig import measured_stiffness as measured_stiffness
-from .rig import remove_stiffness as remove_stiffness
-from .sine_sweep import nonlinearity as nonlinearity
-from .sine_sweep import sweep_phase as sweep_phase
-from .sine_sweep import swept_amplitudes as swept_amplitudes
-from .sine_sweep import swept_variance as swept_variance
-from .transfer import TransferFunctions as TransferFunctions
-from .transfer import uncoupled as uncoupled
-from .uncertainty import coherence_variance as coherence_variance
-from .uncertainty import mean_of_repeats as mean_of_repeats
-from .uncertainty import noise_variance as noise_variance
-from .uncertainty import noisy as noisy
-from .uncertainty import propagate as propagate
-from .uncertainty import propagate_scalar as propagate_scalar
-from .virtual_point import VirtualPoint as VirtualPoint
-from .virtual_point import flexible_channels as flexible_channels
-from .virtual_point import rigid_channels as rigid_channels
-from .virtual_point import virtual_point as virtual_point
+from .coupling import couple, interface_forces
+from .decoupling import decouple
+from .inverse import regular_inverse
+from .rig import free_response, measured_stiffness, remove_stiffness
+from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
+from .transfer import TransferFunctions, uncoupled
+from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
+from .virtual_point import VirtualPoint, flexible_channels, rigid_channels, virtual_point
+
+__all__ = [
+    "TransferFunctions",
+    "VirtualPoint",
+    "coherence_variance",
+    "couple",
+    "decouple",
+    "flexible_channels",
+    "free_response",
+    "interface_forces",
+    "mean_of_repeats",
+    "measured_stiffness",
+    "noise_variance",
+    "noisy",
+    "nonlinearity",
+    "propagate",
+    "propagate_scalar",
+    "regular_inverse",
+    "remove_stiffness",
+    "rigid_channels",
+    "sweep_phase",
+    "swept_amplitudes",
+    "swept_variance",
+    "uncoupled",
+    "virtual_point",
+]

@@ -1,9 +1,15 @@
 """Elastic bodies in mechanisms: substructures in a floating frame, and the way back to their elements."""
 
-from .carried import carried_loads as carried_loads
-from .carried import mass_properties as mass_properties
-from .floating_frame import FloatingFrame as FloatingFrame
-from .floating_frame import floating_frame as floating_frame
-from .recovery import deformations as deformations
-from .recovery import displacements as displacements
-from .recovery import interface_loads as interface_loads
+from .carried import carried_loads, mass_properties
+from .floating_frame import FloatingFrame, floating_frame
+from .recovery import deformations, displacements, interface_loads
+
+__all__ = [
+    "FloatingFrame",
+    "carried_loads",
+    "deformations",
+    "displacements",
+    "floating_frame",
+    "interface_loads",
+    "mass_properties",
+]

@@ -25,6 +25,17 @@ class AbstractLaw(eqx.Module):
 
     is_source: ClassVar[bool] = False
 
+    @property
+    def stores(self) -> bool:
+        """Whether part of the effort derives from a potential; parameters known to be zero may say that none does."""
+        own = [getattr(type(self), name, None) for name in ("potential", "line_potential")]
+        return any(method is not None and not method.__module__.endswith("forces.base") for method in own)
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether there is effort beside that of the potential: resistance, or input where `is_source`."""
+        return True
+
     def faults(self) -> list[str]:
         """What is wrong with the values, one message each; values that are traced are not looked at."""
         return value_faults(self)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from jaxmbs.typing import Scalar
 
-from ..checks import broken, faults_if, negative
+from ..checks import broken, faults_if, negative, present
 from ._fields import number
 from .base import AbstractScalarLaw
 
@@ -42,6 +42,14 @@ class BumpStop(AbstractScalarLaw):
         """`k d^(n+1) / (n+1)` of the stop that is touched [J]."""
         n = self.exponent + 1.0
         return self.stiffness / n * (_power(self.lower - x, n) + _power(x - self.upper, n))
+
+    @property
+    def stores(self):
+        return present(self.stiffness)
+
+    @property
+    def dissipates(self):
+        return present(self.damping)
 
     def faults(self):
         """A passive stop with a gap between its edges."""

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from jaxmbs.math.rotation import rotation_vector, rotation_vector_coefficient
 from jaxmbs.typing import Vector3
 
-from ..checks import broken, faults_if
+from ..checks import broken, faults_if, present
 from ._fields import number
 from .base import AbstractPoseLaw
 
@@ -57,6 +57,14 @@ class Bushing(AbstractPoseLaw):
         """`z^T K z / 2 + preload^T z` [J]."""
         z = jnp.concatenate([rotation_vector(rotation), displacement])
         return z @ self.stiffness @ z / 2 + self.preload @ z
+
+    @property
+    def stores(self):
+        return present(self.stiffness, self.preload)
+
+    @property
+    def dissipates(self):
+        return present(self.damping)
 
     def faults(self):
         """Stiffness is symmetric, damping dissipates."""

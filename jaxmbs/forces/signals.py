@@ -51,15 +51,15 @@ class Ramp(AbstractSignal):
 
 
 class Harmonic(AbstractSignal):
-    """`mean + amplitude sin(frequency t + phase)`, frequency in rad/s, phase in rad."""
+    """`mean + amplitude sin(omega t + phase)`, omega in rad/s, phase in rad."""
 
     mean: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
     amplitude: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
-    frequency: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
+    omega: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
     phase: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
 
     def __call__(self, t):
-        return self.mean + self.amplitude * jnp.sin(self.frequency * t + self.phase)
+        return self.mean + self.amplitude * jnp.sin(self.omega * t + self.phase)
 
 
 class Polynomial(AbstractSignal):

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from jaxmbs.typing import Scalar
 
-from ..checks import faults_if, negative
+from ..checks import faults_if, negative, present
 from ..math.linalg import direction, safe_norm
 from ._fields import number
 from .base import AbstractScalarLaw
@@ -53,6 +53,14 @@ class SpringDamper(AbstractScalarLaw):
         """`k/2 |d|^2 - (k x0 - preload) |d|` and the constant that makes it zero at the free length [J]."""
         x0, k = self.free_length, self.stiffness
         return k / 2 * (jnp.dot(d, d) + x0**2) - (k * x0 - self.preload) * safe_norm(d) - self.preload * x0
+
+    @property
+    def stores(self):
+        return present(self.stiffness, self.preload)
+
+    @property
+    def dissipates(self):
+        return present(self.damping)
 
     def faults(self):
         """Damping must not be negative."""

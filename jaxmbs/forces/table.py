@@ -48,6 +48,10 @@ class Table(AbstractScalarLaw):
         """Integral of the spring curve from the first point [J]."""
         return _curve(hermite_integral, self.x_points, self.efforts, x)
 
+    @property
+    def dissipates(self):
+        return self.flow_points is not None
+
     def faults(self):
         """Abscissae increase; the damper dissipates at every rate."""
         found = super().faults() + faults_if((not_increasing(self.x_points), "x_points must increase"))

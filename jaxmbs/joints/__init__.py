@@ -23,3 +23,26 @@ from .universal import Universal as Universal
 from .weld import Weld as Weld
 
 ALL = (Revolute, Prismatic, Cylindrical, Screw, Universal, Spherical, Planar, Free, Weld)
+
+__all__ = [
+    "AbstractClosure",
+    "AbstractJoint",
+    "Coupler",
+    "Cylindrical",
+    "Distance",
+    "Free",
+    "KnifeEdge",
+    "Planar",
+    "PointOnLine",
+    "PointOnPlane",
+    "Prismatic",
+    "Revolute",
+    "RollingDisk",
+    "RollingSphere",
+    "Rows",
+    "Screw",
+    "Spherical",
+    "Universal",
+    "VelocityRows",
+    "Weld",
+]

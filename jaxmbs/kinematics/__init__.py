@@ -1,0 +1,28 @@
+"""Kinematics of mechanisms: states, constraints, influence coefficients, points."""
+
+from .constraints import constraint_jacobian, constraint_residual
+from .kic import Kic, body_kic, internal_kic, kic
+from .kic_second import SecondKic, internal_kic_second, internal_kic_second_printed, kic_rate, kic_second, point_kic
+from .points import angular_velocity, jacobian, position, rotation, velocity
+from .state import State
+
+__all__ = [
+    "Kic",
+    "SecondKic",
+    "State",
+    "angular_velocity",
+    "body_kic",
+    "constraint_jacobian",
+    "constraint_residual",
+    "internal_kic",
+    "internal_kic_second",
+    "internal_kic_second_printed",
+    "jacobian",
+    "kic",
+    "kic_rate",
+    "kic_second",
+    "point_kic",
+    "position",
+    "rotation",
+    "velocity",
+]

@@ -49,13 +49,13 @@ class State(eqx.Module):
         return (self.residual <= _TOLERANCE[self.coordinates.dtype.itemsize]) & finite[0] & finite[1]
 
     @classmethod
-    def at(cls, system: System, values=None, rates=None, guess=None, t=0.0, **named) -> "State":
-        """The assembled state in which the named joint coordinates and rates have the given values.
+    def at(cls, system: System, values=None, velocities=None, guess=None, t=0.0, **named) -> "State":
+        """The assembled state in which the named joint coordinates and velocities have the given values.
 
         Args:
             values: joint name -> coordinate (several-freedom joints: an array; a ball: its quaternion w, x, y, z);
                 keywords serve as well, `State.at(system, crank=0.3)`.  These are held, all others are solved for.
-            rates: joint name -> velocity, held; other velocities take the least that closes the loops.
+            velocities: joint name -> velocity, held; other velocities take the least that closes the loops.
             guess: joint name -> coordinate to start the search from (default: zero).
             t: time [s], for driven joints.
 
@@ -71,10 +71,10 @@ class State(eqx.Module):
         precision = jnp.zeros(()).dtype
         psi = _place(top, neutral_coordinates(top).astype(precision), guess or {}, "coordinates", faults)
         psi = _place(top, psi, values, "coordinates", faults)
-        u = _place(top, np.zeros(top.num_velocities, precision), rates or {}, "velocities", faults)
+        u = _place(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
         if faults:
             raise ModelError(faults)
-        free = tuple(_free(top, held).astype(precision) for held in (values, rates or {}))
+        free = tuple(_free(top, held).astype(precision) for held in (values, velocities or {}))
         if not is_concrete(system, psi, u, t):
             return _traced(system, jnp.asarray(psi), jnp.asarray(u), jnp.asarray(t, float), free)
         found, f, g = _search(system, psi, u, np.asarray(t, precision), free, restart=not guess)
@@ -164,7 +164,7 @@ def _check(system, f, g):
     """AssemblyError when residuals remain, by the name of the joint or constraint."""
     for residual, rows, what in (
         (f, system.topology.position_rows, "the mechanism cannot be assembled with the coordinates held"),
-        (g, slice(None), "the rates held contradict the constraints"),
+        (g, slice(None), "the velocities held contradict the constraints"),
     ):
         closed = _TOLERANCE[residual.dtype.itemsize]
         if np.all(np.abs(residual) < closed):

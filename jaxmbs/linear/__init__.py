@@ -1,46 +1,81 @@
 """Linear systems of matrices: modes, damping, response in frequency and time, statics, checks."""
 
-from .block_modes import lowest_modes as lowest_modes
-from .check import check as check
-from .condensation import constraint_modes as constraint_modes
-from .condensation import interface_basis as interface_basis
-from .condensation import partition as partition
-from .damping import ComplexModes as ComplexModes
-from .damping import complex_modes as complex_modes
-from .damping import coupled as coupled
-from .damping import damped_frequency as damped_frequency
-from .damping import modal as modal
-from .damping import proportional as proportional
-from .damping import proportional_from_ratios as proportional_from_ratios
-from .damping import structural as structural
-from .dynamic_stiffness import dense_response as dense_response
-from .dynamic_stiffness import direct_response as direct_response
-from .from_scipy import block_matrices as block_matrices
-from .gains import accelerance as accelerance
-from .gains import acceleration_gain as acceleration_gain
-from .gains import gain_from_mobility as gain_from_mobility
-from .gains import generalised_stiffness as generalised_stiffness
-from .gains import mobility as mobility
-from .gains import mobility_from_gain as mobility_from_gain
-from .gains import superpose as superpose
-from .modal_response import modal_response as modal_response
-from .modes import Modes as Modes
-from .modes import effective_masses as effective_masses
-from .modes import mac as mac
-from .modes import mode_ratios as mode_ratios
-from .modes import natural_modes as natural_modes
-from .modes import participation as participation
-from .modes import track as track
-from .oscillations import ModalMotion as ModalMotion
-from .oscillations import base_load as base_load
-from .oscillations import modal_motion as modal_motion
-from .oscillations import oscillations as oscillations
-from .receptance import modal_receptance as modal_receptance
-from .receptance import receptance as receptance
-from .receptance import transmissibility as transmissibility
-from .receptance import viscous_receptance as viscous_receptance
-from .report import Check as Check
-from .rigid_motions import rigid_motions as rigid_motions
-from .static_response import StaticResponse as StaticResponse
-from .static_response import static_response as static_response
-from .system import LinearSystem as LinearSystem
+from .block_modes import lowest_modes
+from .check import check
+from .condensation import constraint_modes, interface_basis, partition
+from .damping import (
+    ComplexModes,
+    complex_modes,
+    coupled,
+    damped_frequency,
+    modal,
+    proportional,
+    proportional_from_ratios,
+    structural,
+)
+from .dynamic_stiffness import dense_response, direct_response
+from .from_scipy import block_matrices
+from .gains import (
+    accelerance,
+    acceleration_gain,
+    gain_from_mobility,
+    generalised_stiffness,
+    mobility,
+    mobility_from_gain,
+    superpose,
+)
+from .modal_response import modal_response
+from .modes import Modes, effective_masses, mac, mode_ratios, natural_modes, participation, track
+from .oscillations import ModalMotion, base_load, modal_motion, oscillations
+from .receptance import modal_receptance, receptance, transmissibility, viscous_receptance
+from .report import Check
+from .rigid_motions import rigid_motions
+from .static_response import StaticResponse, static_response
+from .system import LinearSystem
+
+__all__ = [
+    "Check",
+    "ComplexModes",
+    "LinearSystem",
+    "ModalMotion",
+    "Modes",
+    "StaticResponse",
+    "accelerance",
+    "acceleration_gain",
+    "base_load",
+    "block_matrices",
+    "check",
+    "complex_modes",
+    "constraint_modes",
+    "coupled",
+    "damped_frequency",
+    "dense_response",
+    "direct_response",
+    "effective_masses",
+    "gain_from_mobility",
+    "generalised_stiffness",
+    "interface_basis",
+    "lowest_modes",
+    "mac",
+    "mobility",
+    "mobility_from_gain",
+    "modal",
+    "modal_motion",
+    "modal_receptance",
+    "modal_response",
+    "mode_ratios",
+    "natural_modes",
+    "oscillations",
+    "participation",
+    "partition",
+    "proportional",
+    "proportional_from_ratios",
+    "receptance",
+    "rigid_motions",
+    "static_response",
+    "structural",
+    "superpose",
+    "track",
+    "transmissibility",
+    "viscous_receptance",
+]

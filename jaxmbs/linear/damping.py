@@ -79,7 +79,7 @@ class ComplexModes(eqx.Module):
     left: Complex[Array, "m n"]
 
     @property
-    def angular_frequencies(self) -> Float[Array, " m"]:
+    def omega(self) -> Float[Array, " m"]:
         """Size of the roots [rad/s]: the undamped frequency of proportional damping."""
         zero = self.roots == 0
         return jnp.where(zero, 0.0, jnp.abs(jnp.where(zero, 1.0, self.roots)))
@@ -87,7 +87,7 @@ class ComplexModes(eqx.Module):
     @property
     def damping_ratios(self) -> Float[Array, " m"]:
         """`-Re / |root|`, zero for a zero root."""
-        size = self.angular_frequencies
+        size = self.omega
         return jnp.where(size > 0, -self.roots.real / jnp.where(size > 0, size, 1.0), 0.0)
 
     def acceleration(self, amplitudes, t):

@@ -34,7 +34,7 @@ class Modes(eqx.Module):
         return (self.values < 0) & ~self.is_rigid
 
     @property
-    def angular_frequencies(self) -> Float[Array, " m"]:
+    def omega(self) -> Float[Array, " m"]:
         """[rad/s], zero for rigid modes, `-sqrt(-value)` for unstable ones: a minus stands for the imaginary unit.
 
         Source: S1 (37).
@@ -45,8 +45,8 @@ class Modes(eqx.Module):
 
     @property
     def frequencies(self) -> Float[Array, " m"]:
-        """[Hz], signs as of `angular_frequencies`."""
-        return self.angular_frequencies / (2.0 * jnp.pi)
+        """[Hz], signs as of `omega`."""
+        return self.omega / (2.0 * jnp.pi)
 
     @property
     def groups(self) -> Int[Array, " m"]:

@@ -17,24 +17,24 @@ class ModalMotion(NamedTuple):
     acceleration: jax.Array
 
 
-def modal_motion(frequencies, ratios, loads, step, displacement=None, velocity=None) -> ModalMotion:
-    """Solution of `q'' + 2 ratio w q' + w^2 q = f` for every mode, at the samples.
+def modal_motion(omega, ratios, loads, step, displacement=None, velocity=None) -> ModalMotion:
+    """Solution of `q'' + 2 ratio omega q' + omega^2 q = f` for every mode, at the samples.
 
     No error of integration: between samples f is straight and the solution is the exponential of a matrix, so the
-    step need only follow the load.  Rigid modes (w = 0) and any damping included.
+    step need only follow the load.  Rigid modes (omega = 0) and any damping included.
 
     With shapes of `natural_modes` derivatives are wrong where a parameter parts equal frequencies: `modal_response`.
 
     Args:
-        frequencies, ratios: (m,), angular [rad/s]; ratios may be one number.
+        omega, ratios: (m,), omega in rad/s; ratios may be one number.
         loads: (times, m) of unit modal mass.
         step: time between samples [s].
         displacement, velocity: at the first sample (m,), default 0.
 
     Source: S1 (42)-(43).
     """
-    z = jnp.broadcast_to(jnp.asarray(ratios, loads.dtype), frequencies.shape)
-    return oscillations(frequencies**2, 2 * z * frequencies, loads, step, displacement, velocity)
+    z = jnp.broadcast_to(jnp.asarray(ratios, loads.dtype), omega.shape)
+    return oscillations(omega**2, 2 * z * omega, loads, step, displacement, velocity)
 
 
 def oscillations(squares, rates, loads, step, displacement=None, velocity=None) -> ModalMotion:

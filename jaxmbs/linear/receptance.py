@@ -151,21 +151,21 @@ def _complex_modes(K, C, M):
     return roots, X[:n], Y[:, n:] @ by_force.astype(Y.dtype)
 
 
-def modal_receptance(frequencies, at_out, at_into, omega, ratios, modal_masses=1.0):
+def modal_receptance(natural, at_out, at_into, omega, ratios, modal_masses=1.0):
     """`B_ij = sum_k V_ik V_jk / (m_k [(w_k^2 - w^2) + 2 i eta_k w_k w])` as printed, from any set of modes.
 
     For measured modes and kept sets; a derivative through shapes of repeated frequencies is wrong here: `receptance`.
 
     Args:
-        frequencies: w_k (m,) [rad/s].
+        natural: w_k (m,) [rad/s].
         at_out, at_into: V (outputs, m), (inputs, m).
         omega: (frequencies,) [rad/s].
         ratios: eta (m,), or (frequencies, m) where it depends on frequency.
 
     Returns: (frequencies, outputs, inputs).  Source: S1 (40), (43).
     """
-    w, wk = omega[:, None], frequencies[None, :]
-    eta = jnp.broadcast_to(jnp.asarray(ratios, frequencies.dtype), (len(omega), len(frequencies)))
+    w, wk = omega[:, None], natural[None, :]
+    eta = jnp.broadcast_to(jnp.asarray(ratios, natural.dtype), (len(omega), len(natural)))
     z = lax.complex(wk**2 - w**2, 2 * eta * wk * w) * modal_masses
     V = at_out.astype(z.dtype)
     return jnp.einsum("ik,wk,jk->wij", V, 1 / z, at_into.astype(z.dtype))

@@ -1,5 +1,11 @@
 """The model: static topology, array parameters, inertia helpers."""
 
-from .frame import Pose as Pose
-from .system import System as System
-from .topology import Topology as Topology
+from .frame import Pose
+from .system import System
+from .topology import Topology
+
+__all__ = [
+    "Pose",
+    "System",
+    "Topology",
+]

@@ -81,7 +81,7 @@ class System(eqx.Module):
         check_fits(self, state)
         return _by_joint(self.topology, state.coordinates, lambda j: j.coordinates)
 
-    def rates(self, state) -> dict:
+    def velocities(self, state) -> dict:
         """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_fits(self, state)
         return _by_joint(self.topology, state.velocities, lambda j: j.velocities)

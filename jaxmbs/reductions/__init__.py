@@ -1,34 +1,65 @@
 """Components in few coordinates: reductions to their interfaces, and the way back."""
 
-from .accuracy import force_errors as force_errors
-from .accuracy import frequency_errors as frequency_errors
-from .accuracy import num_modes_up_to as num_modes_up_to
-from .base import Reduced as Reduced
-from .base import physical as physical
-from .base import reduce as reduce
-from .characteristic import characteristic as characteristic
-from .characteristic import characteristic_modes as characteristic_modes
-from .craig_bampton import craig_bampton as craig_bampton
-from .craig_bampton import fixed_interface_modes as fixed_interface_modes
-from .craig_bampton_blocks import large_craig_bampton as large_craig_bampton
-from .craig_bampton_scipy import craig_bampton_sparse as craig_bampton_sparse
-from .craig_chang import craig_chang as craig_chang
-from .guyan import guyan as guyan
-from .hurty import determinate_coordinates as determinate_coordinates
-from .hurty import hurty as hurty
-from .hurty import support_motions as support_motions
-from .macneal import macneal as macneal
-from .mixed import mixed as mixed
-from .recovery import element_loads as element_loads
-from .recovery import harmonic as harmonic
-from .recovery import interface_forces as interface_forces
-from .recovery import mode_acceleration as mode_acceleration
-from .recovery import mode_acceleration_free as mode_acceleration_free
-from .recovery import mode_displacement as mode_displacement
-from .rigid_interface import averaged_motion as averaged_motion
-from .rigid_interface import averaged_transformation as averaged_transformation
-from .rigid_interface import on_interface as on_interface
-from .rigid_interface import rigid_body_motions as rigid_body_motions
-from .rigid_interface import rigid_node as rigid_node
-from .rigid_interface import rigid_transformation as rigid_transformation
-from .rubin import rubin as rubin
+from .accuracy import force_errors, frequency_errors, num_modes_up_to
+from .base import Reduced, physical, reduce
+from .characteristic import characteristic, characteristic_modes
+from .craig_bampton import craig_bampton, fixed_interface_modes
+from .craig_bampton_blocks import large_craig_bampton
+from .craig_bampton_scipy import craig_bampton_sparse
+from .craig_chang import craig_chang
+from .guyan import guyan
+from .hurty import determinate_coordinates, hurty, support_motions
+from .macneal import macneal
+from .mixed import mixed
+from .recovery import (
+    element_loads,
+    harmonic,
+    interface_forces,
+    mode_acceleration,
+    mode_acceleration_free,
+    mode_displacement,
+)
+from .rigid_interface import (
+    averaged_motion,
+    averaged_transformation,
+    on_interface,
+    rigid_body_motions,
+    rigid_node,
+    rigid_transformation,
+)
+from .rubin import rubin
+
+__all__ = [
+    "Reduced",
+    "averaged_motion",
+    "averaged_transformation",
+    "characteristic",
+    "characteristic_modes",
+    "craig_bampton",
+    "craig_bampton_sparse",
+    "craig_chang",
+    "determinate_coordinates",
+    "element_loads",
+    "fixed_interface_modes",
+    "force_errors",
+    "frequency_errors",
+    "guyan",
+    "harmonic",
+    "hurty",
+    "interface_forces",
+    "large_craig_bampton",
+    "macneal",
+    "mixed",
+    "mode_acceleration",
+    "mode_acceleration_free",
+    "mode_displacement",
+    "num_modes_up_to",
+    "on_interface",
+    "physical",
+    "reduce",
+    "rigid_body_motions",
+    "rigid_node",
+    "rigid_transformation",
+    "rubin",
+    "support_motions",
+]

@@ -268,7 +268,7 @@ def state(system, top: Topology, numbers, assembled=True):
             guess[f"j{k}"] = numbers["coordinates"][k, : reference.num_coordinates(kind)]
             rates[f"j{k}"] = numbers["rates"][k, : reference.num_rates(kind)]
     if assembled:
-        return mbs.State.at(system, guess=guess, rates=rates)
+        return mbs.State.at(system, guess=guess, velocities=rates)
     t, record = system.topology, lambda name: system.topology.joints[system.topology.joint_index[name]]
     psi, u = jnp.zeros(t.num_coordinates), jnp.zeros(t.num_velocities)
     for name in guess:

@@ -119,7 +119,7 @@ def test_a_saved_time_at_the_start_and_no_duration_at_all():
 def loop_motion(p, gradient):
     """The end of a short motion of a four-bar and what its pins carry there."""
     system = four_bar(tuple(p[:4]), tuple(p[4:7]), p[7], p[8], like=like())
-    state = mbs.State.at(system, A=p[9], rates={"A": p[10]}, guess={"B": p[12], "D": p[13]})
+    state = mbs.State.at(system, A=p[9], velocities={"A": p[10]}, guess={"B": p[12], "D": p[13]})
     motion = mbs.simulate(system, state, ts=jnp.array([0.0, 0.1]), gradient=gradient, rtol=1e-10, atol=1e-10)
     loads = mbs.reactions(system, motion)
     parts = [motion.states.coordinates.ravel(), motion.states.velocities.ravel(), loads["C"].force.ravel()]

@@ -48,7 +48,7 @@ def loop_values(p, held="A"):
     """Accelerations of A, B, D and reactions in the plane of A, C, D, with one joint's angle and rate held."""
     system = four_bar(tuple(p[:4]), tuple(p[4:7]), p[7], p[8], like=like())
     guess = {name: p[11 + k] for k, name in enumerate("ABD") if name != held}
-    state = mbs.State.at(system, {held: p[9]}, rates={held: p[10]}, guess=guess)
+    state = mbs.State.at(system, {held: p[9]}, velocities={held: p[10]}, guess=guess)
     loads = mbs.reactions(system, state)
     forces = [loads[name].force[:2] for name in "ACD"]
     return jnp.concatenate([mbs.forward_dynamics(system, state)[0], *forces])

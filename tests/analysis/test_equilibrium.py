@@ -76,7 +76,7 @@ def test_steady_rotation_of_a_governor():
     b.joint("spin", mbs.Revolute(axis="z"), "ground", "shaft")
     b.joint("swing", mbs.Revolute(axis="y"), "shaft", "bob")
     system = b.build()
-    start = mbs.State.at(system, swing=-0.5, rates={"spin": 6.0})
+    start = mbs.State.at(system, swing=-0.5, velocities={"spin": 6.0})
     found = mbs.equilibrium(system, start, moving=("spin",))
     swing = float(system.coordinates(found.state)["swing"])
     np.testing.assert_allclose(np.cos(swing), G / (36.0 * 0.5), rtol=1e-9)

@@ -115,7 +115,7 @@ def test_the_benchmark_bicycle():
     system = bicycle()
     assert system.topology.mobility == 3 and len(system.topology.analysis.independent_positions) == 7
     place = {"free": np.array([0.0, 0, 0, 1, 0, 0, 0]), "steer": 0.0}
-    state = mbs.State.at(system, place, rates={"free": np.array([5.0, 0, 0, 0, 0, 0]), "steer": 0.0})
+    state = mbs.State.at(system, place, velocities={"free": np.array([5.0, 0, 0, 0, 0, 0]), "steer": 0.0})
     found = np.asarray(mbs.modes(mbs.linearise(system, state)).eigenvalues)[-4:]
     weave = -0.77534188219585 + 4.46486771378823j
     expected = [-14.07838969279822, weave.conjugate(), weave, -0.32286642900409]
@@ -143,7 +143,7 @@ def test_state_matrix_is_the_derivative_of_the_motion():
     state = mbs.State.at(
         system,
         {"spin": 0.2, "swing": -0.5, "tip": np.array([0.9, 0.1, -0.3, 0.3]) / np.linalg.norm([0.9, 0.1, -0.3, 0.3])},
-        rates={"spin": 2.0, "swing": 0.3, "tip": np.array([0.4, -0.2, 0.7])},
+        velocities={"spin": 2.0, "swing": 0.3, "tip": np.array([0.4, -0.2, 0.7])},
     )
     A = np.asarray(mbs.linearise(system, state).state_space.A)
     nv = system.topology.num_velocities

@@ -26,7 +26,7 @@ def slider_crank(stiffness=300.0):
 
 
 def slider_crank_state(system):
-    return mbs.State.at(system, main=0.7, rates={"main": 3.0}, guess={"crank_pin": -0.9, "slide": 0.6})
+    return mbs.State.at(system, main=0.7, velocities={"main": 3.0}, guess={"crank_pin": -0.9, "slide": 0.6})
 
 
 def driven_arm():
@@ -51,7 +51,7 @@ def effort(t, coordinates, velocities):
 def driven_arm_state(system):
     ball = np.array([0.9, 0.2, -0.1, 0.35])
     ball = ball / np.linalg.norm(ball)
-    return mbs.State.at(system, ball=ball, rates={"ball": (0.5, -1.0, 0.8)}, guess={"hinge": 0.5}, t=0.2)
+    return mbs.State.at(system, ball=ball, velocities={"ball": (0.5, -1.0, 0.8)}, guess={"hinge": 0.5}, t=0.2)
 
 
 def double_pendulum(inertia=0.02):

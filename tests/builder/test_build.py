@@ -55,7 +55,7 @@ def test_any_cut_gives_the_same_motion(cut, reference):
     state = mbs.State.at(
         system,
         {"D": D},
-        rates={"D": _rate_of_D()},
+        velocities={"D": _rate_of_D()},
         guess={n: v for n, v in guess.items() if n != cut},
     )
     for ours, theirs in zip(jax.tree.leaves(body_motion(system, state)), jax.tree.leaves(reference), strict=True):
@@ -121,12 +121,12 @@ def test_laws_on_every_joint_of_a_loop_split_a_body(at):
     assert split.topology.cut_joints == ("C.weld",)
     assert split.topology.mobility == plain.topology.mobility == 1
     A, B, D = four_bar_angles(0.7)
-    state = mbs.State.at(plain, A=A, rates={"A": 2.0}, guess={"B": B, "D": D})
+    state = mbs.State.at(plain, A=A, velocities={"A": 2.0}, guess={"B": B, "D": D})
     if at:
-        other = mbs.State.at(split, A=0.0, rates={"A": 2.0})
+        other = mbs.State.at(split, A=0.0, velocities={"A": 2.0})
         np.testing.assert_allclose(other.coordinates, 0.0, atol=1e-9)
     else:
-        other = mbs.State.at(split, A=A, rates={"A": 2.0}, guess={"B": B, "D": D, "C": D - A - B})
+        other = mbs.State.at(split, A=A, velocities={"A": 2.0}, guess={"B": B, "D": D, "C": D - A - B})
         np.testing.assert_allclose(split.coordinates(other)["C"], D - A - B, atol=1e-9)
     found, expected = body_motion(split, other)[0], body_motion(plain, state)[0]
     for name in expected:

@@ -43,7 +43,7 @@ def test_bodies_without_position_stand_in_the_world_frame():
         b.frame("tip", on="lower", position=np.array([3.0, 2.0, 0.0]) - shift)
     one, two = world.build(), placed.build()
     np.testing.assert_allclose(mbs.position(one, mbs.State.at(one), "tip"), [3.0, 2.0, 0.0], atol=1e-12)
-    states = [mbs.State.at(s, A=0.3, B=-0.2, rates={"A": 1.0, "B": 2.0}) for s in (one, two)]
+    states = [mbs.State.at(s, A=0.3, B=-0.2, velocities={"A": 1.0, "B": 2.0}) for s in (one, two)]
     for question in (lambda s, x: mbs.forward_dynamics(s, x)[0], lambda s, x: mbs.position(s, x, "tip")):
         np.testing.assert_allclose(question(one, states[0]), question(two, states[1]), atol=1e-10)
 
@@ -73,7 +73,7 @@ def test_a_bead_on_a_turning_guide_has_inertia_where_it_is_not_at_the_centre():
     b.joint("turn", PIN, "ground", "guide")
     b.joint("slide", mbs.Prismatic("x"), "guide", "bead")
     system = b.build()
-    state = mbs.State.at(system, turn=0.2, slide=0.5, rates={"turn": 3.0, "slide": 0.4})
+    state = mbs.State.at(system, turn=0.2, slide=0.5, velocities={"turn": 3.0, "slide": 0.4})
     expected = [(-9.81 * np.cos(0.2) - 2 * 0.4 * 3.0) / 0.5, 0.5 * 9.0 - 9.81 * np.sin(0.2)]
     np.testing.assert_allclose(mbs.forward_dynamics(system, state)[0], expected, rtol=1e-9)
 

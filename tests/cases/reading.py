@@ -19,7 +19,7 @@ def coordinates(system, motion, *names):
 
 def rates(system, motion, *names):
     """Rates of one-freedom joints, (T, number of names)."""
-    values = system.rates(motion.states)
+    values = system.velocities(motion.states)
     return np.stack([np.reshape(values[name], (len(motion.ts),)) for name in names], axis=1)
 
 

@@ -35,7 +35,7 @@ MULTIPLIERS = np.array((-0.004736886590848933, -0.0011046803312573436))
 def _motion(system):
     """Motion from the test set's start; a planar joint has x, y and an angle, which stays zero."""
     rates = {"left": np.array([-0.5, 0.0, 0.0]), "right": np.array([-0.5, 0.0, 0.0])}
-    state = mbs.State.at(system, left=np.array([0.0, 0.5, 0.0]), right=np.array([1.0, 0.5, 0.0]), rates=rates)
+    state = mbs.State.at(system, left=np.array([0.0, 0.5, 0.0]), right=np.array([1.0, 0.5, 0.0]), velocities=rates)
     return run(system, state, TIMES, rtol=1e-12, atol=1e-12)
 
 

@@ -32,7 +32,7 @@ SIDE_FORCE = np.array((0.791746817670531, 0.32410950183536186, 0.048818664301130
 @pytest.mark.slow
 def test_sleigh():
     system = models.chaplygin_sleigh()
-    state = mbs.State.at(system, plane=np.zeros(3), rates={"plane": np.array((1.0, 0.0, 2.0))})
+    state = mbs.State.at(system, plane=np.zeros(3), velocities={"plane": np.array((1.0, 0.0, 2.0))})
     motion = run(system, state, TIMES)
     place = along(mbs.position, system, motion, "sleigh")[:, :2]
     velocity = along(mbs.velocity, system, motion, "sleigh")

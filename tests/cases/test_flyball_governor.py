@@ -47,7 +47,7 @@ STIFF = {"solver": diffrax.Kvaerno5(), "rtol": 1e-11, "atol": 1e-11}
 def _start(system, shaft_rate):
     still = {"slide": 0.0, "right": 0.0, "left": 0.0}
     return mbs.State.at(
-        system, spin=0.0, slide=0.5, right=np.pi / 6, left=np.pi / 6, rates={"spin": shaft_rate} | still
+        system, spin=0.0, slide=0.5, right=np.pi / 6, left=np.pi / 6, velocities={"spin": shaft_rate} | still
     )
 
 

@@ -29,7 +29,7 @@ def test_loads_of_every_pin(n, method):
     held = {f"A{i}": -0.3 for i in range(n + 1)}
     guess = {name: 0.3 for name in system.topology.joint_names if not name.startswith("A")}
     guess = {name: value for name, value in guess.items() if name not in system.topology.cut_joints}
-    state = mbs.State.at(system, guess=guess | held, A0=-0.3, rates={"A0": 1.0})
+    state = mbs.State.at(system, guess=guess | held, A0=-0.3, velocities={"A0": 1.0})
     loads = mbs.reactions(system, state, method=method)
     for output in (o for o in CASE["outputs"] if o["quantity"].startswith(f"N = {n}, pose b")):
         for ends, name in (

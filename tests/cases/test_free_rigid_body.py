@@ -50,10 +50,10 @@ def test_free_rigid_body(kind):
     system = models.free_rigid_body(kind)
     rest = [0.0, 0.0, 0.0] if kind == "free" else []
     state = mbs.State.at(
-        system, joint=np.array([*rest, 1.0, 0.0, 0.0, 0.0]), rates={"joint": np.array([*rest, *START])}
+        system, joint=np.array([*rest, 1.0, 0.0, 0.0, 0.0]), velocities={"joint": np.array([*rest, *START])}
     )
     motion = run(system, state, TIMES, rtol=1e-12, atol=1e-12)
-    check(np.asarray(system.rates(motion.states)["joint"])[:, -3:], OMEGA, 1e-9)
+    check(np.asarray(system.velocities(motion.states)["joint"])[:, -3:], OMEGA, 1e-9)
     check(along(mbs.rotation, system, motion, "body"), ROTATION, 1e-8)
     if kind == "free":
         check(along(mbs.position, system, motion, "body"), np.zeros((4, 3)), 1e-12)

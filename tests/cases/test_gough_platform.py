@@ -177,14 +177,14 @@ def test_inverse_dynamics_gives_the_same_forces(rigid):
 def test_leg_rates_of_a_moving_platform():
     system = models.gough_platform("none")
     rates = np.concatenate([TWIST[:3], models.GOUGH_ROTATION.T @ TWIST[3:]])
-    state = mbs.State.at(system, platform=models.gough_pose(), rates={"platform": rates})
+    state = mbs.State.at(system, platform=models.gough_pose(), velocities={"platform": rates})
     velocity = np.stack([np.asarray(mbs.velocity(system, state, f"head_{i}")) for i in range(6)])
     check(np.sum(velocity * JACOBIAN[:, :3], axis=1), LEG_RATES, 1e-12)
 
 
 def test_spring_legs():
     system = models.gough_platform("spring")
-    state = mbs.State.at(system, platform=models.gough_pose(), rates={"platform": np.zeros(6)})
+    state = mbs.State.at(system, platform=models.gough_pose(), velocities={"platform": np.zeros(6)})
     motion = run(system, state, TIMES)
     check(along(mbs.position, system, motion, "com"), COM, 1e-8)
     check(along(mbs.rotation, system, motion, "platform"), ROTATION, 1e-8)

@@ -26,7 +26,7 @@ NAMES = ("heave", "pitch", "tyre_front", "tyre_rear")
 def test_road_step_under_the_front_wheel():
     system = models.half_car()
     start = dict.fromkeys(NAMES, 0.0)
-    motion = run(system, mbs.State.at(system, start, rates=start), TIMES)
+    motion = run(system, mbs.State.at(system, start, velocities=start), TIMES)
     check(coordinates(system, motion, *NAMES), STEP, 1e-9)
 
 
@@ -36,6 +36,6 @@ def test_the_share_of_the_corners_does_not_matter():
     for corner in (165.0, 40.0):
         system = models.half_car(corner_front=corner)
         start = dict.fromkeys(NAMES, 0.0)
-        motion = run(system, mbs.State.at(system, start, rates=start), TIMES[:1])
+        motion = run(system, mbs.State.at(system, start, velocities=start), TIMES[:1])
         end.append(coordinates(system, motion, *NAMES))
     check(end[0], end[1], 1e-10)

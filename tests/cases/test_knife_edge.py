@@ -24,7 +24,7 @@ SIDE_FORCE = np.array((6.6868762358289064, 9.785425818585773, 1.384387279067297,
 @pytest.mark.slow
 def test_skate_on_an_incline():
     system = models.knife_edge_incline()
-    state = mbs.State.at(system, plane=np.zeros(3), rates={"plane": np.array((0.0, 0.0, 1.5))})
+    state = mbs.State.at(system, plane=np.zeros(3), velocities={"plane": np.array((0.0, 0.0, 1.5))})
     motion = run(system, state, TIMES)
     place = along(mbs.position, system, motion, "skate")[:, :2]
     velocity = along(mbs.velocity, system, motion, "skate")[:, :2]

@@ -60,7 +60,7 @@ AT_REST = ((0.0, 13.715), (0.0, 18.12))  # the same at A0 and A1 at the start, a
 @pytest.mark.parametrize("n", [2, 10])
 def test_windows_fall_as_one_pendulum(n):
     system = models.n_four_bar(n)
-    state = mbs.State.at(system, A0=0.0, rates={"A0": -1.0})
+    state = mbs.State.at(system, A0=0.0, velocities={"A0": -1.0})
     motion = run(system, state, TIMES, rtol=1e-10, atol=1e-10)
     position = along(mbs.position, system, motion, "B0")[:, :2]
     velocity = along(mbs.velocity, system, motion, "B0")[:, :2]
@@ -79,7 +79,7 @@ def test_windows_fall_as_one_pendulum(n):
 @pytest.mark.parametrize("n", [2, 10])
 def test_start_has_the_acceleration_of_the_exact_equation(n):
     system = models.n_four_bar(n)
-    state = mbs.State.at(system, A0=-0.4, rates={"A0": -1.0}, guess=_guess(n, -0.4))
+    state = mbs.State.at(system, A0=-0.4, velocities={"A0": -1.0}, guess=_guess(n, -0.4))
     accelerations, _ = mbs.forward_dynamics(system, state)
     crank = -9.81 * ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * np.sin(0.4)
     rows = np.asarray(mbs.jacobian(system, state, "crank_0"))[2]  # angular velocity about z

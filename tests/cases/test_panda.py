@@ -155,7 +155,7 @@ def arm():
 
 def _state(system, rates):
     named = dict(zip(NAMES, Q.tolist(), strict=True))
-    return mbs.State.at(system, named, rates=dict(zip(NAMES, rates.tolist(), strict=True)))
+    return mbs.State.at(system, named, velocities=dict(zip(NAMES, rates.tolist(), strict=True)))
 
 
 def test_mass_matrix(arm):

@@ -40,7 +40,7 @@ def test_pendulum_follows_the_elliptic_functions():
 
 def test_tension_pulls_the_bob_towards_the_pivot():
     system = models.simple_pendulum()
-    state = mbs.State.at(system, pivot=0.3, rates={"pivot": 1.5})
+    state = mbs.State.at(system, pivot=0.3, velocities={"pivot": 1.5})
     force = np.asarray(mbs.reactions(system, state)["pivot"].force)
     tension = 9.81 * np.cos(0.3) + 1.5**2
     check(force, tension * np.array([-np.sin(0.3), np.cos(0.3), 0.0]), 1e-12)

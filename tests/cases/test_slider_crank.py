@@ -83,7 +83,7 @@ def test_shaking_force(driven):
 
 def test_free_run():
     system = models.slider_crank()
-    state = mbs.State.at(system, main=START, rates={"main": 5.0}, guess=models.slider_crank_guess(START))
+    state = mbs.State.at(system, main=START, velocities={"main": 5.0}, guess=models.slider_crank_guess(START))
     motion = run(system, state, FREE_TIMES)
     check(coordinates(system, motion, "main")[:, 0], FREE_ANGLE, 1e-8)
     check(rates(system, motion, "main")[:, 0], FREE_RATE, 1e-7)
@@ -95,7 +95,7 @@ def test_drive_balances_what_would_accelerate_the_free_mechanism(driven):
     system = models.slider_crank(gas_force=-200.0)
     angle = START + OMEGA * TIMES[1]
     guess = models.slider_crank_guess(angle)
-    state = mbs.State.at(system, main=angle, rates={"main": OMEGA}, guess=guess)
+    state = mbs.State.at(system, main=angle, velocities={"main": OMEGA}, guess=guess)
     accelerations, _ = mbs.forward_dynamics(system, state)
     speed = np.asarray(mbs.jacobian(system, state, "crank"))[2]
     effort = speed @ np.asarray(accelerations) * _effective_inertia(system, state)

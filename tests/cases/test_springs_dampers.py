@@ -40,7 +40,7 @@ def build(variant, sprung="ABCD", like=None):
         b.force(f"spring {name}", law, joint=name)
     system = b.build(like=like)
     guess = {name: relaxed[name] for name in ("B", "C", "D") if not _is_cut(system, name)}
-    return system, mbs.State.at(system, A=0.8, rates={"A": 9.0}, guess=guess)
+    return system, mbs.State.at(system, A=0.8, velocities={"A": 9.0}, guess=guess)
 
 
 def _is_cut(system, name):

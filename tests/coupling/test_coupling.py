@@ -131,7 +131,7 @@ def test_section_forces_over_time():
     left, right = craig_bampton(K, M, ENDS, 6), craig_bampton(K, M, (0, 1), 6)
 
     def moved(modes, load):
-        q = modal_motion(modes.angular_frequencies, 0.0, (modes.shapes.T @ load).T, times[1])
+        q = modal_motion(modes.omega, 0.0, (modes.shapes.T @ load).T, times[1])
         return modes.shapes @ q.displacement.T, modes.shapes @ q.acceleration.T
 
     @jax.jit

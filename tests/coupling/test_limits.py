@@ -40,9 +40,9 @@ def test_one_pair_is_the_joined_system():
     load = craig_bampton(*chain(2, 5.0, 0.2, 0), (0,), 1)
     joined = join((physical(K, M, (0,)), load), ((0,), (0,)))
     modes = natural_modes(K, M)
-    pairs = modal_pairs(modes.angular_frequencies, modes.shapes[:1], load)
+    pairs = modal_pairs(modes.omega, modes.shapes[:1], load)
     w, _ = pairs.modes()
-    np.testing.assert_allclose(w[0, 0], joined.modes().angular_frequencies, rtol=1e-9)
+    np.testing.assert_allclose(w[0, 0], joined.modes().omega, rtol=1e-9)
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(joined.mass, joined.stiffness), np.zeros((2, 2))]])
     impulse, t = 0.7, 0.37
     start = np.linalg.solve(joined.mass, [impulse, 0.0])
@@ -53,10 +53,10 @@ def test_one_pair_is_the_joined_system():
 
 def test_peaks_bound_the_responses_of_all_pairs():
     _, _, modes = carrier()
-    pairs = modal_pairs(modes.angular_frequencies, modes.shapes[3:], payload())
+    pairs = modal_pairs(modes.omega, modes.shapes[3:], payload())
     J = jnp.array([1.0, -0.5, 0.3, 0.2])
     responses = np.asarray(jax.jit(jax.vmap(lambda t: pairs.response(J, t)))(jnp.linspace(0.0, 200.0, 4001)))
-    again = jax.jit(lambda J: modal_pairs(modes.angular_frequencies, modes.shapes[3:], payload()).peaks(J))
+    again = jax.jit(lambda J: modal_pairs(modes.omega, modes.shapes[3:], payload()).peaks(J))
     highest, peaks = np.abs(responses).max(axis=0), np.asarray(again(J))
     assert np.all(highest <= peaks * (1 + 1e-12))
     assert np.all(highest > 0.9 * peaks)
@@ -71,7 +71,7 @@ def cases():
     """Half sines of many lengths on the carrier's foot: peaks of the payload's modes, by the full transient of
     the joined system and by every way of summing."""
     K, M, modes = carrier()
-    load, w = payload(), modes.angular_frequencies
+    load, w = payload(), modes.omega
     pairs = modal_pairs(w, modes.shapes[3:], load)
     joined = join((physical(K, M, (3,)), load), ((0,), (0,)))
     system = joined.modes()
@@ -86,7 +86,7 @@ def cases():
         pulse = jnp.where(t < length, jnp.sin(jnp.pi * t / length), 0.0)
         peak = jax.vmap(lambda w, drive: peak_response(w, drive * pulse, STEP))(w, modes.shapes[0])
         J = equivalent_impulse(w, peak)
-        q = modal_motion(system.angular_frequencies, RATIO, pulse[:, None] * (system.shapes.T @ push)[None], STEP)
+        q = modal_motion(system.omega, RATIO, pulse[:, None] * (system.shapes.T @ push)[None], STEP)
         truth = jnp.max(jnp.abs(joined.part(system.shapes @ q.displacement.T)[1][1:]), axis=1)
         sums = [limit_loads(jnp.eye(3), pairs.peaks(J), how) for how in ("abs", "srss")]
         signed = pairs.peaks(J) * pairs.signs(modes.shapes[0] * J)

@@ -25,19 +25,19 @@ def slider_crank(drive=None):
     system = models.slider_crank(drive=drive, gas_force=-50.0)
     held = {} if drive else {"main": 0.6}
     guess = models.slider_crank_guess(0.6)
-    return system, mbs.State.at(system, held, guess=guess, rates={} if drive else {"main": 3.0})
+    return system, mbs.State.at(system, held, guess=guess, velocities={} if drive else {"main": 3.0})
 
 
 def windows(n, rate=1.0):
     """All cranks in one line at rest in the build: a singular pose of the joints' rows, and redundant."""
     system = models.n_four_bar(n)
-    return system, mbs.State.at(system, rates={"A0": rate})
+    return system, mbs.State.at(system, velocities={"A0": rate})
 
 
 def flat_four_bar():
     """A parallelogram laid flat: two branches meet, the loop loses a rank beside its redundant rows."""
     system = four_bar((1.0, 0.5, 1.0, 0.5), load=5.0)
-    return system, mbs.State.at(system, A=0.0, rates={"A": 1.0}, guess={"B": 0.0, "D": 0.0})
+    return system, mbs.State.at(system, A=0.0, velocities={"A": 1.0}, guess={"B": 0.0, "D": 0.0})
 
 
 def table(support):
@@ -78,7 +78,7 @@ def geared_loop():
     b.constraint("gear", mbs.Coupler({"a": 1.0, "c": 2.0}))
     b.constraint("belt", mbs.Coupler({"b": 1.0, "c": 1.0}, function=lambda b, c: jnp.sin(b) + c))
     system = b.build()
-    return system, mbs.State.at(system, a=0.4, rates={"a": 1.0})
+    return system, mbs.State.at(system, a=0.4, velocities={"a": 1.0})
 
 
 def massless_cross():
@@ -93,7 +93,7 @@ def massless_cross():
     ends = (("ground", (0.8, 0.3, -0.5)), ("tool", (0.6, 0.0, 0.0)))
     b.constraint("rod", mbs.Distance(0.9), between=ends)
     system = b.build()
-    return system, mbs.State.at(system, root=0.2, rates={"root": 0.5})
+    return system, mbs.State.at(system, root=0.2, velocities={"root": 0.5})
 
 
 def closed_ring(n):
@@ -147,7 +147,7 @@ def car_axis():
 
 def rolling(make):
     system = make()
-    return system, mbs.State.at(system, rates={"plane": jnp.array([0.7, 0.0, 0.4])})
+    return system, mbs.State.at(system, velocities={"plane": jnp.array([0.7, 0.0, 0.4])})
 
 
 QUICK = {
@@ -162,9 +162,9 @@ SLOW = {
     "random": random_loop,
     "beams": lambda: _with(chain_of_beams(2, PIN, gravity=DOWN_Y, drive=lambda t: t * t, elements=2)[0]),
     "springs and motor": lambda: (lambda s: (s, systems.four_bar_state(s)))(systems.four_bar()),
-    "spatial": lambda: (lambda s: (s, mbs.State.at(s, rates={"slide": 0.3})))(systems.spatial_loop()),
+    "spatial": lambda: (lambda s: (s, mbs.State.at(s, velocities={"slide": 0.3})))(systems.spatial_loop()),
     "open tree": lambda: (lambda s: (s, systems.general_state(s)))(systems.spatial_tree()),
-    "Bennett": lambda: (lambda s: (s, mbs.State.at(s, J0=0.8, rates={"J0": 1.0}, guess={"J1": 0.5})))(
+    "Bennett": lambda: (lambda s: (s, mbs.State.at(s, J0=0.8, velocities={"J0": 1.0}, guess={"J1": 0.5})))(
         bennett().build()
     ),
     "slider-crank": slider_crank,
@@ -176,7 +176,7 @@ SLOW = {
     "Gough platform": lambda: (lambda s: (s, mbs.State.at(s, guess={"platform": models.gough_pose()})))(
         models.gough_platform()
     ),
-    "half car": lambda: (lambda s: (s, mbs.State.at(s, rates={"heave": 0.3})))(models.half_car()),
+    "half car": lambda: (lambda s: (s, mbs.State.at(s, velocities={"heave": 0.3})))(models.half_car()),
     "car axis": car_axis,
     "knife edge": lambda: rolling(models.knife_edge_incline),
     "sleigh": lambda: rolling(models.chaplygin_sleigh),

@@ -119,8 +119,8 @@ def test_a_light_branch_keeps_its_digits_beside_a_heavy_one():
     """All refers to the crane, 36 m away from an arm of 0.1 m: (36 / 0.1)^2 roundings, and none of ten tonnes."""
     alone, beside = branches(False), branches(True)
     rates = {"A": 3.0, "B": -5.0}
-    one = mbs.State.at(alone, A=0.3, B=0.7, rates=rates)
-    two = mbs.State.at(beside, A=0.3, B=0.7, slew=0.4, lean=0.2, rates=rates | {"slew": 2.0, "lean": 1.0})
+    one = mbs.State.at(alone, A=0.3, B=0.7, velocities=rates)
+    two = mbs.State.at(beside, A=0.3, B=0.7, slew=0.4, lean=0.2, velocities=rates | {"slew": 2.0, "lean": 1.0})
     columns = [beside.topology.joints[beside.topology.joint_index[n]].first_velocity for n in ("A", "B")]
 
     def both(question):

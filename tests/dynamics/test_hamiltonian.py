@@ -24,7 +24,9 @@ def four_bar():
 @pytest.fixture(scope="module")
 def loop():
     system = systems.spatial_loop()
-    return system, mbs.State.at(system, cross=(0.2, -0.3), rates={"cross": (0.7, -0.4)}, guess={"elbow": (0.1, 0.4)})
+    return system, mbs.State.at(
+        system, cross=(0.2, -0.3), velocities={"cross": (0.7, -0.4)}, guess={"elbow": (0.1, 0.4)}
+    )
 
 
 @pytest.fixture(scope="module")

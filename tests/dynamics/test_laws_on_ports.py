@@ -29,7 +29,7 @@ LAWS = {
     "BumpStop": F.BumpStop(900.0, lower=0.2, upper=0.4, exponent=2.0, damping=0.5),
     "CoulombFriction": F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.1, viscous=0.2),
     "Actuator": F.Actuator(oil),
-    "PD": F.PD(F.Harmonic(mean=0.6, amplitude=0.1, frequency=2.0), kp=30.0, kd=2.0),
+    "PD": F.PD(F.Harmonic(mean=0.6, amplitude=0.1, omega=2.0), kp=30.0, kd=2.0),
 }
 SOURCES = ("Actuator", "PD")
 

@@ -106,6 +106,6 @@ def test_light_and_heavy_loops_move_alike(ratio):
     system = two_loops(ratio)
     _, B, D = four_bar_angles(0.7)
     guess = {f"{n}{k}": v for k in range(2) for n, v in (("A", 0.7), ("B", B), ("D", D))}
-    state = mbs.State.at(system, {"A0": 0.7, "A1": 0.7}, rates={"A0": 2.0, "A1": 2.0}, guess=guess)
+    state = mbs.State.at(system, {"A0": 0.7, "A1": 0.7}, velocities={"A0": 2.0, "A1": 2.0}, guess=guess)
     heavy, light = np.asarray(mbs.forward_dynamics(system, state)[0]).reshape(2, 3)
     np.testing.assert_allclose(heavy, light, rtol=1e-8)

@@ -25,7 +25,7 @@ def pendulum():
     b.joint("pin", PIN, "ground", "rod", parent_frame=turn, child_frame=turn)
     b.force("spring", mbs.SpringDamper(stiffness=3.0), joint="pin")
     system = b.build()
-    return system, mbs.State.at(system, pin=0.4, rates={"pin": 1.5})
+    return system, mbs.State.at(system, pin=0.4, velocities={"pin": 1.5})
 
 
 def test_pendulum_in_closed_form(pendulum):
@@ -169,7 +169,7 @@ def test_the_bonds_of_a_system_have_its_reactions():
     """A four-bar with a spring in a pin, in motion: 18 equations of rank 17, three reactions open, one freedom."""
     system = four_bar(stiffness=3.0, load=5.0)
     _, B, D = four_bar_angles(0.7)
-    state = mbs.State.at(system, A=0.7, rates={"A": 2.0}, guess={"B": B, "D": D})
+    state = mbs.State.at(system, A=0.7, velocities={"A": 2.0}, guess={"B": B, "D": D})
     loads = mbs.reactions(system, state, frame="joint")
     bonds, needed = mbs.reaction_bonds(system, state)
     found = mbs.statics.bond_reactions(bonds, needed)
@@ -334,7 +334,7 @@ def test_joint_forces_of_pinocchio(random_tree):
 
 def test_reactions_along_a_motion_are_those_of_its_states(pendulum):
     system, state = pendulum
-    second = mbs.State.at(system, pin=-0.9, rates={"pin": 0.2})
+    second = mbs.State.at(system, pin=-0.9, velocities={"pin": 0.2})
     states = jax.tree.map(lambda *x: jnp.stack(x), state, second)
     together = mbs.reactions(system, states)
     assert together["pin"].force.shape == (2, 3)

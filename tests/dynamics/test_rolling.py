@@ -63,7 +63,9 @@ def test_a_ball_on_a_turntable_goes_in_circles_at_two_sevenths_of_its_rate():
     start = np.array([0.1, 0.0])
     contact = rate * np.array([0.0, 0.5])  # velocity of the table there; omega x (-r z) = contact - start
     spin = np.array([(contact - start)[1], -(contact - start)[0], 0.0]) / 0.2
-    state = mbs.State.at(system, free=upright((0.5, 0.0, 0.2)), rates={"free": np.concatenate([start, [0.0], spin])})
+    state = mbs.State.at(
+        system, free=upright((0.5, 0.0, 0.2)), velocities={"free": np.concatenate([start, [0.0], spin])}
+    )
     period = 2 * np.pi / (2.0 / 7.0 * rate)
     motion = mbs.simulate(system, state, ts=np.array([period / 4, period]), rtol=1e-11, atol=1e-11)
     velocity = np.asarray(jax.vmap(lambda s: mbs.velocity(system, s, "ball"))(motion.states))
@@ -77,7 +79,7 @@ def test_a_leaning_disk_keeps_its_energy_over_a_hundred_turns():
     turned = (np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)
     state = mbs.State.at(system, free=upright((0.0, 0.0, 0.3 * np.cos(lean)), turned))
     rates = rolling_rates(system, state, np.array([0.1, 6.0, 0.5]))
-    state = mbs.State.at(system, free=state.coordinates, rates={"free": rates})
+    state = mbs.State.at(system, free=state.coordinates, velocities={"free": rates})
     motion = mbs.simulate(system, state, t1=100 * 2 * np.pi / 6.0)
     accounts = motion.diagnostics
     total = accounts.kinetic + accounts.potential
@@ -98,7 +100,7 @@ def test_a_disk_rolls_steadily_on_a_circle():
     spin = (diameter * precession * np.sin(lean) - m * G * r * np.sin(lean) / normal) / (axle + m * r**2)
     state = mbs.State.at(system, free=place)
     rates = rolling_rates(system, state, np.array([0.0, spin, normal]))
-    state = mbs.State.at(system, free=place, rates={"free": rates})
+    state = mbs.State.at(system, free=place, velocities={"free": rates})
     motion = mbs.simulate(system, state, t1=2.0, rtol=1e-10, atol=1e-10)
     np.testing.assert_allclose(motion.states.coordinates[:, 2], r * np.cos(lean), atol=1e-8)
 
@@ -113,7 +115,7 @@ def test_a_blade_as_rows_of_the_user():
         b.joint("plane", mbs.Planar(), "ground", "sleigh")
         b.constraint("blade", law, between=between)
         system = b.build()
-        state = mbs.State.at(system, plane=np.zeros(3), rates={"plane": np.array((1.0, 0.0, 2.0))})
+        state = mbs.State.at(system, plane=np.zeros(3), velocities={"plane": np.array((1.0, 0.0, 2.0))})
         ends.append(mbs.simulate(system, state, t1=1.0).states.coordinates[-1])
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
@@ -194,7 +196,7 @@ def test_a_cart_with_steered_wheels_turns_about_the_axles_meeting_point():
     system = cart(steer)
     assert system.topology.mobility == 1
     assert system.topology.analysis.redundant > 0
-    state = mbs.State.at(system, free=upright((0.0, 0.0, 0.1)), rates={"rear_left": np.array(10.0)})
+    state = mbs.State.at(system, free=upright((0.0, 0.0, 0.1)), velocities={"rear_left": np.array(10.0)})
     centre = np.array([-0.4, 0.8 / np.tan(steer)])
     turning = float(mbs.angular_velocity(system, state, "cart")[2])
     velocity = np.asarray(mbs.velocity(system, state, "cart"))[:2]

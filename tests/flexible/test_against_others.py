@@ -134,7 +134,7 @@ def test_flapping_of_a_rotating_beam():
     others = np.setdiff1d(np.asarray(system.topology.analysis.independent), [column])
     published = {2.0: (4.1373, 3.6218), 6.0: (7.3604, 4.2632)}
     for speed, (flap, chord) in published.items():
-        start = mbs.State.at(system, rates={"root": speed / UNIT})
+        start = mbs.State.at(system, velocities={"root": speed / UNIT})
         steady = mbs.equilibrium(system, start, moving=("root",))
         M = np.asarray(mbs.mass_matrix(system, steady.state))[np.ix_(others, others)]
         K = np.asarray(steady.stiffness)[np.ix_(others, others)]

@@ -31,7 +31,7 @@ def outcome(design):
     b.joint("tip", mbs.Weld(), "arm.2", "tool")
     system = b.build()
     start = {"hub": 0.3, "arm.2": jnp.array([1e-5, 2e-3, 3e-3])}
-    state = mbs.State.at(system, start, rates={"hub": 5.0})
+    state = mbs.State.at(system, start, velocities={"hub": 5.0})
     motion = mbs.simulate(system, state, ts=jnp.array([1e-4]), dt=2e-5, solver=diffrax.Euler())
     last = jax.tree.map(lambda x: x[-1], motion.states)
     hub = mbs.reactions(system, last)["hub"]

@@ -32,7 +32,7 @@ def turning(t):
 LAWS = {
     "force": F.Force(VECTOR),
     "follower": F.Force((1.0, 2.0, 3.0), axes="body"),
-    "signal": F.Force(F.Harmonic(amplitude=[1.0, 2.0, 3.0], frequency=4.0)),
+    "signal": F.Force(F.Harmonic(amplitude=[1.0, 2.0, 3.0], omega=4.0)),
     "function": F.Force(turning),
     "torque": F.Torque(VECTOR, axes="body"),
     "wrench": F.Wrench(drag),

@@ -14,7 +14,7 @@ SIGNALS = {
     "constant": F.Constant(2.0),
     "ramp": F.Ramp(1.0, -0.5),
     "harmonic": F.Harmonic(0.1, 2.0, 3.0, 0.4),
-    "vector": F.Harmonic(amplitude=[1.0, 2.0, 0.0], frequency=2.0),
+    "vector": F.Harmonic(amplitude=[1.0, 2.0, 0.0], omega=2.0),
     "polynomial": F.Polynomial([1.0, -2.0, 0.5, 0.3]),
     "step": F.Step(0.2, 0.9, -1.0, 2.0),
     "spline": F.Spline(TIMES, VALUES),

@@ -65,15 +65,15 @@ def test_unassemblable_names_the_joint_that_stays_open(system):
 
 def test_contradicting_rates_are_refused(system):
     B, D = four_bar_angles(0.7)[1:]
-    with pytest.raises(mbs.AssemblyError, match="rates held contradict"):
-        mbs.State.at(system, A=0.7, rates={"A": 1.0, "D": -3.0}, guess={"B": B, "D": D})
+    with pytest.raises(mbs.AssemblyError, match="velocities held contradict"):
+        mbs.State.at(system, A=0.7, velocities={"A": 1.0, "D": -3.0}, guess={"B": B, "D": D})
 
 
 def test_rates_follow_the_closed_form(system):
     h = 1e-6
     slope = (four_bar_angles(0.7 + h) - four_bar_angles(0.7 - h)) / (2 * h)
-    state = mbs.State.at(system, A=0.7, rates={"A": 2.0}, guess=GUESS)
-    rates = system.rates(state)
+    state = mbs.State.at(system, A=0.7, velocities={"A": 2.0}, guess=GUESS)
+    rates = system.velocities(state)
     np.testing.assert_allclose([rates[n] for n in ("A", "B", "D")], 2.0 * slope, atol=1e-8)
     np.testing.assert_allclose(mbs.constraint_jacobian(system, state) @ state.velocities, 0.0, atol=1e-12)
 

@@ -24,7 +24,7 @@ def four_bar():
 def loop():
     system = systems.spatial_loop()
     guess = {"cross": (0.2, -0.3), "elbow": (0.1, 0.4)}
-    return system, mbs.State.at(system, cross=(0.2, -0.3), rates={"cross": (0.7, -0.4)}, guess=guess)
+    return system, mbs.State.at(system, cross=(0.2, -0.3), velocities={"cross": (0.7, -0.4)}, guess=guess)
 
 
 @pytest.fixture(scope="module")

@@ -108,12 +108,10 @@ def test_modal_damping_as_printed():
     ratios = jnp.linspace(0.01, 0.05, 8)
     omega = jnp.array([2.0, 21.0, 70.0])
     printed = modal_receptance(
-        modes.angular_frequencies, modes.shapes[np.array(OUT)], modes.shapes[np.array(INTO[:2])], omega, ratios
+        modes.omega, modes.shapes[np.array(OUT)], modes.shapes[np.array(INTO[:2])], omega, ratios
     )
     np.testing.assert_allclose(receptance(K, M, omega, OUT, INTO[:2], modal(K, M, ratios)), printed, rtol=1e-8)
-    varying = modal_receptance(
-        modes.angular_frequencies, modes.shapes[:2], modes.shapes[:2], omega, jnp.tile(ratios, (3, 1))
-    )
+    varying = modal_receptance(modes.omega, modes.shapes[:2], modes.shapes[:2], omega, jnp.tile(ratios, (3, 1)))
     assert varying.shape == (3, 2, 2)
 
 

@@ -38,7 +38,7 @@ def test_chain(ends):
     modes = natural_modes(*chain(n, k, m, ends))
     j = np.arange(1, n + 1)
     angle = j * np.pi / (2 * (n + 1)) if ends == 2 else (2 * j - 1) * np.pi / (2 * (2 * n + 1))
-    np.testing.assert_allclose(modes.angular_frequencies, 2 * np.sqrt(k / m) * np.sin(angle), rtol=1e-9)
+    np.testing.assert_allclose(modes.omega, 2 * np.sqrt(k / m) * np.sin(angle), rtol=1e-9)
     shapes = np.sin(np.outer(j, 2 * angle))
     np.testing.assert_allclose(mode_ratios(modes), shapes / shapes[:1], rtol=1e-9, atol=1e-9)
 
@@ -49,7 +49,7 @@ def test_beam(fixed, expected):
     modes = natural_modes(*beam(110, fixed=fixed))
     assert modes.num_rigid == 2 - fixed
     elastic = modes.part(slice(modes.num_rigid, modes.num_rigid + 4))
-    np.testing.assert_allclose(jnp.sqrt(elastic.angular_frequencies), expected, rtol=1e-7)
+    np.testing.assert_allclose(jnp.sqrt(elastic.omega), expected, rtol=1e-7)
 
 
 def test_effective_masses_sum_to_the_mass():
@@ -173,7 +173,7 @@ def test_proportional_and_modal_damping():
     a, b = proportional_from_ratios((1.0, 0.02), (3.0, 0.05))
     K, M = chain(6, 2.0, 1.5)
     modes = natural_modes(K, M)
-    w = np.asarray(modes.angular_frequencies)
+    w = np.asarray(modes.omega)
     found = complex_modes(K, proportional(K, M, a, b), M)
     np.testing.assert_allclose(found.damping_ratios[::2], a / (2 * w) + b * w / 2, rtol=1e-8)
     np.testing.assert_allclose(found.roots[::2].imag, damped_frequency(w, a / (2 * w) + b * w / 2), rtol=1e-8)

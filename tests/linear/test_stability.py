@@ -30,7 +30,7 @@ def test_negative_stiffness_is_marked():
     """Imaginary frequencies carry a minus, in jit and in a batch too; zero between them is rigid."""
     modes = natural_modes(BUCKLED, jnp.eye(3))
     assert modes.is_unstable.tolist() == [True, False, False] and modes.num_rigid == 0
-    np.testing.assert_allclose(modes.angular_frequencies, [-(0.5**0.5), 1.0, 2.0**0.5], rtol=1e-14)
+    np.testing.assert_allclose(modes.omega, [-(0.5**0.5), 1.0, 2.0**0.5], rtol=1e-14)
     batch = jax.jit(jax.vmap(lambda k: natural_modes(jnp.diag(k), jnp.eye(3))))
     found = batch(jnp.array([[-0.5, 0.0, 2.0], [0.0, 0.0, 1.0], [-1.0, -1.0, 0.0]]))
     assert found.is_unstable.tolist() == [[True, False, False], [False] * 3, [True, True, False]]
@@ -47,7 +47,7 @@ def test_derivatives_of_frequencies():
     """At zero, at repeated values and across zero: finite, and those of the roots where there are some."""
 
     def frequencies(k):
-        return natural_modes(jnp.diag(k), jnp.eye(4)).angular_frequencies
+        return natural_modes(jnp.diag(k), jnp.eye(4)).omega
 
     slopes = jax.jit(jax.jacrev(frequencies))(jnp.array([-4.0, 0.0, 1.0, 1.0]))
     assert np.all(np.isfinite(slopes))

@@ -59,7 +59,7 @@ def test_base_that_jumps():
     K, M = chain(1, 4.0, 1.0, 1)
     modes = natural_modes(K, M)
     load = base_load(M, jnp.ones((1, 1)), 3.0 * jnp.ones((1, 41)))
-    motion = modal_motion(modes.angular_frequencies, 0.0, (modes.shapes.T @ load).T, np.pi / 40)
+    motion = modal_motion(modes.omega, 0.0, (modes.shapes.T @ load).T, np.pi / 40)
     x = motion.displacement @ modes.shapes.T
     np.testing.assert_allclose(x[:, 0], -0.75 * (1 - np.cos(2 * np.pi / 40 * np.arange(41))), atol=1e-12)
 

@@ -38,7 +38,7 @@ QUESTIONS = [
     lambda system, state: mbs.acceleration(system, state, "bar"),
     lambda system, state: mbs.jacobian(system, state, "bar"),
     lambda system, state: system.coordinates(state),
-    lambda system, state: system.rates(state),
+    lambda system, state: system.velocities(state),
 ]
 
 

@@ -71,7 +71,7 @@ def started():
         "top_free": np.r_[0.1, 0.2, 3.0, SPIN],
         "roped_plane": _planar_rate(0.5, 0.3),
     }
-    return system, mbs.State.at(system, values, rates=rates, guess={"up": 0.16})
+    return system, mbs.State.at(system, values, velocities=rates, guess={"up": 0.16})
 
 
 def _coordinates_of(*joints):

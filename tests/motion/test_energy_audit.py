@@ -56,7 +56,7 @@ def declare():
 def motion():
     system = declare()
     rates = {"first": 3.0, "second": 0.5, "tail": (1.0, -0.5), "mounted": (0.3, 0.0, 0.0, 1.0, 2.0, 0.0)}
-    state = mbs.State.at(system, rates=rates)
+    state = mbs.State.at(system, velocities=rates)
     return mbs.simulate(system, state, ts=jnp.linspace(0.0, 0.6, 7), rtol=1e-10, atol=1e-10)
 
 

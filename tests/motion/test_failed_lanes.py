@@ -9,7 +9,7 @@ import jaxmbs as mbs
 from jaxmbs.motion import motion as codes
 from tests.mechanisms import four_bar
 
-HELD = {"rates": {"A": 1.0}, "guess": {"B": -0.4, "D": 1.4}}
+HELD = {"velocities": {"A": 1.0}, "guess": {"B": -0.4, "D": 1.4}}
 GOOD, SHORT = (0.85, 0.9, 0.95), 0.2  # couplers that close at A = 2.5, and one that does not
 
 

@@ -64,7 +64,7 @@ def one_step(system, state, solver):
 def test_one_step_is_symplectic_and_reversible(double_pendulum, solver):
     """D^T J D = J and phi(-h, phi(h, x)) = x to rounding, at a coarse step; not so for Dopri8."""
     system, _ = double_pendulum
-    state = mbs.State.at(system, shoulder=1.0, elbow=0.5, rates={"shoulder": 2.0, "elbow": -3.0})
+    state = mbs.State.at(system, shoulder=1.0, elbow=0.5, velocities={"shoulder": 2.0, "elbow": -3.0})
     is_dopri8 = solver is diffrax.Dopri8
     step, x = one_step(system, state, solver(scan_kind="lax") if is_dopri8 else solver())
     h = jnp.asarray(0.15)
@@ -102,7 +102,7 @@ def test_stiff_linear_system(solver):
     """Steps of 16 radians: Newton's method yields the Pade approximant; fixed-point iteration fails and says so."""
     k, c, m, h = 5e4, 2.0, 2.0, 0.1
     system = oscillator(k, c)
-    start = mbs.State.at(system, slide=1.0, rates={"slide": -3.0})
+    start = mbs.State.at(system, slide=1.0, velocities={"slide": -3.0})
     options = {"ts": [5 * h], "dt": h, "gradient": "forward"}
     motion = mbs.simulate(system, start, solver=solver(newton=True), **options)
     R = pade(h * np.array([[0.0, 1.0], [-k / m, -c / m]]), ORDER[solver])
@@ -117,7 +117,7 @@ def test_stiff_linear_system(solver):
 def test_between_steps(solver):
     """Under a constant force both methods and their dense output are exact; the work account too."""
     system = oscillator(0.0, 0.0, force=3.0)
-    start = mbs.State.at(system, slide=1.0, rates={"slide": -3.0})
+    start = mbs.State.at(system, slide=1.0, velocities={"slide": -3.0})
     t = np.array([0.0, 0.07, 0.1, 0.23, 0.5])
     motion = mbs.simulate(system, start, ts=t, dt=0.1, solver=solver(), gradient="forward")
     travel = -3.0 * t + 0.75 * t**2

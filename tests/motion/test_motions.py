@@ -58,7 +58,7 @@ def test_a_stiff_spring_needs_few_steps_of_an_implicit_solver():
     b.joint("slide", mbs.Prismatic(axis="x"), "ground", "mass")
     b.force("mount", mbs.SpringDamper(stiffness=1e6, damping=1e6), joint="slide")
     system = b.build()
-    state = mbs.State.at(system, slide=1.0, rates={"slide": 0.0})
+    state = mbs.State.at(system, slide=1.0, velocities={"slide": 0.0})
     motion = mbs.simulate(system, state, ts=jnp.array([0.5, 1.0]), solver=diffrax.Kvaerno5(), rtol=1e-8, atol=1e-10)
     slow = (-1e6 + np.sqrt(1e12 - 4e6)) / 2
     fast = -1e6 - slow
@@ -72,7 +72,7 @@ def test_a_stiff_spring_needs_few_steps_of_an_implicit_solver():
 def test_slider_crank_turns_through_dead_centre():
     """Many turns; the energy after 3 s is that of the start."""
     system = models.slider_crank()
-    state = mbs.State.at(system, main=0.4, rates={"main": 30.0}, guess=models.slider_crank_guess(0.4))
+    state = mbs.State.at(system, main=0.4, velocities={"main": 30.0}, guess=models.slider_crank_guess(0.4))
     motion = mbs.simulate(system, state, ts=jnp.linspace(0.5, 3.0, 6))
     turns = float(motion.states.coordinates[-1, 0]) / (2 * np.pi)
     assert turns > 10
@@ -112,7 +112,7 @@ def test_batches_of_designs_and_states_are_single_runs(loop):
     def last(crank, angle):
         lengths = (1.0, crank, 0.9, 0.7)
         system = four_bar(lengths, stiffness=3.0, load=2.0, like=like)
-        state = mbs.State.at(system, A=angle, rates={"A": 2.0}, guess={"B": -0.3, "D": 1.5})
+        state = mbs.State.at(system, A=angle, velocities={"A": 2.0}, guess={"B": -0.3, "D": 1.5})
         motion = mbs.simulate(system, state, ts=jnp.array([0.1]), **STEPS)
         return motion.states.coordinates[0], motion.diagnostics.energy_residual[0], motion.result
 

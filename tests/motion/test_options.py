@@ -23,7 +23,7 @@ def falling(load=None):
 @pytest.fixture(scope="module")
 def ball():
     system = falling()
-    return system, mbs.State.at(system, fall=5.0, rates={"fall": 1.0})
+    return system, mbs.State.at(system, fall=5.0, velocities={"fall": 1.0})
 
 
 class Unusable:

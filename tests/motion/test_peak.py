@@ -88,7 +88,7 @@ def test_ball_and_spinning_bob():
     """A ball joint's state between saved times is that of a dense simulation."""
     system = pendulum(joint=mbs.Spherical())
     turn = np.r_[np.cos(0.6), np.sin(0.6), 0.0, 0.0]
-    start = mbs.State.at(system, A=turn, rates={"A": (0.3, 1.0, 0.5)})
+    start = mbs.State.at(system, A=turn, velocities={"A": (0.3, 1.0, 0.5)})
     motion = mbs.simulate(system, start, ts=jnp.linspace(0.0, 1.0, 21), **TIGHT)
     found = jax.jit(lambda m: mbs.peak(system, m, lambda s: support(system, s)))(motion)
     dense = mbs.simulate(system, start, ts=jnp.reshape(found.time, 1), **TIGHT).states

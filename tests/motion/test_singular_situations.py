@@ -37,7 +37,7 @@ def cannot_be_assembled():
 
 def held_rates_contradict():
     system, guess = loop_at()
-    return mbs.State.at(system, A=0.7, guess=guess, rates={"A": 1.0, "D": -5.0})
+    return mbs.State.at(system, A=0.7, guess=guess, velocities={"A": 1.0, "D": -5.0})
 
 
 def loop_that_never_closes():
@@ -103,7 +103,7 @@ def disk_laid_flat():
 
 RAISING = [
     (cannot_be_assembled, mbs.AssemblyError, "cannot be assembled.*\n.*C"),
-    (held_rates_contradict, mbs.AssemblyError, "rates held contradict.*\n.*C"),
+    (held_rates_contradict, mbs.AssemblyError, "velocities held contradict.*\n.*C"),
     (loop_that_never_closes, mbs.ModelError, "cannot be closed.*C"),
     (branch_without_inertia, mbs.ModelError, "needle moves no inertia"),
     (point_mass_spun_about_itself, mbs.ModelError, "spin moves no inertia"),

@@ -1,0 +1,85 @@
+"""What used to be accepted and gave wrong numbers in silence: now an error, or right."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.elements import PointMass, Rod
+from jaxmbs.elements.base import number
+from jaxmbs.fem import Structure, assemble, assemble_dense
+from jaxmbs.linear import LinearSystem
+
+
+class Strut(Rod):
+    """A user's element that damps, by a field of any name."""
+
+    oil: jnp.ndarray = eqx.field(converter=number, default=0.0)
+
+    def damping(self, nodes):
+        return self.oil * self.stiffness(nodes)
+
+
+class Drag(mbs.AbstractScalarLaw):
+    """A user's law whose fields are named like others' and mean something else."""
+
+    damping: jnp.ndarray = eqx.field(converter=number, default=0.0)
+    power: jnp.ndarray = eqx.field(converter=number, default=3.0)
+
+    def effort(self, x, v, t):
+        return -self.power * v * jnp.abs(v)
+
+
+def strut():
+    nodes = {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0)}
+    parts = {"strut": (Strut(1.0, 1.0, oil=5.0), [("a", "b")]), "mass": (PointMass(2.0), [("b",)])}
+    return Structure(nodes, parts, held={"a": "all", "b": "y z rx ry rz"})
+
+
+def test_matrices_in_the_wrong_order():
+    with pytest.raises(TypeError, match="positional"):
+        LinearSystem(*assemble_dense(strut()))
+
+
+def test_damping_of_a_users_element():
+    system = assemble(strut())
+    np.testing.assert_allclose(system.stiffness, [[1.0]])
+    np.testing.assert_allclose(system.damping, [[5.0]])
+
+
+def pendulum(law):
+    b = mbs.SystemBuilder()
+    b.body("bob", mass=1.0, com=(0.0, 0.0, -1.0))
+    b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+    b.force("law", law, joint="pin")
+    return b.build()
+
+
+@pytest.mark.parametrize(
+    ("law", "ports"),
+    [
+        (Drag(), {"R:law"}),
+        (mbs.SpringDamper(stiffness=2.0), {"C:law"}),
+        (mbs.SpringDamper(damping=2.0), {"R:law"}),
+        (mbs.SpringDamper(stiffness=2.0, damping=1.0), {"C:law", "R:law"}),
+    ],
+    ids=["drag", "spring", "damper", "both"],
+)
+def test_one_ports_of_a_law(law, ports):
+    graph = mbs.bond_graph(pendulum(law), "inertia")
+    assert {e.name for e in graph.elements if e.name in ("C:law", "R:law", "Se:law")} == ports
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda system: mbs.State.at(system, rates={"pin": 1.0}),
+        lambda system: mbs.forces.Harmonic(frequency=2.0),
+        lambda system: mbs.linear.modal_motion(frequencies=jnp.ones(1), ratios=0.0, loads=jnp.ones((3, 1)), step=0.1),
+    ],
+    ids=["rates", "Harmonic", "modal_motion"],
+)
+def test_words_that_meant_two_things_are_gone(call):
+    with pytest.raises((TypeError, mbs.ModelError)):
+        call(pendulum(Drag()))

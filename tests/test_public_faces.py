@@ -1,0 +1,136 @@
+"""The public face of every room is this list: a name that comes or goes is a decision, not an accident."""
+
+import importlib
+import pydoc
+
+import pytest
+
+FACES = {
+    "jaxmbs.dynamics": """
+        JointReaction Reactions acceleration angular_acceleration compliance_effort forward_dynamics
+        generalised_momentum gravity_effort gyristor_field independent_rates inertia_field inverse_dynamics
+        kinetic_energy mass_matrix potential_energy reaction_bonds reactions resistance_effort
+        resistance_field source_effort state_equations total_effort unconstrained_twist
+    """,
+    "jaxmbs.kinematics": """
+        Kic SecondKic State angular_velocity body_kic constraint_jacobian constraint_residual internal_kic
+        internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second point_kic position
+        rotation velocity
+    """,
+    "jaxmbs.joints": """
+        AbstractClosure AbstractJoint Coupler Cylindrical Distance Free KnifeEdge Planar PointOnLine
+        PointOnPlane Prismatic Revolute RollingDisk RollingSphere Rows Screw Spherical Universal
+        VelocityRows Weld
+    """,
+    "jaxmbs.elements": """
+        AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
+    """,
+    "jaxmbs": """
+        dynamics io kinematics viz
+        AbstractBodyLaw AbstractClosure AbstractJoint AbstractLaw AbstractPoseLaw AbstractScalarLaw
+        AbstractSignal AbstractSystemLaw Actuator AssemblyError Batch BatchError BumpStop Bushing Constant
+        CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force Free Gauss4
+        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Linearisation ModelError Motion PD Peak Planar
+        PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute RollingDisk RollingSphere
+        Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State StateSpace Step
+        System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld Wrench acceleration
+        analysis angular_acceleration angular_velocity batch blocksparse bond_graph bond_powers cache
+        constraint_jacobian constraint_residual coupling elements equilibrium experiment export fem flexible
+        forces forward_dynamics frequency_response inertia inverse_dynamics jacobian jit joints kic kic_rate
+        kic_second kinetic_energy linear linearise load_program mass_matrix minimise modes peak point_kic
+        position potential_energy reaction_bonds reactions reductions report_compiles rotation simulate
+        statics stiffness velocity
+    """,
+    "jaxmbs.analysis": """
+        Equilibrium Linearisation Modes StateSpace Stiffness elastic_stiffness equilibrium
+        frequency_response linearise modes stiffness
+    """,
+    "jaxmbs.blocksparse": """
+        BlockMatrix BlockOperator BlockSolver Factor Pattern Plan analyse assemble factor inertia is_finite
+        log_determinant solve solve_once
+    """,
+    "jaxmbs.bondgraph": """
+        bond_graph bond_powers junction_residual state_equations
+    """,
+    "jaxmbs.builder": """
+        SystemBuilder
+    """,
+    "jaxmbs.coupling": """
+        Assembly BaseMotion Bond BondForces Components CoupledResponse Determinacy Link ModalPairs Network
+        Reactions Transient base_motion bushing connect couple cqc_correlation dual_response elastic_bond
+        equivalent_impulse interface_pattern interface_reactions join joint limit_loads modal_pairs
+        modal_transient peak_response redundancy rigid shortfall stacked transient
+    """,
+    "jaxmbs.demo": """
+        run
+    """,
+    "jaxmbs.design": """
+        Batch History Optimum batch minimise
+    """,
+    "jaxmbs.experiment": """
+        TransferFunctions VirtualPoint coherence_variance couple decouple flexible_channels free_response
+        interface_forces mean_of_repeats measured_stiffness noise_variance noisy nonlinearity propagate
+        propagate_scalar regular_inverse remove_stiffness rigid_channels sweep_phase swept_amplitudes
+        swept_variance uncoupled virtual_point
+    """,
+    "jaxmbs.fem": """
+        Coordinates Group Structure assemble assemble_blocks assemble_dense body_load collect element_forces
+        element_matrices element_stresses histories line_load nodal_load node_pattern pressure_load spread
+    """,
+    "jaxmbs.flexible": """
+        FloatingFrame carried_loads deformations displacements floating_frame interface_loads
+        mass_properties
+    """,
+    "jaxmbs.forces": """
+        AbstractBodyLaw AbstractLaw AbstractPoseLaw AbstractScalarLaw AbstractSignal AbstractSystemLaw
+        Actuator BumpStop Bushing Constant CoulombFriction Force GeneralisedEffort Harmonic PD Polynomial
+        Ramp Spline SpringDamper Step Table Torque Wrench
+    """,
+    "jaxmbs.io": """
+        read_dmig read_matrix_market read_op4 read_uff write_uff
+    """,
+    "jaxmbs.linear": """
+        Check ComplexModes LinearSystem ModalMotion Modes StaticResponse accelerance acceleration_gain
+        base_load block_matrices check complex_modes constraint_modes coupled damped_frequency
+        dense_response direct_response effective_masses gain_from_mobility generalised_stiffness
+        interface_basis lowest_modes mac mobility mobility_from_gain modal modal_motion modal_receptance
+        modal_response mode_ratios natural_modes oscillations participation partition proportional
+        proportional_from_ratios receptance rigid_motions static_response structural superpose track
+        transmissibility viscous_receptance
+    """,
+    "jaxmbs.model": """
+        Pose System Topology
+    """,
+    "jaxmbs.motion": """
+        Diagnostics Gauss4 ImplicitMidpoint Motion Peak SemiImplicitEuler peak simulate
+    """,
+    "jaxmbs.reductions": """
+        Reduced averaged_motion averaged_transformation characteristic characteristic_modes craig_bampton
+        craig_bampton_sparse craig_chang determinate_coordinates element_loads fixed_interface_modes
+        force_errors frequency_errors guyan harmonic hurty interface_forces large_craig_bampton macneal
+        mixed mode_acceleration mode_acceleration_free mode_displacement num_modes_up_to on_interface
+        physical reduce rigid_body_motions rigid_node rigid_transformation rubin support_motions
+    """,
+    "jaxmbs.statics": """
+        BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions
+        reaction_family reaction_matrix redundancy with_redundancy
+    """,
+    "jaxmbs.viz": """
+        draw_bond_graph plot_coordinates plot_energy plot_limit_values plot_mechanism plot_power
+        plot_reactions
+    """,
+}
+
+
+@pytest.mark.parametrize("room", FACES)
+def test_face(room):
+    module = importlib.import_module(room)
+    assert sorted(module.__all__) == sorted(FACES[room].split())
+    assert all(hasattr(module, name) for name in module.__all__)
+
+
+@pytest.mark.parametrize("room", ["jaxmbs", "jaxmbs.viz", "jaxmbs.linear"])
+def test_help_lists_its_functions(room):
+    text = pydoc.plain(pydoc.render_doc(importlib.import_module(room)))
+    functions = [name for name in FACES[room].split() if callable(getattr(importlib.import_module(room), name))]
+    assert all(name in text for name in functions)
