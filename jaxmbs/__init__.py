@@ -80,8 +80,8 @@ from .joints import (
     Weld,
 )
 from .kinematics.constraints import constraint_jacobian, constraint_residual
-from .kinematics.kic import kic
-from .kinematics.kic_second import kic_rate, kic_second, point_kic
+from .kinematics.influence import kic
+from .kinematics.influence_second import kic_rate, kic_second, point_kic
 from .kinematics.points import angular_velocity, jacobian, position, rotation, velocity
 from .kinematics.state import State
 from .math.compile_notes import report_compiles

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from jaxmbs.dynamics.hamiltonian import canonical_rate, element_powers, tree_mass
-from jaxmbs.kinematics.kic import independent_columns
+from jaxmbs.kinematics.influence import independent_columns
 from jaxmbs.kinematics.poses import coordinate_rate, node_parameters
 
 from .random_systems import after, build, random_inertia, random_links, random_pose, random_state

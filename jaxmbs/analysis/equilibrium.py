@@ -11,8 +11,8 @@ from ..checks import known, no_such
 from ..dynamics.elastic import total_mass
 from ..errors import ModelError, SimulationError
 from ..kinematics import constraints
-from ..kinematics.kic import independent_columns, velocity_map
-from ..kinematics.kic_second import along_independent
+from ..kinematics.influence import independent_columns, velocity_map
+from ..kinematics.influence_second import along_independent
 from ..kinematics.poses import geometry, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..math import lapack, square

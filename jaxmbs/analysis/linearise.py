@@ -16,7 +16,7 @@ from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import forward_dynamics, node_accelerations, node_motion, required_efforts
 from ..dynamics.ports import resistance_at
 from ..kinematics import constraints
-from ..kinematics.kic import independent_columns, motion_map, position_map, velocity_map_at
+from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map_at
 from ..kinematics.poses import coordinate_rate, geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..math import square

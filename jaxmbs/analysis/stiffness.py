@@ -12,8 +12,8 @@ from jaxtyping import Array, Float
 from ..dynamics.efforts import stored_wrench
 from ..dynamics.elastic import elastic_body_stiffness
 from ..dynamics.ports import efforts_at_rest
-from ..kinematics.kic import velocity_map
-from ..kinematics.kic_second import along_independent
+from ..kinematics.influence import velocity_map
+from ..kinematics.influence_second import along_independent
 from ..kinematics.poses import geometry, node_parameters
 from ..math.linalg import direction, safe_norm, skew
 from ..model.question import question

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..checks import known
 from ..kinematics.assembly import assembled
-from ..kinematics.kic import velocity_map
+from ..kinematics.influence import velocity_map
 from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..math.jit import jit

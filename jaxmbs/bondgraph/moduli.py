@@ -13,7 +13,7 @@ from jaxtyping import Array
 from ..dynamics.efforts import efforts, gravity_wrench, stored_wrench
 from ..dynamics.newton_euler import node_motion
 from ..kinematics import constraints
-from ..kinematics.kic import independent_columns
+from ..kinematics.influence import independent_columns
 from ..kinematics.poses import Geometry, body_frame, coordinate_rate, frame_twists, geometry, node_inertias
 from ..kinematics.tree import subtrees
 from ..math.jit import jit

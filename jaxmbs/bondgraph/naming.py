@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics.kic import dependent_columns, independent_columns
+from ..kinematics.influence import dependent_columns, independent_columns
 from ..model.system import System
 from .moduli import Numbers
 from .views import joint_junction, root_sizes

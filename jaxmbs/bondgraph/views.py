@@ -10,7 +10,7 @@ import jax
 from ..checks import present
 from ..dynamics.elastic import refuse_elastic
 from ..errors import ModelError
-from ..kinematics.kic import dependent_columns
+from ..kinematics.influence import dependent_columns
 from ..model.system import System
 from .elements import Bond, Element
 from .graph import BondGraph

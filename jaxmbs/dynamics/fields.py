@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics.kic import body_kic, velocity_map
-from ..kinematics.kic_second import along_independent, body_kic_second
+from ..kinematics.influence import body_kic, velocity_map
+from ..kinematics.influence_second import along_independent, body_kic_second
 from ..kinematics.poses import coordinate_rate, frame_poses, geometry, node_parameters, node_poses
 from ..math.spd import spd_solve
 from ..model.question import check_fits, question

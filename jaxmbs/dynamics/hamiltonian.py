@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from ..kinematics import constraints
 from ..kinematics.elastic import mass_matrix
-from ..kinematics.kic import velocity_map
+from ..kinematics.influence import velocity_map
 from ..kinematics.poses import (
     coordinate_rate,
     first_place,

@@ -6,7 +6,7 @@
 import jax
 import jax.numpy as jnp
 
-from ..kinematics.kic import body_kic_at, velocity_map, velocity_map_at
+from ..kinematics.influence import body_kic_at, velocity_map, velocity_map_at
 from ..kinematics.points import jacobian, locate, position
 from ..kinematics.poses import coordinate_rate, geometry, node_parameters
 from ..kinematics.tree import subtrees

@@ -1,8 +1,15 @@
 """Kinematics of mechanisms: states, constraints, influence coefficients, points."""
 
 from .constraints import constraint_jacobian, constraint_residual
-from .kic import Kic, body_kic, internal_kic, kic
-from .kic_second import SecondKic, internal_kic_second, internal_kic_second_printed, kic_rate, kic_second, point_kic
+from .influence import Kic, body_kic, internal_kic, kic
+from .influence_second import (
+    SecondKic,
+    internal_kic_second,
+    internal_kic_second_printed,
+    kic_rate,
+    kic_second,
+    point_kic,
+)
 from .points import angular_velocity, jacobian, position, rotation, velocity
 from .state import State
 

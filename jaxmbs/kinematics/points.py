@@ -8,7 +8,7 @@ from ..checks import no_such
 from ..errors import UnknownNameError
 from ..model.question import question
 from ..model.system import System
-from .kic import point_jacobian
+from .influence import point_jacobian
 from .poses import coordinate_rate, geometry, node_parameters, node_poses
 
 

@@ -16,7 +16,7 @@ from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
 from ..kinematics.assembly import metric, newton_step
 from ..kinematics.elastic import mass_matrix
-from ..kinematics.kic import velocity_map
+from ..kinematics.influence import velocity_map
 from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise, step_coordinates
 from ..math.linalg import saddle_factor, saddle_solve
 from ..model.system import System

@@ -7,7 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.kinematics.assembly import assemble
-from jaxmbs.kinematics.kic import independent_columns
+from jaxmbs.kinematics.influence import independent_columns
 from jaxmbs.kinematics.poses import node_parameters
 from tests.cases import models
 from tests.mechanisms import four_bar_angles

@@ -12,7 +12,7 @@ from jaxmbs.bondgraph.views import VIEWS
 from jaxmbs.dynamics import fields, hamiltonian
 from jaxmbs.dynamics.efforts import element_is_source, element_names, stored_energy
 from jaxmbs.dynamics.energy import energies
-from jaxmbs.kinematics.kic import dependent_columns, independent_columns, velocity_map
+from jaxmbs.kinematics.influence import dependent_columns, independent_columns, velocity_map
 from jaxmbs.kinematics.poses import coordinate_rate, geometry, node_parameters
 
 from ..cases import models

@@ -8,8 +8,8 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.dynamics import fields, hamiltonian, ports
 from jaxmbs.dynamics.newton_euler import accelerations
-from jaxmbs.kinematics.kic import independent_columns, velocity_map
-from jaxmbs.kinematics.kic_second import along_independent
+from jaxmbs.kinematics.influence import independent_columns, velocity_map
+from jaxmbs.kinematics.influence_second import along_independent
 from jaxmbs.kinematics.poses import node_parameters
 
 from .. import systems

@@ -300,7 +300,7 @@ def _short():
     ],
 )
 def test_faults_are_told(call, told):
-    with pytest.raises(ModelError, match=told):
+    with pytest.raises(ValueError, match=told):
         call()
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics import kic as first
-from jaxmbs.kinematics import kic_second as second
+from jaxmbs.kinematics import influence as first
+from jaxmbs.kinematics import influence_second as second
 from jaxmbs.kinematics.assembly import assemble
 from jaxmbs.kinematics.poses import node_parameters
 

@@ -7,7 +7,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.bondgraph.equations import state_equations
 from jaxmbs.dynamics import fields, ports
-from jaxmbs.kinematics import kic_second
+from jaxmbs.kinematics import influence_second as kic_second
 from tests.mechanisms import PIN, four_bar
 
 QUESTIONS = [

@@ -14,7 +14,7 @@ from ..math.tensor import left_product, plane_mix, right_product
 from ..model.question import question
 from ..model.system import System
 from . import constraints
-from .kic import body_kic, dependent_columns, independent_columns, velocity_map
+from .influence import body_kic, dependent_columns, independent_columns, velocity_map
 from .points import jacobian
 from .poses import coordinate_rate, geometry, node_parameters
 
