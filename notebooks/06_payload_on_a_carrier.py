@@ -59,14 +59,11 @@ def instrument(radius):
     return fem.Structure(nodes, {"mast": (tube(radius, 0.002), pairs), "boxes": (boxes, [("top",), ("arm",)])})
 
 
-def rows(structure, node):
-    return tuple(k for k, (name, _) in enumerate(structure.labels) if name == node)
-
-
-K_s, M_s = fem.assemble_dense(stage)
-K_i, M_i = fem.assemble_dense(instrument(0.03))
-foot, tip = rows(instrument(0.03), "foot"), rows(stage, f"s{PIECES}")
-print(linear.check(fem.assemble(instrument(0.03), interface=["foot"])))
+tall = fem.assemble(stage, interface=[f"s{PIECES}"])
+fine = fem.assemble(instrument(0.03), interface=["foot"])
+K_s, M_s, tip = tall.stiffness, tall.mass, tall.interface
+K_i, M_i, foot = fine.stiffness, fine.mass, fine.interface
+print(linear.check(fine))
 
 # %% [markdown]
 # ## Reduce, join, and see what it costs
@@ -96,7 +93,7 @@ step, count = 1e-3, 600 if FAST else 4000
 t = step * np.arange(count)
 pulse = np.where(t < 0.06, np.sin(np.pi * t / 0.06), 0.0)
 middle = np.zeros(K_s.shape[0])
-middle[rows(stage, f"s{PIECES // 2}")[0]] = 5000.0
+middle[tall.rows(f"s{PIECES // 2} x")[0]] = 5000.0
 
 
 def interface_loads(system, pulse):
@@ -161,7 +158,7 @@ ax.set_xlabel("length of the pulse [s]")
 # is integrated, and the stops' force is among those that the reactions answer.
 
 # %%
-arm, top = rows(instrument(0.03), "arm")[0], rows(stage, f"s{PIECES}")[0]
+arm, top = fine.rows("arm x")[0], tall.rows(f"s{PIECES} x")[0]
 count = 300 if FAST else 1000
 given = middle[:, None] * pulse[None, :count]
 fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")

@@ -31,7 +31,7 @@ class Equilibrium(eqx.Module):
     Attributes:
         state: the State there.
         residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale.
-        found: whether the residual is small.
+        ok: whether the residual is small.
         stable: whether the symmetric part of the stiffness is positive definite on the coordinates that do not move.
         stiffness: K (N, N) there, all causes, along the admissible directions.
         efforts: (N,) that hold the moving joints at their speed; zero when the motion sustains itself.
@@ -40,7 +40,7 @@ class Equilibrium(eqx.Module):
 
     state: State
     residual: Float[Array, ""]
-    found: Bool[Array, ""]
+    ok: Bool[Array, ""]
     stable: Bool[Array, ""]
     stiffness: Float[Array, "N N"]
     efforts: Float[Array, " N"]
@@ -54,7 +54,7 @@ def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
         state: where the search starts; its time serves the drives.
         moving: names of joints that turn or slide steadily: they keep their coordinates and velocities, all other
             independent velocities are zero.
-        throw: raise when nothing is found (outside of tracing); else look at `.found`.
+        throw: raise when nothing is found (outside of tracing); else look at `.ok`.
 
     Newton's method with a line search on the independent efforts and the loops together; derivatives by the
     implicit function theorem.
@@ -77,7 +77,7 @@ def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
     if faults:
         raise ModelError(faults)
     result = _equilibrium(system, state, tuple(columns))
-    if throw and known(result.found) and not np.all(np.asarray(result.found)):
+    if throw and known(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))
         raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
     return result
@@ -104,7 +104,7 @@ def _equilibrium(system, state, moving):
     return Equilibrium(
         state=State(state.t, psi, Gamma @ w + b, structure=top.structure),
         residual=residual,
-        found=residual < _SMALL[start.dtype.itemsize],
+        ok=residual < _SMALL[start.dtype.itemsize],
         stable=_is_stable(K, still),
         stiffness=K,
         efforts=(1.0 - still) * efforts,

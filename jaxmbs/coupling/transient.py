@@ -68,7 +68,7 @@ class Transient(eqx.Module):
         displacement, velocity, acceleration: (N, T).
         efforts: (links, T) of the laws.
         forces: on each component's own coordinates (n_c, T), those of the links among them; None for none.
-        succeeded: whether the integrator came to the end.
+        ok: whether the integrator came to the end.
     """
 
     times: Float[Array, " T"]
@@ -77,7 +77,7 @@ class Transient(eqx.Module):
     acceleration: Float[Array, "N T"]
     efforts: Float[Array, "links T"]
     forces: tuple
-    succeeded: Array
+    ok: Array
 
     def reactions(self, joined: Assembly | Network):
         """Forces of the bonds, as `interface_reactions` or a network gives them.  Source: S1 (19)-(25)."""
@@ -115,7 +115,7 @@ def transient(
         gradient: "reverse", "forward" or "both".
 
     Raises: ValueError for what does not fit; SimulationError where the integrator does not come to the end, if
-    concrete (else see `succeeded`).  Source: S1 (3), (9)-(12).
+    concrete (else see `ok`).  Source: S1 (3), (9)-(12).
     """
     assembly, forces, links = by_number(joined, forces, links)
     times = jnp.asarray(times, assembly.mass.dtype)
@@ -126,7 +126,7 @@ def transient(
     start = tuple(zero if a is None else jnp.asarray(a, times.dtype) for a in (displacement, velocity))
     options = (diffrax.Dopri8() if solver is None else solver, gradient, max_steps)
     motion = _integrate(assembly, times, forces, tuple(links), start, tolerances, options)
-    if known(motion.succeeded) and not np.all(np.asarray(motion.succeeded)):
+    if known(motion.ok) and not np.all(np.asarray(motion.ok)):
         raise SimulationError(
             f"no end after {max_steps} steps: reduce the components further, or try solver=diffrax.Kvaerno5()", motion
         )

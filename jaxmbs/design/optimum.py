@@ -53,7 +53,7 @@ class Optimum(eqx.Module):
     starts: "tuple[Optimum, ...]" = ()
 
     @property
-    def converged(self) -> bool:
+    def ok(self) -> bool:
         """Whether the tolerance was met."""
         return self.reason == "converged"
 

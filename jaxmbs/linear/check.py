@@ -9,15 +9,15 @@ from .rigid_motions import rigid_motions
 from .system import LinearSystem
 
 
-def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, strict: bool = False) -> Check:
+def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, throw: bool = False) -> Check:
     """Examine a linear system with known numbers, on the host.
 
     Args:
         about: point (3,) [m] for the moments of inertia.
         tolerance: relative size from which an asymmetry counts, a thousandth of it for the energy of rigid motions.
-        strict: raise the faults.
+        throw: raise the faults.
 
-    Raises: ModelError where `strict` and a fault is found; it names the coordinates.
+    Raises: ModelError where `throw` and a fault is found; it names the coordinates.
     Source: the checks of `cbcheck` of pyYeti; S1 (3).
     """
     sub, about = system, np.asarray(about, float)
@@ -47,7 +47,7 @@ def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, 
         *(sub.num_rows, asymmetry, energy, grounded, properties[0], about, *properties[1:], free_motions),
         *(massless, slack, tuple(faults), tuple(warnings)),
     )
-    if strict and faults:
+    if throw and faults:
         raise ModelError(faults)
     return report
 

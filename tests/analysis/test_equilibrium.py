@@ -92,7 +92,7 @@ def test_no_equilibrium_is_said():
     system = b.build()
     with pytest.raises(mbs.SimulationError, match="no equilibrium"):
         mbs.equilibrium(system, mbs.State.at(system))
-    assert not bool(mbs.equilibrium(system, mbs.State.at(system), throw=False).found)
+    assert not bool(mbs.equilibrium(system, mbs.State.at(system), throw=False).ok)
 
 
 def test_moving_joints_must_be_independent():

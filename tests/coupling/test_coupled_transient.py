@@ -157,7 +157,7 @@ def test_a_batch_of_gaps_and_a_load_that_is_a_function():
     force = lambda t: (None, jnp.zeros(8, t.dtype).at[TIP].set(jnp.interp(t, *_low())), None)  # noqa: E731
     gaps = jnp.array([GAP, 10.0], jnp.float32)
     motions = jax.vmap(lambda gap: transient(low, TIMES, force, links(gap, jnp.float32(HARD))[:1]))(gaps)
-    assert motions.displacement.dtype == jnp.float32 and np.all(motions.succeeded)
+    assert motions.displacement.dtype == jnp.float32 and np.all(motions.ok)
     assert np.all(motions.efforts[1] == 0)
     (_, (exact, _, _)), _ = run(P.at[1].set(0.0))
     error = np.abs(np.asarray(motions.displacement[0][0]) - np.asarray(exact.displacement[0])).max()

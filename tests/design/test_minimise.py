@@ -33,7 +33,7 @@ def start():
 @pytest.mark.parametrize("gradient", ["reverse", "forward"])
 def test_rosenbrock(gradient):
     best = minimise(rosenbrock, {"x": -1.2, "y": 1}, gradient=gradient)
-    assert best.converged
+    assert best.ok
     np.testing.assert_allclose([best.design["x"], best.design["y"]], [1.0, 1.0], atol=1e-4)
     assert best.initial_value == pytest.approx(24.2)
     assert best.value == best.history.values.min() < 1e-9
@@ -47,7 +47,7 @@ def test_rosenbrock(gradient):
 @pytest.mark.parametrize("gradient", ["reverse", "forward"])
 def test_active_bounds(optimiser, steps, gradient):
     best = minimise(quadratic, start(), QUADRATIC_BOUNDS, optimiser, steps=steps, gradient=gradient)
-    assert best.converged
+    assert best.ok
     assert jax.tree.structure(best.design) == jax.tree.structure(start())
     assert best.design["stiffness"] == 2.0
     assert best.design["sides"][1] == 0.5

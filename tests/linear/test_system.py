@@ -82,7 +82,7 @@ def test_faults(given, message):
 
 def test_check_of_a_free_beam():
     """Rigid motions, mass properties about a point and about the centre in closed form."""
-    report = check(assemble(beam(), interface=["0"]), about=(1.0, 2.0, 3.0), strict=True)
+    report = check(assemble(beam(), interface=["0"]), about=(1.0, 2.0, 3.0), throw=True)
     assert (report.grounded, report.free_motions, report.faults, report.warnings) == ("free", 6, (), ())
     assert np.all(report.rigid_energy < 1e-14)
     np.testing.assert_allclose(report.mass, 10.0, rtol=1e-12)
@@ -99,7 +99,7 @@ def test_check_of_a_reduced_beam_against_pyyeti():
     cb, nastran = pytest.importorskip("pyyeti.cb"), pytest.importorskip("pyyeti.nastran")
     whole, ends = assemble(beam(), interface=["0", "5"]), np.array([[1.0, 2.0, 3.0], [3.0, 2.0, 3.0]])
     reduced = reduce(whole, craig_bampton, 6)
-    report = check(reduced.system(dict(zip("05", ends, strict=True))), strict=True)
+    report = check(reduced.system(dict(zip("05", ends, strict=True))), throw=True)
     grids = nastran.n2p.addgrid(None, [1, 2], "b", 0, ends, 0)
     M, K = np.asarray(reduced.mass), np.asarray(reduced.stiffness)
     found = cb.cbcheck(StringIO(), M, K, np.arange(12), np.arange(6), grids)
@@ -125,7 +125,7 @@ def test_check_of_a_held_beam_and_of_its_mechanism():
     report = check(loose)
     assert report.free_motions == 2  # two pieces, each pinned at its first end
     with pytest.raises(ModelError, match="mechanism: a motion without strain, most at .*rz"):
-        check(loose, strict=True)
+        check(loose, throw=True)
 
 
 def test_check_of_matrices_from_elsewhere():
@@ -143,7 +143,7 @@ def test_check_of_matrices_from_elsewhere():
     idle = check(LinearSystem(mass=np.diag([1.0, 1, 1, 0]), stiffness=slack))
     assert "neither mass nor stiffness on 3" in idle.faults
     with pytest.raises(ModelError, match="stiffness is negative"):
-        check(LinearSystem(mass=np.eye(4), stiffness=CHAIN - 2 * np.diag([0, 0, 0, 1.0])), strict=True)
+        check(LinearSystem(mass=np.eye(4), stiffness=CHAIN - 2 * np.diag([0, 0, 0, 1.0])), throw=True)
 
 
 def test_check_finds_a_spring_to_ground():
@@ -183,7 +183,7 @@ def test_scikit_fem():
     labels = [(str(n), d) for n in range(mesh.p.shape[1]) for d in "xyz"]
     positions = {str(n): mesh.p[:, n] for n in range(mesh.p.shape[1])}
     report = check(
-        LinearSystem(mass=inertia.assemble(basis), stiffness=K, coordinates=labels, positions=positions), strict=True
+        LinearSystem(mass=inertia.assemble(basis), stiffness=K, coordinates=labels, positions=positions), throw=True
     )
     assert (report.grounded, report.free_motions) == ("free", 6)
     np.testing.assert_allclose(report.mass, 6.0, rtol=1e-12)
