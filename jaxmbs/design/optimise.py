@@ -14,6 +14,7 @@ from jaxmbs.design.optimum import Optimum
 from jaxmbs.design.search import Search
 from jaxmbs.design.starts import best_of, run_optax_together, stacked_variables
 from jaxmbs.design.variables import Variables, read_variables
+from jaxmbs.math.jit import jit
 
 
 def minimise(
@@ -69,7 +70,7 @@ def minimise(
         if starts is not None and optimiser is not None:
             searches = run_optax_together(evaluate, objective, together, optimiser, steps, tolerance, callback, bar)
             return best_of(searches)
-        evaluate, searches = jax.jit(evaluate), []
+        evaluate, searches = jit(evaluate), []
         for variables in together:
             search = Search(evaluate, variables, tolerance, callback, bar, may_fail=starts is not None)
             if steps > 0 and not search.reason:

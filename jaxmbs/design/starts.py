@@ -14,6 +14,7 @@ from jaxmbs.design.drivers import HALVINGS, usual_promotion
 from jaxmbs.design.optimum import Optimum
 from jaxmbs.design.search import Search
 from jaxmbs.design.variables import Variables, read_variables
+from jaxmbs.math.jit import jit
 
 
 def stacked_variables(designs: PyTree, bounds: PyTree | None, starts: int) -> list[Variables]:
@@ -50,7 +51,7 @@ class _Together:
     """Evaluates a trial design of every start at once and hands each search its own row."""
 
     def __init__(self, evaluate: Callable):
-        self._evaluate = jax.jit(jax.vmap(evaluate))
+        self._evaluate = jit(jax.vmap(evaluate))
         self.values = self.slopes = np.zeros(0)
 
     def row(self, k: int) -> Callable:
