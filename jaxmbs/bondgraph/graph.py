@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from ..checks import place_of
+from ..checks import no_such
+from ..errors import UnknownNameError
 from . import drawing
 from .elements import Bond, Element, Storage
 
@@ -23,7 +24,9 @@ class BondGraph:
     storages: tuple[Storage, ...] = ()
 
     def __getitem__(self, name: str) -> Element:
-        return self.elements[place_of("element", name, self.order)]
+        if name not in self.order:
+            raise UnknownNameError(no_such("element", name, self.order))
+        return self.elements[self.order[name]]
 
     @cached_property
     def order(self) -> dict[str, int]:

@@ -12,7 +12,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
-from ..checks import known, no_such, place_of
+from ..checks import known, no_such
 from ..errors import UnknownNameError
 from ..kinematics import constraints
 from ..kinematics.poses import geometry, node_inertias, node_parameters
@@ -74,7 +74,8 @@ class Reactions(eqx.Module):
     hidden: tuple[str, ...] = eqx.field(static=True, default=())
 
     def __getitem__(self, name: str) -> JointReaction:
-        place_of("joint or constraint", name, self.joints)
+        if name not in self.joints:
+            raise UnknownNameError(no_such("joint or constraint", name, self))
         return self.joints[name]
 
     def __iter__(self):

@@ -28,7 +28,8 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
 
 
 def assemble(structure: Structure, interface: Sequence = ()) -> LinearSystem:
-    """The structure's matrices over the coordinates that are not held; damping where an element damps.
+    """The matrices (n, n) [kg, N s/m, N/m; N m and rad where nodes turn] over the n coordinates that are not held,
+    labelled as `structure.labels`, with the places of its nodes; damping where an element damps.
 
     Args: interface: names of nodes, or labels.  Raises: ModelError for others.  Source: S1 (3).
     """

@@ -29,7 +29,7 @@ class AbstractLaw(eqx.Module):
     def stores(self) -> bool:
         """Whether part of the effort derives from a potential; parameters known to be zero may say that none does."""
         own = [getattr(type(self), name, None) for name in ("potential", "line_potential")]
-        return any(method is not None and not method.__module__.endswith("forces.base") for method in own)
+        return any(method is not None and method.__module__ != __name__ for method in own)
 
     @property
     def dissipates(self) -> bool:
