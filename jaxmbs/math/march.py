@@ -17,6 +17,8 @@ from jax import lax
 from jaxtyping import Array, PyTree
 
 from . import hunt as hunting
+from .implicit_step import is_diagonally_implicit
+from .implicit_step import step as implicit_step
 
 #: A `close` that moves a coordinate further than this [rad or m] has left its branch.
 _FAR = 0.3
@@ -190,7 +192,10 @@ def _progress(march, walk, t):
 
 def stepped(march: March, t, t1, y, args, state, jumped):
     """The solver's step: (y, error, inside, its memory, result)."""
-    return march.solver.step(march.term, t, t1, y, args, state, jumped if march.close is None else jumped | True)
+    jumped = jumped if march.close is None else jumped | True
+    if is_diagonally_implicit(march.solver):
+        return implicit_step((y, args), (t, t1), march.solver, march.term, state, jumped)
+    return march.solver.step(march.term, t, t1, y, args, state, jumped)
 
 
 def _closed(march, t1, y1, error, args, failed):

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from .implicit_step import is_diagonally_implicit
 from .march import March, begin, due, interpolated, stepped, with_scan
 
 
@@ -19,7 +20,7 @@ def has_stages(solver) -> bool:
 
 def memory_of(march: March, memory):
     """What of a solver's memory has derivatives: nothing where every step starts anew or from its own stages."""
-    if march.close is not None or has_stages(march.solver):
+    if march.close is not None or has_stages(march.solver) or is_diagonally_implicit(march.solver):
         return None
     return eqx.filter(memory[0], eqx.is_inexact_array)
 

@@ -5,6 +5,7 @@ import math
 import diffrax
 import equinox as eqx
 import jax.numpy as jnp
+import lineax
 import numpy as np
 import optimistix
 
@@ -41,9 +42,19 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
         raise ValueError("give dt= (fixed steps) or controller= (adaptive steps), not both")
     if dt is None and not isinstance(solver, diffrax.AbstractAdaptiveSolver):
         raise ValueError(f"{type(solver).__name__} has no error estimate: give dt=")
-    if isinstance(solver, diffrax.AbstractImplicitSolver) and isinstance(solver.root_finder, diffrax.VeryChord):
-        solver = eqx.tree_at(lambda s: s.root_finder, solver, _newton(dt, rtol, atol))
+    if isinstance(solver, diffrax.AbstractImplicitSolver):
+        solver = _with_finder(solver, dt, rtol, atol)
     return solver, formulation
+
+
+def _with_finder(solver, dt, rtol, atol):
+    """The solver with a root finder of ours for diffrax's default, and no batches for LAPACK (`math.lapack`)."""
+    finder = solver.root_finder
+    if isinstance(finder, diffrax.VeryChord):
+        return eqx.tree_at(lambda s: s.root_finder, solver, _newton(dt, rtol, atol))
+    if isinstance(getattr(finder, "linear_solver", None), lineax.AutoLinearSolver):
+        return eqx.tree_at(lambda s: s.root_finder.linear_solver, solver, SquareSolver())
+    return solver
 
 
 def _newton(dt, rtol, atol):

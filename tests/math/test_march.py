@@ -115,7 +115,7 @@ def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
     forth = jax.jit(jax.jacfwd(lambda x: loss(ours(walked, *x, march(solver, dt, lands), dt).ys)))
     for a, b in zip(*map(jax.tree.leaves, (back((STIFFNESS, START)), forth((STIFFNESS, START)))), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-10)
-    if isinstance(solver, diffrax.AbstractERK):
+    if isinstance(solver, diffrax.AbstractERK | diffrax.AbstractImplicitSolver):
         gradient = jax.jit(jax.grad(lambda x: loss(theirs(solver, dt, lands, *x).ys)))((STIFFNESS, START))
         np.testing.assert_allclose(back((STIFFNESS, START))[0], gradient[0], rtol=1e-10, atol=1e-11)
 
