@@ -34,7 +34,8 @@ def carried_loads(system: System, motion, components: Mapping, joints: Mapping |
     node has no coordinate for take none: for a joint on a solid, give its node six coordinates by `rigid_node`.
     Inertia is that of the component's own mass matrix, its resultants exact.
 
-    Raises: ModelError for unknown names, a joint that the frame's body does not have, or no positions; all in one.
+    Raises: ModelError for unknown names, a joint that the frame's body does not have, no positions, or a frame of an
+    elastic body, whose modes already carry its loads (`FloatingFrame`); all in one.
     Source: S1 (3), (18); S2 (28)-(29).
     """
     joints = {} if joints is None else dict(joints)
@@ -65,9 +66,12 @@ def mass_properties(component: LinearSystem):
 def _check(system, components, joints):
     top, faults = system.topology, []
     names = {name: ends for name, *ends in constraints.carriers(system)}
+    elastic = {top.frame_body[frame] for group in system.elastic for frames in group.frames for frame in frames}
     for frame, component in components.items():
         if frame not in top.frame_index:
             faults.append(f"components: {no_such('body or frame', frame, top.frame_names)}")
+        elif top.frame_body[top.frame_index[frame]] in elastic:
+            faults.append(f"components: {frame!r} is on an elastic body, which carries its loads itself")
         if component.positions is None:
             faults.append(f"component {frame!r}: needs the positions of its nodes, LinearSystem(..., positions=...)")
     for name, (frame, node) in joints.items():

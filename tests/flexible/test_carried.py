@@ -13,7 +13,7 @@ from jaxmbs.flexible import carried_loads, mass_properties
 from jaxmbs.flexible.floating_frame import rigid_basis
 from jaxmbs.linear import LinearSystem, check
 from jaxmbs.reductions import physical
-from tests.flexible.beams import beam_structure, random_state
+from tests.flexible.beams import beam_structure, chain_of_beams, random_state
 from tests.mechanisms import rotation_about
 
 TILT = np.array([[2.0, 0.3, -0.2], [0.3, 1.0, 0.1], [-0.2, 0.1, 1.5]]) * 1e-2
@@ -137,3 +137,10 @@ def test_wrong_names_are_refused_in_one_report():
     assert "needs the positions" in str(report.value)
     with pytest.raises(mbs.ModelError, match="positions of the nodes"):
         mass_properties(bare)
+
+
+def test_frames_of_elastic_bodies_are_refused():
+    system, _ = chain_of_beams(2, mbs.Revolute("y"))
+    component = assemble(piece(bob=False))
+    with pytest.raises(mbs.ModelError, match="'part1.8' is on an elastic body"):
+        carried_loads(system, mbs.State.at(system), {"part1.8": component})
