@@ -14,9 +14,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
-from jaxmbs.dynamics.hamiltonian import canonical_rate, element_powers, tree_mass
+from jaxmbs.dynamics.efforts import efforts
+from jaxmbs.dynamics.hamiltonian import canonical_rate, momenta
+from jaxmbs.kinematics.configuration import at_state, elsewhere, moving
 from jaxmbs.kinematics.influence import independent_columns
-from jaxmbs.kinematics.poses import coordinate_rate, node_parameters
+from jaxmbs.kinematics.poses import coordinate_rate
 
 from .random_systems import after, build, random_inertia, random_links, random_pose, random_state
 
@@ -77,7 +79,7 @@ def loop(seed):
 @jax.jit
 def gaps(system, state):
     """What must vanish at every state, each relative to its own size."""
-    P, top = node_parameters(system), system.topology
+    at, top = at_state(system, state), system.topology
     psi, u, t = state.coordinates, state.velocities, state.t
     u_dot, multipliers = mbs.forward_dynamics(system, state)
     psi_dot = coordinate_rate(top, psi, u)
@@ -87,12 +89,15 @@ def gaps(system, state):
         return mbs.kinetic_energy(system, moved) + mbs.potential_energy(system, moved)
 
     rate = jax.jvp(energy, (psi, u), (psi_dot, u_dot))[1]
-    power = jnp.sum(element_powers(system, P, psi, u, t))
-    scale = jnp.sum(jnp.abs(tree_mass(system, P, psi))) * jnp.max(jnp.abs(u)) * (1.0 + jnp.max(jnp.abs(u_dot)))
+    power = jnp.sum(efforts(system, moving(system, at, u))[2])
+    scale = jnp.sum(jnp.abs(mbs.mass_matrix(system, state))) * jnp.max(jnp.abs(u)) * (1.0 + jnp.max(jnp.abs(u_dot)))
 
-    momentum_rate = jax.jvp(lambda q, v: tree_mass(system, P, q) @ v, (psi, u), (psi_dot, u_dot))[1]
+    def momentum(psi, u):
+        return momenta(system, moving(system, elsewhere(system, at, psi), u))
+
+    h, momentum_rate = jax.jvp(momentum, (psi, u), (psi_dot, u_dot))
     pull = mbs.constraint_jacobian(system, state).T @ multipliers
-    canonical = canonical_rate(system, P, t, psi, tree_mass(system, P, psi) @ u)[1]
+    canonical = canonical_rate(system, at, h)[1]
 
     K = mbs.kic(system, state)
     phi_dot = u[independent_columns(system)]

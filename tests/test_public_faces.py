@@ -10,10 +10,10 @@ FACES = {
         JointReaction Reactions acceleration angular_acceleration compliance_effort forward_dynamics
         generalised_momentum gravity_effort gyristor_field independent_rates inertia_field inverse_dynamics
         kinetic_energy mass_matrix potential_energy reaction_bonds reactions resistance_effort
-        resistance_field source_effort state_equations total_effort unconstrained_twist
+        resistance_field source_effort state_equations total_effort
     """,
     "jaxmbs.kinematics": """
-        Kic SecondKic State angular_velocity body_kic constraint_jacobian constraint_residual internal_kic
+        Kic SecondKic State angular_velocity constraint_jacobian constraint_residual internal_kic
         internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second point_kic position
         rotation velocity
     """,
@@ -42,7 +42,7 @@ FACES = {
         statics stiffness velocity
     """,
     "jaxmbs.analysis": """
-        Equilibrium Linearisation Modes StateSpace Stiffness elastic_stiffness equilibrium
+        Equilibrium Linearisation Modes StateSpace Stiffness equilibrium
         frequency_response linearise modes stiffness
     """,
     "jaxmbs.blocksparse": """

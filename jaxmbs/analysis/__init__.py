@@ -3,7 +3,7 @@
 from .equilibrium import Equilibrium, equilibrium
 from .linearise import Linearisation, StateSpace, frequency_response, linearise
 from .modes import Modes, modes
-from .stiffness import Stiffness, elastic_stiffness, stiffness
+from .stiffness import Stiffness, stiffness
 
 __all__ = [
     "Equilibrium",
@@ -11,7 +11,6 @@ __all__ = [
     "Modes",
     "StateSpace",
     "Stiffness",
-    "elastic_stiffness",
     "equilibrium",
     "frequency_response",
     "linearise",

@@ -11,9 +11,10 @@ from ..checks import known, no_such
 from ..dynamics.elastic import total_mass
 from ..errors import ModelError, SimulationError
 from ..kinematics import constraints
+from ..kinematics.configuration import at_state, configuration
 from ..kinematics.influence import independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent
-from ..kinematics.poses import geometry, node_parameters, normalise, step_coordinates
+from ..kinematics.poses import node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..math import lapack, square
 from ..math.jit import jit
@@ -90,17 +91,16 @@ def _equilibrium(system, state, moving):
     w = state.velocities[chosen] * (1.0 - still)
     start = jnp.zeros(top.num_velocities, state.coordinates.dtype)
     weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
-    first = jnp.max(jnp.abs(_unbalanced(system, state.coordinates, w, state.t)), initial=0.0)
+    first = jnp.max(jnp.abs(_unbalanced(system, at_state(system, state), w)), initial=0.0)
     scale = jax.lax.stop_gradient(weight + first)
     arguments = (system, state.coordinates, w, state.t, still, scale)
     step, count = jax.lax.custom_root(lambda x: _balance(x, arguments), start, _search, _along_root, has_aux=True)
     psi = normalise(top, step_coordinates(top, state.coordinates, step))
-    P = node_parameters(system)
-    Gamma, b = velocity_map(system, P, psi, state.t)
-    efforts = _unbalanced(system, psi, w, state.t)
-    gap = constraints.residual(system, P, psi, state.t)
+    at = configuration(system, node_parameters(system), psi, state.t)
+    Gamma, b = velocity_map(system, at)
+    efforts, gap = _unbalanced(system, at, w), constraints.residual(system, at)
     residual = jnp.maximum(jnp.max(jnp.abs(still * efforts), initial=0.0) / scale, jnp.max(jnp.abs(gap), initial=0.0))
-    K = along_independent(system, P, psi, state.t, lambda q: _unbalanced(system, q, w, state.t))
+    K = along_independent(system, at, lambda at: _unbalanced(system, at, w))
     return Equilibrium(
         state=State(state.t, psi, Gamma @ w + b, structure=top.structure),
         residual=residual,
@@ -127,24 +127,22 @@ def _along_root(linear, right):
     return square.solve(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
 
 
-def _unbalanced(system, psi, w, t):
+def _unbalanced(system, at, w):
     """Efforts (N,) that are missing for zero accelerations at the velocities w."""
-    return local_efforts(system, node_parameters(system), psi, w, jnp.zeros_like(w), t)[0]
+    return local_efforts(system, at, w, jnp.zeros_like(w))[0]
 
 
 def _balance(step, arguments):
     """Residual (nv,): efforts along Gamma, loops across it; the two are orthogonal, so both vanish with it."""
     system, psi, w, t, still, scale = arguments
-    psi = step_coordinates(system.topology, psi, step)
-    P = node_parameters(system)
-    Gamma = velocity_map(system, P, psi, t)[0]
+    at = configuration(system, node_parameters(system), step_coordinates(system.topology, psi, step), t)
+    Gamma = velocity_map(system, at)[0]
     held = (1.0 - still) * step[independent_columns(system)]
-    along = Gamma @ (still * _unbalanced(system, psi, w, t) / scale + held)
+    along = Gamma @ (still * _unbalanced(system, at, w) / scale + held)
     if not system.has_constraints:
         return along
-    geo, rows = geometry(system, P, psi), system.topology.position_rows
-    A = constraints.jacobian_at(system, geo, psi, t)[rows]
-    return along + A.T @ constraints.residual_at(system, geo, psi, t)
+    A = constraints.jacobian(system, at)[system.topology.position_rows]
+    return along + A.T @ constraints.residual(system, at)
 
 
 def _is_stable(K, still):

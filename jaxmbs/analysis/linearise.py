@@ -13,11 +13,12 @@ from jaxtyping import Array, Float
 
 from ..checks import place_of
 from ..dynamics.efforts import efforts
-from ..dynamics.newton_euler import forward_dynamics, node_accelerations, node_motion, required_efforts
-from ..dynamics.ports import resistance_at
+from ..dynamics.newton_euler import forward_dynamics, required_efforts
+from ..dynamics.ports import resistance
 from ..kinematics import constraints
-from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map_at
-from ..kinematics.poses import coordinate_rate, geometry, node_inertias, node_parameters
+from ..kinematics.configuration import at_state, configuration, moving, node_accelerations
+from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map
+from ..kinematics.poses import coordinate_rate
 from ..kinematics.state import State
 from ..math import square
 from ..math.jit import jit
@@ -94,35 +95,31 @@ def _drives(system):
     return {row.name for row in system.rows if row.role == "drive"}
 
 
-def local_efforts(system: System, P, psi, w, a, t):
+def local_efforts(system: System, at, w, a):
     """`I* a + ... - Q` (N,): efforts that the independent velocities w need for accelerations a; zero in a motion.
 
     Also returns all velocities (nv,) and accelerations (nv,).
     """
-    geo = geometry(system, P, psi)
-    moving = constraints.moving_directions(system, geo)
-    Gamma, B = motion_map(system, geo, psi, t, moving[0])
-    u = Gamma @ w - B @ constraints.time_rate(system, psi, t)
-    V = node_motion(system.topology, geo.S, u)
-    unmoved = node_accelerations(system.topology, geo.S, V, u, jnp.zeros_like(u))
-    gamma = constraints.acceleration_bias(system, geo, V, unmoved, psi, u, t, moving)
-    u_dot = Gamma @ a + B @ gamma
-    V_dot, loads = node_accelerations(system.topology, geo.S, V, u, u_dot), efforts(system, geo, V, psi, u, t)[:2]
-    need = required_efforts(system, geo, node_inertias(P, geo.W), V, V_dot, psi, u, u_dot, loads)
-    return Gamma.T @ need, u, u_dot
+    directions = constraints.moving_directions(system, at)
+    Gamma, B = motion_map(system, at, directions[0])
+    u = Gamma @ w - B @ constraints.time_rate(system, at.psi, at.t)
+    here = moving(system, at, u)
+    unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
+    u_dot = Gamma @ a + B @ constraints.acceleration_bias(system, here, unmoved, directions)
+    V_dot, loads = node_accelerations(system.topology, here, u_dot), efforts(system, here)[:2]
+    return Gamma.T @ required_efforts(system, here, V_dot, u_dot, loads), u, u_dot
 
 
 @jit
 def _linearise(system, state, accelerations, inputs, driven, outputs):
-    P, psi, t = node_parameters(system), state.coordinates, state.t
+    psi, t, at = state.coordinates, state.t, at_state(system, state, inertias=False)
     top, chosen = system.topology, independent_columns(system)
     w, a = state.velocities[chosen], accelerations[chosen]
-    geo = geometry(system, P, psi)
-    Gamma = velocity_map_at(system, geo, psi, t)[0]
-    Z = position_map(system, P, psi, t) if top.slip_rows else Gamma
+    Gamma = velocity_map(system, at)[0]
+    Z = position_map(system, at) if top.slip_rows else Gamma
 
     def everything(psi, w, a):
-        need, u, u_dot = local_efforts(system, P, psi, w, a, t)
+        need, u, u_dot = local_efforts(system, configuration(system, at.P, psi, t), w, a)
         return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u, structure=top.structure), u_dot)
 
     (_, psi_dot, _), slopes = jax.linearize(everything, psi, w, a)
@@ -140,7 +137,7 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
         C=jnp.concatenate([y_psi, y_w], axis=1) + y_a @ lower,
         D=y_a @ B,
     )
-    R = resistance_at(system, geo, Gamma, state)
+    R = resistance(system, at, Gamma, state.velocities)
     return Linearisation(M, C, C - R, K, space, tuple(int(k) for k in positions), tuple(int(k) for k in chosen))
 
 

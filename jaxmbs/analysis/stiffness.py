@@ -12,9 +12,9 @@ from jaxtyping import Array, Float
 from ..dynamics.efforts import stored_wrench
 from ..dynamics.elastic import elastic_body_stiffness
 from ..dynamics.ports import efforts_at_rest
+from ..kinematics.configuration import Configuration, at_state
 from ..kinematics.influence import velocity_map
 from ..kinematics.influence_second import along_independent
-from ..kinematics.poses import geometry, node_parameters
 from ..math.linalg import direction, safe_norm, skew
 from ..model.question import question
 from ..model.system import System
@@ -50,39 +50,35 @@ def stiffness(system: System, state) -> Stiffness:
 
     Source: S2 (68)-(71).
     """
-    state = eqx.tree_at(lambda s: s.velocities, state, jnp.zeros_like(state.velocities))
-
-    P, psi, t = node_parameters(system), state.coordinates, state.t
-    slopes = along_independent(system, P, psi, t, lambda psi: efforts_at_rest(system, P, psi, t))
+    at = at_state(system, state, inertias=False)
+    slopes = along_independent(system, at, lambda at: efforts_at_rest(system, at))
     stored, gravity, sources = (-slope for slope in slopes)
-    elastic = elastic_stiffness(system, state)
+    elastic = elastic_stiffness(system, at)
     return Stiffness(elastic, stored - elastic, gravity, sources)
 
 
-def elastic_stiffness(system: System, state):
+def elastic_stiffness(system: System, at: Configuration):
     """`sum K_i G_C^T G_C` (N, N): each law at the rate of what it stores, geometry frozen.
 
     Source: S2 (68)-(71), first term.
     """
-    P, psi, t = node_parameters(system), state.coordinates, state.t
-    geo = geometry(system, P, psi)
-    Gamma = velocity_map(system, P, psi, t)[0]
-    frames = _frame_jacobian(system, geo, Gamma)
-    total = jnp.zeros((Gamma.shape[1],) * 2, psi.dtype)
+    Gamma, t = velocity_map(system, at)[0], at.t
+    frames = _frame_jacobian(system, at, Gamma)
+    total = jnp.zeros((Gamma.shape[1],) * 2, at.psi.dtype)
     for group in system.forces:
         a, b = np.asarray(group.first), np.asarray(group.second)
         if group.port == "line":
-            d = geo.x[b] - geo.x[a]
+            d = at.x[b] - at.x[a]
             k = _rates(group.law, jax.vmap(safe_norm)(d), t)
             g = jnp.einsum("ec,ecn->en", jax.vmap(direction)(d), frames[b, 3:] - frames[a, 3:])
             total = total + jnp.einsum("e,en,em->nm", k, g, g)
         elif group.port == "joint":
-            total = total + jnp.einsum("e,en,em->nm", _rates(group.law, psi[b], t), Gamma[a], Gamma[a])
+            total = total + jnp.einsum("e,en,em->nm", _rates(group.law, at.psi[b], t), Gamma[a], Gamma[a])
         elif group.port == "pose":
             total = total + jnp.sum(
-                jax.vmap(_pose_stiffness, (0, 0, 0, 0, None))(group.law, *_relative(geo, frames, a, b), t), axis=0
+                jax.vmap(_pose_stiffness, (0, 0, 0, 0, None))(group.law, *_relative(at, frames, a, b), t), axis=0
             )
-    return total + elastic_body_stiffness(system, geo, psi, Gamma)
+    return total + elastic_body_stiffness(system, at, Gamma)
 
 
 def _rates(laws, x, t):
@@ -90,22 +86,22 @@ def _rates(laws, x, t):
     return jax.vmap(lambda law, x: jax.grad(jax.grad(law.potential))(x, t))(laws, x)
 
 
-def _frame_jacobian(system, geo, Gamma):
+def _frame_jacobian(system, at, Gamma):
     """(frames, 6, N): angular velocity of every frame and velocity of its origin per independent velocity."""
     top = system.topology
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.frame_node)]
-    twist = jnp.einsum("fk,kc,kn->fcn", jnp.asarray(path, Gamma.dtype), geo.S, Gamma)
-    moved = twist[:, 3:] + jnp.einsum("fij,fjn->fin", -jax.vmap(skew)(geo.x), twist[:, :3])
+    twist = jnp.einsum("fk,kc,kn->fcn", jnp.asarray(path, Gamma.dtype), at.S, Gamma)
+    moved = twist[:, 3:] + jnp.einsum("fij,fjn->fin", -jax.vmap(skew)(at.x), twist[:, :3])
     return jnp.concatenate([twist[:, :3], moved], axis=1)
 
 
-def _relative(geo, frames, a, b):
+def _relative(at, frames, a, b):
     """Pose of frame B in frame A, and its rate (6, N) per independent velocity, in A axes."""
-    R_a, d = geo.R[a], geo.x[b] - geo.x[a]
+    R_a, d = at.R[a], at.x[b] - at.x[a]
     turn = frames[b, :3] - frames[a, :3]
     move = frames[b, 3:] - frames[a, 3:] + jnp.einsum("eij,ejn->ein", jax.vmap(skew)(d), frames[a, :3])
     rate = jnp.concatenate([jnp.einsum("eji,ejn->ein", R_a, part) for part in (turn, move)], axis=1)
-    return jnp.einsum("eji,ejk->eik", R_a, geo.R[b]), jnp.einsum("eji,ej->ei", R_a, d), rate
+    return jnp.einsum("eji,ejk->eik", R_a, at.R[b]), jnp.einsum("eji,ej->ei", R_a, d), rate
 
 
 def _pose_stiffness(law, R, d, G, t):

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..checks import known
 from ..kinematics.assembly import assembled
+from ..kinematics.configuration import at_state
 from ..kinematics.influence import velocity_map
 from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
@@ -64,7 +65,7 @@ def general_pose(system: System) -> State:
 def _moved(system, state, move):
     """Coordinates some way along the freedoms, loops closed."""
     top = system.topology
-    away = velocity_map(system, node_parameters(system), state.coordinates, state.t)[0]
+    away = velocity_map(system, at_state(system, state, inertias=False))[0]
     psi = normalise(top, step_coordinates(top, state.coordinates, away @ (away.T @ move)))
     if not system.has_constraints:
         return psi

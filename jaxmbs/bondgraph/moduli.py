@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Array
 
 from ..dynamics.efforts import efforts, gravity_wrench, stored_wrench
-from ..dynamics.newton_euler import node_motion
 from ..kinematics import constraints
+from ..kinematics.configuration import Configuration, Moving, configuration, moving, node_motion
 from ..kinematics.influence import independent_columns
-from ..kinematics.poses import Geometry, body_frame, coordinate_rate, frame_twists, geometry, node_inertias
+from ..kinematics.poses import body_frame, coordinate_rate, frame_twists
 from ..kinematics.tree import subtrees
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
@@ -23,7 +23,7 @@ from ..model.system import System
 from .views import drive_rows
 
 
-def rate_map(system: System, geo: Geometry, psi, t):
+def rate_map(system: System, at: Configuration):
     """L (nv, N + D): velocities per independent velocity and per prescribed rate, `u = L (phi_dot, s)`.
 
     Its first N columns are Gamma of `velocity_map`, the others times s its b.  Source: S2 (3)-(5).
@@ -31,13 +31,13 @@ def rate_map(system: System, geo: Geometry, psi, t):
     n, driven = system.topology.num_velocities, drive_rows(system)
     pick = np.eye(n)[independent_columns(system)]
     if not system.has_constraints:
-        return jnp.asarray(pick.T, psi.dtype)
-    A = constraints.jacobian_at(system, geo, psi, t)
+        return jnp.asarray(pick.T, at.psi.dtype)
+    A = constraints.jacobian(system, at)
     right = np.zeros((A.shape[0] + len(pick), len(pick) + len(driven)))
     right[A.shape[0] :, : len(pick)] = np.eye(len(pick))
     right[driven, len(pick) + np.arange(len(driven))] = 1.0
-    rows = jnp.concatenate([A, jnp.asarray(pick, psi.dtype)])
-    return full_rank_lstsq(rows, jnp.asarray(right, psi.dtype))
+    rows = jnp.concatenate([A, jnp.asarray(pick, at.psi.dtype)])
+    return full_rank_lstsq(rows, jnp.asarray(right, at.psi.dtype))
 
 
 def root_rates(system: System, psi, u, t):
@@ -46,37 +46,38 @@ def root_rates(system: System, psi, u, t):
     return jnp.concatenate([u[independent_columns(system)], prescribed])
 
 
-def body_flows(system: System, geo: Geometry, V):
+def body_flows(system: System, at: Configuration, V):
     """(bodies, 6) angular velocity and velocity of the centre of mass from node twists V (nodes, 6)."""
     own = body_frame(system.topology)
     twist = frame_twists(system, V)[own]
-    com = geo.x[own] + jnp.einsum("bij,bj->bi", geo.R[own], system.com)
+    com = at.x[own] + jnp.einsum("bij,bj->bi", at.R[own], system.com)
     return jnp.concatenate([twist[:, :3], twist[:, 3:] + jnp.cross(twist[:, :3], com)], axis=1)
 
 
-def port_flow(system: System, group, geo: Geometry, V, u):
+def port_flow(system: System, group, at: Configuration, V, u):
     """Flow (n, size) of every element of a force group: relative velocity, twist, joint rate or all velocities."""
     V = frame_twists(system, V)
     a, b = np.asarray(group.first, int), np.asarray(group.second, int)
-    w, v = V[:, :3], V[:, 3:] + jnp.cross(V[:, :3], geo.x)
+    w, v = V[:, :3], V[:, 3:] + jnp.cross(V[:, :3], at.x)
     if group.port == "line":
         return v[b] - v[a]
     if group.port == "frame":
         return jnp.concatenate([w[a], v[a]], axis=1)
     if group.port == "pose":
-        slide = v[b] - v[a] - jnp.cross(w[a], geo.x[b] - geo.x[a])
-        return jnp.concatenate([jnp.einsum("nji,nj->ni", geo.R[a], part) for part in (w[b] - w[a], slide)], axis=1)
+        slide = v[b] - v[a] - jnp.cross(w[a], at.x[b] - at.x[a])
+        return jnp.concatenate([jnp.einsum("nji,nj->ni", at.R[a], part) for part in (w[b] - w[a], slide)], axis=1)
     if group.port == "joint":
         return u[a][:, None]
     return jnp.broadcast_to(u, (len(group.names), u.shape[0]))
 
 
-def port_efforts(group, geo: Geometry, flow, psi, t):
+def port_efforts(group, at: Configuration, flow):
     """(stored, total) (n, size): efforts on the system along the flows, of the potential and in all.
 
     Source: S2 (56)-(59), (72), (76).
     """
     a, b = np.asarray(group.first, int), np.asarray(group.second, int)
+    psi, t = at.psi, at.t
     if group.port == "system":
         total = jax.vmap(lambda law, u: law.effort(t, psi, u))(group.law, flow)
         return jnp.zeros_like(total), total
@@ -86,19 +87,19 @@ def port_efforts(group, geo: Geometry, flow, psi, t):
         total = jax.vmap(lambda law, q, v: law.effort(q, v, t))(group.law, q, flow[:, 0])
         return stored[:, None], total[:, None]
     if group.port == "line":
-        d = geo.x[b] - geo.x[a]
+        d = at.x[b] - at.x[a]
         stored = jax.vmap(lambda law, d: -jax.grad(law.line_potential)(d, t))(group.law, d)
         return stored, jax.vmap(lambda law, d, v: law.line_force(d, v, t))(group.law, d, flow)
-    R, x = geo.R[a], geo.x[a] + geo.origin[None]
+    R, x = at.R[a], at.x[a] + at.origin[None]
     if group.port == "pose":
-        R, x = jnp.einsum("nji,njk->nik", R, geo.R[b]), jnp.einsum("nji,nj->ni", R, geo.x[b] - geo.x[a])
+        R, x = jnp.einsum("nji,njk->nik", R, at.R[b]), jnp.einsum("nji,nj->ni", R, at.x[b] - at.x[a])
     stored = jax.vmap(stored_wrench, (0, 0, 0, None))(group.law, R, x, t)
     return stored, jax.vmap(lambda law, R, x, f: law.wrench(R, x, f[:3], f[3:], t))(group.law, R, x, flow)
 
 
-def world_inertias(system: System, geo: Geometry):
+def world_inertias(system: System, at: Configuration):
     """Inertia (bodies, 3, 3) of every body about its centre of mass, world axes."""
-    R = geo.R[body_frame(system.topology)]
+    R = at.R[body_frame(system.topology)]
     return jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
 
 
@@ -112,14 +113,14 @@ def apply_inertia(system: System, inertia, flow):
 
 
 def _fields(system, P, psi, t):
-    """Body moduli G (bodies, 6, r) and I* (r, r), the drives' columns included; beside them the geometry, the rate
-    map, its twists (r, nodes, 6) and the world inertias.  Source: S2 (11)-(15), (35)."""
-    geo = geometry(system, P, psi)
-    L, inertia = rate_map(system, geo, psi, t), world_inertias(system, geo)
-    twists = jax.vmap(lambda u: node_motion(system.topology, geo.S, u), 1)(L)
-    G = jax.vmap(lambda V: body_flows(system, geo, V), out_axes=-1)(twists)
+    """Body moduli G (bodies, 6, r) and I* (r, r), the drives' columns included; beside them the configuration, the
+    rate map, its twists (r, nodes, 6) and the world inertias.  Source: S2 (11)-(15), (35)."""
+    at = configuration(system, P, psi, t)
+    L, inertia = rate_map(system, at), world_inertias(system, at)
+    twists = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(L)
+    G = jax.vmap(lambda V: body_flows(system, at, V), out_axes=-1)(twists)
     I = jnp.einsum("bki,bkj->ij", G, apply_inertia(system, inertia, G))
-    return (G, I), (geo, L, twists, inertia)
+    return (G, I), (at, L, twists, inertia)
 
 
 def body_moduli(system: System, P, psi, t):
@@ -131,7 +132,7 @@ class Numbers(NamedTuple):
     """Numbers of all views at a state; r = N + D root rates, bodies' flows being (turning 3, sliding 3).
 
     Attributes:
-        geo, twists (nodes, 6), velocities u (nv,): where the tree is and how it moves.
+        at: where the tree is and how it moves.
         rates (r,), map L (nv, r): `u = L w`.
         modulus, modulus_rate (bodies, 6, r), flow (bodies, 6), inertias (bodies, 3, 3): of the bodies.
         inertia, inertia_rate (r, r): I* and its rate; gyristor (r, r): GR.
@@ -139,9 +140,7 @@ class Numbers(NamedTuple):
         total (r,): the effort Q of all ports and gravity.
     """
 
-    geo: Geometry
-    twists: Array
-    velocities: Array
+    at: Moving
     rates: Array
     map: Array
     modulus: Array
@@ -158,37 +157,35 @@ class Numbers(NamedTuple):
 @jit
 def numbers(system: System, P, psi, u, t) -> Numbers:
     """Numbers of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
-    moving = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
-    (G, I), (G_dot, I_dot), (geo, L, twists, inertias) = jax.jvp(
-        lambda psi, t: _fields(system, P, psi, t), (psi, t), moving, has_aux=True
+    rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
+    (G, I), (G_dot, I_dot), (at, L, twists, inertias) = jax.jvp(
+        lambda psi, t: _fields(system, P, psi, t), (psi, t), rates, has_aux=True
     )
-    V, ports = node_motion(system.topology, geo.S, u), []
+    at, ports = moving(system, at, u), []
     for group in system.forces:
-        flow = port_flow(system, group, geo, V, u)
-        modulus = jax.vmap(
-            lambda V, u, group=group: port_flow(system, group, geo, V, u), in_axes=(0, 1), out_axes=-1
-        )(twists, L)
-        ports.append((modulus, flow, *port_efforts(group, geo, flow, psi, t)))
+        flow = port_flow(system, group, at, at.V, u)
+        modulus = jax.vmap(lambda V, u, group=group: port_flow(system, group, at, V, u), in_axes=(0, 1), out_axes=-1)(
+            twists, L
+        )
+        ports.append((modulus, flow, *port_efforts(group, at, flow)))
     return Numbers(
-        geo=geo,
-        twists=V,
-        velocities=u,
+        at=at,
         rates=root_rates(system, psi, u, t),
         map=L,
         modulus=G,
         modulus_rate=G_dot,
-        flow=body_flows(system, geo, V),
+        flow=body_flows(system, at, at.V),
         inertias=inertias,
         inertia=I,
         inertia_rate=I_dot,
         gyristor=jnp.einsum("bki,bkj->ij", G_dot, apply_inertia(system, inertias, G)),
         ports=ports,
-        total=L.T @ tree_loads(system, P, geo, V, psi, u, t),
+        total=L.T @ tree_loads(system, at),
     )
 
 
-def tree_loads(system: System, P, geo: Geometry, V, psi, u, t):
+def tree_loads(system: System, at: Moving):
     """Efforts (nv,) of gravity and all force elements on the tree's velocities.  Source: S2 (76)."""
-    F, Q, _ = efforts(system, geo, V, psi, u, t)
-    F = F + gravity_wrench(node_inertias(P, geo.W), system.gravity)
-    return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, F))) + Q
+    F, Q, _ = efforts(system, at)
+    F = F + gravity_wrench(at.J, system.gravity)
+    return dot(unpack(at.S), unpack(subtrees(system.topology.nodes, F))) + Q

@@ -50,7 +50,7 @@ def _roots(system, numbers, result):
     dependent = dependent_columns(system)
     result.flow.update(split(system, numbers.rates))
     result.flow["drive"] = result.flow["drives"]
-    result.flow["q_dot"] = numbers.velocities[dependent]
+    result.flow["q_dot"] = numbers.at.u[dependent]
     _store(system, result, "", numbers.map[dependent], "Gi", "B_q")
     gravity = jnp.einsum("b,bci,c->i", system.mass, numbers.modulus[:, 3:], system.gravity)
     result.effort.update({"GR": numbers.gyristor @ numbers.rates, "Q": numbers.total, "gravity": gravity})

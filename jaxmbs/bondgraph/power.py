@@ -4,9 +4,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from ..dynamics.newton_euler import accelerations_at
+from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
-from ..kinematics.poses import coordinate_rate, node_inertias, node_parameters
+from ..kinematics.poses import coordinate_rate, node_parameters
 from ..kinematics.state import State
 from ..math.jit import jit
 from ..model.question import check_fits
@@ -105,15 +105,15 @@ def leaf_efforts(system: System, graph: BondGraph, effort: dict) -> dict:
     return leaf
 
 
-def inertial_efforts(system: System, P, values, psi, u, t) -> dict:
+def inertial_efforts(system: System, values) -> dict:
     """Momentum rates of all inertias and the drives' efforts, by one-port, from the accelerations.
 
     Source: S2 (28), (34); a drive's effort is its constraint's multiplier.
     """
-    J = node_inertias(P, values.geo.W)
-    u_dot, multipliers = accelerations_at(system, values.geo, J, values.twists, psi, u, t)
-    moving = coordinate_rate(system.topology, psi, u), u_dot, jnp.ones_like(t)
-    w_dot = jax.jvp(lambda *x: root_rates(system, *x), (psi, u, t), moving)[1]
+    at = values.at
+    u_dot, multipliers, _ = accelerations(system, at)
+    moving = coordinate_rate(system.topology, at.psi, at.u), u_dot, jnp.ones_like(at.t)
+    w_dot = jax.jvp(lambda *x: root_rates(system, *x), (at.psi, at.u, at.t), moving)[1]
     flow_dot = values.modulus_rate @ values.rates + values.modulus @ w_dot
     h, h_dot = (apply_inertia(system, values.inertias, f) for f in (values.flow, flow_dot))
     h_dot = h_dot.at[:, :3].add(jnp.cross(values.flow[:, :3], h[:, :3]))
@@ -121,7 +121,7 @@ def inertial_efforts(system: System, P, values, psi, u, t) -> dict:
     for k, body in enumerate(system.topology.body_names):
         effort.update({f"I:{body}": h_dot[k, :3], f"m:{body}": h_dot[k, 3:]})
     if system.has_constraints:
-        pull = values.map.T @ (constraints.jacobian_at(system, values.geo, psi, t).T @ multipliers)
+        pull = values.map.T @ (constraints.jacobian(system, at).T @ multipliers)
         effort["drive"] = split(system, pull)["drives"]
     return effort
 
@@ -131,7 +131,7 @@ def _values(system, P, state):
     psi, u, t = state.coordinates, state.velocities, state.t
     values = numbers(system, P, psi, u, t)
     names = named(system, values)
-    return names.flow, names.modulus, names.effort | inertial_efforts(system, P, values, psi, u, t)
+    return names.flow, names.modulus, names.effort | inertial_efforts(system, values)
 
 
 @jit

@@ -7,7 +7,6 @@ from .fields import (
     independent_rates,
     inertia_field,
     state_equations,
-    unconstrained_twist,
 )
 from .newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
 from .points import acceleration, angular_acceleration
@@ -38,5 +37,4 @@ __all__ = [
     "source_effort",
     "state_equations",
     "total_effort",
-    "unconstrained_twist",
 ]

@@ -37,17 +37,17 @@ class JointMaps(NamedTuple):
     across: Array
 
 
-def joint_maps(graph: BodyGraph, geo, length) -> JointMaps:
+def joint_maps(graph: BodyGraph, at, length) -> JointMaps:
     """The maps at a configuration."""
-    point = jnp.concatenate([geo.W[graph.node, 9:12], jnp.zeros((1, 3), geo.W.dtype)])
+    point = jnp.concatenate([at.W[graph.node, 9:12], jnp.zeros((1, 3), at.W.dtype)])
     held = jnp.asarray(graph.parent < len(graph.node), point.dtype)[:, None, None]
     arm = jax.vmap(skew)(point)
     world = _lower(1.0 / length, arm / length)
     shift = _lower(jnp.ones_like(length), (arm[graph.parent] - arm[:-1]) / length) * held
     local = _lower(length, -arm[:-1])
-    columns = jnp.concatenate([geo.S, jnp.zeros((1, 6), geo.S.dtype)])[graph.columns]
+    columns = jnp.concatenate([at.S, jnp.zeros((1, 6), at.S.dtype)])[graph.columns]
     s = local @ jnp.swapaxes(columns, 1, 2)
-    unused = jnp.asarray(graph.columns == len(geo.S), s.dtype)[:, :, None] * jnp.eye(6, dtype=s.dtype)[None]
+    unused = jnp.asarray(graph.columns == len(at.S), s.dtype)[:, :, None] * jnp.eye(6, dtype=s.dtype)[None]
     along = jax.vmap(spd_inverse)(_T(s) @ s + unused) @ _T(s)
     return JointMaps(world, shift, along, jnp.eye(6, dtype=s.dtype)[None] - s @ along)
 

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..kinematics import constraints
+from ..kinematics.configuration import Configuration
 from ..math.rows import take
 from ..math.spd import spd_solve
 from ..model.system import System
@@ -21,16 +22,16 @@ def bond_network(system: System) -> Network:
     return Network(top.body_names, tuple(name for name, *_ in carriers), parent, child)
 
 
-def system_bonds(system: System, geo, wrench, compliance=None, known=None) -> Bonds:
-    """The bonds at the poses `geo`, at their child's frame; efforts along what they leave free are those of `wrench`.
+def system_bonds(system: System, at: Configuration, wrench, compliance=None, known=None) -> Bonds:
+    """The bonds at a configuration, at their child's frame; efforts along what they leave free are those of `wrench`.
 
     Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`; known:
         `constraints.directions`.
     """
-    at = np.array([b for *_, b in constraints.carriers(system)])
-    twists = _free_twists(system, geo, constraints.directions(system, geo) if known is None else known)
+    own = np.array([b for *_, b in constraints.carriers(system)])
+    twists = _free_twists(system, at.S, constraints.directions(system, at) if known is None else known)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
-    bonds = Bonds.from_twists(bond_network(system), take(geo.x, at), take(geo.R, at), twists, effort, system.length)
+    bonds = Bonds.from_twists(bond_network(system), take(at.x, own), take(at.R, own), twists, effort, system.length)
     stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
     compliance = {name: jnp.broadcast_to(c, (6,)) for name, c in (stiff | dict(compliance or {})).items()}
     if not compliance:
@@ -41,16 +42,16 @@ def system_bonds(system: System, geo, wrench, compliance=None, known=None) -> Bo
     return eqx.tree_at(lambda b: b.compliance, bonds, full)
 
 
-def _free_twists(system, geo, known):
+def _free_twists(system, S, known):
     """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
     top, names = system.topology, [name for name, *_ in constraints.carriers(system)]
     driven = {column for row in system.rows if row.role == "drive" for column in row.columns}
-    held, source = np.full((len(names), 6), len(geo.S)), np.arange(len(names))  # the column after the last is zero
+    held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
     for joint in top.joints:
         columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
         if columns and not joint.is_cut:
             held[names.index(joint.name), : len(columns)] = columns
-    parts = [take(jnp.concatenate([geo.S, jnp.zeros_like(geo.S[:1])]), held).transpose(0, 2, 1)]
+    parts = [take(jnp.concatenate([S, jnp.zeros_like(S[:1])]), held).transpose(0, 2, 1)]
     for group, D in zip(system.closures, known, strict=True):
         source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
         parts.append(jax.vmap(_complement)(D))
@@ -62,13 +63,13 @@ def _complement(D):
     return jnp.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
-def distributed(system: System, geo, wrench, multipliers, compliance, known):
+def distributed(system: System, at: Configuration, wrench, multipliers, compliance, known):
     """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
 
     Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `constraints.directions`.
     Source: S1 (28).
     """
-    bonds = system_bonds(system, geo, wrench, compliance, known)
+    bonds = system_bonds(system, at, wrench, compliance, known)
     change = bond_reactions(bonds, on_bodies(bonds.network, wrench)).wrench - wrench
     names = list(bonds.network.bonds)
     moves = []
@@ -79,14 +80,14 @@ def distributed(system: System, geo, wrench, multipliers, compliance, known):
         count = sum(name == row.name for name in system.topology.row_joint)
         effort = jnp.zeros(count, change.dtype)
         if row.role == "drive":
-            effort = _effort_change(system, geo, change, names, row.columns[0])[None]
+            effort = _effort_change(system, at.S, change, names, row.columns[0])[None]
         moves.append(effort)
     return multipliers + jnp.concatenate(moves)
 
 
-def _effort_change(system, geo, change, names, column):
+def _effort_change(system, S, change, names, column):
     """Of the joint that moves by the column; its wrench counts for the outer body, child or parent."""
     top = system.topology
     j = top.node_joint[column]
     outward = 1.0 if top.joints[j].child == top.body_joint.index(j) else -1.0
-    return outward * (geo.S[column] @ change[names.index(top.joints[j].name)])
+    return outward * (S[column] @ change[names.index(top.joints[j].name)])

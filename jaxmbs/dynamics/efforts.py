@@ -8,7 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics.poses import Geometry, frame_twists
+from ..kinematics.configuration import Configuration, Moving
+from ..kinematics.poses import frame_twists
 from ..math.linalg import skew
 from ..math.rows import summed, take
 from ..math.spatial import cross, pack, scale, unpack
@@ -110,33 +111,33 @@ def body_owner(system: System):
     return np.asarray(system.topology.frame_body), system.topology.bodies.size
 
 
-def efforts(system: System, geo: Geometry, V, psi, u, t, owner=None):
+def efforts(system: System, at: Moving, owner=None):
     """All force elements: wrench on every node (nodes, 6), or body by `owner`; effort on every column (nv,); powers.
 
     The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
     sources that drive; in the order of `element_names`.  Gravity is not included.
     """
     owner = owner or node_owner(system)
-    F = jnp.zeros((owner[1], 6), psi.dtype)
-    Q, powers = jnp.zeros_like(u), []
+    F = jnp.zeros((owner[1], 6), at.psi.dtype)
+    Q, powers = jnp.zeros_like(at.u), []
     frames = None
     for group in system.forces:
         if group.port in _PORTS:
-            frames = frames or (geo.R, geo.x, frame_twists(system, V), geo.x + geo.origin[None])
-            wrench, power = _group_wrenches(system, group, frames, t, owner)
+            frames = frames or (at.R, at.x, frame_twists(system, at.V), at.x + at.origin[None])
+            wrench, power = _group_wrenches(system, group, frames, at.t, owner)
             F = F + wrench
         elif group.port == "joint":
-            effort, power = _joint_efforts(system, group, psi, u, t)
+            effort, power = _joint_efforts(system, group, at.psi, at.u, at.t)
             Q = Q + effort
         else:
-            effort = jax.vmap(lambda law: law.effort(t, psi, u), axis_size=len(group.names))(group.law)
-            Q, power = Q + jnp.sum(effort, axis=0), effort @ u
+            effort = jax.vmap(lambda law: law.effort(at.t, at.psi, at.u), axis_size=len(group.names))(group.law)
+            Q, power = Q + jnp.sum(effort, axis=0), effort @ at.u
         powers.append(power)
     if system.elastic:
-        loads, power = elastic_efforts(system, geo, psi, V, u, owner)
+        loads, power = elastic_efforts(system, at, owner)
         F, Q = F + loads.wrench, Q + loads.column
         powers.append(power)
-    return F, Q, jnp.concatenate(powers) if powers else jnp.zeros(0, psi.dtype)
+    return F, Q, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
 
 
 def element_names(system: System) -> tuple[str, ...]:
@@ -150,9 +151,9 @@ def element_is_source(system: System) -> tuple[bool, ...]:
     return tuple(group.law.is_source for group in system.forces for _ in group.names) + elastic
 
 
-def stored_energy(system: System, geo: Geometry, psi, t):
+def stored_energy(system: System, at: Configuration):
     """Potential energy [J] of all force elements and elastic bodies, without gravity.  Source: S2 (70), V."""
-    total, (R, x) = strain_energy(system, geo, psi), (geo.R, geo.x)
+    total, R, x, t = strain_energy(system, at), at.R, at.x, at.t
     for group in system.forces:
         if group.port in _PORTS:
             a, b = np.asarray(group.first), np.asarray(group.second)
@@ -163,9 +164,9 @@ def stored_energy(system: System, geo: Geometry, psi, t):
                 shift = jnp.einsum("eji,ej->ei", R[a], x[b] - x[a])
                 parts = jax.vmap(lambda law, R, d: law.potential(R, d, t))(group.law, turn, shift)
             else:
-                parts = jax.vmap(lambda law, R, x: law.potential(R, x, t))(group.law, R[a], x[a] + geo.origin[None])
+                parts = jax.vmap(lambda law, R, x: law.potential(R, x, t))(group.law, R[a], x[a] + at.origin[None])
         elif group.port == "joint":
-            q = psi[np.asarray(group.second)]
+            q = at.psi[np.asarray(group.second)]
             parts = jax.vmap(lambda law, q: law.potential(q, t))(group.law, q)
         else:
             continue

@@ -5,11 +5,11 @@ For analysis and for reading the bond graph; simulations use the tensor-free for
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
-from ..kinematics.influence import body_kic, velocity_map
+from ..kinematics.configuration import Configuration, at_state, elsewhere
+from ..kinematics.influence import body_kic, dependent_columns, independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent, body_kic_second
-from ..kinematics.poses import coordinate_rate, frame_poses, geometry, node_parameters, node_poses
+from ..kinematics.poses import body_frame, coordinate_rate
 from ..math.spd import spd_solve
 from ..model.question import check_fits, question
 from ..model.system import System
@@ -17,21 +17,24 @@ from .elastic import refuse_elastic
 from .ports import total_effort
 
 
-def _arguments(system, state):
+def _at(system, state):
     refuse_elastic(system, "the paper's fields")
-    return node_parameters(system), state.coordinates, state.t
+    return at_state(system, state, inertias=False)
 
 
-def world_inertias(system: System, P, psi):
+def world_inertias(system: System, at: Configuration):
     """Inertia (bodies, 3, 3) of every body about its centre of mass, world axes."""
-    R = frame_poses(system, node_poses(system.topology, P, psi))[0][np.arange(1, system.topology.bodies.size + 1)]
+    R = at.R[body_frame(system.topology)]
     return jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
 
 
-def _inertia_field(system, P, psi, t):
-    G = body_kic(system, P, psi, t)
+def _kic(system, at):
+    return body_kic(system, at, velocity_map(system, at)[0])
+
+
+def _inertia_field(system, at):
+    G, inertia = _kic(system, at), world_inertias(system, at)
     G_r, G_t = G[:, :3], G[:, 3:]
-    inertia = world_inertias(system, P, psi)
     return jnp.einsum("k,kci,kcj->ij", system.mass, G_t, G_t) + jnp.einsum("kci,kcd,kdj->ij", G_r, inertia, G_r)
 
 
@@ -41,17 +44,15 @@ def inertia_field(system: System, state):
 
     Source: S2 (35); p = I* phi_dot, S2 (30), (34).
     """
-    return _inertia_field(system, *_arguments(system, state))
+    return _inertia_field(system, _at(system, state))
 
 
 @question
 def gyristor_field(system: System, state):
     """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion.  Source: S2 (41)."""
-    P, psi, t = _arguments(system, state)
-    phi_dot = independent_rates(system, state)
-    G, H = body_kic(system, P, psi, t), body_kic_second(system, P, psi, t)
-    G_dot = jnp.einsum("bcnm,m->bcn", H, phi_dot)
-    inertia = world_inertias(system, P, psi)
+    at = _at(system, state)
+    G, H, inertia = _kic(system, at), body_kic_second(system, at), world_inertias(system, at)
+    G_dot = jnp.einsum("bcnm,m->bcn", H, independent_rates(system, state))
     translation = jnp.einsum("k,kci,kcj->ij", system.mass, G_dot[:, 3:], G[:, 3:])
     return translation + jnp.einsum("kci,kcd,kdj->ij", G_dot[:, :3], inertia, G[:, :3])
 
@@ -63,49 +64,38 @@ def gyristor_field_direct(system: System, state):
     Its matrix differs from `gyristor_field`; the efforts agree, `GR phi_dot = GR~ phi_dot`.  For coordinates that
     are integrals of their velocities.  Source: S2 (47)-(54), (55).
     """
-    P, psi, t = _arguments(system, state)
-    planes = along_independent(system, P, psi, t, lambda q: _inertia_field(system, P, q, t))
+    planes = along_independent(system, _at(system, state), lambda at: _inertia_field(system, at))
     return 0.5 * jnp.einsum("i,ijk->kj", independent_rates(system, state), planes)
 
 
 def independent_rates(system: System, state):
     """phi_dot (N,): velocities of the independent columns."""
     check_fits(system, state)
-    chosen = (
-        np.arange(system.topology.num_velocities)
-        if system.topology.analysis is None
-        else np.asarray(system.topology.analysis.independent, int)
-    )
-    return state.velocities[chosen]
+    return state.velocities[independent_columns(system)]
 
 
 @question
 def generalised_momentum(system: System, state):
     """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
-    P, psi, t = _arguments(system, state)
-    G = body_kic(system, P, psi, t)
-    b = velocity_map(system, P, psi, t)[1]
-    unconstrained = jax.jvp(
-        lambda q: _com_and_axes(system, P, q), (psi,), (coordinate_rate(system.topology, psi, b),)
-    )[1]
-    V = jnp.einsum("bcn,n->bc", G, independent_rates(system, state)) + unconstrained_twist(
-        system, P, psi, unconstrained
-    )
-    momentum = jnp.concatenate(
-        [jnp.einsum("bcd,bd->bc", world_inertias(system, P, psi), V[:, :3]), system.mass[:, None] * V[:, 3:]], axis=1
-    )
+    at = _at(system, state)
+    Gamma, b = velocity_map(system, at)
+    G, rate = body_kic(system, at, Gamma), coordinate_rate(system.topology, at.psi, b)
+    free = jax.jvp(lambda psi: _com_and_axes(system, elsewhere(system, at, psi)), (at.psi,), (rate,))[1]
+    V = jnp.einsum("bcn,n->bc", G, independent_rates(system, state)) + _free_twist(system, at, free)
+    turning = jnp.einsum("bcd,bd->bc", world_inertias(system, at), V[:, :3])
+    momentum = jnp.concatenate([turning, system.mass[:, None] * V[:, 3:]], axis=1)
     return jnp.einsum("bcn,bc->n", G, momentum)
 
 
-def _com_and_axes(system, P, psi):
-    geo, index = geometry(system, P, psi), np.arange(1, system.topology.bodies.size + 1)
-    return geo.R[index], geo.x[index] + jnp.einsum("bij,bj->bi", geo.R[index], system.com)
+def _com_and_axes(system, at):
+    R, x = (part[body_frame(system.topology)] for part in (at.R, at.x))
+    return R, x + jnp.einsum("bij,bj->bi", R, system.com)
 
 
-def unconstrained_twist(system, P, psi, rates):
+def _free_twist(system, at, rates):
     """(bodies, 6) angular velocity and velocity of the centre of mass from rates of axes and centre."""
     R_dot, velocity = rates
-    R, _ = _com_and_axes(system, P, psi)
+    R, _ = _com_and_axes(system, at)
     spin = jnp.einsum("bij,bkj->bik", R_dot, R)
     omega = 0.5 * jnp.stack(
         [spin[:, 2, 1] - spin[:, 1, 2], spin[:, 0, 2] - spin[:, 2, 0], spin[:, 1, 0] - spin[:, 0, 1]], 1
@@ -120,12 +110,9 @@ def state_equations(system: System, state):
     `p_dot = +GR phi_dot + Q` (the print has a minus), `phi_dot = I*^-1 p`, `q_dot = Gi phi_dot`.
     Source: S2 (42)-(44).
     """
-    P, psi, t = _arguments(system, state)
-    p = _inertia_field(system, P, psi, t) @ independent_rates(system, state)
-    phi_dot = spd_solve(_inertia_field(system, P, psi, t), p)
+    at = _at(system, state)
+    inertia = _inertia_field(system, at)
+    p = inertia @ independent_rates(system, state)
+    phi_dot = spd_solve(inertia, p)
     p_dot = gyristor_field(system, state) @ phi_dot + total_effort(system, state)
-    Gamma = velocity_map(system, P, psi, t)[0]
-    dependent = np.setdiff1d(
-        np.arange(system.topology.num_velocities), np.asarray(system.topology.analysis.independent)
-    )
-    return p_dot, phi_dot, Gamma[dependent] @ phi_dot
+    return p_dot, phi_dot, velocity_map(system, at)[0][dependent_columns(system)] @ phi_dot

@@ -9,12 +9,12 @@ import jax
 import jax.numpy as jnp
 
 from ..kinematics import constraints
+from ..kinematics.configuration import Configuration, Moving, column_twists, configuration, moving, node_motion
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.influence import velocity_map
 from ..kinematics.poses import (
     coordinate_rate,
     first_place,
-    geometry,
     joint_twists,
     node_inertias,
     node_poses,
@@ -28,7 +28,6 @@ from ..model.system import System
 from ..model.topology import Topology
 from .efforts import efforts, gravity_wrench
 from .elastic import elastic_momenta, inertial_loads
-from .newton_euler import column_twists, node_motion
 
 
 def momentum_rate(topology: Topology, S, V, h, F):
@@ -57,59 +56,46 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
     return u, momentum_rate(topology, S, V, h, gravity_wrench(J, gravity))
 
 
-def tree_momentum_rate(system: System, geo, J, V, psi, u, t, sigma=None, moving=None):
+def tree_momentum_rate(system: System, at: Moving, sigma=None, directions=None):
     """Momentum rate (nv,) under gravity, force elements and `A_dot^T sigma`, and the elements' powers.
 
-    Args: moving: `constraints.moving_directions`, with sigma.
+    Args: directions: `constraints.moving_directions`, with sigma.
 
     The wrenches that sigma puts on the tree join the momenta, their rates join the loads: one subtree sum for all.
     """
-    F, Q, powers = efforts(system, geo, V, psi, u, t)
-    h, F = pack(momentum(unpack(J), unpack(V))), F + gravity_wrench(J, system.gravity)
+    F, Q, powers = efforts(system, at)
+    h, F = pack(momentum(unpack(at.J), unpack(at.V))), F + gravity_wrench(at.J, system.gravity)
     if sigma is not None:
-        wrenches, rates, part = constraints.pull(system, geo, V, psi, u, t, sigma, moving)
+        wrenches, rates, part = constraints.pull(system, at, sigma, directions)
         h, F, Q = h + wrenches, F + rates, Q + part
     if system.elastic:
-        loads = inertial_loads(system, geo, psi, V, u)
-        h = h + elastic_momenta(system, geo, psi, V, u).wrench
+        loads = inertial_loads(system, at)
+        h = h + elastic_momenta(system, at).wrench
         F, Q = F + loads.wrench, Q + loads.column
-    return momentum_rate(system.topology, geo.S, V, h, F) + Q, powers
+    return momentum_rate(system.topology, at.S, at.V, h, F) + Q, powers
 
 
-def velocities_at(system: System, geo, J, psi, p, t, known=None):
+def velocities(system: System, at: Configuration, p, known=None):
     """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum; known:
     `constraints.directions`."""
     if not system.has_constraints and not system.elastic:
-        return solve(system.topology.nodes, geo.S, J, p), None
-    A = constraints.jacobian_at(system, geo, psi, t, known)
-    M, f_t = mass_matrix(system, geo, J, psi), constraints.time_rate(system, psi, t)
+        return solve(system.topology.nodes, at.S, at.J, p), None
+    A = constraints.jacobian(system, at, known)
+    M, f_t = mass_matrix(system, at), constraints.time_rate(system, at.psi, at.t)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 
 
-def momenta_at(system: System, geo, J, psi, u):
+def momenta(system: System, at: Moving):
     """Momenta p = M u (nv,); Source: S2 (30), (34)."""
-    V = node_motion(system.topology, geo.S, u)
-    h = pack(momentum(unpack(J), unpack(V)))
-    modal = jnp.zeros_like(u)
+    h = pack(momentum(unpack(at.J), unpack(at.V)))
+    modal = jnp.zeros_like(at.u)
     if system.elastic:
-        wrench, modal = elastic_momenta(system, geo, psi, V, u)
+        wrench, modal = elastic_momenta(system, at)
         h = h + wrench
-    return dot(unpack(geo.S), unpack(subtrees(system.topology.nodes, h))) + modal
+    return dot(unpack(at.S), unpack(subtrees(system.topology.nodes, h))) + modal
 
 
-def velocities(system: System, P, psi, p, t):
-    """Velocities u (nv,) of the state (psi, p); see `velocities_at`."""
-    geo = geometry(system, P, psi)
-    return velocities_at(system, geo, node_inertias(P, geo.W), psi, p, t)[0]
-
-
-def momenta(system: System, P, psi, u):
-    """Momenta p = M u (nv,); see `momenta_at`."""
-    geo = geometry(system, P, psi)
-    return momenta_at(system, geo, node_inertias(P, geo.W), psi, u)
-
-
-def canonical_rate(system: System, P, t, psi, p):
+def canonical_rate(system: System, at: Configuration, p):
     """(psi_dot, p_dot, powers, u) of the state (psi, p), trees and constrained systems alike.
 
     `p_dot = Q + sum J_dot^T h + A_dot^T sigma`.  The derivation uses only `V = J u` and the conservation of power, so
@@ -118,52 +104,36 @@ def canonical_rate(system: System, P, t, psi, p):
 
     Source: S2 (42)-(44) in all velocities.
     """
-    geo = geometry(system, P, psi)
-    J = node_inertias(P, geo.W)
-    moving = constraints.moving_directions(system, geo)
-    u, sigma = velocities_at(system, geo, J, psi, p, t, moving[0])
-    V = node_motion(system.topology, geo.S, u)
-    rate, powers = tree_momentum_rate(system, geo, J, V, psi, u, t, sigma, moving)
-    return coordinate_rate(system.topology, psi, u), rate, powers, u
+    directions = constraints.moving_directions(system, at)
+    u, sigma = velocities(system, at, p, directions[0])
+    rate, powers = tree_momentum_rate(system, moving(system, at, u), sigma, directions)
+    return coordinate_rate(system.topology, at.psi, u), rate, powers, u
 
 
-def independent_velocities(system: System, P, psi, p, t):
+def independent_velocities(system: System, at: Configuration, p):
     """Velocities u (nv,) of the paper's momenta p (N,) at fixed independent coordinates.
 
     `u = Gamma phi_dot + b`, `phi_dot = I*^-1 (p - c)`, `c = Gamma^T M b`; Source: S2 (43)-(44).
     """
-    Gamma, b = velocity_map(system, P, psi, t)
-    M = tree_mass(system, P, psi)
+    Gamma, b = velocity_map(system, at)
+    M = mass_matrix(system, at)
     I_star = Gamma.T @ M @ Gamma
     phi_dot = spd_solve(I_star, p - Gamma.T @ (M @ b))
     return Gamma @ phi_dot + b
 
 
-def independent_rate(system: System, P, t, psi, p):
+def independent_rate(system: System, at: Configuration, p):
     """(psi_dot, p_dot, powers, u) in the independent coordinates themselves; Source: S2 (42)-(44).
 
     `p_dot = Gamma^T (Q + sum J_dot^T h) + Gamma_dot^T M u`: singular where the independent set is.
     """
-    u = independent_velocities(system, P, psi, p, t)
-    geo = geometry(system, P, psi)
-    J = node_inertias(P, geo.W)
-    rate, powers = tree_momentum_rate(system, geo, J, node_motion(system.topology, geo.S, u), psi, u, t)
-    h = momenta_at(system, geo, J, psi, u)
-    psi_dot = coordinate_rate(system.topology, psi, u)
-    Gamma = velocity_map(system, P, psi, t)[0]
-    turning = jax.jvp(lambda psi, t: velocity_map(system, P, psi, t)[0].T @ h, (psi, t), (psi_dot, jnp.ones_like(t)))[
-        1
-    ]
-    return psi_dot, Gamma.T @ rate + turning, powers, u
+    u = independent_velocities(system, at, p)
+    here = moving(system, at, u)
+    rate, powers = tree_momentum_rate(system, here)
+    h, psi_dot = momenta(system, here), coordinate_rate(system.topology, at.psi, u)
 
+    def carried(psi, t):
+        return velocity_map(system, configuration(system, at.P, psi, t, inertias=False))[0].T @ h
 
-def element_powers(system: System, P, psi, u, t):
-    """Power of every force element beside stored energy [W], in the order of `element_names`."""
-    geo = geometry(system, P, psi)
-    return efforts(system, geo, node_motion(system.topology, geo.S, u), psi, u, t)[2]
-
-
-def tree_mass(system: System, P, psi):
-    """Mass matrix (nv, nv) of the tree of rigid and elastic bodies."""
-    geo = geometry(system, P, psi)
-    return mass_matrix(system, geo, node_inertias(P, geo.W), psi)
+    _, turning = jax.jvp(carried, (at.psi, at.t), (psi_dot, jnp.ones_like(at.t)))
+    return psi_dot, velocity_map(system, at)[0].T @ rate + turning, powers, u

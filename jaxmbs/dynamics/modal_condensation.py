@@ -32,9 +32,9 @@ class Cluster(NamedTuple):
     inverse: Array
 
 
-def clusters(system: System, geo, psi) -> list[Cluster]:
+def clusters(system: System, at) -> list[Cluster]:
     """All elastic groups at a configuration."""
-    return [_cluster(interface_inertia(system, group, geo, psi), len(group.frames[0])) for group in system.elastic]
+    return [_cluster(interface_inertia(system, group, at), len(group.frames[0])) for group in system.elastic]
 
 
 def _cluster(E, i):

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..kinematics import constraints
-from ..kinematics.poses import geometry, node_parameters
+from ..kinematics.configuration import configuration
+from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..math.jit import jit
 from ..model.system import System
@@ -37,16 +38,17 @@ def reaction_bonds(system: System, motion, compliance=None, method: str = "dense
 
 @jit
 def _bonds(system, states, found, compliance, batched):
-    names, _, at = zip(*constraints.carriers(system), strict=True)
-    at, P = np.array(at), node_parameters(system)
+    names, _, own = zip(*constraints.carriers(system), strict=True)
+    own, P = np.array(own), node_parameters(system)
 
     def one(state, found):
-        geo = geometry(system, P, state.coordinates, origin=jnp.zeros(3, state.coordinates.dtype))
+        world = jnp.zeros(3, state.coordinates.dtype)
+        at = configuration(system, P, state.coordinates, state.t, inertias=False, origin=world)
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
-        wrench = about(jnp.concatenate([moment, force], axis=1), -geo.x[at])
-        bonds = system_bonds(system, geo, wrench, compliance)
+        wrench = about(jnp.concatenate([moment, force], axis=1), -at.x[own])
+        bonds = system_bonds(system, at, wrench, compliance)
         analysis = system.topology.analysis
-        marks = analysis.undetermined if analysis else tuple((False,) * 6 for _ in at)
+        marks = analysis.undetermined if analysis else tuple((False,) * 6 for _ in own)
         return dataclasses.replace(bonds, undetermined=marks), on_bodies(bonds.network, wrench)
 
     return jax.vmap(one)(states, found) if batched else one(states, found)

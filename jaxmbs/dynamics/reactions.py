@@ -15,7 +15,7 @@ from jaxtyping import Array, Bool, Float
 from ..checks import known, no_such
 from ..errors import UnknownNameError
 from ..kinematics import constraints
-from ..kinematics.poses import geometry, node_inertias, node_parameters
+from ..kinematics.configuration import at_state, moving, node_accelerations
 from ..kinematics.state import State
 from ..kinematics.tree import subtrees
 from ..math.jit import jit
@@ -27,7 +27,7 @@ from ..model.system import System
 from .distribution import distributed
 from .efforts import body_owner, efforts, gravity_wrench
 from .elastic import needed_loads
-from .newton_euler import momentum_rates, node_accelerations, node_motion, solved_accelerations
+from .newton_euler import accelerations, momentum_rates
 from .sparse_saddle import constraint_rows
 
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
@@ -86,20 +86,20 @@ class Reactions(eqx.Module):
         return [(name, self.joints[name]) for name in self]
 
 
-def body_rates(system: System, R, x, V, A):
-    """Momentum rates and inertias (bodies, 6), (bodies, 10) of single bodies about the world origin."""
+def body_rates(system: System, at, V_dot):
+    """Momentum rates and inertias (bodies, 6), (bodies, 10) of single bodies, for twist rates V_dot (nodes, 6)."""
     top = system.topology
     own, node = slice(1, top.bodies.size + 1), np.asarray(top.body_node, int)
     upper = np.array([0, 1, 2, 4, 5, 8])
     inertia = system.inertia.reshape(-1, 9)[:, upper]
     J = pack(
         world_inertia(
-            tuple(R[own].reshape(-1, 9).T), tuple(x[own].T), system.mass, tuple(system.com.T), tuple(inertia.T)
+            tuple(at.R[own].reshape(-1, 9).T), tuple(at.x[own].T), system.mass, tuple(system.com.T), tuple(inertia.T)
         )
     )
-    pad = jnp.zeros((1, 6), V.dtype)
-    V, A = (take(jnp.concatenate([v, pad]), node % (len(v) + 1)) for v in (V, A))
-    return momentum_rates(J, V, A), J
+    pad = jnp.zeros((1, 6), V_dot.dtype)
+    V, V_dot = (take(jnp.concatenate([v, pad]), node % (len(v) + 1)) for v in (at.V, V_dot))
+    return momentum_rates(J, V, V_dot), J
 
 
 def _on_nodes(topology, wrenches):
@@ -107,11 +107,11 @@ def _on_nodes(topology, wrenches):
     return summed(wrenches, np.asarray(topology.body_node, int) % (topology.nodes.size + 1), topology.nodes.size)
 
 
-def _cut_wrenches(system, geo, multipliers, known):
+def _cut_wrenches(system, multipliers, known):
     """Wrench of all loop rows on every body (bodies, 6), and of every element on its frame B (elements, 6)."""
     n = system.topology.bodies.size
     if not system.closures:
-        return jnp.zeros((n, 6), geo.x.dtype), jnp.zeros((0, 6), geo.x.dtype)
+        return jnp.zeros((n, 6), multipliers.dtype), jnp.zeros((0, 6), multipliers.dtype)
     wrenches = constraints.closure_wrenches(system, known, multipliers)
     return constraints.sum_on_carriers(system, wrenches, system.topology.frame_body, n), jnp.concatenate(wrenches)
 
@@ -121,10 +121,10 @@ def _elements(system):
     return [row for group in system.closures for row in zip(group.names, group.first, group.second, strict=True)]
 
 
-def _joint_wrenches(system, geo, rate, loads, multipliers, known):
+def _joint_wrenches(system, S, rate, loads, multipliers, known):
     """World wrench on the child of every joint (joints, 6) about the origin, efforts (nv,), elements' wrenches."""
     top = system.topology
-    cut, each = _cut_wrenches(system, geo, multipliers, known)
+    cut, each = _cut_wrenches(system, multipliers, known)
     carried = subtrees(top.bodies, rate - loads - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
     body_of = {j: k for k, j in enumerate(top.body_joint)}
@@ -136,7 +136,7 @@ def _joint_wrenches(system, geo, rate, loads, multipliers, known):
     known = jnp.concatenate([carried * jnp.asarray(sign, carried.dtype)[:, None], each])
     wrench = take(known, [source[j] for j in range(len(top.joints))])
     column_body = [body_of[j] for j in top.node_joint]
-    return wrench, jnp.einsum("nk,nk->n", geo.S, take(carried, column_body)), each
+    return wrench, jnp.einsum("nk,nk->n", S, take(carried, column_body)), each
 
 
 def _at_frames(wrench, R, x, axes, sign):
@@ -153,34 +153,30 @@ def _all_wrenches(system, joints, elements):
     return jnp.concatenate([joints, take(elements, extra)]) if extra else joints
 
 
-def _reactions(system: System, P, state: State, frame: str, side: str, compliance, method: str) -> Reactions:
+def _reactions(system: System, state: State, frame: str, side: str, compliance, method: str) -> Reactions:
     top = system.topology
-    psi, u, t = state.coordinates, state.velocities, state.t
-    geo = geometry(system, P, psi)
-    R, x, J = geo.R, geo.x, node_inertias(P, geo.W)
-    V = node_motion(top, geo.S, u)
-    loads, Q, _ = efforts(system, geo, V, psi, u, t, body_owner(system))
-    known, _ = moving = constraints.moving_directions(system, geo)
-    on_nodes = _on_nodes(top, loads), Q
-    a, multipliers, gaps = solved_accelerations(system, geo, J, V, psi, u, t, method, on_nodes, moving)
-    V_dot = node_accelerations(top, geo.S, V, u, a)
-    rate, bodies = body_rates(system, R, x, V, V_dot)
+    at = moving(system, at_state(system, state), state.velocities)
+    loads, Q, _ = efforts(system, at, body_owner(system))
+    known, _ = directions = constraints.moving_directions(system, at)
+    a, multipliers, gaps = accelerations(system, at, method, (_on_nodes(top, loads), Q), directions)
+    V_dot = node_accelerations(top, at, a)
+    rate, bodies = body_rates(system, at, V_dot)
     loads = loads + gravity_wrench(bodies, system.gravity)
     if system.elastic:
-        needed = needed_loads(system, geo, psi, V, u, V_dot, a, body_owner(system))
+        needed = needed_loads(system, at, V_dot, a, body_owner(system))
         rate, Q = rate + needed.wrench, Q - needed.column
-    wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers, known)
+    wrench, effort, others = _joint_wrenches(system, at.S, rate, loads, multipliers, known)
     if top.analysis is not None and top.analysis.redundant:
-        multipliers = distributed(system, geo, _all_wrenches(system, wrench, others), multipliers, compliance, known)
-        wrench, effort, others = _joint_wrenches(system, geo, rate, loads, multipliers, known)
-    gap = effort - Q - constraints.coordinate_efforts(system, psi, t, multipliers)
-    named = _named(system, _all_wrenches(system, wrench, others), effort, geo, frame, side)
+        multipliers = distributed(system, at, _all_wrenches(system, wrench, others), multipliers, compliance, known)
+        wrench, effort, others = _joint_wrenches(system, at.S, rate, loads, multipliers, known)
+    gap = effort - Q - constraints.coordinate_efforts(system, at.psi, at.t, multipliers)
+    named = _named(system, _all_wrenches(system, wrench, others), effort, at, frame, side)
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     hidden = tuple(joint.name for joint in top.joints if joint.is_hidden)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
     least = _BALANCED[residual.dtype.itemsize]
     rate = _loads_over_mass(system, _all_wrenches(system, wrench, others), effort)
-    missed = _missed(system, constraint_rows(system, geo, psi, t, known), V_dot, a, gaps, rate)
+    missed = _missed(system, constraint_rows(system, at, known), V_dot, a, gaps, rate)
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     return Reactions(named, multipliers, residual, state.ok & balanced, hidden)
 
@@ -198,25 +194,24 @@ def _loads_over_mass(system, wrench, effort):
 def _missed(system, rows, V_dot, a, gaps, rate):
     """The largest of the gaps (rows,) of the rows' accelerations, of `rate` and the largest that adds up in them."""
     if not system.has_constraints:
-        return jnp.zeros_like(rows.t)
+        return jnp.zeros_like(rows.at.t)
     return relative(rows.unit * gaps, rows.sizes(V_dot, a) + lax.stop_gradient(rate))
 
 
-def _named(system, wrench, effort, geo, frame, side):
+def _named(system, wrench, effort, at, frame, side):
     """`JointReaction` by name from the wrenches (carriers, 6): of joints and of two-frame constraints."""
     top, (sign, end) = system.topology, (1.0, 1) if side == "child" else (-1.0, 0)
     carriers = constraints.carriers(system)
     efforts = [effort[j.velocities] for j in top.joints] + [jnp.zeros(0)] * (len(carriers) - len(top.joints))
     marks = top.analysis.undetermined if top.analysis else [(False,) * 6] * len(carriers)
-    at = [c[1 + end] for c in carriers]
-    force, moment = _at_frames(wrench, take(geo.R, at), take(geo.x, at), frame, sign)
+    own = [c[1 + end] for c in carriers]
+    force, moment = _at_frames(wrench, take(at.R, own), take(at.x, own), frame, sign)
     return {name: JointReaction(force[i], moment[i], efforts[i], marks[i]) for i, (name, *_) in enumerate(carriers)}
 
 
 @jit
 def _reactions_jit(system, states, frame, side, batched, compliance, method):
-    P = node_parameters(system)
-    one = lambda s: _reactions(system, P, s, frame, side, compliance, method)  # noqa: E731
+    one = lambda s: _reactions(system, s, frame, side, compliance, method)  # noqa: E731
     return over_rows(one, states) if batched else one(states)
 
 

@@ -14,11 +14,12 @@ from jax import Array, lax
 
 from .. import blocksparse
 from ..kinematics import constraints
-from ..kinematics.poses import Geometry, frame_twists
+from ..kinematics.configuration import Configuration, moving, node_motion
+from ..kinematics.poses import frame_twists
 from ..kinematics.tree import ancestors, apply_mass, subtrees
 from ..math.linalg import proximal_rounds
 from ..math.rows import take
-from ..math.spatial import dot, momentum, pack, scale, unpack
+from ..math.spatial import dot, momentum, unpack
 from ..math.spd import spd_inverse
 from ..model.system import System
 from .body_graph import body_graph
@@ -37,9 +38,7 @@ class Rows(NamedTuple):
     """The constraint rows A at a configuration, brought to one unit."""
 
     system: System
-    geo: Geometry
-    psi: Array
-    t: Array
+    at: Configuration
     unit: Array
     directions: tuple
 
@@ -50,12 +49,12 @@ class Rows(NamedTuple):
             relative = take(twist, group.second) - take(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
         if system.rows:
-            parts.append(constraints.coordinate_rates(system, self.psi, self.t, a))
+            parts.append(constraints.coordinate_rates(system, self.at.psi, self.at.t, a))
         return self.unit * jnp.concatenate(parts)
 
     def twists(self, a):
         """Rates (nodes, 6) of the nodes' twists from accelerations a (nv,) alone."""
-        return ancestors(self.system.topology.nodes, pack(scale(unpack(self.geo.S), a)))
+        return node_motion(self.system.topology, self.at.S, a)
 
     def sizes(self, twists, a):
         """Magnitude (rows,) of what adds up in `rates`, from the rates of twists (nodes, 6)."""
@@ -64,30 +63,30 @@ class Rows(NamedTuple):
             both = take(twist, group.second) + take(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
         if system.rows:
-            parts.append(jnp.abs(constraints.coordinate_rates(system, self.psi, self.t, a)))
+            parts.append(jnp.abs(constraints.coordinate_rates(system, self.at.psi, self.at.t, a)))
         return self.unit * jnp.concatenate(parts)
 
     def efforts(self, y):
         """A^T y (nv,) for multipliers y (rows,)."""
-        return jax.linear_transpose(self.rates, jnp.zeros(self.geo.S.shape[0], y.dtype))(y)[0]
+        return jax.linear_transpose(self.rates, jnp.zeros(self.at.S.shape[0], y.dtype))(y)[0]
 
 
-def constraint_rows(system: System, geo, psi, t, known=None) -> Rows:
-    """The rows at the coordinates psi; known: their `constraints.directions`."""
-    directions = constraints.directions(system, geo) if known is None else known
-    unit = jnp.asarray(constraints.row_scale(system).unit, psi.dtype)
-    return Rows(system, geo, psi, t, unit, directions)
+def constraint_rows(system: System, at: Configuration, known=None) -> Rows:
+    """The rows at a configuration; known: their `constraints.directions`."""
+    directions = constraints.directions(system, at) if known is None else known
+    unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
+    return Rows(system, at, unit, directions)
 
 
-def sparse_saddle(system: System, geo, J, psi, rows: Rows, b, c):
+def sparse_saddle(system: System, at: Configuration, rows: Rows, b, c):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
     n = b.shape[0]
-    C, inverse = _inverse(*_constant((system, geo, J, psi, rows)))
+    C, inverse = _inverse(*_constant((system, at, rows)))
     right = jnp.concatenate([b, rows.unit * c])
 
     def apply(z, C):
         a, y = z[:n], z[n:]
-        return jnp.concatenate([_mass_times(system, geo, J, psi, a) + rows.efforts(y), rows.rates(a) - C * y])
+        return jnp.concatenate([_mass_times(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
 
     def eliminated(right):
         a = inverse(right[:n] + rows.efforts(right[n:] / C))
@@ -111,13 +110,13 @@ def _constant(tree):
     return jax.tree.map(lambda x: lax.stop_gradient(x) if isinstance(x, Array) else x, tree)
 
 
-def _mass_times(system, geo, J, psi, a):
+def _mass_times(system, at, a):
     """M a (nv,) of rigid and elastic bodies."""
-    nodes, s = system.topology.nodes, unpack(geo.S)
-    total = apply_mass(nodes, geo.S, J, a)
+    nodes = system.topology.nodes
+    total = apply_mass(nodes, at.S, at.J, a)
     if system.elastic:
-        h = elastic_momenta(system, geo, psi, ancestors(nodes, pack(scale(s, a))), a)
-        total = total + dot(s, unpack(subtrees(nodes, h.wrench))) + h.column
+        h = elastic_momenta(system, moving(system, at, a))
+        total = total + dot(unpack(at.S), unpack(subtrees(nodes, h.wrench))) + h.column
     return total
 
 
@@ -143,28 +142,28 @@ def _kinds(system) -> _Kinds:
     return _Kinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
 
 
-def _inverse(system, geo, J, psi, rows):
+def _inverse(system, at, rows):
     """Compliances C (rows,) and the function from efforts (nv,) to accelerations, `(M + A^T C^-1 A)^-1`.
 
     Rows of couplers and of the user, which may read any column, border the graph: they should be few.
     """
-    top, graph, kinds = system.topology, body_graph(system), _kinds(system)
-    parts = clusters(system, geo, psi)
-    composite = subtrees(top.nodes, shared_inertia(system, J, parts))
-    mobility = _mobility(system, geo, composite, parts)
-    B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], psi.dtype))
+    top, graph, kinds, dtype = system.topology, body_graph(system), _kinds(system), at.psi.dtype
+    parts = clusters(system, at)
+    composite = subtrees(top.nodes, shared_inertia(system, at.J, parts))
+    mobility = _mobility(system, at.S, composite, parts)
+    B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
     closures = [u[..., None] * D for u, D in zip(_by_group(rows, rows.unit), rows.directions, strict=True)]
-    sizes = [_closure_sizes(graph, geo, top.nodes, mobility, closures), jnp.zeros(top.num_rows - kinds.closures)]
-    sizes = jnp.concatenate([part.astype(psi.dtype) for part in sizes])
+    sizes = [_closure_sizes(graph, at.S, top.nodes, mobility, closures), jnp.zeros(top.num_rows - kinds.closures)]
+    sizes = jnp.concatenate([part.astype(dtype) for part in sizes])
     sizes = sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
     sizes = sizes.at[kinds.others].set((B * B) @ mobility)
-    C = PROXIMAL[psi.dtype.itemsize] * _together(sizes, constraints.row_scale(system).block)
+    C = PROXIMAL[dtype.itemsize] * _together(sizes, constraints.row_scale(system).block)
 
-    maps = joint_maps(graph, geo, system.length.astype(psi.dtype))
+    maps = joint_maps(graph, at, system.length.astype(dtype))
     each = zip(closures, _by_group(rows, C), strict=True)
     springs = [jnp.einsum("era,er,erb->eab", D, 1.0 / c, D) for D, c in each]
     held = jnp.zeros_like(mobility).at[kinds.columns].add(rows.unit[kinds.drives] ** 2 / C[kinds.drives])
-    matrix = body_matrix(graph, maps, J, composite, springs, held, [part.inertia for part in parts])
+    matrix = body_matrix(graph, maps, at.J, composite, springs, held, [part.inertia for part in parts])
     factor = blocksparse.factor(matrix, "ldl")
     return C, _bordered(lambda r: solve_with_modes(system, graph, maps, parts, factor, r), B, C[kinds.others])
 
@@ -190,18 +189,18 @@ def _by_group(rows, values):
     return [values[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)]
 
 
-def _mobility(system, geo, composite, parts):
+def _mobility(system, S, composite, parts):
     """Inverse diagonal (nv,) of the mass matrix; zero for columns without inertia, which must not set a scale."""
-    size = dot(unpack(geo.S), momentum(unpack(composite), unpack(geo.S)))
+    size = dot(unpack(S), momentum(unpack(composite), unpack(S)))
     for group, part in zip(system.elastic, parts, strict=True):
         size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
     massless = size <= 1e-9 * jnp.max(size, initial=1e-30)
     return jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, size))
 
 
-def _closure_sizes(graph, geo, nodes, mobility, directions):
+def _closure_sizes(graph, S, nodes, mobility, directions):
     """Diagonal of A diag(mobility) A^T, by sums of S S^T over the columns between the frames of each closure."""
-    reach = ancestors(nodes, geo.S[:, :, None] * geo.S[:, None, :] * mobility[:, None, None])
+    reach = ancestors(nodes, S[:, :, None] * S[:, None, :] * mobility[:, None, None])
     reach = jnp.concatenate([reach, jnp.zeros((1, 6, 6), reach.dtype)])
     a, b = np.append(graph.node, nodes.size)[graph.ends].T
     between = reach[a] + reach[b] - 2.0 * reach[graph.fork]

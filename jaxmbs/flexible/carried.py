@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import jax.numpy as jnp
 
 from ..checks import no_such
-from ..dynamics.newton_euler import accelerations_at, node_accelerations, node_motion
+from ..dynamics.newton_euler import accelerations
 from ..dynamics.reactions import reactions
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..kinematics import constraints
-from ..kinematics.poses import geometry, node_inertias, node_parameters
+from ..kinematics.configuration import at_state, moving, node_accelerations
 from ..kinematics.state import State
 from ..linear.system import LinearSystem
 from ..math.jit import jit
@@ -98,10 +98,10 @@ def _side(top, ends, frame):
 def _carried(system, states, components, wrenches, joints, method):
     def loads(row):
         state, wrenches = row
-        geo, V, V_dot = _motion(system, state, method)
-        found = {frame: _inertia(system, geo, V, V_dot, frame, c) for frame, c in components.items()}
+        at, V, V_dot = _motion(system, state, method)
+        found = {frame: _inertia(system, at, V, V_dot, frame, c) for frame, c in components.items()}
         for name, (frame, node) in joints:
-            found[frame] = found[frame] + _of_joint(system, geo, wrenches[name], name, frame, components[frame], node)
+            found[frame] = found[frame] + _of_joint(system, at, wrenches[name], name, frame, components[frame], node)
         return found
 
     rows = states, wrenches
@@ -109,22 +109,18 @@ def _carried(system, states, components, wrenches, joints, method):
 
 
 def _motion(system, state, method):
-    """Poses, and the world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
-    psi, u, t = state.coordinates, state.velocities, state.t
-    P, top = node_parameters(system), system.topology
-    geo = geometry(system, P, psi)
-    V = node_motion(top, geo.S, u)
-    a, _ = accelerations_at(system, geo, node_inertias(P, geo.W), V, psi, u, t, method)
-    V_dot = node_accelerations(top, geo.S, V, u, a)
-    return geo, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (V, V_dot))
+    """Where it is, and the world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
+    at = moving(system, at_state(system, state), state.velocities)
+    V_dot = node_accelerations(system.topology, at, accelerations(system, at, method)[0])
+    return at, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (at.V, V_dot))
 
 
-def _inertia(system, geo, V, V_dot, frame, component):
+def _inertia(system, at, V, V_dot, frame, component):
     """Weight less the rate of the nodes' momenta `h = M y`, y = (v, omega) of every node in the frame's axes:
     `f = p' + omega x p` on what moves, `m = l' + omega x l + v x p` on what turns."""
     top = system.topology
     index = top.frame_index[frame]
-    R, x, node = geo.R[index], geo.x[index], top.frame_node[index]
+    R, x, node = at.R[index], at.x[index], top.frame_node[index]
     B, M = rigid_basis(component, jnp.zeros(3, x.dtype)), component.mass
 
     def in_frame(twist):
@@ -141,14 +137,14 @@ def _inertia(system, geo, V, V_dot, frame, component):
     return M @ (weight - B @ flow_dot) - turning
 
 
-def _of_joint(system, geo, wrench, name, frame, component, node):
+def _of_joint(system, where, wrench, name, frame, component, node):
     """The joint's reaction (n,) on one node: its force, and its moment about the node."""
     top = system.topology
     ends = next(ends for other, *ends in constraints.carriers(system) if other == name)
     index, sign = top.frame_index[frame], _side(top, ends, frame)
-    R, place = geo.R[index], component.positions[component.nodes.index(node)]
+    R, place = where.R[index], component.positions[component.nodes.index(node)]
     force, moment = (sign * R.T @ w for w in wrench)
-    moment = moment + jnp.cross(R.T @ (geo.x[ends[1]] - geo.x[index]) - place, force)
+    moment = moment + jnp.cross(R.T @ (where.x[ends[1]] - where.x[index]) - place, force)
     at = jnp.asarray([other == node for other in component.nodes], force.dtype)
     return _rows(component, jnp.outer(at, force), jnp.outer(at, moment))
 

@@ -8,10 +8,10 @@ from jaxtyping import Array
 
 from ..checks import no_such
 from ..dynamics.elastic import needed
-from ..dynamics.newton_euler import accelerations_at, node_accelerations, node_motion
+from ..dynamics.newton_euler import accelerations
 from ..errors import UnknownNameError
+from ..kinematics.configuration import at_state, moving, node_accelerations
 from ..kinematics.elastic import elastic_state, flow_rate, gathered
-from ..kinematics.poses import geometry, node_inertias, node_parameters
 from ..kinematics.state import State
 from ..math.jit import jit
 from ..math.rotation import rotation_vector_rate
@@ -123,20 +123,17 @@ def _of_body(group, index, tree):
 
 
 def _deformations(system, group, index, state):
-    geo = geometry(system, node_parameters(system), state.coordinates)
-    V = node_motion(system.topology, geo.S, state.velocities)
-    s = _of_body(group, index, elastic_state(system, group, geo, state.coordinates, V, state.velocities))[1]
+    at = moving(system, at_state(system, state, inertias=False), state.velocities)
+    s = _of_body(group, index, elastic_state(system, group, at))[1]
     return s.q, s.flow[6:]
 
 
 def _motion(system, group, index, frame, state):
     """Inertia is the rate of the momenta of the nodes, `-(M y_dot + Omega x M y)` with the velocities y."""
-    P, psi, u, t = node_parameters(system), state.coordinates, state.velocities, state.t
-    geo = geometry(system, P, psi)
-    V = node_motion(system.topology, geo.S, u)
-    a, _ = accelerations_at(system, geo, node_inertias(P, geo.W), V, psi, u, t)
-    V_dot = node_accelerations(system.topology, geo.S, V, u, a)
-    body, s = _of_body(group, index, elastic_state(system, group, geo, psi, V, u))
+    at = moving(system, at_state(system, state), state.velocities)
+    a, *_ = accelerations(system, at)
+    V_dot = node_accelerations(system.topology, at, a)
+    body, s = _of_body(group, index, elastic_state(system, group, at))
     rate = flow_rate(body, s, *_of_body(group, index, gathered(system, group, V_dot, a))[1])
     component = frame.system
 

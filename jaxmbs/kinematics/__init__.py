@@ -1,7 +1,7 @@
 """Kinematics of mechanisms: states, constraints, influence coefficients, points."""
 
 from .constraints import constraint_jacobian, constraint_residual
-from .influence import Kic, body_kic, internal_kic, kic
+from .influence import Kic, internal_kic, kic
 from .influence_second import (
     SecondKic,
     internal_kic_second,
@@ -18,7 +18,6 @@ __all__ = [
     "SecondKic",
     "State",
     "angular_velocity",
-    "body_kic",
     "constraint_jacobian",
     "constraint_residual",
     "internal_kic",

@@ -11,7 +11,8 @@ from ..math.linalg import saddle_solve
 from ..math.spd import spd_inverse
 from ..model.system import System
 from . import constraints
-from .poses import coordinate_rate, geometry, node_parameters, normalise, step_coordinates
+from .configuration import configuration
+from .poses import coordinate_rate, node_parameters, normalise, step_coordinates
 
 _ITERATIONS = 100
 
@@ -24,9 +25,9 @@ def metric(system: System):
 
 def _linearised(system, P, psi, t, free):
     """Residual of the positions and its Jacobian in the free columns."""
-    geo = geometry(system, P, psi)
-    A = constraints.jacobian_at(system, geo, psi, t)[system.topology.position_rows]
-    return constraints.residual_at(system, geo, psi, t), A * free[None, :]
+    at = configuration(system, P, psi, t, inertias=False)
+    A = constraints.jacobian(system, at)[system.topology.position_rows]
+    return constraints.residual(system, at), A * free[None, :]
 
 
 def newton_step(system: System, P, psi, t, free):
@@ -112,7 +113,8 @@ def consistent_velocities(system: System, P, psi, u, t, free):
     """Velocities of least change from u (nv,) that satisfy the rows; columns with free = 0 are held."""
     if not system.has_constraints:
         return u
-    A, f_t = constraints.jacobian(system, P, psi, t), constraints.time_rate(system, psi, t)
+    at = configuration(system, P, psi, t, inertias=False)
+    A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at.psi, at.t)
     return _nearest_velocities(system, A, f_t, u, free)
 
 
@@ -127,9 +129,9 @@ def assembled(system: System, psi, u, t, free_position, free_velocity):
     """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
     P = node_parameters(system)
     psi = assemble(system, P, psi, t, free_position)
-    geo = geometry(system, P, psi)
-    f, f_t = constraints.residual_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
-    A = constraints.jacobian_at(system, geo, psi, t)
+    at = configuration(system, P, psi, t, inertias=False)
+    f, f_t = constraints.residual(system, at), constraints.time_rate(system, psi, t)
+    A = constraints.jacobian(system, at)
     if system.has_constraints:
         u = _nearest_velocities(system, A, f_t, u, free_velocity)
     return psi, u, f, A @ u + f_t

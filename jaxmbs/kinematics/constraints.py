@@ -2,8 +2,7 @@
 
 Row order: cut joints and two-frame constraints group by group, then drives, couplers and user rows.  Rows of velocity
 alone (rolling, blades; nonholonomic) stand among them in A but not in f: `topology.position_rows` picks the others;
-f_t is what a row amounts to at rest.  Functions named `..._at` take the `Geometry` of the coordinates, so that one
-walk of the tree serves them all.
+f_t is what a row amounts to at rest.
 """
 
 import jax
@@ -15,7 +14,8 @@ from ..math.linalg import RowScale, skew
 from ..math.rows import summed, take
 from ..model.question import question
 from ..model.system import ClosureGroup, System
-from .poses import coordinate_rate, frame_twists, geometry, node_parameters
+from .configuration import Configuration, Moving, at_state
+from .poses import coordinate_rate, frame_twists
 
 
 def _relative(basis, a, b):
@@ -59,9 +59,9 @@ def closure_directions(group: ClosureGroup, R, x):
     return jax.vmap(_directions)(group.kind, group.basis, *_ends(group, R, x))
 
 
-def directions(system: System, geo):
+def directions(system: System, at: Configuration):
     """`closure_directions` of every group, for the functions that take them where they are known already."""
-    return tuple(closure_directions(group, geo.R, geo.x) for group in system.closures)
+    return tuple(closure_directions(group, at.R, at.x) for group in system.closures)
 
 
 def closure_wrenches(system: System, known, multipliers):
@@ -96,16 +96,16 @@ def _coordinate_rows(system: System, psi, t):
     return jnp.concatenate(rows)
 
 
-def residual_at(system: System, geo, psi, t):
+def residual(system: System, at: Configuration):
     """f(psi, t), shape (rows,): lengths [m], tangents of half angles, coordinates.  Source: S2 (1)-(2)."""
     parts = [
-        jax.vmap(_rows)(group.kind, group.basis, *_ends(group, geo.R, geo.x)).reshape(-1)
+        jax.vmap(_rows)(group.kind, group.basis, *_ends(group, at.R, at.x)).reshape(-1)
         for group in system.closures
         if group.kind.num_rows > group.kind.num_slips
     ]
     if system.rows:
-        parts.append(_coordinate_rows(system, psi, t))
-    return jnp.concatenate(parts) if parts else jnp.zeros(0, psi.dtype)
+        parts.append(_coordinate_rows(system, at.psi, at.t))
+    return jnp.concatenate(parts) if parts else jnp.zeros(0, at.psi.dtype)
 
 
 def path_difference(system: System, group: ClosureGroup):
@@ -115,19 +115,19 @@ def path_difference(system: System, group: ClosureGroup):
     return path[node[np.asarray(group.second)]] - path[node[np.asarray(group.first)]]
 
 
-def jacobian_at(system: System, geo, psi, t, known=None):
+def jacobian(system: System, at: Configuration, known=None):
     """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T; known: `directions`.
 
     Source: S2 (3), (5)."""
     n, parts = system.topology.num_velocities, []
-    for group, D in zip(system.closures, directions(system, geo) if known is None else known, strict=True):
-        path = jnp.asarray(path_difference(system, group), psi.dtype)
-        rows = jnp.einsum("erk,nk->ern", D, geo.S) * path[:, None, :]
+    for group, D in zip(system.closures, directions(system, at) if known is None else known, strict=True):
+        path = jnp.asarray(path_difference(system, group), at.psi.dtype)
+        rows = jnp.einsum("erk,nk->ern", D, at.S) * path[:, None, :]
         parts.append(rows.reshape(-1, n))
     if system.rows:
-        along = jax.vmap(lambda u: coordinate_rates(system, psi, t, u), out_axes=1)
-        parts.append(along(jnp.eye(n, dtype=psi.dtype)))
-    return jnp.concatenate(parts) if parts else jnp.zeros((0, n), psi.dtype)
+        along = jax.vmap(lambda u: coordinate_rates(system, at.psi, at.t, u), out_axes=1)
+        parts.append(along(jnp.eye(n, dtype=at.psi.dtype)))
+    return jnp.concatenate(parts) if parts else jnp.zeros((0, n), at.psi.dtype)
 
 
 def coordinate_rates(system, psi, t, u):
@@ -170,20 +170,20 @@ def time_rate(system: System, psi, t):
     return jnp.concatenate([jnp.zeros(system.topology.num_rows - rate.shape[0], psi.dtype), rate])
 
 
-def _frame_rates(system, geo, V):
+def _frame_rates(system, at):
     """Twists of the frames' carriers (frames, 6), and the rates of R and x they make."""
-    carried = frame_twists(system, V)
+    carried = frame_twists(system, at.V)
     spin = jax.vmap(skew)(carried[:, :3])
-    return carried, jnp.einsum("fij,fjk->fik", spin, geo.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, geo.x)
+    return carried, jnp.einsum("fij,fjk->fik", spin, at.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, at.x)
 
 
-def acceleration_bias(system: System, geo, V, V_dot, psi, u, t, moving=None):
+def acceleration_bias(system: System, at: Moving, V_dot, moving=None):
     """gamma (rows,) with `A u_dot = gamma`: `-(A_dot u + d f_t/dt)` along the motion.
 
-    Args: V, V_dot (nodes, 6) twists and their rates at zero accelerations; moving: `moving_directions`, if known.
+    Args: V_dot (nodes, 6) twist rates at zero accelerations; moving: `moving_directions`, if known.
     """
-    twist, R_dot, x_dot = _frame_rates(system, geo, V)
-    twist_dot, (known, along) = frame_twists(system, V_dot), moving or moving_directions(system, geo)
+    twist, R_dot, x_dot = _frame_rates(system, at)
+    twist_dot, (known, along) = frame_twists(system, V_dot), moving or moving_directions(system, at)
     parts = []
     for group, D, D_dot in zip(system.closures, known, along(R_dot, x_dot), strict=True):
         relative, relative_dot = (take(v, group.second) - take(v, group.first) for v in (twist, twist_dot))
@@ -192,19 +192,27 @@ def acceleration_bias(system: System, geo, V, V_dot, psi, u, t, moving=None):
     if system.rows:
 
         def row_speed(psi, t):
-            return coordinate_rates(system, psi, t, u) + _coordinate_time_rates(system, psi, t)
+            return coordinate_rates(system, psi, t, at.u) + _coordinate_time_rates(system, psi, t)
 
-        rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
-        parts.append(jax.jvp(row_speed, (psi, t), rates)[1])
-    return -jnp.concatenate([jnp.zeros(0, psi.dtype), *parts])
+        parts.append(jax.jvp(row_speed, (at.psi, at.t), _rates(system, at))[1])
+    return -jnp.concatenate([jnp.zeros(0, at.psi.dtype), *parts])
 
 
-def moving_directions(system: System, geo):
+def _rates(system, at):
+    """Rates of (psi, t)."""
+    return coordinate_rate(system.topology, at.psi, at.u), jnp.ones_like(at.t)
+
+
+def moving_directions(system: System, at: Configuration):
     """`directions`, and the function of (R_dot, x_dot) that gives their rates."""
-    return jax.linearize(lambda R, x: directions(system, geo._replace(R=R, x=x)), geo.R, geo.x)
+
+    def of_frames(R, x):
+        return tuple(closure_directions(group, R, x) for group in system.closures)
+
+    return jax.linearize(of_frames, at.R, at.x)
 
 
-def pull(system: System, geo, V, psi, u, t, sigma, moving):
+def pull(system: System, at: Moving, sigma, moving):
     """What the multipliers sigma (rows,) of the momentum do to its rate: `A_dot^T sigma` in three parts.
 
     Args: moving: `moving_directions`.
@@ -213,9 +221,9 @@ def pull(system: System, geo, V, psi, u, t, sigma, moving):
     `A_dot^T sigma = S_dot . subtrees(wrenches) + S . subtrees(rates) + part`.
     """
     top = system.topology
-    wrenches = rates = jnp.zeros((top.nodes.size, 6), psi.dtype)
+    wrenches = rates = jnp.zeros((top.nodes.size, 6), at.psi.dtype)
     if system.closures:
-        _, R_dot, x_dot = _frame_rates(system, geo, V)
+        _, R_dot, x_dot = _frame_rates(system, at)
 
         known, along = moving
 
@@ -224,10 +232,10 @@ def pull(system: System, geo, V, psi, u, t, sigma, moving):
             return sum_on_carriers(system, each, top.frame_node, top.nodes.size)
 
         wrenches, rates = on_nodes(known), on_nodes(along(R_dot, x_dot))
-    part = jnp.zeros_like(u)
+    part = jnp.zeros_like(at.u)
     if system.rows:
-        moving = (coordinate_rate(top, psi, u), jnp.ones_like(t))
-        part = jax.jvp(lambda psi, t: coordinate_efforts(system, psi, t, sigma), (psi, t), moving)[1]
+        efforts = lambda psi, t: coordinate_efforts(system, psi, t, sigma)  # noqa: E731
+        part = jax.jvp(efforts, (at.psi, at.t), _rates(system, at))[1]
     return wrenches, rates, part
 
 
@@ -240,26 +248,16 @@ def coordinate_efforts(system: System, psi, t, multipliers):
     return jax.linear_transpose(lambda v: coordinate_rates(system, psi, t, v), rest)(multipliers[-known:])[0]
 
 
-def residual(system: System, P, psi, t):
-    """f(psi, t) (rows,) from the tree parameters P; see `residual_at`."""
-    return residual_at(system, geometry(system, P, psi), psi, t)
-
-
-def jacobian(system: System, P, psi, t):
-    """A (rows, nv) from the tree parameters P; see `jacobian_at`."""
-    return jacobian_at(system, geometry(system, P, psi), psi, t)
-
-
 @question
 def constraint_residual(system: System, state):
     """Residual f(psi, t) (rows,) of all loops, drives and couplers; zero when assembled.  Source: S2 (1)-(2)."""
-    return residual(system, node_parameters(system), state.coordinates, state.t)
+    return residual(system, at_state(system, state, inertias=False))
 
 
 @question
 def constraint_jacobian(system: System, state):
     """Velocity rows A (rows, nv): `A u + f_t = 0`.  Source: S2 (3), (5)."""
-    return jacobian(system, node_parameters(system), state.coordinates, state.t)
+    return jacobian(system, at_state(system, state, inertias=False))
 
 
 def carriers(system: System):
@@ -269,7 +267,7 @@ def carriers(system: System):
     return [(j.name, *j.frames) for j in top.joints] + [e for e in elements if e[0] not in top.joint_index]
 
 
-def reaction_map(system: System, geo):
+def reaction_map(system: System, at: Configuration):
     """Reactions per unit multiplier, (carriers, 6, rows): force then moment on the joint's child or on frame B.
 
     About the origin and in the axes of that frame.  Multipliers of drives and couplers act inside their joints and
@@ -277,18 +275,18 @@ def reaction_map(system: System, geo):
     """
     top, names = system.topology, [name for name, *_ in carriers(system)]
     num = len(names)
-    out = jnp.zeros((num, 6, top.num_rows), geo.x.dtype)
+    out = jnp.zeros((num, 6, top.num_rows), at.x.dtype)
     if not system.closures:
         return out
     parts = []
     for group in system.closures:
-        D = closure_directions(group, geo.R, geo.x)
+        D = closure_directions(group, at.R, at.x)
         weight = jnp.asarray(_reaction_weights(top, group, names), D.dtype)
         parts.append(jnp.einsum("ej,erk->jker", weight, D).reshape(num, 6, -1))
     known = sum(part.shape[2] for part in parts)
     out = jnp.concatenate([*parts, out[:, :, known:]], axis=2)
-    at = np.array([b for *_, b in carriers(system)])
-    R, x, moment, force = take(geo.R, at), take(geo.x, at), out[:, :3], out[:, 3:]
+    own = np.array([b for *_, b in carriers(system)])
+    R, x, moment, force = take(at.R, own), take(at.x, own), out[:, :3], out[:, 3:]
     moment = moment - jnp.einsum("jab,jbm->jam", jax.vmap(skew)(x), force)
     return jnp.concatenate([jnp.einsum("jba,jbm->jam", R, part) for part in (force, moment)], axis=1)
 

@@ -10,6 +10,7 @@ from jaxtyping import Array
 from ..math.linalg import skew
 from ..model.elastic import ElasticGroup
 from ..model.system import System
+from .configuration import Configuration, Moving, resting
 from .tree import mass_matrix as tree_mass_matrix
 
 
@@ -32,11 +33,11 @@ class Parts(NamedTuple):
     column: Array
 
 
-def elastic_state(system: System, group: ElasticGroup, geo, psi, V, u) -> ElasticState:
-    """Motion of the bodies of a group from node twists V (nodes, 6) and velocities u (nv,)."""
+def elastic_state(system: System, group: ElasticGroup, at: Moving) -> ElasticState:
+    """Motion of the bodies of a group."""
     frames = np.array(group.frames)
-    R, x, modal = geo.R[frames], geo.x[frames], psi[np.array(group.coordinates, int)]
-    twists, rates = gathered(system, group, V, u)
+    R, x, modal = at.R[frames], at.x[frames], at.psi[np.array(group.coordinates, int)]
+    twists, rates = gathered(system, group, at.V, at.u)
 
     def of_body(body, R, x, V, modal, rates):
         q = body.deformations(R, x, modal)
@@ -68,7 +69,7 @@ def flow_rate(body, s: ElasticState, V_dot, rates_dot):
     return jax.jvp(body.flow, (s.R, s.x, s.q, s.V, s.rates), moving)[1]
 
 
-def summed(function, system: System, geo, psi, V, u, rates=None, owner=None) -> Parts:
+def summed(function, system: System, at: Moving, rates=None, owner=None) -> Parts:
     """`function(body, state)`, wrenches on interfaces and parts of modes, of every elastic body, summed on nodes.
 
     Args:
@@ -76,9 +77,9 @@ def summed(function, system: System, geo, psi, V, u, rates=None, owner=None) -> 
         owner: (carrier of each frame, number of carriers) in place of nodes.
     """
     carrier, n = owner or (np.asarray(system.topology.frame_node), system.topology.nodes.size)
-    total, columns = jnp.zeros((n + 1, 6), psi.dtype), jnp.zeros(system.topology.num_velocities, psi.dtype)
+    total, columns = jnp.zeros((n + 1, 6), at.psi.dtype), jnp.zeros(system.topology.num_velocities, at.psi.dtype)
     for group in system.elastic:
-        states = [elastic_state(system, group, geo, psi, V, u)]
+        states = [elastic_state(system, group, at)]
         states += [] if rates is None else gathered(system, group, *rates)
         wrench, column = jax.vmap(function)(group.body, *states)
         total = total.at[carrier[np.array(group.frames)] % (n + 1)].add(wrench)
@@ -86,14 +87,9 @@ def summed(function, system: System, geo, psi, V, u, rates=None, owner=None) -> 
     return Parts(total[:n], columns)
 
 
-def at_rest(system: System, psi):
-    """Node twists and velocities of rest."""
-    return jnp.zeros((system.topology.nodes.size, 6), psi.dtype), jnp.zeros(system.topology.num_velocities, psi.dtype)
-
-
-def flow_map(system: System, group: ElasticGroup, geo, s: ElasticState):
+def flow_map(system: System, group: ElasticGroup, at: Configuration, s: ElasticState):
     """Flows (bodies, 6 + m, nv) per unit velocity."""
-    top, S = system.topology, geo.S
+    top, S = system.topology, at.S
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])
     path = path[np.asarray(top.frame_node)[np.array(group.frames)]]
     twists = jnp.asarray(path, S.dtype)[:, :, None, :] * S.T[None, None]
@@ -105,25 +101,25 @@ def flow_map(system: System, group: ElasticGroup, geo, s: ElasticState):
     return jax.vmap(of_body)(group.body, s, twists, rates)
 
 
-def mass_matrix(system: System, geo, J, psi):
+def mass_matrix(system: System, at: Configuration):
     """Mass matrix (nv, nv) of the tree of rigid and elastic bodies.  Source: S2 (35), every column independent."""
-    M = tree_mass_matrix(system.topology.nodes, geo.S, J)
+    M = tree_mass_matrix(system.topology.nodes, at.S, at.J)
     for group in system.elastic:
-        s = elastic_state(system, group, geo, psi, *at_rest(system, psi))
-        flows = flow_map(system, group, geo, s)
+        s = elastic_state(system, group, resting(system, at))
+        flows = flow_map(system, group, at, s)
         z = jax.vmap(lambda body, q, flows: jax.vmap(body.speeds, (None, 1), 1)(q, flows))(group.body, s.q, flows)
         M = M + jnp.einsum("ekn,ekm->nm", z, group.body.inertia @ z)
     return M
 
 
-def interface_inertia(system: System, group: ElasticGroup, geo, psi):
+def interface_inertia(system: System, group: ElasticGroup, at: Configuration):
     """Inertia (bodies, k, k) of elastic bodies on world twists of their interfaces, then on the rates of modes.
 
     Source: S2 (35) for one body.
     """
-    s = elastic_state(system, group, geo, psi, *at_rest(system, psi))
+    s = elastic_state(system, group, resting(system, at))
     count = 6 * s.x.shape[1]
-    unit = jnp.eye(count + len(group.columns[0]), dtype=psi.dtype)
+    unit = jnp.eye(count + len(group.columns[0]), dtype=at.psi.dtype)
 
     def of_body(body, s):
         def speeds(rates):

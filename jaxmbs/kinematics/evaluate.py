@@ -10,8 +10,9 @@ from ..checks import known
 from ..math.jit import is_outside, jit
 from ..model.system import System
 from . import constraints
+from .configuration import configuration
 from .elastic import mass_matrix
-from .poses import geometry, node_inertias, node_parameters, step_coordinates
+from .poses import node_parameters, step_coordinates
 
 
 class Rows(NamedTuple):
@@ -28,12 +29,10 @@ class Rows(NamedTuple):
 
 @jit(compile="quick")
 def _evaluate(system: System, psi, t):
-    P = node_parameters(system)
-    geo = geometry(system, P, psi)
-    M = mass_matrix(system, geo, node_inertias(P, geo.W), psi)
-    f = constraints.residual_at(system, geo, psi, t)
-    A, f_t = constraints.jacobian_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
-    return Rows(f, A, f_t, constraints.reaction_map(system, geo), M, geo.x)
+    at = configuration(system, node_parameters(system), psi, t)
+    f, f_t = constraints.residual(system, at), constraints.time_rate(system, psi, t)
+    A = constraints.jacobian(system, at)
+    return Rows(f, A, f_t, constraints.reaction_map(system, at), mass_matrix(system, at), at.x)
 
 
 def evaluate(system: System, psi, t) -> Rows:

@@ -14,7 +14,7 @@ from ..math.linalg import full_rank_lstsq
 from ..model.question import question
 from ..model.system import System
 from . import constraints
-from .poses import geometry, node_parameters
+from .configuration import Configuration, at_state
 
 
 def independent_columns(system: System) -> np.ndarray:
@@ -28,51 +28,46 @@ def dependent_columns(system: System) -> np.ndarray:
     return np.setdiff1d(np.arange(system.topology.num_velocities), independent_columns(system))
 
 
-def velocity_map(system: System, P, psi, t):
+def velocity_map(system: System, at: Configuration):
     """(Gamma (nv, N), b (nv,)): `u = Gamma phi_dot + b`, by full-column-rank least squares of `[A; P]`.
 
     Redundant rows do no harm.  Source: S2 (3)-(5); b is the part of driven joints and moving supports.
     """
-    return velocity_map_at(system, geometry(system, P, psi) if system.has_constraints else None, psi, t)
-
-
-def velocity_map_at(system: System, geo, psi, t):
-    """`velocity_map` at known geometry."""
-    n, chosen = system.topology.num_velocities, independent_columns(system)
-    pick = np.eye(n, dtype=psi.dtype)[chosen]
+    n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
+    pick = np.eye(n, dtype=dtype)[chosen]
     if not system.has_constraints:
-        return jnp.asarray(pick.T), jnp.zeros(n, psi.dtype)
-    A, f_t = constraints.jacobian_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
-    picked = np.eye(len(chosen), len(chosen) + 1, dtype=psi.dtype)
-    upper = -f_t[:, None] * np.eye(1, len(chosen) + 1, len(chosen), dtype=psi.dtype)
+        return jnp.asarray(pick.T), jnp.zeros(n, dtype)
+    A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at.psi, at.t)
+    picked = np.eye(len(chosen), len(chosen) + 1, dtype=dtype)
+    upper = -f_t[:, None] * np.eye(1, len(chosen) + 1, len(chosen), dtype=dtype)
     solution = full_rank_lstsq(jnp.concatenate([A, pick]), jnp.concatenate([upper, picked]))
     return solution[:, :-1], solution[:, -1]
 
 
-def motion_map(system: System, geo, psi, t, known=None):
+def motion_map(system: System, at: Configuration, known=None):
     """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and keeps the rows, `A x = c`;
     known: `constraints.directions`."""
-    n, chosen = system.topology.num_velocities, independent_columns(system)
-    pick = np.eye(n, dtype=psi.dtype)[chosen]
+    n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
+    pick = np.eye(n, dtype=dtype)[chosen]
     if not system.has_constraints:
-        return jnp.asarray(pick.T), jnp.zeros((n, 0), psi.dtype)
-    rows = jnp.concatenate([constraints.jacobian_at(system, geo, psi, t, known), pick])
-    inverse = full_rank_lstsq(rows, jnp.eye(len(rows), dtype=psi.dtype))
+        return jnp.asarray(pick.T), jnp.zeros((n, 0), dtype)
+    rows = jnp.concatenate([constraints.jacobian(system, at, known), pick])
+    inverse = full_rank_lstsq(rows, jnp.eye(len(rows), dtype=dtype))
     return inverse[:, len(rows) - len(chosen) :], inverse[:, : len(rows) - len(chosen)]
 
 
-def position_map(system: System, P, psi, t):
+def position_map(system: System, at: Configuration):
     """(nv, n): displacements of all columns per independent coordinate, rows of position alone.
 
     Equals Gamma unless rolling or blades restrict velocities further.
     """
     top = system.topology
     if not top.slip_rows:
-        return velocity_map(system, P, psi, t)[0]
+        return velocity_map(system, at)[0]
     pick = np.eye(top.num_velocities)[list(top.analysis.independent_positions)]
-    A = constraints.jacobian(system, P, psi, t)[top.position_rows]
+    A = constraints.jacobian(system, at)[top.position_rows]
     right = np.concatenate([np.zeros((A.shape[0], len(pick))), np.eye(len(pick))])
-    return full_rank_lstsq(jnp.concatenate([A, jnp.asarray(pick, psi.dtype)]), jnp.asarray(right, psi.dtype))
+    return full_rank_lstsq(jnp.concatenate([A, jnp.asarray(pick, at.psi.dtype)]), jnp.asarray(right, at.psi.dtype))
 
 
 def point_jacobian(system: System, S, node, point):
@@ -110,20 +105,15 @@ def internal_kic(system: System, state):
     `Gi = -(df/dq)^-1 (df/dphi)` with the left inverse for redundant rows.  Source: S2 (3)-(5); its transpose maps
     efforts, `tau_phi = Gi^T tau_q`, S2 (6).
     """
-    Gamma, _ = velocity_map(system, node_parameters(system), state.coordinates, state.t)
+    Gamma, _ = velocity_map(system, at_state(system, state, inertias=False))
     return Gamma[dependent_columns(system)]
 
 
-def body_kic(system: System, P, psi, t):
-    """External KIC (bodies, 6, N): angular velocity and velocity of the centre of mass per independent velocity."""
-    geo = geometry(system, P, psi)
-    return body_kic_at(system, geo, velocity_map_at(system, geo, psi, t)[0])
-
-
-def body_kic_at(system: System, geo, Gamma):
-    """`body_kic` at known geometry and velocity map (nv, N)."""
-    top, own, S = system.topology, slice(1, system.topology.bodies.size + 1), geo.S
-    com = geo.x[own] + jnp.einsum("bij,bj->bi", geo.R[own], system.com)
+def body_kic(system: System, at: Configuration, Gamma):
+    """External KIC (bodies, 6, N): angular velocity and velocity of the centre of mass per independent velocity, with
+    Gamma (nv, N) of `velocity_map`."""
+    top, own, S = system.topology, slice(1, system.topology.bodies.size + 1), at.S
+    com = at.x[own] + jnp.einsum("bij,bj->bi", at.R[own], system.com)
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.body_node, int)]
     twist = jnp.asarray(path, S.dtype)[:, :, None] * S[None]
     cross = jax.vmap(jax.vmap(jnp.cross, in_axes=(0, None)))
@@ -138,9 +128,9 @@ def kic(system: System, state) -> Kic:
     The independent set is the user's (`build(independent=...)`) or was chosen at build by pivoting.
     Source: S2 (3)-(6), (11)-(16).
     """
-    geo = geometry(system, node_parameters(system), state.coordinates)
-    Gamma = velocity_map_at(system, geo, state.coordinates, state.t)[0]
-    G = body_kic_at(system, geo, Gamma)
+    at = at_state(system, state, inertias=False)
+    Gamma = velocity_map(system, at)[0]
+    G = body_kic(system, at, Gamma)
     names = system.topology.body_names
     return Kic(
         internal=Gamma[dependent_columns(system)],

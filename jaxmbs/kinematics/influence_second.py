@@ -14,24 +14,28 @@ from ..math.tensor import left_product, plane_mix, right_product
 from ..model.question import question
 from ..model.system import System
 from . import constraints
+from .configuration import Configuration, at_state, elsewhere
 from .influence import body_kic, dependent_columns, independent_columns, velocity_map
 from .points import jacobian
-from .poses import coordinate_rate, geometry, node_parameters
+from .poses import coordinate_rate
 
 
-def along_independent(system: System, P, psi, t, function):
-    """Total derivative of `function(psi)` by the independent coordinates: (..., N).  Source: S2 (7), (17)."""
-    Gamma = velocity_map(system, P, psi, t)[0]
+def along_independent(system: System, at: Configuration, function):
+    """Total derivative of `function(configuration)` by the independent coordinates: (..., N).
+
+    Source: S2 (7), (17)."""
+    Gamma = velocity_map(system, at)[0]
 
     def along(column):
-        return jax.jvp(function, (psi,), (coordinate_rate(system.topology, psi, column),))[1]
+        rate = coordinate_rate(system.topology, at.psi, column)
+        return jax.jvp(lambda psi: function(elsewhere(system, at, psi)), (at.psi,), (rate,))[1]
 
     return jax.vmap(along, in_axes=1, out_axes=-1)(Gamma)
 
 
-def velocity_map_second(system: System, P, psi, t):
+def velocity_map_second(system: System, at: Configuration):
     """dGamma / dphi (nv, N, N): zero at the independent rows, Hi at the dependent ones."""
-    return along_independent(system, P, psi, t, lambda q: velocity_map(system, P, q, t)[0])
+    return along_independent(system, at, lambda at: velocity_map(system, at)[0])
 
 
 @question
@@ -40,8 +44,7 @@ def internal_kic_second(system: System, state):
 
     No root is sought inside the derivative.  Source: S2 (7)-(9).
     """
-    P = node_parameters(system)
-    return velocity_map_second(system, P, state.coordinates, state.t)[dependent_columns(system)]
+    return velocity_map_second(system, at_state(system, state, inertias=False))[dependent_columns(system)]
 
 
 @question
@@ -50,14 +53,14 @@ def internal_kic_second_printed(system: System, state):
 
     For coordinates that are integrals of their velocities (no quaternions).  Source: S2 (8)-(9), products (77)-(84).
     """
-    P, psi, t = node_parameters(system), state.coordinates, state.t
+    at = at_state(system, state, inertias=False)
     p, q = independent_columns(system), dependent_columns(system)
-    f_xx = jax.jacfwd(lambda x: constraints.jacobian(system, P, x, t))(psi)
-    Gi = velocity_map(system, P, psi, t)[0][q]
+    f_xx = jax.jacfwd(lambda x: constraints.jacobian(system, elsewhere(system, at, x)))(at.psi)
+    Gi = velocity_map(system, at)[0][q]
     f_pp, f_pq, f_qp, f_qq = (f_xx[:, a][:, :, b] for a in (p, q) for b in (p, q))
     planes = f_pp + right_product(f_pq, Gi) + left_product(Gi.T, f_qp)
     planes = planes + right_product(left_product(Gi.T, f_qq), Gi)
-    left_inverse = full_rank_lstsq(constraints.jacobian(system, P, psi, t)[:, q], jnp.eye(planes.shape[0]))
+    left_inverse = full_rank_lstsq(constraints.jacobian(system, at)[:, q], jnp.eye(planes.shape[0]))
     return -plane_mix(left_inverse, planes)
 
 
@@ -69,23 +72,22 @@ class SecondKic(eqx.Module):
     translational: dict
 
 
-def body_kic_second(system: System, P, psi, t):
+def body_kic_second(system: System, at: Configuration):
     """(bodies, 6, N, N) derivative of the external KIC by the independent coordinates, by forward mode.
 
     Axes: body, component, n, m.  Source: S2 (17)-(18), (26).
     """
-    return along_independent(system, P, psi, t, lambda q: body_kic(system, P, q, t))
+    return along_independent(system, at, lambda at: body_kic(system, at, velocity_map(system, at)[0]))
 
 
-def body_kic_second_vector(system: System, P, psi, t):
+def body_kic_second_vector(system: System, at: Configuration):
     """The same in vector form: every joint twist S_j turns with its frame, `dS_j/dphi_m = V_m x S_j`.
 
     Rotational part: `sum_i sum_{j before i} w_in w_jm (z_j x z_i) + sum_i Hi[s(i), n, m] z_i`; the translational
     part, not printed, is its moment about the moving centre of mass.  Source: S2 (19)-(25), (26)-(27).
     """
-    top = system.topology
-    _, S, R, x, _ = geometry(system, P, psi)
-    Gamma, dGamma = velocity_map(system, P, psi, t)[0], velocity_map_second(system, P, psi, t)
+    top, S, R, x = system.topology, at.S, at.R, at.x
+    Gamma, dGamma = velocity_map(system, at)[0], velocity_map_second(system, at)
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])
     above = jnp.asarray(path[: top.nodes.size][top.column_frame], S.dtype)
     V = jnp.einsum("ji,im,ik->jmk", above, Gamma, S)  # twist of each column's frame per phi_m
@@ -115,11 +117,11 @@ def kic_second(system: System, state) -> SecondKic:
     H_t is symmetric in (n, m) for one-freedom joints and holonomic rows, H_r is not:
     `dg_n/dphi_m - dg_m/dphi_n = g_m x g_n`.  Source: S2 (7)-(9), (17)-(27).
     """
-    P = node_parameters(system)
-    H = jnp.swapaxes(body_kic_second(system, P, state.coordinates, state.t), 1, 2)
+    at = at_state(system, state, inertias=False)
+    H = jnp.swapaxes(body_kic_second(system, at), 1, 2)
     names = system.topology.body_names
     return SecondKic(
-        internal=internal_kic_second(system, state),
+        internal=velocity_map_second(system, at)[dependent_columns(system)],
         rotational={name: H[k, :, :3] for k, name in enumerate(names)},
         translational={name: H[k, :, 3:] for k, name in enumerate(names)},
     )
@@ -132,13 +134,13 @@ def point_kic(system: System, state, frame):
     Rotational rows before translational ones; `frame` is a frame or body name, or (name, point).
     Source: S2 (11)-(18).
     """
-    P, psi, t = node_parameters(system), state.coordinates, state.t
+    at = at_state(system, state, inertias=False)
 
-    def G(psi):
-        moved = eqx.tree_at(lambda s: s.coordinates, state, psi)
-        return jacobian(system, moved, frame) @ velocity_map(system, P, psi, t)[0]
+    def G(at):
+        moved = eqx.tree_at(lambda s: s.coordinates, state, at.psi)
+        return jacobian(system, moved, frame) @ velocity_map(system, at)[0]
 
-    return G(psi), jnp.swapaxes(along_independent(system, P, psi, t, G), 0, 1)
+    return G(at), jnp.swapaxes(along_independent(system, at, G), 0, 1)
 
 
 def kic_rate(second, phi_dot):

@@ -8,8 +8,9 @@ from ..checks import no_such
 from ..errors import UnknownNameError
 from ..model.question import question
 from ..model.system import System
+from .configuration import configuration
 from .influence import point_jacobian
-from .poses import coordinate_rate, geometry, node_parameters, node_poses
+from .poses import coordinate_rate, node_parameters, node_poses
 
 
 def locate(system: System, frame):
@@ -79,6 +80,6 @@ def jacobian(system: System, state, frame):
     Source: S2 (11)-(12), (14)-(15) with every joint independent.
     """
     P, place = node_parameters(system), locate(system, frame)
-    geo = geometry(system, P, state.coordinates)
-    point = _pose(system, P, state.coordinates, place)[1] - geo.origin
-    return point_jacobian(system, geo.S, place[0], point)
+    at = configuration(system, P, state.coordinates, state.t, inertias=False)
+    point = _pose(system, P, state.coordinates, place)[1] - at.origin
+    return point_jacobian(system, at.S, place[0], point)

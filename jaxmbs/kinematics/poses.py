@@ -1,11 +1,8 @@
 """Poses, joint twists and inertias of all nodes; rates of quaternions; steps on the configuration space."""
 
-from typing import NamedTuple
-
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array
 
 from ..math.rotation import quaternion_exp, quaternion_product, quaternion_rate
 from ..math.rows import take
@@ -163,29 +160,6 @@ def simple_columns(topology: Topology):
 def _scatter_simple(topology, into, values):
     columns, coordinates = simple_columns(topology)
     return into.at[coordinates].set(values[columns], unique_indices=True)
-
-
-class Geometry(NamedTuple):
-    """What one walk of the tree finds: node poses W (nodes, 12), joint twists S (nodes, 6), the frames' rotations
-    R (frames, 3, 3) and positions x (frames, 3).
-
-    World axes; positions, and the point that twists, wrenches and inertias refer to, are those of `origin` (3,), a
-    point of the system that stands still in every derivative: far from the world origin `m r^2` would swamp I.
-    """
-
-    W: Array
-    S: Array
-    R: Array
-    x: Array
-    origin: Array
-
-
-def geometry(system: System, P, psi, origin=None) -> Geometry:
-    """Poses, joint twists and frames at coordinates psi (nq,), about `origin` (default: where the first body is)."""
-    W = node_poses(system.topology, P, psi)
-    origin = first_place(system.topology, W) if origin is None else origin
-    W = referred(W, origin)
-    return Geometry(W, joint_twists(system.topology, P, W), *frame_poses(system, W, origin), origin)
 
 
 def first_place(topology: Topology, W):

@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 
 from ..dynamics.efforts import element_names
-from ..dynamics.energy import energies_at
-from ..dynamics.newton_euler import node_motion
+from ..dynamics.energy import energies
 from ..kinematics import constraints
+from ..kinematics.configuration import Moving
 from ..kinematics.state import State
 from . import motion as codes
 from .formulation import is_rheonomic
@@ -25,13 +25,13 @@ _CODES = {
 }
 
 
-def observe(system, geo, J, psi, u, t):
-    """(kinetic, potential energy, largest position residual, largest velocity residual) of a state."""
-    kinetic, potential = energies_at(system, geo, J, node_motion(system.topology, geo.S, u), psi, u, t)
+def observe(system, at: Moving):
+    """(kinetic, potential energy, largest position residual, largest velocity residual)."""
+    kinetic, potential = energies(system, at)
     if not system.has_constraints:
-        return kinetic, potential, jnp.zeros_like(t), jnp.zeros_like(t)
-    drift = jnp.max(jnp.abs(constraints.residual_at(system, geo, psi, t)), initial=0.0)
-    speed = constraints.jacobian_at(system, geo, psi, t) @ u + constraints.time_rate(system, psi, t)
+        return kinetic, potential, jnp.zeros_like(at.t), jnp.zeros_like(at.t)
+    drift = jnp.max(jnp.abs(constraints.residual(system, at)), initial=0.0)
+    speed = constraints.jacobian(system, at) @ at.u + constraints.time_rate(system, at.psi, at.t)
     return kinetic, potential, drift, jnp.max(jnp.abs(speed))
 
 

@@ -12,12 +12,14 @@ import numpy as np
 from jax import lax
 
 from ..dynamics import hamiltonian
+from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
 from ..kinematics.assembly import metric, newton_step
+from ..kinematics.configuration import Configuration, configuration, moving
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.influence import velocity_map
-from ..kinematics.poses import coordinate_rate, geometry, node_inertias, normalise, step_coordinates
+from ..kinematics.poses import coordinate_rate, normalise, step_coordinates
 from ..math.linalg import saddle_factor, saddle_solve
 from ..model.system import System
 
@@ -44,53 +46,49 @@ class Problem(eqx.Module):
         if formulation in ("velocity", "prescribed"):
             u = u if formulation == "velocity" else u[:0]
             return cls(system, P, jnp.ones_like(u), formulation), u
-        geo = geometry(system, P, psi)
-        M = mass_matrix(system, geo, node_inertias(P, geo.W), psi)
+        at = configuration(system, P, psi, t)
+        M = mass_matrix(system, at)
         p = M @ u
         if formulation == "independent":
-            Gamma = velocity_map(system, P, psi, t)[0]
+            Gamma = velocity_map(system, at)[0]
             p, scale = Gamma.T @ p, jnp.diagonal(Gamma.T @ M @ Gamma)
         else:
-            scale = _seen_inertia(system, geo, psi, t, M)
+            scale = _seen_inertia(system, at, M)
         scale = lax.stop_gradient(jnp.maximum(scale, 1e-9 * jnp.max(scale, initial=0.0)))
         return cls(system, P, scale, formulation), p / scale
 
     def velocities(self, t, psi, p):
         """Velocities (nv,) of the scaled second half of the state."""
-        geo = geometry(self.system, self.P, psi)
-        return self.velocities_at(geo, node_inertias(self.P, geo.W), t, psi, p)
+        return self.velocities_at(configuration(self.system, self.P, psi, t), p)
 
-    def velocities_at(self, geo, J, t, psi, p):
-        """`velocities` at known geometry and inertias of the nodes."""
+    def velocities_at(self, at: Configuration, p):
+        """`velocities` at a configuration."""
         p = p * self.scale
         if self.formulation == "velocity":
             return p
         if self.formulation == "independent":
-            return hamiltonian.independent_velocities(self.system, self.P, psi, p, t)
+            return hamiltonian.independent_velocities(self.system, at, p)
         if self.formulation == "prescribed":
-            return constrained_velocities(self.system, geo, psi, t)
-        return hamiltonian.velocities_at(self.system, geo, J, psi, p, t)[0]
+            return constrained_velocities(self.system, at)
+        return hamiltonian.velocities(self.system, at, p)[0]
 
     def rate(self, t, y):
         """Rate of (psi, scaled p, work): the vector field."""
-        psi, p, _ = y
+        (psi, p, _), system = y, self.system
+        at, multipliers = configuration(system, self.P, psi, t), None
         if self.formulation in ("velocity", "prescribed"):
-            u, system = self.velocities(t, psi, p), self.system
-            rate, multipliers = accelerations(system, self.P, psi, u, t)
-            rate = rate[: p.shape[0]]
-            psi_dot = coordinate_rate(system.topology, psi, u)
-            powers = hamiltonian.element_powers(system, self.P, psi, u, t)
+            here = moving(system, at, self.velocities_at(at, p))
+            F, Q, powers = efforts(system, here)
+            rate, multipliers, _ = accelerations(system, here, loads=(F, Q))
+            psi_dot, rate = coordinate_rate(system.topology, psi, here.u), rate[: p.shape[0]]
         else:
-            p = p * self.scale
-            equations = (
-                hamiltonian.independent_rate if self.formulation == "independent" else hamiltonian.canonical_rate
-            )
-            psi_dot, rate, powers, u = equations(self.system, self.P, t, psi, p)
-            multipliers = None
-        if is_rheonomic(self.system):
+            independent = self.formulation == "independent"
+            equations = hamiltonian.independent_rate if independent else hamiltonian.canonical_rate
+            psi_dot, rate, powers, u = equations(system, at, p * self.scale)
+        if is_rheonomic(system):
             if multipliers is None:
-                multipliers = accelerations(self.system, self.P, psi, u, t)[1]
-            drive = -jnp.dot(multipliers, constraints.time_rate(self.system, psi, t))
+                multipliers = accelerations(system, moving(system, at, u))[1]
+            drive = -jnp.dot(multipliers, constraints.time_rate(system, at.psi, at.t))
             powers = jnp.concatenate([powers, drive[None]])
         return psi_dot, rate / self.scale, powers
 
@@ -115,17 +113,17 @@ class Problem(eqx.Module):
         is_position[system.topology.position_rows] = True
 
         def once(psi, last):
-            geo = geometry(system, P, psi)
-            J, A = node_inertias(P, geo.W), constraints.jacobian_at(system, geo, psi, t)
-            f, f_t = constraints.residual_at(system, geo, psi, t), constraints.time_rate(system, psi, t)
+            at = configuration(system, P, psi, t)
+            A, f = constraints.jacobian(system, at), constraints.residual(system, at)
+            f_t = constraints.time_rate(system, psi, t)
             momentum = p * self.scale
             if self.formulation == "velocity":
-                momentum = hamiltonian.momenta_at(system, geo, J, psi, momentum)
-            K = jnp.where(last, mass_matrix(system, geo, J, psi), weight)
+                momentum = hamiltonian.momenta(system, moving(system, at, momentum))
+            K = jnp.where(last, mass_matrix(system, at), weight)
             gap = jnp.where(last, f_t, jnp.zeros_like(f_t).at[system.topology.position_rows].set(f))
             A = jnp.where(last | is_position, A, 0.0)
             u, _ = saddle_solve(K, A, jnp.where(last, momentum, 0.0), -gap, rows)
-            then = u if self.formulation == "velocity" else hamiltonian.momenta_at(system, geo, J, psi, u)
+            then = u if self.formulation == "velocity" else hamiltonian.momenta(system, moving(system, at, u))
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
             return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then / self.scale)
 
@@ -148,21 +146,21 @@ def _nearly_closed(gaps):
     return gaps[1] <= 0.1 * gaps[0] + _ROUNDING[gaps.dtype.itemsize]
 
 
-def _seen_inertia(system, geo, psi, t, M):
+def _seen_inertia(system, at, M):
     """Inertia (nv,) that each column sees: its own, or where that is nothing beside it what the rows lend it,
     1 / K_ii of `u = K p`, the inverse of M on the motions that the rows allow."""
     own = jnp.diagonal(M)
     if not system.has_constraints:
         return own
     rows = constraints.row_scale(system)
-    A = rows.unit[:, None] * constraints.jacobian_at(system, geo, psi, t)
+    A = rows.unit[:, None] * constraints.jacobian(system, at)
     lent = 1.0 / jnp.diagonal(saddle_factor(M, A, rows.block)[0])
     return jnp.where(own > _OWN * lent, own, lent)
 
 
-def constrained_velocities(system, geo, psi, t):
+def constrained_velocities(system, at):
     """Velocities (nv,) that the rows prescribe, `A u = -f_t`."""
-    A, b = constraints.jacobian_at(system, geo, psi, t), -constraints.time_rate(system, psi, t)
+    A, b = constraints.jacobian(system, at), -constraints.time_rate(system, at.psi, at.t)
     weight = jnp.diag(metric(system))
     return saddle_solve(weight, A, jnp.zeros(A.shape[1], A.dtype), b, constraints.row_scale(system))[0]
 

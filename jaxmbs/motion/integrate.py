@@ -10,7 +10,8 @@ from jax import lax
 from ..checks import known
 from ..errors import SimulationError
 from ..kinematics import constraints
-from ..kinematics.poses import geometry, node_inertias, node_parameters
+from ..kinematics.configuration import configuration, moving
+from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..math.jit import jit
 from ..math.march import March, held, rows_for, walked
@@ -150,7 +151,8 @@ def _gap(problem, psi, t):
     """Largest residual () of the positions."""
     if not problem.system.has_constraints:
         return jnp.zeros_like(t)
-    return jnp.max(jnp.abs(constraints.residual(problem.system, problem.P, psi, t)), initial=0.0)
+    at = configuration(problem.system, problem.P, psi, t, inertias=False)
+    return jnp.max(jnp.abs(constraints.residual(problem.system, at)), initial=0.0)
 
 
 @eqx.filter_custom_jvp
@@ -204,10 +206,9 @@ def _motion(args, start, y0, walk, ts, open_at_start, lands):
         t, psi, p = row
         if event is not None or not lands:
             psi, _ = problem.project_position(t, psi)
-        geo = geometry(problem.system, problem.P, psi)
-        J = node_inertias(problem.P, geo.W)
-        u = problem.velocities_at(geo, J, t, psi, p)
-        return psi, u, observe(problem.system, geo, J, psi, u, t)
+        at = configuration(problem.system, problem.P, psi, t)
+        u = problem.velocities_at(at, p)
+        return psi, u, observe(problem.system, moving(problem.system, at, u))
 
     # what is not saved stands at the last state, so that the derivative of what is lost meets all parameters as NaN
     first, reached = (start.t, *y0[:2]), (last[0], *last[1][:2])

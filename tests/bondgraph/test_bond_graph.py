@@ -10,10 +10,11 @@ import jaxmbs as mbs
 from jaxmbs.bondgraph import junction_residual, state_equations
 from jaxmbs.bondgraph.views import VIEWS
 from jaxmbs.dynamics import fields, hamiltonian
-from jaxmbs.dynamics.efforts import element_is_source, element_names, stored_energy
+from jaxmbs.dynamics.efforts import efforts, element_is_source, element_names, stored_energy
 from jaxmbs.dynamics.energy import energies
+from jaxmbs.kinematics.configuration import at_state, configuration, moving
 from jaxmbs.kinematics.influence import dependent_columns, independent_columns, velocity_map
-from jaxmbs.kinematics.poses import coordinate_rate, geometry, node_parameters
+from jaxmbs.kinematics.poses import coordinate_rate, node_parameters
 
 from ..cases import models
 from ..cases.test_slider_crank import OMEGA, START, TIMES, TORQUE
@@ -30,24 +31,26 @@ def everything(system, state):
         equations = {view: state_equations(system, state, view) for view in VIEWS}
         u_dot, _ = mbs.forward_dynamics(system, state)
         psi, u, t = state.coordinates, state.velocities, state.t
-        moving = (coordinate_rate(system.topology, psi, u), u_dot, jnp.ones_like(t))
+        along = (coordinate_rate(system.topology, psi, u), u_dot, jnp.ones_like(t))
 
         def energy(psi, u, t):
-            return *energies(system, P, psi, u, t), stored_energy(system, geometry(system, P, psi), psi, t)
+            at = moving(system, configuration(system, P, psi, t), u)
+            return *energies(system, at), stored_energy(system, at)
 
-        rates = jax.jvp(energy, (psi, u, t), moving)[1]
-        return powers, equations, rates, hamiltonian.element_powers(system, P, psi, u, t), truth(system, P, state)
+        rates = jax.jvp(energy, (psi, u, t), along)[1]
+        element_powers = efforts(system, moving(system, at_state(system, state), u))[2]
+        return powers, equations, rates, element_powers, truth(system, state)
 
     return system, state, *ask(state)
 
 
-def truth(system, P, state):
+def truth(system, state):
     """(p_dot, phi_dot, q_dot) by the paper's state equations, or with drives by those that are integrated."""
     if not system.rows:
         return fields.state_equations(system, state)
-    psi, u, t = state.coordinates, state.velocities, state.t
-    p = velocity_map(system, P, psi, t)[0].T @ mbs.mass_matrix(system, state) @ u
-    _, p_dot, _, u = hamiltonian.independent_rate(system, P, t, psi, p)
+    at = at_state(system, state)
+    p = velocity_map(system, at)[0].T @ mbs.mass_matrix(system, state) @ state.velocities
+    _, p_dot, _, u = hamiltonian.independent_rate(system, at, p)
     return p_dot, u[independent_columns(system)], u[dependent_columns(system)]
 
 

@@ -8,9 +8,9 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.dynamics import fields, hamiltonian, ports
 from jaxmbs.dynamics.newton_euler import accelerations
+from jaxmbs.kinematics.configuration import at_state, elsewhere, moving
 from jaxmbs.kinematics.influence import independent_columns, velocity_map
 from jaxmbs.kinematics.influence_second import along_independent
-from jaxmbs.kinematics.poses import node_parameters
 
 from .. import systems
 
@@ -42,7 +42,7 @@ def case(request):
 
 def test_inertia_field_is_the_projected_mass_matrix(case):
     system, state = case
-    Gamma = velocity_map(system, node_parameters(system), state.coordinates, state.t)[0]
+    Gamma = velocity_map(system, at_state(system, state))[0]
     I_star = fields.inertia_field(system, state)
     np.testing.assert_allclose(I_star, Gamma.T @ mbs.mass_matrix(system, state) @ Gamma, rtol=1e-10, atol=1e-12)
     phi_dot = fields.independent_rates(system, state)
@@ -60,11 +60,9 @@ def test_gyristor_fields_differ_and_their_efforts_agree(loop, tree):
 
 def momentum_rate_of_the_motion(system, state):
     """d/dt (I* phi_dot) along the motion, from the accelerations of Newton-Euler."""
-    P, chosen = node_parameters(system), np.asarray(independent_columns(system))
-    u_dot, _ = accelerations(system, P, state.coordinates, state.velocities, state.t)
-    slope = along_independent(
-        system, P, state.coordinates, state.t, lambda q: fields._inertia_field(system, P, q, state.t)
-    )
+    at, chosen = at_state(system, state), np.asarray(independent_columns(system))
+    u_dot, *_ = accelerations(system, moving(system, at, state.velocities))
+    slope = along_independent(system, at, lambda at: fields._inertia_field(system, at))
     phi_dot = state.velocities[chosen]
     I_star = fields.inertia_field(system, state)
     return I_star @ u_dot[chosen] + jnp.einsum("ijm,m,j->i", slope, phi_dot, phi_dot)
@@ -92,7 +90,7 @@ def test_printed_second_gyristor_misses_a_half(loop):
 def test_the_hamiltonian_is_the_legendre_transform_of_the_lagrangian(case):
     """p = dL/d(phi_dot) = I* phi_dot, and H = p.phi_dot - L = 1/2 p.I*^-1 p, with p and not its rate."""
     system, state = case
-    Gamma = velocity_map(system, node_parameters(system), state.coordinates, state.t)[0]
+    Gamma = velocity_map(system, at_state(system, state))[0]
 
     def lagrangian(phi_dot):
         return mbs.kinetic_energy(system, mbs.State(state.t, state.coordinates, Gamma @ phi_dot))
@@ -105,9 +103,8 @@ def test_the_hamiltonian_is_the_legendre_transform_of_the_lagrangian(case):
 
 def test_independent_rate_equals_the_state_equations(case):
     system, state = case
-    P = node_parameters(system)
     p = fields.inertia_field(system, state) @ fields.independent_rates(system, state)
-    psi_dot, p_dot, _, u = jax.jit(hamiltonian.independent_rate)(system, P, state.t, state.coordinates, p)
+    psi_dot, p_dot, _, u = jax.jit(hamiltonian.independent_rate)(system, at_state(system, state), p)
     np.testing.assert_allclose(u, state.velocities, atol=1e-9)
     np.testing.assert_allclose(p_dot, fields.state_equations(system, state)[0], rtol=1e-8, atol=1e-9)
 
@@ -115,15 +112,15 @@ def test_independent_rate_equals_the_state_equations(case):
 def test_canonical_rate_projects_to_the_papers_momenta(case):
     """Gamma^T P of the canonical momentum obeys (42)-(44)."""
     system, state = case
-    P = node_parameters(system)
-    momenta = hamiltonian.momenta(system, P, state.coordinates, state.velocities)
-    psi_dot, rate, _, u = jax.jit(hamiltonian.canonical_rate)(system, P, state.t, state.coordinates, momenta)
+    at = at_state(system, state)
+    momenta = hamiltonian.momenta(system, moving(system, at, state.velocities))
+    psi_dot, rate, _, u = jax.jit(hamiltonian.canonical_rate)(system, at, momenta)
     np.testing.assert_allclose(u, state.velocities, atol=1e-9)
 
     def seen(psi):
-        return velocity_map(system, P, psi, state.t)[0].T @ momenta
+        return velocity_map(system, elsewhere(system, at, psi))[0].T @ momenta
 
-    Gamma = velocity_map(system, P, state.coordinates, state.t)[0]
+    Gamma = velocity_map(system, at)[0]
     p_dot = Gamma.T @ rate + jax.jvp(seen, (state.coordinates,), (psi_dot,))[1]
     np.testing.assert_allclose(p_dot, fields.state_equations(system, state)[0], rtol=1e-7, atol=1e-9)
 
@@ -137,12 +134,11 @@ def test_ports_sum_to_the_total(case):
 
 def test_conservative_ports_are_the_slope_of_the_potential(four_bar, loop):
     for system, state in (four_bar, loop):
-        P = node_parameters(system)
 
-        def potential(psi, system=system, state=state):
-            return mbs.potential_energy(system, mbs.State(state.t, psi, state.velocities))
+        def potential(at, system=system, state=state):
+            return mbs.potential_energy(system, mbs.State(at.t, at.psi, state.velocities))
 
-        slope = along_independent(system, P, state.coordinates, state.t, potential)
+        slope = along_independent(system, at_state(system, state), potential)
         conservative = ports.compliance_effort(system, state) + ports.gravity_effort(system, state)
         np.testing.assert_allclose(conservative, -slope, rtol=1e-9, atol=1e-10)
 

@@ -9,6 +9,7 @@ import jaxmbs as mbs
 from jaxmbs.kinematics import influence as first
 from jaxmbs.kinematics import influence_second as second
 from jaxmbs.kinematics.assembly import assemble
+from jaxmbs.kinematics.configuration import at_state
 from jaxmbs.kinematics.poses import node_parameters
 
 from .. import systems
@@ -121,9 +122,9 @@ def test_internal_kic_second_is_the_second_derivative_of_the_loop(four_bar):
 
 def test_body_kic_second_vector_form_equals_forward_mode(case):
     system, state = case
-    P = node_parameters(system)
-    forward = jax.jit(second.body_kic_second)(system, P, state.coordinates, state.t)
-    vector = jax.jit(second.body_kic_second_vector)(system, P, state.coordinates, state.t)
+    at = at_state(system, state)
+    forward = jax.jit(second.body_kic_second)(system, at)
+    vector = jax.jit(second.body_kic_second_vector)(system, at)
     assert np.max(np.abs(forward)) > 0.1
     np.testing.assert_allclose(forward, vector, atol=1e-12 * np.max(np.abs(forward)))
 
