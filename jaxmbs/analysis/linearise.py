@@ -23,6 +23,7 @@ from ..kinematics.state import State
 from ..math import square
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
+from ..model.rows import Drive
 from ..model.system import System
 from .release import release
 
@@ -92,7 +93,7 @@ class _Coordinates(eqx.Module):
 
 
 def _drives(system):
-    return {row.name for row in system.rows if row.role == "drive"}
+    return {row.name for row in system.rows if isinstance(row, Drive)}
 
 
 def local_efforts(system: System, at, w, a):

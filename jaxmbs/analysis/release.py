@@ -7,6 +7,7 @@ import numpy as np
 from ..checks import known
 from ..errors import ModelError
 from ..kinematics.constraints import constraint_jacobian
+from ..model.rows import Drive
 from ..model.system import System
 
 
@@ -35,7 +36,7 @@ def release(system: System, names, state) -> System:
         slip_rows=tuple(int(number[k]) for k in top.slip_rows),
         analysis=analysis,
     )
-    rows = tuple(row for row in system.rows if not (row.role == "drive" and row.name in names))
+    rows = tuple(row for row in system.rows if not (isinstance(row, Drive) and row.name in names))
     released = dataclasses.replace(system, topology=topology, rows=rows)
     A = constraint_jacobian(released, state)
     if known(A) and np.linalg.matrix_rank(np.asarray(A), tol=1e-7) > analysis.rank:

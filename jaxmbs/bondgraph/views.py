@@ -21,7 +21,7 @@ SIZES = {"line": 3, "pose": 6, "frame": 6, "joint": 1}
 
 def drive_rows(system: System) -> list[int]:
     """Constraint rows that may prescribe a rate: drives, functions of time, the user's rows of velocity."""
-    names = {row.name for row in system.rows if row.role != "coupler"}
+    names = {row.name for row in system.rows if row.may_depend_on_time}
     return [i for i, name in enumerate(system.topology.row_joint) if name in names]
 
 

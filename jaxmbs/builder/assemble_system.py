@@ -10,7 +10,8 @@ from ..forces._fields import function
 from ..forces.signals import as_signal
 from ..joints import AbstractClosure, Coupler, VelocityRows
 from ..model.frame import Pose
-from ..model.system import ClosureGroup, CoordinateRows, ForceGroup, System
+from ..model.rows import CoupledJoints, Drive, UserRows, UserVelocityRows
+from ..model.system import ClosureGroup, ForceGroup, System
 from ..model.topology import JointRecord, Topology
 from ..model.tree import Tree
 from .arrays import after, concrete, joint_poses, pair, stack, stacked, tree_arrays
@@ -188,9 +189,7 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
     """Closure groups, coordinate rows, the joint or constraint of each row, and which rows are of velocity alone."""
     items = [(name, joints[name].kind, *record[name].frames, "closure") for name in cuts]
     rows = [
-        CoordinateRows(
-            name, (record[name].first_velocity,), (record[name].first_coordinate,), "drive", as_signal(j.drive)
-        )
+        Drive(name, (record[name].first_velocity,), (record[name].first_coordinate,), as_signal(j.drive))
         for name, j in joints.items()
         if j.drive is not None
     ]
@@ -204,13 +203,11 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         elif isinstance(item.law, Coupler):
             mine = [record[n] for n in item.law.joints]
             columns = tuple(r.first_velocity for r in mine)
-            rows.append(
-                CoordinateRows(item.name, columns, tuple(r.first_coordinate for r in mine), "coupler", item.law)
-            )
+            rows.append(CoupledJoints(item.name, columns, tuple(r.first_coordinate for r in mine), item.law))
         else:
-            role = "velocity" if isinstance(item.law, VelocityRows) else "rows"
-            rows.append(CoordinateRows(item.name, (), (), role, type(item.law)(function(item.law.function))))
-    rows.sort(key=lambda row: row.role == "velocity")
+            kind = UserVelocityRows if isinstance(item.law, VelocityRows) else UserRows
+            rows.append(kind(item.name, (), (), type(item.law)(function(item.law.function))))
+    rows.sort(key=lambda row: row.restricts_velocity_alone)
     groups, names, slips = [], [], []
     for _, group_names, kind, first, second, members in _group(items):
         basis = stack([member[1].basis() for member in members])
@@ -221,13 +218,11 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
     for row in rows:
         size = _num_rows(row, record)
         names += [row.name] * size
-        slips += range(len(names) - size, len(names)) if row.role == "velocity" else ()
+        slips += range(len(names) - size, len(names)) if row.restricts_velocity_alone else ()
     return tuple(groups), tuple(rows), tuple(names), tuple(slips)
 
 
 def _num_rows(row, record):
-    if row.role not in ("rows", "velocity"):
-        return 1
     psi, u = (jnp.zeros(sum(getattr(r, what) for r in record.values())) for what in _SIZES)
-    arguments = (psi, jnp.zeros(())) if row.role == "rows" else (psi, u, jnp.zeros(()))
-    return int(np.prod(jax.eval_shape(row.law.function, *arguments).shape))
+    found = jax.eval_shape(lambda t: (row.residual(psi, t), row.slip(psi, u, t)), jnp.zeros(()))
+    return sum(part.size for part in found)

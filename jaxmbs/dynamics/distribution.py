@@ -9,6 +9,7 @@ from ..kinematics import constraints
 from ..kinematics.configuration import Configuration
 from ..math.rows import take
 from ..math.spd import spd_solve
+from ..model.rows import Drive
 from ..model.system import System
 from ..statics import Bonds, Network, bond_reactions
 from ..statics.tree import on_bodies
@@ -45,7 +46,7 @@ def system_bonds(system: System, at: Configuration, wrench, compliance=None, kno
 def _free_twists(system, S, known):
     """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
     top, names = system.topology, [name for name, *_ in constraints.carriers(system)]
-    driven = {column for row in system.rows if row.role == "drive" for column in row.columns}
+    driven = {column for row in system.rows if isinstance(row, Drive) for column in row.columns}
     held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
     for joint in top.joints:
         columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
@@ -79,7 +80,7 @@ def distributed(system: System, at: Configuration, wrench, multipliers, complian
     for row in system.rows:
         count = sum(name == row.name for name in system.topology.row_joint)
         effort = jnp.zeros(count, change.dtype)
-        if row.role == "drive":
+        if isinstance(row, Drive):
             effort = _effort_change(system, at.S, change, names, row.columns[0])[None]
         moves.append(effort)
     return multipliers + jnp.concatenate(moves)

@@ -21,6 +21,7 @@ from ..math.linalg import proximal_rounds
 from ..math.rows import take
 from ..math.spatial import dot, momentum, unpack
 from ..math.spd import spd_inverse
+from ..model.rows import Drive
 from ..model.system import System
 from .body_graph import body_graph
 from .body_matrix import body_matrix, joint_maps
@@ -134,9 +135,9 @@ def _kinds(system) -> _Kinds:
     first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
     driven = {}
     for row in system.rows:
-        if row.role == "drive":
+        if isinstance(row, Drive):
             driven[at] = row.columns[0]
-        if row.role != "velocity":
+        if not row.restricts_velocity_alone:
             at += sum(name == row.name for name in top.row_joint)
     others = np.setdiff1d(np.arange(first, top.num_rows), list(driven))
     return _Kinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))

@@ -13,6 +13,7 @@ from jax import lax
 from ..math.linalg import RowScale, skew
 from ..math.rows import summed, take
 from ..model.question import question
+from ..model.rows import Drive
 from ..model.system import ClosureGroup, System
 from .configuration import Configuration, Moving, at_state
 from .poses import coordinate_rate, frame_twists
@@ -85,15 +86,8 @@ def sum_on_carriers(system: System, wrenches, carrier, n):
 
 def _coordinate_rows(system: System, psi, t):
     """Rows of drives, couplers and user functions of position."""
-    rows = [jnp.zeros(0, psi.dtype)]
-    for item in system.rows:
-        if item.role == "drive":
-            rows.append(psi[np.asarray(item.coordinates)] - jnp.reshape(item.law(t), (1,)))
-        elif item.role == "coupler":
-            rows.append(item.law.rows(psi[np.asarray(item.coordinates)]))
-        elif item.role == "rows":
-            rows.append(jnp.atleast_1d(item.law.function(psi, t)))
-    return jnp.concatenate(rows)
+    rows = [row.residual(psi, t) for row in system.rows if not row.restricts_velocity_alone]
+    return jnp.concatenate([jnp.zeros(0, psi.dtype), *rows])
 
 
 def residual(system: System, at: Configuration):
@@ -140,7 +134,7 @@ def coordinate_rates(system, psi, t, u):
 
 def _velocity_rows(system, psi, t, u):
     """The user's velocity rows; they come last."""
-    rows = [row.law.rows(psi, u, t) for row in system.rows if row.role == "velocity"]
+    rows = [row.slip(psi, u, t) for row in system.rows if row.restricts_velocity_alone]
     return jnp.concatenate([jnp.zeros(0, psi.dtype), *rows])
 
 
@@ -156,7 +150,7 @@ def row_scale(system: System) -> RowScale:
     top = system.topology
     units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
     for row in system.rows:
-        sliding = row.role == "drive" and top.node_kind[row.columns[0]] == "prismatic"
+        sliding = isinstance(row, Drive) and top.node_kind[row.columns[0]] == "prismatic"
         units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
     unit = jnp.where(np.array([unit == "m" for unit in units], bool), 1.0 / system.length, 1.0)
     return RowScale(lax.stop_gradient(unit), np.unique(np.array(top.row_joint, str), return_inverse=True)[1])

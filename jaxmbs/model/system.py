@@ -10,6 +10,7 @@ from .describe import describe, describe_html
 from .elastic import ElasticGroup
 from .frame import Pose
 from .question import check_fits
+from .rows import CoordinateRows
 from .topology import Topology
 
 
@@ -35,16 +36,6 @@ class ClosureGroup(eqx.Module):
     second: tuple[int, ...] = eqx.field(static=True)
     kind: Any
     basis: Float[Array, "n 3 3"]
-
-
-class CoordinateRows(eqx.Module):
-    """One driven joint, coupler or user function; `columns` are the velocity columns it reads (all: empty)."""
-
-    name: str = eqx.field(static=True)
-    columns: tuple[int, ...] = eqx.field(static=True)
-    coordinates: tuple[int, ...] = eqx.field(static=True)
-    role: str = eqx.field(static=True)
-    law: Any
 
 
 class System(eqx.Module):

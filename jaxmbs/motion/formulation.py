@@ -167,7 +167,7 @@ def constrained_velocities(system, at):
 
 def is_rheonomic(system: System) -> bool:
     """Whether some row may depend on time."""
-    return any(row.role != "coupler" for row in system.rows)
+    return any(row.may_depend_on_time for row in system.rows)
 
 
 def num_powers(system: System) -> int:

@@ -1,0 +1,63 @@
+"""Constraint rows on coordinates and velocities: driven joints, couplers, the user's functions.
+
+Rows between frames are `ClosureGroup`s.  A new kind of row says its residual, or its slip if it restricts velocities
+alone, and whether it may depend on time; rates and efforts follow from those by differentiation.
+"""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+
+class CoordinateRows(eqx.Module):
+    """Rows of one item; `columns` are the velocity columns it reads, `coordinates` theirs (all of them: empty)."""
+
+    name: str = eqx.field(static=True)
+    columns: tuple[int, ...] = eqx.field(static=True)
+    coordinates: tuple[int, ...] = eqx.field(static=True)
+    law: Any
+
+    restricts_velocity_alone: ClassVar[bool] = False
+    may_depend_on_time: ClassVar[bool] = True
+
+    def residual(self, psi, t):
+        """(k,) zero where the coordinates psi (nq,) keep the rows."""
+        return jnp.zeros(0, psi.dtype)
+
+    def slip(self, psi, u, t):
+        """(k,) zero where the velocities u (nv,) keep rows of velocity alone."""
+        return jnp.zeros(0, psi.dtype)
+
+
+class Drive(CoordinateRows):
+    """A joint's coordinate follows a signal of time."""
+
+    def residual(self, psi, t):
+        return psi[np.asarray(self.coordinates)] - jnp.reshape(self.law(t), (1,))
+
+
+class CoupledJoints(CoordinateRows):
+    """A `Coupler` between the coordinates of joints."""
+
+    may_depend_on_time: ClassVar[bool] = False
+
+    def residual(self, psi, t):
+        return self.law.rows(psi[np.asarray(self.coordinates)])
+
+
+class UserRows(CoordinateRows):
+    """The user's function of all coordinates and time."""
+
+    def residual(self, psi, t):
+        return jnp.atleast_1d(self.law.function(psi, t))
+
+
+class UserVelocityRows(CoordinateRows):
+    """The user's function of coordinates, velocities and time, linear in the velocities."""
+
+    restricts_velocity_alone: ClassVar[bool] = True
+
+    def slip(self, psi, u, t):
+        return self.law.rows(psi, u, t)
