@@ -6,16 +6,14 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
-from ..dynamics.efforts import stored_wrench
+from ..dynamics.efforts import element_flows
 from ..dynamics.elastic import elastic_body_stiffness
 from ..dynamics.ports import efforts_at_rest
-from ..kinematics.configuration import Configuration, at_state
+from ..kinematics.configuration import Configuration, at_state, node_motion, resting
 from ..kinematics.influence import velocity_map
 from ..kinematics.influence_second import along_independent
-from ..math.linalg import direction, safe_norm, skew
 from ..model.question import question
 from ..model.system import System
 
@@ -62,53 +60,15 @@ def elastic_stiffness(system: System, at: Configuration):
 
     Source: S2 (68)-(71), first term.
     """
-    Gamma, t = velocity_map(system, at)[0], at.t
-    frames = _frame_jacobian(system, at, Gamma)
-    total = jnp.zeros((Gamma.shape[1],) * 2, at.psi.dtype)
+    Gamma = velocity_map(system, at)[0]
+    total = elastic_body_stiffness(system, at, Gamma)
+    if not system.forces:
+        return total
+    twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), resting(system, at)
     for group in system.forces:
-        a, b = np.asarray(group.first), np.asarray(group.second)
-        if group.port == "line":
-            d = at.x[b] - at.x[a]
-            k = _rates(group.law, jax.vmap(safe_norm)(d), t)
-            g = jnp.einsum("ec,ecn->en", jax.vmap(direction)(d), frames[b, 3:] - frames[a, 3:])
-            total = total + jnp.einsum("e,en,em->nm", k, g, g)
-        elif group.port == "joint":
-            total = total + jnp.einsum("e,en,em->nm", _rates(group.law, at.psi[b], t), Gamma[a], Gamma[a])
-        elif group.port == "pose":
-            total = total + jnp.sum(
-                jax.vmap(_pose_stiffness, (0, 0, 0, 0, None))(group.law, *_relative(at, frames, a, b), t), axis=0
-            )
-    return total + elastic_body_stiffness(system, at, Gamma)
-
-
-def _rates(laws, x, t):
-    """K (n,) of scalar laws at x (n,): the curvature of their potentials; servos have none, they are sources."""
-    return jax.vmap(lambda law, x: jax.grad(jax.grad(law.potential))(x, t))(laws, x)
-
-
-def _frame_jacobian(system, at, Gamma):
-    """(frames, 6, N): angular velocity of every frame and velocity of its origin per independent velocity."""
-    top = system.topology
-    path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.frame_node)]
-    twist = jnp.einsum("fk,kc,kn->fcn", jnp.asarray(path, Gamma.dtype), at.S, Gamma)
-    moved = twist[:, 3:] + jnp.einsum("fij,fjn->fin", -jax.vmap(skew)(at.x), twist[:, :3])
-    return jnp.concatenate([twist[:, :3], moved], axis=1)
-
-
-def _relative(at, frames, a, b):
-    """Pose of frame B in frame A, and its rate (6, N) per independent velocity, in A axes."""
-    R_a, d = at.R[a], at.x[b] - at.x[a]
-    turn = frames[b, :3] - frames[a, :3]
-    move = frames[b, 3:] - frames[a, 3:] + jnp.einsum("eij,ejn->ein", jax.vmap(skew)(d), frames[a, :3])
-    rate = jnp.concatenate([jnp.einsum("eji,ejn->ein", R_a, part) for part in (turn, move)], axis=1)
-    return jnp.einsum("eji,ejk->eik", R_a, at.R[b]), jnp.einsum("eji,ej->ei", R_a, d), rate
-
-
-def _pose_stiffness(law, R, d, G, t):
-    """`G^T K G` of a law between two frames, K (6, 6) minus the slope of the wrench that it stores."""
-
-    def slope(column):
-        moved = (skew(column[:3]) @ R, column[3:])
-        return jax.jvp(lambda R, d: stored_wrench(law, R, d, t), (R, d), moved)[1]
-
-    return -G.T @ jax.vmap(slope, 1, 1)(G)
+        flows = jax.vmap(lambda V, u, group=group: element_flows(system, group, at, V, u)[2], (0, 1), -1)
+        G, (_, displacement, flow) = flows(twists, Gamma), element_flows(system, group, at, still.V, still.u)
+        stiffness = lambda law, x, f, port=group.port: port.stiffness(law, x, f, at.t)  # noqa: E731
+        K = jax.vmap(stiffness)(group.law, displacement, flow)
+        total = total + jnp.einsum("eka,ekl,elb->ab", G, K, G)
+    return total

@@ -10,11 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..dynamics.efforts import efforts, gravity_wrench, stored_wrench
+from ..dynamics.efforts import efforts, element_efforts, element_flows, gravity_wrench
 from ..kinematics import constraints
 from ..kinematics.configuration import Configuration, Moving, configuration, moving, node_motion
 from ..kinematics.influence import independent_columns
-from ..kinematics.poses import body_frame, coordinate_rate, frame_twists
+from ..kinematics.poses import body_frame, coordinate_rate
 from ..kinematics.tree import subtrees
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
@@ -52,49 +52,6 @@ def body_flows(system: System, at: Configuration, V):
     twist = frame_twists(system, V)[own]
     com = at.x[own] + jnp.einsum("bij,bj->bi", at.R[own], system.com)
     return jnp.concatenate([twist[:, :3], twist[:, 3:] + jnp.cross(twist[:, :3], com)], axis=1)
-
-
-def port_flow(system: System, group, at: Configuration, V, u):
-    """Flow (n, size) of every element of a force group: relative velocity, twist, joint rate or all velocities."""
-    V = frame_twists(system, V)
-    a, b = np.asarray(group.first, int), np.asarray(group.second, int)
-    w, v = V[:, :3], V[:, 3:] + jnp.cross(V[:, :3], at.x)
-    if group.port == "line":
-        return v[b] - v[a]
-    if group.port == "frame":
-        return jnp.concatenate([w[a], v[a]], axis=1)
-    if group.port == "pose":
-        slide = v[b] - v[a] - jnp.cross(w[a], at.x[b] - at.x[a])
-        return jnp.concatenate([jnp.einsum("nji,nj->ni", at.R[a], part) for part in (w[b] - w[a], slide)], axis=1)
-    if group.port == "joint":
-        return u[a][:, None]
-    return jnp.broadcast_to(u, (len(group.names), u.shape[0]))
-
-
-def port_efforts(group, at: Configuration, flow):
-    """(stored, total) (n, size): efforts on the system along the flows, of the potential and in all.
-
-    Source: S2 (56)-(59), (72), (76).
-    """
-    a, b = np.asarray(group.first, int), np.asarray(group.second, int)
-    psi, t = at.psi, at.t
-    if group.port == "system":
-        total = jax.vmap(lambda law, u: law.effort(t, psi, u))(group.law, flow)
-        return jnp.zeros_like(total), total
-    if group.port == "joint":
-        q = psi[b]
-        stored = jax.vmap(lambda law, q: -jax.grad(law.potential)(q, t))(group.law, q)
-        total = jax.vmap(lambda law, q, v: law.effort(q, v, t))(group.law, q, flow[:, 0])
-        return stored[:, None], total[:, None]
-    if group.port == "line":
-        d = at.x[b] - at.x[a]
-        stored = jax.vmap(lambda law, d: -jax.grad(law.line_potential)(d, t))(group.law, d)
-        return stored, jax.vmap(lambda law, d, v: law.line_force(d, v, t))(group.law, d, flow)
-    R, x = at.R[a], at.x[a] + at.origin[None]
-    if group.port == "pose":
-        R, x = jnp.einsum("nji,njk->nik", R, at.R[b]), jnp.einsum("nji,nj->ni", R, at.x[b] - at.x[a])
-    stored = jax.vmap(stored_wrench, (0, 0, 0, None))(group.law, R, x, t)
-    return stored, jax.vmap(lambda law, R, x, f: law.wrench(R, x, f[:3], f[3:], t))(group.law, R, x, flow)
 
 
 def world_inertias(system: System, at: Configuration):
@@ -163,11 +120,13 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
     )
     at, ports = moving(system, at, u), []
     for group in system.forces:
-        flow = port_flow(system, group, at, at.V, u)
-        modulus = jax.vmap(lambda V, u, group=group: port_flow(system, group, at, V, u), in_axes=(0, 1), out_axes=-1)(
-            twists, L
+        port, of_flow = group.port, lambda V, u, group=group: element_flows(system, group, at, V, u)[2]
+        _, displacement, flow = element_flows(system, group, at, at.V, u)
+        stored = jax.vmap(lambda law, x, f, port=port: port.stored_effort(law, x, f, t))(
+            group.law, displacement, flow
         )
-        ports.append((modulus, flow, *port_efforts(group, at, flow)))
+        modulus = jax.vmap(of_flow, in_axes=(0, 1), out_axes=-1)(twists, L)
+        ports.append((modulus, flow, stored, element_efforts(group, displacement, flow, t)))
     return Numbers(
         at=at,
         rates=root_rates(system, psi, u, t),

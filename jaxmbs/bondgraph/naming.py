@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from ..forces.ports import JointPort, SystemPort
 from ..kinematics.influence import dependent_columns, independent_columns
 from ..model.system import System
 from .moduli import Numbers
@@ -72,8 +73,8 @@ def _forces(system, group, values, result):
             result.flow[f"{place}:{name}"] = flow[i]
         rest = total[i] - stored[i]
         result.effort.update({f"C:{name}": -stored[i], f"R:{name}": -rest, f"Se:{name}": rest})
-        _store(system, result, name, modulus[i], "Gamma" if group.port == "system" else "G", "B")
-        if group.port == "joint":
+        _store(system, result, name, modulus[i], "Gamma" if isinstance(group.port, SystemPort) else "G", "B")
+        if isinstance(group.port, JointPort):
             column = group.first[i]
             at = independent_columns if joint_junction(system, column) == "phi_dot" else dependent_columns
             row = (at(system) == column).astype(float)[None]

@@ -10,13 +10,13 @@ import jax
 from ..checks import present
 from ..dynamics.elastic import refuse_elastic
 from ..errors import ModelError
+from ..forces.ports import JointPort, SystemPort
 from ..kinematics.influence import dependent_columns
 from ..model.system import System
 from .elements import Bond, Element
 from .graph import BondGraph
 
 VIEWS = ("detailed", "inertia", "hamiltonian")
-SIZES = {"line": 3, "pose": 6, "frame": 6, "joint": 1}
 
 
 def drive_rows(system: System) -> list[int]:
@@ -127,7 +127,7 @@ class _Sketch:
         """Every force element: what it stores (C), dissipates (R) or feeds in (Se) behind its transformer."""
         for group in self.system.forces:
             for i, name in enumerate(group.names):
-                size = SIZES.get(group.port, self.system.topology.num_velocities)
+                size = group.port.num_flows or self.system.topology.num_velocities
                 parts = law_parts(group, i)
                 if not parts:
                     continue
@@ -141,8 +141,8 @@ class _Sketch:
     def port(self, group, i, name, label, size, kind):
         """The junction or one-port of a force element; joint laws hang on their own coordinate."""
         element = group.names[i]
-        if group.port != "joint":
-            symbol = "Gamma" if group.port == "system" else "G"
+        if not isinstance(group.port, JointPort):
+            symbol = "Gamma" if isinstance(group.port, SystemPort) else "G"
             return self.junction(name, label, size, f"{symbol}:{element}", f"B:{element}", kind)
         junction = joint_junction(self.system, group.first[i])
         outward = kind != "Se"

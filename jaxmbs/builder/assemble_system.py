@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import known
-from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
 from ..forces._fields import function
+from ..forces.ports import JointPort, port_of
 from ..forces.signals import as_signal
 from ..joints import AbstractClosure, Coupler, VelocityRows
 from ..model.frame import Pose
@@ -161,24 +161,14 @@ def _force_groups(forces, frames, record, bodies, named):
     for force in forces.values():
         if force.joint is not None:
             joint = record[force.joint]
-            items.append((force.name, force.law, joint.first_velocity, joint.first_coordinate, "joint"))
+            items.append((force.name, force.law, joint.first_velocity, joint.first_coordinate, JointPort()))
             continue
         ends = force.between if force.between is not None else (() if force.on is None else (force.on, force.on))
         places = []
         for side, reference in zip("ab", ends, strict=False):
             body, pose = resolve(reference, bodies, named)
             places.append(frames.add(f"{force.name}.{side}", body, pair(pose)))
-        law = force.law
-        port = (
-            "line"
-            if isinstance(law, AbstractScalarLaw)
-            else "pose"
-            if isinstance(law, AbstractPoseLaw)
-            else "frame"
-            if isinstance(law, AbstractBodyLaw)
-            else "system"
-        )
-        items.append((force.name, law, *(places or (0, 0)), port))
+        items.append((force.name, force.law, *(places or (0, 0)), port_of(force.law)))
     return tuple(
         ForceGroup(names=names, port=port, first=first, second=second, law=law)
         for port, names, law, first, second, _ in _group(items)

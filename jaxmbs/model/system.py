@@ -17,12 +17,11 @@ from .topology import Topology
 class ForceGroup(eqx.Module):
     """Force elements of one law on one kind of port, their parameters stacked.
 
-    `port` is "line" or "pose" (between two frames), "joint" (one coordinate), "frame" (a load at a frame) or
-    "system"; `first` and `second` are frame indices, or `first` the velocity column of a joint port.
+    `port` is of `forces.ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    port: str = eqx.field(static=True)
+    port: Any = eqx.field(static=True)
     first: tuple[int, ...] = eqx.field(static=True)
     second: tuple[int, ...] = eqx.field(static=True)
     law: Any

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 import jaxmbs as mbs
 from jaxmbs import forces as F
 from jaxmbs.bondgraph import junction_residual
-from jaxmbs.dynamics.efforts import stored_wrench
 from jaxmbs.dynamics.ports import compliance_effort, resistance_effort, source_effort
+from jaxmbs.forces.ports import PosePort
 
 X, V, T = 0.5, 0.3, 0.4  # where the laws are asked: distance or coordinate [m], its rate [m/s], time [s]
 M, HOLD, HOME = 2.0, 60.0, 0.45  # mass of a block [kg], rate [N/m] and free length [m] of the spring that holds it
@@ -445,9 +445,10 @@ def test_what_a_bushing_stores_is_its_wrench_at_rest(angle):
     c, s, rest = np.cos(angle), np.sin(angle), jnp.zeros(3)
     R, d = jnp.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), jnp.array([0.1, -0.2, 0.3])
     spin = jnp.array([[0.0, -0.4, 0.2], [0.4, 0.0, -0.1], [-0.2, 0.1, 0.0]]) @ R
+    stored = lambda R, d: PosePort().stored_effort(law, (R, d), jnp.zeros(6), T)  # noqa: E731
     found, wanted = (
         jax.jvp(wrench, (R, d), (spin, jnp.array([0.3, 0.1, -0.2])))
-        for wrench in (lambda R, d: stored_wrench(law, R, d, T), lambda R, d: law.wrench(R, d, rest, rest, T))
+        for wrench in (stored, lambda R, d: law.wrench(R, d, rest, rest, T))
     )
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
 

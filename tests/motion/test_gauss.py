@@ -53,8 +53,9 @@ def one_step(system, state, solver):
     def step(h, x):
         x = x / scale
         y = x[: psi.size], x[psi.size :], jnp.zeros(0)
-        memory = solver.init(term, 0.0, h, y, problem)
-        y1 = solver.step(term, jnp.zeros(()), h, y, problem, memory, True)[0]
+        start = jnp.zeros(())
+        memory = solver.init(term, start, h, y, problem)
+        y1 = solver.step(term, start, h, y, problem, memory, True)[0]
         return scale * jnp.concatenate(y1[:2])
 
     return jax.jit(lambda h, x: (step(h, x), jax.jacfwd(step, argnums=1)(h, x))), scale * jnp.concatenate([psi, p])

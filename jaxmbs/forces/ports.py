@@ -1,0 +1,262 @@
+"""Ports: where a force law meets the mechanism, the 1-junctions of the paper's elements.
+
+A port says what its law sees: the displacement that its potential depends on, the flow along which its effort acts,
+and how the flow moves the displacement.  Effort times flow is power.  Efforts, energies, stiffness and bond graphs
+ask the port and know no law.  Methods treat one element, but for `gather` and `spread`.  Source: S2 (56)-(76).
+"""
+
+import abc
+import dataclasses
+from typing import ClassVar, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..math.linalg import direction, safe_norm, skew
+from ..math.rows import summed, take
+from .base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
+
+
+class End(NamedTuple):
+    """A frame: rotation (3, 3), position (3,) and twist (6,) of its body, all about one origin."""
+
+    R: Array
+    x: Array
+    V: Array
+
+    @property
+    def spin(self):
+        return self.V[:3]
+
+    @property
+    def velocity(self):
+        """Of the frame's own origin."""
+        return self.V[3:] + skew(self.V[:3]) @ self.x
+
+
+@dataclasses.dataclass(frozen=True)
+class AbstractPort(abc.ABC):
+    """One kind of port; it has no numbers of its own."""
+
+    num_flows: ClassVar[int | None]  # None: as many as velocities
+
+    @abc.abstractmethod
+    def gather(self, group, at, V, u) -> tuple:
+        """What displacements and flows of all elements depend on: V (frames, 6) are the twists of the frames' bodies,
+        u (nv,) the velocities."""
+
+    @abc.abstractmethod
+    def displacement(self, *seen) -> tuple:
+        """Arguments of the potential."""
+
+    @abc.abstractmethod
+    def flow(self, *seen) -> Array:
+        """(num_flows,), linear in V and u."""
+
+    @abc.abstractmethod
+    def rate(self, displacement, flow) -> tuple:
+        """Rate of the displacement."""
+
+    @abc.abstractmethod
+    def effort(self, law, displacement, flow, t) -> Array:
+        """(num_flows,) on the system."""
+
+    @abc.abstractmethod
+    def spread(self, group, seen, efforts, owner, num_velocities):
+        """What efforts (n, num_flows) do: wrenches (carriers, 6) about the origin, or efforts (nv,); see `owner` of
+        `dynamics.efforts.efforts`."""
+
+    def potential(self, law, displacement, t) -> Array:
+        """Stored energy [J]."""
+        return law.potential(*displacement, t)
+
+    def storing(self, law, displacement, flow, t) -> Array:
+        """Power [W] that goes into the stored energy, time held."""
+        potential = lambda *x: self.potential(law, x, t)  # noqa: E731
+        return jax.jvp(potential, displacement, self.rate(displacement, flow))[1]
+
+    def stored_effort(self, law, displacement, flow, t) -> Array:
+        """The part (num_flows,) of the effort that the potential makes; of the flow only the shape counts."""
+        return -jax.grad(lambda flow: self.storing(law, displacement, flow, t))(jnp.zeros_like(flow))
+
+    def stiffness(self, law, displacement, flow, t) -> Array:
+        """(num_flows, num_flows) of the law at the rate of what it stores; none for loads, which are sources."""
+        return jnp.zeros((flow.size, flow.size), flow.dtype)
+
+
+class _BetweenFrames(AbstractPort):
+    """Ports on frames; their law's wrench acts on the body of B, the opposite one on that of A."""
+
+    def gather(self, group, at, V, u):
+        return tuple(_ends(side, at, V) for side in (group.first, group.second))
+
+    @abc.abstractmethod
+    def wrench(self, a, b, effort):
+        """Wrenches (6,) on the frames A and B about the origin."""
+
+    def spread(self, group, seen, efforts, owner, num_velocities):
+        on_a, on_b = jax.vmap(self.wrench)(*seen, efforts)
+        carrier, n = owner
+        ends = np.concatenate([np.asarray(group.first), np.asarray(group.second)])
+        return summed(jnp.concatenate([on_a, on_b]), carrier[ends] % (n + 1), n), None
+
+
+class LinePort(_BetweenFrames):
+    """Two points: the flow is the velocity of B from A, the effort the force on B.  Source: S2 (56)-(67), (72)."""
+
+    num_flows = 3
+
+    def displacement(self, a, b):
+        return (b.x - a.x,)
+
+    def flow(self, a, b):
+        return b.velocity - a.velocity
+
+    def rate(self, displacement, flow):
+        return (flow,)
+
+    def effort(self, law, displacement, flow, t):
+        return law.line_force(*displacement, flow, t)
+
+    def potential(self, law, displacement, t):
+        return law.line_potential(*displacement, t)
+
+    def wrench(self, a, b, effort):
+        wrench = _wrench_at(b.x, jnp.zeros_like(effort), effort)
+        return -wrench, wrench
+
+    def stiffness(self, law, displacement, flow, t):
+        (d,) = displacement
+        n = direction(d)
+        return _curvature(law, safe_norm(d), t) * jnp.outer(n, n)
+
+
+class PosePort(_BetweenFrames):
+    """Two frames: the flow is the twist of B from A in the axes of A, rotation first."""
+
+    num_flows = 6
+
+    def displacement(self, a, b):
+        return a.R.T @ b.R, a.R.T @ (b.x - a.x)
+
+    def flow(self, a, b):
+        slide = b.velocity - a.velocity - skew(a.spin) @ (b.x - a.x)
+        return jnp.concatenate([a.R.T @ (b.spin - a.spin), a.R.T @ slide])
+
+    def rate(self, displacement, flow):
+        return skew(flow[:3]) @ displacement[0], flow[3:]
+
+    def effort(self, law, displacement, flow, t):
+        return law.wrench(*displacement, flow[:3], flow[3:], t)
+
+    def wrench(self, a, b, effort):
+        wrench = _wrench_at(b.x, a.R @ effort[:3], a.R @ effort[3:])
+        return -wrench, wrench
+
+    def stiffness(self, law, displacement, flow, t):
+        effort = lambda *x: self.stored_effort(law, x, flow, t)  # noqa: E731
+        slope = lambda column: jax.jvp(effort, displacement, self.rate(displacement, column))[1]  # noqa: E731
+        return -jax.vmap(slope, 1, 1)(jnp.eye(6, dtype=flow.dtype))
+
+
+class FramePort(_BetweenFrames):
+    """A load at one frame: the flow is its twist in world axes, rotation first.  Source: S2 (76), Q*."""
+
+    num_flows = 6
+
+    def gather(self, group, at, V, u):
+        return _ends(group.first, at, V), take(at.x, np.asarray(group.first)) + at.origin[None]
+
+    def displacement(self, a, place):
+        return a.R, place
+
+    def flow(self, a, place):
+        return jnp.concatenate([a.spin, a.velocity])
+
+    def rate(self, displacement, flow):
+        return skew(flow[:3]) @ displacement[0], flow[3:]
+
+    def effort(self, law, displacement, flow, t):
+        return law.wrench(*displacement, flow[:3], flow[3:], t)
+
+    def wrench(self, a, place, effort):
+        wrench = _wrench_at(a.x, effort[:3], effort[3:])
+        return wrench, jnp.zeros_like(wrench)
+
+
+class JointPort(AbstractPort):
+    """One joint coordinate and its velocity."""
+
+    num_flows = 1
+
+    def gather(self, group, at, V, u):
+        return take(at.psi, np.asarray(group.second)), take(u, np.asarray(group.first))
+
+    def displacement(self, q, v):
+        return (q,)
+
+    def flow(self, q, v):
+        return v[None]
+
+    def rate(self, displacement, flow):
+        return (flow[0],)
+
+    def effort(self, law, displacement, flow, t):
+        return law.effort(*displacement, flow[0], t)[None]
+
+    def spread(self, group, seen, efforts, owner, num_velocities):
+        return None, summed(efforts[:, 0], group.first, num_velocities)
+
+    def stiffness(self, law, displacement, flow, t):
+        return _curvature(law, *displacement, t)[None, None]
+
+
+class SystemPort(AbstractPort):
+    """All coordinates and velocities of a system."""
+
+    num_flows = None
+
+    def gather(self, group, at, V, u):
+        n = len(group.names)
+        return jnp.broadcast_to(at.psi, (n, *at.psi.shape)), jnp.broadcast_to(u, (n, *u.shape))
+
+    def displacement(self, psi, u):
+        return (psi,)
+
+    def flow(self, psi, u):
+        return u
+
+    def rate(self, displacement, flow):
+        return (jnp.zeros_like(displacement[0]),)
+
+    def potential(self, law, displacement, t):
+        return jnp.zeros((), displacement[0].dtype)
+
+    def effort(self, law, displacement, flow, t):
+        return law.effort(t, *displacement, flow)
+
+    def spread(self, group, seen, efforts, owner, num_velocities):
+        return None, jnp.sum(efforts, axis=0)
+
+
+def port_of(law) -> AbstractPort:
+    """The port of a law that acts on frames or on the whole system."""
+    kinds = ((AbstractScalarLaw, LinePort), (AbstractPoseLaw, PosePort), (AbstractBodyLaw, FramePort))
+    return next((port() for kind, port in kinds if isinstance(law, kind)), SystemPort())
+
+
+def _ends(side, at, V):
+    """The frames of all elements on one side."""
+    return End(*(take(part, np.asarray(side)) for part in (at.R, at.x, V)))
+
+
+def _wrench_at(x, moment, force):
+    """Wrench about the origin of a force and moment at the point x."""
+    return jnp.concatenate([moment + skew(x) @ force, force])
+
+
+def _curvature(law, x, t):
+    """Of a scalar law's potential; servos have none, they are sources."""
+    return jax.grad(jax.grad(law.potential))(x, t)
