@@ -102,7 +102,7 @@ FACES = {
         Pose System Topology
     """,
     "jaxmbs.motion": """
-        Diagnostics Gauss4 ImplicitMidpoint Motion Peak SemiImplicitEuler peak simulate
+        Diagnostics Formulation Gauss4 ImplicitMidpoint Motion Peak Rates SemiImplicitEuler peak simulate
     """,
     "jaxmbs.reductions": """
         Reduced averaged_motion averaged_transformation characteristic characteristic_modes craig_bampton

@@ -1,5 +1,6 @@
 """Motions in time."""
 
+from .formulation import Formulation, Rates
 from .gauss import Gauss4, ImplicitMidpoint
 from .integrate import simulate
 from .motion import Diagnostics, Motion
@@ -8,10 +9,12 @@ from .solvers import SemiImplicitEuler
 
 __all__ = [
     "Diagnostics",
+    "Formulation",
     "Gauss4",
     "ImplicitMidpoint",
     "Motion",
     "Peak",
+    "Rates",
     "SemiImplicitEuler",
     "peak",
     "simulate",

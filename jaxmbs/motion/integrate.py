@@ -22,7 +22,8 @@ from ..model.system import System
 from . import motion as codes
 from .account import CLOSED, diagnose, masked, observe, result_code, without
 from .failure import explain
-from .formulation import Problem, num_powers
+from .formulation import num_powers
+from .formulations import Prescribed
 from .motion import Motion
 from .options import choose, fixed_steps, save_times, step_sizes, with_tolerances
 
@@ -55,8 +56,8 @@ def simulate(
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
         gradient: derivative mode of the motion, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
-        formulation: "canonical" (default), "independent", "velocity", or "prescribed" (the default of systems without
-            freedom, whose coordinates then follow their branch); see `formulation.py`.
+        formulation: "canonical" (default), "independent", "velocity", "prescribed" (the default of systems without
+            freedom, whose coordinates then follow their branch), or a `Formulation` of your own.
         event: function of a State whose zero crossing ends the motion; the state there is saved too, right after the
             times before it, so the motion has one entry more (unused entries: times inf, states nan).
         interpolate: let steps pass over saved times, whose states come from the solver's interpolation and are closed
@@ -77,7 +78,7 @@ def simulate(
     """
     check_fits(system, state)
     if formulation is None and system.topology.mobility == 0:
-        formulation = "prescribed"
+        formulation = Prescribed
     solver, formulation = choose(solver, controller, dt, rtol, atol, gradient, formulation)
     t0 = state.t
     ts = save_times(t0, t1, ts)
@@ -86,7 +87,7 @@ def simulate(
     max_steps = max_steps if steps is None else steps + 2
     numbers = [None if x is None else jnp.asarray(x, float) for x in (dt, rtol, atol)]
     numbers = (*numbers, jnp.asarray(max_steps, jnp.int32))  # arrays: with another number no new program
-    lands = dt is None and not interpolate and formulation != "prescribed"
+    lands = dt is None and not interpolate and not formulation.follows_rows
     options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
     motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
     if throw and known(motion.result) and np.any(np.asarray(motion.result) > codes.EVENT):
@@ -99,7 +100,7 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
     gradient, formulation, lands, progress, rows = options
     dt, rtol, atol, max_steps = numbers
     P = node_parameters(system)
-    problem, p0 = Problem.begin(system, P, formulation, state.coordinates, state.velocities, state.t)
+    problem, p0 = formulation.begin(system, P, state.coordinates, state.velocities, state.t)
     y0 = (state.coordinates, p0, jnp.zeros(num_powers(system), p0.dtype))
     open_at_start = lax.stop_gradient(jnp.maximum(state.residual, _gap(problem, state.coordinates, state.t)))
     fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
@@ -116,7 +117,7 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
         max_steps,
         _rate,
         close=_close if system.has_constraints else None,
-        watched=formulation == "prescribed",
+        watched=formulation.follows_rows,
         crossing=None if event is None else _crossing,
         lands=lands,
         meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
@@ -199,7 +200,7 @@ def _motion(args, start, y0, walk, ts, open_at_start, lands):
         times = jnp.where(jnp.arange(len(ts) + 1, dtype=jnp.int32) <= walk.saved, times, jnp.inf)
         ended = ~jnp.isfinite(times)
     psi, p, work = ys
-    if problem.formulation == "prescribed":
+    if problem.follows_rows:
         psi = lax.stop_gradient(psi)  # the constraints alone determine it, and its derivative
 
     def sample(row):
@@ -221,7 +222,7 @@ def _motion(args, start, y0, walk, ts, open_at_start, lands):
     states = State(times, psi[1:], u[1:], observed[2][1:], structure)
     diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), walk)
     code, lost = result_code(walk.result, states, diagnostics, observed, ended, open_at_start, ts)
-    if problem.formulation == "prescribed":
+    if problem.follows_rows:
         code = jnp.where((code == codes.STEP_SIZE) | (code == codes.FAILED), codes.INCONSISTENT, code)
     states, diagnostics = without(ended, lost, states, diagnostics)
     return Motion(ts if event is None else times, states, code, diagnostics, end)

@@ -11,7 +11,8 @@ import optimistix
 
 from ..checks import known
 from ..math.lineax_solver import SquareSolver
-from .formulation import FORMULATIONS
+from .formulation import Formulation
+from .formulations import FORMULATIONS, Prescribed, Velocity
 from .solvers import SemiImplicitEuler
 
 GRADIENTS = ("reverse", "forward")
@@ -28,11 +29,13 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
         raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
     euler = isinstance(solver, SemiImplicitEuler)
     formulation = formulation or ("velocity" if euler else "canonical")
-    if euler and formulation == "prescribed":
-        formulation = "velocity"
-    if formulation not in FORMULATIONS:
-        raise ValueError(f"formulation={formulation!r} must be one of {', '.join(FORMULATIONS)}")
-    if euler and (dt is None or formulation != "velocity"):
+    if not (isinstance(formulation, type) and issubclass(formulation, Formulation)):
+        if formulation not in FORMULATIONS:
+            raise ValueError(f"formulation={formulation!r} must be one of {', '.join(FORMULATIONS)}")
+        formulation = FORMULATIONS[formulation]
+    if euler and formulation is Prescribed:
+        formulation = Velocity
+    if euler and (dt is None or formulation is not Velocity):
         raise ValueError("SemiImplicitEuler needs dt= and formulation='velocity'")
     if controller is not None and not isinstance(controller, diffrax.AbstractAdaptiveStepSizeController):
         raise ValueError(
@@ -112,7 +115,7 @@ def step_sizes(formulation, given, dt, rtol, atol, span):
 
     def norm(y):
         # the work account follows, it does not lead, except where the rows alone give everything else
-        return optimistix.rms_norm(y if formulation == "prescribed" else y[:2])
+        return optimistix.rms_norm(y if formulation.follows_rows else y[:2])
 
     return diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=1e-13 * jnp.abs(span))
 

@@ -8,7 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.kinematics.poses import node_parameters
-from jaxmbs.motion.formulation import Problem
+from jaxmbs.motion.formulations import Canonical
 from jaxmbs.motion.gauss import solve_stages
 from tests.cases import models
 from tests.cases.test_double_pendulum import ANGLES
@@ -46,7 +46,7 @@ def test_order_of_convergence(double_pendulum, solver):
 def one_step(system, state, solver):
     """The compiled step (h, x) -> x in coordinates and momenta, and x at the state."""
     t, psi, u = state.t, state.coordinates, state.velocities
-    problem, p = Problem.begin(system, node_parameters(system), "canonical", psi, u, t)
+    problem, p = Canonical.begin(system, node_parameters(system), psi, u, t)
     term = diffrax.ODETerm(lambda t, y, problem: problem.rate(t, y))
     scale = jnp.concatenate([jnp.ones_like(psi), problem.scale])
 
