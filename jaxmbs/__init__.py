@@ -90,6 +90,7 @@ from .model import Pose, System, inertia
 from .model.elastic import ElasticBody
 from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak, simulate
 from .programs import cache
+from .status import Status
 
 __all__ = [
     "dynamics",
@@ -149,6 +150,7 @@ __all__ = [
     "SpringDamper",
     "State",
     "StateSpace",
+    "Status",
     "Step",
     "System",
     "SystemBuilder",

@@ -32,7 +32,7 @@ FACES = {
         CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force Free Gauss4
         GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Linearisation ModelError Motion PD Peak Planar
         PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute RollingDisk RollingSphere
-        Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State StateSpace Step
+        Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State StateSpace Status Step
         System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld Wrench acceleration
         analysis angular_acceleration angular_velocity batch blocksparse bond_graph bond_powers cache
         constraint_jacobian constraint_residual coupling elements equilibrium experiment export fem flexible

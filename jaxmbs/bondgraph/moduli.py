@@ -14,7 +14,7 @@ from ..dynamics.efforts import efforts, element_efforts, element_flows, gravity_
 from ..kinematics import constraints
 from ..kinematics.configuration import Configuration, Moving, configuration, moving, node_motion
 from ..kinematics.influence import independent_columns
-from ..kinematics.poses import body_frame, coordinate_rate
+from ..kinematics.poses import body_frame, coordinate_rate, frame_twists
 from ..kinematics.tree import subtrees
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq

@@ -14,9 +14,10 @@ from tqdm import tqdm
 
 from jaxmbs.design.chunks import Chunks
 from jaxmbs.design.lanes import lanes_of, whole
-from jaxmbs.design.status import INFEASIBLE, NOT_RUN, lane_cost, status_text, succeeded
+from jaxmbs.design.outcome import lane_cost
 from jaxmbs.design.table import is_traced, length, read_designs
 from jaxmbs.errors import BatchError
+from jaxmbs.status import Status, succeeded
 
 #: Designs side by side: on the CPU as cheap each as 64, cheaper than 16 or 128 (benchmarks/batch_of_motions.py).
 CHUNK = 32
@@ -27,7 +28,7 @@ class Batch(eqx.Module):
 
     Attributes:
         values: like one result of the function, with a leading axis B; arrays of the host (NumPy), or traced ones.
-        status: codes (B,): result codes of a `Motion`, -1 for designs that were not run, -2 for infeasible ones.
+        status: codes (B,) of `Status`.
         cost: of each design (B,): by default the integrator's steps.
         computed: cost of all lanes (), waiting ones included; over the sum of `cost`: the price of lockstep.
         seconds: wall time of the run () [s] after compilation; nan when traced, like `computed`.
@@ -49,10 +50,10 @@ class Batch(eqx.Module):
         was needed (concrete batches)."""
         status = np.asarray(self.status)
         codes, counts = np.unique(status, return_counts=True)
-        ran, needed = np.count_nonzero(status > NOT_RUN), np.sum(self.cost, where=self.ok)
+        ran, needed = np.count_nonzero(status > Status.NOT_RUN), np.sum(self.cost, where=self.ok)
         rate = f", {ran / self.seconds:.3g} designs/s" if self.seconds > 0 else ""
         rate += f", lane steps computed / needed {self.computed / needed:.2f}" if needed and self.computed > 0 else ""
-        lines = [f"{count:8d}  {status_text(int(code))}" for code, count in zip(codes, counts, strict=True)]
+        lines = [f"{count:8d}  {Status(int(code))}" for code, count in zip(codes, counts, strict=True)]
         return "\n".join([f"{status.size} designs, {np.count_nonzero(self.ok)} ok{rate}", *lines])
 
     def __repr__(self) -> str:
@@ -133,7 +134,7 @@ def _traced(lanes, designs, chunk, feasible) -> Batch:
         factor = jnp.where(good, 1.0, jnp.nan)
         spoil = lambda x: x * factor.reshape(-1, *[1] * (x.ndim - 1)).astype(x.dtype)  # noqa: E731
         values = jax.tree.map(lambda x: spoil(x) if jnp.issubdtype(x.dtype, jnp.inexact) else x, values)
-        status = jnp.where(good, status, INFEASIBLE)
+        status = jnp.where(good, status, Status.INFEASIBLE)
     return Batch(values, status, cost)
 
 

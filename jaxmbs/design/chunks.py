@@ -7,8 +7,8 @@ import jax
 import numpy as np
 
 from jaxmbs.design.grouping import dearest_first, parts
-from jaxmbs.design.status import INFEASIBLE, NOT_RUN
 from jaxmbs.design.table import length, rows
+from jaxmbs.status import Status
 
 #: Chunks for each thread before the first grouping.
 _FIRST = 4
@@ -27,11 +27,11 @@ class Chunks:
         self.designs, self.computed = designs, 0.0
         self.results = [_empty(length(designs), x) for x in jax.tree.leaves(lanes.shape)]
         *_, self.status, self.costs = self.results
-        self.status[:] = NOT_RUN
+        self.status[:] = Status.NOT_RUN
 
     def run(self, feasible, bar):
         """Run the feasible designs; the error or interrupt that ended it, else None."""
-        self.status[~feasible] = INFEASIBLE
+        self.status[~feasible] = Status.INFEASIBLE
         bar.update(int(np.sum(~feasible)))
         ran, error = np.arange(0), None
         for part in parts(np.flatnonzero(feasible), _FIRST * self.threads * self.chunk):

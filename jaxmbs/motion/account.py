@@ -10,7 +10,7 @@ from ..dynamics.energy import energies
 from ..kinematics import constraints
 from ..kinematics.configuration import Moving
 from ..kinematics.state import State
-from . import motion as codes
+from ..status import Status, succeeded
 from .formulation import is_rheonomic
 from .motion import Diagnostics
 
@@ -18,10 +18,10 @@ CLOSED = 1e-6  # largest residual of constraints that count as met
 _OFF = 0.1  # energy that is missing, of all that was exchanged
 _ROUNDING = 1e-6  # and of the largest energy there is: a system at rest exchanges none
 _CODES = {
-    "successful": codes.SUCCESS,
-    "event_occurred": codes.EVENT,
-    "max_steps_reached": codes.MAX_STEPS,
-    "dt_min_reached": codes.STEP_SIZE,
+    "successful": Status.SUCCESS,
+    "event_occurred": Status.EVENT,
+    "max_steps_reached": Status.MAX_STEPS,
+    "dt_min_reached": Status.STEP_SIZE,
 }
 
 
@@ -56,19 +56,19 @@ def diagnose(system, observed, work, walk) -> Diagnostics:
 def result_code(result, states, diagnostics, observed, ended, open_at_start, ts):
     """Result code (): the integrator's, overruled by states or times asked for (T,) that are not finite, states that
     break the constraints or the energy account; and which of the saved times are lost: all from the first bad one."""
-    code = jnp.asarray(codes.FAILED)
+    code = jnp.asarray(Status.FAILED)
     for name, value in _CODES.items():
         code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
     finite = jnp.all(jnp.isfinite(states.coordinates), axis=1) & jnp.all(jnp.isfinite(states.velocities), axis=1)
     speed = 1.0 + jnp.max(jnp.abs(jnp.nan_to_num(states.velocities)), initial=0.0)
     drift, velocity_drift = (jnp.nan_to_num(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
     broken = (drift > CLOSED) | (velocity_drift > CLOSED * speed)
-    code = jnp.where((code <= codes.EVENT) & jnp.any(broken & ~ended), codes.INCONSISTENT, code)
-    code = jnp.where((code <= codes.EVENT) & _is_off(diagnostics, observed, ended), codes.ENERGY, code)
-    code = jnp.where(jnp.any(~finite & ~ended) | ~jnp.all(jnp.isfinite(ts)), codes.NOT_FINITE, code)
-    code = jnp.where(open_at_start <= CLOSED, code, codes.NOT_ASSEMBLED)
-    bad = ended | broken | ~finite | (code == codes.NOT_ASSEMBLED)
-    return code, (jnp.cumsum(bad) > 0) & (code > codes.EVENT) & (code != codes.ENERGY)
+    code = jnp.where(succeeded(code) & jnp.any(broken & ~ended), Status.INCONSISTENT, code)
+    code = jnp.where(succeeded(code) & _is_off(diagnostics, observed, ended), Status.ENERGY, code)
+    code = jnp.where(jnp.any(~finite & ~ended) | ~jnp.all(jnp.isfinite(ts)), Status.NOT_FINITE, code)
+    code = jnp.where(open_at_start <= CLOSED, code, Status.NOT_ASSEMBLED)
+    bad = ended | broken | ~finite | (code == Status.NOT_ASSEMBLED)
+    return code, (jnp.cumsum(bad) > 0) & ~succeeded(code) & (code != Status.ENERGY)
 
 
 def _is_off(diagnostics, observed, ended):

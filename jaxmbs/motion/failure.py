@@ -4,7 +4,7 @@ import numpy as np
 
 from ..kinematics import constraints
 from ..model.system import System
-from .motion import STATUS, Motion
+from .motion import Motion
 
 _OPEN = 1e-6  # residual that counts as open
 _SINGULAR = 1e-4  # singular value over the largest that counts as lost
@@ -12,7 +12,7 @@ _SINGULAR = 1e-4  # singular value over the largest that counts as lost
 
 def explain(system: System, motion: Motion) -> str:
     """The status of one failed motion with its time, and the joints whose constraints are open or singular there."""
-    text = f"the motion failed: {STATUS[int(np.asarray(motion.result))]}"
+    text = f"the motion failed: {motion.status}"
     end = motion.end
     if np.ndim(end.t):
         return text

@@ -19,7 +19,7 @@ from ..math.march_adjoint import walked_reverse
 from ..math.rows import over_rows
 from ..model.question import check_fits
 from ..model.system import System
-from . import motion as codes
+from ..status import Status, succeeded
 from .account import CLOSED, diagnose, masked, observe, result_code, without
 from .failure import explain
 from .formulation import num_powers
@@ -90,7 +90,7 @@ def simulate(
     lands = dt is None and not interpolate and not formulation.follows_rows
     options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
     motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
-    if throw and known(motion.result) and np.any(np.asarray(motion.result) > codes.EVENT):
+    if throw and known(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion), motion)
     return motion
 
@@ -223,6 +223,6 @@ def _motion(args, start, y0, walk, ts, open_at_start, lands):
     diagnostics = diagnose(problem.system, observed, masked(ended, work, jnp.nan), walk)
     code, lost = result_code(walk.result, states, diagnostics, observed, ended, open_at_start, ts)
     if problem.follows_rows:
-        code = jnp.where((code == codes.STEP_SIZE) | (code == codes.FAILED), codes.INCONSISTENT, code)
+        code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     states, diagnostics = without(ended, lost, states, diagnostics)
     return Motion(ts if event is None else times, states, code, diagnostics, end)

@@ -6,20 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..kinematics.state import State
-
-#: Texts of the result codes of a motion.
-STATUS = (
-    "success",
-    "an event ended the motion",
-    "maximum number of steps reached",
-    "the step size fell below its least value (stiff or singular motion: try an implicit solver or more damping)",
-    "the state is not finite, or the times asked for are not",
-    "the constraints contradict the motion (locked, singular or redundantly driven)",
-    "the initial state does not satisfy the constraints",
-    "the integrator failed (an implicit step was not solved: take smaller steps, or newton=True for Gauss solvers)",
-    "the energy account is off by more than a tenth of the energy exchanged (take smaller steps or tolerances)",
-)
-SUCCESS, EVENT, MAX_STEPS, STEP_SIZE, NOT_FINITE, INCONSISTENT, NOT_ASSEMBLED, FAILED, ENERGY = range(len(STATUS))
+from ..status import Status, succeeded
 
 
 class Diagnostics(eqx.Module):
@@ -60,11 +47,11 @@ class Motion(eqx.Module):
     end: State
 
     @property
-    def status(self) -> str:
-        """How the motion ended, in words (concrete motions of one design)."""
-        return STATUS[int(np.asarray(self.result))]
+    def status(self) -> Status:
+        """How the motion ended, `str` of it in words (concrete motions of one design)."""
+        return Status(int(np.asarray(self.result)))
 
     @property
     def ok(self) -> jax.Array:
         """Whether the motion ended as asked (traceable)."""
-        return self.result <= EVENT
+        return succeeded(self.result)

@@ -15,8 +15,8 @@ from jax import numpy as jnp
 
 import jaxmbs as mbs
 from jaxmbs.design import batches, lanes
-from jaxmbs.design.status import INFEASIBLE, NOT_RUN, lane_cost, lane_status
-from jaxmbs.motion import motion as codes
+from jaxmbs.design.outcome import lane_cost, lane_status
+from jaxmbs.status import Status
 
 batch = functools.partial(mbs.batch, progress=False)
 
@@ -150,7 +150,7 @@ def test_devices_of_one_host():
 def test_a_design_that_is_not_finite():
     found = batch(lambda d: (jnp.sqrt(d), d), np.array([1.0, -1.0, 4.0]))
     np.testing.assert_array_equal(found.ok, [True, False, True])
-    np.testing.assert_array_equal(found.status, [0, codes.NOT_FINITE, 0])
+    np.testing.assert_array_equal(found.status, [0, Status.NOT_FINITE, 0])
     assert "3 designs, 2 ok" in found.summary() and "not finite" in found.summary()
 
 
@@ -158,10 +158,10 @@ def test_status_is_the_worst_of_the_motions():
     def fake(result):
         return eqx.tree_at(lambda m: m.result, _motion(), jnp.asarray(result))
 
-    assert lane_status([fake(codes.SUCCESS), fake(codes.MAX_STEPS)]) == codes.MAX_STEPS
-    assert lane_status([fake(codes.EVENT), jnp.nan]) == codes.EVENT  # unused entries after the event
-    assert lane_status([fake(codes.SUCCESS), jnp.nan]) == codes.NOT_FINITE
-    assert lane_status({"name": 3, "none": None}) == codes.SUCCESS
+    assert lane_status([fake(Status.SUCCESS), fake(Status.MAX_STEPS)]) == Status.MAX_STEPS
+    assert lane_status([fake(Status.EVENT), jnp.nan]) == Status.EVENT  # unused entries after the event
+    assert lane_status([fake(Status.SUCCESS), jnp.nan]) == Status.NOT_FINITE
+    assert lane_status({"name": 3, "none": None}) == Status.SUCCESS
     steps = _motion().diagnostics.num_steps
     assert steps > 0 and lane_cost([_motion(), {"again": _motion()}, 7.0]) == 2 * steps
 
@@ -196,7 +196,7 @@ def test_an_error_keeps_what_was_computed(error, monkeypatch):
     assert isinstance(caught.value.__cause__, error)
     np.testing.assert_array_equal(found.values["area"][:4], np.arange(4.0))
     assert np.isnan(found.values["area"][4:6]).all()
-    assert found.ok[:4].all() and (found.status[4:6] == NOT_RUN).all() and "not run" in found.summary()
+    assert found.ok[:4].all() and (found.status[4:6] == Status.NOT_RUN).all() and "not run" in found.summary()
 
 
 def test_progress_says_how_many_and_how_fast(capsys):
@@ -242,11 +242,11 @@ def test_infeasible_designs_take_no_lane():
     good = np.asarray(designs["a"]) > 0.5
     assert 0 < good.sum() < 50 and min(seen) > 0.5
     np.testing.assert_array_equal(found.ok, good)
-    np.testing.assert_array_equal(found.status == INFEASIBLE, ~good)
+    np.testing.assert_array_equal(found.status == Status.INFEASIBLE, ~good)
     np.testing.assert_array_equal(np.isnan(found.values["area"]), ~good)
     assert "refused by `feasible`" in found.summary()
     none = batch(area, designs, feasible=lambda d: d["a"] > 1e9)
-    assert (none.status == INFEASIBLE).all()
+    assert (none.status == Status.INFEASIBLE).all()
 
 
 def test_infeasible_designs_differentiate_to_nan():

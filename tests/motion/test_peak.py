@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.motion import motion as codes
+from jaxmbs.status import Status
 from tests.mechanisms import four_bar, four_bar_state
 
 TIGHT = {"rtol": 1e-12, "atol": 1e-12}
@@ -69,11 +69,11 @@ def test_ends_events_and_failures():
     np.testing.assert_array_equal(found.value, [-motion.states.velocities[-1, 0], 1.2])
     np.testing.assert_array_equal(found.time, [0.3, 0.0])
     system, motion = swing(1.0, times, event=lambda s: s.coordinates[0] - 1.1)
-    assert motion.result == codes.EVENT
+    assert motion.result == Status.EVENT
     found = mbs.peak(system, motion, speed)
     end = motion.ts[jnp.isfinite(motion.ts)][-1]
     assert 0.1 < end < 0.3 and found.time[0] == end and jnp.isfinite(found.value).all()
-    failed = mbs.Motion(motion.ts, motion.states, jnp.asarray(codes.MAX_STEPS), motion.diagnostics, motion.end)
+    failed = mbs.Motion(motion.ts, motion.states, jnp.asarray(Status.MAX_STEPS), motion.diagnostics, motion.end)
     assert np.isnan(mbs.peak(system, failed, speed).value).all()
 
 

@@ -142,7 +142,7 @@ def test_a_locked_mechanism_rests():
     assert system.topology.mobility == 0
     state = mbs.State.at(system, guess={"A": np.pi / 3, "B": 2 * np.pi / 3})
     motion = mbs.simulate(system, state, ts=jnp.array([0.0, 1.0]))
-    assert motion.status == "success"
+    assert motion.status is mbs.Status.SUCCESS
     np.testing.assert_allclose(motion.states.coordinates[-1], state.coordinates, atol=1e-12)
     loads = mbs.reactions(system, state)
     np.testing.assert_allclose(float(loads["A"].force[1] + loads["B"].force[1]), 2 * 9.81, rtol=1e-9)

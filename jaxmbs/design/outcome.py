@@ -4,20 +4,8 @@ import jax
 import jax.numpy as jnp
 
 from jaxmbs.kinematics.state import State
-from jaxmbs.motion.motion import EVENT, NOT_ASSEMBLED, NOT_FINITE, STATUS, SUCCESS, Motion
-
-NOT_RUN, INFEASIBLE = -1, -2
-_TEXT = {NOT_RUN: "not run", INFEASIBLE: "refused by `feasible`, not run"}
-
-
-def status_text(code: int) -> str:
-    """A status code in words."""
-    return _TEXT.get(code) or STATUS[code]
-
-
-def succeeded(status):
-    """Whether status codes (...) are those of designs that were computed as asked."""
-    return (status >= SUCCESS) & (status <= EVENT)
+from jaxmbs.motion.motion import Motion
+from jaxmbs.status import Status
 
 
 def lane_status(values):
@@ -28,9 +16,9 @@ def lane_status(values):
     """
     parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion | State))
     codes = [_code(part) for part in parts]
-    worst = jnp.max(jnp.stack([jnp.asarray(SUCCESS, jnp.int32), *codes]))
+    worst = jnp.max(jnp.stack([jnp.asarray(Status.SUCCESS, jnp.int32), *codes]))
     finite = jnp.stack([jnp.asarray(True), *(_finite(part) for part in parts if not isinstance(part, Motion))])
-    return jnp.where((worst == SUCCESS) & ~jnp.all(finite), NOT_FINITE, worst)
+    return jnp.where((worst == Status.SUCCESS) & ~jnp.all(finite), Status.NOT_FINITE, worst)
 
 
 def lane_cost(values):
@@ -43,8 +31,8 @@ def _code(part):
     if isinstance(part, Motion):
         return jnp.max(jnp.asarray(part.result, jnp.int32))
     if isinstance(part, State) and hasattr(part, "ok"):
-        return jnp.where(jnp.all(part.ok), SUCCESS, NOT_ASSEMBLED).astype(jnp.int32)
-    return jnp.asarray(SUCCESS, jnp.int32)
+        return jnp.where(jnp.all(part.ok), Status.SUCCESS, Status.NOT_ASSEMBLED).astype(jnp.int32)
+    return jnp.asarray(Status.SUCCESS, jnp.int32)
 
 
 def _finite(part):

@@ -1,0 +1,45 @@
+"""How a computation ended, in one list for motions and the designs of a batch."""
+
+import enum
+
+
+class Status(enum.IntEnum):
+    """A result code and what it means; in traced code a number, `str` of it in words.
+
+    Up to `EVENT` all is as asked; of two codes the larger one is the worse.
+    """
+
+    INFEASIBLE = -2, "refused by `feasible`, not run"
+    NOT_RUN = -1, "not run"
+    SUCCESS = 0, "success"
+    EVENT = 1, "an event ended the motion"
+    MAX_STEPS = 2, "maximum number of steps reached"
+    STEP_SIZE = (
+        3,
+        "the step size fell below its least value (stiff or singular motion: try an implicit solver or more damping)",
+    )
+    NOT_FINITE = 4, "the state is not finite, or the times asked for are not"
+    INCONSISTENT = 5, "the constraints contradict the motion (locked, singular or redundantly driven)"
+    NOT_ASSEMBLED = 6, "the initial state does not satisfy the constraints"
+    FAILED = (
+        7,
+        "the integrator failed (an implicit step was not solved: take smaller ones, or newton=True for Gauss)",
+    )
+    ENERGY = (
+        8,
+        "the energy account is off by more than a tenth of the energy exchanged (take smaller steps or tolerances)",
+    )
+
+    def __new__(cls, code, text):
+        member = int.__new__(cls, code)
+        member._value_ = code
+        member.text = text
+        return member
+
+    def __str__(self):
+        return self.text
+
+
+def succeeded(code):
+    """Whether result codes (...) are those of what was computed as asked (traceable)."""
+    return (code >= Status.SUCCESS) & (code <= Status.EVENT)
