@@ -105,11 +105,11 @@ FACES = {
         Diagnostics Gauss4 ImplicitMidpoint Motion Peak SemiImplicitEuler peak simulate
     """,
     "jaxmbs.reductions": """
-        Reduced averaged_motion averaged_transformation characteristic characteristic_modes craig_bampton
-        craig_bampton_sparse craig_chang determinate_coordinates element_loads fixed_interface_modes
-        force_errors frequency_errors guyan harmonic hurty interface_forces large_craig_bampton macneal
-        mixed mode_acceleration mode_acceleration_free mode_displacement num_modes_up_to on_interface
-        physical reduce rigid_body_motions rigid_node rigid_transformation rubin support_motions
+        AbstractReduction Characteristic CraigBampton CraigChang Guyan Hurty MacNeal Mixed Physical Reduced
+        Rubin averaged_motion averaged_transformation characteristic_modes determinate_coordinates
+        element_loads fixed_interface_modes force_errors frequency_errors harmonic interface_forces
+        mode_acceleration mode_acceleration_free num_modes_up_to on_interface reduce rigid_body_motions
+        rigid_node rigid_transformation support_motions
     """,
     "jaxmbs.statics": """
         BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions

@@ -12,7 +12,6 @@ from ..errors import ModelError
 from ..linear.dynamic_stiffness import dense_response
 from ..linear.receptance import receptance
 from ..linear.system import LinearSystem
-from ..reductions.base import Reduced
 
 #: What the outputs are, by their power of `i w` over displacement.
 KINDS = ("receptance", "mobility", "accelerance")
@@ -60,40 +59,36 @@ class TransferFunctions(eqx.Module):
     @classmethod
     def of(
         cls,
-        component: LinearSystem | Reduced,
+        system: LinearSystem,
         omega,
         outputs: Sequence,
         inputs: Sequence,
-        names: LinearSystem | None = None,
         method: str = "direct",
         loss=0.0,
         **options,
     ) -> "TransferFunctions":
-        """Receptances of a component as its matrices and damping give them.
+        """Receptances of a linear system as its matrices and damping give them.
 
         Args:
             omega: (frequencies,) angular frequencies [rad/s].
             outputs, inputs: as `LinearSystem.rows` takes them: "tip z", ("tip", "z"), or a node for all of its
-                coordinates; channels are named "tip z".
-            names: of a Reduced, the LinearSystem that was reduced; without it coordinates are numbers.
+                coordinates, those that were reduced included; channels are named "tip z".
             method: "direct" (a solve per frequency, any damping) or "modal" (`receptance`, much cheaper at many
                 frequencies; mass everywhere and damping that does not couple the modes).
             loss: loss factor of the whole stiffness.
             options: `chunk`, and `num`, `residual` of the modal method.
 
-        Raises: ModelError for coordinates that are not there.  Source: S1 (40)-(41).
+        Raises: UnknownNameError for coordinates that are not there.  Source: S1 (40)-(41).
         """
-        names = component if isinstance(component, LinearSystem) else names
-        B = component.basis if isinstance(component, Reduced) else jnp.eye(names.num_rows, dtype=names.mass.dtype)
-        (rows, outputs), (columns, inputs) = (_coordinates(side, names, len(B)) for side in (outputs, inputs))
-        out, into = B[rows], B[columns].T
-        matrices = component.stiffness, component.mass
-        if method == "modal":
-            values = receptance(*matrices, omega, out, into, component.damping, loss, **options)
-        elif method == "direct":
-            values = dense_response(*matrices, into, omega, component.damping, loss, out, **options)
-        else:
+        system = system.dense()
+        (out, outputs), (into, inputs) = system.outputs(*outputs), system.outputs(*inputs)
+        if method not in ("direct", "modal"):
             raise ModelError([f"method {method!r} is neither direct nor modal"])
+        matrices = {"K": system.stiffness, "M": system.mass, "C": system.damping, "loss": loss, "omega": omega}
+        if method == "modal":
+            values = receptance(**matrices, out=out, into=into.T, **options)
+        else:
+            values = dense_response(**matrices, out=out, load=into.T, **options)
         return cls(omega, values, outputs, inputs)
 
     def rows(self, names: Sequence[str]) -> np.ndarray:
@@ -158,17 +153,6 @@ def check_alike(parts: Mapping[str, TransferFunctions]) -> None:
             faults.append(f"{other!r} and {name!r} are at different frequencies")
     if faults:
         raise ModelError(faults)
-
-
-def _coordinates(side, names, size):
-    """Rows and labels of coordinates."""
-    if names is not None:
-        rows = names.rows(*side)
-        return np.array(rows, int), [names.label(k) for k in rows]
-    faults = [f"there is no coordinate {k!r} among {size}: give names" for k in side if k not in range(size)]
-    if faults:
-        raise ModelError(faults)
-    return np.array(side, int), [str(k) for k in side]
 
 
 def _differ(a, b):

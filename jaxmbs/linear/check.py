@@ -20,7 +20,7 @@ def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, 
     Raises: ModelError where `throw` and a fault is found; it names the coordinates.
     Source: the checks of `cbcheck` of pyYeti; S1 (3).
     """
-    sub, about = system, np.asarray(about, float)
+    sub, about = system.dense(), np.asarray(about, float)
     matrices = {"mass": sub.mass, "stiffness": sub.stiffness, "damping": sub.damping}
     matrices = {name: np.asarray(value) for name, value in matrices.items() if value is not None}
     faults, warnings = [], []

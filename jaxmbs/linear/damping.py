@@ -12,7 +12,7 @@ from ..math.eigen import eig, spectral
 from .modes import check_mass, stable_modes
 
 
-def proportional(K, M, by_mass, by_stiffness):
+def proportional(*, K, M, by_mass, by_stiffness):
     """`C = by_mass M + by_stiffness K`, [1/s] and [s]."""
     return by_mass * M + by_stiffness * K
 
@@ -29,7 +29,7 @@ def proportional_from_ratios(first, second):
     return 2 * z1 * w1 - by_stiffness * w1**2, by_stiffness
 
 
-def modal(K, M, ratios):
+def modal(*, K, M, ratios):
     """C (n, n) that damps the natural modes of (K, M) by given ratios and does not couple them.
 
     Args:
@@ -40,7 +40,7 @@ def modal(K, M, ratios):
     Raises: ValueError for negative stiffness, whose modes have no damping ratio, if concrete; else NaN.
     Source: S1 (40).
     """
-    modes = lax.stop_gradient(stable_modes(K, M))
+    modes = lax.stop_gradient(stable_modes(K=K, M=M))
     moving = (~modes.is_rigid).astype(K.dtype) + 0.0 * modes.shapes[0]  # NaN where it is unstable
     return M @ spectral(_modal_rate, K, M, jnp.asarray(ratios, K.dtype), moving) @ M
 
@@ -100,7 +100,7 @@ class ComplexModes(eqx.Module):
         return self.left @ start[0] + self.roots * (self.left @ start[1])
 
 
-def complex_modes(K, C, M) -> ComplexModes:
+def complex_modes(*, K, C, M) -> ComplexModes:
     """All 2 n complex modes, on the CPU; K may be complex (structural damping, valid near real frequencies only).
 
     Raises: ValueError for matrices of different shapes and, if concrete, coordinates without mass.  Source: S1 (39).

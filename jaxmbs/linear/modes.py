@@ -65,11 +65,11 @@ class Modes(eqx.Module):
         return Modes(self.values[selection], self.shapes[:, selection], self.is_rigid[selection])
 
 
-def natural_modes(K, M, num: int | None = None, num_rigid: int | None = None) -> Modes:
+def natural_modes(*, K, M, num: int | None = None, num_rigid: int | None = None) -> Modes:
     """The lowest modes of `M x'' + K x = 0`.
 
     Args:
-        M: positive definite (n, n).
+        K, M: (n, n), M positive definite.
         num: how many (default all); with `complete` it should not cut a group.
         num_rigid: how many are rigid, if known: those of the smallest values; else see `rigid_flags`.
 
@@ -116,12 +116,12 @@ def rigid_flags(K, values, shapes):
     return lax.stop_gradient((values <= RIGID * noise) & (values >= -NEGATIVE * noise))
 
 
-def stable_modes(K, M, num: int | None = None, num_rigid: int | None = None) -> Modes:
+def stable_modes(*, K, M, num: int | None = None, num_rigid: int | None = None) -> Modes:
     """`natural_modes` for reductions.
 
     Raises: ValueError for negative stiffness, if concrete; under tracing the unstable shapes are NaN.
     """
-    modes = natural_modes(K, M, None, num_rigid)
+    modes = natural_modes(K=K, M=M, num_rigid=num_rigid)
     unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
     if not known(unstable):
         shapes = jnp.where(jnp.any(unstable), jnp.nan, modes.shapes)
@@ -174,7 +174,7 @@ def check_mass(M) -> None:
     M = np.asarray(M)
     bare = np.flatnonzero(np.diagonal(M) <= 0)
     if len(bare):
-        raise ValueError(f"coordinates {bare.tolist()} have no mass: condense them first (guyan)")
+        raise ValueError(f"coordinates {bare.tolist()} have no mass: condense them first (Guyan)")
 
 
 def _check_finite(values):

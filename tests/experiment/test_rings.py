@@ -20,7 +20,9 @@ def parts(t=1.0):
     found = {}
     for k, name in enumerate("pqr"):
         K, M = chain(3, t * (1.0 + k), 1.0 + 0.3 * k, ends=1)
-        found[name] = TransferFunctions(OMEGA, dense_response(K, M, jnp.eye(3), OMEGA, 0.05 * K), "abc", "abc")
+        found[name] = TransferFunctions(
+            OMEGA, dense_response(K=K, M=M, load=jnp.eye(3), omega=OMEGA, C=0.05 * K), "abc", "abc"
+        )
     return found
 
 
