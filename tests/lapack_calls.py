@@ -13,7 +13,8 @@ from jaxmbs import linear, reductions
 from jaxmbs.experiment.inverse import regular_inverse
 from jaxmbs.linear.block_modes import lowest_modes
 from jaxmbs.linear.damping import complex_modes
-from jaxmbs.linear.modes import natural_modes, track
+from jaxmbs.linear.mode_shapes import track
+from jaxmbs.linear.modes import natural_modes
 from jaxmbs.linear.oscillations import modal_motion
 from jaxmbs.linear.static_response import static_response
 from jaxmbs.math import square
@@ -117,7 +118,7 @@ WITH = {
     "natural_modes": (lambda t: natural_modes(K=K, M=M * (1.0 + t)), VALUES),
     "track": (lambda t: track(natural_modes(K=K, M=M), natural_modes(K=K, M=M * (1.0 + t))), VALUES | {"gesdd"}),
     "complex_modes": (lambda t: complex_modes(K=K, C=C, M=M * (1.0 + t)), GENERAL),
-    "static_response": (lambda t: static_response(LARGE * (1.0 + t), jnp.ones(len(LARGE))), SOLVE),
+    "static_response": (lambda t: static_response(K=LARGE * (1.0 + t), load=jnp.ones(len(LARGE))), SOLVE),
     "block modes": (block_modes, {"syevd"}),
     "inertia": (lambda t: bs.inertia(bs.factor(block_matrix(t), "ldl")), {"syevd"}),
     "guyan": (lambda t: reduced(reductions.Guyan(), t, (0, 1, 16, 17)), DEFINITE),
@@ -146,7 +147,7 @@ WITH = {
         VALUES,
     ),
     "gradient of static_response": (
-        jax.grad(lambda t: jnp.sum(static_response(LARGE * (1.0 + t), jnp.ones(len(LARGE))).displacement)),
+        jax.grad(lambda t: jnp.sum(static_response(K=LARGE * (1.0 + t), load=jnp.ones(len(LARGE))).displacement)),
         SOLVE,
     ),
 }

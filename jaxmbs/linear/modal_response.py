@@ -10,8 +10,9 @@ from jax import lax
 from ..checks import known
 from ..math.eigen import same
 from .damping import coupled
-from .modes import Modes, check_mass, check_symmetric, natural_modes
+from .modes import Modes, natural_modes
 from .oscillations import ModalMotion, oscillations
+from .symmetric import check_mass, check_symmetric
 
 
 def modal_response(

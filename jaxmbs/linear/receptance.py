@@ -13,7 +13,7 @@ from ..math.eigen import eig, eigh, spectral
 from .checked import checked_solve
 from .condensation import interface_basis, partition
 from .gains import harmonic_rate
-from .modes import symmetric
+from .symmetric import symmetric
 
 
 def receptance(

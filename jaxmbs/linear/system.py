@@ -1,7 +1,7 @@
 """A linear system: mass, damping and stiffness over named coordinates, some of them an interface to others."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -107,6 +107,30 @@ class LinearSystem(eqx.Module):
         """Of the numbers in the matrices."""
         A = self.stiffness
         return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
+
+    def load(self, forces: Mapping | Array) -> Array:
+        """Forces (..., n) on the coordinates.
+
+        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times or
+            cases first; or already (..., n).
+
+        Raises: UnknownNameError; ValueError for another shape.
+        """
+        if not isinstance(forces, Mapping):
+            forces = jnp.asarray(forces)
+            if forces.shape[-1:] != (self.num_rows,):
+                raise ValueError(f"forces have shape {forces.shape}, not (..., {self.num_rows})")
+            return forces
+        parts = [jnp.zeros(self.num_rows, self.dtype)]
+        for name, force in forces.items():
+            rows, labels = self.outputs(name)
+            force = jnp.asarray(force, self.dtype)
+            force = force[..., None] if len(labels) == 1 else force
+            if force.shape[-1:] != (len(labels),):
+                raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(labels)})")
+            parts.append(force @ rows)
+        shape = np.broadcast_shapes(*(part.shape for part in parts))
+        return sum(jnp.broadcast_to(part, shape) for part in parts)
 
     def with_interface(self, *names) -> "LinearSystem":
         """The same system, joined to others elsewhere.  Raises: ModelError."""

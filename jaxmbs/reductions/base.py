@@ -9,7 +9,7 @@ from jaxtyping import Array, Inexact
 
 from ..linear.condensation import partition
 from ..linear.labels import label, rows_of, spoken
-from ..linear.modes import symmetric
+from ..linear.symmetric import symmetric
 from ..linear.system import LinearSystem
 
 

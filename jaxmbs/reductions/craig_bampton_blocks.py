@@ -12,7 +12,7 @@ from ..checks import known
 from ..fem.assembly import hold
 from ..linear.block_modes import lowest_modes
 from ..linear.condensation import check_held, partition
-from ..linear.modes import UNSYMMETRIC
+from ..linear.symmetric import UNSYMMETRIC
 from ..linear.system import LinearSystem
 from .base import Reduced, check_num_modes, labelled
 

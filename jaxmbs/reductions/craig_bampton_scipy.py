@@ -5,7 +5,7 @@ import numpy as np
 import scipy.sparse.linalg
 
 from ..linear.condensation import partition
-from ..linear.modes import UNSYMMETRIC
+from ..linear.symmetric import UNSYMMETRIC
 from ..linear.system import LinearSystem
 from .base import Reduced, check_num_modes, labelled
 

@@ -8,8 +8,8 @@ import pytest
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment import couple, decouple, interface_forces
 from jaxmbs.experiment.coupling import independent_pairs, signed_interface
-from jaxmbs.experiment.transfer import TransferFunctions
 from jaxmbs.linear import dense_response
+from jaxmbs.linear.transfer import TransferFunctions
 from tests.structural_matrices import chain
 
 OMEGA = jnp.array([0.3, 1.4, 2.9])

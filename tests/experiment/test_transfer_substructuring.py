@@ -10,9 +10,11 @@ from jaxmbs.experiment.coupling import couple, interface_forces
 from jaxmbs.experiment.decoupling import decouple
 from jaxmbs.experiment.inverse import regular_inverse
 from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
-from jaxmbs.experiment.transfer import TransferFunctions, uncoupled
+from jaxmbs.experiment.transfer import uncoupled
 from jaxmbs.experiment.virtual_point import rigid_channels, virtual_point
+from jaxmbs.linear import frequency_response
 from jaxmbs.linear.dynamic_stiffness import dense_response
+from jaxmbs.linear.transfer import TransferFunctions
 from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import chain, component
 
@@ -318,7 +320,7 @@ def test_gradient_from_elements_to_coupled_transfer_functions():
         for name, (K, M), i in (("a", chain(4, k, ends=1), 3), ("b", chain(3, 2.0, ends=0), 0)):
             own = reduce(component(K, M, (i,), 0.1 * K), CraigBampton(len(K) - 1))
             ends = ["0", str(len(K) - 1)]
-            parts[name] = TransferFunctions.of(own, omega, ends, ends)
+            parts[name] = frequency_response(own, omega, ends, ends)
         return level(couple(parts, [("a 3", "b 0")]).at(["b 2"], ["a 0"]).values)
 
     @jax.jit

@@ -14,16 +14,8 @@ from jaxmbs.linear.damping import (
     proportional_from_ratios,
     structural,
 )
-from jaxmbs.linear.modes import (
-    Modes,
-    complete,
-    effective_masses,
-    mac,
-    mode_ratios,
-    natural_modes,
-    participation,
-    track,
-)
+from jaxmbs.linear.mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from jaxmbs.linear.modes import Modes, complete, natural_modes
 from tests.structural_matrices import beam, chain, double_cross, kw
 
 CANTILEVER = [1.87510407, 4.69409113, 7.85475744, 10.99554073]
@@ -157,7 +149,7 @@ def test_general_viscous_damping():
         (shapes / (s - roots)) @ left, np.linalg.inv(K + s * C + s * s * M), rtol=1e-9, atol=1e-12
     )
     x, v = jnp.arange(5.0), jnp.ones(5)
-    amplitudes = modes.amplitudes(M, C, x, v)
+    amplitudes = modes.amplitudes(M=M, C=C, displacement=x, velocity=v)
     np.testing.assert_allclose(
         modes.acceleration(amplitudes, 0.0), -np.linalg.solve(M, C @ v + K @ x), rtol=1e-9, atol=1e-12
     )
