@@ -15,8 +15,8 @@ import scipy.sparse.linalg as spl
 
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble_blocks
-from jaxmbs.linear import receptance
-from jaxmbs.reductions.craig_bampton_blocks import large_craig_bampton
+from jaxmbs.linear import LinearSystem, receptance
+from jaxmbs.reductions import CraigBampton
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 
@@ -67,8 +67,16 @@ def craig_bampton_rows(quick):
     length, width, num = (6, 3, 4) if quick else (50, 11, 30)
     nodes, K, M, face = block(length, width)
     outer = np.array([3 * i + d for i in face for d in range(3)])
-    reduce = lambda K, M: large_craig_bampton(K, M, outer, num, positions=nodes)  # noqa: E731
-    ours, seconds = common.compiled(reduce, K, M)
+    labels, places = (
+        [(str(n), d) for n in range(len(nodes)) for d in "xyz"],
+        (tuple(map(str, range(len(nodes)))), nodes),
+    )
+
+    def reduced(K, M):
+        options = {"interface": outer.tolist(), "coordinates": labels, "positions": places}
+        return reduce(LinearSystem(mass=M, stiffness=K, **options), CraigBampton(num))
+
+    ours, seconds = common.compiled(reduced, K, M)
     theirs = by_scipy(to_scipy(K), to_scipy(M), outer, num)
     times = common.cpu_seconds({"ours": lambda: ours(K, M), "SciPy": theirs}, 1 if quick else 2, 0.0)
     found, (static, _, _, values) = ours(K, M), theirs()
@@ -98,7 +106,10 @@ def transfer_rows(quick):
     K, M = chain(1e4 * (1 + 0.1 * jnp.sin(jnp.arange(float(n)))))
     omega = jnp.linspace(1.0, 150.0, frequencies)
     some, every = (0, n // 2, n - 1), tuple(range(n))
-    of = lambda out, into: jax.jit(lambda K, M, w: receptance(K, M, w, out, into, loss=0.02))  # noqa: E731
+
+    def of(out, into):
+        return jax.jit(lambda K, M, w: receptance(K=K, M=M, omega=w, out=out, into=into, loss=0.02))
+
     few, all_pairs = of(some, (n - 1,)), of(every, every)
     times = common.cpu_seconds(
         {"few": lambda: few(K, M, omega), "all": lambda: all_pairs(K, M, omega)}, 2 if quick else 5
@@ -118,7 +129,17 @@ def gradient_rows(quick):
     springs, omega = 1e4 * (1 + 0.1 * jnp.sin(jnp.arange(float(n)))), jnp.linspace(1.0, 150.0, frequencies)
 
     def peak(springs):
-        return jnp.max(jnp.abs(receptance(*chain(springs), omega, (n - 1,), (n - 1,), loss=0.02)))
+        return jnp.max(
+            jnp.abs(
+                receptance(
+                    **dict(zip("KM", chain(springs), strict=True)),
+                    omega=omega,
+                    out=(n - 1,),
+                    into=(n - 1,),
+                    loss=0.02,
+                )
+            )
+        )
 
     value, both = jax.jit(peak), jax.jit(jax.value_and_grad(peak))
     times = common.cpu_seconds({"value": lambda: value(springs), "both": lambda: both(springs)}, 2 if quick else 5)

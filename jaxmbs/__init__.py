@@ -18,9 +18,8 @@ from . import (
     statics,
     viz,
 )
-from .analysis.equilibrium import Equilibrium, equilibrium
-from .analysis.linearise import Linearisation, StateSpace, frequency_response, linearise
-from .analysis.modes import modes
+from .analysis.equilibrium import Equilibrium
+from .analysis.linearise import Linearisation, StateSpace, linearise
 from .analysis.stiffness import stiffness
 from .bondgraph import bond_graph, bond_powers
 from .builder import SystemBuilder
@@ -84,12 +83,14 @@ from .kinematics.influence import kic
 from .kinematics.influence_second import kic_rate, kic_second, point_kic
 from .kinematics.points import angular_velocity, jacobian, position, rotation, velocity
 from .kinematics.state import State
+from .linear.system import LinearSystem
 from .math.compile_notes import report_compiles
 from .math.jit import jit
 from .model import Pose, System, inertia
 from .model.elastic import ElasticBody
 from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak, simulate
 from .programs import cache
+from .questions import check, equilibrium, frequency_response, modes
 from .status import Status
 
 __all__ = [
@@ -125,6 +126,7 @@ __all__ = [
     "Harmonic",
     "ImplicitMidpoint",
     "KnifeEdge",
+    "LinearSystem",
     "Linearisation",
     "ModelError",
     "Motion",
@@ -170,6 +172,7 @@ __all__ = [
     "bond_graph",
     "bond_powers",
     "cache",
+    "check",
     "constraint_jacobian",
     "constraint_residual",
     "coupling",

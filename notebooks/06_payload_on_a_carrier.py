@@ -61,8 +61,6 @@ def instrument(radius):
 
 tall = fem.assemble(stage, interface=[f"s{PIECES}"])
 fine = fem.assemble(instrument(0.03), interface=["foot"])
-K_s, M_s, tip = tall.stiffness, tall.mass, tall.interface
-K_i, M_i, foot = fine.stiffness, fine.mass, fine.interface
 print(linear.check(fine))
 
 # %% [markdown]
@@ -71,13 +69,11 @@ print(linear.check(fine))
 
 # %%
 LOSS = 3e-4  # [s], damping in proportion to the stiffness: 1 % at 10 Hz
-payload = reductions.craig_bampton(K_i, M_i, foot, 6, damping=LOSS * K_i)
-carrier = reductions.craig_bampton(K_s, M_s, tip, 8, damping=LOSS * K_s)
+tall, fine = (s.with_damping(LOSS * s.stiffness) for s in (tall, fine))
+payload = reductions.reduce(fine, reductions.CraigBampton(num_modes=6))
+carrier = reductions.reduce(tall, reductions.CraigBampton(num_modes=8))
 joined = coupling.join((carrier, payload), (tuple(range(6)), tuple(range(6))))
-whole = coupling.join(
-    (reductions.physical(K_s, M_s, tip), reductions.physical(K_i, M_i, foot)),
-    (tuple(range(6)), tuple(range(6))),
-)
+whole = coupling.join((tall, fine), (tuple(range(6)), tuple(range(6))))
 reduced, full = joined.modes(), whole.modes()
 print(f"{whole.mass.shape[0]} coordinates reduced to {joined.mass.shape[0]}")
 for a, b in zip(reduced.frequencies[:8], full.frequencies[:8], strict=True):
@@ -92,7 +88,7 @@ for a, b in zip(reduced.frequencies[:8], full.frequencies[:8], strict=True):
 step, count = 1e-3, 600 if FAST else 4000
 t = step * np.arange(count)
 pulse = np.where(t < 0.06, np.sin(np.pi * t / 0.06), 0.0)
-middle = np.zeros(K_s.shape[0])
+middle = np.zeros(tall.num_rows)
 middle[tall.rows(f"s{PIECES // 2} x")[0]] = 5000.0
 
 
@@ -115,8 +111,8 @@ axes[1].set_xlabel("time [s]")
 # impulse. Each mode of the stage gets the impulse that makes its own peak under the pulse; the pairs are summed.
 
 # %%
-alone = natural_modes(K_s, M_s, num=8)
-pairs = modal_pairs(alone.omega, alone.shapes[np.array(tip)], payload)
+alone = natural_modes(K=tall.stiffness, M=tall.mass, num=8)
+pairs = modal_pairs(alone.omega, alone.shapes[np.array(tall.interface)], payload)
 recovery = jnp.abs(
     payload.mass[:6, 6:] * jnp.diagonal(payload.stiffness)[6:][None, :]
 )  # loads per modal displacement
@@ -184,8 +180,8 @@ ax.legend(frameon=False)
 
 # %%
 def highest(radius):
-    K, M = fem.assemble_dense(instrument(radius))
-    own = reductions.craig_bampton(K, M, foot, 6, damping=LOSS * K)
+    own = fem.assemble(instrument(radius), interface=["foot"])
+    own = reductions.reduce(own.with_damping(LOSS * own.stiffness), reductions.CraigBampton(num_modes=6))
     system = coupling.join((carrier, own), (tuple(range(6)), tuple(range(6))))
     return jnp.max(jnp.abs(interface_loads(system, jnp.asarray(pulse)).forces[1][4]))
 

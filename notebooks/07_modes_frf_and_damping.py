@@ -69,7 +69,7 @@ print(f"{len(labels)} coordinates")
 # The effective masses say how much of the mast each mode moves as a whole.
 
 # %%
-modes = natural_modes(K, M, num=10)
+modes = natural_modes(K=K, M=M, num=10)
 motions = linear.rigid_motions(mast(radii).positions)
 directions = jnp.stack([fem.collect(mast(radii), motions[:, :, d]) for d in range(3)], axis=1)
 shares = effective_masses(modes, M, directions)
@@ -83,8 +83,8 @@ for f, row in zip(modes.frequencies, shares, strict=True):
 
 # %%
 by_mass, by_stiffness = proportional_from_ratios((2 * np.pi * 10.0, 0.01), (2 * np.pi * 100.0, 0.01))
-C = rayleigh(K, M, by_mass, by_stiffness)
-damped = complex_modes(K, C, M)
+C = rayleigh(K=K, M=M, by_mass=by_mass, by_stiffness=by_stiffness)
+damped = complex_modes(K=K, C=C, M=M)
 frequencies, ratios = damped.omega / (2 * np.pi), damped.damping_ratios
 for k in np.argsort(np.asarray(frequencies))[:12:2]:  # pairs
     print(f"{frequencies[k]:7.2f} Hz  damping {100 * ratios[k]:.2f} %")
@@ -99,9 +99,9 @@ where = {label: row for row, label in enumerate(labels)}
 into, out = where["10", "x"], where[f"{STOREYS}0", "x"]
 hertz = np.linspace(2.0, 120.0, 60 if FAST else 600)
 omega = jnp.asarray(2 * np.pi * hertz)
-exact = linear.receptance(K, M, omega, (out,), (into,), damping=C)[:, 0, 0]
-four = linear.receptance(K, M, omega, (out,), (into,), damping=C, num=4)[:, 0, 0]
-bare = linear.receptance(K, M, omega, (out,), (into,), damping=C, num=4, residual=False)[:, 0, 0]
+exact = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C)[:, 0, 0]
+four = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C, num=4)[:, 0, 0]
+bare = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C, num=4, residual=False)[:, 0, 0]
 fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for values, style, label in (
     (exact, "k", "all modes"),
@@ -121,8 +121,8 @@ ax.legend(frameon=False)
 # %%
 def level(radii):
     K, M = fem.assemble_dense(mast(radii))
-    C = rayleigh(K, M, by_mass, by_stiffness)
-    found = linear.receptance(K, M, omega, (out,), (into,), damping=C)[:, 0, 0]
+    C = rayleigh(K=K, M=M, by_mass=by_mass, by_stiffness=by_stiffness)
+    found = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C)[:, 0, 0]
     return jnp.sqrt(jnp.mean((jnp.abs(found) * omega**2) ** 2))
 
 
@@ -136,7 +136,8 @@ for name, row in zip(("legs", "rings", "braces"), slope, strict=True):
 # After a change of the legs: the modal assurance criterion of the first modes before and after.
 
 # %%
-changed = natural_modes(*fem.assemble_dense(mast(radii.at[0].mul(1.3))), num=10)
+K, M = fem.assemble_dense(mast(radii.at[0].mul(1.3)))
+changed = natural_modes(K=K, M=M, num=10)
 likeness = mac(modes.shapes, changed.shapes)
 fig, ax = plt.subplots(figsize=(4, 3.5), layout="constrained")
 picture = ax.imshow(likeness, vmin=0, vmax=1, cmap="Greys")

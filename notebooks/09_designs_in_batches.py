@@ -29,7 +29,7 @@ from jaxmbs.coupling import couple, stacked
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import carried_loads, mass_properties
-from jaxmbs.reductions import physical
+from jaxmbs.reductions import Physical, reduce
 
 jax.config.update("jax_enable_x64", True)
 
@@ -103,7 +103,6 @@ for k in (0, -1):
 PIECES, END = 6, "3"
 STEP = 1.0 / PIECES
 NODES = jnp.stack([jnp.linspace(0.0, STEP, 4), jnp.zeros(4), jnp.zeros(4)], axis=1)
-ENDS = (*range(6), *range(18, 24))  # rows of the first and the last node
 BONDS = tuple((k - 1, k) for k in range(PIECES))  # the first end is held at the hub
 names = [f"tube{k}" for k in range(PIECES)]
 
@@ -137,7 +136,7 @@ def bond_forces(radii):
     motion = mbs.simulate(system, mbs.State.at(system), ts=jnp.linspace(0.05, 0.5, 10), rtol=1e-6, atol=1e-6)
     components = dict(zip(names, tubes, strict=True))
     loads = carried_loads(system, motion, components, {"grip": (names[-1], END)})
-    parts = [physical(t.stiffness, t.mass, ENDS) for t in tubes]
+    parts = [reduce(t.with_interface("0", END), Physical()) for t in tubes]
 
     def at(loads):
         return couple([stacked(parts, BONDS, loads)], jnp.zeros((PIECES, 6)), "cholesky")

@@ -13,12 +13,13 @@ from jaxmbs import linear, reductions
 from jaxmbs.experiment.inverse import regular_inverse
 from jaxmbs.linear.block_modes import lowest_modes
 from jaxmbs.linear.damping import complex_modes
-from jaxmbs.linear.modes import natural_modes, track
+from jaxmbs.linear.mode_shapes import track
+from jaxmbs.linear.modes import natural_modes
 from jaxmbs.linear.oscillations import modal_motion
 from jaxmbs.linear.static_response import static_response
 from jaxmbs.math import square
 from jaxmbs.math.interpolation import spline_slopes
-from tests.structural_matrices import beam
+from tests.structural_matrices import beam, component
 from tests.systems import four_bar, four_bar_state
 
 _CALL = re.compile(r"custom_call @(?:lapack|blas)_([a-z0-9]+?)(?:_ffi)?\(.*?\) .*?: \((.*?)\) ->")
@@ -56,6 +57,13 @@ C = 0.01 * K + 0.02 * M
 LARGE, LARGE_MASS = beam(20, fixed=2)
 OMEGA = jnp.linspace(1.0, 9.0, 5)
 PATTERN = bs.Pattern(6, 3, [(i, i + 1) for i in range(5)])
+
+
+PAIR = {"omega": OMEGA, "out": (0,), "into": (0,)}
+
+
+def reduced(method, t, interface=(0, 1)):
+    return reductions.reduce(component(K * (1.0 + t), M, interface), method)
 
 
 def at(t):
@@ -99,7 +107,7 @@ WITHOUT = {
     "block factors": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3))),
     "block ldl": lambda t: bs.log_determinant(bs.factor(block_matrix(t), "ldl")),
     "block lu": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3)), "lu"),
-    "dense_response": lambda t: linear.dense_response(K, (1.0 + t) * M, jnp.ones((18, 1)), OMEGA, C),
+    "dense_response": lambda t: linear.dense_response(K=K, M=(1.0 + t) * M, load=jnp.ones((18, 1)), omega=OMEGA, C=C),
     "measured_stiffness": lambda t: jax.vmap(square.inverse)(measured(t)),
 }
 
@@ -107,28 +115,39 @@ WITHOUT = {
 WITH = {
     "equilibrium": (lambda t: mbs.equilibrium(SYSTEM, at(t), throw=False), {"syevd"}),
     "modes": (lambda t: mbs.modes(mbs.linearise(SYSTEM, at(t))), GENERAL),
-    "natural_modes": (lambda t: natural_modes(K, M * (1.0 + t)), VALUES),
-    "track": (lambda t: track(natural_modes(K, M), natural_modes(K, M * (1.0 + t))), VALUES | {"gesdd"}),
-    "complex_modes": (lambda t: complex_modes(K, C, M * (1.0 + t)), GENERAL),
-    "static_response": (lambda t: static_response(LARGE * (1.0 + t), jnp.ones(len(LARGE))), SOLVE),
+    "natural_modes": (lambda t: natural_modes(K=K, M=M * (1.0 + t)), VALUES),
+    "track": (lambda t: track(natural_modes(K=K, M=M), natural_modes(K=K, M=M * (1.0 + t))), VALUES | {"gesdd"}),
+    "complex_modes": (lambda t: complex_modes(K=K, C=C, M=M * (1.0 + t)), GENERAL),
+    "static_response": (lambda t: static_response(K=LARGE * (1.0 + t), load=jnp.ones(len(LARGE))), SOLVE),
     "block modes": (block_modes, {"syevd"}),
     "inertia": (lambda t: bs.inertia(bs.factor(block_matrix(t), "ldl")), {"syevd"}),
-    "guyan": (lambda t: reductions.guyan(K * (1.0 + t), M, (0, 1, 16, 17)), DEFINITE),
-    "craig_bampton": (lambda t: reductions.craig_bampton(K * (1.0 + t), M, (0, 1), 4), VALUES),
-    "rubin": (lambda t: reductions.rubin(K * (1.0 + t), M, (0, 1), 4, num_rigid=2), VALUES | SOLVE),
-    "craig_chang": (
-        lambda t: reductions.craig_chang(K * (1.0 + t), M, (0, 1), 4, determinate=(0, 1)),
+    "guyan": (lambda t: reduced(reductions.Guyan(), t, (0, 1, 16, 17)), DEFINITE),
+    "craig_bampton": (
+        lambda t: reduced(reductions.CraigBampton(4), t),
+        VALUES,
+    ),
+    "rubin": (
+        lambda t: reduced(reductions.Rubin(4, num_rigid=2), t),
         VALUES | SOLVE,
     ),
-    "receptance": (lambda t: linear.receptance(K * (1.0 + t), M, OMEGA, (0,), (0,)), VALUES),
-    "viscous_receptance": (lambda t: linear.viscous_receptance(K * (1.0 + t), M, OMEGA, (0,), (0,), C), GENERAL),
+    "craig_chang": (
+        lambda t: reductions.reduce(
+            component(K * (1.0 + t), M, (0, 1)), reductions.CraigChang(4, determinate=(0, 1))
+        ),
+        VALUES | SOLVE,
+    ),
+    "receptance": (lambda t: linear.receptance(K=K * (1.0 + t), M=M, **PAIR), VALUES),
+    "viscous_receptance": (
+        lambda t: linear.viscous_receptance(K=K * (1.0 + t), M=M, omega=OMEGA, out=(0,), into=(0,), C=C),
+        GENERAL,
+    ),
     "regular_inverse": (lambda t: regular_inverse(measured(t), rank=2), {"gesdd"}),
     "gradient of natural_modes": (
-        jax.grad(lambda t: jnp.sum(natural_modes(LARGE, LARGE_MASS * (1.0 + t)).values)),
+        jax.grad(lambda t: jnp.sum(natural_modes(K=LARGE, M=LARGE_MASS * (1.0 + t)).values)),
         VALUES,
     ),
     "gradient of static_response": (
-        jax.grad(lambda t: jnp.sum(static_response(LARGE * (1.0 + t), jnp.ones(len(LARGE))).displacement)),
+        jax.grad(lambda t: jnp.sum(static_response(K=LARGE * (1.0 + t), load=jnp.ones(len(LARGE))).displacement)),
         SOLVE,
     ),
 }

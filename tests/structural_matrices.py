@@ -3,6 +3,18 @@
 import jax.numpy as jnp
 import numpy as np
 
+from jaxmbs.linear import LinearSystem
+
+
+def kw(matrices):
+    """K, M or K, M, C by name."""
+    return dict(zip("KMC", matrices, strict=False))
+
+
+def component(K, M, interface, C=None, **options):
+    """A linear system of matrices."""
+    return LinearSystem(mass=M, stiffness=K, damping=C, interface=interface, **options)
+
 
 def chain(n, k=1.0, m=1.0, ends=2):
     """K, M of n equal masses between equal springs; fixed at 0, 1 (the first) or 2 ends."""

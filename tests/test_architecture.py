@@ -17,7 +17,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     ["joints", "forces", "elements", "model"],
     ["linear", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reductions", "coupling", "flexible"],
-    ["analysis", "motion", "experiment", "bondgraph", "design", "programs", "exported"],
+    ["analysis", "motion", "experiment", "bondgraph", "design", "programs", "exported", "questions"],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])

@@ -42,6 +42,28 @@ def test_matrices_in_the_wrong_order():
         LinearSystem(*assemble_dense(strut()))
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda K, M: mbs.linear.natural_modes(K, M),
+        lambda K, M: mbs.linear.receptance(K, M, jnp.ones(1), (0,), (0,)),
+        lambda K, M: mbs.linear.modal(K, M, 0.01),
+        lambda K, M: mbs.linear.modal_response(K, M, jnp.ones((1, 3)), 0.1),
+        lambda K, M: LinearSystem(M, K),
+    ],
+    ids=["natural_modes", "receptance", "modal", "modal_response", "LinearSystem"],
+)
+def test_matrices_by_position(call):
+    with pytest.raises(TypeError, match="positional"):
+        call(*assemble_dense(strut()))
+
+
+def test_methods_of_old():
+    """One method for all storages, and no function that takes (K, M) where another takes (M, K)."""
+    gone = ("craig_bampton", "large_craig_bampton", "craig_bampton_sparse", "guyan", "hurty", "rubin", "physical")
+    assert not [name for name in gone if name in mbs.reductions.__all__]
+
+
 def test_damping_of_a_users_element():
     system = assemble(strut())
     np.testing.assert_allclose(system.stiffness, [[1.0]])

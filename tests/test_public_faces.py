@@ -26,20 +26,19 @@ FACES = {
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
     """,
     "jaxmbs": """
-        dynamics io kinematics viz
         AbstractBodyLaw AbstractClosure AbstractJoint AbstractLaw AbstractPoseLaw AbstractScalarLaw
         AbstractSignal AbstractSystemLaw Actuator AssemblyError Batch BatchError BumpStop Bushing Constant
         CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force Free Gauss4
-        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Linearisation ModelError Motion PD Peak Planar
-        PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute RollingDisk RollingSphere
-        Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State StateSpace Status Step
-        System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld Wrench acceleration
-        analysis angular_acceleration angular_velocity batch blocksparse bond_graph bond_powers cache
-        constraint_jacobian constraint_residual coupling elements equilibrium experiment export fem flexible
-        forces forward_dynamics frequency_response inertia inverse_dynamics jacobian jit joints kic kic_rate
-        kic_second kinetic_energy linear linearise load_program mass_matrix minimise modes peak point_kic
-        position potential_energy reaction_bonds reactions reductions report_compiles rotation simulate
-        statics stiffness velocity
+        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge LinearSystem Linearisation ModelError Motion
+        PD Peak Planar PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute RollingDisk
+        RollingSphere Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State
+        StateSpace Status Step System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld
+        Wrench acceleration analysis angular_acceleration angular_velocity batch blocksparse bond_graph
+        bond_powers cache check constraint_jacobian constraint_residual coupling dynamics elements
+        equilibrium experiment export fem flexible forces forward_dynamics frequency_response inertia
+        inverse_dynamics io jacobian jit joints kic kic_rate kic_second kinematics kinetic_energy linear
+        linearise load_program mass_matrix minimise modes peak point_kic position potential_energy
+        reaction_bonds reactions reductions report_compiles rotation simulate statics stiffness velocity viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation Modes StateSpace Stiffness equilibrium
@@ -90,13 +89,13 @@ FACES = {
         read_dmig read_matrix_market read_op4 read_uff write_uff
     """,
     "jaxmbs.linear": """
-        Check ComplexModes LinearSystem ModalMotion Modes StaticResponse accelerance acceleration_gain
+        Check LinearSystem ModalMotion Modes StaticResponse TransferFunctions accelerance acceleration_gain
         base_load block_matrices check complex_modes constraint_modes coupled damped_frequency
-        dense_response direct_response effective_masses gain_from_mobility generalised_stiffness
-        interface_basis lowest_modes mac mobility mobility_from_gain modal modal_motion modal_receptance
-        modal_response mode_ratios natural_modes oscillations participation partition proportional
-        proportional_from_ratios receptance rigid_motions static_response structural superpose track
-        transmissibility viscous_receptance
+        dense_response direct_response effective_masses equilibrium frequency_response gain_from_mobility
+        generalised_stiffness interface_basis lowest_modes mac mobility mobility_from_gain modal
+        modal_motion modal_receptance modal_response mode_ratios modes natural_modes oscillations
+        participation partition proportional proportional_from_ratios receptance rigid_motions
+        static_response structural superpose track transmissibility viscous_receptance
     """,
     "jaxmbs.model": """
         Pose System Topology
@@ -104,12 +103,15 @@ FACES = {
     "jaxmbs.motion": """
         Diagnostics Formulation Gauss4 ImplicitMidpoint Motion Peak Rates SemiImplicitEuler peak simulate
     """,
+    "jaxmbs.questions": """
+        check equilibrium frequency_response modes
+    """,
     "jaxmbs.reductions": """
-        Reduced averaged_motion averaged_transformation characteristic characteristic_modes craig_bampton
-        craig_bampton_sparse craig_chang determinate_coordinates element_loads fixed_interface_modes
-        force_errors frequency_errors guyan harmonic hurty interface_forces large_craig_bampton macneal
-        mixed mode_acceleration mode_acceleration_free mode_displacement num_modes_up_to on_interface
-        physical reduce rigid_body_motions rigid_node rigid_transformation rubin support_motions
+        AbstractReduction Characteristic CraigBampton CraigChang Guyan Hurty MacNeal Mixed Physical Reduced
+        Rubin averaged_motion averaged_transformation characteristic_modes determinate_coordinates
+        element_loads fixed_interface_modes force_errors frequency_errors harmonic interface_forces
+        mode_acceleration mode_acceleration_free num_modes_up_to on_interface reduce rigid_body_motions
+        rigid_node rigid_transformation support_motions
     """,
     "jaxmbs.statics": """
         BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions

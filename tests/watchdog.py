@@ -65,7 +65,9 @@ def _modes():
 
     def lane(t):
         held = K * (1.0 + t) + jnp.eye(len(K))
-        return natural_modes(held, M).values, linear.receptance(held, M, jnp.linspace(1.0, 9.0, 5), (0,), (0,))
+        return natural_modes(K=held, M=M).values, linear.receptance(
+            K=held, M=M, omega=jnp.linspace(1.0, 9.0, 5), out=(0,), into=(0,)
+        )
 
     return lane
 

@@ -7,15 +7,15 @@ from jaxtyping import Array, Float
 from ..linear.condensation import interface_basis
 from ..linear.modal_response import modal_response
 from ..linear.oscillations import modal_motion
-from ..reductions.base import Reduced
+from ..linear.system import LinearSystem
+from ..reductions.base import explicit
 
 
 class BaseMotion(eqx.Module):
     """Motion of a component and the forces that move its base.
 
     Attributes:
-        displacement, velocity, acceleration: (r, T) of the component's explicit coordinates, the interface first;
-            `component.explicit().expand(...)` gives those of all coordinates.
+        displacement, velocity, acceleration: (r, T) of the component, interface coordinates first.
         forces: (b, T) on the interface.
     """
 
@@ -25,13 +25,15 @@ class BaseMotion(eqx.Module):
     forces: Float[Array, "b T"]
 
 
-def base_motion(component: Reduced, acceleration, step, ratios=0.0, displacement=None, velocity=None) -> BaseMotion:
+def base_motion(
+    component: LinearSystem, acceleration, step, ratios=0.0, displacement=None, velocity=None
+) -> BaseMotion:
     """The response to accelerations of the interface coordinates, each its own.
 
     The rest moves statically with the base and, relative to that, in the modes of the held base, from rest.
 
     Args:
-        component: of any reduction, or `physical` for all coordinates; its own damping is not used.
+        component: whole or reduced; its own damping is not used.
         acceleration: (b, T) of the interface coordinates [m/s^2, rad/s^2].
         step: between samples [s].
         ratios: damping of the modes of the held base, one number or one for each.
@@ -41,10 +43,10 @@ def base_motion(component: Reduced, acceleration, step, ratios=0.0, displacement
     """
     if acceleration.ndim != 2 or len(acceleration) != component.num_interface:
         raise ValueError(f"accelerations have shape {acceleration.shape}, not ({component.num_interface}, times)")
-    c = component.explicit()
+    c = explicit(component)
     K, M, b = c.stiffness, c.mass, c.num_interface
     T = interface_basis(K, tuple(range(b)))
     base = modal_motion(jnp.zeros(b, K.dtype), 0.0, acceleration.T, step, displacement, velocity)
-    relative = modal_response(K[b:, b:], M[b:, b:], -(M @ T)[b:] @ acceleration, step, ratios)
+    relative = modal_response(K=K[b:, b:], M=M[b:, b:], load=-(M @ T)[b:] @ acceleration, step=step, ratios=ratios)
     x, v, a = ((T @ q.T).at[b:].add(y) for q, y in zip(base, relative, strict=True))
     return BaseMotion(x, v, a, T.T @ (M @ a + K @ x))

@@ -1,11 +1,12 @@
 """Bonds between components: rigid ones, joints that leave directions free, bushings with damping and mass."""
 
 import equinox as eqx
-import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..elements.base import optional
+from ..linear.system import LinearSystem
 from ..reductions.base import Reduced
 from .primal import elastic_bond
 
@@ -26,7 +27,7 @@ class Bond(eqx.Module):
     ends: tuple = eqx.field(static=True)
     free: tuple = eqx.field(static=True, default=())
     axes: Float[Array, "3 3"] | None = eqx.field(converter=optional, default=None)
-    element: Reduced | None = None
+    element: LinearSystem | None = None
 
 
 def rigid(first, second=GROUND) -> Bond:
@@ -71,7 +72,10 @@ def _end(end):
 
 def resolved_in(reduced: Reduced, axes, coordinates) -> Reduced:
     """The component with interface coordinates x y z (rx ry rz) of a node resolved in `axes`, rows in world axes."""
-    rows = np.array(coordinates)
-    turn = jax.scipy.linalg.block_diag(*[axes.astype(reduced.connection.dtype)] * (len(rows) // 3))
-    connection = reduced.connection.at[rows].set(turn @ reduced.connection[rows])
-    return eqx.tree_at(lambda r: r.connection, reduced, connection)
+    rows = np.array(coordinates).reshape(-1, 3)
+    turn = jnp.swapaxes(axes, 0, 1).astype(reduced.dtype)
+    E = jnp.eye(reduced.num_rows, dtype=reduced.dtype)
+    for part in rows:
+        E = E.at[np.ix_(part, part)].set(turn)
+    M, K, C = (None if A is None else E.T @ A @ E for A in (reduced.mass, reduced.stiffness, reduced.damping))
+    return reduced.changed(mass=M, stiffness=K, damping=C, basis=reduced.basis @ E)

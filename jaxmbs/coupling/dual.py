@@ -9,7 +9,7 @@ from jax import lax
 
 from ..checks import known
 from ..math import square
-from ..reductions.base import Reduced
+from ..reductions.base import Reduced, explicit
 from .primal import balanced, join, joint_places
 
 
@@ -70,6 +70,7 @@ def redundancy(
 
     Source: S1 (13)-(14), (20).
     """
+    components = tuple(map(explicit, components))
     places, _ = joint_places(components, joints)
     starts = np.cumsum([0, *(c.num_interface for c in components)])
     B = _compatibility([p[: c.num_interface] for p, c in zip(places, components, strict=True)], starts)
@@ -96,10 +97,8 @@ def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = 
 def _condensed(component):
     if not known(component.stiffness):
         raise ValueError("redundant bonds are found on the host: not under tracing")
-    b, K, P = component.num_interface, np.asarray(component.stiffness), np.asarray(component.connection)
-    own = K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
-    inverse = np.linalg.inv(P[:, :b])
-    return inverse.T @ own @ inverse
+    b, K = component.num_interface, np.asarray(component.stiffness)
+    return K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
 
 
 def _rigid(K, floor):

@@ -59,7 +59,7 @@ class ModalPairs(eqx.Module):
 
 
 def modal_pairs(carrier_omega, carrier_at_interface, payload: Reduced) -> ModalPairs:
-    """Pairs from a carrier's modes and a payload reduced by `craig_bampton` on an interface that just holds it.
+    """Pairs from a carrier's modes and a payload reduced by `CraigBampton` on an interface that just holds it.
 
     Args:
         carrier_omega: (i,) [rad/s].

@@ -39,6 +39,7 @@ def modal_transient(
     check_forces(assembly, forces, max((np.shape(f)[-1] for f in forces if f is not None), default=0))
     damping, ratios = (assembly.damping, 0.0) if ratios is None else (None, ratios)
     load = assembly.load(forces)
-    x, v, a = modal_response(assembly.stiffness, assembly.mass, load, step, ratios, damping, num, static_start)
+    matrices = {"K": assembly.stiffness, "M": assembly.mass, "C": damping}
+    x, v, a = modal_response(**matrices, load=load, step=step, ratios=ratios, num=num, static_start=static_start)
     times = step * jnp.arange(load.shape[1], dtype=load.dtype)
     return Transient(times, x, v, a, jnp.zeros((0, len(times)), x.dtype), tuple(forces), jnp.array(True))

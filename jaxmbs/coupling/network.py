@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 from ..errors import ModelError
 from ..linear.modes import Modes
+from ..reductions.base import explicit
 from .bonds import Bond, resolved_in
 from .dual import dual_response, self_stresses
 from .primal import Assembly, Reactions, interface_reactions, join
@@ -154,7 +155,7 @@ class Network(eqx.Module):
 
 
 def connect(components: Mapping, bonds: Mapping[str, Bond]) -> Network:
-    """Reduced components joined by bonds of `rigid`, `joint` and `bushing`, all by name: the primal assembly.
+    """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: the primal assembly.
 
     `connect({"stage": a, "payload": b}, {"bolts": rigid(("stage", "top"), "payload")})`.  What no bond ties stays
     free.
@@ -163,7 +164,8 @@ def connect(components: Mapping, bonds: Mapping[str, Bond]) -> Network:
     Source: S1 (1)-(3), (9)-(12), (21)-(25).
     """
     found = ties(components, bonds)
-    parts = dict(components) | {name: bond.element for name, bond in bonds.items() if bond.element is not None}
+    elements = {name: bond.element for name, bond in bonds.items() if bond.element is not None}
+    parts = {name: explicit(c) for name, c in (dict(components) | elements).items()}
     parts = _turned(parts, bonds, found)
     joints = joint_numbers({name: c.num_interface for name, c in parts.items()}, found)
     return Network(join(tuple(parts.values()), joints), tuple(parts), tuple(found.items()), joints)

@@ -10,7 +10,8 @@ from jaxtyping import Array, Inexact
 from ..elements.base import number
 from ..linear.condensation import interface_basis, partition
 from ..linear.modes import Modes, natural_modes
-from ..reductions.base import Reduced, numbered
+from ..linear.system import LinearSystem
+from ..reductions.base import Reduced, explicit
 
 
 class Assembly(eqx.Module):
@@ -55,10 +56,10 @@ class Assembly(eqx.Module):
         Source: S1 (33)-(37).
         """
         if not self.massless:
-            return natural_modes(self.stiffness, self.mass, num)
+            return natural_modes(K=self.stiffness, M=self.mass, num=num)
         heavy, _ = partition(len(self.labels), self.massless)
         T = interface_basis(self.stiffness, tuple(heavy.tolist()))
-        modes = natural_modes(T.T @ self.stiffness @ T, self.mass[heavy][:, heavy], num)
+        modes = natural_modes(K=T.T @ self.stiffness @ T, M=self.mass[heavy][:, heavy], num=num)
         return eqx.tree_at(lambda m: m.shapes, modes, T @ modes.shapes)
 
 
@@ -74,7 +75,7 @@ class Reactions(eqx.Module):
     residual: Array
 
 
-def join(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> Assembly:
+def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) -> Assembly:
     """Components on common joint displacements: the primal assembly, by numbers; `connect` does it by name.
 
     Args:
@@ -83,18 +84,17 @@ def join(components: Sequence[Reduced], joints: Sequence[Sequence[int]]) -> Asse
 
     Raises: ValueError for a wrong count, or numbers that are not 0, 1, 2, ...  Source: S1 (1)-(3), (9)-(12).
     """
-    places, labels = joint_places(components, joints)
-    explicit = tuple(c.explicit() for c in components)
+    parts = tuple(map(explicit, components))
+    places, labels = joint_places(parts, joints)
     matrices = [
-        _assemble(places, [getattr(c, kind) for c in explicit], len(labels))
-        for kind in ("mass", "stiffness", "damping")
+        _assemble(places, [getattr(c, kind) for c in parts], len(labels)) for kind in ("mass", "stiffness", "damping")
     ]
-    heavy = {p for place, c in zip(places, explicit, strict=True) for k, p in enumerate(place) if k not in c.massless}
+    heavy = {p for place, c in zip(places, parts, strict=True) for k, p in enumerate(place) if k not in c.massless}
     massless = tuple(i for i in range(len(labels)) if i not in heavy)
-    return Assembly(explicit, *matrices, places, labels, massless)
+    return Assembly(parts, *matrices, places, labels, massless)
 
 
-def elastic_bond(stiffness, damping=None, mass=None) -> Reduced:
+def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
     """A bushing between two frames as a component: interface is the one frame's coordinates, then the other's.
 
     By name: `bushing`.
@@ -111,9 +111,8 @@ def elastic_bond(stiffness, damping=None, mass=None) -> Reduced:
     two = jnp.array([[1, -1], [-1, 1]], stiffness.dtype)
     K, C = (None if A is None else jnp.kron(two, A) for A in (stiffness, damping))
     M = jnp.zeros_like(K) if mass is None else jnp.kron(jnp.array([[2, 1], [1, 2]], stiffness.dtype) / 6, mass)
-    b = K.shape[0]
-    eye, massless = jnp.eye(b, dtype=K.dtype), tuple(range(b)) if mass is None else ()
-    return Reduced(eye, M, K, C, eye, numbered("interface", b), massless)
+    b = range(len(K))
+    return LinearSystem(mass=M, stiffness=K, damping=C, interface=b, massless=b if mass is None else ())
 
 
 def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, forces: Sequence | None = None) -> Reactions:
@@ -159,9 +158,9 @@ def joint_places(components: Sequence[Reduced], joints: Sequence[Sequence[int]])
         raise ValueError(f"joint displacements must be numbered 0, 1, 2, ..., not {used}")
     places, labels = [], [f"joint {j}" for j in used]
     for k, (c, row) in enumerate(zip(components, joints, strict=True)):
-        own = c.labels[len(row) :]
+        own = range(len(row), c.num_rows)
         places.append((*(max(int(j), -1) for j in row), *range(len(labels), len(labels) + len(own))))
-        labels += [f"component {k} {name}" for name in own]
+        labels += [f"component {k} {c.label(i)}" for i in own]
     return tuple(places), tuple(labels)
 
 

@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
-from ..reductions.base import Reduced
+from ..linear.system import LinearSystem
+from ..reductions.base import explicit
 from .blocks import Components
 from .dual import dynamic_stiffness
 
 
 def stacked(
-    components: Sequence[Reduced], nodes: Sequence[Sequence[int]], forces: Sequence, omega=None
+    components: Sequence[LinearSystem], nodes: Sequence[Sequence[int]], forces: Sequence, omega=None
 ) -> Components:
     """Components whose interfaces are whole nodes, as one group for `interface.couple`: many at the cost of few.
 
@@ -22,11 +23,11 @@ def stacked(
 
     Source: S1 (1)-(3), (19), (41).
     """
-    explicit = [c.explicit() for c in components]
-    if len({(c.num_interface, len(c.labels)) for c in explicit}) > 1:
+    parts = [explicit(c) for c in components]
+    if len({(c.num_interface, c.num_rows) for c in parts}) > 1:
         raise ValueError("components of one group have the same numbers of interface and inner coordinates")
-    matrices = jnp.stack([dynamic_stiffness(c, omega) for c in explicit])
+    matrices = jnp.stack([dynamic_stiffness(c, omega) for c in parts])
     zero = jnp.zeros(matrices.shape[1], matrices.dtype)
-    pairs = zip(explicit, forces, strict=True)
+    pairs = zip(parts, forces, strict=True)
     loads = [zero if f is None else c.generalised(f).astype(matrices.dtype) for c, f in pairs]
     return Components(tuple(tuple(int(n) for n in row) for row in nodes), matrices, jnp.stack(loads))

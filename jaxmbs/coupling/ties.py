@@ -7,7 +7,7 @@ from ..checks import no_such
 from ..elements import DIRECTIONS
 from ..elements.base import are_axes
 from ..errors import ModelError
-from ..reductions.base import Reduced
+from ..linear.system import LinearSystem
 from .bonds import GROUND, Bond
 
 
@@ -29,8 +29,8 @@ class Ties(NamedTuple):
 
 def ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
     """What each bond ties.  Raises: ModelError with every fault: names, counts, directions."""
-    kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, Reduced)}
-    faults, found = [f"component {name!r} is a {kind}: reduce it first" for name, kind in kinds.items()], {}
+    kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, LinearSystem)}
+    faults, found = [f"component {name!r} is a {kind}, not a LinearSystem" for name, kind in kinds.items()], {}
     for name, bond in bonds.items() if not kinds else ():
         own = []
         if name in components or name == GROUND:
@@ -82,7 +82,8 @@ def _coordinates(end, components, faults):
     if name not in components:
         faults.append(no_such("component", name, components))
         return [], ()
-    count, names = components[name].num_interface, components[name].names
+    component = components[name]
+    count, names = component.num_interface, [component.coordinates[i] for i in component.interface]
     nodes = [w for w in which or () if isinstance(w, str)]
     missing = [node for node in nodes if node not in {n for n, _ in names}]
     stray = [k for k in which or () if not isinstance(k, str) and not 0 <= k < count]
@@ -95,7 +96,7 @@ def _coordinates(end, components, faults):
     chosen = range(count) if which is None else which
     if nodes:
         chosen = [k for k, (node, _) in enumerate(names) if node in nodes]
-    labels = tuple(names[k][1] if names else str(place) for place, k in enumerate(chosen))
+    labels = tuple(names[k][1] or str(place) for place, k in enumerate(chosen))
     return [(name, int(k)) for k in chosen], labels
 
 

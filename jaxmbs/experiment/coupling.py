@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Array, Complex
 
 from ..errors import ModelError
+from ..linear.transfer import TransferFunctions
 from ..math import square
 from .inverse import regular_inverse
-from .transfer import TransferFunctions, uncoupled
+from .transfer import uncoupled
 
 #: Two channels that move together, or one and None: held.
 Pair = tuple[str, str | None]

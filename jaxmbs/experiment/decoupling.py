@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import jax
 
 from ..errors import ModelError
+from ..linear.transfer import TransferFunctions
 from ..math import square
 from .inverse import regular_inverse
-from .transfer import TransferFunctions, check_alike
+from .transfer import check_alike
 
 #: A channel of both, or its name in the assembled structure and in the component.
 Shared = str | tuple[str, str]

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
 from ..errors import ModelError
+from ..linear.transfer import TransferFunctions
 from ..math import square
 from .inverse import regular_inverse
-from .transfer import TransferFunctions
 
 
 class FreeResponse(NamedTuple):

@@ -11,8 +11,8 @@ from jaxtyping import Array, Float
 from ..checks import known
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..linear.transfer import TransferFunctions
 from ..math import square
-from .transfer import TransferFunctions
 
 
 class VirtualPoint(NamedTuple):

@@ -1,6 +1,6 @@
 """A substructure as an elastic body: deformation shapes seen from its first interface, and one inertia matrix."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax
@@ -16,8 +16,8 @@ from ..linear.system import LinearSystem
 from ..math import square
 from ..math.linalg import skew
 from ..model.elastic import ElasticBody
-from ..reductions.base import Reduced, physical
-from ..reductions.craig_bampton import craig_bampton
+from ..reductions.base import AbstractReduction, Physical
+from ..reductions.craig_bampton import CraigBampton
 
 _STRAINED = {8: 1e-6, 4: 1e-2}  # strain of rigid motions, over that of unit displacements, that counts as none
 
@@ -43,7 +43,7 @@ def floating_frame(
     interfaces: Sequence[str],
     num_modes: int = 0,
     damping_ratio=None,
-    method: Callable[..., Reduced] = craig_bampton,
+    method: AbstractReduction | None = None,
 ) -> FloatingFrame:
     """An elastic body from a free substructure.
 
@@ -53,7 +53,7 @@ def floating_frame(
             that the ground reaches first.
         num_modes: normal modes kept beside the constraint modes of the interfaces.
         damping_ratio: of the modes with the first interface held, instead of the substructure's own damping.
-        method: a reduction of `jaxmbs.reductions`.
+        method: a reduction of `jaxmbs.reductions`; default `CraigBampton(num_modes)`.
 
     Interfaces with many nodes take six coordinates by `reductions.rigid_node` first.
     Rotary inertia of nodes counts as if they kept their axes in the floating frame; stiffening by rotation is left
@@ -61,14 +61,13 @@ def floating_frame(
 
     Raises: ModelError with every fault.  Source: S1 (4)-(9); S2 (35).
     """
-    s = system
+    s = system.dense()
     outer = interface_rows(s, interfaces)
     rigid = rigid_basis(s, s.positions[s.nodes.index(interfaces[0])])
     _check_free(s.stiffness, rigid)
     if len(outer) == s.num_rows:
-        reduced = physical(s.stiffness, s.mass, outer, s.damping)
-    else:
-        reduced = method(s.stiffness, s.mass, outer, num_modes, damping=s.damping).explicit()
+        method = Physical()
+    reduced = (CraigBampton(num_modes) if method is None else method).of(s.with_interface(*outer))
     motions, modes = reduced.basis[:, 6 : len(outer)], reduced.basis[:, len(outer) :]
     shapes = jnp.concatenate([motions, _upright(modes)], axis=1)
     K = shapes.T @ s.stiffness @ shapes
@@ -86,7 +85,7 @@ def _damped(s, shapes, K, ratio):
     carried = s.mass @ shapes
     m = shapes.T @ carried
     spread = square.solve(m, carried.T)
-    C = spread.T @ modal(K, m, ratio) @ spread
+    C = spread.T @ modal(K=K, M=m, ratios=ratio) @ spread
     return eqx.tree_at(lambda s: s.damping, s, C, is_leaf=lambda x: x is None)
 
 

@@ -76,7 +76,7 @@ def interface_loads(system: System, motion, name: str, frame: FloatingFrame):
     def loads(state):
         motion = _motion(system, group, index, frame, state)
         still, x = jnp.zeros_like(motion.x), _recovered(frame, motion)
-        load = recovery.interface_forces(s.stiffness, s.mass, rows, x, still, motion.load, s.damping, motion.x_dot)
+        load = recovery.interface_forces(s.with_interface(*rows), x, still, motion.load, motion.x_dot)
         others, moved = load.reshape(-1, 6)[1:], motion.q[: len(rows) - 6].reshape(-1, 6)
         force, moment = others[:, :3], jax.vmap(_moment)(moved[:, 3:], others[:, 3:])
         arms = frame.body.places + moved[:, :3]
@@ -99,9 +99,7 @@ def _recovered(frame, motion):
     if len(rows) == s.num_rows:
         return motion.x
     still = jnp.zeros_like(motion.x)
-    return recovery.mode_acceleration(
-        s.stiffness, s.mass, rows, motion.x, still, motion.load, s.damping, motion.x_dot
-    )
+    return recovery.mode_acceleration(s.with_interface(*rows), motion.x, still, motion.load, motion.x_dot)
 
 
 def _find(system, name):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
-from ..experiment.transfer import KINDS, TransferFunctions
+from ..linear.transfer import KINDS, TransferFunctions
 
 _CODES = {"receptance": 8, "mobility": 11, "accelerance": 12}  # data types of displacement, velocity, acceleration
 _FORCE, _FREQUENCY, _TRANSFER = 13, 18, 4

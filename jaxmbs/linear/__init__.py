@@ -4,7 +4,6 @@ from .block_modes import lowest_modes
 from .check import check
 from .condensation import constraint_modes, interface_basis, partition
 from .damping import (
-    ComplexModes,
     complex_modes,
     coupled,
     damped_frequency,
@@ -25,21 +24,24 @@ from .gains import (
     superpose,
 )
 from .modal_response import modal_response
-from .modes import Modes, effective_masses, mac, mode_ratios, natural_modes, participation, track
+from .mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from .modes import Modes, natural_modes
 from .oscillations import ModalMotion, base_load, modal_motion, oscillations
+from .questions import equilibrium, frequency_response, modes
 from .receptance import modal_receptance, receptance, transmissibility, viscous_receptance
 from .report import Check
 from .rigid_motions import rigid_motions
 from .static_response import StaticResponse, static_response
 from .system import LinearSystem
+from .transfer import TransferFunctions
 
 __all__ = [
     "Check",
-    "ComplexModes",
     "LinearSystem",
     "ModalMotion",
     "Modes",
     "StaticResponse",
+    "TransferFunctions",
     "accelerance",
     "acceleration_gain",
     "base_load",
@@ -52,6 +54,8 @@ __all__ = [
     "dense_response",
     "direct_response",
     "effective_masses",
+    "equilibrium",
+    "frequency_response",
     "gain_from_mobility",
     "generalised_stiffness",
     "interface_basis",
@@ -64,6 +68,7 @@ __all__ = [
     "modal_receptance",
     "modal_response",
     "mode_ratios",
+    "modes",
     "natural_modes",
     "oscillations",
     "participation",

@@ -5,7 +5,7 @@ import numpy as np
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from .report import Check, names, numbers
-from .rigid_motions import rigid_motions
+from .rigid_motions import rigid_rows
 from .system import LinearSystem
 
 
@@ -20,7 +20,7 @@ def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, 
     Raises: ModelError where `throw` and a fault is found; it names the coordinates.
     Source: the checks of `cbcheck` of pyYeti; S1 (3).
     """
-    sub, about = system, np.asarray(about, float)
+    sub, about = system.dense(), np.asarray(about, float)
     matrices = {"mass": sub.mass, "stiffness": sub.stiffness, "damping": sub.damping}
     matrices = {name: np.asarray(value) for name, value in matrices.items() if value is not None}
     faults, warnings = [], []
@@ -29,7 +29,7 @@ def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, 
     massless, slack = _empty(sub, M), _empty(sub, K)
     free_motions, shapes = _strainless(sub, K, faults)
     _definite(sub, "mass", M, faults)
-    motions = None if sub.positions is None else _rigid(sub, about)
+    motions = None if sub.positions is None else np.asarray(rigid_rows(sub, about), float)
     energy = grounded = None
     properties = (None,) * 4
     if motions is not None:
@@ -97,16 +97,6 @@ def _definite(sub, name, M, faults):
 def _largest(sub, vector):
     order = np.argsort(-np.abs(vector))[:3]
     return ", ".join(sub.label(i) for i in order if np.abs(vector[i]) > 0.3 * np.abs(vector[order[0]]))
-
-
-def _rigid(sub, about):
-    """(n, 6) unit rigid motions over the rows."""
-    motions = np.zeros((sub.num_rows, 6))
-    table = dict(zip(sub.nodes, np.asarray(rigid_motions(sub.positions, about), float), strict=True))
-    for row, (node, direction) in enumerate(sub.coordinates):
-        if direction:
-            motions[row] = table[node][DIRECTIONS.index(direction)]
-    return motions
 
 
 def _strain_energy(sub, K, motions, tolerance, warnings):

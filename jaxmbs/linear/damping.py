@@ -1,18 +1,17 @@
 """Damping: proportional, modal, structural; the complex modes of any viscous damping."""
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Complex, Float
 
 from ..checks import known
 from ..math import square
 from ..math.eigen import eig, spectral
-from .modes import check_mass, stable_modes
+from .modes import Modes, stable_modes
+from .symmetric import check_mass
 
 
-def proportional(K, M, by_mass, by_stiffness):
+def proportional(*, K, M, by_mass, by_stiffness):
     """`C = by_mass M + by_stiffness K`, [1/s] and [s]."""
     return by_mass * M + by_stiffness * K
 
@@ -29,7 +28,7 @@ def proportional_from_ratios(first, second):
     return 2 * z1 * w1 - by_stiffness * w1**2, by_stiffness
 
 
-def modal(K, M, ratios):
+def modal(*, K, M, ratios):
     """C (n, n) that damps the natural modes of (K, M) by given ratios and does not couple them.
 
     Args:
@@ -40,7 +39,7 @@ def modal(K, M, ratios):
     Raises: ValueError for negative stiffness, whose modes have no damping ratio, if concrete; else NaN.
     Source: S1 (40).
     """
-    modes = lax.stop_gradient(stable_modes(K, M))
+    modes = lax.stop_gradient(stable_modes(K=K, M=M))
     moving = (~modes.is_rigid).astype(K.dtype) + 0.0 * modes.shapes[0]  # NaN where it is unstable
     return M @ spectral(_modal_rate, K, M, jnp.asarray(ratios, K.dtype), moving) @ M
 
@@ -62,46 +61,10 @@ def structural(K, loss):
     return lax.complex(K, K * loss)
 
 
-class ComplexModes(eqx.Module):
-    """Roots and vectors of `root^2 M x + root C x + K x = 0`.
+def complex_modes(*, K, C, M) -> Modes:
+    """All 2 n complex modes of `root^2 M x + root C x + K x = 0`, on the CPU.
 
-    Roots and vectors (up to their scale) of single roots have derivatives, and sums over roots that repeat with
-    complete vectors.  At a defective root (critical damping, free rigid motion) there is none, and zero is returned.
-
-    Attributes:
-        roots: (2 n,) [rad/s] by size; a pair of conjugates is side by side, positive imaginary part first.
-        shapes: displacements (n, 2 n).
-        left: (2 n, n): the receptance is `sum_j shapes_j left_j / (s - root_j)`.
-    """
-
-    roots: Complex[Array, " m"]
-    shapes: Complex[Array, "n m"]
-    left: Complex[Array, "m n"]
-
-    @property
-    def omega(self) -> Float[Array, " m"]:
-        """Size of the roots [rad/s]: the undamped frequency of proportional damping."""
-        zero = self.roots == 0
-        return jnp.where(zero, 0.0, jnp.abs(jnp.where(zero, 1.0, self.roots)))
-
-    @property
-    def damping_ratios(self) -> Float[Array, " m"]:
-        """`-Re / |root|`, zero for a zero root."""
-        size = self.omega
-        return jnp.where(size > 0, -self.roots.real / jnp.where(size > 0, size, 1.0), 0.0)
-
-    def acceleration(self, amplitudes, t):
-        """`q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,), over all 2 n roots.  Source: S1 (42)."""
-        return (self.shapes @ (self.roots**2 * amplitudes * jnp.exp(self.roots * t))).real
-
-    def amplitudes(self, M, C, displacement, velocity):
-        """Amplitudes (2 n,) of the free motion that starts at a displacement and velocity.  Source: S1 (42)."""
-        start = [a.astype(self.roots.dtype) for a in (M @ velocity + C @ displacement, M @ displacement)]
-        return self.left @ start[0] + self.roots * (self.left @ start[1])
-
-
-def complex_modes(K, C, M) -> ComplexModes:
-    """All 2 n complex modes, on the CPU; K may be complex (structural damping, valid near real frequencies only).
+    K may be complex: structural damping, valid near real frequencies only.
 
     Raises: ValueError for matrices of different shapes and, if concrete, coordinates without mass.  Source: S1 (39).
     """
@@ -114,7 +77,8 @@ def complex_modes(K, C, M) -> ComplexModes:
     S, D = both[:, :n], both[:, n:]
     A = jnp.block([[jnp.zeros((n, n), dtype), jnp.eye(n, dtype=dtype)], [-S @ K.astype(dtype), -D]])
     roots, X, Y = eig(A)
-    return ComplexModes(roots, X[:n], Y[:, n:] @ S.astype(X.dtype))
+    values = roots.real**2 + roots.imag**2
+    return Modes(values, X[:n], values == 0, roots, Y[:, n:] @ S.astype(X.dtype))
 
 
 def damped_frequency(frequency, ratio):

@@ -20,11 +20,12 @@ def dynamic_stiffness(stiffness: BlockMatrix, damping: BlockMatrix | None, mass:
 
 
 def direct_response(
-    stiffness: BlockMatrix,
-    damping: BlockMatrix | None,
-    mass: BlockMatrix,
+    *,
+    K: BlockMatrix,
+    M: BlockMatrix,
     load,
     omega,
+    C: BlockMatrix | None = None,
     select=None,
     chunk: int = 32,
     plan: Plan | None = None,
@@ -32,7 +33,7 @@ def direct_response(
     """x with `(K + i w C - w^2 M) x = f` at every frequency.
 
     Args:
-        stiffness, damping, mass: symmetric, on one pattern.
+        K, M, C: symmetric, on one pattern.
         load: (blocks, size) or (blocks, size, columns), of either kind, the same at all frequencies.
         omega: (frequencies,) angular frequencies [rad/s].
         select: function of x, what to keep of it; default all of it.
@@ -41,21 +42,21 @@ def direct_response(
 
     Returns: (frequencies, ...) complex, of what `select` keeps.  Source: S1 (40)-(41).
     """
-    plan = analyse(stiffness.pattern) if plan is None else plan
+    plan = analyse(K.pattern) if plan is None else plan
     keep = (lambda x: x) if select is None else select
 
     @jax.checkpoint
     def at(w):
-        Z = dynamic_stiffness(stiffness, damping, mass, w)
+        Z = dynamic_stiffness(K, C, M, w)
         return keep(solve(factor(Z, "ldl", plan), load))
 
-    return lax.map(at, jnp.asarray(omega, mass.diagonal.dtype), batch_size=chunk)
+    return lax.map(at, jnp.asarray(omega, M.diagonal.dtype), batch_size=chunk)
 
 
-def dense_response(stiffness, mass, load, omega, damping=None, loss=0.0, out=None, chunk: int = 32):
+def dense_response(*, K, M, load, omega, C=None, loss=0.0, out=None, chunk: int = 32):
     """Displacements of `(K (1 + i loss) + i w C - w^2 M) x = f` from dense matrices, one solve per frequency.
 
-    Right for any damping, unsymmetric matrices and coordinates without mass; `modal.receptance` is cheaper at many
+    Right for any damping, unsymmetric matrices and coordinates without mass; `receptance` is cheaper at many
     frequencies, the block-sparse `direct_response` for large structures.
 
     Args:
@@ -66,16 +67,16 @@ def dense_response(stiffness, mass, load, omega, damping=None, loss=0.0, out=Non
 
     Returns: (frequencies, outputs, columns) complex.  Source: S1 (40)-(41).
     """
-    dtype = np.result_type(stiffness.dtype, np.complex64)
-    loss = jnp.asarray(loss, mass.dtype)
-    K = stiffness.astype(dtype) * lax.complex(jnp.ones_like(loss), loss)
+    dtype = np.result_type(K.dtype, np.complex64)
+    loss = jnp.asarray(loss, M.dtype)
+    elastic = K.astype(dtype) * lax.complex(jnp.ones_like(loss), loss)
     rows = jnp.eye(len(K), dtype=dtype) if out is None else out.astype(dtype)
 
     @jax.checkpoint
     def at(w):
-        Z = K - (w**2 * mass).astype(dtype)
-        if damping is not None:
-            Z = Z + lax.complex(jnp.zeros_like(w), w) * damping.astype(dtype)
+        Z = elastic - (w**2 * M).astype(dtype)
+        if C is not None:
+            Z = Z + lax.complex(jnp.zeros_like(w), w) * C.astype(dtype)
         return rows @ checked.solve(Z, load.astype(dtype))
 
-    return lax.map(at, jnp.asarray(omega, mass.dtype), batch_size=chunk)
+    return lax.map(at, jnp.asarray(omega, M.dtype), batch_size=chunk)

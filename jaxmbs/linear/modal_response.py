@@ -10,12 +10,13 @@ from jax import lax
 from ..checks import known
 from ..math.eigen import same
 from .damping import coupled
-from .modes import Modes, check_mass, check_symmetric, natural_modes
+from .modes import Modes, natural_modes
 from .oscillations import ModalMotion, oscillations
+from .symmetric import check_mass, check_symmetric
 
 
 def modal_response(
-    stiffness, mass, load, step, ratios=0.0, damping=None, num: int | None = None, static_start: bool = False
+    *, K, M, load, step, ratios=0.0, C=None, num: int | None = None, static_start: bool = False
 ) -> ModalMotion:
     """Displacement, velocity and acceleration (n, T) under a load (n, T) that is straight between samples, from rest.
 
@@ -24,7 +25,7 @@ def modal_response(
     Args:
         step: between samples [s].
         ratios: damping of the modes, one number or one for each (n,), then equal in a group; rigid ones have none.
-        damping: C (n, n) that does not couple the modes, in place of ratios.
+        C: damping (n, n) that does not couple the modes, in place of ratios.
         num: modes that move; those above follow the load statically.  It cuts no group (`modes.complete`).
         static_start: elastic modes start at rest in balance with the first load.
 
@@ -34,17 +35,17 @@ def modal_response(
     Raises: ValueError as `natural_modes`, and for loads that do not fit; if concrete, for a damping that couples the
     modes and motions that are not finite; under tracing such a damping gives NaN.  Source: S1 (30)-(31), (42)-(43).
     """
-    check_symmetric(stiffness=stiffness, mass=mass, damping=damping)
-    check_mass(mass)
-    n, dtype = len(stiffness), stiffness.dtype
+    check_symmetric(stiffness=K, mass=M, damping=C)
+    check_mass(M)
+    n, dtype = len(K), K.dtype
     if load.ndim != 2 or len(load) != n:
         raise ValueError(f"the load has shape {load.shape}, not ({n}, times)")
     if num is not None and not 0 <= num <= n:
         raise ValueError(f"num = {num}: there are {n} modes")
-    _check_uncoupled(stiffness, mass, damping)
+    _check_uncoupled(K, M, C)
     z = jnp.broadcast_to(jnp.asarray(ratios, dtype), (n,))
     h = jnp.asarray(step, dtype)
-    found = _response(n if num is None else num, static_start, stiffness, mass, damping, load, h, z)
+    found = _response(n if num is None else num, static_start, K, M, C, load, h, z)
     _check_finite(found.displacement)
     return found
 
@@ -52,7 +53,7 @@ def modal_response(
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))
 @partial(jax.jit, static_argnums=(0, 1))
 def _response(num, static_start, K, M, C, load, step, ratios):
-    modes = natural_modes(K, M)
+    modes = natural_modes(K=K, M=M)
     found = _modal(num, static_start, modes, load, step, ratios, modes.values, _own_rates(C, modes))
     return ModalMotion(*(modes.shapes @ q for q in found))
 
@@ -60,7 +61,7 @@ def _response(num, static_start, K, M, C, load, step, ratios):
 @_response.defjvp
 def _response_jvp(num, static_start, primals, tangents):
     def parted(K, M, C, load, step, ratios):
-        modes = natural_modes(K, M)
+        modes = natural_modes(K=K, M=M)
         respond = partial(_modal, num, static_start, modes, load, step, ratios)
         at, one = (modes.values, _own_rates(C, modes)), jnp.ones_like(modes.values)
         found, slopes = jax.jvp(respond, at, (one, None if C is None else jnp.zeros_like(one)))

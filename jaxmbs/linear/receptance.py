@@ -13,16 +13,17 @@ from ..math.eigen import eig, eigh, spectral
 from .checked import checked_solve
 from .condensation import interface_basis, partition
 from .gains import harmonic_rate
-from .modes import symmetric
+from .symmetric import symmetric
 
 
 def receptance(
-    stiffness,
-    mass,
+    *,
+    K,
+    M,
     omega,
     out,
     into,
-    damping=None,
+    C=None,
     loss=0.0,
     num: int | None = None,
     residual: bool = True,
@@ -34,9 +35,9 @@ def receptance(
         omega: (frequencies,) angular frequencies [rad/s].
         out: coordinates, or rows (outputs, n) of what is measured.
         into: coordinates, or columns (n, inputs) of loads.
-        damping: C (n, n) that does not couple the modes (`structures.damping.proportional`, `modal`).
+        C: damping (n, n) that does not couple the modes (`proportional`, `modal`).
         loss: loss factor of the whole stiffness.
-        num: modes kept; a group of equal frequencies must not be cut (`structures.modes.complete`).
+        num: modes kept; a group of equal frequencies must not be cut (`modes.complete`).
         residual: what the other modes add statically; without it they are left out.
         chunk: frequencies worked on together: memory grows with this.
 
@@ -49,8 +50,8 @@ def receptance(
     matrices give NaN.
     Source: S1 (40), (41).
     """
-    stiffness, mass = symmetric(stiffness=stiffness, mass=mass)
-    K, M, C, values, X = _modal(stiffness, mass, damping, num)
+    stiffness, mass = symmetric(stiffness=K, mass=M)
+    K, M, C, values, X = _modal(stiffness, mass, C, num)
     outputs, loads = _rows(out, K), _rows(into, K, True)
     rows, right = outputs @ X, X.T @ loads
     rate = jnp.zeros_like(values) if C is None else lax.stop_gradient(jnp.diagonal(C))
@@ -120,15 +121,15 @@ def _check_uncoupled(C):
         raise ValueError(f"the damping couples the modes (up to {coupled:.1g} of their own): use viscous_receptance")
 
 
-def viscous_receptance(stiffness, mass, omega, out, into, damping, chunk: int = 64):
+def viscous_receptance(*, K, M, C, omega, out, into, chunk: int = 64):
     """`receptance` with any viscous damping, through the complex modes (on the CPU); matrices may be unsymmetric.
 
     At a frequency where the modes do not solve the equation (the vectors of critical damping are parallel) it is
     solved directly.  Source: S1 (39), (40).
     """
-    loads, outputs = _rows(into, stiffness, True), _rows(out, stiffness)
-    matrices = stiffness, mass, damping
-    roots, shapes, left = _complex_modes(*lax.stop_gradient((stiffness, damping, mass)))
+    loads, outputs = _rows(into, K, True), _rows(out, K)
+    matrices = K, M, C
+    roots, shapes, left = _complex_modes(*lax.stop_gradient((K, C, M)))
     right, outputs = loads.astype(roots.dtype), outputs.astype(roots.dtype)
 
     @jax.checkpoint
@@ -139,7 +140,7 @@ def viscous_receptance(stiffness, mass, omega, out, into, damping, chunk: int = 
         straight, turned = ((lambda r, X=X, Y=Y: X @ ((Y @ r) / z)) for X, Y in ((shapes, left), (left.T, shapes.T)))
         return outputs @ checked_solve(matrices, factors, right, straight, turned)
 
-    return lax.map(at, jnp.asarray(omega, stiffness.dtype), batch_size=chunk)
+    return lax.map(at, jnp.asarray(omega, K.dtype), batch_size=chunk)
 
 
 def _complex_modes(K, C, M):
@@ -171,9 +172,7 @@ def modal_receptance(natural, at_out, at_into, omega, ratios, modal_masses=1.0):
     return jnp.einsum("ik,wk,jk->wij", V, 1 / z, at_into.astype(z.dtype))
 
 
-def transmissibility(
-    stiffness, mass, omega, base: Sequence[int], out: Sequence[int], damping=None, loss=0.0, chunk: int = 64
-):
+def transmissibility(*, K, M, omega, base: Sequence[int], out: Sequence[int], C=None, loss=0.0, chunk: int = 64):
     """Displacements at `out` (accelerations too) for unit ones of the base coordinates.
 
     The rest moves statically with the base and, relative to that, under its own inertia: a base that holds the
@@ -183,17 +182,18 @@ def transmissibility(
 
     Raises: ValueError for others.  Source: S1 (5), (40), (44)-(45).
     """
-    inner, outer = partition(len(stiffness), base)
+    inner, outer = partition(len(K), base)
     if not set(out) <= set(inner.tolist()):
-        raise ValueError(f"outputs {list(out)} must be coordinates outside the base, 0 ... {len(stiffness) - 1}")
-    T = interface_basis(stiffness, base)
-    loads = [(mass @ T)[inner]] + ([] if damping is None else [(damping @ T)[inner]])
+        raise ValueError(f"outputs {list(out)} must be coordinates outside the base, 0 ... {len(K) - 1}")
+    T = interface_basis(K, base)
+    loads = [(M @ T)[inner]] + ([] if C is None else [(C @ T)[inner]])
     place = {int(c): k for k, c in enumerate(inner)}
     rows = [place[int(c)] for c in out]
-    inside = [None if A is None else A[inner][:, inner] for A in (stiffness, mass, damping)]
-    H = receptance(*inside[:2], omega, rows, jnp.concatenate(loads, axis=1), inside[2], loss, chunk=chunk)
+    inside = [None if A is None else A[inner][:, inner] for A in (K, M, C)]
+    inside, into = dict(zip("KMC", inside, strict=True)), jnp.concatenate(loads, axis=1)
+    H = receptance(**inside, omega=omega, out=rows, into=into, loss=loss, chunk=chunk)
     b, rate = len(outer), harmonic_rate(omega, H)
     relative = -(rate**2) * H[:, :, :b]
-    if damping is not None:
+    if C is not None:
         relative = relative - rate * H[:, :, b:]
     return T[np.asarray(out)].astype(H.dtype)[None] + relative

@@ -1,43 +1,52 @@
 """Static response, of free structures too: the inertia of what the loads accelerate balances them."""
 
-from typing import NamedTuple
-
-import jax
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array, Bool, Float
 
 from ..checks import known
 from ..math import square
 
 
-class StaticResponse(NamedTuple):
-    """`displacement` (n, ...) and `acceleration` (d, ...) along the rigid motions, none where held."""
+class StaticResponse(eqx.Module):
+    """A linear system at rest under loads, or in the steady acceleration that they cause.
 
-    displacement: jax.Array
-    acceleration: jax.Array
+    Attributes:
+        displacement: (..., n).
+        acceleration: (..., d) along the rigid motions, none where held.
+    """
+
+    displacement: Float[Array, "... n"]
+    acceleration: Float[Array, "... d"]
+
+    @property
+    def ok(self) -> Bool[Array, "..."]:
+        """Whether there is such a state: under tracing a motion without strain gives numbers that are not finite."""
+        return jnp.all(jnp.isfinite(self.displacement), axis=-1)
 
 
-def static_response(stiffness, load, mass=None, rigid=None) -> StaticResponse:
+def static_response(*, K, load, M=None, rigid=None) -> StaticResponse:
     """`K x = f`, or with rigid motions left `K x + M R a = f` with `R^T M x = 0`: inertia relief.
 
     Args:
-        load: (n, ...), any number of cases.
-        mass, rigid: M (n, n) and R (n, d) of a free structure: `rigid_motions` of its nodes, or its rigid modes.
+        load: (..., n), any number of cases.
+        M, rigid: mass (n, n) and R (n, d) of a free structure: `rigid_motions` of its nodes, or its rigid modes.
 
     Raises: ValueError for a stiffness, if concrete, that is singular: held too little, or rigid motions missing.
     Source: S1 (3), (30).
     """
-    K, f = stiffness, load.reshape(len(load), -1)
+    f = load.reshape(-1, load.shape[-1]).T
     n, d, weight = len(K), 0 if rigid is None else rigid.shape[1], 1.0
     if d:
-        carried = mass @ rigid
+        carried = M @ rigid
         weight = lax.stop_gradient(jnp.max(jnp.abs(K)) / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
         K = jnp.block([[K, weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
         f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
     _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
-    found = square.solve(K, f)
-    return StaticResponse(found[:n].reshape(load.shape), weight * found[n:].reshape(d, *load.shape[1:]))
+    found = square.solve(K, f).T
+    return StaticResponse(found[:, :n].reshape(load.shape), weight * found[:, n:].reshape(*load.shape[:-1], d))
 
 
 def _check_regular(K, left):

@@ -1,57 +1,69 @@
 """A linear system: mass, damping and stiffness over named coordinates, some of them an interface to others."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Inexact
+from jaxtyping import Array, Float
 
-from ..checks import known, no_such
-from ..elements import DIRECTIONS
-from ..elements.base import number
-from ..errors import ModelError
-
-#: Above this many coordinates a dense matrix is refused; reduce first, or keep blocks.
-LARGEST = 10000
+from ..blocksparse import BlockMatrix
+from ..errors import ModelError, UnknownNameError
+from .labels import labels_of, places_of, rows_of, spoken
+from .storage import Matrix, dense, num_rows, stored
 
 
 class LinearSystem(eqx.Module):
     """Matrices `M x'' + C x' + K x = F + R` of one component, or of many.  Source: S1 (3).
 
     Args:
-        mass, stiffness: (n, n) arrays or SciPy sparse matrices (those of scikit-fem as they are).
+        mass, stiffness: (n, n) arrays, block matrices on one pattern, or SciPy sparse matrices (those of scikit-fem
+            as they are; with an array among them all become arrays).  Methods choose their algorithm by that type.
         damping: likewise, or None.
         interface: what is joined to other components: numbers of rows, or labels, or names of nodes (all their rows).
         coordinates: label of each row: `(node, direction)`, direction one of x y z rx ry rz or "" (a mode), or plain
             strings; default "0", "1", ...
         positions: (3,) [m] by name of node, or the names and an array (nodes, 3), for the checks of rigid motions.
+        massless: rows known to have no mass: `modes` condenses them, which is exact.
 
     Raises: ModelError with every fault: shapes, repeated or missing labels, an interface that is not there.
     """
 
-    mass: Inexact[Array, "n n"]
-    stiffness: Inexact[Array, "n n"]
-    damping: Inexact[Array, "n n"] | None
+    mass: Matrix
+    stiffness: Matrix
+    damping: Matrix | None
     positions: Float[Array, "nodes 3"] | None
     nodes: tuple[str, ...] = eqx.field(static=True)
     interface: tuple[int, ...] = eqx.field(static=True)
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
+    massless: tuple[int, ...] = eqx.field(static=True)
 
-    def __init__(self, *, mass, stiffness, damping=None, interface: Sequence = (), coordinates=None, positions=None):
+    def __init__(
+        self,
+        *,
+        mass,
+        stiffness,
+        damping=None,
+        interface: Sequence = (),
+        coordinates=None,
+        positions=None,
+        massless: Sequence[int] = (),
+    ):
         faults = []
-        self.mass, self.stiffness = _matrix("mass", mass, faults), _matrix("stiffness", stiffness, faults)
-        self.damping = None if damping is None else _matrix("damping", damping, faults)
+        self.mass, self.stiffness, self.damping = stored(faults, mass=mass, stiffness=stiffness, damping=damping)
         if faults:
             raise ModelError(faults)
-        n = len(self.stiffness)
+        n = num_rows(self.stiffness)
         for name in ("mass", "damping"):
             matrix = getattr(self, name)
-            if matrix is not None and len(matrix) != n:
-                faults.append(f"mass, stiffness and damping differ in size: {name} has {len(matrix)} rows, not {n}")
-        self.coordinates = _labels(coordinates, n, faults)
-        self.interface = _rows(interface, self.coordinates, faults)
-        self.nodes, self.positions = _places(positions, self.coordinates, faults)
+            if matrix is not None and num_rows(matrix) != n:
+                rows = num_rows(matrix)
+                faults.append(f"mass, stiffness and damping differ in size: {name} has {rows} rows, not {n}")
+        self.coordinates = labels_of(coordinates, n, faults)
+        self.interface = _found(interface, self.coordinates, faults)
+        self.nodes, self.positions = places_of(positions, self.coordinates, faults)
+        self.massless = tuple(massless)
         if faults:
             raise ModelError(faults)
 
@@ -60,101 +72,93 @@ class LinearSystem(eqx.Module):
         return len(self.coordinates)
 
     @property
+    def num_interface(self) -> int:
+        return len(self.interface)
+
+    @property
     def interior(self) -> tuple[int, ...]:
         """Rows that are not in the interface."""
         at = set(self.interface)
         return tuple(i for i in range(self.num_rows) if i not in at)
 
     def rows(self, *names) -> tuple[int, ...]:
-        """Rows of labels `(node, direction)`, or of all the coordinates of nodes. Raises: ModelError."""
+        """Rows of labels `(node, direction)`, or of all the coordinates of nodes. Raises: UnknownNameError."""
         faults = []
-        found = _rows(names, self.coordinates, faults)
+        found = rows_of(names, self.coordinates, faults)
         if faults:
-            raise ModelError(faults)
+            raise UnknownNameError("; ".join(faults))
         return found
 
     def label(self, row) -> str:
         """Name of a coordinate: "tip rz"."""
-        return " ".join(self.coordinates[row]).strip()
+        return spoken(self.coordinates[row])
+
+    def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
+        """Rows (k, n) that give the displacements at names as `rows` takes them, and their labels.
+
+        Their transpose puts forces there.  Raises: UnknownNameError.
+        """
+        rows = self.rows(*names)
+        unit = jnp.eye(self.num_rows, dtype=self.dtype)[np.array(rows, int)]
+        return unit, tuple(map(self.label, rows))
+
+    @property
+    def dtype(self):
+        """Of the numbers in the matrices."""
+        A = self.stiffness
+        return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
+
+    def load(self, forces: Mapping | Array) -> Array:
+        """Forces (..., n) on the coordinates.
+
+        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times or
+            cases first; or already (..., n).
+
+        Raises: UnknownNameError; ValueError for another shape.
+        """
+        if not isinstance(forces, Mapping):
+            forces = jnp.asarray(forces)
+            if forces.shape[-1:] != (self.num_rows,):
+                raise ValueError(f"forces have shape {forces.shape}, not (..., {self.num_rows})")
+            return forces
+        parts = [jnp.zeros(self.num_rows, self.dtype)]
+        for name, force in forces.items():
+            rows, labels = self.outputs(name)
+            force = jnp.asarray(force, self.dtype)
+            force = force[..., None] if len(labels) == 1 else force
+            if force.shape[-1:] != (len(labels),):
+                raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(labels)})")
+            parts.append(force @ rows)
+        shape = np.broadcast_shapes(*(part.shape for part in parts))
+        return sum(jnp.broadcast_to(part, shape) for part in parts)
+
+    def with_interface(self, *names) -> "LinearSystem":
+        """The same system, joined to others elsewhere.  Raises: ModelError."""
+        faults = []
+        rows = _found(names, self.coordinates, faults)
+        if faults:
+            raise ModelError(faults)
+        return self.changed(interface=rows)
+
+    def with_damping(self, damping) -> "LinearSystem":
+        """The same system with another damping matrix (n, n): see `proportional`, `modal`."""
+        return self.changed(damping=damping)
+
+    def dense(self) -> "LinearSystem":
+        """The same system with dense matrices.  Raises: ModelError for one that is too large."""
+        names = ("mass", "stiffness", "damping")
+        return self.changed(**{n: dense(getattr(self, n)) for n in names})
+
+    def changed(self, **fields) -> "LinearSystem":
+        """The same system but for some fields, which are taken as they are."""
+        new = object.__new__(type(self))
+        for field in dataclasses.fields(self):
+            object.__setattr__(new, field.name, fields.get(field.name, getattr(self, field.name)))
+        return new
 
 
-def _matrix(name, value, faults):
-    """Square array of numbers from an array or a SciPy sparse matrix."""
-    shape = np.shape(value) if not hasattr(value, "shape") else tuple(value.shape)
-    if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
-        faults.append(f"{name} must be a square matrix, got shape {shape}")
-        return jnp.zeros((1, 1))
-    if hasattr(value, "toarray"):
-        if shape[0] > LARGEST:
-            faults.append(f"{name} has {shape[0]} rows, more than {LARGEST}: too many, see block_matrices")
-            return jnp.zeros((1, 1))
-        value = value.toarray()
-    value = jnp.asarray(value) if jnp.iscomplexobj(value) else number(value)
-    if known(value) and not np.all(np.isfinite(np.asarray(value))):
-        row, column = np.argwhere(~np.isfinite(np.asarray(value)))[0]
-        faults.append(f"{name} is not finite at row {row}, column {column}")
-    return value
-
-
-def _labels(coordinates, n, faults):
-    given = [str(i) for i in range(n)] if coordinates is None else list(coordinates)
-    labels = tuple(_label(item) for item in given)
-    if len(labels) != n:
-        faults.append(f"{len(labels)} coordinates are named, the matrices have {n} rows")
-    unique = len(set(labels)) == len(labels)
-    repeated = [] if unique else sorted({" ".join(label).strip() for label in labels if labels.count(label) > 1})
-    if repeated:
-        faults.append(f"coordinates named twice: {', '.join(repeated[:5])}")
-    wrong = sorted({direction for _, direction in labels} - {*DIRECTIONS, ""})
-    if wrong:
-        faults.append(f"directions {wrong} are none of {', '.join(DIRECTIONS)}")
-    return labels
-
-
-def _label(item) -> tuple[str, str]:
-    if isinstance(item, str):
-        node, _, direction = item.rpartition(" ")
-        return (node, direction) if node and direction in DIRECTIONS else (item, "")
-    node, direction = item
-    return str(node), str(direction)
-
-
-def _rows(names, labels, faults):
-    found, places = [], {}
-    for i, (node, direction) in enumerate(labels):
-        places.setdefault((node, direction), []).append(i)
-        if direction:
-            places.setdefault((node, ""), []).append(i)
-    for name in names:
-        if isinstance(name, int | np.integer) and not isinstance(name, bool):
-            hits = [int(name)] if 0 <= name < len(labels) else []
-        else:
-            hits = places.get(_label(name), [])
-        if not hits:
-            labelled = [" ".join(place).strip() for place in places]
-            faults.append(f"interface: {no_such('coordinate or node', name, labelled)}")
-        found += hits
-    if len(set(found)) < len(found):
-        faults.append("interface: coordinates are named twice")
-    return tuple(found)
-
-
-def _places(positions, labels, faults):
-    """Names and positions (nodes, 3) of nodes."""
-    if positions is None:
-        return (), None
-    mapped = isinstance(positions, Mapping)
-    names, places = (positions.keys(), positions.values()) if mapped else positions
-    names = tuple(str(name) for name in names)
-    if mapped and all(np.shape(place) == (3,) for place in places):
-        places = jnp.stack([jnp.asarray(place) for place in places])
-    elif mapped:
-        wrong = [name for name, place in zip(names, places, strict=True) if np.shape(place) != (3,)]
-        faults.append(f"positions need three components each: {', '.join(wrong[:5])}")
-        return names, None
-    elif np.shape(places) != (len(names), 3):
-        faults.append(f"{len(names)} nodes need positions of shape ({len(names)}, 3), got {np.shape(places)}")
-    missing = sorted({node for node, direction in labels if direction} - set(names))
-    if missing:
-        faults.append(f"positions of nodes are missing: {', '.join(missing[:5])}")
-    return names, number(places)
+def _found(interface, labels, faults):
+    own = []
+    rows = rows_of(interface, labels, own)
+    faults += [f"interface: {fault}" for fault in own]
+    return rows

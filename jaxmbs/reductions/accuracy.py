@@ -1,48 +1,48 @@
 """How good a reduction is: errors of frequencies and forces, and how many modes a frequency range needs."""
 
-from collections.abc import Sequence
-
 import jax.numpy as jnp
 import numpy as np
 
 from ..linear.condensation import partition
 from ..linear.modes import complete, natural_modes
+from ..linear.system import LinearSystem
 from ..math import lapack
 from .base import Reduced
 from .recovery import interface_forces, mode_acceleration
 
 
-def frequency_errors(stiffness, mass, interface: Sequence[int], reduced: Reduced, num: int):
-    """Estimated relative errors (num,) of the lowest frequencies of the free component.
+def frequency_errors(system: LinearSystem, reduced: Reduced, num: int):
+    """Estimated relative errors (num,) of the lowest frequencies of the free component, reduced from `system`.
 
     The residual force of each mode, put statically on the interior with the interface held, gives the part of the
     shape that is missing; its energy is twice the frequency's relative error times that of the mode.  From above
     where the estimate is small; rigid modes give 0.
     """
-    modes = natural_modes(reduced.stiffness, reduced.mass, num)
+    K, M = system.stiffness, system.mass
+    modes = natural_modes(K=reduced.stiffness, M=reduced.mass, num=num)
     x = reduced.basis @ modes.shapes
-    inner, _ = partition(stiffness.shape[0], interface)
-    residual = (stiffness @ x - (mass @ x) * modes.values[None, :])[inner]
-    missing = jnp.sum(residual * lapack.solve_positive(stiffness[inner][:, inner], residual), axis=0)
+    inner, _ = partition(len(K), system.interface)
+    residual = (K @ x - (M @ x) * modes.values[None, :])[inner]
+    missing = jnp.sum(residual * lapack.solve_positive(K[inner][:, inner], residual), axis=0)
     return jnp.where(modes.is_rigid, 0.0, missing / (2 * jnp.where(modes.is_rigid, 1.0, jnp.abs(modes.values))))
 
 
-def force_errors(stiffness, mass, interface: Sequence[int], x, x_ddot, load=None):
+def force_errors(system: LinearSystem, x, x_ddot, load=None):
     """Relative difference of the interface forces by mode displacement and by mode acceleration, one number.
 
     The error of mode displacement; that of mode acceleration is smaller by about (frequency / first discarded one)^2.
     """
-    better = mode_acceleration(stiffness, mass, interface, x, x_ddot, load)
-    forces = [interface_forces(stiffness, mass, interface, y, x_ddot, load) for y in (x, better)]
+    better = mode_acceleration(system, x, x_ddot, load)
+    forces = [interface_forces(system, y, x_ddot, load) for y in (x, better)]
     return jnp.max(jnp.abs(forces[0] - forces[1])) / jnp.max(jnp.abs(forces[1]))
 
 
-def num_modes_up_to(stiffness, mass, frequency: float, interface: Sequence[int] = (), factor: float = 2.0) -> int:
+def num_modes_up_to(system: LinearSystem, frequency: float, factor: float = 2.0) -> int:
     """How many modes with the interface held lie below `factor * frequency` [Hz], groups kept whole.
 
     On the host.  A rule of thumb: with factor 1.5 the frequencies up to the given one were good to 1 % on a beam; see
     `frequency_errors` for the model at hand.
     """
-    inner, _ = partition(stiffness.shape[0], interface)
-    modes = natural_modes(stiffness[inner][:, inner], mass[inner][:, inner])
+    inner, _ = partition(system.num_rows, system.interface)
+    modes = natural_modes(K=system.stiffness[inner][:, inner], M=system.mass[inner][:, inner])
     return complete(modes.values, int(np.sum(np.asarray(modes.frequencies) < factor * frequency)))

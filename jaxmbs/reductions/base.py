@@ -1,7 +1,6 @@
-"""What every reduction returns: a component in few coordinates, its interface among them."""
+"""What every reduction is and returns: a linear system in few coordinates, its interface first, and the way back."""
 
-import dataclasses
-from collections.abc import Sequence
+from abc import abstractmethod
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,126 +8,127 @@ import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..linear.condensation import partition
-from ..linear.modes import symmetric
+from ..linear.labels import label, rows_of, spoken
+from ..linear.symmetric import symmetric
 from ..linear.system import LinearSystem
-from ..math import square
 
 
-class Reduced(eqx.Module):
-    """A component `x = basis rho`: the coordinates `rho` that move the interface come first.
+class Reduced(LinearSystem):
+    """A linear system `x = basis rho`: the coordinates of its interface come first, those of its modes after them.
+
+    Its own class because every question about a `LinearSystem` also has an answer for it, and what it has more, the
+    way back, none of the others lacks.
 
     Attributes:
-        basis: (n, r), columns of displacement.
-        mass, stiffness: (r, r).
-        damping: (r, r) or None.
-        connection: (b, r), the displacements of the bonds `u = connection rho`; zero past its first b columns, which
-            are square and regular.  Source: S1 (14), (20).
-        labels: what each coordinate is, (r,): "interface", "rigid", "constraint" or "normal", and its number.
-        massless: coordinates whose mass the method neglects.
-        names: what the bonds' displacements are, `(node, direction)` each, as `reduce` finds them; or ().
+        basis: (whole, n), displacements of all coordinates of the component that was reduced.
+        whole: the labels of these.
     """
 
-    basis: Inexact[Array, "n r"]
-    mass: Inexact[Array, "r r"]
-    stiffness: Inexact[Array, "r r"]
-    damping: Inexact[Array, "r r"] | None
-    connection: Inexact[Array, "b r"]
-    labels: tuple[str, ...] = eqx.field(static=True)
-    massless: tuple[int, ...] = eqx.field(static=True, default=())
-    names: tuple[tuple[str, str], ...] = eqx.field(static=True, default=())
+    basis: Inexact[Array, "whole n"]
+    whole: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
-    @property
-    def num_interface(self) -> int:
-        """How many coordinates couple: the rows of the connection."""
-        return self.connection.shape[0]
+    def __init__(self, whole: LinearSystem, basis, num_interface: int | None = None, **options):
+        """Args: options: those of `LinearSystem`; num_interface: default as many as `whole` has."""
+        if whole.positions is not None and "positions" not in options:
+            at = {label(item)[0] for item in options["coordinates"]}
+            kept = [i for i, name in enumerate(whole.nodes) if name in at]
+            options["positions"] = tuple(whole.nodes[i] for i in kept), whole.positions[np.array(kept, int)]
+        b = whole.num_interface if num_interface is None else num_interface
+        super().__init__(interface=range(b), **options)
+        self.basis, self.whole = basis, whole.coordinates
 
     def expand(self, rho) -> Array:
-        """Displacements (n, ...) of all coordinates, from reduced ones (r, ...).  Source: S1 (5), (7)-(8)."""
+        """Displacements (whole, ...) of all coordinates, from reduced ones (n, ...).  Source: S1 (5), (7)-(8)."""
         return self.basis.astype(rho.dtype) @ rho
 
     def generalised(self, forces) -> Array:
-        """Generalised forces `F = basis^T f` (r, ...) of forces (n, ...).  Source: S1 (17)-(18)."""
+        """Generalised forces `F = basis^T f` (n, ...) of forces (whole, ...).  Source: S1 (17)-(18)."""
         return self.basis.T.astype(forces.dtype) @ forces
 
-    def explicit(self) -> "Reduced":
-        """The same component, the bonds' displacements themselves its first coordinates: connection `[1 0]`."""
-        b, r = self.connection.shape
-        E = jnp.eye(r, dtype=self.connection.dtype)
-        E = E.at[:b, :b].set(square.inverse(self.connection[:, :b]))
-        labels = numbered("interface", b) + self.labels[b:]
-        return transformed(self, E, self.connection @ E, labels, self.names)
+    def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
+        """As of `LinearSystem`, of the own coordinates and of all those that were reduced."""
+        own = set(self.coordinates)
+        labels = (*self.coordinates, *(item for item in self.whole if item not in own))
+        faults = []
+        rows = rows_of(names, labels, faults)
+        if faults:
+            return super().outputs(*names)
+        places = {item: i for i, item in enumerate(self.whole)}
+        unit = jnp.eye(self.num_rows, dtype=self.basis.dtype)
+        found = [self.basis[places[labels[k]]] if labels[k] in places else unit[k] for k in rows]
+        found = jnp.stack(found) if found else unit[:0]
+        return found, tuple(spoken(labels[k]) for k in rows)
 
-    def system(self, positions=None) -> LinearSystem:
-        """The component as one to `check`, or to reduce once more: its interface by name, then the other coordinates.
+    def within(self, whole: "Reduced") -> "Reduced":
+        """The same system, its way back going on to what `whole` was reduced from."""
+        return self.changed(basis=whole.basis @ self.basis, whole=whole.whole)
 
-        Args: positions: (3,) [m] by name of node.  Rigid motions are then those of the interface, as with
-            fixed-interface modes.  An interface that just holds the component has no stiffness but rounding.
-        """
-        own, b = self.explicit(), self.num_interface
-        labels = (*(self.names or own.labels[:b]), *own.labels[b:])
-        return LinearSystem(
-            mass=own.mass,
-            stiffness=own.stiffness,
-            damping=own.damping,
-            interface=range(b),
-            coordinates=labels,
-            positions=positions,
+
+class AbstractReduction(eqx.Module):
+    """A way to reduce a linear system: `reduce(system, CraigBampton(20))`."""
+
+    @abstractmethod
+    def of(self, system: LinearSystem) -> Reduced:
+        """The reduced system, its way back going to the coordinates of this one."""
+
+
+def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
+    """A linear system in few coordinates, its interface first: `reduce(wing, CraigBampton(num_modes=20))`.
+
+    What is reduced already can be reduced once more; `expand` then leads back all the way.  Args: method: a class of
+    `jaxmbs.reductions`.  Raises: as the method says.
+    """
+    reduced = method.of(system)
+    return reduced.within(system) if isinstance(system, Reduced) else reduced
+
+
+class Physical(AbstractReduction):
+    """All coordinates as they are, those of the interface put first.  Source: S1 (7)-(9)."""
+
+    def of(self, system: LinearSystem) -> Reduced:
+        system = system.dense()
+        order = np.concatenate([system.interface, system.interior]).astype(int)
+        matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
+        return Reduced(
+            system,
+            jnp.eye(len(order), dtype=system.dtype)[:, order],
+            **{name: None if A is None else A[order][:, order] for name, A in matrices.items()},
+            coordinates=[system.coordinates[i] for i in order],
+            massless=[k for k, i in enumerate(order) if i in system.massless],
         )
 
 
-def project(basis, stiffness, mass, damping, connection, labels) -> Reduced:
-    """The component on a basis (n, r): `basis^T K basis` and so on.  Source: S1 (9), (12)."""
-    K, M, C = (None if A is None else basis.T @ A @ basis for A in (stiffness, mass, damping))
-    return Reduced(basis, M, K, C, connection, tuple(labels))
+def explicit(system: LinearSystem) -> Reduced:
+    """The system itself where its interface comes first, else all of its coordinates in that order."""
+    if isinstance(system, Reduced) and system.interface == tuple(range(system.num_interface)):
+        return system
+    return reduce(system, Physical())
 
 
-def transformed(reduced: Reduced, E, connection, labels, names=()) -> Reduced:
-    """A reduced component in new coordinates `rho = E rho'`; a massless one must keep its interface columns."""
-    M, K, C = (None if A is None else E.T @ A @ E for A in (reduced.mass, reduced.stiffness, reduced.damping))
-    return Reduced(reduced.basis @ E, M, K, C, connection, tuple(labels), reduced.massless, names)
+def project(system: LinearSystem, basis, labels, num_interface: int | None = None, massless=()) -> Reduced:
+    """The system on a basis (n, r): `basis^T K basis` and so on.  Source: S1 (9), (12).
 
-
-def physical(stiffness, mass, interface: Sequence[int], damping=None) -> Reduced:
-    """A component as it is, unreduced, its interface coordinates put first.  Source: S1 (7)-(9)."""
-    inner, outer = parted(interface, stiffness, mass, damping)
-    order = np.concatenate([outer, inner])
-    basis = jnp.eye(len(order), dtype=stiffness.dtype)[:, order]
-    return project(
-        basis,
-        stiffness,
-        mass,
-        damping,
-        basis[outer],
-        (*numbered("interface", len(outer)), *numbered("interior", len(inner))),
+    Args: labels: of all r, the interface first.
+    """
+    M, K, C = (None if A is None else basis.T @ A @ basis for A in (system.mass, system.stiffness, system.damping))
+    return Reduced(
+        system, basis, num_interface, mass=M, stiffness=K, damping=C, coordinates=labels, massless=massless
     )
 
 
-def reduce(system, method, *args, **options) -> Reduced:
-    """A reduction of a linear system, or of anything with `stiffness`, `mass`, `damping`, `interface`.
+def labelled(system: LinearSystem, **counts: int) -> tuple:
+    """The labels of the interface, then `kind 0`, `kind 1`, ... of every kind."""
+    own = tuple(system.coordinates[i] for i in system.interface)
+    return own + tuple(item for kind, count in counts.items() for item in numbered(kind, count))
 
-    `reduce(wing, craig_bampton, 20)`; where its `coordinates` have names, so have the interface's.
+
+def admitted(system: LinearSystem) -> tuple:
+    """Interior and interface, stiffness and mass, which a reduction takes for symmetric: NaN if traced and not so.
+
+    Raises: ValueError, if concrete, as `modes.check_symmetric`.
     """
-    s = system
-    reduced = method(s.stiffness, s.mass, tuple(s.interface), *args, damping=s.damping, **options)
-    labels = getattr(s, "coordinates", None)
-    named = labels is not None and reduced.num_interface == len(s.interface)
-    return dataclasses.replace(reduced, names=tuple(labels[i] for i in s.interface)) if named else reduced
-
-
-def parted(interface: Sequence[int], stiffness, mass, damping=None) -> tuple[np.ndarray, np.ndarray]:
-    """`partition` for matrices of one size.  Raises: ValueError also for others."""
-    shapes = [tuple(A.shape) for A in (stiffness, mass, damping) if A is not None]
-    if len(set(shapes)) > 1:
-        raise ValueError(f"stiffness, mass and damping differ in shape: {shapes}")
-    return partition(len(stiffness), interface)
-
-
-def admitted(interface: Sequence[int], stiffness, mass, damping=None) -> tuple:
-    """`parted`, and the stiffness and mass, which a reduction takes for symmetric: NaN if traced and not so.
-
-    Raises: ValueError as `parted` and, if concrete, as `structures.modes.check_symmetric`.
-    """
-    return *parted(interface, stiffness, mass, damping), *symmetric(stiffness=stiffness, mass=mass)
+    inner, outer = partition(system.num_rows, system.interface)
+    return inner, outer, *symmetric(stiffness=system.stiffness, mass=system.mass)
 
 
 def check_num_modes(num: int, available: int) -> None:

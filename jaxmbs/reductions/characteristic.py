@@ -1,31 +1,42 @@
 """Characteristic constraint modes: few coordinates for a fine interface (Castanier, Tan and Pierre 2001)."""
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 
 from ..linear.modes import Modes, stable_modes
-from .base import Reduced, check_num_modes, numbered, transformed
+from ..linear.system import LinearSystem
+from .base import AbstractReduction, Reduced, check_num_modes, explicit, numbered, project
 
 
-def characteristic_modes(reduced: Reduced, num: int) -> Modes:
+def characteristic_modes(system: LinearSystem, num: int) -> Modes:
     """The lowest modes of the interface coordinates alone, of a component or of an assembled structure.
 
     Raises: ValueError for negative stiffness, if concrete; under tracing that gives NaN.
     """
-    b = reduced.num_interface
-    check_num_modes(num, b)
-    return stable_modes(reduced.stiffness[:b, :b], reduced.mass[:b, :b], num)
+    check_num_modes(num, system.num_interface)
+    at = jnp.array(system.interface, int)
+    K, M = (A[at][:, at] for A in (system.stiffness, system.mass))
+    return stable_modes(K=K, M=M, num=num)
 
 
-def characteristic(reduced: Reduced, num: int) -> Reduced:
+class Characteristic(AbstractReduction):
     """The interface moving in its characteristic modes only; their amplitudes are what couples now.
 
-    All b of them change nothing.  Components that meet must share one set: reduce after coupling, or carry the
-    modes of one over.  Source: S1 (9), (12).
+    All of them change nothing.  Components that meet must share one set: reduce after coupling, or carry the
+    modes of one over.
+
+    Attributes:
+        num_modes: of the interface.
+
+    Source: S1 (9), (12).
     """
-    b, r = reduced.connection.shape
-    explicit = reduced.explicit()
-    shapes = characteristic_modes(explicit, num).shapes
-    E = jnp.zeros((r, num + r - b), shapes.dtype).at[:b, :num].set(shapes)
-    E = E.at[b:, num:].set(jnp.eye(r - b, dtype=shapes.dtype))
-    labels = numbered("characteristic", num) + explicit.labels[b:]
-    return transformed(explicit, E, jnp.eye(num, num + r - b, dtype=shapes.dtype), labels)
+
+    num_modes: int = eqx.field(static=True)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        system, b = explicit(system), system.num_interface
+        shapes = characteristic_modes(system, self.num_modes).shapes
+        E = jax.scipy.linalg.block_diag(shapes, jnp.eye(system.num_rows - b, dtype=shapes.dtype))
+        labels = (*numbered("characteristic", self.num_modes), *system.coordinates[b:])
+        return project(system, E, labels, self.num_modes)

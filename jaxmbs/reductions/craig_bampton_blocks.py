@@ -7,49 +7,31 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..blocksparse import BlockMatrix, analyse, factor, solve
+from ..blocksparse import analyse, factor, solve
 from ..checks import known
 from ..fem.assembly import hold
 from ..linear.block_modes import lowest_modes
 from ..linear.condensation import check_held, partition
-from ..linear.modes import UNSYMMETRIC
-from .base import Reduced, check_num_modes, numbered
+from ..linear.symmetric import UNSYMMETRIC
+from ..linear.system import LinearSystem
+from .base import Reduced, check_num_modes, labelled
 
 
-def large_craig_bampton(
-    stiffness: BlockMatrix,
-    mass: BlockMatrix,
-    interface: Sequence[int],
-    num_modes: int,
-    damping: BlockMatrix | None = None,
-    chunk: int = 64,
-    positions=None,
-) -> Reduced:
-    """`craig_bampton` of a component whose dense matrices would be too large: block matrices, with derivatives.
-
-    For matrices from elsewhere, once and without derivatives, `craig_bampton_sparse` takes SciPy's as they are.
-
-    Args:
-        stiffness, mass, damping: symmetric, on one pattern, as of `structures.assemble_blocks`.
-        interface: coordinates `size * block + direction` (a block is a node), in this order.
-        num_modes: lowest fixed-interface modes kept; they should not cut a group of equal frequencies.
-        chunk: constraint modes solved together; memory beside the results grows with this.
-        positions: (blocks, 3) of the nodes on the host, for a better order of elimination.
+def in_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Reduced:
+    """Craig and Bampton's reduction of block matrices, rows `size * block + direction` (a block is a node).
 
     Derivatives of first order with respect to the matrices, forward and reverse, solve by the same factor.
-
-    Raises: ValueError for more modes than there are, an interface that is not there and, if concrete, unsymmetric
-    matrices and a mechanism with the interface held; under tracing a mechanism gives non-finite values.
-
-    Returns: basis (blocks * size, r).  Source: S1 (4)-(8).
+    Source: S1 (4)-(8).
     """
+    stiffness, mass, damping = system.stiffness, system.mass, system.damping
     pattern = stiffness.pattern
-    (n, b), outer = pattern.shape, interface_rows(pattern, interface)
+    (n, b), outer = pattern.shape, interface_rows(pattern, system.interface)
     k, dtype = len(outer), stiffness.diagonal.dtype
     check_num_modes(num_modes, int(pattern.sizes.sum()) - k)
     _check_symmetric(stiffness=stiffness, mass=mass)
     held = np.isin(np.arange(n * b), outer).reshape(n, b)
-    K = factor(hold(stiffness, held, True), "cholesky", analyse(pattern, positions=positions))
+    plan = analyse(pattern, positions=_places(system))
+    K = factor(hold(stiffness, held, True), "cholesky", plan)
     free = jnp.asarray(~held, dtype)[:, :, None]
 
     @jax.checkpoint
@@ -69,13 +51,23 @@ def large_craig_bampton(
     coupling, zero = inertia.T @ shapes, jnp.zeros((k, num_modes), dtype)
     own = _projected(stiffness, shapes)  # not the squared frequencies, whose derivatives miss how a group splits
     return Reduced(
+        system,
         basis,
-        jnp.block([[_even(T.T @ inertia), coupling], [coupling.T, jnp.eye(num_modes, dtype=dtype)]]),
-        jnp.block([[static, zero], [zero.T, own]]),
-        None if damping is None else _projected(damping, basis),
-        jnp.eye(k, k + num_modes, dtype=dtype),
-        numbered("interface", k) + numbered("normal", num_modes),
+        mass=jnp.block([[_even(T.T @ inertia), coupling], [coupling.T, jnp.eye(num_modes, dtype=dtype)]]),
+        stiffness=jnp.block([[static, zero], [zero.T, own]]),
+        damping=None if damping is None else _projected(damping, basis),
+        coordinates=labelled(system, normal=num_modes),
     )
+
+
+def _places(system):
+    """Positions of the blocks for a better order of elimination, where they are known; None else."""
+    b = system.stiffness.pattern.size
+    at = {name: i for i, name in enumerate(system.nodes)}
+    rows = [at.get(node) for node, _ in system.coordinates[::b]]
+    if system.positions is None or not known(system.positions) or None in rows:
+        return None
+    return np.asarray(system.positions)[rows]
 
 
 def interface_rows(pattern, interface: Sequence[int]) -> np.ndarray:

@@ -1,29 +1,25 @@
 """Craig and Bampton's reduction of a large mesh from sparse matrices, on the host by SciPy; no derivatives."""
 
-from collections.abc import Sequence
-
 import jax.numpy as jnp
 import numpy as np
 import scipy.sparse.linalg
 
 from ..linear.condensation import partition
-from ..linear.modes import UNSYMMETRIC
-from .base import Reduced, check_num_modes, numbered
+from ..linear.symmetric import UNSYMMETRIC
+from ..linear.system import LinearSystem
+from .base import Reduced, check_num_modes, labelled
 
 
-def craig_bampton_sparse(stiffness, mass, interface: Sequence[int], num_modes: int, damping=None) -> Reduced:
-    """`craig_bampton` for SciPy sparse matrices as they come: one factorisation, shift-invert Lanczos for the modes.
+def by_scipy(system: LinearSystem, num_modes: int) -> Reduced:
+    """Craig and Bampton's reduction: one factorisation, shift-invert Lanczos for the modes.
 
-    Once and without derivatives, nothing is compiled; `large_craig_bampton` is the one with derivatives, for batches
-    and for many values of one model.  What is reduced then runs as any other component.  The number of interface
-    coordinates sets the cost: one solve and one dense column of the basis for each; `rigid_transformation` first
-    makes them six.
+    One solve and one dense column of the basis for each interface coordinate.
 
     Raises: ValueError for unsymmetric matrices, and where the held interface leaves the interior a mechanism or of
     negative stiffness.  Source: S1 (4)-(8).
     """
-    K, M = scipy.sparse.csc_matrix(stiffness), scipy.sparse.csc_matrix(mass)
-    inner, outer = partition(K.shape[0], interface)
+    K, M = scipy.sparse.csc_matrix(system.stiffness), scipy.sparse.csc_matrix(system.mass)
+    inner, outer = partition(K.shape[0], system.interface)
     _check_symmetric(stiffness=K, mass=M)
     check_num_modes(num_modes, len(inner) - 1)
     K_NN, M_NN = (A[inner][:, inner].tocsc() for A in (K, M))
@@ -42,9 +38,9 @@ def craig_bampton_sparse(stiffness, mass, interface: Sequence[int], num_modes: i
         start = np.ones(len(inner), K.dtype)  # the same modes in every run
         values, shapes = scipy.sparse.linalg.eigsh(K_NN, num_modes, M_NN, sigma=0.0, OPinv=inverse, v0=start)
         basis[inner, b:] = shapes[:, np.argsort(values)]
-    matrices = [None if A is None else jnp.asarray(basis.T @ (A @ basis)) for A in (M, K, damping)]
-    labels = numbered("interface", b) + numbered("normal", num_modes)
-    return Reduced(jnp.asarray(basis), *matrices, jnp.asarray(basis[outer]), labels)
+    M, K, C = (None if A is None else jnp.asarray(basis.T @ (A @ basis)) for A in (M, K, system.damping))
+    labels = labelled(system, normal=num_modes)
+    return Reduced(system, jnp.asarray(basis), mass=M, stiffness=K, damping=C, coordinates=labels)
 
 
 def _check_symmetric(**matrices):

@@ -2,45 +2,51 @@
 
 from collections.abc import Sequence
 
+import equinox as eqx
 import jax.numpy as jnp
 
-from ..linear.condensation import partition
+from ..linear.condensation import interface_basis, partition
 from ..linear.modes import stable_modes
+from ..linear.system import LinearSystem
 from ..math import square
-from .base import Reduced, admitted, check_num_modes, numbered, project
-from .hurty import determinate_coordinates, support_motions
+from .base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
+from .hurty import supports
 from .mixed import explicit_interface
 
 
-def craig_chang(
-    stiffness,
-    mass,
-    interface: Sequence[int],
-    num_modes: int,
-    damping=None,
-    determinate: Sequence[int] | None = None,
-) -> Reduced:
-    """Interface displacements, rigid motions and the lowest elastic free modes (`num_modes` counts only these).
+class CraigChang(AbstractReduction):
+    """Interface displacements, rigid motions and the lowest elastic free modes.
 
-    Args:
-        determinate: coordinates that just hold the component; default `hurty.determinate_coordinates`.
+    The space is Rubin's; no rigid mode has to be told from the elastic ones by its frequency.
 
-    The space is Rubin's; no rigid mode has to be told from the elastic ones by its frequency.  Source: S1 (4)-(8).
+    Attributes:
+        num_modes: elastic modes kept; rigid ones are not counted.
+        determinate: names or numbers of interface coordinates that just hold the component; default
+            `determinate_coordinates`.
+
+    Raises: as `Hurty`.  Source: S1 (4)-(8).
     """
-    inner, outer, stiffness, mass = admitted(interface, stiffness, mass, damping)
-    held = determinate_coordinates(stiffness, interface) if determinate is None else tuple(determinate)
-    n, b, d = stiffness.shape[0], len(outer), len(held)
-    check_num_modes(num_modes + d, len(inner))
-    rigid = support_motions(stiffness, held)
-    loads = jnp.eye(n, dtype=stiffness.dtype)[:, outer]
-    attachment = inertia_relief(stiffness, mass, loads, held, rigid)
-    elastic = stable_modes(stiffness, mass, num_modes + d, d).shapes[:, d:]
-    order = jnp.concatenate([outer, inner])
-    columns = [A[order] for A in (attachment, jnp.concatenate([rigid, elastic], axis=1))]
-    moved, (shapes,) = explicit_interface(columns[0], columns[1:], b)
-    basis = jnp.zeros((n, b + d + num_modes), moved.dtype).at[order].set(jnp.concatenate([moved, shapes], axis=1))
-    labels = numbered("interface", b) + numbered("rigid", d) + numbered("normal", num_modes)
-    return project(basis, stiffness, mass, damping, basis[outer], labels)
+
+    num_modes: int = eqx.field(static=True)
+    determinate: tuple | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        system = system.dense()
+        inner, outer, K, M = admitted(system)
+        system = system.changed(stiffness=K, mass=M)
+        held = supports(system, self.determinate)
+        n, b, d = len(K), len(outer), len(held)
+        check_num_modes(self.num_modes + d, len(inner))
+        rigid = interface_basis(K, held)
+        loads = jnp.eye(n, dtype=K.dtype)[:, outer]
+        attachment = inertia_relief(K, M, loads, held, rigid)
+        elastic = stable_modes(K=K, M=M, num=self.num_modes + d, num_rigid=d).shapes[:, d:]
+        order = jnp.concatenate([outer, inner])
+        columns = [A[order] for A in (attachment, jnp.concatenate([rigid, elastic], axis=1))]
+        moved, (shapes,) = explicit_interface(columns[0], columns[1:], b)
+        basis = jnp.zeros((n, b + d + self.num_modes), moved.dtype)
+        basis = basis.at[order].set(jnp.concatenate([moved, shapes], axis=1))
+        return project(system, basis, labelled(system, rigid=d, normal=self.num_modes))
 
 
 def inertia_relief(stiffness, mass, loads, determinate: Sequence[int], rigid):

@@ -2,26 +2,28 @@
 
 from collections.abc import Sequence
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
 from ..checks import known
 from ..linear.condensation import constraint_modes, interface_basis, partition
-from .base import Reduced, numbered, transformed
-from .craig_bampton import craig_bampton
+from ..linear.system import LinearSystem
+from .base import AbstractReduction, Reduced
+from .craig_bampton import CraigBampton
 
 
-def determinate_coordinates(stiffness, interface: Sequence[int]) -> tuple[int, ...]:
+def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
     """Interface coordinates that just hold the component: as many as it has rigid motions, best conditioned.
 
     On the host, once for each topology.  Raises: ValueError under tracing, for negative stiffness, and where the
     interface cannot hold it.
     """
-    if not known(stiffness):
+    if not known(system.stiffness):
         raise ValueError("give the determinate coordinates: they cannot be chosen under tracing")
-    K = np.asarray(stiffness)
-    _, outer = partition(len(K), interface)
+    K = np.asarray(system.stiffness)
+    _, outer = partition(len(K), system.interface)
     size = np.sqrt(np.maximum(np.abs(np.diagonal(K)), 1e-300))
     values, vectors = np.linalg.eigh(K / np.outer(size, size))
     limit = 200 * np.finfo(K.dtype).eps * np.max(np.abs(values), initial=0.0)
@@ -37,41 +39,57 @@ def determinate_coordinates(stiffness, interface: Sequence[int]) -> tuple[int, .
     return tuple(int(c) for c in outer[np.sort(order[: rigid.shape[1]])])
 
 
-def hurty(
-    stiffness,
-    mass,
-    interface: Sequence[int],
-    num_modes: int,
-    damping=None,
-    determinate: Sequence[int] | None = None,
-) -> Reduced:
-    """Coordinates: rigid motions, redundant bonds' constraint modes, fixed-interface modes.
+class Hurty(AbstractReduction):
+    """Rigid motions, redundant bonds' constraint modes, fixed-interface modes.
 
-    The connection is `phi = [[RR 0 0], [CR CC 0]]` for determinate and redundant bonds, its rows in the order of
-    `interface`; here RR = CC = 1 and CR is what a rigid motion does at the redundant bonds.  A rigid motion then
-    costs no stiffness, and the spaces spanned are those of Craig and Bampton.
+    The space is that of Craig and Bampton, and so are the matrices once the interface's displacements are the
+    coordinates; `connection` leads to them from the rigid and constraint motions.
 
-    Args:
-        determinate: coordinates of the interface that just hold the component; default `determinate_coordinates`.
+    Attributes:
+        num_modes: lowest fixed-interface modes kept.
+        determinate: names or numbers of coordinates of the interface that just hold the component; default
+            `determinate_coordinates`.
 
     Raises: ValueError for a determinate coordinate that is not one of the interface and, if concrete, ones that do
     not hold the component.  Source: S1 (13)-(20).
     """
-    rigid = determinate_coordinates(stiffness, interface) if determinate is None else tuple(determinate)
-    stray = sorted(set(rigid) - set(interface))
+
+    num_modes: int = eqx.field(static=True)
+    determinate: tuple | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        self.connection(system)
+        return CraigBampton(self.num_modes).of(system.dense())
+
+    def connection(self, system: LinearSystem):
+        """`phi = [[RR 0], [CR CC]]` (b, b): interface displacements `u = phi (rigid, constraint)`.
+
+        Rows are in the order of the interface.  RR = CC = 1, and CR is what a rigid motion does at the redundant
+        bonds, so that it costs no stiffness.  Source: S1 (13)-(16), (20).
+        """
+        system = system.dense()
+        rigid, outer = supports(system, self.determinate), system.interface
+        redundant = tuple(c for c in outer if c not in rigid)
+        d, b = len(rigid), len(outer)
+        inner, _ = partition(system.num_rows, rigid)
+        CR = constraint_modes(system.stiffness, rigid, "the determinate coordinates")
+        CR = CR[np.searchsorted(inner, np.array(redundant, int))]
+        phi = jnp.eye(b, dtype=CR.dtype).at[d:, :d].set(CR)
+        order = (*rigid, *redundant)
+        return phi[np.array([order.index(c) for c in outer], int)]
+
+
+def supports(system: LinearSystem, determinate: Sequence | None) -> tuple[int, ...]:
+    """Rows of the determinate coordinates, those given or `determinate_coordinates`.  Raises: ValueError."""
+    if determinate is None:
+        return determinate_coordinates(system)
+    rows = system.rows(*determinate)
+    stray = [system.label(i) for i in rows if i not in system.interface]
     if stray:
-        raise ValueError(f"determinate coordinates {stray} are not in the interface")
-    order = (*rigid, *(c for c in interface if c not in rigid))
-    reduced = craig_bampton(stiffness, mass, order, num_modes, damping)
-    d, b = len(rigid), len(order)
-    inner, _ = partition(len(stiffness), rigid)
-    CR = constraint_modes(stiffness, rigid, "the determinate coordinates")[np.searchsorted(inner, order[d:])]
-    E = jnp.eye(b + num_modes, dtype=CR.dtype).at[d:b, :d].set(CR)
-    labels = numbered("rigid", d) + numbered("constraint", b - d) + reduced.labels[b:]
-    places = np.array([order.index(c) for c in interface], int)
-    return transformed(reduced, E, (reduced.connection @ E)[places], labels)
+        raise ValueError(f"determinate coordinates {', '.join(stray)} are not in the interface")
+    return rows
 
 
-def support_motions(stiffness, determinate: Sequence[int]):
+def support_motions(system: LinearSystem, determinate: Sequence):
     """Rigid motions (n, d) of a free component, each with one determinate coordinate moved by 1.  Source: S1 (14)."""
-    return interface_basis(stiffness, determinate)
+    return interface_basis(system.stiffness, system.rows(*determinate))

@@ -1,45 +1,53 @@
 """Free-interface modes with residual flexibility, its mass neglected (MacNeal 1971)."""
 
-from collections.abc import Sequence
-
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from ..linear.modes import stable_modes
+from ..linear.system import LinearSystem
 from ..math import square
-from .base import Reduced, admitted, check_num_modes, numbered, project
+from .base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
 from .mixed import attachment_modes, count_rigid, explicit_interface
 
 
-def macneal(
-    stiffness, mass, interface: Sequence[int], num_modes: int, damping=None, num_rigid: int | None = None
-) -> Reduced:
+class MacNeal(AbstractReduction):
     """Interface displacements and the lowest free modes; only the modes have mass and damping.
 
-    The interface coordinates are `massless`: `couple` condenses those that no neighbour gives mass to.
+    The interface coordinates are `massless`: where no neighbour gives them mass, `modes` condenses them.
     Frequencies may lie on either side.
+
+    Attributes:
+        num_modes: lowest free modes kept, rigid ones among them.
+        num_rigid: rigid motions; default: counted, which cannot be done under tracing.
 
     Raises: ValueError, if concrete, for unsymmetric matrices and negative stiffness; under tracing these give NaN.
     Source: S1 (4)-(8).
     """
-    inner, outer, stiffness, mass = admitted(interface, stiffness, mass, damping)
-    rigid = count_rigid(stiffness, mass) if num_rigid is None else num_rigid
-    check_num_modes(num_modes, len(inner))
-    b, modes = len(outer), stable_modes(stiffness, mass, num_modes, rigid)
-    loads = jnp.eye(stiffness.shape[0], dtype=stiffness.dtype)[:, outer]
-    elastic = modes.shapes[:, rigid:]
-    residual = attachment_modes(stiffness, mass, loads, modes.shapes[:, :rigid])
-    own = elastic.T @ stiffness @ elastic  # diagonal; its derivatives see how a group of equal values splits
-    residual = residual - elastic @ square.solve(own, elastic.T @ loads)
-    order = np.concatenate([outer, inner])
-    moved, (shapes,) = explicit_interface(residual[order], (modes.shapes[order],), b)
-    basis = jnp.zeros((len(order), b + num_modes), moved.dtype)
-    basis = basis.at[order].set(jnp.concatenate([moved, shapes], axis=1))
-    labels = numbered("interface", b) + numbered("rigid", rigid) + numbered("normal", num_modes - rigid)
-    whole = project(basis, stiffness, mass, damping, basis[outer], labels)
 
-    def of_modes(A):
-        return jnp.zeros_like(whole.mass).at[b:, b:].set(modes.shapes.T @ A @ modes.shapes)
+    num_modes: int = eqx.field(static=True)
+    num_rigid: int | None = eqx.field(static=True, default=None)
 
-    C = None if damping is None else of_modes(damping)
-    return Reduced(basis, of_modes(mass), whole.stiffness, C, whole.connection, whole.labels, tuple(range(b)))
+    def of(self, system: LinearSystem) -> Reduced:
+        system, num = system.dense(), self.num_modes
+        inner, outer, K, M = admitted(system)
+        system = system.changed(stiffness=K, mass=M)
+        rigid = count_rigid(K, M) if self.num_rigid is None else self.num_rigid
+        check_num_modes(num, len(inner))
+        b, modes = len(outer), stable_modes(K=K, M=M, num=num, num_rigid=rigid)
+        loads = jnp.eye(len(K), dtype=K.dtype)[:, outer]
+        elastic = modes.shapes[:, rigid:]
+        residual = attachment_modes(K, M, loads, modes.shapes[:, :rigid])
+        own = elastic.T @ K @ elastic  # diagonal; its derivatives see how a group of equal values splits
+        residual = residual - elastic @ square.solve(own, elastic.T @ loads)
+        order = np.concatenate([outer, inner])
+        moved, (shapes,) = explicit_interface(residual[order], (modes.shapes[order],), b)
+        basis = jnp.zeros((len(order), b + num), moved.dtype)
+        basis = basis.at[order].set(jnp.concatenate([moved, shapes], axis=1))
+        labels = labelled(system, rigid=rigid, normal=num - rigid)
+        whole = project(system, basis, labels, massless=range(b))
+
+        def of_modes(A):
+            return jnp.zeros_like(whole.mass).at[b:, b:].set(modes.shapes.T @ A @ modes.shapes)
+
+        return whole.changed(mass=of_modes(M), damping=None if system.damping is None else of_modes(system.damping))

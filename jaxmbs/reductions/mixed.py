@@ -1,69 +1,74 @@
 """Modes with part of the interface held, part free and perhaps loaded by mass; attachment modes for the free part."""
 
-from collections.abc import Sequence
-
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..checks import known
+from ..elements.base import optional
 from ..linear.condensation import check_held
 from ..linear.modes import stable_modes
+from ..linear.system import LinearSystem
 from ..math import square
-from .base import Reduced, admitted, check_num_modes, numbered, project
+from .base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
 
 
-def mixed(
-    stiffness,
-    mass,
-    interface: Sequence[int],
-    num_modes: int,
-    damping=None,
-    fixed: Sequence[int] = (),
-    load=None,
-    num_rigid: int | None = None,
-) -> Reduced:
+class Mixed(AbstractReduction):
     """Interface displacements, and modes with `fixed` held and the rest of the interface free.
 
     All of the interface fixed gives Craig and Bampton's space, none of it Rubin's.
 
-    Args:
-        fixed: the held coordinates of the interface; choose them where the neighbour is stiff or heavy.
+    Attributes:
+        num_modes: how many, the rigid ones included; the number cuts no group of equal frequencies.
+        fixed: names or numbers of the held coordinates of the interface; choose them where the neighbour is stiff or
+            heavy.
         load: (c, c) mass that the free interface coordinates carry while the modes are found ("loaded interface").
         num_rigid: rigid motions left with `fixed` held; default: counted, which cannot be done under tracing.
-
-    Modes asked include the rigid ones; their number cuts no group of equal frequencies.
 
     Raises: ValueError, if concrete, for unsymmetric matrices and negative stiffness; under tracing these give NaN.
     Source: S1 (4)-(8).
     """
-    inner, outer, stiffness, mass = admitted(interface, stiffness, mass, damping)
-    held = np.asarray(fixed, int)
-    if not np.all(np.isin(held, outer)):
-        raise ValueError(f"fixed coordinates {np.setdiff1d(held, outer).tolist()} are not in the interface")
-    loose = outer[~np.isin(outer, held)]
-    rest = np.concatenate([loose, inner])
-    K, M = stiffness[rest][:, rest], mass[rest][:, rest]
-    if load is not None:
-        M = M.at[: len(loose), : len(loose)].add(load)
-    rigid = count_rigid(K, M) if num_rigid is None else num_rigid
-    check_num_modes(num_modes, len(inner))
-    if num_modes < rigid:
-        raise ValueError(f"num_modes = {num_modes}, of which {rigid} are rigid and must be kept")
-    modes = stable_modes(K, M, num_modes, rigid)
-    loads = jnp.eye(len(rest), dtype=K.dtype)[:, : len(loose)]
-    static = attachment_modes(
-        K, M, jnp.concatenate([loads, -stiffness[rest][:, held]], axis=1), modes.shapes[:, :rigid]
-    )
-    moved, shapes = explicit_interface(static[:, : len(loose)], (static[:, len(loose) :], modes.shapes), len(loose))
-    n, b = stiffness.shape[0], len(outer)
-    column = {int(c): k for k, c in enumerate(outer)}
-    basis = jnp.zeros((n, b + num_modes), K.dtype)
-    at_held, at_loose = ([column[int(c)] for c in part] for part in (held, loose))
-    basis = basis.at[np.ix_(rest, at_loose)].set(moved).at[np.ix_(rest, at_held)].set(shapes[0])
-    basis = basis.at[held, np.array(at_held, int)].set(1.0).at[np.ix_(rest, b + np.arange(num_modes))].set(shapes[1])
-    labels = numbered("interface", b) + numbered("rigid", rigid) + numbered("normal", num_modes - rigid)
-    return project(basis, stiffness, mass, damping, basis[outer], labels)
+
+    num_modes: int = eqx.field(static=True)
+    fixed: tuple = eqx.field(static=True, default=())
+    load: Float[Array, "c c"] | None = eqx.field(converter=optional, default=None)
+    num_rigid: int | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        system = system.dense()
+        inner, outer, stiffness, mass = admitted(system)
+        system = system.changed(stiffness=stiffness, mass=mass)
+        held = np.asarray(system.rows(*self.fixed), int)
+        if not np.all(np.isin(held, outer)):
+            stray = ", ".join(system.label(i) for i in np.setdiff1d(held, outer))
+            raise ValueError(f"fixed coordinates {stray} are not in the interface")
+        loose = outer[~np.isin(outer, held)]
+        rest = np.concatenate([loose, inner])
+        K, M = stiffness[rest][:, rest], mass[rest][:, rest]
+        if self.load is not None:
+            M = M.at[: len(loose), : len(loose)].add(self.load)
+        rigid = count_rigid(K, M) if self.num_rigid is None else self.num_rigid
+        check_num_modes(self.num_modes, len(inner))
+        if self.num_modes < rigid:
+            raise ValueError(f"num_modes = {self.num_modes}, of which {rigid} are rigid and must be kept")
+        modes = stable_modes(K=K, M=M, num=self.num_modes, num_rigid=rigid).shapes
+        loads = jnp.eye(len(rest), dtype=K.dtype)[:, : len(loose)]
+        loads = jnp.concatenate([loads, -stiffness[rest][:, held]], axis=1)
+        static = attachment_modes(K, M, loads, modes[:, :rigid])
+        moved, shapes = explicit_interface(static[:, : len(loose)], (static[:, len(loose) :], modes), len(loose))
+        basis = _basis(len(stiffness), outer, held, rest, moved, *shapes)
+        return project(system, basis, labelled(system, rigid=rigid, normal=self.num_modes - rigid))
+
+
+def _basis(n, outer, held, rest, moved, at_held, modes):
+    """Columns of the interface in its order, loose and held ones as they come, then the modes."""
+    b, fixed = len(outer), np.array([int(np.flatnonzero(outer == c)[0]) for c in held], int)
+    loose = np.flatnonzero(~np.isin(outer, held))
+    basis = jnp.zeros((n, b + modes.shape[1]), moved.dtype)
+    basis = basis.at[np.ix_(rest, loose)].set(moved).at[np.ix_(rest, fixed)].set(at_held).at[held, fixed].set(1.0)
+    return basis.at[np.ix_(rest, b + np.arange(modes.shape[1]))].set(modes)
 
 
 def attachment_modes(stiffness, mass, loads, rigid):
@@ -91,4 +96,4 @@ def count_rigid(stiffness, mass) -> int:
     if not known(stiffness, mass):
         raise ValueError("give num_rigid: rigid motions cannot be counted under tracing")
     with jax.ensure_compile_time_eval():
-        return stable_modes(stiffness, mass).num_rigid
+        return stable_modes(K=stiffness, M=mass).num_rigid

@@ -1,13 +1,11 @@
 """From the motion of a reduced component back to all of it: displacements, interface forces, element loads."""
 
-from collections.abc import Sequence
-
 import jax.numpy as jnp
 from jax import lax
 
 from ..linear.condensation import interface_basis, partition
+from ..linear.system import LinearSystem
 from ..math import square
-from .base import Reduced
 from .craig_chang import inertia_relief
 
 
@@ -17,49 +15,47 @@ def harmonic(amplitudes, omega):
     return amplitudes, rate * amplitudes, rate**2 * amplitudes
 
 
-def mode_displacement(reduced: Reduced, rho):
-    """`x = basis rho` (n, ...): what the kept modes show."""
-    return reduced.expand(rho)
-
-
-def mode_acceleration(stiffness, mass, interface: Sequence[int], x, x_ddot, load=None, damping=None, x_dot=None):
+def mode_acceleration(system: LinearSystem, x, x_ddot, load=None, x_dot=None):
     """Interior from the balance of forces in place of the modes:
     `x_N = S x_i + K_NN^-1 (F_N - M_N x'' - C_N x')`, x_i as it is.
 
     Args:
-        x, x_ddot, x_dot: (n, ...) of mode displacement, at any number of times or complex amplitudes.
+        x, x_ddot, x_dot: (n, ...) of mode displacement, at any number of times or complex amplitudes; without x_dot
+            damping is left out.
         load: (n, ...).
 
     What modes were left out then acts statically.  Source: S1 (31).
     """
-    inner, outer = partition(stiffness.shape[0], interface)
-    force = _inertial(mass, x_ddot, load, damping, x_dot)[inner]
-    K_NN = stiffness[inner][:, inner].astype(x.dtype)
-    static = interface_basis(stiffness, interface).astype(x.dtype) @ x[outer]
+    inner, outer = partition(system.num_rows, system.interface)
+    force = _inertial(system, x_ddot, load, x_dot)[inner]
+    K_NN = system.stiffness[inner][:, inner].astype(x.dtype)
+    static = interface_basis(system.stiffness, system.interface).astype(x.dtype) @ x[outer]
     flat = square.solve(K_NN, force.reshape(len(inner), -1))
     return static.at[inner].add(flat.reshape(force.shape))
 
 
-def mode_acceleration_free(stiffness, mass, determinate, rigid, x, x_ddot, load=None, damping=None, x_dot=None):
+def mode_acceleration_free(system: LinearSystem, determinate, x, x_ddot, load=None, x_dot=None):
     """Mode acceleration of a free component: the rigid part of x as it is, the elastic one by inertia relief.
 
-    Args: determinate, rigid: as in `craig_chang.inertia_relief`; the rest as in `mode_acceleration`.
+    Args: determinate: names or numbers of coordinates that just hold it; the rest as in `mode_acceleration`.
 
     Source: S1 (31).
     """
-    R, M = rigid.astype(x.dtype), mass.astype(x.dtype)
-    x, force = x.reshape(len(x), -1), _inertial(mass, x_ddot, load, damping, x_dot).reshape(len(x), -1)
+    held = system.rows(*determinate)
+    R = interface_basis(system.stiffness, held).astype(x.dtype)
+    K, M = (A.astype(x.dtype) for A in (system.stiffness, system.mass))
+    x, force = x.reshape(len(x), -1), _inertial(system, x_ddot, load, x_dot).reshape(len(x), -1)
     carried = R @ square.solve(R.T @ M @ R, R.T @ (M @ x))
-    return (carried + inertia_relief(stiffness.astype(x.dtype), M, force, determinate, R)).reshape(x_ddot.shape)
+    return (carried + inertia_relief(K, M, force, held, R)).reshape(x_ddot.shape)
 
 
-def interface_forces(stiffness, mass, interface: Sequence[int], x, x_ddot, load=None, damping=None, x_dot=None):
+def interface_forces(system: LinearSystem, x, x_ddot, load=None, x_dot=None):
     """Forces (b, ...) that the bonds put on the component: `R_i = (K x + C x' + M x'' - F)_i`.
 
-    As good as x: take x of `mode_acceleration`.  Source: S1 (3), (30).
+    As good as x: take x of `mode_acceleration`, whose arguments these are.  Source: S1 (3), (30).
     """
-    outer = partition(stiffness.shape[0], interface)[1]
-    return (stiffness[outer].astype(x.dtype) @ x) - _inertial(mass, x_ddot, load, damping, x_dot)[outer]
+    outer = partition(system.num_rows, system.interface)[1]
+    return (system.stiffness[outer].astype(x.dtype) @ x) - _inertial(system, x_ddot, load, x_dot)[outer]
 
 
 def element_loads(element_stiffness, element_map, x):
@@ -67,9 +63,9 @@ def element_loads(element_stiffness, element_map, x):
     return element_stiffness.astype(x.dtype) @ (element_map.astype(x.dtype) @ x)
 
 
-def _inertial(mass, x_ddot, load, damping, x_dot):
+def _inertial(system, x_ddot, load, x_dot):
     """`F - M x'' - C x'`."""
-    force = -(mass.astype(x_ddot.dtype) @ x_ddot)
-    if damping is not None:
-        force = force - damping.astype(x_dot.dtype) @ x_dot
+    force = -(system.mass.astype(x_ddot.dtype) @ x_ddot)
+    if system.damping is not None and x_dot is not None:
+        force = force - system.damping.astype(x_dot.dtype) @ x_dot
     return force if load is None else force + load.astype(force.dtype)

@@ -1,8 +1,7 @@
 """Six coordinates for an interface of many nodes: rigid (RBE2) or averaged (RBE3)."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -13,7 +12,7 @@ from ..linear.condensation import partition
 from ..linear.rigid_motions import rigid_motions
 from ..linear.system import LinearSystem
 from ..math import square
-from .base import Reduced
+from .base import Reduced, numbered, project
 
 
 def rigid_body_motions(positions, reference, rotations: bool = True):
@@ -87,19 +86,15 @@ def averaged_transformation(size: int, interface: Sequence[int], rows, dependent
     return W.at[others, k + np.arange(len(others))].set(1.0)
 
 
-def on_interface(
-    method: Callable[..., Reduced], W, num: int, stiffness, mass, *args, damping=None, **options
-) -> Reduced:
-    """Any reduction of a component in the coordinates `x = W y`, whose first `num` are the interface.
+def on_interface(system: LinearSystem, W, num: int) -> Reduced:
+    """The component in the coordinates `x = W y`, the first `num` its interface, the others "inner 0", "inner 1", ...
 
-    `on_interface(craig_bampton, W, 6, K, M, 20)` is Craig and Bampton's on a rigid or averaged interface.
+    `reduce(on_interface(s, W, 6), CraigBampton(20))` is Craig and Bampton's on a rigid or averaged interface.
     """
-    K, M, C = (None if A is None else W.T @ A @ W for A in (stiffness, mass, damping))
-    reduced = method(K, M, tuple(range(num)), *args, damping=C, **options)
-    return eqx.tree_at(lambda r: r.basis, reduced, W @ reduced.basis)
+    return project(system, W, (*numbered("interface", num), *numbered("inner", W.shape[1] - num)), num)
 
 
-def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position=None) -> LinearSystem:
+def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position=None) -> Reduced:
     """The component with some of its nodes fixed to a new node of six coordinates, its interface (RBE2).
 
     Args:
@@ -119,9 +114,9 @@ def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position=None) 
     place = jnp.mean(members, axis=0) if position is None else jnp.asarray(position, members.dtype)
     at = [(nodes.index(s.coordinates[i][0]), DIRECTIONS.index(s.coordinates[i][1])) for i in rows]
     W = rigid_transformation(s.num_rows, rows, rigid_motions(members, place)[tuple(np.array(at).T)])
-    M, K, C = (None if A is None else W.T @ A @ W for A in (s.mass, s.stiffness, s.damping))
     kept = [i for i in range(s.num_rows) if i not in set(rows)]
     labels = [(name, direction) for direction in DIRECTIONS] + [s.coordinates[i] for i in kept]
-    interface = [name, *(s.coordinates[i] for i in s.interface if i in set(kept))]
     places = {name: place} | {n: p for n, p in zip(s.nodes, s.positions, strict=True) if n not in nodes}
-    return LinearSystem(mass=M, stiffness=K, damping=C, interface=interface, coordinates=labels, positions=places)
+    M, K, C = (None if A is None else W.T @ A @ W for A in (s.mass, s.stiffness, s.damping))
+    made = Reduced(s, W, mass=M, stiffness=K, damping=C, coordinates=labels, positions=places)
+    return made.with_interface(name, *(s.coordinates[i] for i in s.interface if i in set(kept)))

@@ -1,18 +1,26 @@
 """Free-interface modes with residual attachment modes, their mass kept (Rubin 1975)."""
 
-from collections.abc import Sequence
+import equinox as eqx
+from jaxtyping import Array, Float
 
-from .base import Reduced
-from .mixed import mixed
+from ..elements.base import optional
+from ..linear.system import LinearSystem
+from .base import AbstractReduction, Reduced
+from .mixed import Mixed
 
 
-def rubin(
-    stiffness, mass, interface: Sequence[int], num_modes: int, damping=None, load=None, num_rigid: int | None = None
-) -> Reduced:
-    """Interface displacements and the lowest free modes, rigid ones included.
+class Rubin(AbstractReduction):
+    """Interface displacements and the lowest free modes, rigid ones included: `Mixed` with nothing fixed.
 
     What the discarded modes add statically (residual attachment modes) is in the space, with its mass; frequencies
-    come from above.  See `mixed`.
-    Source: S1 (4)-(8).
+    come from above.
+
+    Attributes: as of `Mixed`.  Source: S1 (4)-(8).
     """
-    return mixed(stiffness, mass, interface, num_modes, damping, (), load, num_rigid)
+
+    num_modes: int = eqx.field(static=True)
+    load: Float[Array, "c c"] | None = eqx.field(converter=optional, default=None)
+    num_rigid: int | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        return Mixed(self.num_modes, (), self.load, self.num_rigid).of(system)

@@ -103,7 +103,7 @@ def test_marks_follow_the_axes_of_the_design():
 def test_a_negative_stiffness_is_no_rigid_mode():
     """An unstable structure is refused, or said to be unstable."""
     try:
-        modes = natural_modes(jnp.diag(jnp.array([-0.5, 1.0, 2.0])), jnp.eye(3))
+        modes = natural_modes(K=jnp.diag(jnp.array([-0.5, 1.0, 2.0])), M=jnp.eye(3))
     except ValueError:
         return
     assert not modes.is_rigid[0]

@@ -147,10 +147,10 @@ def recovered(K, M, omega, x, C):
 def lattice_response(p):
     """Receptances by all modes and by three of four with residuals, and loads recovered from them."""
     K, M = lattice(p)
-    C, omega = proportional(K, M, p[3], p[4]), p[6]
-    whole = receptance(K, M, omega[None], OUT, INTO, C, p[5])
-    some = receptance(K, M, omega[None], OUT, INTO, C, p[5], num=3)
-    x = receptance(K, M, omega[None], range(4), (3,), C)[0]
+    C, omega = proportional(K=K, M=M, by_mass=p[3], by_stiffness=p[4]), p[6]
+    whole = receptance(K=K, M=M, omega=omega[None], out=OUT, into=INTO, C=C, loss=p[5])
+    some = receptance(K=K, M=M, omega=omega[None], out=OUT, into=INTO, C=C, loss=p[5], num=3)
+    x = receptance(K=K, M=M, omega=omega[None], out=range(4), into=(3,), C=C)[0]
     return weighted(whole, some, *recovered(K, M, omega, x, C))
 
 
@@ -189,7 +189,7 @@ def viscous(p):
     """Receptances of two masses with any damping."""
     couple = jnp.array([[1.0, -1.0], [-1.0, 1.0]])
     K, C = jnp.diag(p[2:4]) + p[4] * couple, jnp.diag(p[5:7]) + p[7] * couple
-    return viscous_receptance(K, jnp.diag(p[:2]), p[8][None], (0, 1), (0, 1), C)
+    return viscous_receptance(K=K, M=jnp.diag(p[:2]), omega=p[8][None], out=(0, 1), into=(0, 1), C=C)
 
 
 def inverse(p):
@@ -248,7 +248,9 @@ def beam_forces(p):
     element = Beam(p[0], 0.8, 1.1, p[1], p[2], p[3], p[4], reference=(0.0, 1.0, 0.0))
     structure = Structure(nodes, {"beam": (element, [(0, 1), (1, 2)])}, held={0: "all"})
     K, M = assemble_dense(structure)
-    x = receptance(K, M, p[6][None], range(12), (7, 8), loss=0.05)[0] @ jnp.array([1.0, 0.5], complex)
+    x = receptance(K=K, M=M, omega=p[6][None], out=range(12), into=(7, 8), loss=0.05)[0] @ jnp.array(
+        [1.0, 0.5], complex
+    )
     return weighted(element_forces(structure, x)["beam"])
 
 

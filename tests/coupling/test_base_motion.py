@@ -10,8 +10,8 @@ import scipy.linalg
 import scipy.signal
 
 from jaxmbs.coupling.base_motion import base_motion
-from jaxmbs.reductions import physical
-from tests.structural_matrices import chain
+from jaxmbs.reductions import Physical, reduce
+from tests.structural_matrices import chain, component
 
 K, M = chain(5, 40.0, 2.0, 0)
 BASE, STEP, RATIO = (0, 4), 0.1, 0.03
@@ -49,12 +49,12 @@ def test_two_bases_against_scipy():
     @jax.jit
     @partial(jax.value_and_grad, has_aux=True)
     def moved(scale):
-        c = physical(scale * K, M, BASE)
+        c = reduce(component(scale * K, M, BASE), Physical())
         found = base_motion(c, jnp.asarray(ACCELERATION), STEP, RATIO, jnp.asarray(START), jnp.asarray(SPEED))
         return jnp.sum(found.forces**2), (c.expand(found.displacement), found.forces)
 
     with pytest.raises(ValueError, match=r"shape \(80, 2\), not \(2, times\)"):
-        base_motion(physical(K, M, BASE), jnp.asarray(ACCELERATION.T), STEP)
+        base_motion(component(K, M, BASE), jnp.asarray(ACCELERATION.T), STEP)
     (_, found), slope = moved(1.0)
     for part, exact in zip(found, by_scipy(), strict=True):
         np.testing.assert_allclose(part, exact, rtol=1e-8, atol=1e-7)

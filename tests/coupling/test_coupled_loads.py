@@ -12,7 +12,6 @@ from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.io import read_op4
 from jaxmbs.linear.modes import natural_modes
-from jaxmbs.reductions import physical
 
 pyyeti = pytest.importorskip("pyyeti")
 FILES = Path(pyyeti.__file__).parent / "tests" / "cla_test_data"
@@ -34,9 +33,9 @@ def payload():
 
 def test_frequencies_of_the_payload(payload):
     inner = np.array(payload.interior)
-    fixed = natural_modes(payload.stiffness[inner][:, inner], payload.mass[inner][:, inner], 4).frequencies
+    fixed = natural_modes(K=payload.stiffness[inner][:, inner], M=payload.mass[inner][:, inner], num=4).frequencies
     np.testing.assert_allclose(fixed, [1.65000, 1.65025, 1.67426, 1.67469], atol=5.1e-6)
-    free = natural_modes(payload.stiffness, payload.mass, 9)
+    free = natural_modes(K=payload.stiffness, M=payload.mass, num=9)
     assert free.num_rigid == 6
     np.testing.assert_allclose(free.frequencies[6:], [1.7577, 1.7929, 3.6493], atol=5.1e-5)
 
@@ -68,10 +67,9 @@ def carrier():
 @pytest.fixture(scope="module")
 def coupled(payload, carrier):
     """Joined at four nodes; the payload's second one has its own frame, whose x y z are the world's y z x."""
-    parts = [physical(s.stiffness, s.mass, s.interface) for s in (carrier, payload)]
     own = np.arange(24).reshape(4, 2, 3)
     own[1] = own[1][:, [1, 2, 0]]
-    return join(parts, (range(24), own.ravel().tolist()))
+    return join((carrier, payload), (range(24), own.ravel().tolist()))
 
 
 def test_system_frequencies_of_our_coupling(coupled):

@@ -14,8 +14,8 @@ from jaxmbs.coupling import Link, connect, elastic_bond, join, modal_transient, 
 from jaxmbs.coupling.transient import by_number
 from jaxmbs.errors import SimulationError
 from jaxmbs.forces import AbstractScalarLaw, BumpStop
-from jaxmbs.reductions import craig_bampton, physical
-from tests.structural_matrices import beam
+from jaxmbs.reductions import CraigBampton, reduce
+from tests.structural_matrices import beam, component
 
 TIMES = np.linspace(0.0, 2.0, 41)
 RISE, TIP = 1e-3, 6
@@ -35,9 +35,9 @@ class Hardening(AbstractScalarLaw):
 
 def joined(EI, modes=6, damper=P[3]):
     """A foot on a spring, and two beams that stand on it side by side, their roots not turning."""
-    foot = physical(jnp.array([[30.0]]), jnp.array([[0.5]]), (0,), jnp.reshape(damper, (1, 1)))
+    foot = component(jnp.array([[30.0]]), jnp.array([[0.5]]), (0,), jnp.reshape(damper, (1, 1)))
     first, second = beam(3, EI), beam(3, 1.7)
-    beams = [craig_bampton(K, M, (0, 1), modes, damping=RISE * K) for K, M in (first, second)]
+    beams = [reduce(component(K, M, (0, 1), RISE * K), CraigBampton(modes)) for K, M in (first, second)]
     return join((foot, *beams), ((0,), (0, -1), (0, -1)))
 
 

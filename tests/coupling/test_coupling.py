@@ -12,9 +12,9 @@ from jaxmbs.coupling import couple, dual_response, elastic_bond, interface_react
 from jaxmbs.linear import interface_basis
 from jaxmbs.linear.modes import natural_modes
 from jaxmbs.linear.oscillations import modal_motion
-from jaxmbs.reductions import craig_bampton, craig_chang, guyan, hurty, macneal, physical, rubin
+from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Physical, Rubin, reduce
 from jaxmbs.reductions.recovery import harmonic
-from tests.structural_matrices import beam, chain
+from tests.structural_matrices import beam, chain, component, kw
 
 K, M = beam(8)
 WHOLE = beam(16, length=2.0, fixed=2)
@@ -24,12 +24,12 @@ CLAMPED = ((-1, -1, 0, 1), (0, 1))
 
 #: The free half by every method, and the tolerance of the frequencies.
 KINDS = {
-    "craig_bampton": (lambda K, M: craig_bampton(K, M, (0, 1), 8), 1e-3),
-    "hurty": (lambda K, M: hurty(K, M, (0, 1), 8, determinate=(0, 1)), 1e-3),
-    "physical": (lambda K, M: physical(K, M, (0, 1)), 1e-4),
-    "rubin": (lambda K, M: rubin(K, M, (0, 1), 8, num_rigid=2), 1e-3),
-    "macneal": (lambda K, M: macneal(K, M, (0, 1), 8, num_rigid=2), 1e-2),
-    "craig_chang": (lambda K, M: craig_chang(K, M, (0, 1), 6, determinate=(0, 1)), 1e-3),
+    "craig_bampton": (lambda K, M: reduce(component(K, M, (0, 1)), CraigBampton(8)), 1e-3),
+    "hurty": (lambda K, M: reduce(component(K, M, (0, 1)), Hurty(8, determinate=(0, 1))), 1e-3),
+    "physical": (lambda K, M: reduce(component(K, M, (0, 1)), Physical()), 1e-4),
+    "rubin": (lambda K, M: reduce(component(K, M, (0, 1)), Rubin(8, num_rigid=2)), 1e-3),
+    "macneal": (lambda K, M: reduce(component(K, M, (0, 1)), MacNeal(8, num_rigid=2)), 1e-2),
+    "craig_chang": (lambda K, M: reduce(component(K, M, (0, 1)), CraigChang(6, determinate=(0, 1))), 1e-3),
 }
 
 
@@ -39,7 +39,7 @@ def coupled():
 
     @jax.jit
     def every(K, M):
-        left = craig_bampton(K, M, ENDS, 10)
+        left = reduce(component(K, M, ENDS), CraigBampton(10))
         return {kind: join((left, right(K, M)), CLAMPED).modes(4).values for kind, (right, _) in KINDS.items()}
 
     return every(K, M)
@@ -56,7 +56,7 @@ def test_massless_joints_are_condensed():
 
     @jax.jit
     def joined(K, M):
-        half = macneal(K, M, (0, 1), 8, num_rigid=2)
+        half = reduce(component(K, M, (0, 1)), MacNeal(8, num_rigid=2))
         assembly = join((half, half), ((0, 1), (0, 1)))
         return assembly, assembly.modes(6)
 
@@ -72,7 +72,7 @@ def test_blocks_of_the_coupled_equations():
 
     @jax.jit
     def joined(K, M):
-        parts = physical(K, M, (16, 17)), craig_bampton(K, M, (0, 1), 16)
+        parts = reduce(component(K, M, (16, 17)), Physical()), reduce(component(K, M, (0, 1)), CraigBampton(16))
         return join(parts, ((0, 1), (0, 1))), parts[1], interface_basis(K, (0, 1))
 
     assembly, P, T = joined(K, M)
@@ -105,7 +105,10 @@ def test_reactions_primal_dual_and_exact():
 
     @jax.jit
     def every(K, M):
-        left, right = craig_bampton(K, M, ENDS, 14, damping), craig_bampton(K, M, (0, 1), 16, damping)
+        left, right = (
+            reduce(component(K, M, ENDS, damping), CraigBampton(14)),
+            reduce(component(K, M, (0, 1), damping), CraigBampton(16)),
+        )
         assembly = join((left, right), CLAMPED)
         Z = jax.lax.complex(assembly.stiffness - omega**2 * assembly.mass, omega * assembly.damping)
         xi = jnp.linalg.solve(Z, assembly.load((None, tip)).astype(Z.dtype))
@@ -128,7 +131,7 @@ def test_section_forces_over_time():
     """Tip pushed by a ramp that ends, no damping: six modes in each half against all modes of the uncut beam."""
     times = jnp.linspace(0.0, 2.0, 81)
     tip = jnp.zeros((18, 81)).at[16].set(jnp.minimum(times, 1.0))
-    left, right = craig_bampton(K, M, ENDS, 6), craig_bampton(K, M, (0, 1), 6)
+    left, right = reduce(component(K, M, ENDS), CraigBampton(6)), reduce(component(K, M, (0, 1)), CraigBampton(6))
 
     def moved(modes, load):
         q = modal_motion(modes.omega, 0.0, (modes.shapes.T @ load).T, times[1])
@@ -136,7 +139,7 @@ def test_section_forces_over_time():
 
     @jax.jit
     def both():
-        x, a = moved(natural_modes(*WHOLE), jnp.zeros((32, 81)).at[14:].set(tip))
+        x, a = moved(natural_modes(**kw(WHOLE)), jnp.zeros((32, 81)).at[14:].set(tip))
         assembly = join((left, right), CLAMPED)
         xi, xi_ddot = moved(assembly.modes(), assembly.load((None, tip)))
         found = interface_reactions(assembly, xi, xi_ddot, None, (None, tip))
@@ -156,7 +159,7 @@ def test_reactions_by_the_block_sparse_engine():
 
     @jax.jit
     def both(K, M):
-        parts = [craig_bampton((1.0 + 0.1 * i) * K, M, ENDS, 3, 0.001 * K) for i in range(5)]
+        parts = [reduce(component((1.0 + 0.1 * i) * K, M, ENDS, 0.001 * K), CraigBampton(3)) for i in range(5)]
         groups = [stacked(parts, ends, forces, omega), stacked([bond], [(1, 3)], [None], omega)]
         found = couple(groups, jnp.zeros((4, 2)), "ldl")
         return found, dual_response([*parts, bond], joints, [*forces, None], omega)[1]
@@ -169,7 +172,10 @@ def test_reactions_by_the_block_sparse_engine():
 
 def test_elastic_bonds_with_mass():
     """A chain cut at a spring, the spring put back as a bond: the whole chain's frequencies; mass adds up."""
-    left, right = physical(*chain(4, 2.0, 1.0, 1), (3,)), physical(*chain(3, 2.0, 1.0, 0), (0,))
+    left, right = (
+        reduce(component(*chain(4, 2.0, 1.0, 1), (3,)), Physical()),
+        reduce(component(*chain(3, 2.0, 1.0, 0), (0,)), Physical()),
+    )
     spring = elastic_bond(jnp.array([[2.0]]), jnp.array([[0.1]]))
     assembly = join((left, right, spring), ((0,), (1,), (0, 1)))
     exact = scipy.linalg.eigh(*(np.asarray(A) for A in chain(7, 2.0, 1.0, 1)), eigvals_only=True)
@@ -181,17 +187,17 @@ def test_elastic_bonds_with_mass():
 
 def test_redundant_bonds_are_counted_and_named():
     """Clamped, propped beam with a free one welded to its end: what holds the free one is determinate."""
-    component = guyan(K, M, ENDS)
-    number, flags = redundancy((component, guyan(K, M, (0, 1))), ((-1, -1, -1, 0), (-1, 0)))
+    whole, end = (reduce(component(K, M, at), Guyan()) for at in (ENDS, (0, 1)))
+    number, flags = redundancy((whole, end), ((-1, -1, -1, 0), (-1, 0)))
     assert number == 1
     np.testing.assert_array_equal(flags[0], [False, False, False, True])
     np.testing.assert_array_equal(flags[1], [True, True])
-    number, flags = redundancy((component, guyan(K, M, (0, 1))), ((-1, -1, 0, 1), (0, 1)))
+    number, flags = redundancy((whole, end), ((-1, -1, 0, 1), (0, 1)))
     assert number == 0 and all(np.all(f) for f in flags)
-    number, flags = redundancy((component, component, guyan(K, M, (0, 1))), ((-1, -1, 0, 1), (-1, -1, 0, 1), (0, 1)))
+    number, flags = redundancy((whole, whole, end), ((-1, -1, 0, 1), (-1, -1, 0, 1), (0, 1)))
     assert number == 2
     assert not np.any(flags[0]) and not np.any(flags[1]) and np.all(flags[2])
-    fine = guyan(*beam(40), range(0, 82, 2))  # slender between its ends, yet no mechanism
+    fine = reduce(component(*beam(40), range(0, 82, 2)), Guyan())  # slender between its ends, yet no mechanism
     assert redundancy((fine,), (range(-1, 40),))[0] == 0
     assert redundancy((fine,), ([-1] * 41,))[0] == 39
 
@@ -200,7 +206,10 @@ def test_gradient_of_a_reaction():
     """Static section force of a propped beam by the stiffness of its halves, a batch, against differences."""
 
     def force(t):
-        left, right = craig_bampton(t[0] * K, M, ENDS, 2), craig_bampton(t[1] * K, M, ENDS, 2)
+        left, right = (
+            reduce(component(t[0] * K, M, ENDS), CraigBampton(2)),
+            reduce(component(t[1] * K, M, ENDS), CraigBampton(2)),
+        )
         load = jnp.zeros(18).at[8].set(1.0)
         forces = dual_response((left, right), ((-1, -1, 0, 1), (0, 1, -1, 2)), (load, None))[1].forces
         return forces[1][2]
@@ -221,4 +230,4 @@ def test_gradient_of_a_reaction():
 )
 def test_bad_input(joints, said):
     with pytest.raises(ValueError, match=said):
-        join((guyan(K, M, ENDS), guyan(K, M, (0, 1))), joints)
+        join((reduce(component(K, M, ENDS), Guyan()), reduce(component(K, M, (0, 1)), Guyan())), joints)

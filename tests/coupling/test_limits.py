@@ -18,28 +18,28 @@ from jaxmbs.coupling.limits import (
 )
 from jaxmbs.linear.modes import natural_modes
 from jaxmbs.linear.oscillations import modal_motion
-from jaxmbs.reductions import craig_bampton, physical
-from tests.structural_matrices import chain
+from jaxmbs.reductions import CraigBampton, reduce
+from tests.structural_matrices import chain, component
 
 
 def payload(n=3, k=5.0):
     """A chain on one interface coordinate, which just holds it."""
     K, M = chain(n + 1, k, 0.2, 0)
-    return craig_bampton(K, M, (0,), n)
+    return reduce(component(K, M, (0,)), CraigBampton(n))
 
 
 def carrier():
     K, M = chain(4, 40.0, 2.0, 1)
-    modes = natural_modes(K, M)
+    modes = natural_modes(K=K, M=M)
     return K, M, modes
 
 
 def test_one_pair_is_the_joined_system():
     """One mass on a spring, carrying one mass on a spring: frequencies and the answer to an impulse, exactly."""
     K, M = jnp.array([[40.0]]), jnp.array([[2.0]])
-    load = craig_bampton(*chain(2, 5.0, 0.2, 0), (0,), 1)
-    joined = join((physical(K, M, (0,)), load), ((0,), (0,)))
-    modes = natural_modes(K, M)
+    load = reduce(component(*chain(2, 5.0, 0.2, 0), (0,)), CraigBampton(1))
+    joined = join((component(K, M, (0,)), load), ((0,), (0,)))
+    modes = natural_modes(K=K, M=M)
     pairs = modal_pairs(modes.omega, modes.shapes[:1], load)
     w, _ = pairs.modes()
     np.testing.assert_allclose(w[0, 0], joined.modes().omega, rtol=1e-9)
@@ -73,7 +73,7 @@ def cases():
     K, M, modes = carrier()
     load, w = payload(), modes.omega
     pairs = modal_pairs(w, modes.shapes[3:], load)
-    joined = join((physical(K, M, (3,)), load), ((0,), (0,)))
+    joined = join((component(K, M, (3,)), load), ((0,), (0,)))
     system = joined.modes()
     push = joined.load((jnp.zeros(4).at[0].set(1.0), None))
     own = jnp.sqrt(jnp.diagonal(load.stiffness)[1:])
@@ -120,7 +120,7 @@ def test_shortfall_in_numbers():
 def test_interface_that_holds_too_much_is_refused():
     K, M = chain(4, 5.0, 0.2, 0)
     with pytest.raises(ValueError, match="statically determinate"):
-        modal_pairs(jnp.ones(1), jnp.ones((2, 1)), craig_bampton(K, M, (0, 3), 2))
+        modal_pairs(jnp.ones(1), jnp.ones((2, 1)), reduce(component(K, M, (0, 3)), CraigBampton(2)))
 
 
 def test_peak_response_to_a_half_sine():

@@ -10,7 +10,6 @@ from jax import lax
 from jaxmbs.experiment.decoupling import decouple
 from jaxmbs.experiment.rig import free_response, remove_stiffness
 from jaxmbs.experiment.sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
-from jaxmbs.experiment.transfer import TransferFunctions
 from jaxmbs.experiment.uncertainty import (
     coherence_variance,
     mean_of_repeats,
@@ -19,6 +18,7 @@ from jaxmbs.experiment.uncertainty import (
     propagate,
     propagate_scalar,
 )
+from jaxmbs.linear.transfer import TransferFunctions
 
 N, ENDS = 4, [0, 3]
 K = 2000.0 * (2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))

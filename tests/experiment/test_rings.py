@@ -8,8 +8,8 @@ import pytest
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment import couple, decouple, interface_forces
 from jaxmbs.experiment.coupling import independent_pairs, signed_interface
-from jaxmbs.experiment.transfer import TransferFunctions
 from jaxmbs.linear import dense_response
+from jaxmbs.linear.transfer import TransferFunctions
 from tests.structural_matrices import chain
 
 OMEGA = jnp.array([0.3, 1.4, 2.9])
@@ -20,7 +20,9 @@ def parts(t=1.0):
     found = {}
     for k, name in enumerate("pqr"):
         K, M = chain(3, t * (1.0 + k), 1.0 + 0.3 * k, ends=1)
-        found[name] = TransferFunctions(OMEGA, dense_response(K, M, jnp.eye(3), OMEGA, 0.05 * K), "abc", "abc")
+        found[name] = TransferFunctions(
+            OMEGA, dense_response(K=K, M=M, load=jnp.eye(3), omega=OMEGA, C=0.05 * K), "abc", "abc"
+        )
     return found
 
 

@@ -10,11 +10,13 @@ from jaxmbs.experiment.coupling import couple, interface_forces
 from jaxmbs.experiment.decoupling import decouple
 from jaxmbs.experiment.inverse import regular_inverse
 from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
-from jaxmbs.experiment.transfer import TransferFunctions, uncoupled
+from jaxmbs.experiment.transfer import uncoupled
 from jaxmbs.experiment.virtual_point import rigid_channels, virtual_point
+from jaxmbs.linear import frequency_response
 from jaxmbs.linear.dynamic_stiffness import dense_response
-from jaxmbs.reductions import craig_bampton
-from tests.structural_matrices import chain
+from jaxmbs.linear.transfer import TransferFunctions
+from jaxmbs.reductions import CraigBampton, reduce
+from tests.structural_matrices import chain, component
 
 OMEGA = np.linspace(2.0, 60.0, 23)
 
@@ -316,8 +318,9 @@ def test_gradient_from_elements_to_coupled_transfer_functions():
     def reduced(k):
         parts = {}
         for name, (K, M), i in (("a", chain(4, k, ends=1), 3), ("b", chain(3, 2.0, ends=0), 0)):
-            component = craig_bampton(K, M, (i,), len(K) - 1, 0.1 * K)
-            parts[name] = TransferFunctions.of(component, omega, [0, len(K) - 1], [0, len(K) - 1])
+            own = reduce(component(K, M, (i,), 0.1 * K), CraigBampton(len(K) - 1))
+            ends = ["0", str(len(K) - 1)]
+            parts[name] = frequency_response(own, omega, ends, ends)
         return level(couple(parts, [("a 3", "b 0")]).at(["b 2"], ["a 0"]).values)
 
     @jax.jit
@@ -326,6 +329,6 @@ def test_gradient_from_elements_to_coupled_transfer_functions():
         K, M = jnp.zeros((6, 6)), jnp.zeros((6, 6))
         for place, (A, B) in ((slice(0, 4), chain(4, k, ends=1)), (slice(3, 6), chain(3, 2.0, ends=0))):
             K, M = K.at[place, place].add(A), M.at[place, place].add(B)
-        return level(dense_response(K, M, jnp.eye(6)[:, :1], omega, 0.1 * K, out=jnp.eye(6)[5:]))
+        return level(dense_response(K=K, M=M, load=jnp.eye(6)[:, :1], omega=omega, C=0.1 * K, out=jnp.eye(6)[5:]))
 
     np.testing.assert_allclose(reduced(1.7), joined(1.7), rtol=1e-8)

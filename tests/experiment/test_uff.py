@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from jaxmbs.errors import ModelError
-from jaxmbs.experiment.transfer import TransferFunctions
 from jaxmbs.io.uff import read_uff, write_uff
+from jaxmbs.linear.transfer import TransferFunctions
 
 pyuff = pytest.importorskip("pyuff")
 

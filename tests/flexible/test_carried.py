@@ -12,7 +12,7 @@ from jaxmbs.fem import Structure, assemble, body_load, collect
 from jaxmbs.flexible import carried_loads, mass_properties
 from jaxmbs.flexible.floating_frame import rigid_basis
 from jaxmbs.linear import LinearSystem, check
-from jaxmbs.reductions import physical
+from jaxmbs.reductions import Physical, reduce
 from tests.flexible.beams import beam_structure, chain_of_beams, random_state
 from tests.mechanisms import rotation_about
 
@@ -71,7 +71,7 @@ def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
     state = random_state(system, size=0.3, speed=4.0)
     pair = {"piece0": component, "piece1": component}
     loads = carried_loads(system, state, pair, {"wrist": ("piece1", LAST)})
-    parts = [physical(component.stiffness, component.mass, ENDS) for _ in pair]
+    parts = [reduce(component.with_interface(*ENDS), Physical()) for _ in pair]
     found = couple([stacked(parts, [(-1, 0), (0, 1)], list(loads.values()))], jnp.zeros((2, 6)), "cholesky")
     reactions = mbs.reactions(system, state, frame="joint")
     for name, bond in (("hub", found.reactions[0][0, 0]), ("weld", found.reactions[0][1, 0])):

@@ -15,7 +15,7 @@ from jaxmbs.flexible import deformations, displacements, floating_frame, interfa
 from jaxmbs.kinematics.poses import coordinate_rate
 from jaxmbs.linear import LinearSystem
 from jaxmbs.math.rotation import quaternion_exp
-from jaxmbs.reductions import craig_bampton, rigid_node
+from jaxmbs.reductions import CraigBampton, reduce, rigid_node
 from jaxmbs.viz.mechanism import body_frames
 
 from .beams import beam_structure, elastic_beam, random_state
@@ -166,7 +166,7 @@ def test_a_component_known_by_its_reduced_matrices_alone():
     full = elastic_beam(elements=4, num_modes=3)
     s = full.system
     ends = tuple(i for i, (node, _) in enumerate(s.coordinates) if node in ("0", "4"))
-    reduced = craig_bampton(s.stiffness, s.mass, ends, 3)
+    reduced = reduce(s.with_interface(*ends), CraigBampton(3))
     labels = [*(s.coordinates[i] for i in ends), *(f"mode {k}" for k in range(3))]
     places = {"0": s.positions[0], "4": s.positions[4]}
     delivered = LinearSystem(

@@ -7,7 +7,7 @@ import pytest
 from jax import lax
 
 from jaxmbs.linear import dense_response, receptance, viscous_receptance
-from tests.structural_matrices import beam, chain
+from tests.structural_matrices import beam, chain, kw
 
 OMEGA = jnp.array([0.2, 0.7, 3.1])
 ONE = jnp.eye(1)
@@ -15,7 +15,7 @@ ONE = jnp.eye(1)
 
 def critical(c):
     """1 / (k - w^2 m + i w c) of one mass, c = 2 being critical."""
-    return viscous_receptance(ONE, ONE, OMEGA, [0], [0], c * ONE)[:, 0, 0]
+    return viscous_receptance(K=ONE, M=ONE, omega=OMEGA, out=[0], into=[0], C=c * ONE)[:, 0, 0]
 
 
 def exact(c):
@@ -44,7 +44,11 @@ def test_critical_damping_in_a_batch():
     slopes = jax.jit(jax.vmap(jax.grad(lambda c: jnp.sum(jnp.abs(critical(c)) ** 2))))(c)
     np.testing.assert_allclose(slopes, jax.vmap(jax.grad(lambda c: jnp.sum(jnp.abs(exact(c)) ** 2)))(c), rtol=1e-11)
     single = viscous_receptance(
-        *(jnp.eye(1, dtype=jnp.float32),) * 2, OMEGA, [0], [0], 2 * jnp.eye(1, dtype=jnp.float32)
+        **kw((jnp.eye(1, dtype=jnp.float32),) * 2),
+        omega=OMEGA,
+        out=[0],
+        into=[0],
+        C=2 * jnp.eye(1, dtype=jnp.float32),
     )
     assert single.dtype == jnp.complex64
     np.testing.assert_allclose(single[:, 0, 0], exact(2.0), rtol=1e-5)
@@ -60,11 +64,13 @@ def test_many_defective_roots_and_free_motion():
     values, X = np.linalg.eigh(np.asarray(K) / 1.5)
     C = jnp.asarray(1.5 * X @ np.diag(2 * np.sqrt(np.maximum(values, 0.0))) @ X.T)
     every = tuple(range(5))
-    np.testing.assert_allclose(viscous_receptance(K, M, OMEGA, every, every, C), by_inverse(K, M, C), rtol=1e-11)
+    np.testing.assert_allclose(
+        viscous_receptance(K=K, M=M, omega=OMEGA, out=every, into=every, C=C), by_inverse(K, M, C), rtol=1e-11
+    )
     K, M = (jnp.kron(jnp.diag(jnp.array([1.0, 1.3])), A) for A in (K, M))
     C = 0.02 * K + 0.1 * K @ K
     every = tuple(range(10))
-    found = viscous_receptance(K, M, OMEGA, every, every, C)
+    found = viscous_receptance(K=K, M=M, omega=OMEGA, out=every, into=every, C=C)
     np.testing.assert_allclose(found, by_inverse(K, M, C), rtol=1e-11, atol=1e-13)
 
 
@@ -77,7 +83,7 @@ def test_loads_and_outputs_of_an_unsymmetric_system():
             jnp.abs(way(K + t * jnp.ones((2, 2)), M, C + t * K)) ** 2 * jnp.arange(1.0, 5.0).reshape(1, 2, 2)
         )
 
-    ways = (lambda K, M, C: viscous_receptance(K, M, OMEGA, (0, 1), (0, 1), C), by_inverse)
+    ways = (lambda K, M, C: viscous_receptance(K=K, M=M, omega=OMEGA, out=(0, 1), into=(0, 1), C=C), by_inverse)
     for derivative in (jax.grad, jax.jacfwd):
         found, expected = (jax.jit(derivative(lambda t, way=way: size(way, t)))(0.0) for way in ways)
         np.testing.assert_allclose(found, expected, rtol=1e-11)
@@ -92,12 +98,12 @@ def test_damping_that_couples_the_modes_under_tracing():
     """The direct solution, with its derivatives; concrete it is refused as before."""
     K, M, C = coupling()
     with pytest.raises(ValueError, match="couples the modes"):
-        receptance(K, M, OMEGA, (0, 1, 2, 3), (0, 1, 2, 3), C)
+        receptance(K=K, M=M, omega=OMEGA, out=(0, 1, 2, 3), into=(0, 1, 2, 3), C=C)
 
     def size(way, s):
         return jnp.sum(jnp.abs(way(s * K, M, s**2 * C)) ** 2 * jnp.arange(1.0, 5.0)[None, :, None])
 
-    ways = (lambda K, M, C: receptance(K, M, OMEGA, (0, 1, 2, 3), (0, 1, 2, 3), C), by_inverse)
+    ways = (lambda K, M, C: receptance(K=K, M=M, omega=OMEGA, out=(0, 1, 2, 3), into=(0, 1, 2, 3), C=C), by_inverse)
     for transform in (lambda f: f, jax.grad, jax.jacfwd, jax.hessian):
         found, expected = (jax.jit(transform(lambda s, way=way: size(way, s)))(1.1) for way in ways)
         np.testing.assert_allclose(found, expected, rtol=1e-10)
@@ -110,14 +116,16 @@ def test_large_matrices_are_solved_by_lapack():
     """More coordinates than are inverted by elimination, one of the frequencies in need."""
     K, M = chain(40, 2.0, 1.0)
     C = 0.1 * jnp.eye(40).at[3, 3].set(4.0)
-    found = jax.jit(jax.vmap(lambda s: receptance(s * K, M, OMEGA, (0, 7), (3,), C)))(jnp.array([1.0, 1.2]))
+    found = jax.jit(jax.vmap(lambda s: receptance(K=s * K, M=M, omega=OMEGA, out=(0, 7), into=(3,), C=C)))(
+        jnp.array([1.0, 1.2])
+    )
     np.testing.assert_allclose(found[1], by_inverse(1.2 * K, M, C)[:, jnp.array([0, 7])][:, :, 3:4], rtol=1e-10)
 
 
 def test_unsymmetric_matrices_under_tracing():
     """Not a number, where they are refused when concrete."""
     K, M, _ = coupling()
-    ask = jax.jit(lambda K, M: receptance(K, M, OMEGA, (0,), (0,)))
+    ask = jax.jit(lambda K, M: receptance(K=K, M=M, omega=OMEGA, out=(0,), into=(0,)))
     assert np.all(np.isfinite(ask(K, M)))
     assert np.all(np.isnan(ask(K.at[0, 3].add(0.5), M)))
     assert np.all(np.isnan(ask(K, M.at[0, 3].add(0.1))))
@@ -144,8 +152,10 @@ def test_a_beam_of_many_states(way):
     data = (K_, K_ * (1 + 1.1e-16 * (uneven + uneven.T) / 2))
     expected, other = (np.stack([refined(K + 1j * w * C_ - w**2 * M_, right)[tip, 0] for w in omega]) for K in data)
     if way == "direct":
-        found = dense_response(K, M, jnp.asarray(right), omega, C, out=jnp.asarray(right).T)
+        found = dense_response(K=K, M=M, load=jnp.asarray(right), omega=omega, C=C, out=jnp.asarray(right).T)
     else:
-        found = {"modal": receptance, "viscous": viscous_receptance}[way](K, M, omega, (tip,), (tip,), C)
+        found = {"modal": receptance, "viscous": viscous_receptance}[way](
+            K=K, M=M, C=C, omega=omega, out=(tip,), into=(tip,)
+        )
     doubt = np.abs(other - expected)
     assert np.all(np.abs(found[:, 0, 0] - expected) < {"direct": 5.0}.get(way, 20.0) * doubt)

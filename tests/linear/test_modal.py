@@ -48,7 +48,7 @@ def size(H):
 
 def parameters(t):
     K, M = plate(t)
-    return K, M, proportional(K, M, t[3], 0.01), t[4]
+    return K, M, proportional(K=K, M=M, by_mass=t[3], by_stiffness=0.01), t[4]
 
 
 T0 = jnp.array([0.0, 1.3, 0.0, 0.05, 0.02])
@@ -56,7 +56,7 @@ T0 = jnp.array([0.0, 1.3, 0.0, 0.05, 0.02])
 
 def modal_size(t):
     K, M, C, loss = parameters(t)
-    return size(receptance(K, M, OMEGA, OUT, INTO, C, loss))
+    return size(receptance(K=K, M=M, omega=OMEGA, out=OUT, into=INTO, C=C, loss=loss))
 
 
 def direct_size(t):
@@ -78,7 +78,7 @@ def test_second_derivatives_where_modes_repeat():
 
 def some_modes(t, residual=True):
     K, M, C, loss = parameters(t)
-    return size(receptance(K, M, OMEGA[:1], OUT, INTO, C, loss, 3, residual))
+    return size(receptance(K=K, M=M, omega=OMEGA[:1], out=OUT, into=INTO, C=C, loss=loss, num=3, residual=residual))
 
 
 def test_some_modes_with_residual_terms():
@@ -95,8 +95,8 @@ def test_some_modes_with_residual_terms():
 
 def test_asked_pairs_and_loads_in_chunks():
     K, M, C, _ = parameters(T0)
-    pairs = receptance(K, M, OMEGA, OUT, INTO, C, chunk=2)
-    columns = receptance(K, M, OMEGA, OUT, jnp.eye(9)[:, np.array(INTO)], C)
+    pairs = receptance(K=K, M=M, omega=OMEGA, out=OUT, into=INTO, C=C, chunk=2)
+    columns = receptance(K=K, M=M, omega=OMEGA, out=OUT, into=jnp.eye(9)[:, np.array(INTO)], C=C)
     np.testing.assert_allclose(pairs, direct(K, M, OMEGA, C), rtol=1e-10)
     np.testing.assert_allclose(columns, pairs, rtol=1e-12)
 
@@ -104,13 +104,17 @@ def test_asked_pairs_and_loads_in_chunks():
 def test_modal_damping_as_printed():
     """A ratio for every mode: the printed sum over modes equals the matrix C that has these ratios."""
     K, M = beam(4, fixed=2)
-    modes = natural_modes(K, M)
+    modes = natural_modes(K=K, M=M)
     ratios = jnp.linspace(0.01, 0.05, 8)
     omega = jnp.array([2.0, 21.0, 70.0])
     printed = modal_receptance(
         modes.omega, modes.shapes[np.array(OUT)], modes.shapes[np.array(INTO[:2])], omega, ratios
     )
-    np.testing.assert_allclose(receptance(K, M, omega, OUT, INTO[:2], modal(K, M, ratios)), printed, rtol=1e-8)
+    np.testing.assert_allclose(
+        receptance(K=K, M=M, omega=omega, out=OUT, into=INTO[:2], C=modal(K=K, M=M, ratios=ratios)),
+        printed,
+        rtol=1e-8,
+    )
     varying = modal_receptance(modes.omega, modes.shapes[:2], modes.shapes[:2], omega, jnp.tile(ratios, (3, 1)))
     assert varying.shape == (3, 2, 2)
 
@@ -124,7 +128,7 @@ def test_viscous_damping_of_any_kind():
 
     def found(t):
         K, M, C = matrices(t)
-        return size(viscous_receptance(K, M, OMEGA, OUT, INTO, C))
+        return size(viscous_receptance(K=K, M=M, omega=OMEGA, out=OUT, into=INTO, C=C))
 
     def expected(t):
         K, M, C = matrices(t)
@@ -135,7 +139,7 @@ def test_viscous_damping_of_any_kind():
     np.testing.assert_allclose(values[0][1], values[1][1], rtol=1e-8, atol=1e-9)
     K, M, C = matrices(T0)
     with pytest.raises(ValueError, match="couples the modes"):
-        receptance(K, M, OMEGA, OUT, INTO, C)
+        receptance(K=K, M=M, omega=OMEGA, out=OUT, into=INTO, C=C)
 
 
 def test_rates():
@@ -149,14 +153,22 @@ def test_transmissibility():
     k, c, m, w = 5.0, 0.3, 2.0, np.array([0.5, 1.6, 4.0])
     K, C = (jnp.array([[a, -a], [-a, a]]) for a in (k, c))
     M = jnp.diag(jnp.array([0.1, m]))
-    found = transmissibility(K, M, jnp.asarray(w), (0,), (1,), C)
+    found = transmissibility(K=K, M=M, omega=jnp.asarray(w), base=(0,), out=(1,), C=C)
     np.testing.assert_allclose(found[:, 0, 0], (k + 1j * w * c) / (k + 1j * w * c - m * w**2), rtol=1e-10)
     with pytest.raises(ValueError, match="outside the base"):
-        transmissibility(K, M, jnp.asarray(w), (0,), (0,))
+        transmissibility(K=K, M=M, omega=jnp.asarray(w), base=(0,), out=(0,))
     with pytest.raises(ValueError, match=r"\[2\] must be among 0 ... 1"):
-        receptance(K, M, jnp.asarray(w), (2,), (0,))
+        receptance(K=K, M=M, omega=jnp.asarray(w), out=(2,), into=(0,))
     K, M = chain(6, ends=0)
-    found = transmissibility(K, M, jnp.asarray(w), (0, 5), (2, 3), proportional(K, M, 0.1, 0.02), 0.03)
+    found = transmissibility(
+        K=K,
+        M=M,
+        omega=jnp.asarray(w),
+        base=(0, 5),
+        out=(2, 3),
+        C=proportional(K=K, M=M, by_mass=0.1, by_stiffness=0.02),
+        loss=0.03,
+    )
     inner, base = np.arange(1, 5), np.array([0, 5])
     for i, wi in enumerate(w):
         Z = np.asarray(K) * (1 + 0.03j + 0.02j * wi) + np.asarray(M) * (0.1j * wi - wi**2)
@@ -184,9 +196,12 @@ def test_building_of_slicot():
     K, C, load, omega, magnitude = (
         jnp.asarray(SLICOT[f"building_{name}"]) for name in ("stiffness", "damping", "load", "omega", "magnitude")
     )
-    H = viscous_receptance(K, jnp.eye(24), omega, (0,), load, C)
+    H = viscous_receptance(K=K, M=jnp.eye(24), omega=omega, out=(0,), into=load, C=C)
     np.testing.assert_allclose(jnp.abs(mobility(H, omega))[:, 0, 0], magnitude, rtol=1e-8)
-    for refused in (lambda: natural_modes(K, jnp.eye(24)), lambda: receptance(K, jnp.eye(24), omega, (0,), (0,))):
+    for refused in (
+        lambda: natural_modes(K=K, M=jnp.eye(24)),
+        lambda: receptance(K=K, M=jnp.eye(24), omega=omega, out=(0,), into=(0,)),
+    ):
         with pytest.raises(ValueError, match="the stiffness is unsymmetric by 0.01"):
             refused()
 
@@ -198,14 +213,16 @@ def test_space_station_of_slicot():
     )
     printed = modal_receptance(frequencies, out, into.T, omega, 0.005)
     K, C = jnp.diag(frequencies**2), jnp.diag(0.01 * frequencies)
-    for H in (printed, receptance(K, jnp.eye(135), omega, out, into, C)):
+    for H in (printed, receptance(K=K, M=jnp.eye(135), omega=omega, out=out, into=into, C=C)):
         found = jnp.abs(mobility(H, omega)).transpose(0, 2, 1).reshape(-1, 9)
         np.testing.assert_allclose(found, magnitude, rtol=1e-8)
 
 
 def test_single_precision_and_batches():
     K, M, C, _ = (jnp.asarray(a, jnp.float32) for a in parameters(T0))
-    H = jax.jit(jax.vmap(lambda s: receptance(s * K, M, OMEGA, OUT, INTO, C)))(jnp.array([1.0, 1.1], jnp.float32))
+    H = jax.jit(jax.vmap(lambda s: receptance(K=s * K, M=M, omega=OMEGA, out=OUT, into=INTO, C=C)))(
+        jnp.array([1.0, 1.1], jnp.float32)
+    )
     assert H.dtype == jnp.complex64
     K, M, C, _ = parameters(T0)
     np.testing.assert_allclose(H[0], direct(K, M, OMEGA, C), rtol=1e-4)

@@ -14,17 +14,9 @@ from jaxmbs.linear.damping import (
     proportional_from_ratios,
     structural,
 )
-from jaxmbs.linear.modes import (
-    Modes,
-    complete,
-    effective_masses,
-    mac,
-    mode_ratios,
-    natural_modes,
-    participation,
-    track,
-)
-from tests.structural_matrices import beam, chain, double_cross
+from jaxmbs.linear.mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from jaxmbs.linear.modes import Modes, complete, natural_modes
+from tests.structural_matrices import beam, chain, double_cross, kw
 
 CANTILEVER = [1.87510407, 4.69409113, 7.85475744, 10.99554073]
 FREE = [4.73004074, 7.85320462, 10.99560784, 14.13716549]
@@ -35,7 +27,7 @@ CROSS = 0.125**4 / 12 * 200e9, 0.125**2 * 200e9, 0.125**2 * 8000.0
 def test_chain(ends):
     """S2: frequencies and shapes to 1e-9."""
     n, k, m = 24, 3.0, 2.0
-    modes = natural_modes(*chain(n, k, m, ends))
+    modes = natural_modes(**kw(chain(n, k, m, ends)))
     j = np.arange(1, n + 1)
     angle = j * np.pi / (2 * (n + 1)) if ends == 2 else (2 * j - 1) * np.pi / (2 * (2 * n + 1))
     np.testing.assert_allclose(modes.omega, 2 * np.sqrt(k / m) * np.sin(angle), rtol=1e-9)
@@ -46,7 +38,7 @@ def test_chain(ends):
 @pytest.mark.parametrize(("fixed", "expected"), [(2, CANTILEVER), (0, FREE)])
 def test_beam(fixed, expected):
     """S1: beta L of the first four modes to 1e-7; two rigid modes apart."""
-    modes = natural_modes(*beam(110, fixed=fixed))
+    modes = natural_modes(**kw(beam(110, fixed=fixed)))
     assert modes.num_rigid == 2 - fixed
     elastic = modes.part(slice(modes.num_rigid, modes.num_rigid + 4))
     np.testing.assert_allclose(jnp.sqrt(elastic.omega), expected, rtol=1e-7)
@@ -57,7 +49,7 @@ def test_effective_masses_sum_to_the_mass():
     rigid = jnp.stack(
         [jnp.tile(jnp.array([1.0, 0.0]), 12), jnp.ravel(jnp.stack([jnp.arange(1, 13) / 12, jnp.ones(12)], 1))], 1
     )
-    modes = natural_modes(K, M)
+    modes = natural_modes(K=K, M=M)
     np.testing.assert_allclose(
         jnp.sum(effective_masses(modes, M, rigid), axis=0), jnp.diagonal(rigid.T @ M @ rigid), rtol=1e-9
     )
@@ -74,7 +66,7 @@ def test_double_cross(centre_held, split):
     """
 
     def cross(scales):
-        return natural_modes(*double_cross(4, *(scales * jnp.asarray(CROSS)), centre_held=centre_held))
+        return natural_modes(**kw(double_cross(4, *(scales * jnp.asarray(CROSS)), centre_held=centre_held)))
 
     modes = cross(jnp.ones(3))
     sizes = [1, *split] * 2
@@ -101,7 +93,7 @@ def test_tracking_follows_modes_that_cross():
         K = jnp.block([[K1, jnp.zeros((8, 8))], [jnp.zeros((8, 8)), K2]])
         return K, jnp.block([[M1, jnp.zeros((8, 8))], [jnp.zeros((8, 8)), M2]])
 
-    before, after = natural_modes(*planes(0.9)), natural_modes(*planes(1.1))
+    before, after = natural_modes(**kw(planes(0.9))), natural_modes(**kw(planes(1.1)))
     followed = track(before, after, planes(1.0)[1])
     np.testing.assert_allclose(followed.values / before.values, np.tile([11 / 9, 1.0], 8), rtol=1e-6)
     assert np.all(np.abs(after.values / before.values - 1.1 / 0.9) > 0.05)
@@ -112,9 +104,9 @@ def test_tracking_follows_modes_that_cross():
 def test_tracking_turns_modes_of_equal_frequency():
     """Where the two planes are alike the vectors are any of their space: they are turned to the reference's."""
     (K, M), I = beam(3, fixed=2), jnp.eye(2)
-    reference = natural_modes(jnp.kron(jnp.diag(jnp.array([1.0, 1.1])), K), jnp.kron(I, M))
+    reference = natural_modes(K=jnp.kron(jnp.diag(jnp.array([1.0, 1.1])), K), M=jnp.kron(I, M))
     turn = jnp.array([[0.6, 0.8], [-0.8, 0.6]])
-    found = natural_modes(jnp.kron(I, K), jnp.kron(I, M))
+    found = natural_modes(K=jnp.kron(I, K), M=jnp.kron(I, M))
     pairs = found.shapes.reshape(12, 6, 2) @ turn
     mixed = Modes(found.values, pairs.reshape(12, 12), found.is_rigid)
     np.testing.assert_allclose(track(reference, mixed, jnp.kron(I, M)).shapes, reference.shapes, atol=1e-7)
@@ -125,9 +117,9 @@ def test_tracking_turns_modes_of_equal_frequency():
 def test_string_with_viscous_and_structural_damping():
     """S5: the published complex roots; g = 0.1, b = 6.28318, on the 40 lowest natural modes."""
     K, M = chain(499, 1e7, 10.0)
-    shapes = natural_modes(K, M, 40).shapes
+    shapes = natural_modes(K=K, M=M, num=40).shapes
     K, M, C = shapes.T @ K @ shapes, jnp.eye(40), 6.28318 * (shapes.T @ shapes)
-    roots = np.asarray(complex_modes(structural(K, 0.1), C, M).roots)
+    roots = np.asarray(complex_modes(K=structural(K, 0.1), C=C, M=M).roots)
     roots = roots[roots.imag > 0]
     expected = [-0.6283 + 6.2832j, -0.9419 + 12.578j, -1.2556 + 18.870j, -1.5693 + 25.162j]
     np.testing.assert_allclose(roots[np.argsort(roots.imag)][:4], expected, rtol=1e-3)
@@ -145,7 +137,7 @@ def test_general_viscous_damping():
     """Roots against SciPy's pencil, receptance and free motion against direct formulas, derivatives of the roots."""
     t = jnp.array([0.1, 0.05])
     K, M, C = viscous(t)
-    modes = complex_modes(K, C, M)
+    modes = complex_modes(K=K, C=C, M=M)
     zero, eye = np.zeros((5, 5)), np.eye(5)
     pencil = scipy.linalg.eigvals(np.block([[zero, eye], [-K, -C]]), np.block([[eye, zero], [zero, M]]))
     by_height = [z[np.argsort(z.imag)] for z in (np.asarray(modes.roots), pencil)]
@@ -157,14 +149,14 @@ def test_general_viscous_damping():
         (shapes / (s - roots)) @ left, np.linalg.inv(K + s * C + s * s * M), rtol=1e-9, atol=1e-12
     )
     x, v = jnp.arange(5.0), jnp.ones(5)
-    amplitudes = modes.amplitudes(M, C, x, v)
+    amplitudes = modes.amplitudes(M=M, C=C, displacement=x, velocity=v)
     np.testing.assert_allclose(
         modes.acceleration(amplitudes, 0.0), -np.linalg.solve(M, C @ v + K @ x), rtol=1e-9, atol=1e-12
     )
     np.testing.assert_allclose((modes.shapes @ amplitudes).real, x, atol=1e-10)
-    slope = jax.jit(jax.jacfwd(lambda t: (lambda K, M, C: complex_modes(K, C, M).roots)(*viscous(t))))(t)
+    slope = jax.jit(jax.jacfwd(lambda t: (lambda K, M, C: complex_modes(K=K, C=C, M=M).roots)(*viscous(t))))(t)
     e = jnp.array([1e-6, 0.0])
-    plus, minus = ((lambda K, M, C: complex_modes(K, C, M).roots)(*viscous(t + d)) for d in (e, -e))
+    plus, minus = ((lambda K, M, C: complex_modes(K=K, C=C, M=M).roots)(*viscous(t + d)) for d in (e, -e))
     np.testing.assert_allclose(slope[:, 0], (plus - minus) / 2e-6, rtol=1e-6, atol=1e-8)
 
 
@@ -172,28 +164,30 @@ def test_proportional_and_modal_damping():
     """Ratios that come back from the complex roots; two rigid modes stay undamped, a frequency that repeats too."""
     a, b = proportional_from_ratios((1.0, 0.02), (3.0, 0.05))
     K, M = chain(6, 2.0, 1.5)
-    modes = natural_modes(K, M)
+    modes = natural_modes(K=K, M=M)
     w = np.asarray(modes.omega)
-    found = complex_modes(K, proportional(K, M, a, b), M)
+    found = complex_modes(K=K, C=proportional(K=K, M=M, by_mass=a, by_stiffness=b), M=M)
     np.testing.assert_allclose(found.damping_ratios[::2], a / (2 * w) + b * w / 2, rtol=1e-8)
     np.testing.assert_allclose(found.roots[::2].imag, damped_frequency(w, a / (2 * w) + b * w / 2), rtol=1e-8)
     ratios = jnp.linspace(0.01, 0.06, 6)
-    np.testing.assert_allclose(complex_modes(K, modal(K, M, ratios), M).damping_ratios[::2], ratios, rtol=1e-8)
+    np.testing.assert_allclose(
+        complex_modes(K=K, C=modal(K=K, M=M, ratios=ratios), M=M).damping_ratios[::2], ratios, rtol=1e-8
+    )
     K, M = beam(4)
-    np.testing.assert_allclose(modal(K, M, 0.02) @ natural_modes(K, M, 2).shapes, 0.0, atol=1e-6)
+    np.testing.assert_allclose(modal(K=K, M=M, ratios=0.02) @ natural_modes(K=K, M=M, num=2).shapes, 0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        (lambda K, M: natural_modes(K, M.at[1, 1].set(0.0)), r"\[1\] have no mass"),
-        (lambda K, M: natural_modes(K, M.at[:2, :2].set(1.0)), "not positive definite"),
-        (lambda K, M: natural_modes(K, M[:2, :2]), r"alike, not of shapes \[\(3, 3\), \(2, 2\)\]"),
-        (lambda K, M: natural_modes(K.at[0, 0].set(jnp.nan), M), "the stiffness is not finite"),
-        (lambda K, M: natural_modes(K, M, 4), "there are 3 modes"),
-        (lambda K, M: mode_ratios(natural_modes(K, M), 3), r"3 is none of 0 \.\.\. 2"),
-        (lambda K, M: complex_modes(K, 0 * K, M.at[2, 2].set(0.0)), r"\[2\] have no mass"),
-        (lambda K, M: complex_modes(K, K[:2, :2], M), "differ in shape"),
+        (lambda K, M: natural_modes(K=K, M=M.at[1, 1].set(0.0)), r"\[1\] have no mass"),
+        (lambda K, M: natural_modes(K=K, M=M.at[:2, :2].set(1.0)), "not positive definite"),
+        (lambda K, M: natural_modes(K=K, M=M[:2, :2]), r"alike, not of shapes \[\(3, 3\), \(2, 2\)\]"),
+        (lambda K, M: natural_modes(K=K.at[0, 0].set(jnp.nan), M=M), "the stiffness is not finite"),
+        (lambda K, M: natural_modes(K=K, M=M, num=4), "there are 3 modes"),
+        (lambda K, M: mode_ratios(natural_modes(K=K, M=M), 3), r"3 is none of 0 \.\.\. 2"),
+        (lambda K, M: complex_modes(K=K, C=0 * K, M=M.at[2, 2].set(0.0)), r"\[2\] have no mass"),
+        (lambda K, M: complex_modes(K=K, C=K[:2, :2], M=M), "differ in shape"),
         (lambda K, M: proportional_from_ratios((1.0, 0.1), (1.0, 0.2)), "two ratios at one frequency"),
     ],
 )
@@ -205,6 +199,6 @@ def test_bad_input(wrong, said):
 def test_single_precision_and_batches():
     scales = jnp.array([1.0, 2.0], jnp.float32)
     K, M = (a.astype(jnp.float32) for a in chain(6))
-    frequencies = jax.jit(jax.vmap(lambda s: natural_modes(s * K, M, 3).frequencies))(scales)
+    frequencies = jax.jit(jax.vmap(lambda s: natural_modes(K=s * K, M=M, num=3).frequencies))(scales)
     assert frequencies.dtype == jnp.float32
     np.testing.assert_allclose(frequencies[1], 2**0.5 * frequencies[0], rtol=1e-5)

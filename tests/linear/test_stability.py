@@ -11,34 +11,34 @@ from jaxmbs.linear import modal_response
 from jaxmbs.linear.damping import modal
 from jaxmbs.linear.modes import natural_modes
 from jaxmbs.reductions import (
-    characteristic,
-    craig_bampton,
-    craig_chang,
-    guyan,
-    hurty,
-    macneal,
-    mixed,
-    physical,
-    rubin,
+    Characteristic,
+    CraigBampton,
+    CraigChang,
+    Guyan,
+    Hurty,
+    MacNeal,
+    Mixed,
+    Rubin,
+    reduce,
 )
-from tests.structural_matrices import beam, chain
+from tests.structural_matrices import beam, chain, component, kw
 
 BUCKLED = jnp.diag(jnp.array([-0.5, 1.0, 2.0]))
 
 
 def test_negative_stiffness_is_marked():
     """Imaginary frequencies carry a minus, in jit and in a batch too; zero between them is rigid."""
-    modes = natural_modes(BUCKLED, jnp.eye(3))
+    modes = natural_modes(K=BUCKLED, M=jnp.eye(3))
     assert modes.is_unstable.tolist() == [True, False, False] and modes.num_rigid == 0
     np.testing.assert_allclose(modes.omega, [-(0.5**0.5), 1.0, 2.0**0.5], rtol=1e-14)
-    batch = jax.jit(jax.vmap(lambda k: natural_modes(jnp.diag(k), jnp.eye(3))))
+    batch = jax.jit(jax.vmap(lambda k: natural_modes(K=jnp.diag(k), M=jnp.eye(3))))
     found = batch(jnp.array([[-0.5, 0.0, 2.0], [0.0, 0.0, 1.0], [-1.0, -1.0, 0.0]]))
     assert found.is_unstable.tolist() == [[True, False, False], [False] * 3, [True, True, False]]
     assert found.is_rigid.tolist() == [[False, True, False], [True, True, False], [False, False, True]]
     groups = jax.vmap(lambda m: m.groups)(found)
     assert groups.tolist() == [[0, 1, 2], [0, 0, 1], [0, 0, 1]]
     K, M = chain(6, ends=0)
-    modes = natural_modes(K - 0.25 * jnp.eye(6), M)
+    modes = natural_modes(K=K - 0.25 * jnp.eye(6), M=M)
     np.testing.assert_allclose(modes.values[0], -0.25, rtol=1e-13)
     assert modes.is_unstable.tolist() == [True] + [False] * 5
 
@@ -47,7 +47,7 @@ def test_derivatives_of_frequencies():
     """At zero, at repeated values and across zero: finite, and those of the roots where there are some."""
 
     def frequencies(k):
-        return natural_modes(jnp.diag(k), jnp.eye(4)).omega
+        return natural_modes(K=jnp.diag(k), M=jnp.eye(4)).omega
 
     slopes = jax.jit(jax.jacrev(frequencies))(jnp.array([-4.0, 0.0, 1.0, 1.0]))
     assert np.all(np.isfinite(slopes))
@@ -55,8 +55,8 @@ def test_derivatives_of_frequencies():
     np.testing.assert_allclose(slopes[1], 0.0, atol=1e-14)
     np.testing.assert_allclose(jnp.sum(slopes[2:], axis=0), [0.0, 0.0, 0.5, 0.5], atol=1e-14)
     K, M = beam(3)
-    slope = jax.grad(lambda s: jnp.sum(natural_modes(s * K, M).frequencies))(1.0)
-    np.testing.assert_allclose(slope, jnp.sum(natural_modes(K, M).frequencies) / 2, rtol=1e-8)
+    slope = jax.grad(lambda s: jnp.sum(natural_modes(K=s * K, M=M).frequencies))(1.0)
+    np.testing.assert_allclose(slope, jnp.sum(natural_modes(K=K, M=M).frequencies) / 2, rtol=1e-8)
 
 
 def mounted(n, k, mount):
@@ -69,7 +69,7 @@ def mounted(n, k, mount):
 def test_a_soft_mount_of_a_stiff_mesh(n):
     """0.1 Hz under a mesh of 2.2 MHz, the mesh itself carried; the exact value to the rounding of the entries."""
     w = 2 * np.pi * 0.1
-    modes = natural_modes(*mounted(n, (np.pi * 2.2e6) ** 2, n * w**2))
+    modes = natural_modes(**kw(mounted(n, (np.pi * 2.2e6) ** 2, n * w**2)))
     assert not np.any(modes.is_rigid | modes.is_unstable)
     np.testing.assert_allclose(modes.frequencies[0], 0.1, rtol=0.2)
 
@@ -82,7 +82,7 @@ def test_soft_mounts_beside_a_stiff_mesh():
     K = jnp.zeros((9, 9)).at[:5, :5].set(stiff).at[5:, 5:].set(jnp.diag(soft))
     turn = np.eye(9)
     turn[5:, 5:] = np.linalg.qr(np.random.default_rng(1).normal(size=(4, 4)))[0]
-    modes = natural_modes(turn @ K @ turn.T, jnp.eye(9))
+    modes = natural_modes(K=turn @ K @ turn.T, M=jnp.eye(9))
     assert modes.is_rigid.tolist() == [True] + [False] * 8
     np.testing.assert_allclose(modes.frequencies[:4], [0.0, 0.1, 0.1, 0.2], rtol=1e-12)
 
@@ -111,7 +111,7 @@ def shell_turn():
 
 @pytest.mark.parametrize("structure", [shell(3), shell(6), frame(12), frame(60)], ids=["3", "6", "12", "60"])
 def test_free_structures_have_six_rigid_motions(structure):
-    modes = natural_modes(*assemble_dense(structure))
+    modes = natural_modes(**kw(assemble_dense(structure)))
     assert modes.num_rigid == 6 and not np.any(modes.is_unstable)
 
 
@@ -119,26 +119,26 @@ def test_free_structures_have_six_rigid_motions(structure):
 def test_free_beams_in_both_precisions(n):
     K, M = beam(n, EI=3.0, rhoA=0.7)
     for scale in (1.0, 1e-7, 1e9):
-        assert natural_modes(scale * K, M).num_rigid == 2
+        assert natural_modes(K=scale * K, M=M).num_rigid == 2
     if n < 20:
-        modes = natural_modes(*(jnp.asarray(A, jnp.float32) for A in (K, M)))
+        modes = natural_modes(**kw(jnp.asarray(A, jnp.float32) for A in (K, M)))
         assert modes.num_rigid == 2 and modes.values.dtype == jnp.float32
 
 
 NEGATIVE = {
-    "rubin": lambda K, M: rubin(K, M, (0, 1), 4),
-    "rubin, number given": lambda K, M: rubin(K, M, (0, 1), 4, num_rigid=0),
-    "macneal": lambda K, M: macneal(K, M, (0, 1), 4),
-    "mixed": lambda K, M: mixed(K, M, (0, 1), 4, fixed=(1,)),
-    "craig_chang": lambda K, M: craig_chang(K, M, (0, 1), 4),
-    "hurty": lambda K, M: hurty(K, M, (0, 1), 4),
-    "characteristic": lambda K, M: characteristic(physical(K, M, tuple(range(4, 10))), 2),
-    "modal damping": lambda K, M: modal(K, M, 0.01),
+    "rubin": lambda K, M: reduce(component(K, M, (0, 1)), Rubin(4)),
+    "rubin, number given": lambda K, M: reduce(component(K, M, (0, 1)), Rubin(4, num_rigid=0)),
+    "macneal": lambda K, M: reduce(component(K, M, (0, 1)), MacNeal(4)),
+    "mixed": lambda K, M: reduce(component(K, M, (0, 1)), Mixed(4, fixed=(1,))),
+    "craig_chang": lambda K, M: reduce(component(K, M, (0, 1)), CraigChang(4)),
+    "hurty": lambda K, M: reduce(component(K, M, (0, 1)), Hurty(4)),
+    "characteristic": lambda K, M: reduce(component(K, M, tuple(range(4, 10))), Characteristic(2)),
+    "modal damping": lambda K, M: modal(K=K, M=M, ratios=0.01),
 }
 TRACED = {
-    "rubin": lambda K, M: rubin(K, M, (0, 1), 4, num_rigid=0).basis,
-    "macneal": lambda K, M: macneal(K, M, (0, 1), 4, num_rigid=0).basis,
-    "modal damping": lambda K, M: modal(K, M, 0.01),
+    "rubin": lambda K, M: reduce(component(K, M, (0, 1)), Rubin(4, num_rigid=0)).basis,
+    "macneal": lambda K, M: reduce(component(K, M, (0, 1)), MacNeal(4, num_rigid=0)).basis,
+    "modal damping": lambda K, M: modal(K=K, M=M, ratios=0.01),
 }
 
 
@@ -160,32 +160,32 @@ def test_negative_stiffness_under_tracing(name):
 def test_motion_of_an_unstable_structure():
     """It grows as the closed form says where its damping is a matrix; ratios mean nothing for it."""
     K, M, load = jnp.diag(jnp.array([-4.0, 9.0])), jnp.eye(2), jnp.ones((2, 41))
-    x = modal_response(K, M, load, 0.05, damping=jnp.zeros((2, 2))).displacement
+    x = modal_response(K=K, M=M, load=load, step=0.05, C=jnp.zeros((2, 2))).displacement
     t = 0.05 * np.arange(41)
     np.testing.assert_allclose(x, [(np.cosh(2 * t) - 1) / 4, (1 - np.cos(3 * t)) / 9], rtol=1e-11, atol=1e-14)
     with pytest.raises(ValueError, match="negative stiffness"):
-        modal_response(K, M, load, 0.05, 0.01)
+        modal_response(K=K, M=M, load=load, step=0.05, ratios=0.01)
 
 
 def test_damping_that_couples_modes_under_tracing():
     """Concrete it is refused; traced it is not a number; within a group of equal frequencies as well."""
     K, M = chain(3)
     load = jnp.ones((3, 5))
-    respond = jax.jit(lambda C: modal_response(K, M, load, 0.1, damping=C).displacement)
+    respond = jax.jit(lambda C: modal_response(K=K, M=M, load=load, step=0.1, C=C).displacement)
     assert np.all(np.isfinite(respond(0.1 * K)))
     assert np.any(np.isnan(respond(jnp.diag(jnp.array([0.1, 0.0, 0.0])))))
     with pytest.raises(ValueError, match="couples modes of equal frequency"):
-        modal_response(jnp.eye(2), jnp.eye(2), load[:2], 0.1, damping=jnp.array([[1.0, 0.5], [0.5, 1.0]]))
+        modal_response(K=jnp.eye(2), M=jnp.eye(2), load=load[:2], step=0.1, C=jnp.array([[1.0, 0.5], [0.5, 1.0]]))
 
 
 @pytest.mark.parametrize("which", ["stiffness", "mass"])
 @pytest.mark.parametrize(
     "way",
     [
-        lambda K, M: natural_modes(K, M).values,
-        lambda K, M: guyan(K, M, (0, 1)).mass,
-        lambda K, M: craig_bampton(K, M, (0, 1), 2).mass,
-        lambda K, M: hurty(K, M, (0, 1), 2, determinate=()).mass,
+        lambda K, M: natural_modes(K=K, M=M).values,
+        lambda K, M: reduce(component(K, M, (0, 1)), Guyan()).mass,
+        lambda K, M: reduce(component(K, M, (0, 1)), CraigBampton(2)).mass,
+        lambda K, M: reduce(component(K, M, (0, 1)), Hurty(2, determinate=())).mass,
     ],
     ids=["natural_modes", "guyan", "craig_bampton", "hurty"],
 )
@@ -201,8 +201,8 @@ def test_unsymmetric_matrices(way, which):
 
 def test_nothing_to_reduce():
     K, M = chain(3)
-    for way in (craig_bampton, hurty):
+    for way in (CraigBampton(0), Hurty(0)):
         with pytest.raises(ValueError, match="the interface is all of the component"):
-            way(K, M, (0, 1, 2), 0)
+            reduce(component(K, M, (0, 1, 2)), way)
     with pytest.raises(ValueError, match="there are no coordinates"):
-        natural_modes(jnp.zeros((0, 0)), jnp.zeros((0, 0)))
+        natural_modes(K=jnp.zeros((0, 0)), M=jnp.zeros((0, 0)))

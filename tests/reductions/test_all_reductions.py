@@ -1,6 +1,6 @@
 """Every reduction of a free beam whose four interface coordinates hold it more than once, and of a fixed chain."""
 
-from functools import cache
+from functools import cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -10,17 +10,17 @@ import scipy.linalg
 
 from jaxmbs.linear import constraint_modes, interface_basis, partition
 from jaxmbs.reductions import (
-    Reduced,
+    CraigBampton,
+    CraigChang,
+    Guyan,
+    Hurty,
+    MacNeal,
+    Mixed,
+    Rubin,
     averaged_motion,
-    craig_bampton,
-    craig_chang,
-    guyan,
-    hurty,
-    macneal,
-    mixed,
-    rubin,
+    reduce,
 )
-from tests.structural_matrices import beam, chain, double_cross
+from tests.structural_matrices import beam, chain, component, double_cross
 
 ELEMENTS, N = 8, 18
 INTERFACE = (0, 1, 16, 17)
@@ -30,27 +30,31 @@ LOAD = 0.3 * jnp.eye(4)
 
 #: name: (reduction, whether its frequencies come from above)
 REDUCTIONS = {
-    "guyan": (lambda K, M, C=None: guyan(K, M, INTERFACE, C), True),
-    "craig_bampton": (lambda K, M, C=None: craig_bampton(K, M, INTERFACE, 5, C), True),
-    "hurty": (lambda K, M, C=None: hurty(K, M, INTERFACE, 5, C, determinate=DETERMINATE), True),
-    "macneal": (lambda K, M, C=None: macneal(K, M, INTERFACE, 5, C, num_rigid=2), False),
-    "rubin": (lambda K, M, C=None: rubin(K, M, INTERFACE, 5, C, num_rigid=2), True),
-    "craig_chang": (lambda K, M, C=None: craig_chang(K, M, INTERFACE, 3, C, determinate=DETERMINATE), True),
-    "mixed": (lambda K, M, C=None: mixed(K, M, INTERFACE, 5, C, fixed=(16, 17), num_rigid=0), True),
-    "mixed_one_rigid": (lambda K, M, C=None: mixed(K, M, INTERFACE, 5, C, fixed=(0,), num_rigid=1), True),
-    "loaded": (lambda K, M, C=None: mixed(K, M, INTERFACE, 5, C, load=LOAD, num_rigid=2), True),
+    "guyan": (Guyan(), True),
+    "craig_bampton": (CraigBampton(5), True),
+    "hurty": (Hurty(5, determinate=DETERMINATE), True),
+    "macneal": (MacNeal(5, num_rigid=2), False),
+    "rubin": (Rubin(5, num_rigid=2), True),
+    "craig_chang": (CraigChang(3, determinate=DETERMINATE), True),
+    "mixed": (Mixed(5, fixed=(16, 17), num_rigid=0), True),
+    "mixed_one_rigid": (Mixed(5, fixed=(0,), num_rigid=1), True),
+    "loaded": (Mixed(5, load=LOAD, num_rigid=2), True),
 }
 
 
+def by(method, K, M, C=None, interface=INTERFACE):
+    return reduce(component(K, M, interface, C), method)
+
+
 WHOLE = beam(ELEMENTS)
-STATIC = guyan(*WHOLE, INTERFACE).stiffness
+STATIC = reduce(component(*WHOLE, INTERFACE), Guyan()).stiffness
 
 
 @cache
 def reduced_by(name):
     """Of the free beam, damped in proportion."""
     K, M = WHOLE
-    return jax.jit(REDUCTIONS[name][0])(K, M, 0.3 * M + 0.02 * K)
+    return jax.jit(partial(by, REDUCTIONS[name][0]))(K, M, 0.3 * M + 0.02 * K)
 
 
 def model(t=(1.0, 1.0, 1.0)):
@@ -78,10 +82,9 @@ def test_statics_mass_and_frequencies(name):
     """
     (K, M), from_above, reduced = WHOLE, REDUCTIONS[name][1], reduced_by(name)
     b = reduced.num_interface
-    E = jax.jit(Reduced.explicit)(reduced)
-    np.testing.assert_allclose(reduced.basis[np.array(INTERFACE)], reduced.connection, atol=1e-10)
-    np.testing.assert_allclose(E.connection[:, :b], np.eye(b), atol=1e-12)
-    condensed = np.asarray(E.stiffness)
+    assert reduced.coordinates[:b] == tuple((str(i), "") for i in INTERFACE) and reduced.interface == tuple(range(b))
+    np.testing.assert_allclose(reduced.basis[np.array(INTERFACE)], np.eye(b, reduced.num_rows), atol=1e-10)
+    condensed = np.asarray(reduced.stiffness)
     condensed = condensed[:b, :b] - condensed[:b, b:] @ np.linalg.pinv(condensed[b:, b:]) @ condensed[b:, :b]
     np.testing.assert_allclose(condensed, STATIC, rtol=1e-7, atol=1e-6)
     rigid = np.zeros((N, 2))
@@ -95,7 +98,7 @@ def test_statics_mass_and_frequencies(name):
     np.testing.assert_allclose(rho.T @ reduced.stiffness @ rho, 0.0, atol=1e-5)
     if from_above:
         for fixed, exact in (((), (K, M)), ((0, 1), (held(K, INTERFACE[:2]), held(M, INTERFACE[:2])))):
-            found = values(held(E.stiffness, fixed), held(E.mass, fixed))
+            found = values(held(reduced.stiffness, fixed), held(reduced.mass, fixed))
             exact = values(*exact)[: len(found)]
             assert np.all(found > exact - 1e-5 - 1e-9 * exact)
             if len(found) > 4:
@@ -108,7 +111,7 @@ def test_gradient_against_differences(name):
     method = REDUCTIONS[name][0]
 
     def response(t):
-        reduced = method(*model(t)).explicit()
+        reduced = by(method, *model(t))
         Z = reduced.stiffness - 900.0 * reduced.mass
         return jnp.linalg.inv(Z)[0, 2] * 1e3
 
@@ -121,10 +124,10 @@ def test_gradient_against_differences(name):
 @jax.jit
 def whole_bases(K, M):
     return (
-        craig_bampton(K, M, INTERFACE, 14),
-        rubin(K, M, INTERFACE, 14, num_rigid=2),
-        hurty(K, M, INTERFACE, 14, determinate=DETERMINATE),
-        mixed(K, M, INTERFACE, 5, fixed=INTERFACE, num_rigid=0),
+        by(CraigBampton(14), K, M),
+        by(Rubin(14, num_rigid=2), K, M),
+        by(Hurty(14, determinate=DETERMINATE), K, M),
+        by(Mixed(5, fixed=INTERFACE, num_rigid=0), K, M),
     )
 
 
@@ -151,7 +154,9 @@ def test_craig_bampton_of_a_chain_in_closed_form():
     n, k, m, end = 9, 3.0, 2.0, 0.7
     K, M = chain(n + 1, k, m, ends=1)
     M = M.at[n, n].set(end)
-    reduced, S = jax.jit(lambda K, M: (craig_bampton(K, M, (n,), n), constraint_modes(K, (n,))))(K, M)
+    reduced, S = jax.jit(lambda K, M: (reduce(component(K, M, (n,)), CraigBampton(n)), constraint_modes(K, (n,))))(
+        K, M
+    )
     j = np.arange(1, n + 1)
     angle = j * np.pi / (2 * (n + 1))
     np.testing.assert_allclose(S[:, 0], j / (n + 1), rtol=1e-12)
@@ -165,21 +170,20 @@ def test_craig_bampton_of_a_chain_in_closed_form():
 
 def test_hurty_connection():
     """Rigid motions cost nothing, and move the redundant bonds as a rigid beam does."""
-    reduced = reduced_by("hurty")
-    assert reduced.labels[:6] == ("rigid 0", "rigid 1", "constraint 0", "constraint 1", "normal 0", "normal 1")
-    np.testing.assert_allclose(reduced.stiffness[:2], 0.0, atol=1e-8)
+    phi = Hurty(5, determinate=DETERMINATE).connection(component(*WHOLE, INTERFACE))
+    np.testing.assert_allclose(STATIC @ phi[:, :2], 0.0, atol=1e-8)
     expected = [[1, 0, 0, 0], [-1, 1, 1, 0], [0, 1, 0, 0], [-1, 1, 0, 1]]
-    np.testing.assert_allclose(reduced.connection[:, :4], expected, atol=1e-10)
+    np.testing.assert_allclose(phi, expected, atol=1e-10)
 
 
-@pytest.mark.parametrize("method", [craig_bampton, lambda *a: macneal(*a, num_rigid=0)], ids=["held", "free"])
+@pytest.mark.parametrize("method", [CraigBampton(16), MacNeal(16, num_rigid=0)], ids=["held", "free"])
 def test_derivatives_where_modes_repeat(method):
     """The double cross: each mode of its equal arms many-fold, whole groups kept; a spring on one arm parts them."""
     section = jnp.array([0.125**4 / 12 * 200e9, 0.125**2 * 200e9, 0.125**2 * 8000.0])
 
     def response(t):
         K, M = double_cross(3, *(t[:3] * section))
-        reduced = method(K.at[12, 12].add(1e7 * t[3]), M, (0, 1, 2), 16).explicit()
+        reduced = by(method, K.at[12, 12].add(1e7 * t[3]), M, interface=(0, 1, 2))
         flexibility = jnp.linalg.inv(reduced.stiffness - (2 * jnp.pi * 14.0) ** 2 * reduced.mass)
         return 1e9 * flexibility[2, 2] + 1e13 * flexibility[0, 1]  # two modes of one frequency meet in the second
 
@@ -198,7 +202,7 @@ def test_coupling_modes_cost_the_interior_nothing():
 def test_single_precision_and_batches():
     stiffness = jnp.array([1.0, 2.0], jnp.float32)
     K, M = (a.astype(jnp.float32) for a in model())
-    found = jax.jit(jax.vmap(lambda s: craig_bampton(s * K, M, INTERFACE, 3).stiffness))(stiffness)
+    found = jax.jit(jax.vmap(lambda s: reduce(component(s * K, M, INTERFACE), CraigBampton(3)).stiffness))(stiffness)
     assert found.dtype == jnp.float32
     np.testing.assert_allclose(found[1], 2 * found[0], rtol=1e-3, atol=0.05)
 
@@ -206,18 +210,21 @@ def test_single_precision_and_batches():
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        (lambda K, M: guyan(K, M, (0, 0)), "different coordinates"),
-        (lambda K, M: craig_bampton(K, M, (0, 99), 2), r"of 0 \.\.\. 17"),
-        (lambda K, M: craig_bampton(K, M, INTERFACE, 15), "the component has 14 such modes"),
-        (lambda K, M: craig_bampton(K, M[:9, :9], INTERFACE, 2), r"differ in shape: \[\(18, 18\), \(9, 9\)\]"),
-        (lambda K, M: guyan(K, M, (0,)), "singular with the interface held"),
-        (lambda K, M: rubin(K, M, INTERFACE, 1), "2 are rigid"),
-        (lambda K, M: hurty(K, M, (0,), 1), "leaves some of the 2 rigid motions free"),
-        (lambda K, M: hurty(K, M, (0, 1), 1, determinate=(4,)), r"\[4\] are not in the interface"),
-        (lambda K, M: mixed(K, M, (0, 1), 3, fixed=(4,)), r"\[4\] are not in the interface"),
+        (lambda K, M: reduce(component(K, M, (0, 0)), Guyan()), "named twice"),
+        (lambda K, M: reduce(component(K, M, (0, 99)), CraigBampton(2)), "no coordinate or node 99"),
+        (lambda K, M: by(CraigBampton(15), K, M), "the component has 14 such modes"),
+        (
+            lambda K, M: reduce(component(K, M[:9, :9], INTERFACE), CraigBampton(2)),
+            "mass has 9 rows, not 18",
+        ),
+        (lambda K, M: reduce(component(K, M, (0,)), Guyan()), "singular with the interface held"),
+        (lambda K, M: by(Rubin(1), K, M), "2 are rigid"),
+        (lambda K, M: reduce(component(K, M, (0,)), Hurty(1)), "leaves some of the 2 rigid motions free"),
+        (lambda K, M: reduce(component(K, M, (0, 1)), Hurty(1, determinate=(4,))), "4 are not in the interface"),
+        (lambda K, M: reduce(component(K, M, (0, 1)), Mixed(3, fixed=(4,))), "4 are not in the interface"),
         (lambda K, M: averaged_motion(jnp.eye(3)[:1] * jnp.arange(4.0)[:, None], jnp.zeros(3)), "lie in line"),
-        (lambda K, M: guyan(K.at[4].set(0.0).at[:, 4].set(0.0), M, INTERFACE), "mechanism"),
-        (lambda K, M: jax.jit(lambda K: rubin(K, M, INTERFACE, 5).mass)(K), "give num_rigid"),
+        (lambda K, M: reduce(component(K.at[4].set(0.0).at[:, 4].set(0.0), M, INTERFACE), Guyan()), "mechanism"),
+        (lambda K, M: jax.jit(lambda K: by(Rubin(5), K, M).mass)(K), "give num_rigid"),
     ],
 )
 def test_bad_input(wrong, said):

@@ -12,32 +12,32 @@ from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble_dense, element_forces, element_stresses, histories
 from jaxmbs.linear.modes import natural_modes
 from jaxmbs.reductions import (
+    Characteristic,
+    CraigBampton,
+    Physical,
     averaged_motion,
     averaged_transformation,
-    characteristic,
-    craig_bampton,
     on_interface,
-    physical,
+    reduce,
     rigid_body_motions,
     rigid_transformation,
-    support_motions,
 )
 from jaxmbs.reductions.accuracy import force_errors, frequency_errors, num_modes_up_to
-from jaxmbs.reductions.base import project
+from jaxmbs.reductions.base import numbered, project
 from jaxmbs.reductions.recovery import (
     element_loads,
     harmonic,
     interface_forces,
     mode_acceleration,
     mode_acceleration_free,
-    mode_displacement,
 )
-from tests.structural_matrices import beam, beam_element
+from tests.structural_matrices import beam, beam_element, component
 
 K, M = beam(10)
-modes_of = jax.jit(natural_modes, static_argnums=2)
-held_modes = jax.jit(craig_bampton, static_argnums=(2, 3))
+modes_of = jax.jit(lambda K, M, num=None: natural_modes(K=K, M=M, num=num), static_argnums=2)
+held_modes = jax.jit(lambda K, M, at, num: reduce(component(K, M, at), CraigBampton(num)), static_argnums=(2, 3))
 BASE, TIP = (0, 1), 20
+BEAM = component(K, M, BASE)
 OMEGA = jnp.array([3.0, 15.0])
 LOAD = jnp.zeros((22, 2)).at[TIP].set(1.0)
 
@@ -46,7 +46,7 @@ LOAD = jnp.zeros((22, 2)).at[TIP].set(1.0)
 def harmonic_case(num_modes, held=True):
     """Amplitudes by the reduced and by the whole beam, base held or free, tip loaded at two frequencies."""
     shapes = modes_of(K, M, num_modes).shapes
-    free = project(shapes, K, M, None, jnp.zeros((0, num_modes)), ())
+    free = project(component(K, M, ()), shapes, numbered("normal", num_modes))
     reduced = held_modes(K, M, BASE, num_modes) if held else free
     keep = slice(2, None) if held else slice(None)
 
@@ -63,23 +63,21 @@ def harmonic_case(num_modes, held=True):
 
 
 def forces(x, x_ddot):
-    return interface_forces(K, M, BASE, x, x_ddot, LOAD)
+    return interface_forces(BEAM, x, x_ddot, LOAD)
 
 
 def test_mode_acceleration_beats_mode_displacement():
     """Base reactions with three modes: 5 % off by displacement, 0.3 % by acceleration."""
     reduced, rho, exact = harmonic_case(3)
-    x, _, x_ddot = harmonic(mode_displacement(reduced, rho), OMEGA)
-    better = mode_acceleration(K, M, BASE, x, x_ddot, LOAD)
+    x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
+    better = mode_acceleration(BEAM, x, x_ddot, LOAD)
     true = forces(exact, harmonic(exact, OMEGA)[2])
     errors = [np.max(np.abs(forces(y, x_ddot) / true - 1)) for y in (x, better)]
     assert errors[0] > 0.05
     assert errors[1] < 5e-3
     assert (
         0.3
-        < float(force_errors(K, M, BASE, x, x_ddot, LOAD))
-        * np.max(np.abs(true))
-        / np.max(np.abs(forces(x, x_ddot) - true))
+        < float(force_errors(BEAM, x, x_ddot, LOAD)) * np.max(np.abs(true)) / np.max(np.abs(forces(x, x_ddot) - true))
         < 3
     )
     assert np.max(np.abs(better - exact)) < 1e-2 * np.max(np.abs(x - exact))
@@ -87,19 +85,19 @@ def test_mode_acceleration_beats_mode_displacement():
 
 def test_bond_reactions_are_those_of_mode_acceleration():
     reduced, rho, _ = harmonic_case(3)
-    x, _, x_ddot = harmonic(mode_displacement(reduced, rho), OMEGA)
+    x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
     assembly = join((reduced,), ((-1, -1),))
     xi, _, xi_ddot = harmonic(rho[2:], OMEGA)
     found = interface_reactions(assembly, xi, xi_ddot, None, (LOAD,))
-    better = mode_acceleration(K, M, BASE, x, x_ddot, LOAD)
+    better = mode_acceleration(BEAM, x, x_ddot, LOAD)
     np.testing.assert_allclose(found.forces[0], forces(better, x_ddot), rtol=1e-8)
 
 
 def test_free_component_by_inertia_relief():
     """Five modes, two of them rigid: shape and curvature at the root of the loaded element."""
     reduced, rho, exact = harmonic_case(5, held=False)
-    x, _, x_ddot = harmonic(mode_displacement(reduced, rho), OMEGA)
-    better = mode_acceleration_free(K, M, (0, 20), support_motions(K, (0, 20)), x, x_ddot, LOAD)
+    x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
+    better = mode_acceleration_free(BEAM, (0, 20), x, x_ddot, LOAD)
     k = beam_element(jnp.asarray(1.0), jnp.asarray(1.0), jnp.asarray(0.1))[0]
     T = jnp.eye(22)[16:20]
     moments = [np.asarray(element_loads(k, T, y))[1] for y in (x, better, exact)]
@@ -114,8 +112,9 @@ def test_mode_acceleration_in_time_and_with_damping():
     C = 0.1 * M + 0.02 * K
     x, v, a = (jnp.asarray(rng.normal(size=(22, 3))) for _ in range(3))
     load = K @ x + C @ v + M @ a
-    np.testing.assert_allclose(mode_acceleration(K, M, BASE, x, a, load, C, v), x, rtol=1e-7, atol=1e-9)
-    np.testing.assert_allclose(interface_forces(K, M, BASE, x, a, load, C, v), 0.0, atol=1e-8)
+    damped = component(K, M, BASE, C)
+    np.testing.assert_allclose(mode_acceleration(damped, x, a, load, v), x, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(interface_forces(damped, x, a, load, v), 0.0, atol=1e-8)
 
 
 def test_frequency_error_estimates():
@@ -124,7 +123,7 @@ def test_frequency_error_estimates():
     reduced = held_modes(K, M, interface, 4)
     exact = modes_of(K, M, 6).frequencies[2:]
     found = modes_of(reduced.stiffness, reduced.mass, 6).frequencies[2:]
-    estimate = frequency_errors(K, M, interface, reduced, 6)
+    estimate = frequency_errors(component(K, M, interface), reduced, 6)
     assert np.all(np.asarray(estimate[:2]) == 0.0)
     ratio = np.asarray(estimate[2:] / (found / exact - 1))
     assert np.all((ratio > 0.5) & (ratio < 2.0))
@@ -135,7 +134,7 @@ def test_number_of_modes_up_to_a_frequency():
     interface = (0, 1, 20, 21)
     exact = np.asarray(modes_of(K, M).frequencies)
     limit = float(exact[5])
-    num = num_modes_up_to(K, M, limit, interface, 1.5)
+    num = num_modes_up_to(component(K, M, interface), limit, 1.5)
     assert 3 <= num <= 8
     reduced = held_modes(K, M, interface, num)
     found = modes_of(reduced.stiffness, reduced.mass).frequencies
@@ -146,10 +145,10 @@ def test_characteristic_modes():
     """All of them change nothing; fewer come from above."""
     whole = held_modes(K, M, (0, 1, 8, 9, 20, 21), 5)
     values = modes_of(whole.stiffness, whole.mass).values
-    all_ = characteristic(whole, 6)
+    all_ = reduce(whole, Characteristic(6))
     np.testing.assert_allclose(modes_of(all_.stiffness, all_.mass).values, values, rtol=1e-7, atol=1e-4)
-    few = characteristic(whole, 4)
-    assert few.num_interface == 4 and few.labels[:2] == ("characteristic 0", "characteristic 1")
+    few = reduce(whole, Characteristic(4))
+    assert few.num_interface == 4 and [few.label(i) for i in (0, 1)] == ["characteristic 0", "characteristic 1"]
     found = modes_of(few.stiffness, few.mass).values
     assert np.all(found >= values[: len(found)] - 1e-5 - 1e-9 * values[: len(found)])
     np.testing.assert_allclose(found[2:4], values[2:4], rtol=0.02)
@@ -183,7 +182,8 @@ def test_rigid_and_averaged_interfaces():
         rows = averaged_motion(nodes, reference, jnp.array([1.0, 2.0, 1.0, 1.0]), rotations=False)
         W = rigid_transformation(15, interface, motions)
         V = averaged_transformation(15, interface, rows, (0, 1, 2, 4, 5, 8))
-        rigid, averaged = (on_interface(craig_bampton, A, 6, K, M, n) for A, n in ((W, 3), (V, 9)))
+        whole = component(K, M, interface)
+        rigid, averaged = (reduce(on_interface(whole, A, 6), CraigBampton(n)) for A, n in ((W, 3), (V, 9)))
         return motions, rows, rigid, averaged
 
     motions, rows, rigid, averaged = made(K, M, jnp.asarray(NODES))
@@ -198,7 +198,7 @@ def test_rigid_and_averaged_interfaces():
     exact = modes_of(K, M).values[6:]
     np.testing.assert_allclose(modes_of(averaged.stiffness, averaged.mass).values[6:], exact, rtol=1e-8)
     assert np.all(modes_of(rigid.stiffness, rigid.mass).values[6:] >= exact[:3] - 1e-9)
-    whole = physical(K, M, interface)
+    whole = reduce(component(K, M, interface), Physical())
     np.testing.assert_allclose(modes_of(whole.stiffness, whole.mass).values[6:], exact, rtol=1e-9)
 
 
@@ -221,8 +221,8 @@ def test_stresses_of_elements_over_frequencies_and_times():
     exact = jnp.zeros((14, 2)).at[2:].set(solve(K[2:, 2:], M[2:, 2:], load[2:]))
     rho = jnp.zeros((5, 2)).at[2:].set(solve(reduced.stiffness[2:, 2:], reduced.mass[2:, 2:], load_of(reduced, load)))
     phase = jnp.exp(0.3j)
-    x, _, x_ddot = harmonic(phase * mode_displacement(reduced, rho).astype(complex), w)
-    better = mode_acceleration(K, M, (0, 1), x, x_ddot, phase * load.astype(complex))
+    x, _, x_ddot = harmonic(phase * reduced.expand(rho).astype(complex), w)
+    better = mode_acceleration(component(K, M, (0, 1)), x, x_ddot, phase * load.astype(complex))
     motions = jnp.stack([x, better, phase * exact.astype(complex)], axis=2)
     stresses = histories(element_stresses, structure, motions)["beam"]
     assert stresses.shape == (6, 2, 2, 3)

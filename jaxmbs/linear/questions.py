@@ -1,0 +1,128 @@
+"""Questions to linear systems: modes, frequency response, rest."""
+
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..blocksparse import BlockMatrix, factor
+from ..checks import known
+from ..errors import ModelError
+from .block_modes import lowest_modes
+from .condensation import interface_basis, partition
+from .damping import complex_modes
+from .dynamic_stiffness import dense_response, direct_response
+from .modes import Modes, natural_modes
+from .receptance import receptance
+from .rigid_motions import rigid_rows
+from .static_response import StaticResponse, static_response
+from .system import LinearSystem
+from .transfer import TransferFunctions
+
+
+def modes(system: LinearSystem, num: int | None = None, damped: bool | None = None) -> Modes:
+    """The lowest modes of a linear system: natural ones, or complex ones where it is damped.
+
+    Args:
+        num: how many, of complex ones how many pairs; default all.  It should cut no group of equal frequencies.
+        damped: False: natural modes, whatever the damping; default: complex modes of a system that has damping.
+
+    Rows known to be `massless` are condensed first, which is exact.  Block matrices must be held, and need `num`.
+
+    Raises: as `natural_modes` and `complex_modes`; ValueError for what block matrices cannot answer.
+    Source: S1 (33)-(37), (39).
+    """
+    damped = system.damping is not None if damped is None else damped
+    if isinstance(system.stiffness, BlockMatrix):
+        if damped or num is None:
+            raise ValueError("block matrices have natural modes, as many as asked: modes(system, num, damped=False)")
+        return lowest_modes(factor(system.stiffness), system.mass, num)
+    T, K, M, C = _with_mass(system.dense(), damped)
+    if damped and C is not None:
+        found = complex_modes(K=K, C=C, M=M).part(slice(0, None if num is None else 2 * num))
+    else:
+        found = natural_modes(K=K, M=M, num=num)
+    return found if T is None else eqx.tree_at(lambda m: m.shapes, found, T.astype(found.shapes.dtype) @ found.shapes)
+
+
+def _with_mass(system, damped):
+    """Basis of the coordinates with mass, None where all have, and the matrices on it."""
+    K, M, C = system.stiffness, system.mass, system.damping
+    if not system.massless:
+        return None, K, M, C
+    light = np.array(system.massless)
+    if damped and C is not None and known(C) and np.any(np.asarray(C)[light]):
+        raise ValueError("there is damping on rows without mass: give these some mass, or ask for damped=False")
+    heavy, _ = partition(system.num_rows, system.massless)
+    T = interface_basis(K, tuple(heavy.tolist()))
+    return T, T.T @ K @ T, M[heavy][:, heavy], None if C is None else C[heavy][:, heavy]
+
+
+def frequency_response(
+    system: LinearSystem,
+    omega,
+    into: Sequence,
+    out: Sequence,
+    method: str = "direct",
+    loss=0.0,
+    **options,
+) -> TransferFunctions:
+    """Displacements at names for unit forces at names: transfer functions with these labels.
+
+    Args:
+        omega: (frequencies,) angular frequencies [rad/s].
+        into, out: as `LinearSystem.outputs` takes them: "tip z", ("tip", "z"), or a node for all of its coordinates,
+            those that were reduced included; "stage.top z" of a network.
+        method: "direct" (a solve per frequency, any damping) or "modal" (`receptance`, much cheaper at many
+            frequencies; mass everywhere and damping that does not couple the modes).
+        loss: loss factor of the whole stiffness.
+        options: `chunk`, and `num`, `residual` of the modal method.
+
+    Raises: UnknownNameError for coordinates that are not there; ModelError for an unknown method.
+    Source: S1 (40)-(41).
+    """
+    if method not in ("direct", "modal"):
+        raise ModelError([f"method {method!r} is neither direct nor modal"])
+    (out, outputs), (into, inputs) = system.outputs(*out), system.outputs(*into)
+    if isinstance(system.stiffness, BlockMatrix):
+        return TransferFunctions(omega, _of_blocks(system, omega, into, out, loss, options), outputs, inputs)
+    system = system.dense()
+    matrices = {"K": system.stiffness, "M": system.mass, "C": system.damping, "loss": loss, "omega": omega}
+    if method == "modal":
+        values = receptance(**matrices, out=out, into=into.T, **options)
+    else:
+        values = dense_response(**matrices, out=out, load=into.T, **options)
+    return TransferFunctions(omega, values, outputs, inputs)
+
+
+def _of_blocks(system, omega, into, out, loss, options):
+    K, loss = system.stiffness, jnp.asarray(loss, system.dtype)
+    complex_type = np.result_type(system.dtype, np.complex64)
+    K = K.astype(complex_type) * lax.complex(jnp.ones_like(loss), loss)
+    load = into.T.reshape(*K.pattern.shape, -1)
+    rows = out.astype(complex_type)
+
+    def select(x):
+        return rows @ x.reshape(rows.shape[1], -1)
+
+    return direct_response(K=K, M=system.mass, C=system.damping, load=load, omega=omega, select=select, **options)
+
+
+def equilibrium(system: LinearSystem, forces: Mapping | np.ndarray, free: bool = False) -> StaticResponse:
+    """Rest under forces, `K x = f`; of a free structure the steady acceleration that they cause.
+
+    Args:
+        forces: by name as `LinearSystem.load` takes them, or (..., n): any number of cases.
+        free: the inertia of its rigid motions, known by the positions of its nodes, balances the forces.
+
+    Raises: ValueError for a stiffness, if concrete, that is singular; UnknownNameError; ModelError where positions
+    are missing.  Source: S1 (3), (30).
+    """
+    system, rigid = system.dense(), None
+    if free:
+        rigid = rigid_rows(system)
+        if known(rigid):
+            rigid = rigid[:, np.any(np.asarray(rigid) != 0, axis=0)]
+    return static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)

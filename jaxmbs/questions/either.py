@@ -1,0 +1,41 @@
+"""One verb for two nouns: what a linear system is asked goes to `linear`, all else to the mechanisms' rooms."""
+
+import functools
+import inspect
+from collections.abc import Callable
+
+from ..analysis.equilibrium import equilibrium as mechanism_equilibrium
+from ..analysis.linearise import frequency_response as state_space_response
+from ..analysis.modes import modes as linearised_modes
+from ..linear.check import check as linear_check
+from ..linear.questions import equilibrium as linear_equilibrium
+from ..linear.questions import frequency_response as linear_response
+from ..linear.questions import modes as linear_modes
+from ..linear.system import LinearSystem
+from ..model.system import System
+
+
+def either(of_mechanism: Callable, of_linear: Callable) -> Callable:
+    """The question by the noun it is asked of; its documentation says what each takes."""
+
+    @functools.wraps(of_mechanism)
+    def ask(system, *args, **options):
+        return (of_linear if isinstance(system, LinearSystem) else of_mechanism)(system, *args, **options)
+
+    parameters = ", ".join(str(p) for p in list(inspect.signature(of_linear).parameters.values())[1:])
+    ask.__doc__ = (
+        f"{inspect.getdoc(of_mechanism)}\n\nOf a LinearSystem, with ({parameters}):\n\n{inspect.getdoc(of_linear)}"
+    )
+    return ask
+
+
+def describe(system: System) -> str:
+    """Bodies, joints, loops, freedoms and redundant constraints of a mechanism, as text."""
+    return system.describe()
+
+
+modes = either(linearised_modes, linear_modes)
+frequency_response = either(state_space_response, linear_response)
+equilibrium = either(mechanism_equilibrium, linear_equilibrium)
+check = either(describe, linear_check)
+check.__name__ = check.__qualname__ = "check"
