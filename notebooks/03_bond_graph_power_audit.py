@@ -38,7 +38,7 @@ b.body("tip", mass=0.5, com=(0.2, 0, 0), inertia=0.01)
 b.joint("shoulder", mbs.Revolute(axis="z"), "ground", "arm")
 b.joint("elbow", mbs.Revolute(axis="z"), "arm", "tip", parent_frame=(0.6, 0, 0))
 b.force("spring", mbs.SpringDamper(stiffness=8.0, damping=0.15), joint="elbow")
-b.force("motor", mbs.Actuator(lambda t, x, v: 3.0 * jax.numpy.sin(4.0 * t)), joint="shoulder")
+b.force("motor", mbs.Actuator(lambda x, v, t: 3.0 * jax.numpy.sin(4.0 * t)), joint="shoulder")
 system = b.build()
 
 # %% [markdown]

@@ -124,7 +124,7 @@ def arm(tubes):
     b.body("payload", mass=2.0)
     b.joint("hub", mbs.Revolute("y"), "ground", names[0])
     b.joint("grip", mbs.Weld(), names[-1], "payload", parent_frame=(STEP, 0, 0))
-    b.force("motor", mbs.Actuator(lambda t, x, v: -60.0 * jnp.sin(6.0 * t)), joint="hub")
+    b.force("motor", mbs.Actuator(lambda x, v, t: -60.0 * jnp.sin(6.0 * t)), joint="hub")
     return b.build()
 
 

@@ -105,3 +105,35 @@ def test_one_ports_of_a_law(law, ports):
 def test_words_that_meant_two_things_are_gone(call):
     with pytest.raises((TypeError, mbs.ModelError)):
         call(pendulum(Drag()))
+
+
+def test_bushings_have_translations_first():
+    """As elements, compliances and all public six-vectors; it was the other way round."""
+    law = mbs.Bushing((1.0, 10.0))
+    force, moment = law.wrench(jnp.eye(3), jnp.array([0.1, 0.0, 0.0]), jnp.zeros(3), jnp.zeros(3), 0.0)
+    np.testing.assert_allclose((force, moment), [[-0.1, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize("law", [mbs.Actuator, mbs.GeneralisedEffort, mbs.Wrench])
+def test_time_is_the_last_argument_of_every_function(law):
+    with pytest.raises(ValueError, match=r"time is the last argument: function\(x, v, t\)"):
+        law(lambda t, x, v: 0.0 * x)
+
+
+BAD_LAWS = {
+    "an effort of three": (mbs.Actuator(lambda x, v, t: jnp.ones(3)), "joint", "gives shape (1, 3), not (1,)"),
+    "six numbers for a pair": (mbs.Wrench(lambda R, x, w, v, t: jnp.zeros(6)), "on", "too many values to unpack"),
+    "two arguments": (mbs.Actuator(lambda x, t: x), "joint", "takes 2 positional arguments but 3 were given"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_LAWS)
+def test_laws_are_tried_at_build(name):
+    law, port, words = BAD_LAWS[name]
+    b = mbs.SystemBuilder()
+    b.body("bob", 1.0, inertia=(1.0, 1.0, 1.0))
+    b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+    b.force("push", law, **{port: "pin" if port == "joint" else "bob"})
+    with pytest.raises(mbs.ModelError) as report:
+        b.build()
+    assert "force 'push'" in str(report.value) and words in str(report.value)

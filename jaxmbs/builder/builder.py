@@ -18,7 +18,7 @@ from .assemble_system import assemble_system
 from .elastic import Elastic, elastic_faults, entry_faults
 from .mobility import analyse, check_numbers, with_analysis
 from .spanning import spanning_tree
-from .validation import body_faults, constraint_faults, force_faults, joint_faults
+from .validation import body_faults, constraint_faults, force_faults, joint_faults, system_law_faults
 
 
 class SystemBuilder:
@@ -174,6 +174,9 @@ class SystemBuilder:
         system = assemble_system(
             self.gravity, bodies, self._frames, joints, self._forces, self._constraints, self._elastic, tree
         )
+        found = system_law_faults(self._forces.values(), system.topology)
+        if found:
+            raise ModelError(found)
         if like is not None:
             return _take_over(system, like)
         traced = not known(system)

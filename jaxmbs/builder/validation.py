@@ -1,10 +1,12 @@
 """Faults of a declared model, found before anything is traced."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known, no_such
+from ..checks import faults_if, known, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ..forces.ports import JointPort, LinePort, SystemPort, port_of
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
 from .declarations import GROUND, inertia_matrix, resolve
 
@@ -129,7 +131,34 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
             found.append(f"{where}: both frames lie on {first!r}, so they never move apart and nothing is felt")
         if isinstance(law, AbstractScalarLaw):
             found += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
-    return found + [f"{where}: {fault}" for fault in law.faults()]
+    return found + [f"{where}: {fault}" for fault in law.faults() or _effort_faults(law, force.joint is not None)]
+
+
+def _effort_faults(law, on_joint) -> list[str]:
+    """What one call of the law says; laws of the whole system are called when its size is known."""
+    port = JointPort() if on_joint else port_of(law)
+    if port.num_flows is None:
+        return []
+    zero, place = jnp.zeros(()), (jnp.eye(3), jnp.zeros(3))
+    displacement = {LinePort: place[1:], JointPort: (zero,)}.get(type(port), place)
+    return call_faults(law, port, displacement, port.num_flows)
+
+
+def call_faults(law, port, displacement, size) -> list[str]:
+    """What is wrong with the effort (size,) that a law gives, seen by its shape alone."""
+    try:
+        found = jax.eval_shape(lambda: port.effort(law, displacement, jnp.zeros(size), jnp.zeros(()))).shape
+    except Exception as error:  # noqa: BLE001 - the user's own code
+        return [f"the law cannot be evaluated: {type(error).__name__}: {error}"]
+    return faults_if((found != (size,), f"the law gives shape {found}, not {(size,)}"))
+
+
+def system_law_faults(forces, topology) -> list[str]:
+    """What one call of every law of the whole system says."""
+    sizes = jnp.zeros(topology.num_coordinates), topology.num_velocities
+    laws = [force for force in forces if isinstance(force.law, AbstractSystemLaw)]
+    call = lambda law: call_faults(law, SystemPort(), (sizes[0],), sizes[1])  # noqa: E731
+    return [f"force {force.name!r}: {fault}" for force in laws for fault in call(force.law)]
 
 
 def constraint_faults(item, bodies, frames, joints) -> list[str]:

@@ -14,12 +14,12 @@ def acceleration(system: System, state, frame, accelerations=None):
 
     Raises: ModelError for an unknown frame.
     """
-    return _acceleration(system, state, frame, accelerations)[3:]
+    return _acceleration(system, state, frame, accelerations)[:3]
 
 
 def angular_acceleration(system: System, state, frame, accelerations=None):
     """Angular acceleration (3,) [rad/s^2] of a frame in world axes; arguments as for `acceleration`."""
-    return _acceleration(system, state, frame, accelerations)[:3]
+    return _acceleration(system, state, frame, accelerations)[3:]
 
 
 def _acceleration(system, state, frame, accelerations):

@@ -111,6 +111,6 @@ def spring_vector(system: System, state, frame_a, frame_b):
     """q_C (3,) from A to B and `G_hat = d q_C / dphi` (3, N), world axes.  Source: S2 (60)-(61)."""
     for frame in (frame_a, frame_b):
         locate(system, frame)
-    ends = [jacobian(system, state, frame)[3:] for frame in (frame_a, frame_b)]
+    ends = [jacobian(system, state, frame)[:3] for frame in (frame_a, frame_b)]
     q_C = position(system, state, frame_b) - position(system, state, frame_a)
     return q_C, (ends[1] - ends[0]) @ _gamma(system, state)

@@ -1,6 +1,7 @@
 """Fields of laws: numbers become array leaves, functions pytrees; values are checked when they are known."""
 
 import dataclasses
+import inspect
 import types
 from collections.abc import Callable
 from typing import Any
@@ -62,6 +63,21 @@ def function(fn: Callable) -> Callable:
     arrays = [leaf for leaf, flag in zip(leaves, flags, strict=True) if flag]
     settings = tuple((flag, None if flag else leaf) for leaf, flag in zip(leaves, flags, strict=True))
     return StaticFunction(arrays, treedef, settings)
+
+
+def law_function(fn: Callable) -> Callable:
+    """`function` of a law, whose time comes last.
+
+    Raises: ValueError where the first of several arguments is called t or time: the order of old.
+    """
+    try:
+        names = list(inspect.signature(fn).parameters)
+    except (TypeError, ValueError):
+        names = []
+    if len(names) > 1 and names[0] in ("t", "time"):
+        rest = ", ".join([*names[1:], names[0]])
+        raise ValueError(f"time is the last argument: function({rest}), not function({', '.join(names)})")
+    return function(fn)
 
 
 def _closed_over(fn: Callable) -> list[Any]:

@@ -8,13 +8,13 @@ import equinox as eqx
 from jaxmbs.typing import Scalar
 
 from ..checks import faults_if, negative
-from ._fields import function, number
+from ._fields import law_function, number
 from .base import AbstractScalarLaw
 from .signals import Constant, as_signal, value_and_rate
 
 
 class Actuator(AbstractScalarLaw):
-    """Effort on the system along increasing x from `function(t, x, v)`; its power counts as input.
+    """Effort on the system along increasing x from `function(x, v, t)`; its power counts as input.
 
     On a joint x is its coordinate [m or rad] and the effort a force or moment; between two points x is their
     distance [m], v its rate, and a positive effort pushes them apart, as a hydraulic cylinder under pressure.
@@ -23,12 +23,12 @@ class Actuator(AbstractScalarLaw):
         function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static.
     """
 
-    function: Callable[..., Any] = eqx.field(converter=function)
+    function: Callable[..., Any] = eqx.field(converter=law_function)
     is_source: ClassVar[bool] = True
 
     def effort(self, x, v, t):
-        """`function(t, x, v)` [N or N m]."""
-        return number(self.function(t, x, v))
+        """`function(x, v, t)` [N or N m]."""
+        return number(self.function(x, v, t))
 
 
 class PD(AbstractScalarLaw):

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from ..checks import faults_if
-from ._fields import function, number
+from ._fields import law_function, number
 from .base import AbstractBodyLaw
 from .signals import as_signal
 
@@ -44,9 +44,9 @@ class Force(_VectorLoad):
     """
 
     def wrench(self, rotation, position, angular_velocity, velocity, t):
-        """No moment, then the force. Source: S2 (76)."""
+        """The force, no moment. Source: S2 (76)."""
         force = self._vector(rotation, t)
-        return jnp.concatenate([jnp.zeros_like(force), force])
+        return force, jnp.zeros_like(force)
 
 
 class Torque(_VectorLoad):
@@ -58,21 +58,22 @@ class Torque(_VectorLoad):
     """
 
     def wrench(self, rotation, position, angular_velocity, velocity, t):
-        """The moment, then no force. Source: S2 (76)."""
+        """No force, the moment. Source: S2 (76)."""
         moment = self._vector(rotation, t)
-        return jnp.concatenate([moment, jnp.zeros_like(moment)])
+        return jnp.zeros_like(moment), moment
 
 
 class Wrench(AbstractBodyLaw):
-    """Any load: `function(t, rotation, position, angular_velocity, velocity)`, in and out in world axes.
+    """Any load: `function(rotation, position, angular_velocity, velocity, t)`, in and out in world axes.
 
     Attributes:
-        function: gives (6,), moment [N m] then force [N] about the frame's origin; the arrays of an
+        function: gives force [N] and moment [N m], (3,) each, about the frame's origin; the arrays of an
             `eqx.Module` are leaves, a plain function is static.
     """
 
-    function: Callable[..., Any] = eqx.field(converter=function)
+    function: Callable[..., Any] = eqx.field(converter=law_function)
 
     def wrench(self, rotation, position, angular_velocity, velocity, t):
-        """The function's (6,). Source: S2 (76)."""
-        return number(self.function(t, rotation, position, angular_velocity, velocity))
+        """The function's force and moment. Source: S2 (76)."""
+        force, moment = self.function(rotation, position, angular_velocity, velocity, t)
+        return number(force), number(moment)

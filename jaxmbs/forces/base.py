@@ -2,8 +2,9 @@
 
 A law is a frozen pytree whose numbers are array leaves. The engine stacks the leaves of laws with the same
 structure and calls the methods under `jax.vmap`, so methods never branch on values and treat one law at a
-time. The part of the effort that derives from `potential` is stored energy; the rest is dissipation, or input
-when `is_source`. Effort times flow is the power fed into the system.
+time. Time is always the last argument, and wrenches are pairs (force, moment). The part of the effort that derives
+from `potential` is stored energy; the rest is dissipation, or input when `is_source`. Effort times flow is the power
+fed into the system.
 Source: S2 (76).
 """
 
@@ -90,8 +91,8 @@ class AbstractPoseLaw(AbstractLaw):
     """Law between frames A and B. Zero configuration: B coincides with A."""
 
     @abc.abstractmethod
-    def wrench(self, rotation, displacement, angular_velocity, velocity, t) -> Float[Array, " 6"]:
-        """Moment [N m] then force [N] on B, in A axes, about B's origin; A gets the opposite wrench there.
+    def wrench(self, rotation, displacement, angular_velocity, velocity, t) -> tuple[Vector3, Vector3]:
+        """Force [N] and moment [N m] on B, in A axes, about B's origin; A gets the opposite wrench there.
 
         Args:
             rotation: (3, 3) `R_A^T R_B`, B axes in A axes.
@@ -112,8 +113,8 @@ class AbstractBodyLaw(AbstractLaw):
     is_source: ClassVar[bool] = True
 
     @abc.abstractmethod
-    def wrench(self, rotation, position, angular_velocity, velocity, t) -> Float[Array, " 6"]:
-        """Moment [N m] then force [N] on the body, in world axes, about the frame's origin.
+    def wrench(self, rotation, position, angular_velocity, velocity, t) -> tuple[Vector3, Vector3]:
+        """Force [N] and moment [N m] on the body, in world axes, about the frame's origin.
 
         Args:
             rotation: (3, 3) frame axes in world axes.
@@ -134,5 +135,5 @@ class AbstractSystemLaw(AbstractLaw):
     is_source: ClassVar[bool] = True
 
     @abc.abstractmethod
-    def effort(self, t, coordinates, velocities) -> Float[Array, " nv"]:
-        """Efforts (nv,) along the velocities, from time [s], coordinates (nq,) and velocities (nv,)."""
+    def effort(self, coordinates, velocities, t) -> Float[Array, " nv"]:
+        """Efforts (nv,) along the velocities, from coordinates (nq,), velocities (nv,) and time [s]."""

@@ -14,30 +14,30 @@ from .base import AbstractPoseLaw
 
 
 def six_by_six(value) -> Float[Array, "6 6"]:
-    """Full matrix from (6, 6), a diagonal (6,), or the pair (rotational, translational) of scalars."""
+    """Full matrix from (6, 6), a diagonal (6,), or the pair (translational, rotational) of scalars."""
     value = number(value)
     if value.shape == (2,):
         value = jnp.repeat(value, 3)
     if value.shape == (6,):
         value = jnp.diag(value)
     if value.shape != (6, 6):
-        raise ValueError(f"expected rotational, translational terms as a pair, (6,) or (6, 6): {value.shape}")
+        raise ValueError(f"expected translational, rotational terms as a pair, (6,) or (6, 6): {value.shape}")
     return value
 
 
 class Bushing(AbstractPoseLaw):
-    """Elastic mount on `z = (rotation vector, displacement)` of B seen from A, in A axes.
+    """Elastic mount on `z = (displacement, rotation vector)` of B seen from A, in A axes.
 
     The wrench of the springs is the exact gradient of the potential for large rotations too (below half a
     turn), so a motion without damping keeps its energy. The damper acts on the relative twist. Zero
-    configuration: B on A. Stiffness and damping are rotational then translational: (6, 6), a diagonal (6,),
-    or a pair of scalars. `Bushing((k, 0.0))` is a rotational spring.
+    configuration: B on A. Stiffness and damping are translational then rotational: (6, 6), a diagonal (6,),
+    or a pair of scalars. `Bushing((0.0, k))` is a rotational spring.
     Source: S2 (56)-(67), (72)-(74), with the rotation vector in place of the angles.
 
     Attributes:
-        stiffness: (6, 6) symmetric [N m/rad, N/rad = N m/m, N/m].
-        damping: (6, 6) positive semidefinite [N m s/rad, N s, N s/m].
-        preload: (6,) moment [N m] and force [N] of the element in the zero configuration; B feels the
+        stiffness: (6, 6) symmetric [N/m, N/rad = N m/m, N m/rad].
+        damping: (6, 6) positive semidefinite [N s/m, N s, N m s/rad].
+        preload: (6,) force [N] and moment [N m] of the element in the zero configuration; B feels the
             opposite.
     """
 
@@ -49,13 +49,13 @@ class Bushing(AbstractPoseLaw):
         """`-(d potential) - C twist` on B. Source: S2 (56), (72)."""
         vector = rotation_vector(rotation)
         symmetric = (self.stiffness + self.stiffness.T) / 2
-        gradient = symmetric @ jnp.concatenate([vector, displacement]) + self.preload
-        elastic = jnp.concatenate([moment_of_gradient(vector, gradient[:3]), gradient[3:]])
-        return -elastic - self.damping @ jnp.concatenate([angular_velocity, velocity])
+        gradient = symmetric @ jnp.concatenate([displacement, vector]) + self.preload
+        damped = self.damping @ jnp.concatenate([velocity, angular_velocity])
+        return -gradient[:3] - damped[:3], -moment_of_gradient(vector, gradient[3:]) - damped[3:]
 
     def potential(self, rotation, displacement, t):
         """`z^T K z / 2 + preload^T z` [J]."""
-        z = jnp.concatenate([rotation_vector(rotation), displacement])
+        z = jnp.concatenate([displacement, rotation_vector(rotation)])
         return z @ self.stiffness @ z / 2 + self.preload @ z
 
     @property

@@ -5,12 +5,12 @@ from typing import Any
 
 import equinox as eqx
 
-from ._fields import function, number
+from ._fields import law_function, number
 from .base import AbstractSystemLaw
 
 
 class GeneralisedEffort(AbstractSystemLaw):
-    """Efforts from `function(t, coordinates, velocities)`; their power counts as input.
+    """Efforts from `function(coordinates, velocities, t)`; their power counts as input.
 
     Source: S2 (76), the external efforts Q*.
 
@@ -19,8 +19,8 @@ class GeneralisedEffort(AbstractSystemLaw):
             static.
     """
 
-    function: Callable[..., Any] = eqx.field(converter=function)
+    function: Callable[..., Any] = eqx.field(converter=law_function)
 
-    def effort(self, t, coordinates, velocities):
+    def effort(self, coordinates, velocities, t):
         """The function's (nv,). Source: S2 (76)."""
-        return number(self.function(t, coordinates, velocities))
+        return number(self.function(coordinates, velocities, t))

@@ -149,7 +149,7 @@ class PosePort(_BetweenFrames):
         return skew(flow[:3]) @ displacement[0], flow[3:]
 
     def effort(self, law, displacement, flow, t):
-        return law.wrench(*displacement, flow[:3], flow[3:], t)
+        return _moment_first(law.wrench(*displacement, flow[:3], flow[3:], t))
 
     def wrench(self, a, b, effort):
         wrench = _wrench_at(b.x, a.R @ effort[:3], a.R @ effort[3:])
@@ -179,7 +179,7 @@ class FramePort(_BetweenFrames):
         return skew(flow[:3]) @ displacement[0], flow[3:]
 
     def effort(self, law, displacement, flow, t):
-        return law.wrench(*displacement, flow[:3], flow[3:], t)
+        return _moment_first(law.wrench(*displacement, flow[:3], flow[3:], t))
 
     def wrench(self, a, place, effort):
         wrench = _wrench_at(a.x, effort[:3], effort[3:])
@@ -235,7 +235,7 @@ class SystemPort(AbstractPort):
         return jnp.zeros((), displacement[0].dtype)
 
     def effort(self, law, displacement, flow, t):
-        return law.effort(t, *displacement, flow)
+        return law.effort(*displacement, flow, t)
 
     def spread(self, group, seen, efforts, owner, num_velocities):
         return None, jnp.sum(efforts, axis=0)
@@ -245,6 +245,12 @@ def port_of(law) -> AbstractPort:
     """The port of a law that acts on frames or on the whole system."""
     kinds = ((AbstractScalarLaw, LinePort), (AbstractPoseLaw, PosePort), (AbstractBodyLaw, FramePort))
     return next((port() for kind, port in kinds if isinstance(law, kind)), SystemPort())
+
+
+def _moment_first(wrench):
+    """(6,) as all six-vectors inside the library, from the pair (force, moment) of a law."""
+    force, moment = wrench
+    return jnp.concatenate([moment, force])
 
 
 def _ends(side, at, V):

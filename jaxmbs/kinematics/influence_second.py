@@ -131,7 +131,7 @@ def kic_second(system: System, state) -> SecondKic:
 def point_kic(system: System, state, frame):
     """First- and second-order KIC of a frame's origin or point: G (6, N) and H (N, 6, N), world axes.
 
-    Rotational rows before translational ones; `frame` is a frame or body name, or (name, point).
+    Translational rows before rotational ones; `frame` is a frame or body name, or (name, point).
     Source: S2 (11)-(18).
     """
     at = at_state(system, state, inertias=False)

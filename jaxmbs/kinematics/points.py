@@ -53,17 +53,17 @@ def rotation(system: System, state, frame):
 @question
 def velocity(system: System, state, frame):
     """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
-    return (jacobian(system, state, frame) @ state.velocities)[3:]
+    return (jacobian(system, state, frame) @ state.velocities)[:3]
 
 
 @question
 def angular_velocity(system: System, state, frame):
     """Angular velocity (3,) [rad/s] of a frame, world axes."""
-    return (jacobian(system, state, frame) @ state.velocities)[:3]
+    return (jacobian(system, state, frame) @ state.velocities)[3:]
 
 
 def point_acceleration(system: System, state, frame, rates):
-    """Angular and linear acceleration (6,) of a frame, world axes, at accelerations `rates` (nv,)."""
+    """Acceleration, then angular acceleration (6,) of a frame, world axes, at accelerations `rates` (nv,)."""
 
     def speed(psi):
         return jacobian(system, eqx.tree_at(lambda s: s.coordinates, state, psi), frame) @ state.velocities
@@ -75,11 +75,11 @@ def point_acceleration(system: System, state, frame, rates):
 
 @question
 def jacobian(system: System, state, frame):
-    """Jacobian (6, nv) of a frame: angular velocity, then velocity of its origin, world axes, per velocity.
+    """Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity, world axes, per velocity.
 
     Source: S2 (11)-(12), (14)-(15) with every joint independent.
     """
     P, place = node_parameters(system), locate(system, frame)
     at = configuration(system, P, state.coordinates, state.t, inertias=False)
     point = _pose(system, P, state.coordinates, place)[1] - at.origin
-    return point_jacobian(system, at.S, place[0], point)
+    return jnp.roll(point_jacobian(system, at.S, place[0], point), 3, axis=0)

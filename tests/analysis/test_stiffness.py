@@ -27,7 +27,7 @@ def sprung_four_bar(preload=0.3):
     b.force("torsion", mbs.SpringDamper(stiffness=12.0, free_length=0.4), joint="B")
     law = mbs.SpringDamper(stiffness=80.0, damping=3.0, free_length=preload)
     b.force("cross", law, between=(("ground", (0.4, 0.6, 0.0)), ("coupler", (0.45, 0.1, 0.0))))
-    b.force("mount", mbs.Bushing(np.array([3.0, 4.0, 5.0, 60.0, 70.0, 80.0])), between=("crank", "rocker"))
+    b.force("mount", mbs.Bushing(np.array([60.0, 70.0, 80.0, 3.0, 4.0, 5.0])), between=("crank", "rocker"))
     return b.build()
 
 
@@ -96,8 +96,8 @@ def test_actuators_that_push_against_each_other_stiffen():
     b.joint("B", PIN, "crank", "coupler", parent_frame=(0.3, 0.0, 0.0))
     b.joint("D", PIN, "ground", "rocker", parent_frame=(1.0, 0.0, 0.0))
     b.joint("C", PIN, "coupler", "rocker", parent_frame=(0.9, 0.0, 0.0), child_frame=(0.7, 0.0, 0.0))
-    b.force("crank_motor", mbs.Actuator(lambda t, x, v: 2.0), joint="A")
-    b.force("rocker_motor", mbs.Actuator(lambda t, x, v: 3.0), joint="D")
+    b.force("crank_motor", mbs.Actuator(lambda x, v, t: 2.0), joint="A")
+    b.force("rocker_motor", mbs.Actuator(lambda x, v, t: 3.0), joint="D")
     system = b.build(independent=["A"])
     _, B, D = four_bar_angles(0.7)
     state = mbs.State.at(system, A=0.7, guess={"B": B, "D": D})

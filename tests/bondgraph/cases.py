@@ -37,14 +37,14 @@ def driven_arm():
     b.joint("hinge", mbs.Revolute((0.1, 1.0, 0.0)), "ground", "arm", drive=lambda t: 0.3 + 2.0 * t + jnp.sin(3.0 * t))
     b.joint("ball", mbs.Spherical(), "arm", "tip", parent_frame=(0.6, 0.0, 0.0))
     b.force("stay", mbs.SpringDamper(60.0, 1.0, 0.4), between=(("ground", (0.2, 0.3, 0.5)), ("tip", (0.4, 0.0, 0.0))))
-    b.force("bushing", mbs.Bushing(stiffness=(20.0, 3.0)), between=("arm", ("tip", (0.1, 0.0, 0.0))))
+    b.force("bushing", mbs.Bushing(stiffness=(3.0, 20.0)), between=("arm", ("tip", (0.1, 0.0, 0.0))))
     b.force("grease", mbs.SpringDamper(damping=0.4), joint="hinge")
     b.force("wind", mbs.Force((1.0, 2.0, 0.5)), on=("tip", (0.3, 0.0, 0.1)))
     b.force("push", mbs.GeneralisedEffort(effort), joint=None)
     return b.build()
 
 
-def effort(t, coordinates, velocities):
+def effort(coordinates, velocities, t):
     return jnp.array([0.3, -0.2, 0.1, 0.4]) * jnp.cos(t)
 
 

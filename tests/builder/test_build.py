@@ -106,7 +106,7 @@ def _sprung(law_on_every_joint, at=False):
             b.force(f"spring_{n}", mbs.SpringDamper(stiffness=k, free_length=-offset[n]), joint=n)
     else:
 
-        def effort(t, q, u):
+        def effort(q, u, t):
             C = q[2] - q[0] - q[1]
             return jnp.stack([-q[0] + 3.0 * C, -2.0 * q[1] + 3.0 * C, -4.0 * q[2] - 3.0 * C])
 

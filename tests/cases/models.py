@@ -209,7 +209,7 @@ def panda(links, efforts=None):
         parent = f"link_{i + 1}"
     if efforts is not None:
         efforts = np.asarray(efforts, float)
-        b.force("motors", mbs.GeneralisedEffort(lambda t, coordinates, velocities: jnp.asarray(efforts)))
+        b.force("motors", mbs.GeneralisedEffort(lambda coordinates, velocities, t: jnp.asarray(efforts)))
     return b.build()
 
 
@@ -302,7 +302,7 @@ def car_axis():
         upright = left[0] * _wheel_x(t) + left[1] * _wheel_y(t)
         return jnp.stack([upright, axle @ axle - 1.0])
 
-    def right_spring(t, coordinates, velocities):
+    def right_spring(coordinates, velocities, t):
         d = coordinates[3:5] - jnp.stack([_wheel_x(t), _wheel_y(t)])
         length = jnp.sqrt(d @ d)
         return jnp.concatenate([jnp.zeros(3), (0.5 - length) * d / length, jnp.zeros(1)])

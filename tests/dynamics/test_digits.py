@@ -83,7 +83,7 @@ def test_a_body_force_sees_its_place_in_the_world():
 
     class Tether(mbs.AbstractBodyLaw):
         def wrench(self, rotation, position, angular_velocity, velocity, t):
-            return jnp.concatenate([jnp.zeros(3), -2.0 * position])
+            return -2.0 * position, jnp.zeros(3)
 
         def potential(self, rotation, position, t):
             return jnp.dot(position, position)

@@ -19,7 +19,7 @@ X, V, T = 0.5, 0.3, 0.4  # where the laws are asked: distance or coordinate [m],
 M, HOLD, HOME = 2.0, 60.0, 0.45  # mass of a block [kg], rate [N/m] and free length [m] of the spring that holds it
 
 
-def oil(t, x, v):
+def oil(x, v, t):
     return 6.0 * jnp.cos(t) - 9.0 * x**2 - 0.4 * v
 
 
@@ -404,11 +404,11 @@ def test_struts_by_virtual_power(system, answers, name):
     np.testing.assert_allclose(shares.elastic[i, i], curvature * arm**2, rtol=1e-7, atol=1e-7)
 
 
-def wind(t, rotation, position, angular_velocity, velocity):
-    return jnp.concatenate([jnp.zeros(3), -3.0 * velocity])
+def wind(rotation, position, angular_velocity, velocity, t):
+    return -3.0 * velocity, jnp.zeros(3)
 
 
-def push(t, coordinates, velocities):
+def push(coordinates, velocities, t):
     return jnp.zeros_like(velocities).at[-1].set(5.0 * t)  # its block is the last
 
 
@@ -416,7 +416,7 @@ OTHERS = {  # law, ports, effort on its coordinate at X, V, T, share of it that 
     "Force": (F.Force((4.0, 7.0, 0.0)), {"on": "block"}, 4.0, 0.0),
     "Torque": (F.Torque((0.1, 0.2, 1.5)), {"on": "block"}, 1.5, 0.0),
     "Wrench": (F.Wrench(wind), {"on": "block"}, -3.0 * V, 0.0),
-    "Bushing": (F.Bushing((9.0, 50.0), (0.0, 2.0)), {"between": ("ground", "block")}, -50.0 * X - 2.0 * V, 50.0),
+    "Bushing": (F.Bushing((50.0, 9.0), (2.0, 0.0)), {"between": ("ground", "block")}, -50.0 * X - 2.0 * V, 50.0),
     "GeneralisedEffort": (F.GeneralisedEffort(push), {}, 5.0 * T, 0.0),
 }
 
@@ -441,14 +441,14 @@ def test_other_laws(system, answers, name):
 @pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
 def test_what_a_bushing_stores_is_its_wrench_at_rest(angle):
     """The wrench and its slope, of which the elastic share of the stiffness is made."""
-    law = F.Bushing(np.array([3.0, 4.0, 5.0, 60.0, 70.0, 80.0]), (1.0, 2.0), preload=(0.1, 0.2, 0.3, 1.0, 2.0, 3.0))
+    law = F.Bushing(np.array([60.0, 70.0, 80.0, 3.0, 4.0, 5.0]), (2.0, 1.0), preload=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3))
     c, s, rest = np.cos(angle), np.sin(angle), jnp.zeros(3)
     R, d = jnp.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), jnp.array([0.1, -0.2, 0.3])
     spin = jnp.array([[0.0, -0.4, 0.2], [0.4, 0.0, -0.1], [-0.2, 0.1, 0.0]]) @ R
     stored = lambda R, d: PosePort().stored_effort(law, (R, d), jnp.zeros(6), T)  # noqa: E731
     found, wanted = (
         jax.jvp(wrench, (R, d), (spin, jnp.array([0.3, 0.1, -0.2])))
-        for wrench in (stored, lambda R, d: law.wrench(R, d, rest, rest, T))
+        for wrench in (stored, lambda R, d: jnp.concatenate(law.wrench(R, d, rest, rest, T)[::-1]))
     )
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
 

@@ -40,7 +40,7 @@ def arm(components, turn=None):
     b.joint("hub", mbs.Spherical(), "ground", "piece0")
     b.joint("weld", mbs.Weld(), "piece0", "piece1", parent_frame=end if turn is None else mbs.Pose(end, turn))
     b.joint("wrist", mbs.Revolute("y"), "piece1", "tool", parent_frame=end, child_frame=(0.0, 0.02, 0.0))
-    b.force("motor", mbs.Actuator(lambda t, x, v: 3.0), joint="wrist")
+    b.force("motor", mbs.Actuator(lambda x, v, t: 3.0), joint="wrist")
     return b.build()
 
 

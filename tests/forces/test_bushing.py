@@ -8,8 +8,8 @@ import pytest
 from jaxmbs.forces import Bushing
 from jaxmbs.math.rotation import rotation_matrix
 
-_ROOT = np.random.default_rng(3).normal(size=(6, 6))
-FULL = Bushing(_ROOT @ _ROOT.T, damping=0.1 * _ROOT.T @ _ROOT, preload=[1.0, -2.0, 0.5, 3.0, 0.0, -1.0])
+_ROOT = np.roll(np.random.default_rng(3).normal(size=(6, 6)), 3, axis=(0, 1))
+FULL = Bushing(_ROOT @ _ROOT.T, damping=0.1 * _ROOT.T @ _ROOT, preload=[3.0, 0.0, -1.0, 1.0, -2.0, 0.5])
 REST = jnp.zeros(3)
 VECTORS = {
     "zero": (0.0, 0.0, 0.0),
@@ -22,14 +22,14 @@ poses = pytest.mark.parametrize("vector", [jnp.array(v) for v in VECTORS.values(
 
 
 def at_rest(law, rotation, displacement):
-    return law.wrench(rotation, displacement, REST, REST, 0.0)
+    return jnp.concatenate(law.wrench(rotation, displacement, REST, REST, 0.0))
 
 
 @jax.jit
 def perturbed_energy(law, vector, displacement, step):
-    """Energy after a small rotation step[:3] about A axes and translation step[3:] of B."""
-    rotation = rotation_matrix(step[:3]) @ rotation_matrix(vector)
-    return law.potential(rotation, displacement + step[3:], 0.0)
+    """Energy after a small translation step[:3] of B and rotation step[3:] about A axes."""
+    rotation = rotation_matrix(step[3:]) @ rotation_matrix(vector)
+    return law.potential(rotation, displacement + step[:3], 0.0)
 
 
 @poses
@@ -45,7 +45,7 @@ def test_wrench_is_minus_the_gradient_of_the_potential(vector):
 
 def test_stiffness_at_zero_is_the_matrix():
     law = Bushing(FULL.stiffness)
-    stiffness = jax.jacfwd(lambda s: -at_rest(law, rotation_matrix(s[:3]), s[3:]))(jnp.zeros(6))
+    stiffness = jax.jacfwd(lambda s: -at_rest(law, rotation_matrix(s[3:]), s[:3]))(jnp.zeros(6))
     np.testing.assert_allclose(stiffness, law.stiffness, rtol=1e-12, atol=1e-12)
 
 
@@ -55,7 +55,7 @@ def test_derivatives_are_finite_and_right(vector):
 
     @jax.jit
     def wrench(s, law):
-        return law.wrench(rotation_matrix(s[:3]), s[3:], 0.3 * s[:3], s[3:], 0.0)
+        return jnp.concatenate(law.wrench(rotation_matrix(s[:3]), s[3:], 0.3 * s[:3], s[3:], 0.0))
 
     pose = jnp.concatenate([vector, displacement])
     slope = jax.jit(jax.jacrev(wrench))(pose, FULL)
@@ -75,7 +75,7 @@ def test_derivatives_are_finite_and_right(vector):
 def test_damping_dissipates():
     twists = jax.random.normal(jax.random.key(1), (50, 6))
     law = Bushing(damping=FULL.damping)
-    power = jax.vmap(lambda w: w @ law.wrench(jnp.eye(3), REST, w[:3], w[3:], 0.0))(twists)
+    power = jax.vmap(lambda w: w @ jnp.concatenate(law.wrench(jnp.eye(3), REST, w[3:], w[:3], 0.0)))(twists)
     assert power.max() <= 0.0
 
 
@@ -84,8 +84,8 @@ def test_forms_of_stiffness_agree():
     np.testing.assert_array_equal(pair.stiffness, diagonal.stiffness)
     np.testing.assert_array_equal(Bushing(np.diag([2.0] * 3 + [5.0] * 3)).stiffness, pair.stiffness)
     vector = jnp.array([0.3, -1.0, 0.8])
-    moment = at_rest(Bushing((2.0, 0.0)), rotation_matrix(vector), jnp.ones(3))
-    np.testing.assert_allclose(moment, jnp.concatenate([-2.0 * vector, REST]), atol=1e-14)
+    wrench = at_rest(Bushing((0.0, 2.0)), rotation_matrix(vector), jnp.ones(3))
+    np.testing.assert_allclose(wrench, jnp.concatenate([REST, -2.0 * vector]), atol=1e-14)
     with pytest.raises(ValueError):
         Bushing(jnp.ones(3))
 
@@ -96,7 +96,7 @@ def test_stacking_and_tracing():
     rotation = rotation_matrix(jnp.array([0.3, 0.2, 0.1]))
     together = jax.vmap(lambda law: at_rest(law, rotation, jnp.ones(3)))(stack)
     np.testing.assert_allclose(together[1], 2 * together[0], rtol=1e-13)
-    slope = jax.jit(jax.grad(lambda k: at_rest(Bushing((k, 2.0 * k)), rotation, jnp.ones(3)).sum()))(3.0)
+    slope = jax.jit(jax.grad(lambda k: at_rest(Bushing((2.0 * k, k)), rotation, jnp.ones(3)).sum()))(3.0)
     np.testing.assert_allclose(slope, -6.6, rtol=1e-12)
 
 

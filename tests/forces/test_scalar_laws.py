@@ -9,14 +9,14 @@ import pytest
 from jaxmbs import forces as F
 
 
-def torque_curve(t, x, v):
+def torque_curve(x, v, t):
     return 3.0 * jnp.sin(t) - 0.2 * x * v
 
 
 class Gain(eqx.Module):
     gain: jax.Array
 
-    def __call__(self, t, x, v):
+    def __call__(self, x, v, t):
         return self.gain * jnp.cos(t) * x
 
 

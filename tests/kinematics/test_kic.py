@@ -162,6 +162,6 @@ def test_point_kic_at_a_centre_of_mass_is_the_bodys(loop):
     K, H = mbs.kic(system, state), mbs.kic_second(system, state)
     name = system.topology.body_names[-1]
     G, second_order = mbs.point_kic(system, state, (name, system.com[-1]))
-    np.testing.assert_allclose(G, np.concatenate([K.rotational[name], K.translational[name]]), atol=1e-12)
-    both = np.concatenate([H.rotational[name], H.translational[name]], axis=1)
+    np.testing.assert_allclose(G, np.concatenate([K.translational[name], K.rotational[name]]), atol=1e-12)
+    both = np.concatenate([H.translational[name], H.rotational[name]], axis=1)
     np.testing.assert_allclose(second_order, both, atol=1e-11 * np.abs(both).max())

@@ -86,7 +86,7 @@ def oscillator(stiffness, damping, force=0.0):
     b.body("mass", mass=2.0)
     b.joint("slide", mbs.Prismatic(axis="z"), "ground", "mass")
     b.force("spring", mbs.SpringDamper(stiffness=stiffness, damping=damping), joint="slide")
-    b.force("push", mbs.Actuator(lambda t, x, v: force + 0.0 * x), joint="slide")
+    b.force("push", mbs.Actuator(lambda x, v, t: force + 0.0 * x), joint="slide")
     return b.build()
 
 
