@@ -1,0 +1,68 @@
+"""The manual: its pages' Python runs from top to bottom, every public face has a page, and the site builds."""
+
+import importlib.util
+import linecache
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.test_public_faces import FACES
+
+DOCS = Path(__file__).parent.parent / "docs"
+PAGES = sorted(DOCS.rglob("*.md"))
+SLOW = ()  # pages that compile for more than ten seconds
+LONG = ()  # pages for a machine of its own
+
+_BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page):
+    """Pairs of line and code of a page's Python."""
+    text = page.read_text(encoding="utf-8")
+    return [(text.count("\n", 0, found.start(1)), found.group(1)) for found in _BLOCK.finditer(text)]
+
+
+def _marked(page):
+    name = str(page.relative_to(DOCS).with_suffix(""))
+    marks = [getattr(pytest.mark, mark) for mark, names in (("slow", SLOW), ("long", LONG)) if name in names]
+    return pytest.param(page, marks=marks, id=name)
+
+
+@pytest.mark.parametrize("page", [_marked(page) for page in PAGES if blocks(page)])
+def test_page_runs(page, monkeypatch, tmp_path):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    plt.switch_backend("Agg")
+    monkeypatch.chdir(tmp_path)
+    linecache.checkcache()
+    names = {"__name__": "__manual__"}
+    for line, code in blocks(page):
+        exec(compile("\n" * line + code, str(page), "exec"), names)
+    plt.close("all")
+
+
+def test_marked_pages_exist():
+    assert {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES} >= {*SLOW, *LONG}
+
+
+def test_every_face_has_a_page():
+    rooms = {face.removeprefix("jaxmbs.") for face in FACES} - {"jaxmbs"}
+    assert rooms == {page.stem for page in (DOCS / "api").glob("*.rst")} - {"index"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_page_says_where_to_go_next(page):
+    assert page.name == "index.md" or "\n## Next\n" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra `docs`")
+def test_site_builds_without_warnings(tmp_path):
+    from sphinx.cmd.build import build_main
+
+    copy = shutil.copytree(DOCS, tmp_path / "docs", ignore=shutil.ignore_patterns("_build"))
+    for name in ("jaxmbs", "CHANGELOG.md"):
+        (tmp_path / name).symlink_to(DOCS.parent / name)
+    assert build_main(["-q", "-W", "--keep-going", str(copy), str(tmp_path / "site")]) == 0
+    assert (tmp_path / "site" / "api" / "joints.html").exists()
