@@ -6,13 +6,14 @@ import re
 import shutil
 from pathlib import Path
 
+import jax
 import pytest
 
 from tests.test_public_faces import FACES
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
-SLOW = ()  # pages that compile for more than ten seconds
+SLOW = ("guide/design",)  # pages that compile for more than ten seconds
 LONG = ()  # pages for a machine of its own
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -37,8 +38,9 @@ def test_page_runs(page, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     linecache.checkcache()
     names = {"__name__": "__manual__"}
-    for line, code in blocks(page):
-        exec(compile("\n" * line + code, str(page), "exec"), names)
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):  # as a user has them
+        for line, code in blocks(page):
+            exec(compile("\n" * line + code, str(page), "exec"), names)
     plt.close("all")
 
 
