@@ -13,8 +13,8 @@ from tests.test_public_faces import FACES
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
-SLOW = ("guide/design", "guide/solvers", "start/sharp-bits", "tasks/shaper", "tasks/excavator")
-LONG = ()  # pages for a machine of its own
+SLOW = ("guide/design", "guide/solvers", "start/sharp-bits", "tasks/shaper", "tasks/excavator", "tasks/wishbone")
+LONG = ("tasks/plate-arm",)  # pages for a machine of its own
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
