@@ -13,7 +13,7 @@ from tests.test_public_faces import FACES
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
-SLOW = ("guide/design", "guide/solvers", "start/sharp-bits", "tasks/shaper", "tasks/excavator", "tasks/wishbone")
+SLOW = ("guide/design", "guide/solvers", "start/sharp-bits", "tasks/shaper", "tasks/excavator", "tasks/wishbone", "guide/elastic")
 LONG = ("tasks/plate-arm",)  # pages for a machine of its own
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
