@@ -13,8 +13,9 @@ from tests.test_public_faces import FACES
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
-SLOW = ("guide/design", "guide/solvers", "start/sharp-bits", "tasks/shaper", "tasks/excavator", "tasks/wishbone", "guide/elastic")
-LONG = ("tasks/plate-arm",)  # pages for a machine of its own
+# Pages of a few seconds are quick, those of a minute and more long, all others slow.
+QUICK = ("start/first-mechanism", "guide/loops", "extend/joint", "extend/law", "extend/element", "extend/reduction")
+LONG = ("tasks/plate-arm", "guide/linkages")
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -27,8 +28,8 @@ def blocks(page):
 
 def _marked(page):
     name = str(page.relative_to(DOCS).with_suffix(""))
-    marks = [getattr(pytest.mark, mark) for mark, names in (("slow", SLOW), ("long", LONG)) if name in names]
-    return pytest.param(page, marks=marks, id=name)
+    mark = () if name in QUICK else pytest.mark.long if name in LONG else pytest.mark.slow
+    return pytest.param(page, marks=mark, id=name)
 
 
 @pytest.mark.parametrize("page", [_marked(page) for page in PAGES if blocks(page)])
@@ -45,7 +46,7 @@ def test_page_runs(page, monkeypatch, tmp_path):
 
 
 def test_marked_pages_exist():
-    assert {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES} >= {*SLOW, *LONG}
+    assert {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES} >= {*QUICK, *LONG}
 
 
 def test_every_face_has_a_page():
