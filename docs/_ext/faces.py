@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import re
 
 from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
@@ -90,7 +91,35 @@ def _show_colons(app, what, name, thing, options, lines):
     lines[:] = [line.replace(_COLON, ":") for line in lines]
 
 
+def _expand_arguments(app, what, name, thing, options, lines):
+    """`Args: x: text` on one line becomes the section that Napoleon knows; `Raises` and `Source` stand apart."""
+    found, inside = [], False
+    for line in lines:
+        if line.startswith("Args: "):
+            inside = True
+            text, *rest = re.split(r"  (?=Raises:|Returns:|Source:)", line.removeprefix("Args: "))
+            found += ["Args:", f"    {text}"]
+            if rest:
+                found += ["", " ".join(rest)]
+                inside = False
+        elif inside and line.startswith(" "):
+            text, *rest = re.split(r"  (?=Raises:|Returns:|Source:)", line.strip())
+            found += [f"        {text}", *(["", " ".join(rest)] if rest else [])]
+            inside = not rest
+        else:
+            found += [""] * (inside and line != "") + [line]
+            inside = False
+    lines[:] = found
+
+
+def _skip_fields(app, what, name, thing, skip, options):
+    """Fields of named tuples, which have no words of their own."""
+    return True if str(getattr(thing, "__doc__", "")).startswith("Alias for field number") else None
+
+
 def setup(app):
+    app.connect("autodoc-skip-member", _skip_fields)
+    app.connect("autodoc-process-docstring", _expand_arguments, priority=50)
     app.connect("autodoc-process-docstring", _hide_colons, priority=100)
     app.connect("autodoc-process-docstring", _show_colons, priority=900)
     app.add_directive("face", Face)
