@@ -15,7 +15,7 @@ DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
 # Pages of a few seconds are quick, those of a minute and more long, all others slow.
 QUICK = ("start/first-mechanism", "guide/loops", "extend/joint", "extend/law", "extend/element", "extend/reduction")
-LONG = ("tasks/plate-arm", "guide/linkages")
+LONG = ("tasks/shaper", "tasks/excavator", "tasks/plate-arm", "guide/linkages")
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -60,6 +60,7 @@ def test_page_says_where_to_go_next(page):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # of Sphinx and its extensions to one another
 @pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra `docs`")
 def test_site_builds_without_warnings(tmp_path):
     from sphinx.cmd.build import build_main
