@@ -1,5 +1,6 @@
 """The manual: its pages' Python runs from top to bottom, every public face has a page, and the site builds."""
 
+import importlib
 import importlib.util
 import linecache
 import re
@@ -9,6 +10,7 @@ from pathlib import Path
 import jax
 import pytest
 
+import jaxmbs
 from tests.test_public_faces import FACES
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -57,6 +59,22 @@ def test_every_face_has_a_page():
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_page_says_where_to_go_next(page):
     assert page.name == "index.md" or "\n## Next\n" in page.read_text(encoding="utf-8")
+
+
+_ROOMS = {face.removeprefix("jaxmbs.") for face in FACES} - {"jaxmbs", "motion"}  # pages call a Motion `motion`
+_NAMED = re.compile(r"`(?:jaxmbs\.|mbs\.)?(\w+)\.(\w+)[`(]|`mbs\.(\w+)[`(]")
+_LINK = re.compile(r"\]\((?!http)([^)#]+)[^)]*\)")
+
+
+@pytest.mark.parametrize("page", [*PAGES, DOCS.parent / "README.md"], ids=lambda page: page.stem)
+def test_what_a_page_names_exists(page):
+    text = page.read_text(encoding="utf-8")
+    for room, name, plain in _NAMED.findall(text):
+        if room in _ROOMS:
+            assert hasattr(importlib.import_module(f"jaxmbs.{room}"), name), f"{room}.{name}"
+        assert not plain or hasattr(jaxmbs, plain), plain
+    for target in _LINK.findall(text):
+        assert (page.parent / target).exists(), target
 
 
 @pytest.mark.slow
