@@ -9,7 +9,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 _SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 _JAX_VERSION = tuple(int(part) for part in importlib.metadata.version("jax").split(".")[:2])
 if _JAX_VERSION < (0, 12) and _SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
-    # Small loops as one kernel (see the README); the others make compilation half as long, and runs slower.
+    # Small loops as one kernel (docs/start/sharp-bits.md); the others make compilation half as long, and runs slower.
     _flags = f"--xla_backend_extra_options={_SMALL_LOOPS}=100000000,xla_cpu_disable_loop_unrolling"
     os.environ["XLA_FLAGS"] = (
         f"{os.environ.get('XLA_FLAGS', '')} {_flags} --xla_cpu_use_fusion_emitters=false"

@@ -1,6 +1,5 @@
-"""What the library is for, designs to better designs: the notebook's two pages and the README's second example."""
+"""What the library is for, designs to better designs: the notebook's two pages."""
 
-import re
 import runpy
 from pathlib import Path
 
@@ -49,12 +48,3 @@ def test_the_slopes_are_those_of_differences(page, name, designs, h):
 @pytest.mark.long
 def test_bonds_of_the_elements_carry_the_reactions_of_the_mechanism(page):
     assert page["difference"] < 1e-7 * np.abs(page["both"]).max()
-
-
-@pytest.mark.long
-def test_the_second_example_of_the_readme_runs():
-    blocks = re.findall(r"```python\n(.*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    found = {}
-    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
-        exec("import jax\nimport jaxmbs as mbs\n" + blocks[1], found)
-    assert found["values"].shape == (8,) and np.all(np.isfinite(found["values"]))

@@ -14,8 +14,8 @@ class Modes(eqx.Module):
 
     Attributes:
         eigenvalues: (m,) [1/s].
-        frequencies: |eigenvalue| / 2 pi (m,) [Hz], undamped.
-        damping_ratios: -Re / |eigenvalue| (m,), zero for a zero eigenvalue.
+        frequencies: `|eigenvalue| / 2 pi` (m,) [Hz], undamped.
+        damping_ratios: `-Re / |eigenvalue|` (m,), zero for a zero eigenvalue.
         shapes: (n + N, m) coordinates, then velocities of each mode, largest entry 1; no derivative.
     """
 

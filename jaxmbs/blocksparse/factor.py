@@ -99,7 +99,7 @@ def solve_once(matrix: BlockMatrix, right, kind: str = "cholesky", plan: Plan | 
 
 
 def log_determinant(factor: Factor):
-    """(sign, log |det A|); the logarithm has the derivative tr(A^-1 dA), of every order.
+    """`(sign, log |det A|)`; the logarithm has the derivative `tr(A^-1 dA)`, of every order.
 
     A complex matrix has a phase for its sign, which carries no derivative.
     """

@@ -70,7 +70,7 @@ class Pattern:
 
     @cached_property
     def padding(self) -> np.ndarray:
-        """(blocks, size) bool: coordinates that only fill up a smaller block."""
+        """(blocks, size) bool, coordinates that only fill up a smaller block."""
         return np.arange(self.size)[None, :] >= self.sizes[:, None]
 
     @cached_property

@@ -246,9 +246,9 @@ def reactions(
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
 
-    Redundant loops: components that statics cannot determine have unique_... False.  They are shared so that the
-    complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least norm, moments over
-    the system's characteristic length `system.length`.
+    Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
+    shared so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least
+    norm, moments over the system's characteristic length `system.length`.
 
     Raises: ValueError for an unknown frame, side, method or name.  Source: S1 (26)-(29).
     """

@@ -1,0 +1,90 @@
+"""The manual: its pages' Python runs from top to bottom, every public face has a page, and the site builds."""
+
+import importlib
+import importlib.util
+import linecache
+import re
+import shutil
+from pathlib import Path
+
+import jax
+import pytest
+
+import jaxmbs
+from tests.test_public_faces import FACES
+
+DOCS = Path(__file__).parent.parent / "docs"
+PAGES = sorted(DOCS.rglob("*.md"))
+# Pages of a few seconds are quick, those of a minute and more long, all others slow.
+QUICK = ("start/first-mechanism", "guide/loops", "extend/joint", "extend/law", "extend/element", "extend/reduction")
+LONG = ("tasks/shaper", "tasks/excavator", "tasks/plate-arm", "guide/linkages")
+
+_BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page):
+    """Pairs of line and code of a page's Python."""
+    text = page.read_text(encoding="utf-8")
+    return [(text.count("\n", 0, found.start(1)), found.group(1)) for found in _BLOCK.finditer(text)]
+
+
+def _marked(page):
+    name = str(page.relative_to(DOCS).with_suffix(""))
+    mark = () if name in QUICK else pytest.mark.long if name in LONG else pytest.mark.slow
+    return pytest.param(page, marks=mark, id=name)
+
+
+@pytest.mark.parametrize("page", [_marked(page) for page in PAGES if blocks(page)])
+def test_page_runs(page, monkeypatch, tmp_path):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    plt.switch_backend("Agg")
+    monkeypatch.chdir(tmp_path)
+    linecache.checkcache()
+    names = {"__name__": "__manual__"}
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):  # as a user has them
+        for line, code in blocks(page):
+            exec(compile("\n" * line + code, str(page), "exec"), names)
+    plt.close("all")
+
+
+def test_marked_pages_exist():
+    assert {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES} >= {*QUICK, *LONG}
+
+
+def test_every_face_has_a_page():
+    rooms = {face.removeprefix("jaxmbs.") for face in FACES} - {"jaxmbs"}
+    assert rooms == {page.stem for page in (DOCS / "api").glob("*.rst")} - {"index"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_page_says_where_to_go_next(page):
+    assert page.name == "index.md" or "\n## Next\n" in page.read_text(encoding="utf-8")
+
+
+_ROOMS = {face.removeprefix("jaxmbs.") for face in FACES} - {"jaxmbs", "motion"}  # pages call a Motion `motion`
+_NAMED = re.compile(r"`(?:jaxmbs\.|mbs\.)?(\w+)\.(\w+)[`(]|`mbs\.(\w+)[`(]")
+_LINK = re.compile(r"\]\((?!http)([^)#]+)[^)]*\)")
+
+
+@pytest.mark.parametrize("page", [*PAGES, DOCS.parent / "README.md"], ids=lambda page: page.stem)
+def test_what_a_page_names_exists(page):
+    text = page.read_text(encoding="utf-8")
+    for room, name, plain in _NAMED.findall(text):
+        if room in _ROOMS:
+            assert hasattr(importlib.import_module(f"jaxmbs.{room}"), name), f"{room}.{name}"
+        assert not plain or hasattr(jaxmbs, plain), plain
+    for target in _LINK.findall(text):
+        assert (page.parent / target).exists(), target
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # of Sphinx and its extensions to one another
+@pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra `docs`")
+def test_site_builds_without_warnings(tmp_path):
+    from sphinx.cmd.build import build_main
+
+    copy = shutil.copytree(DOCS, tmp_path / "docs", ignore=shutil.ignore_patterns("_build"))
+    for name in ("jaxmbs", "CHANGELOG.md"):
+        (tmp_path / name).symlink_to(DOCS.parent / name)
+    assert build_main(["-q", "-W", "--keep-going", str(copy), str(tmp_path / "site")]) == 0
+    assert (tmp_path / "site" / "api" / "joints.html").exists()
