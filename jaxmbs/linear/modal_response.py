@@ -112,7 +112,7 @@ def _check_uncoupled(K, M, C):
     K, M, C = (np.asarray(A) for A in (K, M, C))
     product = C @ np.linalg.solve(M, K)
     if np.max(np.abs(product - product.T)) > np.finfo(C.dtype).eps ** 0.5 * np.max(np.abs(product), initial=1e-300):
-        raise ValueError("the damping couples the modes: give ratios, or integrate (coupling.transient)")
+        raise ValueError("the damping couples the modes: give ratios, or integrate (simulate without Modal)")
 
 
 def _check_finite(x):

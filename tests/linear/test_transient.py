@@ -79,7 +79,7 @@ T0, FORCE = jnp.array([0.0, 1.3, 0.0, 0.0]), np.random.default_rng(1).normal(siz
 def of_lattice(t, own):
     """A number of the motion of six modes, the others static; damped in proportion, or by ratios."""
     K, M = lattice(t)
-    damping = {"damping": 0.01 * t[1] * K} if own else {"ratios": jnp.full(9, 0.02).at[0].set(0.0)}
+    damping = {"C": 0.01 * t[1] * K} if own else {"ratios": jnp.full(9, 0.02).at[0].set(0.0)}
     found = modal_response(K=K, M=M, load=jnp.asarray(FORCE), step=0.3, num=6, **damping)
     return jnp.sum((found.displacement + found.velocity)[0] * jnp.arange(30.0))
 
