@@ -79,9 +79,9 @@ def _in_modes(system, start, ts, forces, links, modal):
     damping, ratios = (system.damping, 0.0) if modal.ratios is None else (None, modal.ratios)
     matrices = {"K": system.stiffness, "M": system.mass, "C": damping}
     options = {"num": modal.num, "static_start": modal.static_start}
-    found = modal_response(**matrices, load=load.T, step=ts[1] - ts[0], ratios=ratios, **options)
+    found = modal_response(**matrices, load=load, step=ts[1] - ts[0], ratios=ratios, **options)
     none = jnp.zeros((len(ts), 0), load.dtype)
-    return LinearMotion(ts, *(part.T for part in found), none, (forces,), jnp.array(True))
+    return LinearMotion(ts, *found, none, (forces,), jnp.array(True))
 
 
 def _state(system, start):

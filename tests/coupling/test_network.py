@@ -93,7 +93,7 @@ def primal(stiffness, axes):
     net = network(stiffness, axes)
     Z = jax.lax.complex(net.stiffness - OMEGA**2 * net.mass, OMEGA * net.damping)
     xi = jnp.linalg.solve(Z, net.load({"panel": jnp.asarray(FORCE)}).astype(Z.dtype))
-    x, v, a = (y[:, 0] for y in harmonic(xi[:, None], jnp.array([OMEGA])))
+    x, v, a = (y[0] for y in harmonic(xi[None], jnp.array([OMEGA])))
     return net.expand(xi), loads_of(net, x, a, v, [{"panel": jnp.asarray(FORCE)}]), net
 
 
