@@ -28,7 +28,6 @@ from .dynamics.energy import kinetic_energy, potential_energy
 from .dynamics.newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
 from .dynamics.points import acceleration, angular_acceleration
 from .dynamics.reaction_bonds import reaction_bonds
-from .dynamics.reactions import reactions
 from .errors import AssemblyError, BatchError, ModelError, SimulationError, UnknownNameError
 from .exported import Program, export, load_program
 from .forces import (
@@ -88,9 +87,9 @@ from .math.compile_notes import report_compiles
 from .math.jit import jit
 from .model import Pose, System, inertia
 from .model.elastic import ElasticBody
-from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak, simulate
+from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak
 from .programs import cache
-from .questions import check, equilibrium, frequency_response, modes
+from .questions import check, equilibrium, frequency_response, modes, reactions, simulate
 from .status import Status
 
 __all__ = [

@@ -25,9 +25,11 @@ import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
-from jaxmbs import coupling, elements, fem, forces, linear, reductions, viz
-from jaxmbs.coupling import equivalent_impulse, limit_loads, modal_pairs, peak_response
-from jaxmbs.linear import natural_modes
+import jaxmbs as mbs
+from jaxmbs import elements, fem, forces, viz
+from jaxmbs.coupling import connect, equivalent_impulse, limit_loads, modal_pairs, peak_response, rigid
+from jaxmbs.linear import Link, Modal
+from jaxmbs.reductions import CraigBampton, reduce
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -45,6 +47,7 @@ def tube(radius, wall):
 
 # %%
 PIECES = 4 if FAST else 8
+HEIGHT, TOP, MIDDLE = 0.8 * PIECES, f"s{PIECES}", f"s{PIECES // 2}"
 stage = fem.Structure(
     {f"s{k}": (0.0, 0.0, 0.8 * k) for k in range(PIECES + 1)},
     {"tube": (tube(0.30, 0.004), [(f"s{k}", f"s{k + 1}") for k in range(PIECES)])},
@@ -54,14 +57,15 @@ stage = fem.Structure(
 
 def instrument(radius):
     nodes = {"foot": (0.0, 0.0, 0.0), "knee": (0.0, 0.0, 0.5), "top": (0.0, 0.0, 1.0), "arm": (0.7, 0.0, 0.5)}
+    nodes = {name: np.add(place, (0.0, 0.0, HEIGHT)) for name, place in nodes.items()}
     pairs = [("foot", "knee"), ("knee", "top"), ("knee", "arm")]
     boxes = elements.PointMass(6.0, inertia=0.05 * np.eye(3))
     return fem.Structure(nodes, {"mast": (tube(radius, 0.002), pairs), "boxes": (boxes, [("top",), ("arm",)])})
 
 
-tall = fem.assemble(stage, interface=[f"s{PIECES}"])
+tall = fem.assemble(stage, interface=[TOP])
 fine = fem.assemble(instrument(0.03), interface=["foot"])
-print(linear.check(fine))
+print(mbs.check(fine))
 
 # %% [markdown]
 # ## Reduce, join, and see what it costs
@@ -70,38 +74,36 @@ print(linear.check(fine))
 # %%
 LOSS = 3e-4  # [s], damping in proportion to the stiffness: 1 % at 10 Hz
 tall, fine = (s.with_damping(LOSS * s.stiffness) for s in (tall, fine))
-payload = reductions.reduce(fine, reductions.CraigBampton(num_modes=6))
-carrier = reductions.reduce(tall, reductions.CraigBampton(num_modes=8))
-joined = coupling.join((carrier, payload), (tuple(range(6)), tuple(range(6))))
-whole = coupling.join((tall, fine), (tuple(range(6)), tuple(range(6))))
-reduced, full = joined.modes(), whole.modes()
-print(f"{whole.mass.shape[0]} coordinates reduced to {joined.mass.shape[0]}")
+carrier, payload = reduce(tall, CraigBampton(num_modes=8)), reduce(fine, CraigBampton(num_modes=6))
+bolts = {"bolts": rigid("payload.foot", f"stage.{TOP}")}
+net = connect({"stage": carrier, "payload": payload}, bolts)
+whole = connect({"stage": tall, "payload": fine}, bolts)
+reduced, full = (mbs.modes(system, damped=False) for system in (net, whole))
+print(f"{whole.num_rows} coordinates reduced to {net.num_rows}")
 for a, b in zip(reduced.frequencies[:8], full.frequencies[:8], strict=True):
     print(f"{a:8.3f} Hz, unreduced {b:8.3f}, error {100 * (a / b - 1):.4f} %")
 
 # %% [markdown]
 # ## What the bolts carry
 # A gust pushes the middle of the stage for a moment. The motion of every mode is exact between the samples of the
-# load; the reactions at the interface come with their balance.
+# load; what the bolts put on the instrument is asked by name.
 
 # %%
 step, count = 1e-3, 600 if FAST else 4000
 t = step * np.arange(count)
 pulse = np.where(t < 0.06, np.sin(np.pi * t / 0.06), 0.0)
-middle = np.zeros(tall.num_rows)
-middle[tall.rows(f"s{PIECES // 2} x")[0]] = 5000.0
 
 
-def interface_loads(system, pulse):
-    return coupling.modal_transient(system, step, (middle[:, None] * pulse[None, :], None)).reactions(system)
+def bolt_loads(net, pulse):
+    gust = {f"stage.{MIDDLE} x": 5000.0 * pulse}
+    return mbs.reactions(net, mbs.simulate(net, ts=t, forces=gust, solver=Modal()))["bolts"]
 
 
-loads = interface_loads(joined, jnp.asarray(pulse))
-print(f"the bonds' forces balance to {float(loads.residual):.1e}")
+bolt = bolt_loads(net, jnp.asarray(pulse))
 fig, axes = plt.subplots(2, 1, figsize=(7, 4.5), layout="constrained", sharex=True)
-axes[0].plot(t, loads.forces[1][0], lw=0.8)
+axes[0].plot(t, bolt.force[:, 0], lw=0.8)
 axes[0].set_ylabel("shear force [N]")
-axes[1].plot(t, loads.forces[1][4], lw=0.8)
+axes[1].plot(t, bolt.moment[:, 1], lw=0.8)
 axes[1].set_ylabel("moment [N m]")
 axes[1].set_xlabel("time [s]")
 
@@ -111,23 +113,22 @@ axes[1].set_xlabel("time [s]")
 # impulse. Each mode of the stage gets the impulse that makes its own peak under the pulse; the pairs are summed.
 
 # %%
-alone = natural_modes(K=tall.stiffness, M=tall.mass, num=8)
-pairs = modal_pairs(alone.omega, alone.shapes[np.array(tall.interface)], payload)
-recovery = jnp.abs(
-    payload.mass[:6, 6:] * jnp.diagonal(payload.stiffness)[6:][None, :]
-)  # loads per modal displacement
+alone = mbs.modes(tall, num=8, damped=False)
+at_top, drive = tall.outputs(TOP)[0] @ alone.shapes, alone.shapes.T @ tall.load({f"{MIDDLE} x": 5000.0})
+pairs = modal_pairs(alone.omega, at_top, payload)
+b = payload.num_interface
+recovery = payload.mass[:b, b:] * jnp.diagonal(payload.stiffness)[None, b:]  # loads per modal displacement
+own_modes, _ = net.outputs(*(f"payload.normal {k}" for k in range(6)))
 
 
 @jax.jit
 def both(pulse):
     """Peak interface loads of the instrument's elastic response: coupled transient, absolute sum, root of squares."""
-    drive = alone.shapes.T @ middle
     peaks = jax.vmap(lambda w, f: peak_response(w, f * pulse, step))(alone.omega, drive)
     impulses = equivalent_impulse(alone.omega, peaks)
-    limits = [limit_loads(recovery, pairs.peaks(impulses), how) for how in ("abs", "srss")]
-    motion = coupling.modal_transient(joined, step, (middle[:, None] * pulse[None, :], None), ratios=0.0)
-    own = joined.part(motion.displacement)[1][6:]
-    truth = jnp.max(jnp.abs((payload.mass[:6, 6:] * jnp.diagonal(payload.stiffness)[6:][None, :]) @ own), axis=1)
+    limits = [limit_loads(jnp.abs(recovery), pairs.peaks(impulses), how) for how in ("abs", "srss")]
+    motion = mbs.simulate(net, ts=t, forces={f"stage.{MIDDLE} x": 5000.0 * pulse}, solver=Modal(ratios=0.0))
+    truth = jnp.max(jnp.abs(motion.displacement @ own_modes.T @ recovery.T), axis=0)
     return truth, *limits
 
 
@@ -154,20 +155,21 @@ ax.set_xlabel("length of the pulse [s]")
 # is integrated, and the stops' force is among those that the reactions answer.
 
 # %%
-arm, top = fine.rows("arm x")[0], tall.rows(f"s{PIECES} x")[0]
+arm, top = "payload.arm x", f"stage.{TOP} x"
+both_ends, _ = net.outputs(arm, top)
 count = 300 if FAST else 1000
-given = middle[:, None] * pulse[None, :count]
+gust = {f"stage.{MIDDLE} x": 5000.0 * pulse[:count]}
 fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
 links = ()
 for label in ("free", "with stops"):
-    motion = coupling.transient(joined, t[:count], (given, None), links)
-    on_stage, on_instrument = joined.expand(motion.displacement)
-    swing = on_instrument[arm] - on_stage[top]
+    motion = mbs.simulate(net, ts=t[:count], forces=gust, links=links)
+    on_instrument, on_stage = both_ends @ motion.displacement.T
+    swing = on_instrument - on_stage
     ax.plot(t[:count], 1e3 * swing, lw=0.8, label=label)
-    moment = motion.reactions(joined).forces[1][4]
+    moment = mbs.reactions(net, motion)["bolts"].moment[:, 1]
     print(f"{label:11s} highest moment in the interface {float(jnp.max(jnp.abs(moment))):6.1f} N m")
     half = float(jnp.max(jnp.abs(swing))) / 2
-    links = (coupling.Link(forces.BumpStop(1e10, -half, half), {(1, arm): 1.0, (0, top): -1.0}),)
+    links = (Link(forces.BumpStop(1e10, -half, half), {arm: 1.0, top: -1.0}),)
 ax.set_xlabel("time [s]")
 ax.set_ylabel("arm on the stage [mm]")
 ax.legend(frameon=False)
@@ -181,9 +183,9 @@ ax.legend(frameon=False)
 # %%
 def highest(radius):
     own = fem.assemble(instrument(radius), interface=["foot"])
-    own = reductions.reduce(own.with_damping(LOSS * own.stiffness), reductions.CraigBampton(num_modes=6))
-    system = coupling.join((carrier, own), (tuple(range(6)), tuple(range(6))))
-    return jnp.max(jnp.abs(interface_loads(system, jnp.asarray(pulse)).forces[1][4]))
+    own = reduce(own.with_damping(LOSS * own.stiffness), CraigBampton(num_modes=6))
+    system = connect({"stage": carrier, "payload": own}, bolts)
+    return jnp.max(jnp.abs(bolt_loads(system, jnp.asarray(pulse)).moment[:, 1]))
 
 
 value, slope = jax.jit(jax.value_and_grad(highest))(0.03)

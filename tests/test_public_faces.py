@@ -55,10 +55,9 @@ FACES = {
         SystemBuilder
     """,
     "jaxmbs.coupling": """
-        Assembly BaseMotion Bond BondForces Components CoupledResponse Determinacy Link ModalPairs Network
-        Reactions Transient base_motion bushing connect couple cqc_correlation dual_response elastic_bond
-        equivalent_impulse interface_pattern interface_reactions join joint limit_loads modal_pairs
-        modal_transient peak_response redundancy rigid shortfall stacked transient
+        BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy ModalPairs Network
+        base_motion bushing connect couple cqc_correlation equivalent_impulse interface_pattern joint
+        limit_loads modal_pairs peak_response reactions rigid shortfall stacked
     """,
     "jaxmbs.demo": """
         run
@@ -89,13 +88,14 @@ FACES = {
         read_dmig read_matrix_market read_op4 read_uff write_uff
     """,
     "jaxmbs.linear": """
-        Check LinearSystem ModalMotion Modes StaticResponse TransferFunctions accelerance acceleration_gain
-        base_load block_matrices check complex_modes constraint_modes coupled damped_frequency
-        dense_response direct_response effective_masses equilibrium frequency_response gain_from_mobility
-        generalised_stiffness interface_basis lowest_modes mac mobility mobility_from_gain modal
-        modal_motion modal_receptance modal_response mode_ratios modes natural_modes oscillations
-        participation partition proportional proportional_from_ratios receptance rigid_motions
-        static_response structural superpose track transmissibility viscous_receptance
+        Check LinearMotion LinearSystem Link Modal ModalMotion Modes StaticResponse TransferFunctions
+        accelerance acceleration_gain base_load block_matrices check complex_modes constraint_modes coupled
+        damped_frequency dense_response direct_response effective_masses equilibrium frequency_response
+        gain_from_mobility generalised_stiffness interface_basis lowest_modes mac mobility
+        mobility_from_gain modal modal_motion modal_receptance modal_response mode_ratios modes
+        natural_modes oscillations participation partition proportional proportional_from_ratios receptance
+        rigid_motions simulate static_response structural superpose track transmissibility
+        viscous_receptance
     """,
     "jaxmbs.model": """
         Pose System Topology
@@ -104,7 +104,7 @@ FACES = {
         Diagnostics Formulation Gauss4 ImplicitMidpoint Motion Peak Rates SemiImplicitEuler peak simulate
     """,
     "jaxmbs.questions": """
-        check equilibrium frequency_response modes
+        check equilibrium frequency_response modes reactions simulate
     """,
     "jaxmbs.reductions": """
         AbstractReduction Characteristic CraigBampton CraigChang Guyan Hurty MacNeal Mixed Physical Reduced

@@ -1,9 +1,9 @@
-"""Components joined: bonds, networks, the reactions between them, their motion and its limits."""
+"""Components joined: bonds, networks, the loads of their bonds, and limits of these."""
 
 from .base_motion import BaseMotion, base_motion
 from .blocks import Components, CoupledResponse, couple, interface_pattern
 from .bonds import Bond, bushing, joint, rigid
-from .dual import dual_response, redundancy
+from .connect import connect
 from .limits import (
     ModalPairs,
     cqc_correlation,
@@ -13,44 +13,33 @@ from .limits import (
     peak_response,
     shortfall,
 )
-from .modal_transient import modal_transient
-from .network import BondForces, Determinacy, Network, connect
-from .primal import Assembly, Reactions, elastic_bond, interface_reactions, join
+from .loads import BondLoad, BondLoads, Determinacy
+from .network import Network, reactions
 from .stacked import stacked
-from .transient import Link, Transient, transient
 
 __all__ = [
-    "Assembly",
     "BaseMotion",
     "Bond",
-    "BondForces",
+    "BondLoad",
+    "BondLoads",
     "Components",
     "CoupledResponse",
     "Determinacy",
-    "Link",
     "ModalPairs",
     "Network",
-    "Reactions",
-    "Transient",
     "base_motion",
     "bushing",
     "connect",
     "couple",
     "cqc_correlation",
-    "dual_response",
-    "elastic_bond",
     "equivalent_impulse",
     "interface_pattern",
-    "interface_reactions",
-    "join",
     "joint",
     "limit_loads",
     "modal_pairs",
-    "modal_transient",
     "peak_response",
-    "redundancy",
+    "reactions",
     "rigid",
     "shortfall",
     "stacked",
-    "transient",
 ]

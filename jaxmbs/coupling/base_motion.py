@@ -15,14 +15,14 @@ class BaseMotion(eqx.Module):
     """Motion of a component and the forces that move its base.
 
     Attributes:
-        displacement, velocity, acceleration: (r, T) of the component, interface coordinates first.
-        forces: (b, T) on the interface.
+        displacement, velocity, acceleration: (T, r) of the component, interface coordinates first.
+        forces: (T, b) on the interface.
     """
 
-    displacement: Float[Array, "r T"]
-    velocity: Float[Array, "r T"]
-    acceleration: Float[Array, "r T"]
-    forces: Float[Array, "b T"]
+    displacement: Float[Array, "T r"]
+    velocity: Float[Array, "T r"]
+    acceleration: Float[Array, "T r"]
+    forces: Float[Array, "T b"]
 
 
 def base_motion(
@@ -34,19 +34,20 @@ def base_motion(
 
     Args:
         component: whole or reduced; its own damping is not used.
-        acceleration: (b, T) of the interface coordinates [m/s^2, rad/s^2].
+        acceleration: (T, b) of the interface coordinates [m/s^2, rad/s^2].
         step: between samples [s].
         ratios: damping of the modes of the held base, one number or one for each.
         displacement, velocity: of the interface at the start (b,), default 0.
 
     Raises: ValueError for accelerations that do not fit the interface.  Source: S1 (5)-(6), (42)-(43).
     """
-    if acceleration.ndim != 2 or len(acceleration) != component.num_interface:
-        raise ValueError(f"accelerations have shape {acceleration.shape}, not ({component.num_interface}, times)")
+    if acceleration.ndim != 2 or acceleration.shape[1] != component.num_interface:
+        raise ValueError(f"accelerations have shape {acceleration.shape}, not (times, {component.num_interface})")
     c = explicit(component)
     K, M, b = c.stiffness, c.mass, c.num_interface
     T = interface_basis(K, tuple(range(b)))
-    base = modal_motion(jnp.zeros(b, K.dtype), 0.0, acceleration.T, step, displacement, velocity)
-    relative = modal_response(K=K[b:, b:], M=M[b:, b:], load=-(M @ T)[b:] @ acceleration, step=step, ratios=ratios)
-    x, v, a = ((T @ q.T).at[b:].add(y) for q, y in zip(base, relative, strict=True))
-    return BaseMotion(x, v, a, T.T @ (M @ a + K @ x))
+    base = modal_motion(jnp.zeros(b, K.dtype), 0.0, acceleration, step, displacement, velocity)
+    load = -(acceleration @ (M @ T)[b:].T)
+    relative = modal_response(K=K[b:, b:], M=M[b:, b:], load=load, step=step, ratios=ratios)
+    x, v, a = ((q @ T.T).at[:, b:].add(y) for q, y in zip(base, relative, strict=True))
+    return BaseMotion(x, v, a, (a @ M.T + x @ K.T) @ T)

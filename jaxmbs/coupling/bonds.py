@@ -33,8 +33,8 @@ class Bond(eqx.Module):
 def rigid(first, second=GROUND) -> Bond:
     """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
 
-    Args: first, second: a component's name (its whole interface), `(name, node)`, or `(name, numbers)` of interface
-        coordinates; second also "ground".  Source: S1 (1)-(2).
+    Args: first, second: a component's name (its whole interface) or one of its nodes, "stage.top"; or `(name, node)`,
+        `(name, nodes)`, `(name, numbers)` of interface coordinates; second also "ground".  Source: S1 (1)-(2).
     """
     return Bond((_end(first), _end(second)))
 
@@ -65,7 +65,8 @@ def bushing(first, second=GROUND, *, stiffness, damping=None, mass=None, axes=No
 
 def _end(end):
     if isinstance(end, str):
-        return end, None
+        name, _, node = end.partition(".")
+        return name, (node,) if node else None
     name, which = end
     return name, (which,) if isinstance(which, str | int) else tuple(which)
 

@@ -8,12 +8,13 @@ import scipy.linalg
 from jax import lax
 
 from ..checks import known
+from ..linear.system import LinearSystem
 from ..math import square
-from ..reductions.base import Reduced, explicit
-from .primal import balanced, join, joint_places
+from ..reductions.base import Reduced
+from .primal import balanced, join
 
 
-def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]], forces: Sequence, omega=None):
+def dual_response(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]], forces: Sequence, omega=None):
     """Static or harmonic response with the reactions as unknowns: the dual assembly `[Z B^T; B 0]`.
 
     Args:
@@ -37,7 +38,7 @@ def dual_response(components: Sequence[Reduced], joints: Sequence[Sequence[int]]
     for start, c, z, f in zip(starts[:-1], parts, Z, forces, strict=True):
         saddle = lax.dynamic_update_slice(saddle, z, (start, start))
         if f is not None:
-            right = lax.dynamic_update_slice(right, c.generalised(f).astype(right.dtype), (start,))
+            right = lax.dynamic_update_slice(right, (c.basis.T.astype(f.dtype) @ f).astype(right.dtype), (start,))
     solution = square.solve(saddle, right)
     _check_solved(saddle @ solution - right, right)
     reactions = -B.T @ solution[n:]
@@ -56,33 +57,17 @@ def _check_solved(miss, right):
         raise ValueError("the joined structure is singular: the bonds leave a motion free, or it resonates undamped")
 
 
-def redundancy(
-    components: Sequence[Reduced], joints: Sequence[Sequence[int]], rigid: Sequence | None = None
-) -> tuple[int, tuple[np.ndarray, ...]]:
-    """How many bonds are redundant, and which reactions statics alone determine: a flag (b_c,) for each component.
-
-    On the host.  Bonds are taken one by one where a joint has several members; a redundant one can be cut and leaves
-    no new motion of the components as rigid bodies.
-
-    Args:
-        rigid: rigid motions of each component's interface (b_c, d_c), as `rigid_motions(...)[interface]`; default:
-            the motions below the widest gap in the stiffness of each component's interface.
-
-    Source: S1 (13)-(14), (20).
-    """
-    components = tuple(map(explicit, components))
-    places, _ = joint_places(components, joints)
-    starts = np.cumsum([0, *(c.num_interface for c in components)])
-    B = _compatibility([p[: c.num_interface] for p, c in zip(places, components, strict=True)], starts)
-    stresses, _ = self_stresses(B, components, rigid)
-    unknown = np.abs(stresses.T @ B).max(axis=0, initial=0.0) > 1e-6
-    return stresses.shape[1], tuple(~part for part in np.split(unknown, starts[1:-1]))
-
-
 def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = None) -> tuple[np.ndarray, int]:
     """Forces (ties, r) that rigid components carry without a load, orthonormal, and how many motions are left free.
 
-    On the host.  Args: ties: rows over the components' interface coordinates in turn; rigid: as in `redundancy`.
+    On the host.  A redundant bond can be cut and leaves no new motion of the components as rigid bodies.
+
+    Args:
+        ties: rows over the components' interface coordinates in turn.
+        rigid: rigid motions of each component's interface (b_c, d_c); default: those below the widest gap in its
+            stiffness.
+
+    Source: S1 (13)-(16), (20).
     """
     if rigid is None:
         condensed = [_condensed(c) for c in components]

@@ -1,6 +1,5 @@
-"""Components joined by named bonds: what each bond carries, whether it balances, and whether statics determine it."""
+"""Components joined by named bonds: a linear system whose bonds tell what they carry."""
 
-import dataclasses
 from collections.abc import Mapping
 
 import equinox as eqx
@@ -8,111 +7,114 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..errors import ModelError
-from ..linear.modes import Modes
-from ..reductions.base import explicit
-from .bonds import Bond, resolved_in
+from ..checks import no_such
+from ..errors import ModelError, UnknownNameError
+from ..linear.motion import LinearMotion
+from ..linear.static_response import StaticResponse
+from ..linear.system import LinearSystem
 from .dual import dual_response, self_stresses
-from .primal import Assembly, Reactions, interface_reactions, join
-from .ties import Ties, joint_numbers, ties
+from .loads import BondLoads, Determinacy, by_bond
+from .primal import Assembly, interface_reactions
+from .ties import Ties
 
 
-class BondForces(eqx.Module):
-    """Forces of the bonds, by name; (k, ...) along a bond's directions, in its own axes if it has such.
+class Network(Assembly):
+    """Components and bushings joined by bonds, as `connect` makes it: a `LinearSystem` over the joined coordinates.
 
-    Attributes:
-        on_first: force that the bond puts on its first end.
-        on_second: on its second end; the opposite of the first but for a bushing with mass.
-        residual: largest sum of the forces at a joint, relative to the largest: zero by S1 (25).
-    """
-
-    on_first: dict[str, Array]
-    on_second: dict[str, Array]
-    residual: Array
-
-
-@dataclasses.dataclass(frozen=True)
-class Determinacy:
-    """Which forces of the bonds the equilibrium of rigid components determines; `str` of it is a table.
+    Coordinates of components are named "stage.top z", those that were reduced included.
 
     Attributes:
-        redundant: how many bonds could be cut and leave no new rigid motion.
-        free_motions: how many rigid motions the bonds leave.
-        determinate: by bond, by direction: whether its force is independent of stiffness.
-        labels: by bond, its directions.
+        names: of the components given, then of the bushings.
+        bonds: `(name, what it ties)`.
+        joints: of every component the numbers of the joint displacements of its interface, -1 for the ground's.
     """
 
-    redundant: int
-    free_motions: int
-    determinate: dict[str, tuple[bool, ...]]
-    labels: dict[str, tuple[str, ...]]
-
-    def __str__(self):
-        lines = [f"{self.redundant} redundant bonds, {self.free_motions} free motions"]
-        width = max((len(name) for name in self.determinate), default=0)
-        for name, known in self.determinate.items():
-            parts = [
-                f"{kind} {' '.join(label for label, k in zip(self.labels[name], known, strict=True) if k is flag)}"
-                for kind, flag in (("determinate", True), ("redundant", False))
-                if flag in known
-            ]
-            lines.append(f"{name:<{width}}  {'; '.join(parts)}")
-        return "\n".join(lines)
-
-
-class Network(eqx.Module):
-    """Components and bushings joined by bonds, as `connect` makes it.
-
-    Attributes:
-        assembly: mass, stiffness and damping over the joined coordinates xi; its components are those given, then the
-            bushings, in the order of `names`.
-    """
-
-    assembly: Assembly
     names: tuple[str, ...] = eqx.field(static=True)
     bonds: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
     joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
-    def load(self, forces: Mapping) -> Array:
-        """`Q` (N, ...) of forces (n_c, ...) on components by name.  Source: S1 (18), (21)-(25)."""
-        return self.assembly.load(self._ordered(forces))
-
-    def modes(self, num: int | None = None) -> Modes:
-        """Natural modes, shapes in xi.  Source: S1 (33)-(37)."""
-        return self.assembly.modes(num)
+    def __init__(self, *, names, bonds, joints, **options):
+        super().__init__(**options)
+        self.names, self.bonds, self.joints = tuple(names), tuple(bonds), joints
 
     def expand(self, xi) -> dict:
-        """Displacements of all coordinates of every component, by name."""
-        return dict(zip(self.names, self.assembly.expand(xi), strict=True))
+        """Displacements (..., n_c) of all coordinates of every component, by name, from joined ones (..., N)."""
+        parts = self.part(jnp.moveaxis(xi, -1, 0))
+        found = zip(self.names, self.components, parts, strict=True)
+        return {name: jnp.moveaxis(jnp.tensordot(c.basis.astype(rho.dtype), rho, 1), 0, -1) for name, c, rho in found}
 
-    def reactions(self, xi, xi_ddot=None, xi_dot=None, forces: Mapping | None = None) -> BondForces:
-        """Forces of the bonds in a motion xi (N, ...); rates and forces as in `interface_reactions`, by name.
+    def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
+        """As of `LinearSystem`, of the components: "stage.top z", ("stage", "top z"), "stage.top"."""
+        rows, labels = [jnp.zeros((0, self.num_rows), self.dtype)], []
+        for name in names:
+            component, own = self._component(name)
+            found, which = self.components[component].outputs(own)
+            place = np.array(self.places[component])
+            spread = jnp.zeros((len(found), self.num_rows + 1), self.dtype)  # the last column is held
+            rows.append(spread.at[:, place].add(found.astype(self.dtype))[:, :-1])
+            labels += [f"{self.names[component]}.{label}" for label in which]
+        return jnp.concatenate(rows), tuple(labels)
 
-        Source: S1 (3), (19)-(25).
+    def _component(self, name):
+        component, own = name.partition(".")[::2] if isinstance(name, str) else name
+        if component not in self.names:
+            raise UnknownNameError(no_such("component", component, self.names))
+        return self.names.index(component), own
+
+    def load(self, forces: Mapping | Array) -> Array:
+        """Forces (..., N): as of `LinearSystem`, and by name of a component on all of its coordinates (..., n_c).
+
+        Source: S1 (18), (21)-(25).
         """
-        xi_ddot = jnp.zeros_like(xi) if xi_ddot is None else xi_ddot
-        given = None if forces is None else self._ordered(forces)
-        return self._by_bond(interface_reactions(self.assembly, xi, xi_ddot, xi_dot, given))
+        if not isinstance(forces, Mapping):
+            return super().load(forces)
+        shares = self.shares(forces)
+        times = np.broadcast_shapes(*(s.shape[:-1] for s in shares if s is not None))
+        shares = [None if s is None else _first(s, times) for s in shares]
+        if all(share is None for share in shares):
+            return jnp.zeros(self.num_rows, self.dtype)
+        return jnp.moveaxis(self.gathered(shares), 0, -1)
 
-    def response(self, forces: Mapping, omega=None) -> tuple[dict, BondForces]:
-        """Static or harmonic displacements (n_c,) by component, and the forces of the bonds: the dual assembly.
+    def shares(self, forces: Mapping) -> list:
+        """Generalised forces (..., r_c) on every component, None for none.  Source: S1 (17)-(18)."""
+        if not isinstance(forces, Mapping):
+            raise ValueError("forces of a network are given by name: which component bears them?")
+        own = [{} for _ in self.names]
+        for name, force in forces.items():
+            if name in self.names:
+                component, force = self.names.index(name), jnp.asarray(force)
+                basis = self.components[component].basis
+                if force.shape[-1:] != (len(basis),):
+                    raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(basis)})")
+                own[component][None] = force @ basis.astype(force.dtype)
+            else:
+                component, label = self._component(name)
+                own[component][label] = force
+        return [_share(c, dict(given)) if given else None for c, given in zip(self.components, own, strict=True)]
 
-        Source: S1 (1)-(3), (19), (25).
+    def response(self, forces: Mapping, omega=None) -> tuple[dict, BondLoads]:
+        """Static or harmonic displacements (n_c,) by component, and the loads of the bonds: the dual assembly.
+
+        Args: forces: by component (n_c,).  Source: S1 (1)-(3), (19), (25).
         """
-        parts = self.assembly.components
-        rhos, found = dual_response(parts, self.joints, self._ordered(forces), omega)
-        moved = {name: c.expand(rho) for name, c, rho in zip(self.names, parts, rhos, strict=True)}
-        return moved, self._by_bond(found)
+        parts = self.components
+        stray = [no_such("component", name, self.names) for name in forces if name not in self.names]
+        if stray:
+            raise UnknownNameError("; ".join(stray))
+        rhos, found = dual_response(parts, self.joints, [forces.get(name) for name in self.names], omega)
+        moved = {n: c.basis.astype(rho.dtype) @ rho for n, c, rho in zip(self.names, parts, rhos, strict=True)}
+        return moved, by_bond(self.bonds, self._rows(), jnp.concatenate(found.forces), found.residual)
 
     def determinacy(self, rigid: Mapping | None = None) -> Determinacy:
         """Redundant and statically determinate bonds; on the host.
 
-        Args: rigid: by component, rigid motions of its interface (b, d); default as in `redundancy`.
+        Args: rigid: by component, rigid motions of its interface (b, d); default: the motions
+            below the widest gap in the stiffness of each component's interface.
 
         Source: S1 (13)-(14), (20).
         """
         rigid = None if rigid is None else [rigid[name] for name in self.names]
-        stresses, free = self_stresses(self._rows(), self.assembly.components, rigid)
+        stresses, free = self_stresses(self._rows(), self.components, rigid)
         unknown, known, at = np.abs(stresses).max(axis=1, initial=0.0) > 1e-6, {}, 0
         for name, bond in self.bonds:
             known[name] = tuple(not flag for flag in unknown[at : at + len(bond.kept)])
@@ -120,15 +122,9 @@ class Network(eqx.Module):
         labels = {name: tuple(bond.labels[k] for k in bond.kept) for name, bond in self.bonds}
         return Determinacy(stresses.shape[1], free, known, labels)
 
-    def _ordered(self, forces):
-        stray = sorted(set(forces) - set(self.names))
-        if stray:
-            raise ValueError(f"forces on {stray}: the components are {', '.join(self.names)}")
-        return [forces.get(name) for name in self.names]
-
     def _rows(self):
         """(ties, interface coordinates of all components in turn): first less second."""
-        starts = np.cumsum([0, *(c.num_interface for c in self.assembly.components)])
+        starts = np.cumsum([0, *(c.num_interface for c in self.components)])
         place = {name: start for name, start in zip(self.names, starts, strict=False)}
         pairs = [pair for _, bond in self.bonds for side in bond.pairs for pair in side]
         rows = np.zeros((len(pairs), starts[-1]))
@@ -138,52 +134,50 @@ class Network(eqx.Module):
                     row[place[coordinate[0]] + coordinate[1]] = sign
         return rows
 
-    def _by_bond(self, found: Reactions) -> BondForces:
-        """Forces of the ties from those on the components, `B^T f = r`: no tie closes a ring, so B has full rank."""
-        B = self._rows()
-        f = jnp.concatenate(found.forces)
-        solve = jnp.asarray(np.linalg.solve(B @ B.T, B)).astype(f.dtype)
-        f, at, first, second = jnp.tensordot(solve, f, axes=1), 0, {}, {}
-        for name, bond in self.bonds:
-            sides = []
-            for pairs in bond.pairs:
-                zero = jnp.zeros((len(bond.labels), *f.shape[1:]), f.dtype)
-                sides.append(zero.at[np.array(bond.kept, int)].set(f[at : at + len(pairs)]))
-                at += len(pairs)
-            first[name], second[name] = sides[0], -sides[-1]
-        return BondForces(first, second, found.residual)
+
+def _share(component, given):
+    """(..., r_c) of forces by label, and of those on all coordinates, which are generalised already."""
+    whole = given.pop(None, None)
+    part = component.load(given) if given else None
+    if whole is None or part is None:
+        return part if whole is None else whole
+    shape = np.broadcast_shapes(whole.shape, part.shape)
+    return jnp.broadcast_to(whole, shape) + jnp.broadcast_to(part, shape)
 
 
-def connect(components: Mapping, bonds: Mapping[str, Bond]) -> Network:
-    """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: the primal assembly.
+def reactions(
+    network: LinearSystem, motion: LinearMotion | StaticResponse, forces: Mapping | None = None
+) -> BondLoads:
+    """What the bonds carry in a motion or at rest: `reactions(net, motion)["bolts"].force`.
 
-    `connect({"stage": a, "payload": b}, {"bolts": rigid(("stage", "top"), "payload")})`.  What no bond ties stays
-    free.
+    Args:
+        motion: of `simulate`, or of `equilibrium` with the `forces` that it was asked with.
 
-    Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already.
-    Source: S1 (1)-(3), (9)-(12), (21)-(25).
+    With fixed-interface modes these loads already are those of mode acceleration.  Source: S1 (3), (19)-(25).
     """
-    found = ties(components, bonds)
-    elements = {name: bond.element for name, bond in bonds.items() if bond.element is not None}
-    parts = {name: explicit(c) for name, c in (dict(components) | elements).items()}
-    parts = _turned(parts, bonds, found)
-    joints = joint_numbers({name: c.num_interface for name, c in parts.items()}, found)
-    return Network(join(tuple(parts.values()), joints), tuple(parts), tuple(found.items()), joints)
+    if not isinstance(network, Network):
+        raise ModelError(["reactions are those of a mechanism, or of the bonds of a network of `connect`"])
+    rest = isinstance(motion, StaticResponse)
+    given = (() if forces is None else (forces,)) if rest else motion.forces
+    x = motion.displacement
+    a, v = (jnp.zeros_like(x), None) if rest else (motion.acceleration, motion.velocity)
+    return loads_of(network, x, a, v, given)
 
 
-def _turned(parts, bonds, found):
-    """Components whose ends at bonds with axes are resolved in these."""
-    used, faults = {}, []
-    for name, bond in found.items():
-        for coordinate in (c for end in bond.ends for c in end):
-            used.setdefault(coordinate, []).append(name)
-    for name, bond in bonds.items():
-        for end in found[name].ends if bond.axes is not None else ():
-            others = sorted({other for c in end for other in used[c]} - {name})
-            if others:
-                faults.append(f"bond {name!r} has axes: {', '.join(others)} must not join the same coordinates")
-            if end:
-                parts[end[0][0]] = resolved_in(parts[end[0][0]], bond.axes, [k for _, k in end])
-    if faults:
-        raise ModelError(faults)
-    return parts
+def loads_of(network: Network, x, a, v=None, forces=()) -> BondLoads:
+    """Loads of the bonds in displacements, accelerations, velocities (..., N), complex amplitudes too.
+
+    Args: forces: mappings as `Network.shares` takes them.  Source: S1 (3), (19)-(25).
+    """
+    along = [None if part is None else jnp.moveaxis(part, -1, 0) for part in (x, a, v)]
+    shares = [None] * len(network.names)
+    for given in forces:
+        new = [None if s is None else _first(s, x.shape[:-1]) for s in network.shares(given)]
+        shares = [b if a is None else a if b is None else a + b for a, b in zip(shares, new, strict=True)]
+    found = interface_reactions(network, *along, shares)
+    return by_bond(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual)
+
+
+def _first(share, times):
+    """(r, ...) of a share (..., r), which may be the same at all times."""
+    return jnp.moveaxis(jnp.broadcast_to(share, (*times, share.shape[-1])), -1, 0)

@@ -5,62 +5,39 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Inexact
+from jaxtyping import Array
 
 from ..elements.base import number
-from ..linear.condensation import interface_basis, partition
-from ..linear.modes import Modes, natural_modes
 from ..linear.system import LinearSystem
 from ..reductions.base import Reduced, explicit
 
 
-class Assembly(eqx.Module):
+class Assembly(LinearSystem):
     """Joined components: `rho_c = beta_c xi`, first the displacements of the joints, then each one's own coordinates.
 
     Attributes:
         components: with explicit interfaces.
-        mass, stiffness: (N, N).
-        damping: (N, N), or None.
         places: of each component's coordinates in xi; -1 is held.  These are the columns of beta.
-        massless: coordinates of xi that no component gives mass to.
     """
 
     components: tuple[Reduced, ...]
-    mass: Inexact[Array, "N N"]
-    stiffness: Inexact[Array, "N N"]
-    damping: Inexact[Array, "N N"] | None
     places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
-    labels: tuple[str, ...] = eqx.field(static=True)
-    massless: tuple[int, ...] = eqx.field(static=True)
+
+    def __init__(self, *, components, places, **options):
+        super().__init__(**options)
+        self.components, self.places = tuple(components), tuple(places)
 
     def part(self, xi) -> tuple:
         """`rho_c = beta_c xi` of every component, (r_c, ...).  Source: S1 (7), (11), (21)-(24)."""
         padded = jnp.concatenate([xi, jnp.zeros_like(xi[:1])])
         return tuple(padded[np.array(p)] for p in self.places)
 
-    def expand(self, xi) -> tuple:
-        """Displacements of all coordinates of every component."""
-        return tuple(c.expand(rho) for c, rho in zip(self.components, self.part(xi), strict=True))
-
-    def load(self, forces: Sequence) -> Array:
-        """`Q = sum beta_c^T F_c` (N, ...) of forces on the components' own coordinates (n_c, ...), None for none.
+    def gathered(self, shares: Sequence) -> Array:
+        """`Q = sum beta_c^T Q_c` (N, ...) of generalised forces on the components (r_c, ...), None for none.
 
         Source: S1 (18), (21)-(25).
         """
-        parts = [None if f is None else c.generalised(f) for c, f in zip(self.components, forces, strict=True)]
-        return _sum(self.places, parts, len(self.labels))
-
-    def modes(self, num: int | None = None) -> Modes:
-        """Natural modes, shapes in xi; coordinates without mass are condensed first, which is exact.
-
-        Source: S1 (33)-(37).
-        """
-        if not self.massless:
-            return natural_modes(K=self.stiffness, M=self.mass, num=num)
-        heavy, _ = partition(len(self.labels), self.massless)
-        T = interface_basis(self.stiffness, tuple(heavy.tolist()))
-        modes = natural_modes(K=T.T @ self.stiffness @ T, M=self.mass[heavy][:, heavy], num=num)
-        return eqx.tree_at(lambda m: m.shapes, modes, T @ modes.shapes)
+        return _sum(self.places, shares, self.num_rows)
 
 
 class Reactions(eqx.Module):
@@ -86,12 +63,17 @@ def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) ->
     """
     parts = tuple(map(explicit, components))
     places, labels = joint_places(parts, joints)
-    matrices = [
-        _assemble(places, [getattr(c, kind) for c in parts], len(labels)) for kind in ("mass", "stiffness", "damping")
-    ]
+    return Assembly(**joined(parts, places, labels), components=parts, places=places)
+
+
+def joined(parts: Sequence[Reduced], places, labels) -> dict:
+    """What makes a `LinearSystem` of components on common coordinates.  Source: S1 (9)-(12)."""
+    matrices = {
+        kind: _assemble(places, [getattr(c, kind) for c in parts], len(labels))
+        for kind in ("mass", "stiffness", "damping")
+    }
     heavy = {p for place, c in zip(places, parts, strict=True) for k, p in enumerate(place) if k not in c.massless}
-    massless = tuple(i for i in range(len(labels)) if i not in heavy)
-    return Assembly(parts, *matrices, places, labels, massless)
+    return matrices | {"coordinates": labels, "massless": [i for i in range(len(labels)) if i not in heavy]}
 
 
 def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
@@ -115,23 +97,23 @@ def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
     return LinearSystem(mass=M, stiffness=K, damping=C, interface=b, massless=b if mass is None else ())
 
 
-def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, forces: Sequence | None = None) -> Reactions:
-    """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - F`.
+def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Sequence | None = None) -> Reactions:
+    """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - Q`.
 
     Args:
         xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes (see `recovery.harmonic`).
-        forces: as in `Assembly.load`.
+        shares: generalised forces on the components (r_c, ...), None for none.
 
-    With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (19)-(25).
+    With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (17)-(25).
     """
     rows = list(zip(assembly.components, assembly.part(xi), assembly.part(xi_ddot), strict=True))
     found = [_times(c.stiffness, rho) + _times(c.mass, rho_ddot) for c, rho, rho_ddot in rows]
     if xi_dot is not None:
         pairs = zip(assembly.components, assembly.part(xi_dot), found, strict=True)
         found = [f if c.damping is None else f + _times(c.damping, rho_dot) for c, rho_dot, f in pairs]
-    if forces is not None:
-        pairs = zip(assembly.components, forces, found, strict=True)
-        found = [f if given is None else f - c.generalised(given).astype(f.dtype) for c, given, f in pairs]
+    if shares is not None:
+        pairs = zip(shares, found, strict=True)
+        found = [f if given is None else f - given.astype(f.dtype) for given, f in pairs]
     return balanced(assembly, [f[: c.num_interface] for c, f in zip(assembly.components, found, strict=True)])
 
 
@@ -141,7 +123,7 @@ def balanced(assembly: Assembly, forces: Sequence) -> Reactions:
         jnp.zeros_like(f, shape=(len(p), *f.shape[1:])).at[: len(f)].set(f)
         for f, p in zip(forces, assembly.places, strict=True)
     ]
-    sums = _sum(assembly.places, padded, len(assembly.labels))
+    sums = _sum(assembly.places, padded, assembly.num_rows)
     largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f)) for f in forces]))
     return Reactions(tuple(forces), jnp.max(jnp.abs(sums)) / jnp.where(largest > 0, largest, 1.0))
 

@@ -29,5 +29,5 @@ def stacked(
     matrices = jnp.stack([dynamic_stiffness(c, omega) for c in parts])
     zero = jnp.zeros(matrices.shape[1], matrices.dtype)
     pairs = zip(parts, forces, strict=True)
-    loads = [zero if f is None else c.generalised(f).astype(matrices.dtype) for c, f in pairs]
+    loads = [zero if f is None else (c.basis.T.astype(f.dtype) @ f).astype(matrices.dtype) for c, f in pairs]
     return Components(tuple(tuple(int(n) for n in row) for row in nodes), matrices, jnp.stack(loads))

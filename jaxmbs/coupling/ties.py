@@ -10,6 +10,9 @@ from ..errors import ModelError
 from ..linear.system import LinearSystem
 from .bonds import GROUND, Bond
 
+#: The fault of a name that could not be told from a component's node.
+DOTTED = "a name without a dot, please: 'stage.top' is the node 'top' of 'stage'"
+
 
 class Ties(NamedTuple):
     """What a bond ties: interface coordinates `(component, number)`, None for those of the ground.
@@ -31,10 +34,13 @@ def ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
     """What each bond ties.  Raises: ModelError with every fault: names, counts, directions."""
     kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, LinearSystem)}
     faults, found = [f"component {name!r} is a {kind}, not a LinearSystem" for name, kind in kinds.items()], {}
+    faults += [f"component {name!r}: {DOTTED}" for name in components if "." in name or name == GROUND]
     for name, bond in bonds.items() if not kinds else ():
         own = []
         if name in components or name == GROUND:
             own.append("a component has that name")
+        if bond.element is not None and "." in name:
+            own.append(DOTTED)
         ends = [_coordinates(end, components, own) for end in bond.ends]
         if not own:
             found[name] = _ties(name, bond, ends, own)

@@ -10,11 +10,11 @@ from .structure import Structure
 
 @jit
 def histories(recover: Callable, structure: Structure, x) -> dict:
-    """`element_forces` or `element_stresses` of many displacements: (elements, labels, ...) by group.
+    """`element_forces` or `element_stresses` of many displacements: (..., elements, labels) by group.
 
-    Args: x: (rows, ...) of the dense matrices over times or cases, or complex amplitudes over frequencies.
+    Args: x: (..., rows) of the dense matrices over times or cases, or complex amplitudes over frequencies.
 
     Source: S1 (30).
     """
-    found = jax.vmap(lambda column: recover(structure, column), 1, -1)(x.reshape(len(x), -1))
-    return jax.tree.map(lambda f: f.reshape(*f.shape[:-1], *x.shape[1:]), found)
+    found = jax.vmap(lambda row: recover(structure, row))(x.reshape(-1, x.shape[-1]))
+    return jax.tree.map(lambda f: f.reshape(*x.shape[:-1], *f.shape[1:]), found)

@@ -26,18 +26,23 @@ from .gains import (
 from .modal_response import modal_response
 from .mode_shapes import effective_masses, mac, mode_ratios, participation, track
 from .modes import Modes, natural_modes
+from .motion import LinearMotion, Link, Modal
 from .oscillations import ModalMotion, base_load, modal_motion, oscillations
 from .questions import equilibrium, frequency_response, modes
 from .receptance import modal_receptance, receptance, transmissibility, viscous_receptance
 from .report import Check
 from .rigid_motions import rigid_motions
+from .simulate import simulate
 from .static_response import StaticResponse, static_response
 from .system import LinearSystem
 from .transfer import TransferFunctions
 
 __all__ = [
     "Check",
+    "LinearMotion",
     "LinearSystem",
+    "Link",
+    "Modal",
     "ModalMotion",
     "Modes",
     "StaticResponse",
@@ -77,6 +82,7 @@ __all__ = [
     "proportional_from_ratios",
     "receptance",
     "rigid_motions",
+    "simulate",
     "static_response",
     "structural",
     "superpose",

@@ -18,7 +18,7 @@ from .symmetric import check_mass, check_symmetric
 def modal_response(
     *, K, M, load, step, ratios=0.0, C=None, num: int | None = None, static_start: bool = False
 ) -> ModalMotion:
-    """Displacement, velocity and acceleration (n, T) under a load (n, T) that is straight between samples, from rest.
+    """Displacement, velocity and acceleration (n, T) under a load (T, n) that is straight between samples, from rest.
 
     Exact at the samples for the modes that move.
 
@@ -38,21 +38,22 @@ def modal_response(
     check_symmetric(stiffness=K, mass=M, damping=C)
     check_mass(M)
     n, dtype = len(K), K.dtype
-    if load.ndim != 2 or len(load) != n:
-        raise ValueError(f"the load has shape {load.shape}, not ({n}, times)")
+    if load.ndim != 2 or load.shape[1] != n:
+        raise ValueError(f"the load has shape {load.shape}, not (times, {n})")
     if num is not None and not 0 <= num <= n:
         raise ValueError(f"num = {num}: there are {n} modes")
     _check_uncoupled(K, M, C)
     z = jnp.broadcast_to(jnp.asarray(ratios, dtype), (n,))
     h = jnp.asarray(step, dtype)
-    found = _response(n if num is None else num, static_start, K, M, C, load, h, z)
+    found = _response(n if num is None else num, static_start, K, M, C, load.T, h, z)
     _check_finite(found.displacement)
-    return found
+    return ModalMotion(*(part.T for part in found))
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))
 @partial(jax.jit, static_argnums=(0, 1))
 def _response(num, static_start, K, M, C, load, step, ratios):
+    """Motion (n, T) under a load (n, T)."""
     modes = natural_modes(K=K, M=M)
     found = _modal(num, static_start, modes, load, step, ratios, modes.values, _own_rates(C, modes))
     return ModalMotion(*(modes.shapes @ q for q in found))
@@ -112,7 +113,7 @@ def _check_uncoupled(K, M, C):
     K, M, C = (np.asarray(A) for A in (K, M, C))
     product = C @ np.linalg.solve(M, K)
     if np.max(np.abs(product - product.T)) > np.finfo(C.dtype).eps ** 0.5 * np.max(np.abs(product), initial=1e-300):
-        raise ValueError("the damping couples the modes: give ratios, or integrate (coupling.transient)")
+        raise ValueError("the damping couples the modes: give ratios, or integrate (simulate without Modal)")
 
 
 def _check_finite(x):

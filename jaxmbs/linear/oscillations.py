@@ -10,7 +10,7 @@ from ..math.exponential import expm
 
 
 class ModalMotion(NamedTuple):
-    """Modal coordinates and their rates, each (times, m)."""
+    """Coordinates and their rates, modal or all, each (times, m)."""
 
     displacement: jax.Array
     velocity: jax.Array
@@ -69,10 +69,10 @@ def _rates(w2, r, s, h):
 
 
 def base_load(mass, motions, acceleration):
-    """Load (n, times) on coordinates relative to a moving base: `-M motions a`.
+    """Load (times, n) on coordinates relative to a moving base: `-M motions a`.
 
     Args:
         motions: (n, k) of the whole structure with the base (rigid, or `linear.interface_basis`).
-        acceleration: (k, times) of the base.
+        acceleration: (times, k) of the base.
     """
-    return -(mass @ (motions @ acceleration))
+    return -(acceleration @ (mass @ motions).T)

@@ -32,7 +32,7 @@ def stored(faults: list, **given) -> list:
 
 def _square(name, A, sparse, faults):
     shape = tuple(A.shape) if hasattr(A, "shape") else np.shape(A)
-    if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
+    if len(shape) != 2 or shape[0] != shape[1]:
         faults.append(f"{name} must be a square matrix, got shape {shape}")
         return jnp.zeros((1, 1))
     if not sparse:

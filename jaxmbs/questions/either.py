@@ -7,12 +7,16 @@ from collections.abc import Callable
 from ..analysis.equilibrium import equilibrium as mechanism_equilibrium
 from ..analysis.linearise import frequency_response as state_space_response
 from ..analysis.modes import modes as linearised_modes
+from ..coupling.network import reactions as network_reactions
+from ..dynamics.reactions import reactions as mechanism_reactions
 from ..linear.check import check as linear_check
 from ..linear.questions import equilibrium as linear_equilibrium
 from ..linear.questions import frequency_response as linear_response
 from ..linear.questions import modes as linear_modes
+from ..linear.simulate import simulate as linear_simulate
 from ..linear.system import LinearSystem
 from ..model.system import System
+from ..motion.integrate import simulate as mechanism_simulate
 
 
 def either(of_mechanism: Callable, of_linear: Callable) -> Callable:
@@ -36,6 +40,8 @@ def describe(system: System) -> str:
 
 modes = either(linearised_modes, linear_modes)
 frequency_response = either(state_space_response, linear_response)
+simulate = either(mechanism_simulate, linear_simulate)
+reactions = either(mechanism_reactions, network_reactions)
 equilibrium = either(mechanism_equilibrium, linear_equilibrium)
 check = either(describe, linear_check)
 check.__name__ = check.__qualname__ = "check"

@@ -38,12 +38,12 @@ class Reduced(LinearSystem):
         self.basis, self.whole = basis, whole.coordinates
 
     def expand(self, rho) -> Array:
-        """Displacements (whole, ...) of all coordinates, from reduced ones (n, ...).  Source: S1 (5), (7)-(8)."""
-        return self.basis.astype(rho.dtype) @ rho
+        """Displacements (..., whole) of all coordinates, from reduced ones (..., n).  Source: S1 (5), (7)-(8)."""
+        return rho @ self.basis.T.astype(rho.dtype)
 
     def generalised(self, forces) -> Array:
-        """Generalised forces `F = basis^T f` (n, ...) of forces (whole, ...).  Source: S1 (17)-(18)."""
-        return self.basis.T.astype(forces.dtype) @ forces
+        """Generalised forces `F = basis^T f` (..., n) of forces (..., whole).  Source: S1 (17)-(18)."""
+        return forces @ self.basis.astype(forces.dtype)
 
     def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
         """As of `LinearSystem`, of the own coordinates and of all those that were reduced."""

@@ -1,4 +1,7 @@
-"""From the motion of a reduced component back to all of it: displacements, interface forces, element loads."""
+"""From the motion of a reduced component back to all of it: displacements, interface forces, element loads.
+
+Times, cases or frequencies come first, coordinates last.
+"""
 
 import jax.numpy as jnp
 from jax import lax
@@ -10,8 +13,8 @@ from .craig_chang import inertia_relief
 
 
 def harmonic(amplitudes, omega):
-    """Displacement, velocity, acceleration amplitudes of (n, frequencies) at omega (frequencies,) [rad/s]."""
-    rate = lax.complex(jnp.zeros_like(omega), omega)[None, :]
+    """Displacement, velocity, acceleration amplitudes of (frequencies, n) at omega (frequencies,) [rad/s]."""
+    rate = lax.complex(jnp.zeros_like(omega), omega)[:, None]
     return amplitudes, rate * amplitudes, rate**2 * amplitudes
 
 
@@ -20,18 +23,18 @@ def mode_acceleration(system: LinearSystem, x, x_ddot, load=None, x_dot=None):
     `x_N = S x_i + K_NN^-1 (F_N - M_N x'' - C_N x')`, x_i as it is.
 
     Args:
-        x, x_ddot, x_dot: (n, ...) of mode displacement, at any number of times or complex amplitudes; without x_dot
+        x, x_ddot, x_dot: (..., n) of mode displacement, at any number of times or complex amplitudes; without x_dot
             damping is left out.
-        load: (n, ...).
+        load: (..., n).
 
     What modes were left out then acts statically.  Source: S1 (31).
     """
     inner, outer = partition(system.num_rows, system.interface)
-    force = _inertial(system, x_ddot, load, x_dot)[inner]
+    force = _inertial(system, x_ddot, load, x_dot)[..., inner]
     K_NN = system.stiffness[inner][:, inner].astype(x.dtype)
-    static = interface_basis(system.stiffness, system.interface).astype(x.dtype) @ x[outer]
-    flat = square.solve(K_NN, force.reshape(len(inner), -1))
-    return static.at[inner].add(flat.reshape(force.shape))
+    static = x[..., outer] @ interface_basis(system.stiffness, system.interface).T.astype(x.dtype)
+    flat = square.solve(K_NN, force.reshape(-1, len(inner)).T).T
+    return static.at[..., inner].add(flat.reshape(force.shape))
 
 
 def mode_acceleration_free(system: LinearSystem, determinate, x, x_ddot, load=None, x_dot=None):
@@ -44,28 +47,29 @@ def mode_acceleration_free(system: LinearSystem, determinate, x, x_ddot, load=No
     held = system.rows(*determinate)
     R = interface_basis(system.stiffness, held).astype(x.dtype)
     K, M = (A.astype(x.dtype) for A in (system.stiffness, system.mass))
-    x, force = x.reshape(len(x), -1), _inertial(system, x_ddot, load, x_dot).reshape(len(x), -1)
-    carried = R @ square.solve(R.T @ M @ R, R.T @ (M @ x))
-    return (carried + inertia_relief(K, M, force, held, R)).reshape(x_ddot.shape)
+    force = _inertial(system, x_ddot, load, x_dot)
+    columns, forces = (part.reshape(-1, part.shape[-1]).T for part in (x, force))
+    carried = R @ square.solve(R.T @ M @ R, R.T @ (M @ columns))
+    return (carried + inertia_relief(K, M, forces, held, R)).T.reshape(x_ddot.shape)
 
 
 def interface_forces(system: LinearSystem, x, x_ddot, load=None, x_dot=None):
-    """Forces (b, ...) that the bonds put on the component: `R_i = (K x + C x' + M x'' - F)_i`.
+    """Forces (..., b) that the bonds put on the component: `R_i = (K x + C x' + M x'' - F)_i`.
 
     As good as x: take x of `mode_acceleration`, whose arguments these are.  Source: S1 (3), (30).
     """
     outer = partition(system.num_rows, system.interface)[1]
-    return (system.stiffness[outer].astype(x.dtype) @ x) - _inertial(system, x_ddot, load, x_dot)[outer]
+    return x @ system.stiffness[outer].T.astype(x.dtype) - _inertial(system, x_ddot, load, x_dot)[..., outer]
 
 
 def element_loads(element_stiffness, element_map, x):
-    """`F_e = k_e T_e x` (m, ...) of an element with stiffness (m, m) and map (m, n).  Source: S1 (30)."""
-    return element_stiffness.astype(x.dtype) @ (element_map.astype(x.dtype) @ x)
+    """`F_e = k_e T_e x` (..., m) of an element with stiffness (m, m) and map (m, n).  Source: S1 (30)."""
+    return x @ (element_stiffness @ element_map).T.astype(x.dtype)
 
 
 def _inertial(system, x_ddot, load, x_dot):
     """`F - M x'' - C x'`."""
-    force = -(system.mass.astype(x_ddot.dtype) @ x_ddot)
+    force = -(x_ddot @ system.mass.T.astype(x_ddot.dtype))
     if system.damping is not None and x_dot is not None:
-        force = force - system.damping.astype(x_dot.dtype) @ x_dot
+        force = force - x_dot @ system.damping.T.astype(x_dot.dtype)
     return force if load is None else force + load.astype(force.dtype)

@@ -50,12 +50,12 @@ def test_two_bases_against_scipy():
     @partial(jax.value_and_grad, has_aux=True)
     def moved(scale):
         c = reduce(component(scale * K, M, BASE), Physical())
-        found = base_motion(c, jnp.asarray(ACCELERATION), STEP, RATIO, jnp.asarray(START), jnp.asarray(SPEED))
+        found = base_motion(c, jnp.asarray(ACCELERATION.T), STEP, RATIO, jnp.asarray(START), jnp.asarray(SPEED))
         return jnp.sum(found.forces**2), (c.expand(found.displacement), found.forces)
 
-    with pytest.raises(ValueError, match=r"shape \(80, 2\), not \(2, times\)"):
-        base_motion(component(K, M, BASE), jnp.asarray(ACCELERATION.T), STEP)
+    with pytest.raises(ValueError, match=r"shape \(2, 80\), not \(times, 2\)"):
+        base_motion(component(K, M, BASE), jnp.asarray(ACCELERATION), STEP)
     (_, found), slope = moved(1.0)
     for part, exact in zip(found, by_scipy(), strict=True):
-        np.testing.assert_allclose(part, exact, rtol=1e-8, atol=1e-7)
+        np.testing.assert_allclose(part.T, exact, rtol=1e-8, atol=1e-7)
     np.testing.assert_allclose(slope, (moved(1 + 1e-5)[0][0] - moved(1 - 1e-5)[0][0]) / 2e-5, rtol=1e-6)

@@ -7,10 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.coupling import interface_reactions, join, modal_transient
+from jaxmbs.coupling import connect, reactions, rigid
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.io import read_op4
+from jaxmbs.linear import Modal, modes, simulate
 from jaxmbs.linear.modes import natural_modes
 
 pyyeti = pytest.importorskip("pyyeti")
@@ -69,7 +70,8 @@ def coupled(payload, carrier):
     """Joined at four nodes; the payload's second one has its own frame, whose x y z are the world's y z x."""
     own = np.arange(24).reshape(4, 2, 3)
     own[1] = own[1][:, [1, 2, 0]]
-    return join((carrier, payload), (range(24), own.ravel().tolist()))
+    bolts = rigid(("payload", range(24)), ("carrier", own.ravel().tolist()))
+    return connect({"carrier": carrier, "payload": payload}, {"bolts": bolts})
 
 
 def test_system_frequencies_of_our_coupling(coupled):
@@ -78,7 +80,7 @@ def test_system_frequencies_of_our_coupling(coupled):
 
     data = op2.rdnas2cam(str(FILES / "nas2cam"))
     count = int(data["rfmodes"][0][0])
-    exact, found = np.sqrt(data["lambda"][0][6:count]) / (2 * np.pi), coupled.modes(count)
+    exact, found = np.sqrt(data["lambda"][0][6:count]) / (2 * np.pi), modes(coupled, count, damped=False)
     assert found.num_rigid == 6 and count == 58
     np.testing.assert_allclose(found.frequencies[6:], exact, rtol=1e-5)
     np.testing.assert_allclose(found.frequencies[6:26], exact[:20], rtol=1e-7)
@@ -89,9 +91,10 @@ def test_net_interface_force_of_three_load_cases(carrier, coupled):
     from scipy.io import loadmat
 
     event = loadmat(FILES / "toes" / "toes_ffns.mat", squeeze_me=True)
-    rows, share = np.array(carrier.rows("8 x", "8 y", "24 x", "24 z")), np.array([[1.0], [0.1], [1.0], [0.1]])
+    rows, share = np.array(carrier.rows("8 x", "8 y", "24 x", "24 z")), np.array([1.0, 0.1, 1.0, 0.1])
     for force, expected in zip(event["ffns"][:3, ::2], NET_FORCE, strict=True):
-        load = jnp.zeros((carrier.num_rows, len(force))).at[rows].set(share * force[None])
-        motion = modal_transient(coupled, 2 / event["sr"], (load, None), 0.02, 58, static_start=True)
-        found = interface_reactions(coupled, motion.displacement, motion.acceleration, forces=motion.forces)
-        np.testing.assert_allclose(jnp.max(jnp.sum(found.forces[1][np.array(AXIAL)], axis=0)), expected, rtol=1e-6)
+        ts = 2 / event["sr"] * np.arange(len(force))
+        load = jnp.zeros((len(force), carrier.num_rows)).at[:, rows].set(force[:, None] * share[None])
+        motion = simulate(coupled, ts=ts, forces={"carrier": load}, solver=Modal(0.02, 58, static_start=True))
+        found = reactions(coupled, motion)["bolts"].on_first[:, np.array(AXIAL)]
+        np.testing.assert_allclose(jnp.max(jnp.sum(found, axis=1)), expected, rtol=1e-6)

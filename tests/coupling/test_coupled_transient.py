@@ -10,10 +10,11 @@ import pytest
 import scipy.integrate
 from jaxtyping import Array
 
-from jaxmbs.coupling import Link, connect, elastic_bond, join, modal_transient, rigid, transient
-from jaxmbs.coupling.transient import by_number
-from jaxmbs.errors import SimulationError
+import jaxmbs as mbs
+from jaxmbs.coupling import connect, rigid
+from jaxmbs.errors import ModelError, SimulationError, UnknownNameError
 from jaxmbs.forces import AbstractScalarLaw, BumpStop
+from jaxmbs.linear import LinearSystem, Link, Modal
 from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import beam, component
 
@@ -33,21 +34,22 @@ class Hardening(AbstractScalarLaw):
         return -self.stiffness * x**3
 
 
-def joined(EI, modes=6, damper=P[3]):
+def network(EI, modes=6, damper=P[3]):
     """A foot on a spring, and two beams that stand on it side by side, their roots not turning."""
     foot = component(jnp.array([[30.0]]), jnp.array([[0.5]]), (0,), jnp.reshape(damper, (1, 1)))
-    first, second = beam(3, EI), beam(3, 1.7)
-    beams = [reduce(component(K, M, (0, 1), RISE * K), CraigBampton(modes)) for K, M in (first, second)]
-    return join((foot, *beams), ((0,), (0, -1), (0, -1)))
+    beams = {"left": beam(3, EI), "right": beam(3, 1.7)}
+    parts = {name: reduce(component(K, M, (0, 1), RISE * K), CraigBampton(modes)) for name, (K, M) in beams.items()}
+    bonds = {f"{name} root": rigid((name, [0]), "foot") for name in beams}
+    return connect({"foot": foot} | parts, bonds | {f"{name} slope": rigid((name, [1])) for name in beams})
 
 
 def links(gap, hard):
     stop = BumpStop(STOP, upper=gap, damping=0.4)
-    return [Link(stop, {(1, TIP): 1.0, (2, TIP): -1.0}), Link(Hardening(hard), {(1, TIP): 1.0})]
+    return [Link(stop, {f"left.{TIP}": 1.0, f"right.{TIP}": -1.0}), Link(Hardening(hard), {f"left.{TIP}": 1.0})]
 
 
 def loads():
-    return None, jnp.zeros((8, 41)).at[TIP].set(PUSH), None
+    return {"left": jnp.zeros((41, 8)).at[:, TIP].set(PUSH)}
 
 
 @jax.jit
@@ -57,10 +59,10 @@ def run(p):
 
     p is gap, hardening, EI of the first beam and the foot's damper.
     """
-    assembly = joined(p[2], damper=p[3])
-    motion = transient(assembly, TIMES, loads(), links(p[0], p[1]), rtol=1e-10, atol=1e-13)
-    reactions = motion.reactions(assembly)
-    return jnp.sum(reactions.forces[1][0] ** 2), (motion, assembly.expand(motion.displacement), reactions)
+    net = network(p[2], damper=p[3])
+    motion = mbs.simulate(net, ts=TIMES, forces=loads(), links=links(p[0], p[1]), rtol=1e-10, atol=1e-13)
+    found = mbs.reactions(net, motion)
+    return jnp.sum(found["left root"].on_first ** 2), (motion, net.expand(motion.displacement), found)
 
 
 def by_scipy():
@@ -99,14 +101,15 @@ def by_scipy():
 
 
 def test_a_gap_and_a_hardening_spring():
-    (_, (motion, parts, reactions)), _ = run(P)
+    (_, (motion, parts, found)), _ = run(P)
     exact, force = by_scipy()
-    assert np.min(motion.efforts[0]) < -0.1 and np.mean(motion.efforts[0] == 0) > 0.2  # both open and shut
-    np.testing.assert_allclose(parts[0][0], exact[0], atol=1e-7 * np.abs(exact).max())
-    np.testing.assert_allclose(parts[1][2:], exact[1:7], atol=1e-7 * np.abs(exact).max())
-    np.testing.assert_allclose(parts[2][2:], exact[7:], atol=1e-7 * np.abs(exact).max())
-    np.testing.assert_allclose(reactions.forces[1][0], force, atol=1e-6 * np.abs(force).max())
-    assert float(reactions.residual) < 1e-9
+    efforts = motion.efforts[:, 0]
+    assert np.min(efforts) < -0.1 and np.mean(efforts == 0) > 0.2  # both open and shut
+    np.testing.assert_allclose(parts["foot"][:, 0], exact[0], atol=1e-7 * np.abs(exact).max())
+    np.testing.assert_allclose(parts["left"][:, 2:], exact[1:7].T, atol=1e-7 * np.abs(exact).max())
+    np.testing.assert_allclose(parts["right"][:, 2:], exact[7:].T, atol=1e-7 * np.abs(exact).max())
+    np.testing.assert_allclose(found["left root"].on_first[:, 0], force, atol=1e-6 * np.abs(force).max())
+    assert float(found.residual) < 1e-9 and found.ok and motion.ok
 
 
 def test_gradient_against_differences():
@@ -118,50 +121,51 @@ def test_gradient_against_differences():
 
 def test_linear_motion_in_modes():
     """Without links: exact in the modes; a static start stays where the load is constant; a damper couples modes."""
-    assembly = joined(1.0, damper=jnp.array(RISE * 30.0))
-    found = modal_transient(assembly, TIMES[1], loads())
-    (_, (exact, _, _)), _ = run(jnp.array([1e3, 0.0, 1.0, RISE * 30.0]))
+    net = network(1.0, damper=jnp.array(RISE * 30.0))
+    found = mbs.simulate(net, ts=TIMES, forces=loads(), solver=Modal())
+    (_, (exact, _, loads_exact)), _ = run(jnp.array([1e3, 0.0, 1.0, RISE * 30.0]))
     for name in ("displacement", "velocity", "acceleration"):
         a, b = getattr(found, name), getattr(exact, name)
         np.testing.assert_allclose(a, b, atol=1e-7 * np.abs(b).max())
-    still = modal_transient(assembly, 0.1, (None, jnp.zeros((8, 5)).at[TIP].set(2.0), None), num=4, static_start=True)
-    np.testing.assert_allclose(assembly.stiffness @ still.displacement, assembly.load(still.forces), atol=1e-9)
+    root, other = (x["left root"].on_first for x in (mbs.reactions(net, found), loads_exact))
+    np.testing.assert_allclose(root, other, atol=1e-6 * np.abs(other).max())
+    push = {f"left.{TIP}": jnp.full(5, 2.0)}
+    still = mbs.simulate(net, ts=0.1 * np.arange(5), forces=push, solver=Modal(num=4, static_start=True))
+    np.testing.assert_allclose(still.displacement @ net.stiffness, net.load(push), atol=1e-9)
     with pytest.raises(ValueError, match="damping couples the modes"):
-        modal_transient(joined(1.0), 0.1, loads())
+        mbs.simulate(network(1.0), ts=TIMES, forces=loads(), solver=Modal())
 
 
-def test_components_by_name():
-    """A network's motion is that of the assembly, its bonds' forces come by name; strangers are told."""
-    assembly = joined(1.0, damper=jnp.array(RISE * 30.0))
-    names = ("foot", "left", "right")
-    bonds = {f"{n} root": rigid((n, [0]), "foot") for n in names[1:]} | {
-        f"{n} slope": rigid((n, [1])) for n in names[1:]
-    }
-    network = connect(dict(zip(names, assembly.components, strict=True)), bonds)
-    found = modal_transient(network, TIMES[1], {"left": loads()[1]}).reactions(network)
-    exact = modal_transient(assembly, TIMES[1], loads()).reactions(assembly).forces[1]
-    np.testing.assert_allclose(found.on_first["left root"][0], exact[0], atol=1e-9 * np.abs(exact).max())
-    stop = Link(BumpStop(STOP), {("left", TIP): 1.0, ("right", TIP): -1.0})
-    _, forces, (link,) = by_number(network, lambda t: {"right": t}, [stop])
-    assert link.places == ((1, TIP), (2, TIP)) and forces(2.0) == [None, None, 2.0]
-    np.testing.assert_array_equal(link.coefficients, [1.0, -1.0])
-    for forces, others in (({"tail": loads()[1]}, []), (None, [Link(stop.law, {("tail", 0): 1.0})])):
-        with pytest.raises(ValueError, match="links on tail: the components are foot, left, right"):
-            transient(network, TIMES, forces, others)
+def test_rest_and_a_start_from_it():
+    """A constant force from its rest moves nothing; the bonds carry at rest what they carry in that motion."""
+    net, push = network(1.0), {f"left.{TIP}": 2.0, "right": jnp.zeros(8).at[4].set(-1.0)}
+    rest = mbs.equilibrium(net, push)
+    motion = mbs.simulate(net, rest, ts=TIMES[:3], forces=lambda t: push)
+    np.testing.assert_allclose(motion.displacement, np.tile(rest.displacement, (3, 1)), atol=1e-12)
+    at_rest, moving = mbs.reactions(net, rest, push), mbs.reactions(net, motion)
+    np.testing.assert_allclose(at_rest["left root"].on_first, [-2.0], rtol=1e-9)
+    np.testing.assert_allclose(moving["left root"].on_first, np.full((3, 1), -2.0), rtol=1e-6)
+    assert at_rest["left root"].force.shape == (3,)  # its coordinates have no directions: zeros
+    with pytest.raises(UnknownNameError, match="no bond 'left rot': did you mean 'left root'"):
+        at_rest["left rot"]
+    with pytest.raises(ModelError, match="of the bonds of a network"):
+        mbs.reactions(net.components[0], rest)
 
 
 @pytest.mark.long
 def test_a_batch_of_gaps_and_a_load_that_is_a_function():
     """Modes left out and single precision: near the exact motion; with the gap wide open the tips never meet."""
-    low = jax.tree.map(lambda a: a.astype(jnp.float32), joined(1.0, 4))
-    force = lambda t: (None, jnp.zeros(8, t.dtype).at[TIP].set(jnp.interp(t, *_low())), None)  # noqa: E731
+    low = jax.tree.map(lambda a: a.astype(jnp.float32), network(1.0, 4))
+    force = lambda t: {f"left.{TIP}": jnp.interp(t, *_low())}  # noqa: E731
     gaps = jnp.array([GAP, 10.0], jnp.float32)
-    motions = jax.vmap(lambda gap: transient(low, TIMES, force, links(gap, jnp.float32(HARD))[:1]))(gaps)
+    motions = jax.vmap(
+        lambda gap: mbs.simulate(low, ts=TIMES, forces=force, links=links(gap, jnp.float32(HARD))[:1])
+    )(gaps)
     assert motions.displacement.dtype == jnp.float32 and np.all(motions.ok)
     assert np.all(motions.efforts[1] == 0)
     (_, (exact, _, _)), _ = run(P.at[1].set(0.0))
-    error = np.abs(np.asarray(motions.displacement[0][0]) - np.asarray(exact.displacement[0])).max()
-    assert error < 0.02 * np.abs(exact.displacement[0]).max()
+    error = np.abs(np.asarray(motions.displacement[0, :, 0]) - np.asarray(exact.displacement[:, 0])).max()
+    assert error < 0.02 * np.abs(exact.displacement[:, 0]).max()
 
 
 def _low():
@@ -169,20 +173,26 @@ def _low():
 
 
 def test_what_does_not_fit_is_told():
-    assembly, law = joined(1.0), BumpStop(1.0)
-    bond = join((elastic_bond(jnp.eye(1)),), ((0, 1),))
+    net, law = network(1.0), BumpStop(1.0)
+    soft = LinearSystem(mass=np.eye(2), stiffness=np.eye(2), interface=[0], massless=[1])
     for call, told in (
-        (lambda: transient(assembly, TIMES[::-1]), "times must increase"),
-        (lambda: transient(assembly, TIMES, loads()[:2]), "3 components, but forces on 2"),
-        (lambda: transient(assembly, TIMES[:5], loads()), r"shape \(8, 41\), not \(8, 5\)"),
-        (lambda: transient(assembly, TIMES, links=[Link(law, {(1, 8): 1.0})]), "coordinate 8 of component 1"),
-        (lambda: transient(assembly, TIMES, gradient="back"), "must be one of reverse"),
+        (lambda: mbs.simulate(net, ts=TIMES[::-1]), "ts must increase"),
+        (lambda: mbs.simulate(net, ts=TIMES, forces={"tail": PUSH}), "no component 'tail'"),
+        (lambda: mbs.simulate(net, ts=TIMES, forces=jnp.zeros((41, net.num_rows + 1))), r"not \(\.\.\., "),
+        (lambda: mbs.simulate(net, ts=TIMES[:5], forces=loads()), "times first"),
+        (
+            lambda: mbs.simulate(net, ts=TIMES, forces={"left": loads()["left"].T}),
+            r"shape \(8, 41\), not \(\.\.\., 8\)",
+        ),
+        (lambda: mbs.simulate(net, ts=TIMES, links=[Link(law, {"left.8": 1.0})]), "no coordinate or node '8'"),
+        (lambda: mbs.simulate(net, ts=TIMES, links=[Link(law, {"tail.0": 1.0})]), "no component 'tail'"),
+        (lambda: mbs.simulate(net, ts=TIMES, gradient="back"), "must be one of reverse"),
         (lambda: Link(law, {}), "at least one coordinate"),
-        (lambda: transient(bond, TIMES), "no mass on joint 0, joint 1"),
+        (lambda: mbs.simulate(soft, ts=TIMES), "no mass on 1"),
+        (lambda: mbs.simulate(net, ts=TIMES, solver=Modal()), "from rest under sampled forces"),
     ):
         with pytest.raises(ValueError, match=told):
             call()
-    with pytest.raises(ValueError, match="3 components, but forces on 2"):
-        modal_transient(assembly, 0.1, loads()[:2])
     with pytest.raises(SimulationError, match="no end after 20 steps"):
-        transient(assembly, TIMES, loads(), max_steps=20)
+        mbs.simulate(net, ts=TIMES, forces=loads(), max_steps=20)
+    assert not mbs.simulate(net, ts=TIMES, forces=loads(), max_steps=20, throw=False).ok

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from jaxmbs.coupling import couple, dual_response, elastic_bond, interface_reactions, join, redundancy, stacked
-from jaxmbs.linear import interface_basis
+from jaxmbs.coupling import connect, couple, rigid, stacked
+from jaxmbs.coupling.dual import dual_response
+from jaxmbs.coupling.primal import elastic_bond, interface_reactions, join
+from jaxmbs.linear import interface_basis, modes
 from jaxmbs.linear.modes import natural_modes
 from jaxmbs.linear.oscillations import modal_motion
 from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Physical, Rubin, reduce
@@ -40,7 +42,8 @@ def coupled():
     @jax.jit
     def every(K, M):
         left = reduce(component(K, M, ENDS), CraigBampton(10))
-        return {kind: join((left, right(K, M)), CLAMPED).modes(4).values for kind, (right, _) in KINDS.items()}
+        joined = {kind: join((left, right(K, M)), CLAMPED) for kind, (right, _) in KINDS.items()}
+        return {kind: modes(assembly, 4, damped=False).values for kind, assembly in joined.items()}
 
     return every(K, M)
 
@@ -58,12 +61,12 @@ def test_massless_joints_are_condensed():
     def joined(K, M):
         half = reduce(component(K, M, (0, 1)), MacNeal(8, num_rigid=2))
         assembly = join((half, half), ((0, 1), (0, 1)))
-        return assembly, assembly.modes(6)
+        return assembly, modes(assembly, 6, damped=False)
 
-    assembly, modes = joined(K, M)
+    assembly, found = joined(K, M)
     assert assembly.massless == (0, 1)
-    assert modes.num_rigid == 2
-    T = modes.shapes
+    assert found.num_rigid == 2
+    T = found.shapes
     np.testing.assert_allclose((assembly.stiffness @ T)[:2], 0.0, atol=1e-5)
 
 
@@ -109,13 +112,13 @@ def test_reactions_primal_dual_and_exact():
             reduce(component(K, M, ENDS, damping), CraigBampton(14)),
             reduce(component(K, M, (0, 1), damping), CraigBampton(16)),
         )
-        assembly = join((left, right), CLAMPED)
+        assembly, shares = join((left, right), CLAMPED), (None, right.basis.T @ tip)
         Z = jax.lax.complex(assembly.stiffness - omega**2 * assembly.mass, omega * assembly.damping)
-        xi = jnp.linalg.solve(Z, assembly.load((None, tip)).astype(Z.dtype))
-        x, v, a = (y[:, 0] for y in harmonic(xi[:, None], jnp.array([omega])))
+        xi = jnp.linalg.solve(Z, assembly.gathered(shares).astype(Z.dtype))
+        x, v, a = (y[0] for y in harmonic(xi[None], jnp.array([omega])))
         parts, loads = (left, right), (None, tip)
         duals = [dual_response(parts, CLAMPED, loads, w)[1] for w in (jnp.asarray(omega), None)]
-        return interface_reactions(assembly, x, a, v, loads), *duals
+        return interface_reactions(assembly, x, a, v, shares), *duals
 
     found, dual, statics = every(K, M)
     np.testing.assert_allclose(found.forces[1], exact, rtol=1e-8)
@@ -133,16 +136,16 @@ def test_section_forces_over_time():
     tip = jnp.zeros((18, 81)).at[16].set(jnp.minimum(times, 1.0))
     left, right = reduce(component(K, M, ENDS), CraigBampton(6)), reduce(component(K, M, (0, 1)), CraigBampton(6))
 
-    def moved(modes, load):
-        q = modal_motion(modes.omega, 0.0, (modes.shapes.T @ load).T, times[1])
-        return modes.shapes @ q.displacement.T, modes.shapes @ q.acceleration.T
+    def moved(own, load):
+        q = modal_motion(own.omega, 0.0, (own.shapes.T @ load).T, times[1])
+        return own.shapes @ q.displacement.T, own.shapes @ q.acceleration.T
 
     @jax.jit
     def both():
         x, a = moved(natural_modes(**kw(WHOLE)), jnp.zeros((32, 81)).at[14:].set(tip))
-        assembly = join((left, right), CLAMPED)
-        xi, xi_ddot = moved(assembly.modes(), assembly.load((None, tip)))
-        found = interface_reactions(assembly, xi, xi_ddot, None, (None, tip))
+        assembly, shares = join((left, right), CLAMPED), (None, right.basis.T @ tip)
+        xi, xi_ddot = moved(modes(assembly, damped=False), assembly.gathered(shares))
+        found = interface_reactions(assembly, xi, xi_ddot, None, shares)
         return found.forces[1], (K @ x[14:] + M @ a[14:] - tip)[:2]
 
     found, exact = both()
@@ -179,27 +182,34 @@ def test_elastic_bonds_with_mass():
     spring = elastic_bond(jnp.array([[2.0]]), jnp.array([[0.1]]))
     assembly = join((left, right, spring), ((0,), (1,), (0, 1)))
     exact = scipy.linalg.eigh(*(np.asarray(A) for A in chain(7, 2.0, 1.0, 1)), eigvals_only=True)
-    np.testing.assert_allclose(assembly.modes().values, exact, rtol=1e-9)
+    np.testing.assert_allclose(modes(assembly, damped=False).values, exact, rtol=1e-9)
     np.testing.assert_allclose(assembly.damping[:2, :2], [[0.1, -0.1], [-0.1, 0.1]], rtol=1e-12)
     heavy = elastic_bond(jnp.array([[2.0]]), mass=jnp.array([[0.6]]))
     np.testing.assert_allclose(jnp.sum(join((heavy,), ((0, 1),)).mass), 0.6, rtol=1e-12)
 
 
+def determinacy(parts, **bonds):
+    return connect(parts, bonds).determinacy()
+
+
 def test_redundant_bonds_are_counted_and_named():
     """Clamped, propped beam with a free one welded to its end: what holds the free one is determinate."""
     whole, end = (reduce(component(K, M, at), Guyan()) for at in (ENDS, (0, 1)))
-    number, flags = redundancy((whole, end), ((-1, -1, -1, 0), (-1, 0)))
-    assert number == 1
-    np.testing.assert_array_equal(flags[0], [False, False, False, True])
-    np.testing.assert_array_equal(flags[1], [True, True])
-    number, flags = redundancy((whole, end), ((-1, -1, 0, 1), (0, 1)))
-    assert number == 0 and all(np.all(f) for f in flags)
-    number, flags = redundancy((whole, whole, end), ((-1, -1, 0, 1), (-1, -1, 0, 1), (0, 1)))
-    assert number == 2
-    assert not np.any(flags[0]) and not np.any(flags[1]) and np.all(flags[2])
-    fine = reduce(component(*beam(40), range(0, 82, 2)), Guyan())  # slender between its ends, yet no mechanism
-    assert redundancy((fine,), (range(-1, 40),))[0] == 0
-    assert redundancy((fine,), ([-1] * 41,))[0] == 39
+    wall, weld = rigid(("a", (0, 1))), rigid(("a", (2, 3)), ("b", (0, 1)))
+    held = {"prop": rigid(("a", 2)), "slope": rigid(("a", 3), ("b", 1)), "stay": rigid(("b", 0))}
+    report = determinacy({"a": whole, "b": end}, wall=wall, **held)
+    assert report.redundant == 1
+    assert report.determinate == {"wall": (False, False), "prop": (False,), "slope": (True,), "stay": (True,)}
+    report = determinacy({"a": whole, "b": end}, wall=wall, weld=weld)
+    assert report.redundant == 0 and all(all(flags) for flags in report.determinate.values())
+    parts = {"a": whole, "c": whole, "b": end}
+    both = {"wall": wall, "other": rigid(("c", (0, 1))), "between": rigid(("a", (2, 3)), ("c", (2, 3)))}
+    report = determinacy(parts, weld=weld, **both)
+    assert report.redundant == 2 and all(report.determinate["weld"])
+    assert not any(any(report.determinate[name]) for name in both)
+    fine = {"a": reduce(component(*beam(40), range(0, 82, 2)), Guyan())}  # slender between its ends, yet no mechanism
+    assert determinacy(fine, pin=rigid(("a", 0))).redundant == 0
+    assert determinacy(fine, pins=rigid("a")).redundant == 39
 
 
 def test_gradient_of_a_reaction():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from jaxmbs.coupling import join
 from jaxmbs.coupling.limits import (
     combine,
     cqc_correlation,
@@ -16,6 +15,8 @@ from jaxmbs.coupling.limits import (
     peak_response,
     shortfall,
 )
+from jaxmbs.coupling.primal import join
+from jaxmbs.linear import modes as modes_of
 from jaxmbs.linear.modes import natural_modes
 from jaxmbs.linear.oscillations import modal_motion
 from jaxmbs.reductions import CraigBampton, reduce
@@ -42,7 +43,7 @@ def test_one_pair_is_the_joined_system():
     modes = natural_modes(K=K, M=M)
     pairs = modal_pairs(modes.omega, modes.shapes[:1], load)
     w, _ = pairs.modes()
-    np.testing.assert_allclose(w[0, 0], joined.modes().omega, rtol=1e-9)
+    np.testing.assert_allclose(w[0, 0], modes_of(joined).omega, rtol=1e-9)
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(joined.mass, joined.stiffness), np.zeros((2, 2))]])
     impulse, t = 0.7, 0.37
     start = np.linalg.solve(joined.mass, [impulse, 0.0])
@@ -74,8 +75,8 @@ def cases():
     load, w = payload(), modes.omega
     pairs = modal_pairs(w, modes.shapes[3:], load)
     joined = join((component(K, M, (3,)), load), ((0,), (0,)))
-    system = joined.modes()
-    push = joined.load((jnp.zeros(4).at[0].set(1.0), None))
+    system = modes_of(joined)
+    push = joined.gathered((joined.components[0].generalised(jnp.zeros(4).at[0].set(1.0)), None))
     own = jnp.sqrt(jnp.diagonal(load.stiffness)[1:])
     alike = tuple(cqc_correlation(v, jnp.full(len(v), RATIO)) for v in (w, own))
     t = STEP * jnp.arange(2000.0)

@@ -159,10 +159,10 @@ def test_negative_stiffness_under_tracing(name):
 
 def test_motion_of_an_unstable_structure():
     """It grows as the closed form says where its damping is a matrix; ratios mean nothing for it."""
-    K, M, load = jnp.diag(jnp.array([-4.0, 9.0])), jnp.eye(2), jnp.ones((2, 41))
+    K, M, load = jnp.diag(jnp.array([-4.0, 9.0])), jnp.eye(2), jnp.ones((41, 2))
     x = modal_response(K=K, M=M, load=load, step=0.05, C=jnp.zeros((2, 2))).displacement
     t = 0.05 * np.arange(41)
-    np.testing.assert_allclose(x, [(np.cosh(2 * t) - 1) / 4, (1 - np.cos(3 * t)) / 9], rtol=1e-11, atol=1e-14)
+    np.testing.assert_allclose(x.T, [(np.cosh(2 * t) - 1) / 4, (1 - np.cos(3 * t)) / 9], rtol=1e-11, atol=1e-14)
     with pytest.raises(ValueError, match="negative stiffness"):
         modal_response(K=K, M=M, load=load, step=0.05, ratios=0.01)
 
@@ -170,12 +170,12 @@ def test_motion_of_an_unstable_structure():
 def test_damping_that_couples_modes_under_tracing():
     """Concrete it is refused; traced it is not a number; within a group of equal frequencies as well."""
     K, M = chain(3)
-    load = jnp.ones((3, 5))
+    load = jnp.ones((5, 3))
     respond = jax.jit(lambda C: modal_response(K=K, M=M, load=load, step=0.1, C=C).displacement)
     assert np.all(np.isfinite(respond(0.1 * K)))
     assert np.any(np.isnan(respond(jnp.diag(jnp.array([0.1, 0.0, 0.0])))))
     with pytest.raises(ValueError, match="couples modes of equal frequency"):
-        modal_response(K=jnp.eye(2), M=jnp.eye(2), load=load[:2], step=0.1, C=jnp.array([[1.0, 0.5], [0.5, 1.0]]))
+        modal_response(K=jnp.eye(2), M=jnp.eye(2), load=load[:, :2], step=0.1, C=jnp.array([[1.0, 0.5], [0.5, 1.0]]))
 
 
 @pytest.mark.parametrize("which", ["stiffness", "mass"])

@@ -58,8 +58,8 @@ def test_base_that_jumps():
     """A mass whose base takes a constant acceleration swings from rest to twice its static sag."""
     K, M = chain(1, 4.0, 1.0, 1)
     modes = natural_modes(K=K, M=M)
-    load = base_load(M, jnp.ones((1, 1)), 3.0 * jnp.ones((1, 41)))
-    motion = modal_motion(modes.omega, 0.0, (modes.shapes.T @ load).T, np.pi / 40)
+    load = base_load(M, jnp.ones((1, 1)), 3.0 * jnp.ones((41, 1)))
+    motion = modal_motion(modes.omega, 0.0, load @ modes.shapes, np.pi / 40)
     x = motion.displacement @ modes.shapes.T
     np.testing.assert_allclose(x[:, 0], -0.75 * (1 - np.cos(2 * np.pi / 40 * np.arange(41))), atol=1e-12)
 
@@ -79,9 +79,9 @@ T0, FORCE = jnp.array([0.0, 1.3, 0.0, 0.0]), np.random.default_rng(1).normal(siz
 def of_lattice(t, own):
     """A number of the motion of six modes, the others static; damped in proportion, or by ratios."""
     K, M = lattice(t)
-    damping = {"damping": 0.01 * t[1] * K} if own else {"ratios": jnp.full(9, 0.02).at[0].set(0.0)}
-    found = modal_response(K=K, M=M, load=jnp.asarray(FORCE), step=0.3, num=6, **damping)
-    return jnp.sum((found.displacement + found.velocity)[0] * jnp.arange(30.0))
+    damping = {"C": 0.01 * t[1] * K} if own else {"ratios": jnp.full(9, 0.02).at[0].set(0.0)}
+    found = modal_response(K=K, M=M, load=jnp.asarray(FORCE.T), step=0.3, num=6, **damping)
+    return jnp.sum((found.displacement + found.velocity)[:, 0] * jnp.arange(30.0))
 
 
 @pytest.mark.parametrize("own", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["ratios", "matrix"])
@@ -102,13 +102,13 @@ def test_motion_of_a_structure():
     A = np.block([[np.zeros((9, 9)), np.eye(9)], [-K, -C]])
     B = np.concatenate([np.zeros((9, 9)), np.eye(9)])
     _, _, y = scipy.signal.lsim((A, B, np.eye(18), np.zeros((18, 9))), FORCE.T, 0.3 * np.arange(30))
-    found = modal_response(**kw(lattice(T0)), load=jnp.asarray(FORCE), step=0.3, ratios=0.02)
-    np.testing.assert_allclose(found.displacement, y[:, :9].T, atol=1e-9)
-    np.testing.assert_allclose(found.velocity, y[:, 9:].T, atol=1e-9)
-    np.testing.assert_allclose(found.acceleration, A[9:] @ y.T + FORCE, atol=1e-9)
-    with pytest.raises(ValueError, match=r"shape \(30, 9\), not \(9, times\)"):
-        modal_response(**kw(lattice(T0)), load=jnp.asarray(FORCE.T), step=0.3)
+    found = modal_response(**kw(lattice(T0)), load=jnp.asarray(FORCE.T), step=0.3, ratios=0.02)
+    np.testing.assert_allclose(found.displacement, y[:, :9], atol=1e-9)
+    np.testing.assert_allclose(found.velocity, y[:, 9:], atol=1e-9)
+    np.testing.assert_allclose(found.acceleration.T, A[9:] @ y.T + FORCE, atol=1e-9)
+    with pytest.raises(ValueError, match=r"shape \(9, 30\), not \(times, 9\)"):
+        modal_response(**kw(lattice(T0)), load=jnp.asarray(FORCE), step=0.3)
     with pytest.raises(ValueError, match="not finite: a mass that is not positive definite"):
         modal_response(
-            K=lattice(T0)[0], M=jnp.eye(9).at[0, 1].set(2.0).at[1, 0].set(2.0), load=jnp.asarray(FORCE), step=0.3
+            K=lattice(T0)[0], M=jnp.eye(9).at[0, 1].set(2.0).at[1, 0].set(2.0), load=jnp.asarray(FORCE.T), step=0.3
         )

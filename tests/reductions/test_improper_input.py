@@ -6,10 +6,10 @@ import pytest
 import scipy.sparse
 
 from jaxmbs import blocksparse as bs
-from jaxmbs.coupling import bushing, connect, joint, redundancy
+from jaxmbs.coupling import bushing, connect, joint, rigid
 from jaxmbs.errors import ModelError
 from jaxmbs.linear import LinearSystem
-from jaxmbs.reductions import CraigBampton, Hurty, Physical, reduce
+from jaxmbs.reductions import CraigBampton, Hurty, reduce
 from tests.structural_matrices import beam, chain, component
 
 INTERFACE = (0, 1)
@@ -75,6 +75,6 @@ def test_determinate_coordinates_that_do_not_hold():
 
 
 def test_redundancy_of_negative_interfaces():
-    part = reduce(component(jnp.diag(jnp.array([-1.0, 2.0])), jnp.eye(2), (0, 1)), Physical())
+    part = component(jnp.diag(jnp.array([-1.0, 2.0])), jnp.eye(2), (0, 1))
     with pytest.raises(ValueError, match="interface is negative"):
-        redundancy([part], [(0, 1)])
+        connect({"part": part}, {"wall": rigid("part")}).determinacy()

@@ -6,8 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmbs.coupling import join
-from jaxmbs.coupling.primal import interface_reactions
+from jaxmbs.coupling.primal import interface_reactions, join
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble_dense, element_forces, element_stresses, histories
 from jaxmbs.linear.modes import natural_modes
@@ -39,7 +38,7 @@ held_modes = jax.jit(lambda K, M, at, num: reduce(component(K, M, at), CraigBamp
 BASE, TIP = (0, 1), 20
 BEAM = component(K, M, BASE)
 OMEGA = jnp.array([3.0, 15.0])
-LOAD = jnp.zeros((22, 2)).at[TIP].set(1.0)
+LOAD = jnp.zeros((2, 22)).at[:, TIP].set(1.0)
 
 
 @lru_cache
@@ -51,13 +50,13 @@ def harmonic_case(num_modes, held=True):
     keep = slice(2, None) if held else slice(None)
 
     def solve(K, M, F):
-        return jnp.stack([jnp.linalg.solve(K - w**2 * M, F[:, i]) for i, w in enumerate(OMEGA)], axis=1)
+        return jnp.stack([jnp.linalg.solve(K - w**2 * M, F[i]) for i, w in enumerate(OMEGA)])
 
-    F = reduced.generalised(LOAD)[keep]
+    F = reduced.generalised(LOAD)[:, keep]
     rho = solve(reduced.stiffness[keep, keep], reduced.mass[keep, keep], F)
-    x = solve(K[keep, keep], M[keep, keep], LOAD[keep])
+    x = solve(K[keep, keep], M[keep, keep], LOAD[:, keep])
     if held:
-        rho, x = (jnp.concatenate([jnp.zeros((2, 2)), y]) for y in (rho, x))
+        rho, x = (jnp.concatenate([jnp.zeros((2, 2)), y], axis=1) for y in (rho, x))
     complex_ = [jax.lax.complex(y, jnp.zeros_like(y)) for y in (rho, x)]
     return reduced, *complex_
 
@@ -87,10 +86,10 @@ def test_bond_reactions_are_those_of_mode_acceleration():
     reduced, rho, _ = harmonic_case(3)
     x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
     assembly = join((reduced,), ((-1, -1),))
-    xi, _, xi_ddot = harmonic(rho[2:], OMEGA)
-    found = interface_reactions(assembly, xi, xi_ddot, None, (LOAD,))
+    xi, _, xi_ddot = harmonic(rho[:, 2:], OMEGA)
+    found = interface_reactions(assembly, xi.T, xi_ddot.T, None, (reduced.generalised(LOAD).T,))
     better = mode_acceleration(BEAM, x, x_ddot, LOAD)
-    np.testing.assert_allclose(found.forces[0], forces(better, x_ddot), rtol=1e-8)
+    np.testing.assert_allclose(found.forces[0].T, forces(better, x_ddot), rtol=1e-8)
 
 
 def test_free_component_by_inertia_relief():
@@ -100,7 +99,7 @@ def test_free_component_by_inertia_relief():
     better = mode_acceleration_free(BEAM, (0, 20), x, x_ddot, LOAD)
     k = beam_element(jnp.asarray(1.0), jnp.asarray(1.0), jnp.asarray(0.1))[0]
     T = jnp.eye(22)[16:20]
-    moments = [np.asarray(element_loads(k, T, y))[1] for y in (x, better, exact)]
+    moments = [np.asarray(element_loads(k, T, y))[:, 1] for y in (x, better, exact)]
     errors = [np.max(np.abs(m / moments[2] - 1)) for m in moments[:2]]
     assert errors[1] < 1e-3
     assert errors[1] < 0.02 * errors[0]
@@ -110,8 +109,8 @@ def test_mode_acceleration_in_time_and_with_damping():
     """Exact for an exact motion, whatever its damping; at three times at once."""
     rng = np.random.default_rng(1)
     C = 0.1 * M + 0.02 * K
-    x, v, a = (jnp.asarray(rng.normal(size=(22, 3))) for _ in range(3))
-    load = K @ x + C @ v + M @ a
+    x, v, a = (jnp.asarray(rng.normal(size=(3, 22))) for _ in range(3))
+    load = x @ K + v @ C + a @ M
     damped = component(K, M, BASE, C)
     np.testing.assert_allclose(mode_acceleration(damped, x, a, load, v), x, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(interface_forces(damped, x, a, load, v), 0.0, atol=1e-8)
@@ -213,25 +212,22 @@ def test_stresses_of_elements_over_frequencies_and_times():
     structure = Structure(nodes, {"beam": (beam_of, [(k, k + 1) for k in range(6)])}, held=held)
     K, M = assemble_dense(structure)
     reduced, w = held_modes(K, M, (0, 1), 3), jnp.array([0.4, 0.9])
-    load = jnp.zeros((14, 2)).at[12].set(1.0)
+    load = jnp.zeros((2, 14)).at[:, 12].set(1.0)
 
     def solve(K, M, F):
-        return jnp.stack([jnp.linalg.solve(K - v**2 * M, F[:, i]) for i, v in enumerate(w)], axis=1)
+        return jnp.stack([jnp.linalg.solve(K - v**2 * M, F[i]) for i, v in enumerate(w)])
 
-    exact = jnp.zeros((14, 2)).at[2:].set(solve(K[2:, 2:], M[2:, 2:], load[2:]))
-    rho = jnp.zeros((5, 2)).at[2:].set(solve(reduced.stiffness[2:, 2:], reduced.mass[2:, 2:], load_of(reduced, load)))
+    exact = jnp.zeros((2, 14)).at[:, 2:].set(solve(K[2:, 2:], M[2:, 2:], load[:, 2:]))
+    own = reduced.generalised(load)[:, 2:]
+    rho = jnp.zeros((2, 5)).at[:, 2:].set(solve(reduced.stiffness[2:, 2:], reduced.mass[2:, 2:], own))
     phase = jnp.exp(0.3j)
     x, _, x_ddot = harmonic(phase * reduced.expand(rho).astype(complex), w)
     better = mode_acceleration(component(K, M, (0, 1)), x, x_ddot, phase * load.astype(complex))
-    motions = jnp.stack([x, better, phase * exact.astype(complex)], axis=2)
+    motions = jnp.stack([x, better, phase * exact.astype(complex)])
     stresses = histories(element_stresses, structure, motions)["beam"]
-    assert stresses.shape == (6, 2, 2, 3)
-    off, less = (np.max(np.abs(stresses[0, 0, :, k] / stresses[0, 0, :, 2] - 1)) for k in (0, 1))
+    assert stresses.shape == (3, 2, 6, 2)
+    off, less = (np.max(np.abs(stresses[k, :, 0, 0] / stresses[2, :, 0, 0] - 1)) for k in (0, 1))
     assert off > 0.01 and less < 1e-4
     np.testing.assert_allclose(histories(element_stresses, structure, motions.real)["beam"], stresses.real)
-    moments = histories(element_forces, structure, motions.real)["beam"][:, 5]
-    np.testing.assert_allclose(stresses[:, 0].real, moments * 0.1 / 0.2, rtol=1e-9, atol=1e-12)
-
-
-def load_of(reduced, load):
-    return reduced.generalised(load)[2:]
+    moments = histories(element_forces, structure, motions.real)["beam"][..., 5]
+    np.testing.assert_allclose(stresses[..., 0].real, moments * 0.1 / 0.2, rtol=1e-9, atol=1e-12)

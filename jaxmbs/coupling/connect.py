@@ -1,0 +1,79 @@
+"""Components joined by named bonds into a network."""
+
+from collections.abc import Mapping
+
+from ..errors import ModelError
+from ..reductions.base import explicit
+from .bonds import Bond, resolved_in
+from .network import Network
+from .primal import joined
+from .ties import joint_numbers, ties
+
+
+def connect(components: Mapping, bonds: Mapping[str, Bond]) -> Network:
+    """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: a linear system with bonds.
+
+    `connect({"stage": a, "payload": b}, {"bolts": rigid("stage.top", "payload.foot")})`.  What no bond ties stays
+    free.
+
+    Args:
+        components: by name, linear systems, whole or reduced, their interface where bonds may be.
+        bonds: by name; a bushing is a component of its own, with the bond's name.
+
+    Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already.
+    Source: S1 (1)-(3), (9)-(12), (21)-(25).
+    """
+    found = ties(components, bonds)
+    elements = {name: bond.element for name, bond in bonds.items() if bond.element is not None}
+    parts = {name: explicit(c) for name, c in (dict(components) | elements).items()}
+    positions = _places(components, bonds)
+    parts = _turned(parts, bonds, found)
+    joints = joint_numbers({name: c.num_interface for name, c in parts.items()}, found)
+    places, labels = _labelled(parts, joints)
+    options = joined(tuple(parts.values()), places, labels) | {"positions": positions}
+    return Network(
+        components=parts.values(), places=places, names=parts, bonds=found.items(), joints=joints, **options
+    )
+
+
+def _labelled(parts, joints):
+    """Places of every component's coordinates in the joined ones; a joint has the name of its first member."""
+    count = 1 + max((joint for row in joints for joint in row), default=-1)
+    places, labels = [], [None] * count
+    for (name, c), row in zip(parts.items(), joints, strict=True):
+        named = [(f"{name}.{node}", direction) for node, direction in c.coordinates]
+        for joint, label in zip(row, named, strict=False):
+            if joint >= 0 and labels[joint] is None:
+                labels[joint] = label
+        places.append((*row, *range(len(labels), len(labels) + len(named) - len(row))))
+        labels += named[len(row) :]
+    return tuple(places), labels
+
+
+def _places(components, bonds):
+    """Positions of all nodes, where they are known and no bond turns the coordinates of one."""
+    if any(c.positions is None for c in components.values()) or any(b.axes is not None for b in bonds.values()):
+        return None
+    return {
+        f"{name}.{node}": place
+        for name, c in components.items()
+        for node, place in zip(c.nodes, c.positions, strict=True)
+    }
+
+
+def _turned(parts, bonds, found):
+    """Components whose ends at bonds with axes are resolved in these."""
+    used, faults = {}, []
+    for name, bond in found.items():
+        for coordinate in (c for end in bond.ends for c in end):
+            used.setdefault(coordinate, []).append(name)
+    for name, bond in bonds.items():
+        for end in found[name].ends if bond.axes is not None else ():
+            others = sorted({other for c in end for other in used[c]} - {name})
+            if others:
+                faults.append(f"bond {name!r} has axes: {', '.join(others)} must not join the same coordinates")
+            if end:
+                parts[end[0][0]] = resolved_in(parts[end[0][0]], bond.axes, [k for _, k in end])
+    if faults:
+        raise ModelError(faults)
+    return parts
