@@ -52,7 +52,7 @@ def _free_twists(system, S, known):
         columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
         if columns and not joint.is_cut:
             held[names.index(joint.name), : len(columns)] = columns
-    parts = [take(jnp.concatenate([S, jnp.zeros_like(S[:1])]), held).transpose(0, 2, 1)]
+    parts = [take(jnp.concatenate([S, jnp.zeros((1, 6), S.dtype)]), held).transpose(0, 2, 1)]
     for group, D in zip(system.closures, known, strict=True):
         source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
         parts.append(jax.vmap(_complement)(D))

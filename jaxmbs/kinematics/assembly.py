@@ -104,8 +104,10 @@ def _closed_jvp(primals, tangents):
         return _linearised(system, P, psi, t, free)
 
     (_, A), (f_dot, _) = eqx.filter_jvp(rows, at, tangents[:4])
-    step = _least_step(system, A, -f_dot)
     psi_dot = jnp.zeros_like(found) if tangents[2] is None else tangents[2]
+    if f_dot is None:  # nothing that moves the rows is differentiated
+        return found, psi_dot
+    step = _least_step(system, A, -f_dot)
     return found, psi_dot + coordinate_rate(system.topology, found, step)
 
 

@@ -117,7 +117,7 @@ def jacobian(system: System, at: Configuration, known=None):
     for group, D in zip(system.closures, directions(system, at) if known is None else known, strict=True):
         path = jnp.asarray(path_difference(system, group), at.psi.dtype)
         rows = jnp.einsum("erk,nk->ern", D, at.S) * path[:, None, :]
-        parts.append(rows.reshape(-1, n))
+        parts.append(rows.reshape(len(group.names) * group.kind.num_rows, n))
     if system.rows:
         along = jax.vmap(lambda u: coordinate_rates(system, at.psi, at.t, u), out_axes=1)
         parts.append(along(jnp.eye(n, dtype=at.psi.dtype)))

@@ -22,7 +22,7 @@ def spd_inverse(H):
     unit = lax.rsqrt(jnp.sum(H * np.eye(H.shape[0], dtype=H.dtype), axis=1))
     unit = unit[:, None] * unit[None]
     sweep = _by_columns if H.shape[0] <= SINGLE else _by_blocks
-    return sweep(H * unit) * unit
+    return sweep(H * unit) * unit if len(H) else H
 
 
 def _by_columns(H):

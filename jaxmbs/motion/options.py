@@ -82,11 +82,11 @@ def save_times(t0, t1, ts):
         raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
     if ts.ndim != 1 or ts.shape[0] == 0:
         raise ValueError(f"ts must be a list of times, got shape {ts.shape}")
-    if known(t0, ts) and (np.any(np.diff(ts) < 0) or ts[0] < t0 - 1e-12):
+    if known(t0, ts) and (np.any(np.diff(ts) < 0) or np.asarray(ts)[0] < np.asarray(t0) - 1e-12):
         raise ValueError(f"ts must increase and start at or after the state's time {float(t0)}")
     if t1 is not None:
         _check_end(t0, t1)
-    if t1 is not None and known(t0, ts, t1) and ts[-1] > t1:
+    if t1 is not None and known(t0, ts, t1) and np.asarray(ts)[-1] > np.asarray(t1):
         raise ValueError(f"ts must end at or before t1={t1}, got {float(ts[-1])}")
     return ts
 
@@ -103,7 +103,7 @@ def fixed_steps(t0, t1, dt):
         return None
     if not dt > 0:
         raise ValueError(f"dt must be positive, got {dt}")
-    return max(1, math.ceil(float(t1 - t0) / float(dt) - 1e-9))
+    return max(1, math.ceil(float(np.asarray(t1) - np.asarray(t0)) / float(dt) - 1e-9))
 
 
 def step_sizes(formulation, given, dt, rtol, atol, span):
