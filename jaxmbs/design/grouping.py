@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 from scipy.spatial import cKDTree
 
-NEIGHBOURS = 12
+NEIGHBOURS = 12  # designs that ran, by which the cost of another is guessed: their mean, the nearest count most
 _LEAST = 0.1  # a variable without influence counts this much of the strongest one in the distance of two designs
 
 

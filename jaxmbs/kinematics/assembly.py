@@ -14,7 +14,7 @@ from . import constraints
 from .configuration import configuration
 from .poses import coordinate_rate, node_parameters, normalise, step_coordinates
 
-_ITERATIONS = 100
+_ITERATIONS = 100  # of Levenberg and Marquardt; what closes takes some ten
 
 
 def metric(system: System):

@@ -5,7 +5,7 @@ import numpy as np
 from ..model.system import System
 from .evaluate import evaluate, moved
 
-_ITERATIONS = 100
+_ITERATIONS = 100  # of Levenberg and Marquardt; what closes takes some ten
 _NEWTON = 3  # steps of least size at the end
 _RANK = {8: 1e-7, 4: 1e-3}  # singular values of the rows that count as zero, relative
 

@@ -17,7 +17,7 @@ from .host_assembly import assembled_on_host
 from .poses import neutral_coordinates
 
 _TOLERANCE = {8: 1e-8, 4: 1e-3}  # residuals that count as closed, by precision
-_RESTARTS = 12
+_RESTARTS = 12  # searches from other guesses before a state counts as impossible
 
 
 class State(eqx.Module):

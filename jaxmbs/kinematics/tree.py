@@ -149,6 +149,7 @@ def pose_rate(world, twist):
 
 
 # --------------------------------------------------------------------------------------------------------- solve
+# What two results of a step share stands behind a barrier: XLA would compute it anew in the loop of each of them.
 def _factor(tree, S, J):
     """Articulated inertias, leaf to root: (U, 1/D) of each node, U = A S, D = S . U."""
     matrix = pack(symmetric_matrix(unpack(J)))

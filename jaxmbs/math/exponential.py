@@ -10,7 +10,7 @@ from .square import solve
 _PADE = np.cumprod([1.0, *[(14 - k) / (k * (27 - k)) for k in range(1, 14)]])
 #: Norms up to which it is right to rounding.  Source: N. Higham, SIAM J. Matrix Anal. Appl. 26 (2005) 1179.
 _REACH = 5.37
-_MOST_SQUARINGS = 16
+_MOST_SQUARINGS = 16  # norms up to 3e5; beyond, the exponential of a motion has no digits left
 
 
 def expm(A):

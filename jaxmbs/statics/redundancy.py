@@ -19,7 +19,7 @@ DENSE = 600
 _COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
 _RANK = {8: 1e-9, 4: 1e-4}  # relative to the largest singular value
 _MARK = {8: 1e-6, 4: 1e-3}  # relative to the largest component of a self-stress
-_MOST_PROBES = 512
+_MOST_PROBES = 512  # random vectors at most, doubled until some of what they span is not redundant
 
 
 @dataclass(frozen=True, eq=False)
