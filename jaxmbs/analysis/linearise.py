@@ -3,6 +3,7 @@
 `M dphi'' + C dphi' + K dphi = efforts`, and the state space for chosen inputs and outputs.
 """
 
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -25,6 +26,7 @@ from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
 from ..model.rows import Drive
 from ..model.system import System
+from ..typing import ArrayLike
 from .release import release
 
 
@@ -59,7 +61,9 @@ class Linearisation(eqx.Module):
     velocities: tuple[int, ...] = eqx.field(static=True)
 
 
-def linearise(system: System, state, inputs=(), outputs=()) -> Linearisation:
+def linearise(
+    system: System, state: State, inputs: Iterable[str] = (), outputs: Iterable[str] | Callable = ()
+) -> Linearisation:
     """Linear equations about a state.
 
     Args:
@@ -180,7 +184,7 @@ def _accelerations(system, Gamma, M, KC, inputs, driven):
     return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
 
 
-def frequency_response(space: StateSpace, omega):
+def frequency_response(space: StateSpace, omega: ArrayLike) -> Array:
     """Transfer matrices (..., outputs, inputs) of a state space at angular frequencies omega (...,) [rad/s]."""
     eye = jnp.eye(space.A.shape[0], dtype=space.A.dtype)
     A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)
