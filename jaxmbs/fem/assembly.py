@@ -33,7 +33,7 @@ def assemble(structure: Structure, interface: Sequence = (), blocks: bool = Fals
     the places of its nodes; damping where an element damps.
 
     Args:
-        interface: names of nodes, or labels.
+        interface: nodes by name or number, as in the structure's groups, or labels.
         blocks: block matrices on the graph of nodes, for large structures; coordinates that are held or that a node
             does not have then keep a row without coupling.  By default dense arrays over what is not held.
 
@@ -46,9 +46,16 @@ def assemble(structure: Structure, interface: Sequence = (), blocks: bool = Fals
     if blocks:
         labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
     places = (structure.names, structure.positions)
+    interface = [_node(structure, item) for item in interface]
     return LinearSystem(
         **dict(zip(kinds, made, strict=True)), interface=interface, coordinates=labels, positions=places
     )
+
+
+def _node(structure, item):
+    """The name of a node given by its number; what is no number, and a number too large to be refused, as it is."""
+    known = isinstance(item, int) and 0 <= item < len(structure.names)
+    return structure.names[item] if known else str(item) if isinstance(item, int) else item
 
 
 @jit
