@@ -72,6 +72,7 @@ def _turn(angle):
 def n_four_bar(n):
     """A02; cranks up, B0 moves with 1 m/s.  Reads x, y of B0."""
     plane = Plane()
+    first = None
     for i in range(n + 1):
         rod = plane.body(f"crank_{i}", 1.0, 1 / 12, (0, 0.5), (i, 0), 0.0, (0.5, 0.0, -1.0), GRAVITY)
         first = rod if i == 0 else first

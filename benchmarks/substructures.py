@@ -16,7 +16,7 @@ import scipy.sparse.linalg as spl
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble_blocks
 from jaxmbs.linear import LinearSystem, receptance
-from jaxmbs.reductions import CraigBampton
+from jaxmbs.reductions import CraigBampton, reduce
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 

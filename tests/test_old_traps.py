@@ -138,3 +138,12 @@ def test_laws_are_tried_at_build(name):
     with pytest.raises(mbs.ModelError) as report:
         b.build()
     assert "force 'push'" in str(report.value) and words in str(report.value)
+
+
+def test_numbers_in_the_interface_of_a_structure_are_nodes():
+    """As in its groups and supports; they were rows of the matrices."""
+    bar = Structure(np.eye(3), {"bars": (Rod(1.0, 1.0), [(0, 1), (1, 2)])}, held={0: "all"})
+    system = assemble(bar, interface=[1])
+    assert system.interface == assemble(bar, interface=["1"]).interface == (0, 1, 2)
+    with pytest.raises(mbs.ModelError, match="no coordinate or node '7'"):
+        assemble(bar, interface=[7])

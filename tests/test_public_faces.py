@@ -41,7 +41,7 @@ FACES = {
         reaction_bonds reactions reductions report_compiles rotation simulate statics stiffness velocity viz
     """,
     "jaxmbs.analysis": """
-        Equilibrium Linearisation Modes StateSpace Stiffness equilibrium
+        Equilibrium Linearisation StateSpace Stiffness equilibrium
         frequency_response linearise modes stiffness
     """,
     "jaxmbs.blocksparse": """

@@ -2,13 +2,12 @@
 
 from .equilibrium import Equilibrium, equilibrium
 from .linearise import Linearisation, StateSpace, frequency_response, linearise
-from .modes import Modes, modes
+from .modes import modes
 from .stiffness import Stiffness, stiffness
 
 __all__ = [
     "Equilibrium",
     "Linearisation",
-    "Modes",
     "StateSpace",
     "Stiffness",
     "equilibrium",

@@ -3,6 +3,7 @@
 `M dphi'' + C dphi' + K dphi = efforts`, and the state space for chosen inputs and outputs.
 """
 
+import dataclasses
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -16,11 +17,13 @@ from ..checks import place_of
 from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import forward_dynamics, required_efforts
 from ..dynamics.ports import resistance
+from ..errors import ModelError
 from ..kinematics import constraints
 from ..kinematics.configuration import at_state, configuration, moving, node_accelerations
 from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map
 from ..kinematics.poses import coordinate_rate
 from ..kinematics.state import State
+from ..linear.system import LinearSystem
 from ..math import square
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
@@ -50,6 +53,7 @@ class Linearisation(eqx.Module):
         state_space: A, B, C, D.
         positions, velocities: columns of the independent coordinates and velocities (static); they differ (n > N)
             where rows of velocity restrict the motion.
+        names: of the independent velocities (static), "pin", or "ball rx" of a joint with several.
     """
 
     mass: Float[Array, "N N"]
@@ -59,6 +63,18 @@ class Linearisation(eqx.Module):
     state_space: StateSpace
     positions: tuple[int, ...] = eqx.field(static=True)
     velocities: tuple[int, ...] = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True, default=())
+
+    @property
+    def system(self) -> LinearSystem:
+        """M, C and K by names of joints, all of them interface: a component that `connect` joins to others.
+
+        Raises: ModelError where rows of velocity restrict the motion: it has more coordinates than velocities.
+        """
+        if self.positions != self.velocities:
+            raise ModelError(["a mechanism that rolls or slides on edges has more coordinates than velocities"])
+        matrices = {"mass": self.mass, "damping": self.damping, "stiffness": self.stiffness}
+        return LinearSystem(**matrices, coordinates=self.names, interface=range(len(self.names)))
 
 
 def linearise(
@@ -84,7 +100,18 @@ def linearise(
     if not callable(outputs):
         joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
         outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
-    return _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
+    found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
+    return dataclasses.replace(found, names=_column_names(system.topology, found.velocities))
+
+
+def _column_names(topology, columns):
+    """Names of velocities: that of the joint, with its label where the joint has several."""
+    names = {}
+    for joint in topology.joints:
+        own = range(joint.velocities.start, joint.velocities.stop)
+        labels = joint.labels if len(joint.labels) == len(own) else map(str, range(len(own)))
+        names |= {k: joint.name if len(own) == 1 else f"{joint.name} {d}" for k, d in zip(own, labels, strict=True)}
+    return tuple(names.get(k, str(k)) for k in columns)
 
 
 class _Coordinates(eqx.Module):

@@ -153,7 +153,11 @@ def reactions(
     Args:
         motion: of `simulate`, or of `equilibrium` with the `forces` that it was asked with.
 
-    With fixed-interface modes these loads already are those of mode acceleration.  Source: S1 (3), (19)-(25).
+    With fixed-interface modes these loads already are those of mode acceleration.  Damping by `Modal(ratios)` is not
+    among the components' forces: it is what the sides of a bond then differ by, in `residual`, and the loads are
+    their mean.
+
+    Raises: ModelError for a linear system without bonds.  Source: S1 (3), (19)-(25).
     """
     if not isinstance(network, Network):
         raise ModelError(["reactions are those of a mechanism, or of the bonds of a network of `connect`"])

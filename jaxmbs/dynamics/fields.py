@@ -7,16 +7,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..kinematics.configuration import Configuration, at_state, elsewhere
+from ..kinematics.configuration import Configuration, at_state, elsewhere, moving
 from ..kinematics.influence import body_kic, dependent_columns, independent_columns, velocity_map
-from ..kinematics.influence_second import along_independent, body_kic_second
+from ..kinematics.influence_second import along_independent
 from ..kinematics.poses import body_frame, coordinate_rate
 from ..kinematics.state import State
 from ..math.spd import spd_solve
 from ..model.question import check_fits, question
 from ..model.system import System
 from .elastic import refuse_elastic
-from .ports import total_effort
+from .ports import effort_along
 
 
 def _at(system, state):
@@ -30,14 +30,27 @@ def world_inertias(system: System, at: Configuration):
     return jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
 
 
-def _kic(system, at):
-    return body_kic(system, at, velocity_map(system, at)[0])
+def _maps(system, at):
+    """(Gamma, G): velocities (nv, N) and body motions (bodies, 6, N) per independent velocity."""
+    Gamma = velocity_map(system, at)[0]
+    return Gamma, body_kic(system, at, Gamma)
+
+
+def _maps_and_rate(system, at, phi_dot):
+    """(Gamma, G) and `G_dot = H phi_dot` (bodies, 6, N) along the motion: one walk, no tensor."""
+    maps, along = jax.linearize(lambda psi: _maps(system, elsewhere(system, at, psi)), at.psi)
+    return *maps, along(coordinate_rate(system.topology, at.psi, maps[0] @ phi_dot))[1]
+
+
+def _field(system, at, first, second):
+    """(N, N) sum over bodies `m first_t^T second_t + first_r^T I second_r`."""
+    translation = jnp.einsum("k,kci,kcj->ij", system.mass, first[:, 3:], second[:, 3:])
+    return translation + jnp.einsum("kci,kcd,kdj->ij", first[:, :3], world_inertias(system, at), second[:, :3])
 
 
 def _inertia_field(system, at):
-    G, inertia = _kic(system, at), world_inertias(system, at)
-    G_r, G_t = G[:, :3], G[:, 3:]
-    return jnp.einsum("k,kci,kcj->ij", system.mass, G_t, G_t) + jnp.einsum("kci,kcd,kdj->ij", G_r, inertia, G_r)
+    G = _maps(system, at)[1]
+    return _field(system, at, G, G)
 
 
 @question
@@ -53,10 +66,8 @@ def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
 def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
     """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion.  Source: S2 (41)."""
     at = _at(system, state)
-    G, H, inertia = _kic(system, at), body_kic_second(system, at), world_inertias(system, at)
-    G_dot = jnp.einsum("bcnm,m->bcn", H, independent_rates(system, state))
-    translation = jnp.einsum("k,kci,kcj->ij", system.mass, G_dot[:, 3:], G[:, 3:])
-    return translation + jnp.einsum("kci,kcd,kdj->ij", G_dot[:, :3], inertia, G[:, :3])
+    _, G, G_dot = _maps_and_rate(system, at, independent_rates(system, state))
+    return _field(system, at, G_dot, G)
 
 
 @question
@@ -112,9 +123,9 @@ def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
     `p_dot = +GR phi_dot + Q` (the print has a minus), `phi_dot = I*^-1 p`, `q_dot = Gi phi_dot`.
     Source: S2 (42)-(44).
     """
-    at = _at(system, state)
-    inertia = _inertia_field(system, at)
-    p = inertia @ independent_rates(system, state)
-    phi_dot = spd_solve(inertia, p)
-    p_dot = gyristor_field(system, state) @ phi_dot + total_effort(system, state)
-    return p_dot, phi_dot, velocity_map(system, at)[0][dependent_columns(system)] @ phi_dot
+    at, rates = _at(system, state), independent_rates(system, state)
+    Gamma, G, G_dot = _maps_and_rate(system, at, rates)
+    inertia = _field(system, at, G, G)
+    phi_dot = spd_solve(inertia, inertia @ rates)
+    effort = effort_along(system, moving(system, at, state.velocities), Gamma)
+    return _field(system, at, G_dot, G) @ phi_dot + effort, phi_dot, Gamma[dependent_columns(system)] @ phi_dot

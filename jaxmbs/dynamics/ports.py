@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..kinematics.configuration import Configuration, at_state, elsewhere, moving, resting
+from ..kinematics.configuration import Configuration, Moving, at_state, elsewhere, moving, resting
 from ..kinematics.influence import body_kic, velocity_map
 from ..kinematics.points import jacobian, locate, position
 from ..kinematics.poses import coordinate_rate
@@ -105,7 +105,11 @@ def source_effort(system: System, state: State) -> Float[Array, " N"]:
 def total_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
     at = _moving(system, state)
-    Gamma = velocity_map(system, at)[0]
+    return effort_along(system, at, velocity_map(system, at)[0])
+
+
+def effort_along(system: System, at: Moving, Gamma):
+    """`total_effort` with Gamma (nv, N) of `velocity_map`."""
     return Gamma.T @ _of_elements(system, at) + _of_gravity(system, at, Gamma)
 
 

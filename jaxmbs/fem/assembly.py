@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from ..blocksparse import BlockMatrix, Pattern
 from ..blocksparse import assemble as summed
+from ..elements import DIRECTIONS
 from ..linear.system import LinearSystem
 from ..math.jit import jit
 from .structure import Structure
@@ -27,17 +28,34 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
     return structure.groups[group].map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
 
 
-def assemble(structure: Structure, interface: Sequence = ()) -> LinearSystem:
-    """The matrices (n, n) [kg, N s/m, N/m; N m and rad where nodes turn] over the n coordinates that are not held,
-    labelled as `structure.labels`, with the places of its nodes; damping where an element damps.
+def assemble(structure: Structure, interface: Sequence = (), blocks: bool = False) -> LinearSystem:
+    """The matrices (n, n) [kg, N s/m, N/m; N m and rad where nodes turn] of a structure over named coordinates, with
+    the places of its nodes; damping where an element damps.
 
-    Args: interface: names of nodes, or labels.  Raises: ModelError for others.  Source: S1 (3).
+    Args:
+        interface: nodes by name or number, as in the structure's groups, or labels.
+        blocks: block matrices on the graph of nodes, for large structures; coordinates that are held or that a node
+            does not have then keep a row without coupling.  By default dense arrays over what is not held.
+
+    Raises: ModelError for an interface that is not there.  Source: S1 (3).
     """
     damped = any(group.element.damps for group in structure.groups.values())
     kinds = KINDS if damped else KINDS[:2]
-    matrices = dict(zip(kinds, assemble_dense(structure, kinds), strict=True))
+    made = (assemble_blocks if blocks else assemble_dense)(structure, kinds)
+    labels = structure.labels
+    if blocks:
+        labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
     places = (structure.names, structure.positions)
-    return LinearSystem(**matrices, interface=interface, coordinates=structure.labels, positions=places)
+    interface = [_node(structure, item) for item in interface]
+    return LinearSystem(
+        **dict(zip(kinds, made, strict=True)), interface=interface, coordinates=labels, positions=places
+    )
+
+
+def _node(structure, item):
+    """The name of a node given by its number; what is no number, and a number too large to be refused, as it is."""
+    known = isinstance(item, int) and 0 <= item < len(structure.names)
+    return structure.names[item] if known else str(item) if isinstance(item, int) else item
 
 
 @jit

@@ -4,9 +4,11 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix, Factor, solve
+from ..checks import known
 from ..math import lapack
 from ..math.eigen import of_groups, same
 from .modes import Modes
@@ -27,10 +29,21 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
     First derivatives as those of `math.eigen.eigh`, refusals included; what the other modes add comes from iterated
     solutions of `(K - w_k^2 M) y = b` by the factor at hand.  Fails: non-finite values where `sweeps` do not suffice.
 
+    Raises: ValueError, if concrete, for fewer than `num + 8` coordinates with mass: dense matrices serve these.
+
     Returns: shapes (blocks * size, num).  Source: S1 (33)-(37).
     """
+    _check_size(mass, num)
     values, X = _lowest(num, sweeps, stiffness, mass)
     return Modes(values, X.reshape(-1, num), jnp.zeros(num, bool))
+
+
+def _check_size(mass, num):
+    """The blocks of vectors must fit in the space of what has mass, or they find shapes that are none."""
+    if known(mass.diagonal):
+        heavy = np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
+        if heavy < num + WIDTH:
+            raise ValueError(f"{heavy} coordinates with mass are too few for block matrices: make them dense")
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))

@@ -26,7 +26,7 @@ class Modes(eqx.Module):
         is_rigid: (m,), values that are zero to the rounding of the stiffness; roots that are zero.
         roots: (m,) [rad/s], None of natural modes; a pair of conjugates is side by side, positive imaginary part
             first.
-        left: (m, n), None of natural modes: the receptance is `sum_j shapes_j left_j / (s - root_j)`.
+        left: (m, n), None of natural modes, mechanisms: the receptance is `sum_j shapes_j left_j / (s - root_j)`.
     """
 
     values: Float[Array, " m"]

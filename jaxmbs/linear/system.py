@@ -99,8 +99,8 @@ class LinearSystem(eqx.Module):
         Their transpose puts forces there.  Raises: UnknownNameError.
         """
         rows = self.rows(*names)
-        unit = jnp.eye(self.num_rows, dtype=self.dtype)[np.array(rows, int)]
-        return unit, tuple(map(self.label, rows))
+        unit = jnp.zeros((len(rows), self.num_rows), self.dtype)
+        return unit.at[np.arange(len(rows)), np.array(rows, int)].set(1.0), tuple(map(self.label, rows))
 
     @property
     def dtype(self):

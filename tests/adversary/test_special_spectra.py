@@ -14,7 +14,7 @@ from jax import lax
 import jaxmbs as mbs
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble_dense, element_forces
-from jaxmbs.linear import receptance, viscous_receptance
+from jaxmbs.linear import LinearSystem, receptance, viscous_receptance
 from jaxmbs.linear.damping import proportional
 from jaxmbs.reductions import element_loads, interface_forces, mode_acceleration
 
@@ -46,7 +46,7 @@ def pendulums(p):
 def sum_of_frequencies(p):
     """Symmetric in the modes: smooth where they repeat."""
     found = pendulums(p)
-    return jnp.sum(found.frequencies) + 0.3 * jnp.sum(found.eigenvalues.real)
+    return jnp.sum(found.frequencies) + 0.3 * jnp.sum(found.roots.real)
 
 
 @functools.cache
@@ -78,7 +78,7 @@ def oscillator(p):
     b.force("mount", mbs.SpringDamper(p[1], p[2]), joint="slide")
     system = b.build()
     linear = mbs.linearise(system, mbs.State(jnp.zeros(()), jnp.zeros(1), jnp.zeros(1)), ("slide",), ("slide",))
-    return linear, mbs.modes(linear).eigenvalues
+    return linear, mbs.modes(linear).roots
 
 
 PLACES = {"critical damping": (1.0, 1.0, 2.0), "free": (1.0, 0.0, 0.0), "regular": (1.0, 1.0, 0.3)}
@@ -135,12 +135,12 @@ def weighted(*arrays):
 
 def recovered(K, M, omega, x, C):
     """Loads of an element, of the interface, and the shape by mode acceleration, under a force at 3."""
-    load = jnp.zeros((4, 1), x.dtype).at[3, 0].set(1.0)
+    load = jnp.zeros(4, x.dtype).at[3].set(1.0)
     rate = lax.complex(jnp.zeros_like(omega), omega)
     edge = jnp.array([[1.0, -1.0, 0.0, 0.0]])
-    motion = (rate**2 * x, load, C, rate * x)
-    forces = interface_forces(K, M, (0,), x, *motion)
-    better = mode_acceleration(K, M, (0,), x, *motion)
+    system, motion = LinearSystem(mass=M, stiffness=K, damping=C, interface=(0,)), (rate**2 * x, load, rate * x)
+    forces = interface_forces(system, x, *motion)
+    better = mode_acceleration(system, x, *motion)
     return element_loads(K[0, 1] * jnp.eye(1), edge, x), forces, better
 
 
@@ -150,7 +150,7 @@ def lattice_response(p):
     C, omega = proportional(K=K, M=M, by_mass=p[3], by_stiffness=p[4]), p[6]
     whole = receptance(K=K, M=M, omega=omega[None], out=OUT, into=INTO, C=C, loss=p[5])
     some = receptance(K=K, M=M, omega=omega[None], out=OUT, into=INTO, C=C, loss=p[5], num=3)
-    x = receptance(K=K, M=M, omega=omega[None], out=range(4), into=(3,), C=C)[0]
+    x = receptance(K=K, M=M, omega=omega[None], out=range(4), into=(3,), C=C)[0, :, 0]
     return weighted(whole, some, *recovered(K, M, omega, x, C))
 
 

@@ -31,7 +31,7 @@ HALF_CAR = np.array(
 
 
 def upper_half(linear):
-    values = np.asarray(mbs.modes(linear).eigenvalues)
+    values = np.asarray(mbs.modes(linear).roots)
     return np.sort_complex(values[values.imag > 0])
 
 
@@ -116,7 +116,7 @@ def test_the_benchmark_bicycle():
     assert system.topology.mobility == 3 and len(system.topology.analysis.independent_positions) == 7
     place = {"free": np.array([0.0, 0, 0, 1, 0, 0, 0]), "steer": 0.0}
     state = mbs.State.at(system, place, velocities={"free": np.array([5.0, 0, 0, 0, 0, 0]), "steer": 0.0})
-    found = np.asarray(mbs.modes(mbs.linearise(system, state)).eigenvalues)[-4:]
+    found = np.asarray(mbs.modes(mbs.linearise(system, state)).roots)[-4:]
     weave = -0.77534188219585 + 4.46486771378823j
     expected = [-14.07838969279822, weave.conjugate(), weave, -0.32286642900409]
     np.testing.assert_allclose(np.sort_complex(found), expected, rtol=0, atol=1e-8)
@@ -169,7 +169,7 @@ def test_gradient_of_an_eigenvalue():
 
     def frequency(k):
         system = models.quarter_car(spring=k, road=0.0)
-        return mbs.modes(mbs.linearise(system, mbs.State.at(system))).eigenvalues[0].imag
+        return mbs.modes(mbs.linearise(system, mbs.State.at(system))).roots[0].imag
 
     value = jax.jit(frequency)
     found, h = jax.jit(jax.grad(frequency))(16e3), 1.0
