@@ -6,7 +6,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ..typing import ScalarLike
+from ..typing import Converted, ScalarLike
 from ._fields import law_function, number
 from .base import AbstractSystemLaw
 
@@ -21,7 +21,7 @@ class GeneralisedEffort(AbstractSystemLaw):
             static.
     """
 
-    function: Callable[..., Any] = eqx.field(converter=law_function)
+    function: Converted[Callable[..., Any]] = eqx.field(converter=law_function)
 
     def effort(self, coordinates: Array, velocities: Array, t: ScalarLike) -> Float[Array, " nv"]:
         """The function's (nv,). Source: S2 (76)."""

@@ -3,6 +3,7 @@
 import functools
 import inspect
 from collections.abc import Callable
+from typing import ParamSpec, Protocol, TypeVar, overload, runtime_checkable
 
 from ..analysis.equilibrium import equilibrium as mechanism_equilibrium
 from ..analysis.linearise import frequency_response as state_space_response
@@ -18,8 +19,21 @@ from ..linear.system import LinearSystem
 from ..model.system import System
 from ..motion.integrate import simulate as mechanism_simulate
 
+P, Q = ParamSpec("P"), ParamSpec("Q")
+M, L = TypeVar("M", covariant=True), TypeVar("L", covariant=True)
 
-def either(of_mechanism: Callable, of_linear: Callable) -> Callable:
+
+@runtime_checkable
+class Question(Protocol[P, M, Q, L]):
+    """What is called like either of two functions."""
+
+    @overload
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> M: ...
+    @overload
+    def __call__(self, *args: Q.args, **kwargs: Q.kwargs) -> L: ...
+
+
+def either(of_mechanism: Callable[P, M], of_linear: Callable[Q, L]) -> Question[P, M, Q, L]:
     """The question by the noun it is asked of; its documentation says what each takes."""
 
     @functools.wraps(of_mechanism)
