@@ -19,8 +19,10 @@ from ..linear.system import LinearSystem
 from ..model.system import System
 from ..motion.integrate import simulate as mechanism_simulate
 
-P, Q = ParamSpec("P"), ParamSpec("Q")
-M, L = TypeVar("M", covariant=True), TypeVar("L", covariant=True)
+P = ParamSpec("P")
+Q = ParamSpec("Q")
+M = TypeVar("M", covariant=True)
+L = TypeVar("L", covariant=True)
 
 
 @runtime_checkable
