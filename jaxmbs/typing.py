@@ -1,6 +1,6 @@
 """Names for the array types that many signatures share."""
 
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, Union
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -16,7 +16,7 @@ FrameLike = str | tuple | list  # the name of a body or frame, or (name, point)
 
 T = TypeVar("T")
 if TYPE_CHECKING:
-    Converted = T | Any  # a field with a converter, which takes more than it holds
+    Converted: TypeAlias = Union[T, Any]  # noqa: UP007  # a field with a converter, which takes more than it holds
     Explained = Annotated[T, "explained"]  # an argument of which others are refused in words, not as a type
 else:
 

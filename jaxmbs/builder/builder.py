@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 
 import jax.numpy as jnp
 
@@ -148,7 +148,7 @@ class SystemBuilder:
         self,
         name: str,
         law: Explained[AbstractLaw],
-        between: Sequence | None = None,
+        between: tuple | list | None = None,
         joint: str | None = None,
         on: Explained[FrameLike | None] = None,
     ) -> None:
@@ -162,7 +162,7 @@ class SystemBuilder:
         self,
         name: str,
         law: Explained[AbstractClosure | Coupler | VelocityRows | Rows],
-        between: Sequence | None = None,
+        between: tuple | list | None = None,
     ) -> None:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine` between two frames, `Coupler`
         of joint coordinates, or `Rows` of the user."""

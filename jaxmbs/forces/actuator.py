@@ -5,10 +5,9 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 
-from jaxmbs.typing import Scalar
+from jaxmbs.typing import Converted, Scalar, ScalarLike
 
 from ..checks import faults_if, negative
-from ..typing import Converted, ScalarLike
 from ._fields import law_function, number
 from .base import AbstractScalarLaw
 from .signals import Constant, as_signal, value_and_rate

@@ -3,10 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Scalar
+from jaxmbs.typing import Converted, Scalar, ScalarLike
 
 from ..checks import broken, faults_if, negative, present
-from ..typing import Converted, ScalarLike
 from ._fields import number
 from .base import AbstractScalarLaw
 

@@ -6,10 +6,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxmbs.math.rotation import rotation_vector, rotation_vector_coefficient
-from jaxmbs.typing import Vector3
+from jaxmbs.typing import Converted, Matrix3, Scalar, ScalarLike, Vector3
 
 from ..checks import broken, faults_if, present
-from ..typing import Converted, Matrix3, Scalar, ScalarLike
 from ._fields import number
 from .base import AbstractPoseLaw
 

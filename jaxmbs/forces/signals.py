@@ -13,10 +13,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxmbs.math.interpolation import hermite, spline_slopes
-from jaxmbs.typing import Scalar, ScalarLike
+from jaxmbs.typing import ArrayLike, Converted, Scalar, ScalarLike
 
 from ..checks import not_increasing, not_positive
-from ..typing import ArrayLike, Converted
 from ._fields import function, number, optional_number, value_faults
 
 

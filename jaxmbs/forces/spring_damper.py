@@ -3,11 +3,10 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Scalar
+from jaxmbs.typing import Converted, Scalar, ScalarLike, Vector3
 
 from ..checks import faults_if, negative, present
 from ..math.linalg import direction, safe_norm
-from ..typing import Converted, ScalarLike, Vector3
 from ._fields import number
 from .base import AbstractScalarLaw
 

@@ -3,7 +3,7 @@
 import functools
 import inspect
 from collections.abc import Callable
-from typing import ParamSpec, Protocol, TypeVar, overload, runtime_checkable
+from typing import ParamSpec, Protocol, TypeVar, cast, overload, runtime_checkable
 
 from ..analysis.equilibrium import equilibrium as mechanism_equilibrium
 from ..analysis.linearise import frequency_response as state_space_response
@@ -46,7 +46,7 @@ def either(of_mechanism: Callable[P, M], of_linear: Callable[Q, L]) -> Question[
     ask.__doc__ = (
         f"{inspect.getdoc(of_mechanism)}\n\nOf a LinearSystem, with ({parameters}):\n\n{inspect.getdoc(of_linear)}"
     )
-    return ask
+    return cast(Question, ask)
 
 
 def describe(system: System) -> str:
@@ -60,4 +60,4 @@ simulate = either(mechanism_simulate, linear_simulate)
 reactions = either(mechanism_reactions, network_reactions)
 equilibrium = either(mechanism_equilibrium, linear_equilibrium)
 check = either(describe, linear_check)
-check.__name__ = check.__qualname__ = "check"
+check.__name__ = check.__qualname__ = "check"  # type: ignore[attr-defined]
