@@ -77,10 +77,10 @@ from .joints import (
     VelocityRows,
     Weld,
 )
-from .kinematics.constraints import constraint_jacobian, constraint_residual
 from .kinematics.influence import kic
 from .kinematics.influence_second import kic_rate, kic_second, point_kic
 from .kinematics.points import angular_velocity, jacobian, position, rotation, velocity
+from .kinematics.rows import constraint_jacobian, constraint_residual
 from .kinematics.state import State
 from .linear.system import LinearSystem
 from .math.compile_notes import report_compiles

@@ -11,7 +11,7 @@ class ModelError(ValueError):
         faults: one sentence for each fault.
     """
 
-    def __init__(self, faults: Sequence[str]):
+    def __init__(self, faults: Sequence[str]) -> None:
         self.faults = [faults] if isinstance(faults, str) else list(faults)
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         lines = [f"  {number}. {fault}" for number, fault in enumerate(self.faults, start=1)]
@@ -34,7 +34,7 @@ class AssemblyError(ValueError):
         residuals: what remains open, by the name of the joint or constraint [m or rad].
     """
 
-    def __init__(self, message: str, residuals: Mapping[str, float] | None = None):
+    def __init__(self, message: str, residuals: Mapping[str, float] | None = None) -> None:
         self.message = message
         self.residuals = dict(residuals or {})
         lines = [f"  {name}: {float(value):.3g}" for name, value in self.residuals.items()]
@@ -51,7 +51,7 @@ class SimulationError(RuntimeError):
         motion: what was computed up to the failure, or None.
     """
 
-    def __init__(self, message: str, motion: Any = None):
+    def __init__(self, message: str, motion: Any = None) -> None:
         self.message = message
         self.motion = motion
         super().__init__(message)
@@ -67,7 +67,7 @@ class BatchError(RuntimeError):
         batch: the designs computed up to then; the others have the status "not run".
     """
 
-    def __init__(self, message: str, batch: Any = None):
+    def __init__(self, message: str, batch: Any = None) -> None:
         self.message = message
         self.batch = batch
         super().__init__(message)

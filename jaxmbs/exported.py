@@ -5,11 +5,15 @@ import json
 import pickle
 import re
 import zipfile
+from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.export
 import jax.numpy as jnp
+from jaxtyping import PyTree
 
 from .checks import known
 from .math.jit import options
@@ -24,12 +28,12 @@ class Program:
     function that is mapped.
     """
 
-    def __init__(self, exported, results, about: dict):
+    def __init__(self, exported: jax.export.Exported, results: PyTree, about: dict) -> None:
         self.about, self._results = about, results
         self._inner = exported.call
         self._outer = jax.jit(exported.call, compiler_options=options("full", jax.default_backend()) or None)
 
-    def __call__(self, *arguments):
+    def __call__(self, *arguments: Any) -> Any:
         """The answer.  Raises: ValueError if the arguments are not of the structure that was stored."""
         leaves = _numbers(arguments)
         if _key(arguments, leaves) != self.about["structure"]:
@@ -43,7 +47,7 @@ class Program:
         return jax.tree.unflatten(treedef, call(*leaves))
 
 
-def export(function, example, path) -> Path:
+def export(function: Callable, example: tuple, path: str | PathLike) -> Path:
     """Store a question of a model with its first derivative.
 
     Args:
@@ -81,7 +85,7 @@ def export(function, example, path) -> Path:
     return path
 
 
-def load_program(path) -> Program:
+def load_program(path: str | PathLike) -> Program:
     """The question that `export` stored.  Load what you trust only: the file holds a pickle.
 
     Raises: OSError if the file cannot be read; ValueError if it is none of `export`, or was stored with another

@@ -3,6 +3,7 @@
 import hashlib
 import os
 import platform
+from os import PathLike
 from pathlib import Path
 
 import jax
@@ -12,7 +13,7 @@ from jax.experimental.compilation_cache import compilation_cache
 _CPU_INFO = Path("/proc/cpuinfo")
 
 
-def cache(path=None, size: int = 2 * 2**30) -> Path:
+def cache(path: str | PathLike | None = None, size: int = 2 * 2**30) -> Path:
     """Keep compiled programs on disk: the next process finds them and starts in seconds.
 
     It sets JAX's persistent cache for the whole process, also for programs that are not this library's, with no least

@@ -9,3 +9,5 @@ Vector3 = Float[Array, "3"]
 Quaternion = Float[Array, "4"]  # w, x, y, z
 Matrix3 = Float[Array, "3 3"]
 Axis = str | tuple | list | np.ndarray | Array  # "x", "-z", ... or three numbers
+ArrayLike = Array | np.ndarray | np.generic | float | int | list | tuple  # what `jnp.asarray` takes
+FrameLike = str | tuple | list  # the name of a body or frame, or (name, point)

@@ -1,5 +1,7 @@
 """Static equilibrium and steady motion: where the independent accelerations vanish."""
 
+from collections.abc import Iterable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -48,7 +50,7 @@ class Equilibrium(eqx.Module):
     steps: Int[Array, ""]
 
 
-def equilibrium(system: System, state, moving=(), throw=True) -> Equilibrium:
+def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw: bool = True) -> Equilibrium:
     """The state of rest, or of steady motion, near a state.
 
     Args:

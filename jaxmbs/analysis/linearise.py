@@ -4,6 +4,7 @@
 """
 
 import dataclasses
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -28,6 +29,7 @@ from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
 from ..model.rows import Drive
 from ..model.system import System
+from ..typing import ArrayLike
 from .release import release
 
 
@@ -75,7 +77,9 @@ class Linearisation(eqx.Module):
         return LinearSystem(**matrices, coordinates=self.names, interface=range(len(self.names)))
 
 
-def linearise(system: System, state, inputs=(), outputs=()) -> Linearisation:
+def linearise(
+    system: System, state: State, inputs: Iterable[str] = (), outputs: Iterable[str] | Callable = ()
+) -> Linearisation:
     """Linear equations about a state.
 
     Args:
@@ -207,7 +211,7 @@ def _accelerations(system, Gamma, M, KC, inputs, driven):
     return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
 
 
-def frequency_response(space: StateSpace, omega):
+def frequency_response(space: StateSpace, omega: ArrayLike) -> Array:
     """Transfer matrices (..., outputs, inputs) of a state space at angular frequencies omega (...,) [rad/s]."""
     eye = jnp.eye(space.A.shape[0], dtype=space.A.dtype)
     A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..checks import known
 from ..errors import ModelError
-from ..kinematics.constraints import constraint_jacobian
+from ..kinematics.rows import constraint_jacobian
 from ..model.rows import Drive
 from ..model.system import System
 

@@ -14,6 +14,7 @@ from ..dynamics.ports import efforts_at_rest
 from ..kinematics.configuration import Configuration, at_state, node_motion, resting
 from ..kinematics.influence import velocity_map
 from ..kinematics.influence_second import along_independent
+from ..kinematics.state import State
 from ..model.question import question
 from ..model.system import System
 
@@ -34,13 +35,13 @@ class Stiffness(eqx.Module):
     sources: Float[Array, "n n"]
 
     @property
-    def total(self):
+    def total(self) -> Float[Array, "n n"]:
         """K (N, N), the Hessian of the potential where all loads have one."""
         return self.elastic + self.antagonistic + self.gravity + self.sources
 
 
 @question
-def stiffness(system: System, state) -> Stiffness:
+def stiffness(system: System, state: State) -> Stiffness:
     """Local stiffness at a state, velocities taken as zero.
 
     `-d e_C/dphi` has plus on both terms; S2 (71) prints a stray minus.  Loops, redundant springs and redundant

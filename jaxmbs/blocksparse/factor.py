@@ -5,11 +5,14 @@ differentiation; derivatives come from A x = b, whose tangents and adjoints are 
 """
 
 from functools import partial
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
+from jaxtyping import Array
 
 from ..checks import known
 from .matrix import BlockMatrix
@@ -32,7 +35,7 @@ class Factor(eqx.Module):
         return Factor(self.matrix.T, tuple(p.T for p in self.pivots), self.plan, self.kind)
 
 
-def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None, **options) -> Factor:
+def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None, **options: Any) -> Factor:
     """Factorise: "cholesky" (symmetric positive definite), "ldl" (symmetric: saddle, complex) or "lu" (any).
 
     Pivoting happens inside fronts only: a saddle matrix needs blocks whose leading minors are regular (a body with
@@ -67,7 +70,7 @@ def _even(matrix, kind):
     return matrix
 
 
-def solve(factor: Factor, right, refine: int = 0):
+def solve(factor: Factor, right: Array | np.ndarray, refine: int = 0) -> Array:
     """x with A x = right, (blocks, size) or (blocks, size, columns).
 
     Args: refine: steps of iterative refinement by the stored factor.
@@ -93,12 +96,14 @@ def _refined(plan, pivots, apply, b, steps):
     return x
 
 
-def solve_once(matrix: BlockMatrix, right, kind: str = "cholesky", plan: Plan | None = None, **options):
+def solve_once(
+    matrix: BlockMatrix, right: Array | np.ndarray, kind: str = "cholesky", plan: Plan | None = None, **options: Any
+) -> Array:
     """`solve(factor(matrix, kind), right)`."""
     return solve(factor(matrix, kind, plan, **options), right)
 
 
-def log_determinant(factor: Factor):
+def log_determinant(factor: Factor) -> tuple[Array, Array]:
     """`(sign, log |det A|)`; the logarithm has the derivative `tr(A^-1 dA)`, of every order.
 
     A complex matrix has a phase for its sign, which carries no derivative.
@@ -129,7 +134,7 @@ def _trace_rule(plan, kind, primals, tangents):
     return primals[1], jax.jvp(total, (primals[0],), (tangents[0],))[1]
 
 
-def inertia(factor: Factor):
+def inertia(factor: Factor) -> tuple[int, int]:
     """(positive, negative) numbers of eigenvalues of a symmetric matrix, from its "ldl" factor.
 
     Padding is not counted.  Source: Sylvester's law; with A = K - w^2 M it counts the frequencies below w.
@@ -138,7 +143,7 @@ def inertia(factor: Factor):
     return int(factor.plan.pattern.sizes.sum()) - negative, negative
 
 
-def is_finite(factor: Factor):
+def is_finite(factor: Factor) -> Array:
     """Whether the factorisation met no singular or, for "cholesky", indefinite front."""
     leaves = jax.tree.leaves(factor.pivots)
     return jnp.all(jnp.stack([jnp.all(jnp.isfinite(leaf)) for leaf in leaves]))

@@ -1,11 +1,14 @@
 """A sparse block matrix: values on a pattern, as a pytree; products, assembly from elements, dense form."""
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..checks import known
+from ..typing import ArrayLike
 from .pattern import Pattern
 
 
@@ -30,7 +33,7 @@ class BlockMatrix(eqx.Module):
         return self.lower is None
 
     @property
-    def asymmetry(self):
+    def asymmetry(self) -> Array:
         """() how unsymmetric the diagonal blocks are, relative to the largest of their entries."""
         part, size = (jnp.max(jnp.abs(A), initial=0.0) for A in (self.diagonal - _T(self.diagonal), self.diagonal))
         return jnp.where(size > 0, part / jnp.where(size > 0, size, 1.0), part)
@@ -67,7 +70,7 @@ class BlockMatrix(eqx.Module):
 
     __rmul__ = __mul__
 
-    def astype(self, dtype) -> "BlockMatrix":
+    def astype(self, dtype: Any) -> "BlockMatrix":
         lower = None if self.lower is None else self.lower.astype(dtype)
         return BlockMatrix(self.pattern, self.diagonal.astype(dtype), self.upper.astype(dtype), lower)
 
@@ -80,7 +83,7 @@ class BlockMatrix(eqx.Module):
         return full.transpose(0, 2, 1, 3).reshape(n * b, n * b)
 
 
-def assemble(pattern: Pattern, blocks, elements) -> BlockMatrix:
+def assemble(pattern: Pattern, blocks: ArrayLike, elements: Array | np.ndarray) -> BlockMatrix:
     """Symmetric matrix from the matrices of elements, each on the blocks it touches.
 
     Args:

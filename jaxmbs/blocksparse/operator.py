@@ -5,6 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import lineax as lx
+from jaxtyping import Array
 
 from .factor import Factor, factor, solve
 from .matrix import BlockMatrix
@@ -15,19 +16,19 @@ class BlockOperator(lx.AbstractLinearOperator):
 
     matrix: BlockMatrix
 
-    def mv(self, vector):
+    def mv(self, vector: Array) -> Array:
         return self.matrix @ vector
 
-    def as_matrix(self):
+    def as_matrix(self) -> Array:
         return self.matrix.dense()
 
-    def transpose(self):
+    def transpose(self) -> "BlockOperator":
         return BlockOperator(self.matrix.T)
 
-    def in_structure(self):
+    def in_structure(self) -> jax.ShapeDtypeStruct:
         return jax.ShapeDtypeStruct(self.matrix.pattern.shape, self.matrix.diagonal.dtype)
 
-    def out_structure(self):
+    def out_structure(self) -> jax.ShapeDtypeStruct:
         return self.in_structure()
 
 
@@ -70,19 +71,21 @@ class BlockSolver(lx.AbstractLinearSolver):
 
     kind: str = "cholesky"
 
-    def init(self, operator, options: dict[str, Any]) -> Factor:
+    def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Factor:
         if not isinstance(operator, BlockOperator):
             raise ValueError("BlockSolver solves a BlockOperator; wrap the BlockMatrix in one")
         return factor(operator.matrix, self.kind, **options)
 
-    def compute(self, state: Factor, vector, options):
+    def compute(
+        self, state: Factor, vector: Array, options: dict[str, Any]
+    ) -> tuple[Array, lx.RESULTS, dict[str, Any]]:
         return solve(state, vector), lx.RESULTS.successful, {}
 
-    def transpose(self, state: Factor, options):
+    def transpose(self, state: Factor, options: dict[str, Any]) -> tuple[Factor, dict[str, Any]]:
         return state.T, options
 
-    def conj(self, state: Factor, options):
+    def conj(self, state: Factor, options: dict[str, Any]) -> tuple[Factor, dict[str, Any]]:
         return jax.tree.map(jnp.conj, state), options
 
-    def assume_full_rank(self):
+    def assume_full_rank(self) -> bool:
         return True

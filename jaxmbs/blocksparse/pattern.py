@@ -1,11 +1,14 @@
 """Which blocks of a sparse block matrix may be nonzero: a graph of named blocks, static and hashable."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
+
+from ..typing import ArrayLike
 
 
 class Pattern:
@@ -24,7 +27,14 @@ class Pattern:
     Raises: ValueError for an edge to a block that is not there or from a block to itself, or a wrong count.
     """
 
-    def __init__(self, num_blocks, size, edges, names: Sequence[str] | None = None, sizes=None):
+    def __init__(
+        self,
+        num_blocks: int,
+        size: int,
+        edges: np.ndarray | Iterable,
+        names: Sequence[str] | None = None,
+        sizes: ArrayLike | None = None,
+    ) -> None:
         pairs = np.sort(np.asarray(list(edges) if not isinstance(edges, np.ndarray) else edges, np.int64), axis=-1)
         pairs = np.unique(pairs.reshape(-1, 2), axis=0)
         if pairs.size and (pairs.min() < 0 or pairs.max() >= num_blocks or np.any(pairs[:, 0] == pairs[:, 1])):
@@ -41,7 +51,7 @@ class Pattern:
         self._hash = hash(self._key)
 
     @classmethod
-    def from_graph(cls, blocks: Mapping[str, int], edges) -> "Pattern":
+    def from_graph(cls, blocks: Mapping[str, int], edges: Iterable) -> "Pattern":
         """From sizes by name and pairs of names: `Pattern.from_graph({"a": 6, "b": 3}, [("a", "b")])`."""
         index = {name: i for i, name in enumerate(blocks)}
         for pair in edges:
@@ -87,12 +97,12 @@ class Pattern:
         """Number of the edge (i, j), i < j."""
         return {(i, j): e for e, (i, j) in enumerate(self.edges.tolist())}
 
-    def split(self, x) -> dict:
+    def split(self, x: Array | np.ndarray) -> dict:
         """Vectors by block name from x (..., blocks, size), without padding."""
         names = self.names or [str(i) for i in range(self.num_blocks)]
         return {name: x[..., i, : int(self.sizes[i])] for i, name in enumerate(names)}
 
-    def join(self, parts: Mapping):
+    def join(self, parts: Mapping) -> Array:
         """x (..., blocks, size) from vectors by block name; blocks not named are zero."""
         names = self.names or [str(i) for i in range(self.num_blocks)]
         shape = jnp.broadcast_shapes(*(jnp.shape(v)[:-1] for v in parts.values()))

@@ -1,10 +1,12 @@
 """From tiers of fronts to the index arrays of the numeric phase; cached by pattern and options."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
+from ..typing import ArrayLike
 from .ordering import given_order, nested_dissection
 from .pattern import Pattern
 from .symbolic import Report, flops, fronts, report
@@ -53,7 +55,14 @@ class Plan:
     report: Report
 
 
-def analyse(pattern: Pattern, order=None, leaf: int | None = None, positions=None, last=(), tiers: int = 8) -> Plan:
+def analyse(
+    pattern: Pattern,
+    order: ArrayLike | None = None,
+    leaf: int | None = None,
+    positions: ArrayLike | None = None,
+    last: Iterable[int] = (),
+    tiers: int = 8,
+) -> Plan:
     """Symbolic analysis, kept for the pattern: ordering, fronts, tiers and index arrays.
 
     Args:

@@ -26,7 +26,7 @@ from .views import build_view, root_sizes
 _RANK = {8: 1e-8, 4: 1e-3}  # parts of a row that count as new, by precision
 
 
-def bond_graph(system: System, view: str = "hamiltonian", state=None) -> BondGraph:
+def bond_graph(system: System, view: str = "hamiltonian", state: State | None = None) -> BondGraph:
     """The bond graph of a mechanism with half arrows and causal strokes.
 
     Args:

@@ -1,6 +1,8 @@
 """A bond graph as an SVG drawing with half arrows and causal strokes, and as a networkx graph."""
 
+from os import PathLike
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -17,7 +19,7 @@ _STYLE = (
 _MARGIN, _WIDEST = 18.0, 7.0
 
 
-def draw_bond_graph(graph, path=None, powers=None, seconds=6.0) -> str:
+def draw_bond_graph(graph: Any, path: str | PathLike | None = None, powers: Any = None, seconds: float = 6.0) -> str:
     """SVG text of a bond graph; tooltips name every element and bond.
 
     Args:

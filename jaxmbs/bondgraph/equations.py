@@ -1,8 +1,10 @@
 """The state equations read back from a graph: sums at the junction of phi_dot, inertias seen through transformers."""
 
 import jax.numpy as jnp
+from jaxtyping import Array
 
 from ..kinematics.poses import node_parameters
+from ..kinematics.state import State
 from ..math.spd import spd_solve
 from ..model.question import question
 from ..model.system import System
@@ -13,7 +15,7 @@ from .views import build_view
 
 
 @question
-def state_equations(system: System, state, view: str = "hamiltonian"):
+def state_equations(system: System, state: State, view: str = "hamiltonian") -> tuple[Array, Array, Array]:
     """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
 
     Every inertia p_k = I_k f_k behind the modulus G_k adds `G_k^T I_k G_k` to I*, `G_k^T p_k` to p and

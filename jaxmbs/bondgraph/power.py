@@ -11,6 +11,7 @@ from ..kinematics.state import State
 from ..math.jit import jit
 from ..model.question import check_fits
 from ..model.system import System
+from ..motion.motion import Motion
 from .graph import BondGraph
 from .moduli import apply_inertia, numbers, root_rates
 from .naming import named, split
@@ -147,7 +148,7 @@ def _spread(system, graph, flow, modulus, effort, batched):
     return jax.vmap(one)(flow, modulus, effort) if batched else one(flow, modulus, effort)
 
 
-def bond_powers(system: System, motion, view: str = "detailed") -> BondPowers:
+def bond_powers(system: System, motion: State | Motion, view: str = "detailed") -> BondPowers:
     """Efforts, flows and power of every bond of a view at a state or along a motion.
 
     Args:

@@ -3,15 +3,21 @@
 import dataclasses
 import functools
 import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import jax.numpy as jnp
 
 from ..checks import known, no_such
 from ..errors import ModelError
+from ..forces.base import AbstractLaw
 from ..joints import Coupler, Weld
+from ..joints.base import AbstractJoint
+from ..joints.closures import AbstractClosure, Rows, VelocityRows
 from ..math.precision import follow_precision
+from ..model.elastic import ElasticBody
 from ..model.frame import Pose
 from ..model.system import System
+from ..typing import ArrayLike, FrameLike
 from . import declarations as declared
 from .arrays import reference_poses
 from .assemble_system import assemble_system
@@ -28,7 +34,7 @@ class SystemBuilder:
     system with loops takes its freedoms from a concrete build of the same topology, `build(like=system)`.
     """
 
-    def __init__(self, gravity=(0.0, 0.0, -9.81)):
+    def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> None:
         self.gravity = jnp.asarray(gravity, float)
         self._bodies: dict[str, declared.Body] = {}
         self._frames: dict[str, declared.Frame] = {}
@@ -47,7 +53,15 @@ class SystemBuilder:
         else:
             table[item.name] = item
 
-    def body(self, name, mass, com=(0.0, 0.0, 0.0), inertia=0.0, position=None, rotation=None):
+    def body(
+        self,
+        name: str,
+        mass: ArrayLike,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike = 0.0,
+        position: ArrayLike | None = None,
+        rotation: ArrayLike | None = None,
+    ) -> None:
         """A rigid body.
 
         Args:
@@ -59,7 +73,14 @@ class SystemBuilder:
         """
         self._add("body", self._bodies, declared.Body(name, mass, com, inertia, _placed(position, rotation)))
 
-    def elastic(self, name, body, motions=None, position=None, rotation=None):
+    def elastic(
+        self,
+        name: str,
+        body: ElasticBody,
+        motions: Mapping[str, AbstractJoint] | None = None,
+        position: ArrayLike | None = None,
+        rotation: ArrayLike | None = None,
+    ) -> None:
         """An elastic body; its interfaces are bodies "name.interface" to which joints attach.
 
         Args:
@@ -84,11 +105,23 @@ class SystemBuilder:
             self._add("joint", self._joints, joint)
         self._elastic[name] = item
 
-    def frame(self, name, on, position=(0.0, 0.0, 0.0), rotation=None):
+    def frame(
+        self, name: str, on: str, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None
+    ) -> None:
         """A named frame fixed in the body `on` at `position` [m], `rotation` (3, 3), in body axes."""
         self._add("frame", self._frames, declared.Frame(name, on, Pose(position, rotation)))
 
-    def joint(self, name, kind, parent, child, parent_frame=None, child_frame=None, at=None, drive=None):
+    def joint(
+        self,
+        name: str,
+        kind: AbstractJoint,
+        parent: str,
+        child: str,
+        parent_frame: str | Pose | ArrayLike | None = None,
+        child_frame: str | Pose | ArrayLike | None = None,
+        at: ArrayLike | None = None,
+        drive: Callable | None = None,
+    ) -> None:
         """A joint between two bodies, which may close a loop.
 
         Args:
@@ -102,7 +135,7 @@ class SystemBuilder:
             "joint", self._joints, declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive)
         )
 
-    def drive(self, joint, function):
+    def drive(self, joint: str, function: Callable) -> None:
         """Prescribe the coordinate of a one-freedom joint as a function of time (rheonomic)."""
         if joint not in self._joints:
             self._faults.append(f"drive: {no_such('joint', joint, self._joints)}")
@@ -111,14 +144,23 @@ class SystemBuilder:
         else:
             self._joints[joint] = dataclasses.replace(self._joints[joint], drive=function)
 
-    def force(self, name, law, between=None, joint=None, on=None):
+    def force(
+        self,
+        name: str,
+        law: AbstractLaw,
+        between: Sequence | None = None,
+        joint: str | None = None,
+        on: FrameLike | None = None,
+    ) -> None:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
         if name == "drives":
             self._faults.append("force 'drives': the account of work keeps that name for driven joints")
         self._add("force", self._forces, declared.Force(name, law, between, joint, on))
 
-    def constraint(self, name, law, between=None):
+    def constraint(
+        self, name: str, law: AbstractClosure | Coupler | VelocityRows | Rows, between: Sequence | None = None
+    ) -> None:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine` between two frames, `Coupler`
         of joint coordinates, or `Rows` of the user."""
         self._add("constraint", self._constraints, declared.Constraint(name, law, between))
@@ -143,7 +185,9 @@ class SystemBuilder:
             found += constraint_faults(item, self._bodies, self._frames, self._joints)
         return found
 
-    def build(self, like: System | None = None, independent=None, cut=None) -> System:
+    def build(
+        self, like: System | None = None, independent: Iterable[str] | None = None, cut: Iterable[str] | None = None
+    ) -> System:
         """The system.
 
         Args:

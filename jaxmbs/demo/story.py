@@ -2,6 +2,7 @@
 
 import sys
 import time
+from os import PathLike
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from .mechanism import DESIGN, slider_crank, start
 from .reference import FREE_TIMES
 
 
-def run(output, quick: bool = False) -> int:
+def run(output: str | PathLike, quick: bool = False) -> int:
     """Simulate, check, improve and write; returns the exit status: 0, or 2 when the folder cannot be written.
 
     Args:

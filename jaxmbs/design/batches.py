@@ -41,7 +41,7 @@ class Batch(eqx.Module):
     seconds: float | Float[Array, "..."] = math.nan
 
     @property
-    def ok(self):
+    def ok(self) -> Array | np.ndarray:
         """Which designs (B,) were computed as asked."""
         return succeeded(self.status)
 

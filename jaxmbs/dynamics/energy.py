@@ -3,9 +3,11 @@
 import jax.numpy as jnp
 
 from ..kinematics.configuration import Moving, at_state, moving
+from ..kinematics.state import State
 from ..math.spatial import dot, momentum, unpack
 from ..model.question import question
 from ..model.system import System
+from ..typing import Scalar
 from .efforts import stored_energy
 from .elastic import elastic_energies
 
@@ -27,7 +29,7 @@ def _of_state(system, state):
 
 
 @question
-def kinetic_energy(system: System, state):
+def kinetic_energy(system: System, state: State) -> Scalar:
     """Kinetic energy [J] of a state: the energy `1/2 p.I*^-1 p` and the coenergy `1/2 phi_dot.I* phi_dot` alike.
 
     So, without potential, the Lagrangian and its Legendre transform, the Hamiltonian.  (46) prints p_dot for p.
@@ -37,6 +39,6 @@ def kinetic_energy(system: System, state):
 
 
 @question
-def potential_energy(system: System, state):
+def potential_energy(system: System, state: State) -> Scalar:
     """Potential energy [J] of gravity (zero at the world origin) and of all springs."""
     return _of_state(system, state)[1]

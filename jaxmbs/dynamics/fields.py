@@ -5,11 +5,13 @@ For analysis and for reading the bond graph; simulations use the tensor-free for
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from ..kinematics.configuration import Configuration, at_state, elsewhere, moving
 from ..kinematics.influence import body_kic, dependent_columns, independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent
 from ..kinematics.poses import body_frame, coordinate_rate
+from ..kinematics.state import State
 from ..math.spd import spd_solve
 from ..model.question import check_fits, question
 from ..model.system import System
@@ -52,7 +54,7 @@ def _inertia_field(system, at):
 
 
 @question
-def inertia_field(system: System, state):
+def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
     """I* (N, N) = sum over bodies `m G_t^T G_t + G_r^T I G_r` (printed with one G_r in the mass term).
 
     Source: S2 (35); p = I* phi_dot, S2 (30), (34).
@@ -61,7 +63,7 @@ def inertia_field(system: System, state):
 
 
 @question
-def gyristor_field(system: System, state):
+def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
     """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion.  Source: S2 (41)."""
     at = _at(system, state)
     _, G, G_dot = _maps_and_rate(system, at, independent_rates(system, state))
@@ -79,14 +81,14 @@ def gyristor_field_direct(system: System, state):
     return 0.5 * jnp.einsum("i,ijk->kj", independent_rates(system, state), planes)
 
 
-def independent_rates(system: System, state):
+def independent_rates(system: System, state: State) -> Float[Array, " N"]:
     """phi_dot (N,): velocities of the independent columns."""
     check_fits(system, state)
     return state.velocities[independent_columns(system)]
 
 
 @question
-def generalised_momentum(system: System, state):
+def generalised_momentum(system: System, state: State) -> Float[Array, " N"]:
     """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
     at = _at(system, state)
     Gamma, b = velocity_map(system, at)
@@ -115,7 +117,7 @@ def _free_twist(system, at, rates):
 
 
 @question
-def state_equations(system: System, state):
+def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
     """(p_dot, phi_dot, q_dot) of the paper at a state of a scleronomic system.
 
     `p_dot = +GR phi_dot + Q` (the print has a minus), `phi_dot = I*^-1 p`, `q_dot = Gi phi_dot`.

@@ -4,15 +4,18 @@ Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
 """
 
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from ..kinematics import constraints
 from ..kinematics.configuration import Moving, at_state, moving, node_accelerations
 from ..kinematics.elastic import mass_matrix as inertia_matrix
+from ..kinematics.state import State
 from ..kinematics.tree import solve, subtrees
 from ..math.linalg import saddle_solve
 from ..math.spatial import add, cross_force, dot, momentum, pack, unpack
 from ..model.question import question
 from ..model.system import System
+from ..typing import ArrayLike
 from .efforts import efforts, gravity_wrench
 from .elastic import needed_loads
 from .sparse_saddle import constraint_rows, sparse_saddle
@@ -64,7 +67,7 @@ def _at(system, state):
 
 
 @question
-def forward_dynamics(system: System, state):
+def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"], Float[Array, " rows"]]:
     """Accelerations and constraint multipliers of a state.
 
     Returns: u_dot (nv,) [m/s^2 or rad/s^2] and lambda (rows,), the efforts along the constraint rows: `A^T lambda`
@@ -75,7 +78,7 @@ def forward_dynamics(system: System, state):
 
 
 @question
-def inverse_dynamics(system: System, state, acceleration):
+def inverse_dynamics(system: System, state: State, acceleration: ArrayLike) -> Float[Array, " nv"]:
     """Efforts (nv,) on the tree's velocities that produce the accelerations (nv,), beside gravity and all force
     elements; constraint multipliers are not subtracted.  Source: S2 (40)."""
     at = _at(system, state)
@@ -84,7 +87,7 @@ def inverse_dynamics(system: System, state, acceleration):
 
 
 @question
-def mass_matrix(system: System, state):
+def mass_matrix(system: System, state: State) -> Float[Array, "nv nv"]:
     """Mass matrix (nv, nv) of the tree of rigid and elastic bodies, all loops cut.
 
     Source: S2 (35) with every coordinate independent.

@@ -1,11 +1,13 @@
 """Accelerations of points in the motion that the forces and constraints of a state produce."""
 
 from ..kinematics.points import point_acceleration
+from ..kinematics.state import State
 from ..model.system import System
+from ..typing import ArrayLike, FrameLike, Vector3
 from .newton_euler import forward_dynamics
 
 
-def acceleration(system: System, state, frame, accelerations=None):
+def acceleration(system: System, state: State, frame: FrameLike, accelerations: ArrayLike | None = None) -> Vector3:
     """World acceleration (3,) [m/s^2] of a frame's origin or point, by default that of `forward_dynamics`.
 
     Args:
@@ -17,7 +19,9 @@ def acceleration(system: System, state, frame, accelerations=None):
     return _acceleration(system, state, frame, accelerations)[:3]
 
 
-def angular_acceleration(system: System, state, frame, accelerations=None):
+def angular_acceleration(
+    system: System, state: State, frame: FrameLike, accelerations: ArrayLike | None = None
+) -> Vector3:
     """Angular acceleration (3,) [rad/s^2] of a frame in world axes; arguments as for `acceleration`."""
     return _acceleration(system, state, frame, accelerations)[3:]
 

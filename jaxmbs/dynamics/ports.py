@@ -5,11 +5,13 @@
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from ..kinematics.configuration import Configuration, Moving, at_state, elsewhere, moving, resting
 from ..kinematics.influence import body_kic, velocity_map
 from ..kinematics.points import jacobian, locate, position
 from ..kinematics.poses import coordinate_rate
+from ..kinematics.state import State
 from ..kinematics.tree import subtrees
 from ..math.spatial import dot, unpack
 from ..model.question import question
@@ -59,13 +61,13 @@ def _of_gravity(system, at, Gamma):
 
 
 @question
-def compliance_effort(system: System, state):
+def compliance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64)."""
     return efforts_at_rest(system, at_state(system, state, inertias=False))[0]
 
 
 @question
-def resistance_effort(system: System, state):
+def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_R (N,): the part of the elements' efforts that the velocities make, `-R phi_dot` for dampers.
 
     Source: S2 (72)-(73), on the system (72 prints the effort into the element).
@@ -76,7 +78,7 @@ def resistance_effort(system: System, state):
 
 
 @question
-def resistance_field(system: System, state):
+def resistance_field(system: System, state: State) -> Float[Array, "N N"]:
     """R (N, N) = `sum R_i G_R^T G_R`, the derivative of -e_R by phi_dot.  Source: S2 (74)."""
     at = at_state(system, state, inertias=False)
     return resistance(system, at, velocity_map(system, at)[0], state.velocities)
@@ -88,19 +90,19 @@ def resistance(system: System, at: Configuration, Gamma, u):
 
 
 @question
-def gravity_effort(system: System, state):
+def gravity_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
     return efforts_at_rest(system, at_state(system, state, inertias=False))[1]
 
 
 @question
-def source_effort(system: System, state):
+def source_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q* (N,): what the elements exert at rest beside their stored energy: loads, motors.  Source: S2 (76)."""
     return efforts_at_rest(system, at_state(system, state, inertias=False))[2]
 
 
 @question
-def total_effort(system: System, state):
+def total_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
     at = _moving(system, state)
     return effort_along(system, at, velocity_map(system, at)[0])

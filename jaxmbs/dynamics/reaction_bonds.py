@@ -1,6 +1,7 @@
 """A system at a state as a network of bonds: for the matrix, the family and the redundancy of its reactions."""
 
 import dataclasses
+from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
@@ -9,7 +10,7 @@ import numpy as np
 from ..kinematics import constraints
 from ..kinematics.configuration import configuration
 from ..kinematics.poses import node_parameters
-from ..kinematics.state import State
+from ..kinematics.state import HasStates, State
 from ..math.jit import jit
 from ..model.system import System
 from ..statics import Bonds
@@ -19,7 +20,9 @@ from .distribution import system_bonds
 from .reactions import reactions
 
 
-def reaction_bonds(system: System, motion, compliance=None, method: str = "dense") -> tuple[Bonds, jnp.ndarray]:
+def reaction_bonds(
+    system: System, motion: State | HasStates, compliance: Mapping | None = None, method: str = "dense"
+) -> tuple[Bonds, jnp.ndarray]:
     """The bonds of a system, and the loads (..., bodies, 6) that they supply to the bodies, at a state or motion.
 
     Bonds are the joints and two-frame constraints, at their frame on the child; drives are part of their joints.

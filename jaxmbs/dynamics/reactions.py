@@ -16,7 +16,7 @@ from ..checks import known, no_such
 from ..errors import UnknownNameError
 from ..kinematics import constraints
 from ..kinematics.configuration import at_state, moving, node_accelerations
-from ..kinematics.state import State
+from ..kinematics.state import HasStates, State
 from ..kinematics.tree import subtrees
 from ..math.jit import jit
 from ..math.linalg import relative, skew
@@ -81,7 +81,7 @@ class Reactions(eqx.Module):
     def __iter__(self):
         return (name for name in self.joints if name not in self.hidden)
 
-    def items(self):
+    def items(self) -> list[tuple[str, JointReaction]]:
         """Pairs of name and reaction."""
         return [(name, self.joints[name]) for name in self]
 
@@ -227,7 +227,7 @@ def _compliance(name, value, dtype):
 
 def reactions(
     system: System,
-    motion,
+    motion: State | HasStates,
     frame: str = "world",
     side: str = "child",
     compliance: Mapping | None = None,

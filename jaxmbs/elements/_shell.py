@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..typing import Matrix3, ScalarLike
 from ._parts import carried, plane_stress, turned
 from .base import AbstractElement, number
 
@@ -32,23 +33,23 @@ class AbstractShell(AbstractElement):
         f"{c} {face}" for face in ("top", "bottom") for c in ("xx", "yy", "xy")
     )
 
-    def axes(self, nodes):
+    def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
         """Rows x, y, z (3, 3) of the element's axes, z along its normal."""
         raise NotImplementedError
 
-    def membrane(self, xy):
+    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Stiffness (3 k, 3 k) over u, v, drilling rotation of each node, and strains (3, 3 k) at the centre."""
         raise NotImplementedError
 
-    def bending(self, xy):
+    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Stiffness (3 k, 3 k) over w, rx, ry of each node, and curvatures (3, 3 k) at the centre."""
         raise NotImplementedError
 
-    def shapes(self, xy):
+    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Shape functions (q, k) at points of quadrature and the areas (q,) that belong to them."""
         raise NotImplementedError
 
-    def flat(self, nodes):
+    def flat(self, nodes: Float[Array, "k 3"]) -> tuple[Array, Array]:
         """Positions (k, 2) in the mean plane, and (6 k, 6 k) motions there in element axes from those of the nodes.
 
         A node off the plane carries its image rigidly.
@@ -59,7 +60,7 @@ class AbstractShell(AbstractElement):
         arms = -jnp.stack([zero, zero, local[:, 2]], axis=1) @ axes
         return local[:, :2], jax.scipy.linalg.block_diag(*[turned(axes) @ carried(arm) for arm in arms])
 
-    def stiffness(self, nodes):
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Membrane and bending, uncoupled in the element's plane."""
         xy, T = self.flat(nodes)
         in_plane, across = _places(self.num_nodes)
@@ -68,7 +69,7 @@ class AbstractShell(AbstractElement):
         K = K.at[np.ix_(across, across)].set(self.bending(xy)[0])
         return T.T @ K @ T
 
-    def mass(self, nodes):
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Consistent mass `rho t` of displacements and `rho t^3 / 12` of rotations, drilling included."""
         xy, T = self.flat(nodes)
         N, areas = self.shapes(xy)
@@ -78,7 +79,7 @@ class AbstractShell(AbstractElement):
         per_node = jnp.diag(line * jnp.stack([one, one, one, turn, turn, turn]))
         return T.T @ jnp.kron(jnp.einsum("q,qi,qj->ij", areas, N, N), per_node) @ T
 
-    def forces(self, nodes, u):
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Membrane forces [N/m] and moments [N] per length at the centre, element axes. Source: S1 (30)."""
         xy, T = self.flat(nodes)
         local = (T @ u.reshape(-1)).reshape(self.num_nodes, 6)
@@ -87,13 +88,13 @@ class AbstractShell(AbstractElement):
         curvature = self.bending(xy)[1] @ local[:, 2:5].reshape(-1)
         return jnp.concatenate([self.thickness * (D @ strain), self.thickness**3 / 12 * (D @ curvature)])
 
-    def stresses(self, nodes, u):
+    def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
         """Stresses (6,) at the centre of the top (+z) and the bottom face, element axes. Source: S1 (30)."""
         force = self.forces(nodes, u)
         mean, bent = force[:3] / self.thickness, 6.0 * force[3:6] / self.thickness**2
         return jnp.concatenate([mean + bent, mean - bent])
 
-    def pressure_load(self, nodes, pressure):
+    def pressure_load(self, nodes: Float[Array, "k 3"], pressure: ScalarLike) -> Array:
         """Consistent load (6 k,) of a pressure [Pa] along the normal z. Source: S1 (18)."""
         xy, T = self.flat(nodes)
         N, areas = self.shapes(xy)

@@ -80,7 +80,7 @@ class Beam(AbstractElement):
         """What the shear's compliance is divided by."""
         return () if self.shear is None else ("shear", "shear_modulus")
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Also a section that differs in y and z without a reference to say which is which."""
         pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])
         uneven = any(known(pair) and not np.allclose(*pair, rtol=1e-6, atol=0) for pair in pairs)
@@ -149,17 +149,19 @@ class Beam(AbstractElement):
         K = self._local_stiffness(length)
         return length, axes, K, self._released(K) @ T
 
-    def stiffness(self, nodes):
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`T^T k_e T`, exact for loads at the nodes."""
         _, _, K, T = self._matrices(nodes)
         return T.T @ K @ T
 
-    def mass(self, nodes):
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`T^T m_e T`."""
         length, _, _, T = self._matrices(nodes)
         return T.T @ self._local_mass(length) @ T
 
-    def forces(self, nodes, u, load=None):
+    def forces(
+        self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"], load: Array | None = None
+    ) -> Float[Array, " f"]:
         """Forces and moments (12,) on the beam at its two ends, local axes. Source: S1 (30).
 
         Args: load: (12,) of what is spread over the beam (`line_load`, weight), which the ends carry too.
@@ -172,7 +174,9 @@ class Beam(AbstractElement):
         ends = [turned(axes) @ carried(-arm).T @ part for arm, part in zip(arms, load.reshape(2, 6), strict=True)]
         return found - jnp.concatenate(ends)
 
-    def stresses(self, nodes, u, load=None):
+    def stresses(
+        self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"], load: Array | None = None
+    ) -> Float[Array, " s"]:
         """Axial stress (2 p,) of the fibres at both ends: `N/A - M_z y/I_z + M_y z/I_y`. Source: S1 (30)."""
         force = self.forces(nodes, u, load)
         y, z = self.fibres[:, 0], self.fibres[:, 1]
@@ -182,7 +186,7 @@ class Beam(AbstractElement):
         ]
         return jnp.concatenate(ends)
 
-    def line_load(self, nodes, q):
+    def line_load(self, nodes: Float[Array, "k 3"], q: Array) -> Array:
         """Consistent load (12,) of a uniform force q (3,) [N/m] in world axes. Source: S1 (18)."""
         length, axes, _, T = self._matrices(nodes)
         x, y, z = axes @ q * length
@@ -193,7 +197,7 @@ class Beam(AbstractElement):
 
     misplacement = "its ends meet, or its reference lies along it"
 
-    def misplaced(self, nodes):
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """No length, or no plane for the local axes."""
         line = nodes[:, 1] - nodes[:, 0]
         if self.offsets is not None and known(self.offsets):

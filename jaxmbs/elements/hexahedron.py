@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..typing import ScalarLike
 from ._parts import condensed, gauss, inverse_jacobian, linear_shapes
 from .base import AbstractElement, number
 
@@ -42,14 +43,14 @@ class Hexahedron(AbstractElement):
     stress_labels = force_labels
     misplacement = "it is inside out or flat somewhere: check the order of its nodes"
 
-    def elasticity(self):
+    def elasticity(self) -> Array:
         """(6, 6) stresses by strains xx, yy, zz and shear angles xy, yz, zx."""
         shear = self.young / (2.0 * (1.0 + self.poisson))
         lame = self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
         normal, twice = np.array([1.0, 1, 1, 0, 0, 0]), np.diag([2.0, 2, 2, 1, 1, 1])
         return shear * jnp.asarray(twice, shear.dtype) + lame * jnp.asarray(np.outer(normal, normal), shear.dtype)
 
-    def stiffness(self, nodes):
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Strain energy with the nine internal modes condensed."""
         inverse, det = inverse_jacobian(_DN, nodes)
         inverse0, det0 = inverse_jacobian(_DN0, nodes)
@@ -58,22 +59,22 @@ class Hexahedron(AbstractElement):
         weight = det * _WEIGHTS.astype(nodes.dtype)
         return condensed(jnp.einsum("qai,ab,qbj->ij", weight[:, None, None] * B, self.elasticity(), B), 24)
 
-    def mass(self, nodes):
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Consistent mass."""
         N = _N.astype(nodes.dtype)
         weight = inverse_jacobian(_DN, nodes)[1] * _WEIGHTS.astype(nodes.dtype)
         return jnp.kron(self.density * (N.T * weight[None]) @ N, jnp.eye(3, dtype=nodes.dtype))
 
-    def forces(self, nodes, u):
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """As `stresses`. Source: S1 (30)."""
         return self.stresses(nodes, u)
 
-    def stresses(self, nodes, u):
+    def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
         """Stresses (6,) at the centre in world axes, where the internal modes strain nothing. Source: S1 (30)."""
         slopes = inverse_jacobian(_DN0, nodes)[0] @ _DN0.astype(nodes.dtype)
         return self.elasticity() @ _strains(slopes)[0] @ u.reshape(-1)
 
-    def pressure_load(self, nodes, pressure, face: int):
+    def pressure_load(self, nodes: Float[Array, "k 3"], pressure: ScalarLike, face: int) -> Array:
         """Consistent load (24,) of a pressure [Pa] into the element through one of `FACES`. Source: S1 (18)."""
         corners = np.array(FACES[face])
         tangents = _FACE_DN.astype(nodes.dtype) @ nodes[corners]
@@ -81,7 +82,7 @@ class Hexahedron(AbstractElement):
         share = -pressure * (_FACE_N.T.astype(nodes.dtype) @ areas)
         return jnp.zeros((8, 3), nodes.dtype).at[corners].set(share).reshape(-1)
 
-    def misplaced(self, nodes):
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """Volume not positive at a point of quadrature."""
         return np.any(np.linalg.det(np.einsum("qdi,mix->mqdx", _DN, nodes)) <= 0, axis=1)
 

@@ -27,7 +27,7 @@ class PointMass(AbstractElement):
     num_nodes = 1
     nonnegative = ("value",)
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Also an inertia that is not symmetric, or negative about some axis."""
         found = super().faults()
         if found or self.inertia is None or not known(self.inertia):
@@ -43,11 +43,11 @@ class PointMass(AbstractElement):
         """3, or 6 with an offset or an inertia."""
         return 3 if self.offset is None and self.inertia is None else 6
 
-    def stiffness(self, nodes):
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Zero."""
         return jnp.zeros((self.size, self.size), nodes.dtype)
 
-    def mass(self, nodes):
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`[m E, -m c~; m c~, I + m c~^T c~]`, c the offset."""
         central = self.value * jnp.eye(3, dtype=nodes.dtype)
         if self.coordinates == 3:

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..typing import Matrix3
 from ._parts import across, condensed, gauss, inverse_jacobian, linear_shapes, plane_stress
 from ._shell import AbstractShell
 from .base import number
@@ -38,12 +39,12 @@ class Quadrilateral(AbstractShell):
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")
     positive = ("thickness", "young")
 
-    def axes(self, nodes):
+    def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
         """x bisects the diagonals, z along their vector product."""
         first, second = nodes[2] - nodes[0], nodes[3] - nodes[1]
         return across(first, second, first - second)
 
-    def shapes(self, xy):
+    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Bilinear, at 2 x 2 points."""
         return _N.astype(xy.dtype), inverse_jacobian(_DN, xy)[1] * _WEIGHTS.astype(xy.dtype)
 
@@ -52,7 +53,7 @@ class Quadrilateral(AbstractShell):
         inverse, det = inverse_jacobian(slopes, xy)
         return inverse @ slopes.astype(xy.dtype), det
 
-    def membrane(self, xy):
+    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Strain and drilling energies with the incompatible modes condensed."""
         slopes, det = self._slopes(xy, _DN)
         inverse0, det0 = inverse_jacobian(_DN0, xy)
@@ -65,7 +66,7 @@ class Quadrilateral(AbstractShell):
         K = condensed(K + G * jnp.einsum("q,qi,qj->ij", weight, turn, turn), 12)
         return K, _strains(self._slopes(xy, _DN0)[0], 3)[0]
 
-    def bending(self, xy):
+    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Curvature energy, and shear energy with tied shear angles."""
         slopes, det = self._slopes(xy, _DN)
         curvature, shear = _curvatures(slopes), self._shear(xy, _POINTS)
@@ -91,7 +92,7 @@ class Quadrilateral(AbstractShell):
     def _shear_modulus(self):
         return self.shear_factor * self.thickness * self.young / (2.0 * (1.0 + self.poisson))
 
-    def forces(self, nodes, u):
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Membrane forces, moments and transverse shear forces per length at the centre. Source: S1 (30)."""
         xy, T = self.flat(nodes)
         local = (T @ u.reshape(-1)).reshape(4, 6)
@@ -100,7 +101,7 @@ class Quadrilateral(AbstractShell):
 
     misplacement = "its corners do not go round a convex outline"
 
-    def misplaced(self, nodes):
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """A corner whose angle is not below a straight one."""
         normal = np.cross(nodes[:, 2] - nodes[:, 0], nodes[:, 3] - nodes[:, 1])
         after, before = np.roll(nodes, -1, axis=1) - nodes, np.roll(nodes, 1, axis=1) - nodes

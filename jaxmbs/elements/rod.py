@@ -31,22 +31,22 @@ class Rod(AbstractElement):
         length = jnp.linalg.norm(line)
         return jnp.concatenate([-line, line]) / length**2, length
 
-    def stiffness(self, nodes):
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`E A l b b^T`, b the strain row."""
         strain, length = self._strain(nodes)
         return self.young * self.area * length * jnp.outer(strain, strain)
 
-    def mass(self, nodes):
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`rho A l / 6 [2 E, E; E, 2 E]`, or half of the mass on each node."""
         length = self._strain(nodes)[1]
         share = jnp.asarray([[1 / 2, 0.0], [0.0, 1 / 2]] if self.lumped else [[1 / 3, 1 / 6], [1 / 6, 1 / 3]])
         share = share.astype(nodes.dtype)
         return self.density * self.area * length * jnp.kron(share, jnp.eye(3, dtype=nodes.dtype))
 
-    def forces(self, nodes, u):
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Tension [N]. Source: S1 (30)."""
         return self.area * self.stresses(nodes, u)
 
-    def stresses(self, nodes, u):
+    def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
         """Axial stress [Pa]. Source: S1 (30)."""
         return (self.young * (self._strain(nodes)[0] @ u.reshape(-1)))[None]

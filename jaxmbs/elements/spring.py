@@ -43,7 +43,7 @@ class Spring(AbstractElement):
     force_labels = DIRECTIONS
     nonnegative = ()
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Also matrices that are not symmetric, and axes that are not."""
         named = {"matrix": self.matrix, "damper": self.damper}
         given = {n: np.asarray(v) for n, v in named.items() if v is not None and known(v)}
@@ -52,35 +52,35 @@ class Spring(AbstractElement):
         skewed = [] if fine else ["axes must be three unit vectors, square to each other and right-handed"]
         return super().faults() + [f"{name} must be symmetric" for name in uneven] + skewed
 
-    def misplaced(self, nodes):
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """Never: its nodes may lie at one point."""
         return np.zeros(len(nodes), bool)
 
-    def relative(self, nodes):
+    def relative(self, nodes: Float[Array, "k 3"]) -> Array:
         """(6, 12): relative displacement and rotation, second node less first, in the spring's axes."""
         line = nodes[1] - nodes[0]
         at_first, at_second = carried(self.place * line), carried((self.place - 1.0) * line)
         return _turn(self.axes, jnp.concatenate([-at_first, at_second], axis=1))
 
-    def stiffness(self, nodes):
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`B^T K B` with B the relative motion."""
         B = self.relative(nodes)
         return B.T @ self.matrix @ B
 
     @property
-    def damps(self):
+    def damps(self) -> bool:
         return self.damper is not None
 
-    def damping(self, nodes):
+    def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`B^T C B` with B the relative motion."""
         B = self.relative(nodes)
         return jnp.zeros_like(B.T @ B) if self.damper is None else B.T @ self.damper @ B
 
-    def mass(self, nodes):
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Zero."""
         return jnp.zeros((self.size, self.size), nodes.dtype)
 
-    def forces(self, nodes, u):
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Force and moment that the second node puts on the spring, in its axes. Source: S1 (30)."""
         return self.matrix @ self.relative(nodes) @ u.reshape(-1)
 
@@ -90,7 +90,7 @@ class GroundSpring(Spring):
 
     num_nodes = 1
 
-    def relative(self, nodes):
+    def relative(self, nodes: Float[Array, "k 3"]) -> Array:
         """(6, 6): motion of the node in the spring's axes."""
         return _turn(self.axes, jnp.eye(6, dtype=nodes.dtype))
 

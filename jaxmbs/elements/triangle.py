@@ -2,7 +2,9 @@
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from ..typing import Matrix3
 from ._parts import across, plane_stress
 from ._shell import AbstractShell
 
@@ -26,16 +28,16 @@ class Triangle(AbstractShell):
     num_nodes = 3
     misplacement = "its corners lie on a line"
 
-    def axes(self, nodes):
+    def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
         """x along the first side, z along the normal."""
         first, second = nodes[1] - nodes[0], nodes[2] - nodes[0]
         return across(first, second, first)
 
-    def shapes(self, xy):
+    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Linear, at the mid-sides."""
         return _MIDS.astype(xy.dtype), _area(xy) / 3 * jnp.ones(3, xy.dtype)
 
-    def membrane(self, xy):
+    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Basic stiffness `L E L^T / (A t)` and the higher-order part of the optimal template."""
         area, E, L = _area(xy), plane_stress(self.young, self.poisson), _lumping(xy)
         natural = _natural(xy)
@@ -47,13 +49,13 @@ class Triangle(AbstractShell):
         beta = jnp.maximum((1.0 - 4.0 * self.poisson**2) / 2, 0.01)
         return self.thickness * (L @ E @ L.T / area + 0.75 * beta * T.T @ turning @ T), L.T / area
 
-    def bending(self, xy):
+    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
         """Curvatures of quadratic rotations that meet Kirchhoff's condition along the sides."""
         D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
         curvature = _curvatures(xy, _MIDS)
         return _area(xy) / 3 * jnp.einsum("qai,ab,qbj->ij", curvature, D, curvature), _curvatures(xy, _CENTRE)[0]
 
-    def misplaced(self, nodes):
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """No area."""
         normal = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])
         size = np.ptp(nodes, axis=1).max(axis=1)

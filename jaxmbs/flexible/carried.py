@@ -11,16 +11,23 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..kinematics import constraints
 from ..kinematics.configuration import at_state, moving, node_accelerations
-from ..kinematics.state import State
+from ..kinematics.state import HasStates, State
 from ..linear.system import LinearSystem
 from ..math.jit import jit
 from ..math.linalg import skew
 from ..math.rows import over_rows
 from ..model.system import System
+from ..typing import Matrix3, Scalar, Vector3
 from .floating_frame import directions, rigid_basis
 
 
-def carried_loads(system: System, motion, components: Mapping, joints: Mapping | None = None, method="dense") -> dict:
+def carried_loads(
+    system: System,
+    motion: State | HasStates,
+    components: Mapping,
+    joints: Mapping | None = None,
+    method: str = "dense",
+) -> dict:
     """Loads on components that go with a body as if they were rigid: weight, inertia, and what joints put on them.
 
     Args:
@@ -46,7 +53,7 @@ def carried_loads(system: System, motion, components: Mapping, joints: Mapping |
     return _carried(system, states, dict(components), wrenches, tuple(joints.items()), method)
 
 
-def mass_properties(component: LinearSystem):
+def mass_properties(component: LinearSystem) -> tuple[Scalar, Vector3, Matrix3]:
     """Mass () [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a free component: `SystemBuilder.body`
     takes them.
 

@@ -18,6 +18,7 @@ from ..math.linalg import skew
 from ..model.elastic import ElasticBody
 from ..reductions.base import AbstractReduction, Physical
 from ..reductions.craig_bampton import CraigBampton
+from ..typing import ArrayLike
 
 _STRAINED = {8: 1e-6, 4: 1e-2}  # strain of rigid motions, over that of unit displacements, that counts as none
 
@@ -42,7 +43,7 @@ def floating_frame(
     system: LinearSystem,
     interfaces: Sequence[str],
     num_modes: int = 0,
-    damping_ratio=None,
+    damping_ratio: ArrayLike | None = None,
     method: AbstractReduction | None = None,
 ) -> FloatingFrame:
     """An elastic body from a free substructure.

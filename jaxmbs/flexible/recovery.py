@@ -12,7 +12,7 @@ from ..dynamics.newton_euler import accelerations
 from ..errors import UnknownNameError
 from ..kinematics.configuration import at_state, moving, node_accelerations
 from ..kinematics.elastic import elastic_state, flow_rate, gathered
-from ..kinematics.state import State
+from ..kinematics.state import HasStates, State
 from ..math.jit import jit
 from ..math.rotation import rotation_vector_rate
 from ..model.question import check_fits
@@ -32,7 +32,7 @@ class _Motion(NamedTuple):
     wrench: Array
 
 
-def deformations(system: System, motion, name: str):
+def deformations(system: System, motion: State | HasStates, name: str) -> tuple[Array, Array]:
     """Deformations q (..., m) of an elastic body and their rates, at a state or along a motion.
 
     Six of each other interface (displacement [m], rotation vector [rad], seen from the first and in its axes), then
@@ -44,7 +44,9 @@ def deformations(system: System, motion, name: str):
     return _mapped(system, lambda state: _deformations(system, group, index, state), motion)
 
 
-def displacements(system: System, motion, name: str, frame: FloatingFrame, method: str = "acceleration"):
+def displacements(
+    system: System, motion: State | HasStates, name: str, frame: FloatingFrame, method: str = "acceleration"
+) -> Array:
     """Displacements (..., n) of all coordinates of an elastic body's substructure, seen from its first interface.
 
     Args: method: "acceleration": the interior from the balance of forces, inertia of the whole motion included, or
@@ -62,7 +64,7 @@ def displacements(system: System, motion, name: str, frame: FloatingFrame, metho
     return _mapped(system, lambda state: _recovered(frame, _motion(system, group, index, frame, state)), motion)
 
 
-def interface_loads(system: System, motion, name: str, frame: FloatingFrame):
+def interface_loads(system: System, motion: State | HasStates, name: str, frame: FloatingFrame) -> Array:
     """Forces [N] and moments [N m] (..., interfaces, 6) that act on an elastic body at its interfaces.
 
     In the axes of the floating frame, about each interface where it has moved: of the others from the equilibrium of

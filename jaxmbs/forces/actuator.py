@@ -8,6 +8,7 @@ import equinox as eqx
 from jaxmbs.typing import Scalar
 
 from ..checks import faults_if, negative
+from ..typing import ScalarLike
 from ._fields import law_function, number
 from .base import AbstractScalarLaw
 from .signals import Constant, as_signal, value_and_rate
@@ -26,7 +27,7 @@ class Actuator(AbstractScalarLaw):
     function: Callable[..., Any] = eqx.field(converter=law_function)
     is_source: ClassVar[bool] = True
 
-    def effort(self, x, v, t):
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """`function(x, v, t)` [N or N m]."""
         return number(self.function(x, v, t))
 
@@ -48,12 +49,12 @@ class PD(AbstractScalarLaw):
     kd: Scalar = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = True
 
-    def effort(self, x, v, t):
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Effort towards the target [N or N m]."""
         wanted, wanted_rate = value_and_rate(self.target, t)
         return self.kp * (wanted - x) + self.kd * (wanted_rate - v)
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Gains must not be negative."""
         checks = (
             (negative(self.kp), "kp must not be negative"),
@@ -61,7 +62,7 @@ class PD(AbstractScalarLaw):
         )
         return super().faults() + faults_if(*checks)
 
-    def length_faults(self):
+    def length_faults(self) -> list[str]:
         """A constant target is a length."""
         below = isinstance(self.target, Constant) and negative(self.target.value)
         return faults_if((below, "target is a distance between points and must not be negative"))

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from ..checks import faults_if
+from ..typing import Matrix3, ScalarLike, Vector3
 from ._fields import law_function, number
 from .base import AbstractBodyLaw
 from .signals import as_signal
@@ -24,7 +25,7 @@ class _VectorLoad(AbstractBodyLaw):
         if self.axes not in ("world", "body"):
             raise ValueError(f"axes must be 'world' or 'body', not {self.axes!r}")
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """The value has three components."""
         shape = jax.eval_shape(lambda: number(self.value(number(0.0)))).shape
         return super().faults() + faults_if((shape != (3,), f"value must have shape (3,), not {shape}"))
@@ -43,7 +44,9 @@ class Force(_VectorLoad):
         axes: "world", or "body": it turns with the frame (a follower force).
     """
 
-    def wrench(self, rotation, position, angular_velocity, velocity, t):
+    def wrench(
+        self, rotation: Matrix3, position: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
         """The force, no moment. Source: S2 (76)."""
         force = self._vector(rotation, t)
         return force, jnp.zeros_like(force)
@@ -57,7 +60,9 @@ class Torque(_VectorLoad):
         axes: "world", or "body": it turns with the frame.
     """
 
-    def wrench(self, rotation, position, angular_velocity, velocity, t):
+    def wrench(
+        self, rotation: Matrix3, position: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
         """No force, the moment. Source: S2 (76)."""
         moment = self._vector(rotation, t)
         return jnp.zeros_like(moment), moment
@@ -73,7 +78,9 @@ class Wrench(AbstractBodyLaw):
 
     function: Callable[..., Any] = eqx.field(converter=law_function)
 
-    def wrench(self, rotation, position, angular_velocity, velocity, t):
+    def wrench(
+        self, rotation: Matrix3, position: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
         """The function's force and moment. Source: S2 (76)."""
         force, moment = self.function(rotation, position, angular_velocity, velocity, t)
         return number(force), number(moment)

@@ -18,6 +18,7 @@ from jaxtyping import Array, Float
 from jaxmbs.typing import Scalar, ScalarLike, Vector3
 
 from ..math.linalg import direction, safe_norm
+from ..typing import Matrix3
 from ._fields import value_faults
 
 
@@ -91,7 +92,9 @@ class AbstractPoseLaw(AbstractLaw):
     """Law between frames A and B. Zero configuration: B coincides with A."""
 
     @abc.abstractmethod
-    def wrench(self, rotation, displacement, angular_velocity, velocity, t) -> tuple[Vector3, Vector3]:
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
         """Force [N] and moment [N m] on B, in A axes, about B's origin; A gets the opposite wrench there.
 
         Args:
@@ -102,7 +105,7 @@ class AbstractPoseLaw(AbstractLaw):
             t: time [s].
         """
 
-    def potential(self, rotation, displacement, t) -> Scalar:
+    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
         """Stored energy [J]."""
         return jnp.zeros((), displacement.dtype)
 
@@ -113,7 +116,9 @@ class AbstractBodyLaw(AbstractLaw):
     is_source: ClassVar[bool] = True
 
     @abc.abstractmethod
-    def wrench(self, rotation, position, angular_velocity, velocity, t) -> tuple[Vector3, Vector3]:
+    def wrench(
+        self, rotation: Matrix3, position: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
         """Force [N] and moment [N m] on the body, in world axes, about the frame's origin.
 
         Args:
@@ -124,7 +129,7 @@ class AbstractBodyLaw(AbstractLaw):
             t: time [s].
         """
 
-    def potential(self, rotation, position, t) -> Scalar:
+    def potential(self, rotation: Matrix3, position: Vector3, t: ScalarLike) -> Scalar:
         """Stored energy [J]; zero for loads whose work is counted as input."""
         return jnp.zeros((), position.dtype)
 
@@ -135,5 +140,5 @@ class AbstractSystemLaw(AbstractLaw):
     is_source: ClassVar[bool] = True
 
     @abc.abstractmethod
-    def effort(self, coordinates, velocities, t) -> Float[Array, " nv"]:
+    def effort(self, coordinates: Array, velocities: Array, t: ScalarLike) -> Float[Array, " nv"]:
         """Efforts (nv,) along the velocities, from coordinates (nq,), velocities (nv,) and time [s]."""

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxmbs.typing import Scalar
 
 from ..checks import broken, faults_if, negative, present
+from ..typing import ScalarLike
 from ._fields import number
 from .base import AbstractScalarLaw
 
@@ -34,24 +35,24 @@ class BumpStop(AbstractScalarLaw):
     exponent: Scalar = eqx.field(converter=number, default=2.0)
     damping: Scalar = eqx.field(converter=number, default=0.0)
 
-    def effort(self, x, v, t):
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Push of the lower stop minus push of the upper one."""
         return self._push(self.lower - x, -v) - self._push(x - self.upper, v)
 
-    def potential(self, x, t):
+    def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
         """`k d^(n+1) / (n+1)` of the stop that is touched [J]."""
         n = self.exponent + 1.0
         return self.stiffness / n * (_power(self.lower - x, n) + _power(x - self.upper, n))
 
     @property
-    def stores(self):
+    def stores(self) -> bool:
         return present(self.stiffness)
 
     @property
-    def dissipates(self):
+    def dissipates(self) -> bool:
         return present(self.damping)
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """A passive stop with a gap between its edges."""
         return super().faults() + faults_if(
             (negative(self.stiffness), "stiffness must not be negative"),
@@ -60,7 +61,7 @@ class BumpStop(AbstractScalarLaw):
             (broken(lambda low, high: low > high, self.lower, self.upper), "lower must not exceed upper"),
         )
 
-    def length_faults(self):
+    def length_faults(self) -> list[str]:
         """An edge at a negative distance is never reached, or never left."""
         return faults_if(
             (broken(_below_zero, self.lower), "lower is a distance between points and must not be negative"),

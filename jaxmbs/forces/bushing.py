@@ -9,6 +9,7 @@ from jaxmbs.math.rotation import rotation_vector, rotation_vector_coefficient
 from jaxmbs.typing import Vector3
 
 from ..checks import broken, faults_if, present
+from ..typing import Matrix3, Scalar, ScalarLike
 from ._fields import number
 from .base import AbstractPoseLaw
 
@@ -45,7 +46,9 @@ class Bushing(AbstractPoseLaw):
     damping: Float[Array, "6 6"] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
     preload: Float[Array, " 6"] = eqx.field(converter=number, default=(0.0,) * 6)
 
-    def wrench(self, rotation, displacement, angular_velocity, velocity, t):
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
         """`-(d potential) - C twist` on B. Source: S2 (56), (72)."""
         vector = rotation_vector(rotation)
         symmetric = (self.stiffness + self.stiffness.T) / 2
@@ -53,20 +56,20 @@ class Bushing(AbstractPoseLaw):
         damped = self.damping @ jnp.concatenate([velocity, angular_velocity])
         return -gradient[:3] - damped[:3], -moment_of_gradient(vector, gradient[3:]) - damped[3:]
 
-    def potential(self, rotation, displacement, t):
+    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
         """`z^T K z / 2 + preload^T z` [J]."""
         z = jnp.concatenate([displacement, rotation_vector(rotation)])
         return z @ self.stiffness @ z / 2 + self.preload @ z
 
     @property
-    def stores(self):
+    def stores(self) -> bool:
         return present(self.stiffness, self.preload)
 
     @property
-    def dissipates(self):
+    def dissipates(self) -> bool:
         return present(self.damping)
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Stiffness is symmetric, damping dissipates."""
         return super().faults() + faults_if(
             (self.preload.shape != (6,), "preload must have six components"),

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jaxmbs.typing import Scalar
 
 from ..checks import broken, faults_if, negative, not_positive
+from ..typing import ArrayLike, ScalarLike
 from ._fields import number
 from .base import AbstractScalarLaw
 
@@ -31,19 +32,26 @@ class CoulombFriction(AbstractScalarLaw):
     viscous: Scalar
     stribeck_speed: Scalar
 
-    def __init__(self, effort_limit, static_ratio=1.0, slip_speed=1e-3, viscous=0.0, stribeck_speed=None):
+    def __init__(
+        self,
+        effort_limit: ArrayLike,
+        static_ratio: ArrayLike = 1.0,
+        slip_speed: ArrayLike = 1e-3,
+        viscous: ArrayLike = 0.0,
+        stribeck_speed: ArrayLike | None = None,
+    ) -> None:
         self.effort_limit = number(effort_limit)
         self.static_ratio = number(static_ratio)
         self.slip_speed = number(slip_speed)
         self.viscous = number(viscous)
         self.stribeck_speed = 10 * self.slip_speed if stribeck_speed is None else number(stribeck_speed)
 
-    def effort(self, x, v, t):
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Friction against the flow, a resistor of the bond graph."""
         bump = 1.0 + (self.static_ratio - 1.0) * jnp.exp(-((v / self.stribeck_speed) ** 2))
         return -self.effort_limit * bump * jnp.tanh(v / self.slip_speed) - self.viscous * v
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Every part dissipates."""
         return super().faults() + faults_if(
             (negative(self.effort_limit), "effort_limit must not be negative"),

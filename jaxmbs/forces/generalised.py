@@ -4,7 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
+from jaxtyping import Array, Float
 
+from ..typing import ScalarLike
 from ._fields import law_function, number
 from .base import AbstractSystemLaw
 
@@ -21,6 +23,6 @@ class GeneralisedEffort(AbstractSystemLaw):
 
     function: Callable[..., Any] = eqx.field(converter=law_function)
 
-    def effort(self, coordinates, velocities, t):
+    def effort(self, coordinates: Array, velocities: Array, t: ScalarLike) -> Float[Array, " nv"]:
         """The function's (nv,). Source: S2 (76)."""
         return number(self.function(coordinates, velocities, t))

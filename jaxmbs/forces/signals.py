@@ -16,6 +16,7 @@ from jaxmbs.math.interpolation import hermite, spline_slopes
 from jaxmbs.typing import Scalar, ScalarLike
 
 from ..checks import not_increasing, not_positive
+from ..typing import ArrayLike
 from ._fields import function, number, optional_number, value_faults
 
 
@@ -36,7 +37,7 @@ class Constant(AbstractSignal):
 
     value: Float[Array, "..."] = eqx.field(converter=number)
 
-    def __call__(self, t):
+    def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.value
 
 
@@ -46,7 +47,7 @@ class Ramp(AbstractSignal):
     start: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
     rate: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
 
-    def __call__(self, t):
+    def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.start + self.rate * t
 
 
@@ -58,7 +59,7 @@ class Harmonic(AbstractSignal):
     omega: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
     phase: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
 
-    def __call__(self, t):
+    def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.mean + self.amplitude * jnp.sin(self.omega * t + self.phase)
 
 
@@ -67,7 +68,7 @@ class Polynomial(AbstractSignal):
 
     coefficients: Float[Array, "n ..."] = eqx.field(converter=number)
 
-    def __call__(self, t):
+    def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         first = jnp.zeros_like(self.coefficients[0]) * t
         return jax.lax.scan(lambda total, c: (total * t + c, None), first, self.coefficients, reverse=True)[0]
 
@@ -80,12 +81,12 @@ class Step(AbstractSignal):
     before: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
     after: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
 
-    def __call__(self, t):
+    def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         s = (t - self.start) / self.duration
         s = jnp.where(s < 0, 0.0, jnp.where(s > 1, 1.0, s))
         return self.before + (self.after - self.before) * s**3 * (10 - s * (15 - 6 * s))
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """The step takes time."""
         return super().faults() + (["duration must be positive"] if not_positive(self.duration) else [])
 
@@ -106,17 +107,17 @@ class Spline(AbstractSignal):
     values: Float[Array, "n ..."]
     slopes: Float[Array, "n ..."]
 
-    def __init__(self, times, values, end_slopes=None):
+    def __init__(self, times: ArrayLike, values: ArrayLike, end_slopes: ArrayLike | None = None) -> None:
         """`end_slopes`: first and last rate of a clamped spline; None for the natural one."""
         self.times, self.values = number(times), number(values)
         if self.times.ndim != 1 or self.times.shape[0] < 2 or self.values.shape[:1] != self.times.shape:
             raise ValueError(f"need two or more times, as many values: {self.times.shape}, {self.values.shape}")
         self.slopes = spline_slopes(self.times, self.values, optional_number(end_slopes))
 
-    def __call__(self, t):
+    def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return hermite(self.times, self.values, self.slopes, t)
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Times increase."""
         return super().faults() + (["times must increase"] if not_increasing(self.times) else [])
 

@@ -7,6 +7,7 @@ from jaxmbs.typing import Scalar
 
 from ..checks import faults_if, negative, present
 from ..math.linalg import direction, safe_norm
+from ..typing import ScalarLike, Vector3
 from ._fields import number
 from .base import AbstractScalarLaw
 
@@ -31,16 +32,16 @@ class SpringDamper(AbstractScalarLaw):
     free_length: Scalar = eqx.field(converter=number, default=0.0)
     preload: Scalar = eqx.field(converter=number, default=0.0)
 
-    def effort(self, x, v, t):
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """`-(k (x - x0) + preload + c v)`. Source: S2 (56)-(57), (72)."""
         return -(self.stiffness * (x - self.free_length) + self.preload + self.damping * v)
 
-    def potential(self, x, t):
+    def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
         """`k/2 (x - x0)^2 + preload (x - x0)` [J]."""
         stretch = x - self.free_length
         return self.stiffness * stretch**2 / 2 + self.preload * stretch
 
-    def line_force(self, d, v, t):
+    def line_force(self, d: Vector3, v: Vector3, t: ScalarLike) -> Vector3:
         """`-k (d - x0 n) - preload n - c n n.v` on B, smooth through zero length when x0 and preload are zero.
 
         Source: S2 (57)-(58), (72).
@@ -49,19 +50,19 @@ class SpringDamper(AbstractScalarLaw):
         along = self.stiffness * self.free_length - self.preload - self.damping * jnp.dot(n, v)
         return -self.stiffness * d + along * n
 
-    def line_potential(self, d, t):
+    def line_potential(self, d: Vector3, t: ScalarLike) -> Scalar:
         """`k/2 |d|^2 - (k x0 - preload) |d|` and the constant that makes it zero at the free length [J]."""
         x0, k = self.free_length, self.stiffness
         return k / 2 * (jnp.dot(d, d) + x0**2) - (k * x0 - self.preload) * safe_norm(d) - self.preload * x0
 
     @property
-    def stores(self):
+    def stores(self) -> bool:
         return present(self.stiffness, self.preload)
 
     @property
-    def dissipates(self):
+    def dissipates(self) -> bool:
         return present(self.damping)
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Damping must not be negative."""
         return super().faults() + faults_if((negative(self.damping), "damping must not be negative"))

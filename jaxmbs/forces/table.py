@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 from jaxmbs.math.interpolation import hermite, hermite_integral, pchip_slopes
 
 from ..checks import broken, faults_if, known, not_increasing
+from ..typing import Scalar, ScalarLike
 from ._fields import number, optional_number
 from .base import AbstractScalarLaw
 
@@ -40,19 +41,19 @@ class Table(AbstractScalarLaw):
         if self.flow_points is not None:
             _check_curve(self.flow_points, self.damping_efforts)
 
-    def effort(self, x, v, t):
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Minus the curves at x and v. Source: S2 (56), (72)."""
         return -_curve(hermite, self.x_points, self.efforts, x) - self._damper(v)
 
-    def potential(self, x, t):
+    def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
         """Integral of the spring curve from the first point [J]."""
         return _curve(hermite_integral, self.x_points, self.efforts, x)
 
     @property
-    def dissipates(self):
+    def dissipates(self) -> bool:
         return self.flow_points is not None
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Abscissae increase; the damper dissipates at every rate."""
         found = super().faults() + faults_if((not_increasing(self.x_points), "x_points must increase"))
         if self.flow_points is None or not known(self):
@@ -66,7 +67,7 @@ class Table(AbstractScalarLaw):
             (broken(_ends_fall, slopes), "damping must not fall at the ends"),
         )
 
-    def length_faults(self):
+    def length_faults(self) -> list[str]:
         """Some of the curve lies at distances that points can have."""
         never = broken(lambda x: x[-1] <= 0, self.x_points)
         return faults_if((never, "x_points are distances between points: none of them is positive"))

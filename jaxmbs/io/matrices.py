@@ -1,15 +1,17 @@
 """Linear systems from files of matrices: Matrix Market, Nastran's OP4 and DMIG (pyYeti reads those two)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
+from typing import Any
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear import LinearSystem
+from ..typing import ArrayLike
 
 
 def read_matrix_market(
-    mass: str | PathLike, stiffness: str | PathLike, damping: str | PathLike | None = None, **options
+    mass: str | PathLike, stiffness: str | PathLike, damping: str | PathLike | None = None, **options: Any
 ) -> LinearSystem:
     """From one Matrix Market file per matrix; `options` as of `LinearSystem`."""
     import scipy.io
@@ -19,7 +21,7 @@ def read_matrix_market(
 
 
 def read_op4(
-    path: str | PathLike, mass: str = "mxx", stiffness: str = "kxx", damping: str | None = None, **options
+    path: str | PathLike, mass: str = "mxx", stiffness: str = "kxx", damping: str | None = None, **options: Any
 ) -> LinearSystem:
     """From matrices by name in an OP4 file, text or binary.
 
@@ -37,7 +39,7 @@ def read_dmig(
     stiffness: str = "kaax",
     damping: str | None = None,
     interface: Sequence = (),
-    positions=None,
+    positions: Mapping | ArrayLike | None = None,
 ) -> LinearSystem:
     """From DMIG cards in a bulk or punch file; coordinates are named by grid and component, "101 rz".
 

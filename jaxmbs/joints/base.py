@@ -7,8 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array
 
 from ..checks import known
+from ..typing import Matrix3, Scalar
 
 
 class Node(NamedTuple):
@@ -39,19 +41,19 @@ class AbstractJoint(eqx.Module):
         """Number of velocity rows: closure rows and slips."""
         return len(self.row_units)
 
-    def basis(self):
+    def basis(self) -> Matrix3:
         """Rotation (3, 3) from canonical axes to the axes of the joint frame."""
         return jnp.eye(3)
 
-    def lead(self):
+    def lead(self) -> Scalar:
         """Advance per radian [m/rad] of a screw; 0 for every other joint."""
         return jnp.zeros(())
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         """Rows (num_rows - num_slips,) that vanish when closed: lengths [m] or tangents of half angles."""
         raise NotImplementedError(f"a {type(self).__name__} joint leaves all motions free, so it cannot close a loop")
 
-    def slip(self, R, d, omega, v):
+    def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
         """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity and velocity of the child
         frame's origin, in the canonical axes of the parent frame."""
         raise NotImplementedError(f"{type(self).__name__} has no slips")

@@ -1,6 +1,6 @@
 """Constraints beside joints: rows between two frames, and rows between joint coordinates."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 
 import equinox as eqx
@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..typing import ArrayLike, ScalarLike
 from .base import AbstractJoint
 
 
@@ -24,10 +25,10 @@ class Distance(AbstractClosure):
 
     length: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float))
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]
 
-    def faults(self):
+    def faults(self) -> list[str]:
         bad = known(self.length) and not (np.isfinite(self.length) and self.length > 0)
         return ["its length is not positive; for coinciding points use a Spherical joint"] if bad else []
 
@@ -37,7 +38,7 @@ class PointOnPlane(AbstractClosure):
 
     row_units: ClassVar[tuple[str, ...]] = ("m",)
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return d[2:]
 
 
@@ -46,7 +47,7 @@ class PointOnLine(AbstractClosure):
 
     row_units: ClassVar[tuple[str, ...]] = ("m", "m")
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return d[:2]
 
 
@@ -64,18 +65,20 @@ class Coupler(eqx.Module):
     offset: Float[Array, ""]
     function: Callable | None = eqx.field(static=True)
 
-    def __init__(self, coefficients, offset=0.0, function=None):
+    def __init__(
+        self, coefficients: Mapping[str, ArrayLike], offset: ArrayLike = 0.0, function: Callable | None = None
+    ) -> None:
         self.joints = tuple(coefficients)
         self.coefficients = jnp.stack([jnp.asarray(c, float) for c in coefficients.values()])
         self.offset = jnp.asarray(offset, float)
         self.function = function
 
-    def rows(self, q):
+    def rows(self, q: Array) -> Array:
         """Residual (1,) at the coupled coordinates q (joints,)."""
         value = jnp.dot(self.coefficients, q) if self.function is None else self.function(*q)
         return jnp.reshape(value - self.offset, (1,))
 
-    def faults(self):
+    def faults(self) -> list[str]:
         if self.function is None and known(self.coefficients) and not np.any(self.coefficients):
             return ["all its coefficients are zero"]
         return []
@@ -89,11 +92,11 @@ class VelocityRows(eqx.Module):
 
     function: Callable
 
-    def rows(self, psi, u, t):
+    def rows(self, psi: Array, u: Array, t: ScalarLike) -> Array:
         """The rows (m,)."""
         return jnp.atleast_1d(self.function(psi, u, t))
 
-    def faults(self):
+    def faults(self) -> list[str]:
         return []
 
 
@@ -105,5 +108,5 @@ class Rows(eqx.Module):
 
     function: Callable
 
-    def faults(self):
+    def faults(self) -> list[str]:
         return []

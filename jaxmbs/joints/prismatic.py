@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math.rotation import axis_basis
+from ..typing import Matrix3
 from .base import AbstractJoint, Node, aligned, axis_faults, axis_vector
 
 
@@ -20,11 +21,11 @@ class Prismatic(AbstractJoint):
 
     axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
 
-    def basis(self):
+    def basis(self) -> Matrix3:
         return axis_basis(self.axis)
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return jnp.concatenate([d[:2], aligned(R)])
 
-    def faults(self):
+    def faults(self) -> list[str]:
         return axis_faults(self.axis)

@@ -23,7 +23,7 @@ class Revolute(AbstractJoint):
     def basis(self):
         return axis_basis(self.axis)
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return jnp.concatenate([d, parallel(R)])
 
     def faults(self):

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..typing import ArrayLike, Axis
 from .base import axis_faults, axis_vector
 from .closures import AbstractClosure
 
@@ -23,17 +24,17 @@ class AbstractRolling(AbstractClosure):
 
     radius: eqx.AbstractVar[Float[Array, ""]]
 
-    def contact(self, R):
+    def contact(self, R: Array) -> Array:
         """Vector (3,) [m] from the centre to the contact point, in the axes of frame A."""
         raise NotImplementedError
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return (d + self.contact(R))[2:]
 
-    def slip(self, R, d, omega, v):
+    def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
         return (v + jnp.cross(omega, self.contact(R)))[:2]
 
-    def faults(self):
+    def faults(self) -> list[str]:
         bad = known(self.radius) and not (np.isfinite(self.radius) and self.radius > 0)
         return ["its radius is not positive"] if bad else []
 
@@ -43,7 +44,7 @@ class RollingSphere(AbstractRolling):
 
     radius: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float))
 
-    def contact(self, R):
+    def contact(self, R: Array) -> Array:
         return jnp.zeros(3).at[2].set(-self.radius)
 
 
@@ -60,16 +61,16 @@ class RollingDisk(AbstractRolling):
     radius: Float[Array, ""]
     axle: Float[Array, "3"]
 
-    def __init__(self, radius, axle="y"):
+    def __init__(self, radius: ArrayLike, axle: Axis = "y") -> None:
         self.radius = jnp.asarray(radius, float)
         self.axle = axis_vector(axle)
 
-    def contact(self, R):
+    def contact(self, R: Array) -> Array:
         axle = R @ (self.axle / jnp.sqrt(jnp.sum(self.axle**2)))
         down = axle * axle[2] - jnp.eye(3)[2]
         return self.radius * down / jnp.sqrt(jnp.maximum(1.0 - axle[2] ** 2, 1e-12))
 
-    def faults(self):
+    def faults(self) -> list[str]:
         return [*super().faults(), *axis_faults(self.axle)]
 
 
@@ -85,12 +86,12 @@ class KnifeEdge(AbstractClosure):
 
     along: Float[Array, "3"]
 
-    def __init__(self, along="x"):
+    def __init__(self, along: Axis = "x") -> None:
         self.along = axis_vector(along)
 
-    def slip(self, R, d, omega, v):
+    def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
         x, y, _ = R @ self.along
         return ((x * v[1] - y * v[0]) / jnp.sqrt(x * x + y * y))[None]
 
-    def faults(self):
+    def faults(self) -> list[str]:
         return axis_faults(self.along)

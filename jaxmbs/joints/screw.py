@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import known
 from ..math.rotation import axis_basis
+from ..typing import Matrix3, Scalar
 from .base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, parallel
 
 
@@ -23,18 +24,18 @@ class Screw(AbstractJoint):
     axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
     pitch: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float), default=0.0, kw_only=True)
 
-    def basis(self):
+    def basis(self) -> Matrix3:
         return axis_basis(self.axis)
 
-    def lead(self):
+    def lead(self) -> Scalar:
         return self.pitch
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         angle = d[2] / self.pitch
         sine = R[0, 0] * jnp.sin(angle) - R[1, 0] * jnp.cos(angle)
         cosine = R[0, 0] * jnp.cos(angle) + R[1, 0] * jnp.sin(angle)
         return jnp.concatenate([d[:2], self.pitch * half_turns(sine[None], cosine), parallel(R)])
 
-    def faults(self):
+    def faults(self) -> list[str]:
         flat = known(self.pitch) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)
         return axis_faults(self.axis) + (["its pitch is zero or not finite; use a Revolute"] if flat else [])

@@ -1,6 +1,7 @@
 """Spherical (ball) joint, by a unit quaternion: no gimbal singularity."""
 
 import jax.numpy as jnp
+from jaxtyping import Array
 
 from .base import AbstractJoint, Node
 
@@ -16,5 +17,5 @@ class Spherical(AbstractJoint):
     labels = ("w", "x", "y", "z")
     row_units = ("m", "m", "m")
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return jnp.asarray(d)

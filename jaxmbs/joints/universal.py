@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..typing import Matrix3
 from .base import AbstractJoint, Node, axis_vector
 
 
@@ -23,16 +24,16 @@ class Universal(AbstractJoint):
         converter=lambda axes: jnp.stack([axis_vector(a) for a in axes]), default=("x", "y")
     )
 
-    def basis(self):
+    def basis(self) -> Matrix3:
         x = self.axes[0] / jnp.linalg.norm(self.axes[0])
         y = self.axes[1] - jnp.dot(self.axes[1], x) * x
         y = y / jnp.linalg.norm(y)
         return jnp.stack([x, y, jnp.cross(x, y)], axis=1)
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return jnp.concatenate([d, R[0, 1][None]])
 
-    def faults(self):
+    def faults(self) -> list[str]:
         if not known(self.axes):
             return []
         a, b = np.asarray(self.axes)

@@ -1,6 +1,7 @@
 """Weld: no motion."""
 
 import jax.numpy as jnp
+from jaxtyping import Array
 
 from .base import AbstractJoint, aligned
 
@@ -10,5 +11,5 @@ class Weld(AbstractJoint):
 
     row_units = ("m", "m", "m", "rad", "rad", "rad")
 
-    def closure(self, R, d):
+    def closure(self, R: Array, d: Array) -> Array:
         return jnp.concatenate([d, aligned(R)])

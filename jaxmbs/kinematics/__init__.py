@@ -1,6 +1,5 @@
 """Kinematics of mechanisms: states, constraints, influence coefficients, points."""
 
-from .constraints import constraint_jacobian, constraint_residual
 from .influence import Kic, internal_kic, kic
 from .influence_second import (
     SecondKic,
@@ -11,6 +10,7 @@ from .influence_second import (
     point_kic,
 )
 from .points import angular_velocity, jacobian, position, rotation, velocity
+from .rows import constraint_jacobian, constraint_residual
 from .state import State
 
 __all__ = [

@@ -12,10 +12,9 @@ from jax import lax
 
 from ..math.linalg import RowScale, skew
 from ..math.rows import summed, take
-from ..model.question import question
 from ..model.rows import Drive
 from ..model.system import ClosureGroup, System
-from .configuration import Configuration, Moving, at_state
+from .configuration import Configuration, Moving
 from .poses import coordinate_rate, frame_twists
 
 
@@ -240,18 +239,6 @@ def coordinate_efforts(system: System, psi, t, multipliers):
         return rest
     known = system.topology.num_rows - sum(len(g.names) * g.kind.num_rows for g in system.closures)
     return jax.linear_transpose(lambda v: coordinate_rates(system, psi, t, v), rest)(multipliers[-known:])[0]
-
-
-@question
-def constraint_residual(system: System, state):
-    """Residual f(psi, t) (rows,) of all loops, drives and couplers; zero when assembled.  Source: S2 (1)-(2)."""
-    return residual(system, at_state(system, state, inertias=False))
-
-
-@question
-def constraint_jacobian(system: System, state):
-    """Velocity rows A (rows, nv): `A u + f_t = 0`.  Source: S2 (3), (5)."""
-    return jacobian(system, at_state(system, state, inertias=False))
 
 
 def carriers(system: System):

@@ -15,6 +15,7 @@ from ..model.question import question
 from ..model.system import System
 from . import constraints
 from .configuration import Configuration, at_state
+from .state import State
 
 
 def independent_columns(system: System) -> np.ndarray:
@@ -99,7 +100,7 @@ class Kic(eqx.Module):
 
 
 @question
-def internal_kic(system: System, state):
+def internal_kic(system: System, state: State) -> Float[Array, "M N"]:
     """Gi (M, N): rates of the dependent velocities per independent one.
 
     `Gi = -(df/dq)^-1 (df/dphi)` with the left inverse for redundant rows.  Source: S2 (3)-(5); its transpose maps
@@ -122,7 +123,7 @@ def body_kic(system: System, at: Configuration, Gamma):
 
 
 @question
-def kic(system: System, state) -> Kic:
+def kic(system: System, state: State) -> Kic:
     """First-order KIC of a state, internal and of every body.
 
     The independent set is the user's (`build(independent=...)`) or was chosen at build by pivoting.

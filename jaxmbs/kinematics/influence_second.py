@@ -13,11 +13,13 @@ from ..math.linalg import full_rank_lstsq
 from ..math.tensor import left_product, plane_mix, right_product
 from ..model.question import question
 from ..model.system import System
+from ..typing import FrameLike
 from . import constraints
 from .configuration import Configuration, at_state, elsewhere
 from .influence import body_kic, dependent_columns, independent_columns, velocity_map
 from .points import jacobian
 from .poses import coordinate_rate
+from .state import State
 
 
 def along_independent(system: System, at: Configuration, function):
@@ -39,7 +41,7 @@ def velocity_map_second(system: System, at: Configuration):
 
 
 @question
-def internal_kic_second(system: System, state):
+def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jacfwd` of Gi along (I, Gi).
 
     No root is sought inside the derivative.  Source: S2 (7)-(9).
@@ -48,7 +50,7 @@ def internal_kic_second(system: System, state):
 
 
 @question
-def internal_kic_second_printed(system: System, state):
+def internal_kic_second_printed(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
 
     For coordinates that are integrals of their velocities (no quaternions).  Source: S2 (8)-(9), products (77)-(84).
@@ -111,7 +113,7 @@ def body_kic_second_vector(system: System, at: Configuration):
 
 
 @question
-def kic_second(system: System, state) -> SecondKic:
+def kic_second(system: System, state: State) -> SecondKic:
     """Second-order KIC of a state, internal and of every body at its centre of mass, world axes.
 
     H_t is symmetric in (n, m) for one-freedom joints and holonomic rows, H_r is not:
@@ -128,7 +130,7 @@ def kic_second(system: System, state) -> SecondKic:
 
 
 @question
-def point_kic(system: System, state, frame):
+def point_kic(system: System, state: State, frame: FrameLike) -> tuple[Float[Array, "6 N"], Float[Array, "N 6 N"]]:
     """First- and second-order KIC of a frame's origin or point: G (6, N) and H (N, 6, N), world axes.
 
     Translational rows before rotational ones; `frame` is a frame or body name, or (name, point).
@@ -143,7 +145,7 @@ def point_kic(system: System, state, frame):
     return G(at), jnp.swapaxes(along_independent(system, at, G), 0, 1)
 
 
-def kic_rate(second, phi_dot):
+def kic_rate(second: Array, phi_dot: Array) -> Float[Array, "c N"]:
     """G_dot (3, N) of a body from its H (N, 3, N) and phi_dot (N,): column n is `H[n] phi_dot`.
 
     Source: S2 (10), (27).

@@ -3,14 +3,17 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from ..checks import no_such
 from ..errors import UnknownNameError
 from ..model.question import question
 from ..model.system import System
+from ..typing import FrameLike, Matrix3, Vector3
 from .configuration import configuration
 from .influence import point_jacobian
 from .poses import coordinate_rate, node_parameters, node_poses
+from .state import State
 
 
 def locate(system: System, frame):
@@ -39,25 +42,25 @@ def _pose(system, P, psi, place):
 
 
 @question
-def position(system: System, state, frame):
+def position(system: System, state: State, frame: FrameLike) -> Vector3:
     """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
     return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[1]
 
 
 @question
-def rotation(system: System, state, frame):
+def rotation(system: System, state: State, frame: FrameLike) -> Matrix3:
     """World rotation (3, 3) of a frame."""
     return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[0]
 
 
 @question
-def velocity(system: System, state, frame):
+def velocity(system: System, state: State, frame: FrameLike) -> Vector3:
     """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
     return (jacobian(system, state, frame) @ state.velocities)[:3]
 
 
 @question
-def angular_velocity(system: System, state, frame):
+def angular_velocity(system: System, state: State, frame: FrameLike) -> Vector3:
     """Angular velocity (3,) [rad/s] of a frame, world axes."""
     return (jacobian(system, state, frame) @ state.velocities)[3:]
 
@@ -74,7 +77,7 @@ def point_acceleration(system: System, state, frame, rates):
 
 
 @question
-def jacobian(system: System, state, frame):
+def jacobian(system: System, state: State, frame: FrameLike) -> Float[Array, "6 nv"]:
     """Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity, world axes, per velocity.
 
     Source: S2 (11)-(12), (14)-(15) with every joint independent.

@@ -1,6 +1,8 @@
 """The state of a system at a time, and how to get one that closes all loops."""
 
 import warnings
+from collections.abc import Mapping
+from typing import Any, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -11,6 +13,7 @@ from jaxtyping import Array, Float
 from ..checks import known, no_such
 from ..errors import AssemblyError, ModelError
 from ..model.system import System
+from ..typing import ArrayLike
 from .assembly import assembled
 from .evaluate import is_concrete
 from .host_assembly import assembled_on_host
@@ -34,7 +37,14 @@ class State(eqx.Module):
     residual: Float[Array, "..."]
     structure: tuple | None = eqx.field(static=True)
 
-    def __init__(self, t, coordinates, velocities, residual=None, structure=None):
+    def __init__(
+        self,
+        t: ArrayLike,
+        coordinates: ArrayLike,
+        velocities: ArrayLike,
+        residual: Array | None = None,
+        structure: tuple | None = None,
+    ) -> None:
         plain = (float, list, np.ndarray)
         self.t, self.coordinates, self.velocities = (
             jnp.asarray(x, float) if isinstance(x, plain) else x for x in (t, coordinates, velocities)
@@ -49,7 +59,15 @@ class State(eqx.Module):
         return (self.residual <= _TOLERANCE[self.coordinates.dtype.itemsize]) & finite[0] & finite[1]
 
     @classmethod
-    def at(cls, system: System, values=None, velocities=None, guess=None, t=0.0, **named) -> "State":
+    def at(
+        cls,
+        system: System,
+        values: Mapping[str, Any] | None = None,
+        velocities: Mapping[str, Any] | None = None,
+        guess: Mapping[str, Any] | None = None,
+        t: ArrayLike = 0.0,
+        **named: Any,
+    ) -> "State":
         """The assembled state in which the named joint coordinates and velocities have the given values.
 
         Args:
@@ -81,6 +99,14 @@ class State(eqx.Module):
         _check(system, f, g)
         largest = max(np.max(np.abs(x), initial=0.0) for x in (f, g))
         return State(*map(jnp.asarray, (np.asarray(t, precision), *found, largest)), top.structure)
+
+
+@runtime_checkable
+class HasStates(Protocol):
+    """What has states at several times, as a `Motion` has."""
+
+    @property
+    def states(self) -> State: ...
 
 
 def _traced(system, psi, u, t, free):

@@ -3,6 +3,8 @@
 import contextlib
 import functools
 import gc
+from collections.abc import Callable
+from typing import TypeVar, overload
 
 import equinox as eqx
 import jax
@@ -16,9 +18,14 @@ from .compile_notes import listen
 _FULL = {"xla_cpu_use_fusion_emitters": False}
 _QUICK = {**_FULL, "xla_backend_optimization_level": 0}
 _OUTSIDE = get_opaque_trace_state()
+Function = TypeVar("Function", bound=Callable)
 
 
-def jit(function=None, *, compile: str = "full"):
+@overload
+def jit(function: Function, *, compile: str = "full") -> Function: ...
+@overload
+def jit(function: None = None, *, compile: str = "full") -> Callable[[Function], Function]: ...
+def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
     """`function` compiled, arrays traced and all else static, as `equinox.filter_jit` does it.
 
     Args:

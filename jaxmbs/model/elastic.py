@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math.rotation import rotation_vector, rotation_vector_rate
+from ..typing import Scalar, Vector3
 
 
 class ElasticBody(eqx.Module):
@@ -42,13 +43,13 @@ class ElasticBody(eqx.Module):
     def num_modes(self) -> int:
         return self.num_deformations - 6 * (len(self.interfaces) - 1)
 
-    def deformations(self, R, x, modal):
+    def deformations(self, R: Array, x: Array, modal: Array) -> Array:
         """q (m,) at world rotations R (interfaces, 3, 3) and positions x (interfaces, 3), modal coordinates."""
         moved = (x[1:] - x[:1]) @ R[0] - self.places
         turned = jax.vmap(lambda r: rotation_vector(R[0].T @ r))(R[1:])
         return jnp.concatenate([jnp.concatenate([moved, turned], axis=1).reshape(-1), modal])
 
-    def flow(self, R, x, q, V, rates):
+    def flow(self, R: Array, x: Array, q: Array, V: Array, rates: Array) -> Array:
         """Flow (6 + m,) at world twists V (interfaces, 6) about the world origin; R (3, 3) of the floating frame.
 
         Linear in V and the modal rates; `load -> jax.linear_transpose` of it loads the interfaces.
@@ -60,21 +61,21 @@ class ElasticBody(eqx.Module):
         relative = jnp.concatenate([moving, turning], axis=1).reshape(-1)
         return jnp.concatenate([spin[0], velocity[0], relative, rates])
 
-    def speeds(self, q, flow):
+    def speeds(self, q: Array, flow: Array) -> Array:
         """z (6 + 4 m,), linear in the flow."""
         return jnp.concatenate([flow[:6], jnp.outer(flow[:3], q).reshape(-1), flow[6:]])
 
-    def kinetic_energy(self, q, flow):
+    def kinetic_energy(self, q: Array, flow: Array) -> Scalar:
         """`1/2 z^T Y^T M Y z` [J]."""
         z = self.speeds(q, flow)
         return 0.5 * z @ self.inertia @ z
 
-    def momenta(self, q, flow):
+    def momenta(self, q: Array, flow: Array) -> Array:
         """Derivative of the kinetic energy by the flow (6 + m,)."""
         h = self.inertia @ self.speeds(q, flow)
         return self._rigid_first(h, self._turned(h) @ q)
 
-    def gyroscopic_loads(self, q, flow):
+    def gyroscopic_loads(self, q: Array, flow: Array) -> Array:
         """Loads (6 + m,) beside the rates of the momenta: `V x* h` of the floating frame, `-dT/dq`."""
         h = self.inertia @ self.speeds(q, flow)
         spin, velocity = flow[:3], flow[3:6]
@@ -82,22 +83,22 @@ class ElasticBody(eqx.Module):
         moment = jnp.cross(spin, angular) + jnp.cross(velocity, linear)
         return jnp.concatenate([moment, jnp.cross(spin, linear), -spin @ self._turned(h)])
 
-    def strain_loads(self, q, flow):
+    def strain_loads(self, q: Array, flow: Array) -> Array:
         """Loads (6 + m,) of stiffness and damping, `-K q - C q_dot`."""
         return jnp.concatenate([jnp.zeros(6, q.dtype), -self.stiffness @ q - self.damping @ flow[6:]])
 
-    def gravity_loads(self, q, gravity):
+    def gravity_loads(self, q: Array, gravity: Array) -> Array:
         """Loads (6 + m,) of gravity (3,) in the axes of the floating frame."""
         shapes = self._mean_shapes()
         moment = jnp.cross(self.first_moment(q), gravity)
         return jnp.concatenate([moment, self.inertia[3, 3] * gravity, gravity @ shapes])
 
-    def first_moment(self, q):
+    def first_moment(self, q: Array) -> Vector3:
         """Mass times the place (3,) of the deformed centre of mass in the floating frame [kg m]."""
         rigid = self.inertia[3:6, :3]  # -m skew(c)
         return jnp.stack([rigid[1, 2], rigid[2, 0], rigid[0, 1]]) + self._mean_shapes() @ q
 
-    def strain_energy(self, q):
+    def strain_energy(self, q: Array) -> Scalar:
         """`1/2 q^T K q` [J]."""
         return 0.5 * q @ self.stiffness @ q
 

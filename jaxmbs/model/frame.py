@@ -5,6 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..typing import ArrayLike
+
 
 class Pose(eqx.Module):
     """Position (..., 3) [m] and rotation matrix (..., 3, 3) of a frame in another frame."""
@@ -12,7 +14,7 @@ class Pose(eqx.Module):
     position: Float[Array, "... 3"]
     rotation: Float[Array, "... 3 3"]
 
-    def __init__(self, position=(0.0, 0.0, 0.0), rotation=None):
+    def __init__(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> None:
         self.position = jnp.asarray(position, float)
         self.rotation = jnp.asarray(np.eye(3) if rotation is None else rotation, float)
 

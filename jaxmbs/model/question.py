@@ -1,12 +1,16 @@
 """`question`: what every public function of a system and a state shares: the state must fit, and it runs compiled."""
 
 import functools
+from collections.abc import Callable
+from typing import TypeVar
 
 from ..errors import ModelError
 from ..math.jit import jit
 
+Function = TypeVar("Function", bound=Callable)
 
-def question(function):
+
+def question(function: Function) -> Function:
     """A compiled function f(system, state, ...) that refuses the state of another system before it is traced."""
     compiled = jit(function)
 
@@ -15,7 +19,7 @@ def question(function):
         check_fits(system, state)
         return compiled(system, state, *args, **kwargs)
 
-    return ask
+    return ask  # type: ignore[return-value]
 
 
 def check_fits(system, state) -> None:

@@ -66,12 +66,12 @@ class System(eqx.Module):
         """Whether constraint rows (loops, drives, couplers, ...) restrict the tree."""
         return self.topology.num_rows > 0
 
-    def coordinates(self, state) -> dict:
+    def coordinates(self, state: Any) -> dict:
         """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_fits(self, state)
         return _by_joint(self.topology, state.coordinates, lambda j: j.coordinates)
 
-    def velocities(self, state) -> dict:
+    def velocities(self, state: Any) -> dict:
         """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_fits(self, state)
         return _by_joint(self.topology, state.velocities, lambda j: j.velocities)

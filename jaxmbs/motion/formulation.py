@@ -20,6 +20,7 @@ from ..kinematics.elastic import mass_matrix
 from ..kinematics.poses import normalise, step_coordinates
 from ..math.linalg import saddle_solve
 from ..model.system import System
+from ..typing import ScalarLike
 
 _ROUNDING = {8: 1e-11, 4: 1e-5}  # residuals [m, rad] that say nothing about convergence
 
@@ -51,7 +52,7 @@ class Formulation(eqx.Module):
     follows_rows: ClassVar[bool] = False
 
     @classmethod
-    def begin(cls, system, P, psi, u, t):
+    def begin(cls, system: System, P: Array, psi: Array, u: Array, t: ScalarLike) -> tuple["Formulation", Array]:
         """The problem and the scaled second half of its state."""
         second, scale = cls.start(system, configuration(system, P, psi, t), u)
         scale = lax.stop_gradient(jnp.maximum(scale, 1e-9 * jnp.max(scale, initial=0.0)))
@@ -59,34 +60,34 @@ class Formulation(eqx.Module):
 
     @classmethod
     @abc.abstractmethod
-    def start(cls, system, at: Configuration, u):
+    def start(cls, system: System, at: Configuration, u: Array) -> tuple[Array, Array]:
         """(second half, its scale) of velocities u (nv,)."""
 
     @abc.abstractmethod
-    def velocities_of(self, at: Configuration, second):
+    def velocities_of(self, at: Configuration, second: Array) -> Array:
         """Velocities (nv,) of the second half, not scaled."""
 
     @abc.abstractmethod
-    def rates_of(self, at: Configuration, second) -> Rates:
+    def rates_of(self, at: Configuration, second: Array) -> Rates:
         """Its rates, not scaled."""
 
-    def momenta_of(self, at: Configuration, second):
+    def momenta_of(self, at: Configuration, second: Array) -> Array:
         """Momenta (nv,) of the second half, where it is projected."""
         return second
 
-    def second_of(self, at: Configuration, u):
+    def second_of(self, at: Configuration, u: Array) -> Array:
         """The second half of velocities u (nv,) that keep the rows, where it is projected."""
         return self.start(self.system, at, u)[0]
 
-    def velocities(self, t, psi, p):
+    def velocities(self, t: ScalarLike, psi: Array, p: Array) -> Array:
         """Velocities (nv,) of the scaled second half."""
         return self.velocities_at(configuration(self.system, self.P, psi, t), p)
 
-    def velocities_at(self, at: Configuration, p):
+    def velocities_at(self, at: Configuration, p: Array) -> Array:
         """`velocities` at a configuration."""
         return self.velocities_of(at, p * self.scale)
 
-    def rate(self, t, y):
+    def rate(self, t: ScalarLike, y: tuple) -> tuple[Array, Array, Array]:
         """Rate of (psi, scaled second half, work): the vector field."""
         (psi, p, _), system = y, self.system
         at = configuration(system, self.P, psi, t)
@@ -99,7 +100,7 @@ class Formulation(eqx.Module):
             powers = jnp.concatenate([powers, drive[None]])
         return psi_dot, rate / self.scale, powers
 
-    def project(self, t, y):
+    def project(self, t: ScalarLike, y: tuple) -> tuple[tuple, Array]:
         """Positions and velocities back on the constraints, quaternions of unit length; and how far that moved each
         coordinate (nq,)."""
         before, p, work = y
@@ -135,7 +136,7 @@ class Formulation(eqx.Module):
         psi, (gaps, then) = lax.scan(once, psi, jnp.array([False, False, True]))
         return psi, then[2], _nearly_closed(gaps)
 
-    def project_position(self, t, psi):
+    def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
         """Two Newton steps onto the loops, quaternions of unit length; and whether the first one nearly closed them:
         it does not where the mechanism is locked, however near it is."""
         closes = jnp.asarray(True)

@@ -1,6 +1,6 @@
 """Gauss collocation for diffrax, at fixed steps: implicit midpoint (order 2) and the two-stage method (order 4)."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import diffrax
 import equinox as eqx
@@ -8,8 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import PyTree
 
 from ..math import square
+from ..typing import ScalarLike
 
 _ROOT_3 = np.sqrt(3.0)
 _MOST_ITERATIONS = 50
@@ -22,13 +24,22 @@ class _Gauss(diffrax.AbstractSolver):
     interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
     newton: bool = eqx.field(static=True, default=False)
 
-    def init(self, terms, t0, t1, y0, args):
+    def init(self, terms: PyTree, t0: ScalarLike, t1: ScalarLike, y0: PyTree, args: PyTree) -> None:
         return None
 
-    def func(self, terms, t0, y0, args):
+    def func(self, terms: PyTree, t0: ScalarLike, y0: PyTree, args: PyTree) -> PyTree:
         return terms.vf(t0, y0, args)
 
-    def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
+    def step(
+        self,
+        terms: PyTree,
+        t0: ScalarLike,
+        t1: ScalarLike,
+        y0: PyTree,
+        args: PyTree,
+        solver_state: None,
+        made_jump: Any,
+    ) -> tuple:
         """The stages couple coordinates and momenta; the work account is a quadrature over them."""
         del solver_state, made_jump
         psi, p, work = y0
@@ -62,7 +73,7 @@ class ImplicitMidpoint(_Gauss):
     c: ClassVar = np.array([0.5])
     end: ClassVar = np.array([-1.0, 2.0])  # rate at the end from those at the start and the stages
 
-    def order(self, terms):
+    def order(self, terms: PyTree) -> int:
         return 2
 
 
@@ -84,7 +95,7 @@ class Gauss4(_Gauss):
     c: ClassVar = np.array([0.5 - _ROOT_3 / 6.0, 0.5 + _ROOT_3 / 6.0])
     end: ClassVar = np.array([1.0, -_ROOT_3, _ROOT_3])
 
-    def order(self, terms):
+    def order(self, terms: PyTree) -> int:
         return 4
 
 

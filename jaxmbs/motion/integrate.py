@@ -1,5 +1,8 @@
 """`simulate`: Hamilton's equations by diffrax's steps, with projection, accounts and a result code."""
 
+from collections.abc import Callable
+from typing import Any
+
 import diffrax
 import equinox as eqx
 import jax
@@ -20,9 +23,10 @@ from ..math.rows import over_rows
 from ..model.question import check_fits
 from ..model.system import System
 from ..status import Status, succeeded
+from ..typing import ArrayLike
 from .account import CLOSED, diagnose, masked, observe, result_code, without
 from .failure import explain
-from .formulation import num_powers
+from .formulation import Formulation, num_powers
 from .formulations import Prescribed
 from .motion import Motion
 from .options import choose, fixed_steps, save_times, step_sizes, with_tolerances
@@ -31,20 +35,20 @@ from .options import choose, fixed_steps, save_times, step_sizes, with_tolerance
 def simulate(
     system: System,
     state: State,
-    t1=None,
-    ts=None,
-    dt=None,
-    solver=None,
-    controller=None,
-    rtol=1e-9,
-    atol=1e-9,
-    gradient="reverse",
-    formulation=None,
-    event=None,
-    interpolate=False,
-    max_steps=100_000,
-    progress=False,
-    throw=True,
+    t1: ArrayLike | None = None,
+    ts: ArrayLike | None = None,
+    dt: ArrayLike | None = None,
+    solver: Any = None,
+    controller: Any = None,
+    rtol: ArrayLike = 1e-9,
+    atol: ArrayLike = 1e-9,
+    gradient: Any = "reverse",
+    formulation: str | type[Formulation] | None = None,
+    event: Callable | None = None,
+    interpolate: bool = False,
+    max_steps: int = 100_000,
+    progress: bool = False,
+    throw: bool = True,
 ) -> Motion:
     """The motion that starts at a state.
 

@@ -1,9 +1,12 @@
 """A solver of ours for diffrax: semi-implicit Euler."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import diffrax
 import jax
+from jaxtyping import PyTree
+
+from ..typing import ScalarLike
 
 
 class SemiImplicitEuler(diffrax.AbstractSolver):
@@ -16,13 +19,22 @@ class SemiImplicitEuler(diffrax.AbstractSolver):
     term_structure: ClassVar = diffrax.AbstractTerm
     interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
 
-    def order(self, terms):
+    def order(self, terms: PyTree) -> int:
         return 1
 
-    def init(self, terms, t0, t1, y0, args):
+    def init(self, terms: PyTree, t0: ScalarLike, t1: ScalarLike, y0: PyTree, args: PyTree) -> None:
         return None
 
-    def step(self, terms, t0, t1, y0, args, solver_state, made_jump):
+    def step(
+        self,
+        terms: PyTree,
+        t0: ScalarLike,
+        t1: ScalarLike,
+        y0: PyTree,
+        args: PyTree,
+        solver_state: None,
+        made_jump: Any,
+    ) -> tuple:
         del solver_state, made_jump
         h = terms.contr(t0, t1)
         q, u, work = y0
@@ -32,5 +44,5 @@ class SemiImplicitEuler(diffrax.AbstractSolver):
         y1 = (q + h * rate, u1, jax.tree.map(lambda w, p: w + h * p, work, power))
         return y1, None, {"y0": y0, "y1": y1}, None, diffrax.RESULTS.successful
 
-    def func(self, terms, t0, y0, args):
+    def func(self, terms: PyTree, t0: ScalarLike, y0: PyTree, args: PyTree) -> PyTree:
         return terms.vf(t0, y0, args)

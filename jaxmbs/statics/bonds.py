@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..checks import known
 from ..errors import ModelError
 from ..math.linalg import safe_norm, skew
+from ..typing import ArrayLike
 from .network import Network
 
 
@@ -50,12 +51,12 @@ class Bonds(eqx.Module):
         cls,
         bodies: Sequence[str],
         bonds: Mapping[str, tuple[str, str]],
-        position,
-        frame=None,
-        carries=None,
-        compliance=None,
-        effort=None,
-        length=None,
+        position: ArrayLike,
+        frame: ArrayLike | None = None,
+        carries: ArrayLike | None = None,
+        compliance: ArrayLike | None = None,
+        effort: ArrayLike | None = None,
+        length: ArrayLike | None = None,
     ) -> "Bonds":
         """Bonds that carry some of the components force x, y, z, moment x, y, z in their own axes.
 
@@ -91,7 +92,16 @@ class Bonds(eqx.Module):
         return cls(network, position, frame, diagonal(free), effort, diagonal(jnp.asarray(compliance, dtype)), length)
 
     @classmethod
-    def from_twists(cls, network: Network, position, frame, twists, effort, length, compliance=None) -> "Bonds":
+    def from_twists(
+        cls,
+        network: Network,
+        position: Array,
+        frame: Array,
+        twists: Array,
+        effort: Array,
+        length: ArrayLike,
+        compliance: Array | None = None,
+    ) -> "Bonds":
         """Bonds from world twists about the world origin, as the columns of joints and closures give them.
 
         Args: twists (q, 6, f): columns span what each bond leaves free, of any number and length; zero ones are
@@ -116,14 +126,14 @@ class Bonds(eqx.Module):
         upper = jnp.concatenate([self.frame, jnp.zeros_like(self.frame)], axis=2)
         return jnp.concatenate([upper, jnp.concatenate([arm, self.frame], axis=2)], axis=1)
 
-    def components(self, wrench):
+    def components(self, wrench: Array) -> Float[Array, "q 6"]:
         """Force x, y, z, moment x, y, z (q, 6) in the bonds' axes about their origins from world wrenches (q, 6).
 
         Source: S1 (29).
         """
         return jnp.roll(jnp.einsum("qji,qj->qi", self.twist_axes, wrench), 3, axis=1)
 
-    def free_sizes(self):
+    def free_sizes(self) -> Float[Array, "q f"]:
         """Squared size (q, f) of each free twist [m^2], angles times the characteristic length; zero if unused."""
         weight = jnp.concatenate([jnp.full(3, self.length**2), jnp.ones(3, self.length.dtype)])
         size = jnp.einsum("i,qij->qj", weight, self.free**2)

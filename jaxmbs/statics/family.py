@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..typing import ArrayLike
 from .bonds import Bonds
 from .cycles import cycle_pattern
 from .network import Network
@@ -27,11 +28,11 @@ class ReactionFamily(eqx.Module):
         """Y (q, S): what a unit wrench round each loop adds to every bond."""
         return cycle_pattern(self.network)
 
-    def wrench(self, parameters):
+    def wrench(self, parameters: Array) -> Array:
         """World wrenches (q, 6) on the bonds' children for the wrenches (S, 6) of the bonds that close the loops."""
         return self.particular + jnp.asarray(self.homogeneous, parameters.dtype) @ parameters
 
 
-def reaction_family(bonds: Bonds, loads) -> ReactionFamily:
+def reaction_family(bonds: Bonds, loads: ArrayLike) -> ReactionFamily:
     """The family of reactions for the loads (p, 6) that `bond_reactions` takes.  Source: S1 (28)."""
     return ReactionFamily(bonds.network, tree_wrenches(bonds.network, jnp.asarray(loads)))

@@ -1,5 +1,7 @@
 """Reactions of all bonds of a network of rigid bodies."""
 
+from collections.abc import Iterator
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -7,6 +9,7 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import place_of
+from ..typing import ArrayLike
 from .bonds import Bonds, about
 from .least_compliance import least_compliance
 from .network import Network
@@ -79,7 +82,7 @@ class BondReactions(eqx.Module):
     def __iter__(self):
         return iter(self.network.bonds)
 
-    def items(self):
+    def items(self) -> Iterator[tuple[str, BondReaction]]:
         """Pairs of name and reaction."""
         return ((name, self[name]) for name in self)
 
@@ -88,7 +91,7 @@ def _largest(x):
     return jnp.max(jnp.abs(x), initial=0.0)
 
 
-def bond_reactions(bonds: Bonds, loads, method: str = "auto") -> BondReactions:
+def bond_reactions(bonds: Bonds, loads: ArrayLike, method: str = "auto") -> BondReactions:
     """Reactions of all bonds for the loads that they must supply.
 
     Args:

@@ -1,5 +1,8 @@
 """Limit values against peaks of the full transient."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from ..coupling.limits import shortfall
@@ -7,7 +10,7 @@ from ..palette import COLORS
 from .canvas import axes, finish
 
 
-def plot_limit_values(limits, truth, cases=None, ax=None):
+def plot_limit_values(limits: Any, truth: Any, cases: Sequence | None = None, ax: Any = None) -> Any:
     """Quotients limit / truth over cases; the legend says how often and by how much each sum falls short.
 
     Args:

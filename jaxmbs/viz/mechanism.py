@@ -1,17 +1,24 @@
 """A stick picture of a mechanism: the frames on each body joined, at one pose or several."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import jax
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..kinematics.poses import frame_poses, node_parameters, node_poses
+from ..kinematics.state import State
 from ..math.jit import jit
 from ..model.question import check_fits
+from ..model.system import System
 from ..palette import COLORS
 from .canvas import axes
 
 
-def plot_mechanism(system, states, plane="xy", frames=None, ax=None):
+def plot_mechanism(
+    system: System, states: State, plane: str = "xy", frames: Iterable[str] | None = None, ax: Any = None
+) -> Any:
     """Bodies as lines through their joints and named frames, pins as circles; the first pose is drawn strongest.
 
     Args:

@@ -1,8 +1,15 @@
 """Curves over time: coordinates, reactions, energies."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
+from ..dynamics.reactions import Reactions
+from ..model.system import System
+from ..motion.motion import Motion
 from ..palette import BLUE, GREEN, RED
+from ..typing import ArrayLike
 from .canvas import axes, curve, finish, stacked
 
 _UNITS = {
@@ -14,7 +21,7 @@ _UNITS = {
 }
 
 
-def plot_coordinates(system, motion, joints=None, ax=None):
+def plot_coordinates(system: System, motion: Motion, joints: Sequence[str] | None = None, ax: Any = None) -> Any:
     """Joint coordinates along a motion, those of each unit in axes of their own, one above the other.
 
     Args:
@@ -49,7 +56,9 @@ def _units(topology, joint):
     return plain + [_UNITS["ball"]] * (joint.num_coordinates - len(plain))  # a ball is last, as in `Free`
 
 
-def plot_reactions(loads, ts, joints=None, moment=False, ax=None):
+def plot_reactions(
+    loads: Reactions, ts: ArrayLike, joints: Sequence[str] | None = None, moment: bool = False, ax: Any = None
+) -> Any:
     """Size of the force [N] (or moment [N m]) that joints carry along a motion.
 
     Args:
@@ -66,7 +75,7 @@ def plot_reactions(loads, ts, joints=None, moment=False, ax=None):
     return finish(ax, "time [s]", "joint moment [N m]" if moment else "joint force [N]")
 
 
-def plot_energy(motion, ax=None):
+def plot_energy(motion: Motion, ax: Any = None) -> Any:
     """Kinetic and potential energy and their sum less all work [J]; below, the residual of that account.
 
     Args:

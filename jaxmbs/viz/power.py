@@ -1,7 +1,11 @@
 """Where the energy of a motion goes: stacked powers of all elements, and their energies since the start."""
 
+from typing import Any
+
 import numpy as np
 
+from ..bondgraph.power import BondPowers
+from ..motion.motion import Motion
 from ..palette import COLORS, RED
 from .canvas import axes, finish, stacked
 
@@ -10,7 +14,7 @@ _HATCHES = (None, "////", "....")
 _MOST = 11  # elements told apart
 
 
-def plot_power(motion, powers, by="element", ax=None):
+def plot_power(motion: Motion, powers: BondPowers, by: str = "element", ax: Any = None) -> Any:
     """Power [W] that every element feeds into the mechanism, stacked; what stores or dissipates counts negative.
 
     Below, the energies [J] that sources and drives fed in since the start and that motion, springs and resistors
