@@ -95,7 +95,7 @@ def test_status_of_too_few_steps(ball):
     assert int(motion.result) == 2 and not bool(motion.ok)
 
 
-def _explode(t, x, v):
+def _explode(x, v, t):
     return jnp.where(t > 0.5, jnp.nan, 0.0)
 
 
@@ -107,7 +107,7 @@ def test_status_of_a_state_that_is_not_finite():
         mbs.simulate(system, mbs.State.at(system), t1=1.0, dt=0.1, solver=diffrax.Tsit5())
 
 
-def _blow_up(t, x, v):
+def _blow_up(x, v, t):
     return 2.0 * (9.81 + (1.0 + v * v))
 
 
