@@ -17,6 +17,7 @@ from jaxtyping import PyTree
 
 from .checks import known
 from .math.jit import options
+from .typing import Explained
 
 _ABOUT, _PROGRAM, _RESULTS = "about.json", "program.bin", "results.pickle"
 
@@ -47,7 +48,7 @@ class Program:
         return jax.tree.unflatten(treedef, call(*leaves))
 
 
-def export(function: Callable, example: tuple, path: str | PathLike) -> Path:
+def export(function: Callable, example: Explained[tuple], path: str | PathLike) -> Path:
     """Store a question of a model with its first derivative.
 
     Args:

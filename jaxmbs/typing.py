@@ -1,5 +1,7 @@
 """Names for the array types that many signatures share."""
 
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, Union
+
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -11,3 +13,17 @@ Matrix3 = Float[Array, "3 3"]
 Axis = str | tuple | list | np.ndarray | Array  # "x", "-z", ... or three numbers
 ArrayLike = Array | np.ndarray | np.generic | float | int | list | tuple  # what `jnp.asarray` takes
 FrameLike = str | tuple | list  # the name of a body or frame, or (name, point)
+
+T = TypeVar("T")
+if TYPE_CHECKING:
+    Converted: TypeAlias = Union[T, Any]  # noqa: UP007  # a field with a converter, which takes more than it holds
+    Explained = Annotated[T, "explained"]  # an argument of which others are refused in words, not as a type
+else:
+
+    class Converted:
+        def __class_getitem__(cls, held):
+            return held
+
+    class Explained:
+        def __class_getitem__(cls, wanted):
+            return Any

@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 
 import jax.numpy as jnp
 
@@ -17,7 +17,7 @@ from ..math.precision import follow_precision
 from ..model.elastic import ElasticBody
 from ..model.frame import Pose
 from ..model.system import System
-from ..typing import ArrayLike, FrameLike
+from ..typing import ArrayLike, Explained, FrameLike
 from . import declarations as declared
 from .arrays import reference_poses
 from .assemble_system import assemble_system
@@ -114,7 +114,7 @@ class SystemBuilder:
     def joint(
         self,
         name: str,
-        kind: AbstractJoint,
+        kind: Explained[AbstractJoint],
         parent: str,
         child: str,
         parent_frame: str | Pose | ArrayLike | None = None,
@@ -147,10 +147,10 @@ class SystemBuilder:
     def force(
         self,
         name: str,
-        law: AbstractLaw,
-        between: Sequence | None = None,
+        law: Explained[AbstractLaw],
+        between: tuple | list | None = None,
         joint: str | None = None,
-        on: FrameLike | None = None,
+        on: Explained[FrameLike | None] = None,
     ) -> None:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
@@ -159,7 +159,10 @@ class SystemBuilder:
         self._add("force", self._forces, declared.Force(name, law, between, joint, on))
 
     def constraint(
-        self, name: str, law: AbstractClosure | Coupler | VelocityRows | Rows, between: Sequence | None = None
+        self,
+        name: str,
+        law: Explained[AbstractClosure | Coupler | VelocityRows | Rows],
+        between: tuple | list | None = None,
     ) -> None:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine` between two frames, `Coupler`
         of joint coordinates, or `Rows` of the user."""

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from ..checks import known
 from ..math.spd import spd_solve
+from ..typing import Converted
 from ._parts import along, carried, gauss, turned
 from .base import DIRECTIONS, AbstractElement, number, optional
 
@@ -47,18 +48,18 @@ class Beam(AbstractElement):
         fibres: (p, 2) points y, z of the section whose stress is asked [m].
     """
 
-    young: Float[Array, "..."] = eqx.field(converter=number)
-    shear_modulus: Float[Array, "..."] = eqx.field(converter=number)
-    area: Float[Array, "..."] = eqx.field(converter=number)
-    inertia_y: Float[Array, "..."] = eqx.field(converter=number)
-    inertia_z: Float[Array, "..."] = eqx.field(converter=number)
-    torsion: Float[Array, "..."] = eqx.field(converter=number)
-    density: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
-    shear: Float[Array, "... 2"] | None = eqx.field(converter=optional, default=None)
-    reference: Float[Array, "... 3"] | None = eqx.field(converter=optional, default=None)
-    offsets: Float[Array, "... 2 3"] | None = eqx.field(converter=optional, default=None)
+    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    shear_modulus: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    area: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    inertia_y: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    inertia_z: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    torsion: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    shear: Converted[Float[Array, "... 2"] | None] = eqx.field(converter=optional, default=None)
+    reference: Converted[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
+    offsets: Converted[Float[Array, "... 2 3"] | None] = eqx.field(converter=optional, default=None)
     releases: tuple[str, ...] = eqx.field(static=True, default=())
-    fibres: Float[Array, "... p 2"] = eqx.field(converter=number, default=((0.0, 0.0),))
+    fibres: Converted[Float[Array, "... p 2"]] = eqx.field(converter=number, default=((0.0, 0.0),))
 
     num_nodes = 2
     has_ends = True

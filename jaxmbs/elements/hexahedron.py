@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..typing import ScalarLike
+from ..typing import Converted, ScalarLike
 from ._parts import condensed, gauss, inverse_jacobian, linear_shapes
 from .base import AbstractElement, number
 
@@ -32,9 +32,9 @@ class Hexahedron(AbstractElement):
         young: modulus [Pa]; poisson; density [kg/m^3].
     """
 
-    young: Float[Array, "..."] = eqx.field(converter=number)
-    poisson: Float[Array, "..."] = eqx.field(converter=number)
-    density: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
+    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    poisson: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
     num_nodes = 8
     coordinates = 3

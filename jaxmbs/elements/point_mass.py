@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..typing import Converted
 from ._parts import carried
 from .base import AbstractElement, number, optional
 
@@ -20,9 +21,9 @@ class PointMass(AbstractElement):
         inertia: (3, 3) about the centre of mass, world axes [kg m^2], or None.
     """
 
-    value: Float[Array, "..."] = eqx.field(converter=number)
-    offset: Float[Array, "... 3"] | None = eqx.field(converter=optional, default=None)
-    inertia: Float[Array, "... 3 3"] | None = eqx.field(converter=optional, default=None)
+    value: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    offset: Converted[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
+    inertia: Converted[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
 
     num_nodes = 1
     nonnegative = ("value",)

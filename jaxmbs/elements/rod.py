@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..typing import Converted
 from .base import AbstractElement, number
 
 
@@ -15,9 +16,9 @@ class Rod(AbstractElement):
         lumped: half of the mass on each node; else the consistent mass.
     """
 
-    young: Float[Array, "..."] = eqx.field(converter=number)
-    area: Float[Array, "..."] = eqx.field(converter=number)
-    density: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
+    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    area: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
     lumped: bool = eqx.field(static=True, default=False)
 
     num_nodes = 2

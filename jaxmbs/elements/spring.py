@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..typing import Converted
 from ._parts import carried, turned
 from .base import DIRECTIONS, AbstractElement, are_axes, number, optional
 
@@ -34,10 +35,10 @@ class Spring(AbstractElement):
         place: where on the line of the nodes the spring sits, 0 at the first, 1 at the second.
     """
 
-    matrix: Float[Array, "... 6 6"] = eqx.field(converter=_six)
-    damper: Float[Array, "... 6 6"] | None = eqx.field(converter=_optional_six, default=None)
-    axes: Float[Array, "... 3 3"] | None = eqx.field(converter=optional, default=None)
-    place: Float[Array, "..."] = eqx.field(converter=number, default=0.5)
+    matrix: Converted[Float[Array, "... 6 6"]] = eqx.field(converter=_six)
+    damper: Converted[Float[Array, "... 6 6"] | None] = eqx.field(converter=_optional_six, default=None)
+    axes: Converted[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
+    place: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.5)
 
     num_nodes = 2
     force_labels = DIRECTIONS

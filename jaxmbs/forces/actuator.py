@@ -5,10 +5,9 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 
-from jaxmbs.typing import Scalar
+from jaxmbs.typing import Converted, Scalar, ScalarLike
 
 from ..checks import faults_if, negative
-from ..typing import ScalarLike
 from ._fields import law_function, number
 from .base import AbstractScalarLaw
 from .signals import Constant, as_signal, value_and_rate
@@ -24,7 +23,7 @@ class Actuator(AbstractScalarLaw):
         function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static.
     """
 
-    function: Callable[..., Any] = eqx.field(converter=law_function)
+    function: Converted[Callable[..., Any]] = eqx.field(converter=law_function)
     is_source: ClassVar[bool] = True
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
@@ -44,9 +43,9 @@ class PD(AbstractScalarLaw):
         kd: derivative gain >= 0 [N s/m or N m s/rad].
     """
 
-    target: Callable[..., Any] = eqx.field(converter=as_signal)
-    kp: Scalar = eqx.field(converter=number)
-    kd: Scalar = eqx.field(converter=number, default=0.0)
+    target: Converted[Callable[..., Any]] = eqx.field(converter=as_signal)
+    kp: Converted[Scalar] = eqx.field(converter=number)
+    kd: Converted[Scalar] = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = True
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:

@@ -15,10 +15,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxmbs.typing import Scalar, ScalarLike, Vector3
+from jaxmbs.typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 
 from ..math.linalg import direction, safe_norm
-from ..typing import Matrix3
 from ._fields import value_faults
 
 
@@ -140,5 +139,5 @@ class AbstractSystemLaw(AbstractLaw):
     is_source: ClassVar[bool] = True
 
     @abc.abstractmethod
-    def effort(self, coordinates: Array, velocities: Array, t: ScalarLike) -> Float[Array, " nv"]:
+    def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Float[Array, " nv"]:
         """Efforts (nv,) along the velocities, from coordinates (nq,), velocities (nv,) and time [s]."""

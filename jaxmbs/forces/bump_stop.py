@@ -3,10 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Scalar
+from jaxmbs.typing import Converted, Scalar, ScalarLike
 
 from ..checks import broken, faults_if, negative, present
-from ..typing import ScalarLike
 from ._fields import number
 from .base import AbstractScalarLaw
 
@@ -29,11 +28,11 @@ class BumpStop(AbstractScalarLaw):
         damping: c >= 0 [s/m or s/rad].
     """
 
-    stiffness: Scalar = eqx.field(converter=number)
-    lower: Scalar = eqx.field(converter=number, default=-jnp.inf)
-    upper: Scalar = eqx.field(converter=number, default=jnp.inf)
-    exponent: Scalar = eqx.field(converter=number, default=2.0)
-    damping: Scalar = eqx.field(converter=number, default=0.0)
+    stiffness: Converted[Scalar] = eqx.field(converter=number)
+    lower: Converted[Scalar] = eqx.field(converter=number, default=-jnp.inf)
+    upper: Converted[Scalar] = eqx.field(converter=number, default=jnp.inf)
+    exponent: Converted[Scalar] = eqx.field(converter=number, default=2.0)
+    damping: Converted[Scalar] = eqx.field(converter=number, default=0.0)
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Push of the lower stop minus push of the upper one."""

@@ -6,10 +6,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxmbs.math.rotation import rotation_vector, rotation_vector_coefficient
-from jaxmbs.typing import Vector3
+from jaxmbs.typing import Converted, Matrix3, Scalar, ScalarLike, Vector3
 
 from ..checks import broken, faults_if, present
-from ..typing import Matrix3, Scalar, ScalarLike
 from ._fields import number
 from .base import AbstractPoseLaw
 
@@ -42,9 +41,9 @@ class Bushing(AbstractPoseLaw):
             opposite.
     """
 
-    stiffness: Float[Array, "6 6"] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
-    damping: Float[Array, "6 6"] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
-    preload: Float[Array, " 6"] = eqx.field(converter=number, default=(0.0,) * 6)
+    stiffness: Converted[Float[Array, "6 6"]] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
+    damping: Converted[Float[Array, "6 6"]] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
+    preload: Converted[Float[Array, " 6"]] = eqx.field(converter=number, default=(0.0,) * 6)
 
     def wrench(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike

@@ -2,10 +2,9 @@
 
 import jax.numpy as jnp
 
-from jaxmbs.typing import Scalar
+from jaxmbs.typing import ArrayLike, Scalar, ScalarLike
 
 from ..checks import broken, faults_if, negative, not_positive
-from ..typing import ArrayLike, ScalarLike
 from ._fields import number
 from .base import AbstractScalarLaw
 

@@ -6,7 +6,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ..typing import ScalarLike
+from ..typing import ArrayLike, Converted, ScalarLike
 from ._fields import law_function, number
 from .base import AbstractSystemLaw
 
@@ -21,8 +21,8 @@ class GeneralisedEffort(AbstractSystemLaw):
             static.
     """
 
-    function: Callable[..., Any] = eqx.field(converter=law_function)
+    function: Converted[Callable[..., Any]] = eqx.field(converter=law_function)
 
-    def effort(self, coordinates: Array, velocities: Array, t: ScalarLike) -> Float[Array, " nv"]:
+    def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Float[Array, " nv"]:
         """The function's (nv,). Source: S2 (76)."""
         return number(self.function(coordinates, velocities, t))

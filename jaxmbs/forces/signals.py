@@ -13,10 +13,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxmbs.math.interpolation import hermite, spline_slopes
-from jaxmbs.typing import Scalar, ScalarLike
+from jaxmbs.typing import ArrayLike, Converted, Scalar, ScalarLike
 
 from ..checks import not_increasing, not_positive
-from ..typing import ArrayLike
 from ._fields import function, number, optional_number, value_faults
 
 
@@ -35,7 +34,7 @@ class AbstractSignal(eqx.Module):
 class Constant(AbstractSignal):
     """`value` at all times."""
 
-    value: Float[Array, "..."] = eqx.field(converter=number)
+    value: Converted[Float[Array, "..."]] = eqx.field(converter=number)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.value
@@ -44,8 +43,8 @@ class Constant(AbstractSignal):
 class Ramp(AbstractSignal):
     """`start + rate t`: `start` at t = 0, `rate` per second."""
 
-    start: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
-    rate: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
+    start: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    rate: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.start + self.rate * t
@@ -54,10 +53,10 @@ class Ramp(AbstractSignal):
 class Harmonic(AbstractSignal):
     """`mean + amplitude sin(omega t + phase)`, omega in rad/s, phase in rad."""
 
-    mean: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
-    amplitude: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
-    omega: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
-    phase: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
+    mean: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    amplitude: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
+    omega: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
+    phase: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.mean + self.amplitude * jnp.sin(self.omega * t + self.phase)
@@ -66,7 +65,7 @@ class Harmonic(AbstractSignal):
 class Polynomial(AbstractSignal):
     """`sum_i coefficients[i] t^i`, lowest power first: (n,), or (n, k) for a vector."""
 
-    coefficients: Float[Array, "n ..."] = eqx.field(converter=number)
+    coefficients: Converted[Float[Array, "n ..."]] = eqx.field(converter=number)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         first = jnp.zeros_like(self.coefficients[0]) * t
@@ -76,10 +75,10 @@ class Polynomial(AbstractSignal):
 class Step(AbstractSignal):
     """From `before` to `after` within `duration` from `start` [s], by the quintic of zero end rates (C2)."""
 
-    start: Scalar = eqx.field(converter=number, default=0.0)
-    duration: Scalar = eqx.field(converter=number, default=1.0)
-    before: Float[Array, "..."] = eqx.field(converter=number, default=0.0)
-    after: Float[Array, "..."] = eqx.field(converter=number, default=1.0)
+    start: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+    duration: Converted[Scalar] = eqx.field(converter=number, default=1.0)
+    before: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    after: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         s = (t - self.start) / self.duration

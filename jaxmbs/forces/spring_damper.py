@@ -3,11 +3,10 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Scalar
+from jaxmbs.typing import Converted, Scalar, ScalarLike, Vector3
 
 from ..checks import faults_if, negative, present
 from ..math.linalg import direction, safe_norm
-from ..typing import ScalarLike, Vector3
 from ._fields import number
 from .base import AbstractScalarLaw
 
@@ -27,10 +26,10 @@ class SpringDamper(AbstractScalarLaw):
         preload: tension at the free length [N or N m].
     """
 
-    stiffness: Scalar = eqx.field(converter=number, default=0.0)
-    damping: Scalar = eqx.field(converter=number, default=0.0)
-    free_length: Scalar = eqx.field(converter=number, default=0.0)
-    preload: Scalar = eqx.field(converter=number, default=0.0)
+    stiffness: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+    damping: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+    free_length: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+    preload: Converted[Scalar] = eqx.field(converter=number, default=0.0)
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """`-(k (x - x0) + preload + c v)`. Source: S2 (56)-(57), (72)."""

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from jaxmbs.math.interpolation import hermite, hermite_integral, pchip_slopes
 
 from ..checks import broken, faults_if, known, not_increasing
-from ..typing import Scalar, ScalarLike
+from ..typing import Converted, Scalar, ScalarLike
 from ._fields import number, optional_number
 from .base import AbstractScalarLaw
 
@@ -29,10 +29,10 @@ class Table(AbstractScalarLaw):
         damping_efforts: (m,) resisting effort at these [N or N m]; zero at rest, never along the flow.
     """
 
-    x_points: Float[Array, " n"] = eqx.field(converter=number)
-    efforts: Float[Array, " n"] = eqx.field(converter=number)
-    flow_points: Float[Array, " m"] | None = eqx.field(converter=optional_number, default=None)
-    damping_efforts: Float[Array, " m"] | None = eqx.field(converter=optional_number, default=None)
+    x_points: Converted[Float[Array, " n"]] = eqx.field(converter=number)
+    efforts: Converted[Float[Array, " n"]] = eqx.field(converter=number)
+    flow_points: Converted[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
+    damping_efforts: Converted[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
 
     def __check_init__(self):
         _check_curve(self.x_points, self.efforts)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
-from ..typing import ArrayLike, ScalarLike
+from ..typing import ArrayLike, Converted, ScalarLike
 from .base import AbstractJoint
 
 
@@ -23,7 +23,7 @@ class Distance(AbstractClosure):
 
     row_units: ClassVar[tuple[str, ...]] = ("m",)
 
-    length: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float))
+    length: Converted[Float[Array, ""]] = eqx.field(converter=lambda x: jnp.asarray(x, float))
 
     def closure(self, R: Array, d: Array) -> Array:
         return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math.rotation import axis_basis
-from ..typing import Matrix3
+from ..typing import Converted, Matrix3
 from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
@@ -16,7 +16,7 @@ class Planar(AbstractJoint):
     labels = ("x", "y", "angle")
     row_units = ("m", "rad", "rad")
 
-    normal: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+    normal: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 
     def basis(self) -> Matrix3:
         return axis_basis(self.normal)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math.rotation import axis_basis
-from ..typing import Matrix3
+from ..typing import Converted, Matrix3
 from .base import AbstractJoint, Node, aligned, axis_faults, axis_vector
 
 
@@ -19,7 +19,7 @@ class Prismatic(AbstractJoint):
     labels = ("distance",)
     row_units = ("m", "m", "rad", "rad", "rad")
 
-    axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+    axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 
     def basis(self) -> Matrix3:
         return axis_basis(self.axis)

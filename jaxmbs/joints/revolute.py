@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math.rotation import axis_basis
+from ..typing import Converted, Matrix3
 from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
@@ -18,13 +19,13 @@ class Revolute(AbstractJoint):
     labels = ("angle",)
     row_units = ("m", "m", "m", "rad", "rad")
 
-    axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
+    axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 
-    def basis(self):
+    def basis(self) -> Matrix3:
         return axis_basis(self.axis)
 
     def closure(self, R: Array, d: Array) -> Array:
         return jnp.concatenate([d, parallel(R)])
 
-    def faults(self):
+    def faults(self) -> list[str]:
         return axis_faults(self.axis)

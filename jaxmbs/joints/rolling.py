@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
-from ..typing import ArrayLike, Axis
+from ..typing import ArrayLike, Axis, Converted
 from .base import axis_faults, axis_vector
 from .closures import AbstractClosure
 
@@ -42,7 +42,7 @@ class AbstractRolling(AbstractClosure):
 class RollingSphere(AbstractRolling):
     """A sphere of `radius` [m] about the origin of frame B rolls on the x-y plane of frame A, z pointing out."""
 
-    radius: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float))
+    radius: Converted[Float[Array, ""]] = eqx.field(converter=lambda x: jnp.asarray(x, float))
 
     def contact(self, R: Array) -> Array:
         return jnp.zeros(3).at[2].set(-self.radius)

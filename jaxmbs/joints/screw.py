@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import known
 from ..math.rotation import axis_basis
-from ..typing import Matrix3, Scalar
+from ..typing import Converted, Matrix3, Scalar
 from .base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, parallel
 
 
@@ -21,8 +21,10 @@ class Screw(AbstractJoint):
     labels = ("angle",)
     row_units = ("m", "m", "m", "rad", "rad")
 
-    axis: Float[Array, "3"] = eqx.field(converter=axis_vector, default="z")
-    pitch: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float), default=0.0, kw_only=True)
+    axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    pitch: Converted[Float[Array, ""]] = eqx.field(
+        converter=lambda x: jnp.asarray(x, float), default=0.0, kw_only=True
+    )
 
     def basis(self) -> Matrix3:
         return axis_basis(self.axis)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
-from ..typing import Matrix3
+from ..typing import Converted, Matrix3
 from .base import AbstractJoint, Node, axis_vector
 
 
@@ -20,7 +20,7 @@ class Universal(AbstractJoint):
     labels = ("first", "second")
     row_units = ("m", "m", "m", "rad")
 
-    axes: Float[Array, "2 3"] = eqx.field(
+    axes: Converted[Float[Array, "2 3"]] = eqx.field(
         converter=lambda axes: jnp.stack([axis_vector(a) for a in axes]), default=("x", "y")
     )
 

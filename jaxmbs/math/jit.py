@@ -22,9 +22,15 @@ Function = TypeVar("Function", bound=Callable)
 
 
 @overload
-def jit(function: Function, *, compile: str = "full") -> Function: ...
+def jit(function: Function, *, compile: str = "full") -> Function:
+    """`function` compiled."""
+
+
 @overload
-def jit(function: None = None, *, compile: str = "full") -> Callable[[Function], Function]: ...
+def jit(function: None = None, *, compile: str = "full") -> Callable[[Function], Function]:
+    """A decorator that compiles."""
+
+
 def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
     """`function` compiled, arrays traced and all else static, as `equinox.filter_jit` does it.
 

@@ -3,6 +3,7 @@
 import functools
 import inspect
 from collections.abc import Callable
+from typing import ParamSpec, Protocol, TypeVar, cast, overload, runtime_checkable
 
 from ..analysis.equilibrium import equilibrium as mechanism_equilibrium
 from ..analysis.linearise import frequency_response as state_space_response
@@ -18,8 +19,23 @@ from ..linear.system import LinearSystem
 from ..model.system import System
 from ..motion.integrate import simulate as mechanism_simulate
 
+P = ParamSpec("P")
+Q = ParamSpec("Q")
+M = TypeVar("M", covariant=True)
+L = TypeVar("L", covariant=True)
 
-def either(of_mechanism: Callable, of_linear: Callable) -> Callable:
+
+@runtime_checkable
+class Question(Protocol[P, M, Q, L]):
+    """What is called like either of two functions."""
+
+    @overload
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> M: ...
+    @overload
+    def __call__(self, *args: Q.args, **kwargs: Q.kwargs) -> L: ...
+
+
+def either(of_mechanism: Callable[P, M], of_linear: Callable[Q, L]) -> Question[P, M, Q, L]:
     """The question by the noun it is asked of; its documentation says what each takes."""
 
     @functools.wraps(of_mechanism)
@@ -30,7 +46,7 @@ def either(of_mechanism: Callable, of_linear: Callable) -> Callable:
     ask.__doc__ = (
         f"{inspect.getdoc(of_mechanism)}\n\nOf a LinearSystem, with `({parameters})`:\n\n{inspect.getdoc(of_linear)}"
     )
-    return ask
+    return cast(Question, ask)
 
 
 def describe(system: System) -> str:
@@ -44,4 +60,4 @@ simulate = either(mechanism_simulate, linear_simulate)
 reactions = either(mechanism_reactions, network_reactions)
 equilibrium = either(mechanism_equilibrium, linear_equilibrium)
 check = either(describe, linear_check)
-check.__name__ = check.__qualname__ = "check"
+check.__name__ = check.__qualname__ = "check"  # type: ignore[attr-defined]
