@@ -34,6 +34,16 @@ def home(name, thing):
     return f"jaxmbs.{name}"
 
 
+def own(module, name, thing):
+    """The face that documents a name: that of the room where it is written, if its face has it too."""
+    room = (getattr(thing, "__module__", None) or "").split(".")[1:2]
+    if inspect.isclass(thing) and room and room[0] in ROOMS:
+        written = importlib.import_module(f"jaxmbs.{room[0]}")
+        if getattr(written, name, None) is thing and name in written.__all__:
+            return f"{written.__name__}.{name}"
+    return f"{module.__name__}.{name}"
+
+
 def arguments(kind):
     """The arguments of a class with their defaults, without types: `eqx.Module` hides them from autodoc."""
     try:
@@ -64,7 +74,7 @@ class Face(SphinxDirective):
         module = importlib.import_module(self.arguments[0])
         things = {name: getattr(module, name) for name in sorted(module.__all__)}
         homes = {
-            name: f"{module.__name__}.{name}" if module.__name__ != "jaxmbs" else home(name, thing)
+            name: own(module, name, thing) if module.__name__ != "jaxmbs" else home(name, thing)
             for name, thing in things.items()
         }
         lines = [".. list-table::", "   :widths: 30 70", ""]

@@ -211,8 +211,10 @@ def _accelerations(system, Gamma, M, KC, inputs, driven):
     return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
 
 
-def frequency_response(space: StateSpace, omega: ArrayLike) -> Array:
-    """Transfer matrices (..., outputs, inputs) of a state space at angular frequencies omega (...,) [rad/s]."""
+def frequency_response(space: StateSpace | Linearisation, omega: ArrayLike) -> Array:
+    """Transfer matrices (..., outputs, inputs) of a linearised mechanism, from its inputs to its outputs, at angular
+    frequencies omega (...,) [rad/s]."""
+    space = space.state_space if isinstance(space, Linearisation) else space
     eye = jnp.eye(space.A.shape[0], dtype=space.A.dtype)
     A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)
 

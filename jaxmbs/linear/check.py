@@ -119,6 +119,7 @@ def _mass_properties(M, motions, about, tolerance, warnings):
     if np.abs(total[:3, :3] - mass * np.eye(3)).max() > tolerance * mass:
         given = numbers(np.diag(total[:3, :3]))
         warnings.append(f"mass differs by direction ({given}): some of it is held, or rows are missing")
+        return mass, None, None, None
     first = total[:3, 3:]  # -m c~
     arm = np.array([first[1, 2] - first[2, 1], first[2, 0] - first[0, 2], first[0, 1] - first[1, 0]]) / (2 * mass)
     inertia = total[3:, 3:]

@@ -15,7 +15,8 @@ class Check:
             without positions.
         grounded: "free", "held" (some rigid motion is strained), or None without positions.
         mass: total mass [kg] (mean of the three directions), or None.
-        centre: (3,) of mass [m]; inertia: (3, 3) about the point asked; central_inertia: about the centre.
+        centre: (3,) of mass [m]; inertia: (3, 3) about the point asked; central_inertia: about the centre; all three
+            None where the mass differs by direction.
         free_motions: number of independent motions without strain.
         massless: labels without mass; slack: labels without stiffness.
         faults: what must be put right; warnings: what the user should know.
@@ -46,7 +47,9 @@ class Check:
                 ("strain energy of rigid motions", numbers(self.rigid_energy, 1)),
             ]
         if self.mass is not None:
-            rows += [("mass [kg]", f"{self.mass:.6g}"), ("centre of mass [m]", numbers(self.centre))]
+            rows += [("mass [kg]", f"{self.mass:.6g}")]
+        if self.centre is not None:
+            rows += [("centre of mass [m]", numbers(self.centre))]
             rows += [(f"inertia about {numbers(self.about, 3)} [kg m^2]", numbers(np.diag(self.inertia)))]
             rows += [("inertia about the centre [kg m^2]", numbers(np.diag(self.central_inertia)))]
             off = self.central_inertia[[0, 1, 0], [1, 2, 2]]

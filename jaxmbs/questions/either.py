@@ -44,7 +44,7 @@ def either(of_mechanism: Callable[P, M], of_linear: Callable[Q, L]) -> Question[
 
     parameters = ", ".join(str(p) for p in list(inspect.signature(of_linear).parameters.values())[1:])
     ask.__doc__ = (
-        f"{inspect.getdoc(of_mechanism)}\n\nOf a LinearSystem, with ({parameters}):\n\n{inspect.getdoc(of_linear)}"
+        f"{inspect.getdoc(of_mechanism)}\n\nOf a LinearSystem, with `({parameters})`:\n\n{inspect.getdoc(of_linear)}"
     )
     return cast(Question, ask)
 

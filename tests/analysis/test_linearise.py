@@ -201,3 +201,20 @@ def test_the_drive_of_a_planar_loop_is_released():
     slope = (four_bar_angles(0.7 + h)[2] - four_bar_angles(0.7 - h)[2]) / (2 * h)
     np.testing.assert_allclose(space.C, [[slope, 0.0]], atol=1e-8)
     np.testing.assert_allclose(space.A, [[0.0, 1.0], [0.0, 0.0]], atol=1e-12)
+
+
+def test_modes_and_responses_take_what_is_at_hand():
+    """A mechanism and a state, or what `linearise` made of them."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    b.body("bob", 1.0, com=(0.0, 0.0, -1.0), inertia=(0.1, 0.1, 0.1))
+    b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+    system = b.build()
+    state = mbs.State.at(system)
+    linear = mbs.linearise(system, state, inputs=("pin",), outputs=("pin",))
+    natural = np.sqrt(9.81 / 1.1)
+    np.testing.assert_allclose(mbs.modes(system, state).omega, natural, rtol=1e-9)
+    np.testing.assert_array_equal(mbs.modes(system, state).roots, mbs.modes(linear).roots)
+    found = mbs.frequency_response(linear, [1.0])
+    np.testing.assert_allclose(found[0, 0, 0], 1.0 / (1.1 * (natural**2 - 1.0)), rtol=1e-9)
+    with pytest.raises(TypeError, match="about a state"):
+        mbs.modes(system)
