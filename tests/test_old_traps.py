@@ -121,8 +121,15 @@ def test_time_is_the_last_argument_of_every_function(law):
         law(lambda t, x, v: 0.0 * x)
 
 
+class Thrice(mbs.AbstractScalarLaw):
+    """A user's law with three efforts for one rate."""
+
+    def effort(self, x, v, t):
+        return jnp.ones(3)
+
+
 BAD_LAWS = {
-    "an effort of three": (mbs.Actuator(lambda x, v, t: jnp.ones(3)), "joint", "gives shape (1, 3), not (1,)"),
+    "an effort of three": (Thrice(), "joint", "gives shape (1, 3), not (1,)"),
     "six numbers for a pair": (mbs.Wrench(lambda R, x, w, v, t: jnp.zeros(6)), "on", "too many values to unpack"),
     "two arguments": (mbs.Actuator(lambda x, t: x), "joint", "takes 2 positional arguments but 3 were given"),
 }

@@ -134,7 +134,7 @@ def _trace_rule(plan, kind, primals, tangents):
     return primals[1], jax.jvp(total, (primals[0],), (tangents[0],))[1]
 
 
-def inertia(factor: Factor) -> tuple[int, int]:
+def inertia(factor: Factor) -> tuple[Array, Array]:
     """(positive, negative) numbers of eigenvalues of a symmetric matrix, from its "ldl" factor.
 
     Padding is not counted.  Source: Sylvester's law; with A = K - w^2 M it counts the frequencies below w.

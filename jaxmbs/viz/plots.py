@@ -9,7 +9,7 @@ from ..dynamics.reactions import Reactions
 from ..model.system import System
 from ..motion.motion import Motion
 from ..palette import BLUE, GREEN, RED
-from ..typing import ArrayLike
+from ..typing import ArrayLike, Explained
 from .canvas import axes, curve, finish, stacked
 
 _UNITS = {
@@ -21,7 +21,9 @@ _UNITS = {
 }
 
 
-def plot_coordinates(system: System, motion: Motion, joints: Sequence[str] | None = None, ax: Any = None) -> Any:
+def plot_coordinates(
+    system: System, motion: Explained[Motion], joints: Sequence[str] | None = None, ax: Any = None
+) -> Any:
     """Joint coordinates along a motion, those of each unit in axes of their own, one above the other.
 
     Args:
@@ -57,7 +59,11 @@ def _units(topology, joint):
 
 
 def plot_reactions(
-    loads: Reactions, ts: ArrayLike, joints: Sequence[str] | None = None, moment: bool = False, ax: Any = None
+    loads: Explained[Reactions],
+    ts: ArrayLike,
+    joints: Sequence[str] | None = None,
+    moment: bool = False,
+    ax: Any = None,
 ) -> Any:
     """Size of the force [N] (or moment [N m]) that joints carry along a motion.
 
@@ -75,7 +81,7 @@ def plot_reactions(
     return finish(ax, "time [s]", "joint moment [N m]" if moment else "joint force [N]")
 
 
-def plot_energy(motion: Motion, ax: Any = None) -> Any:
+def plot_energy(motion: Explained[Motion], ax: Any = None) -> Any:
     """Kinetic and potential energy and their sum less all work [J]; below, the residual of that account.
 
     Args:

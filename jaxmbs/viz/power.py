@@ -7,6 +7,7 @@ import numpy as np
 from ..bondgraph.power import BondPowers
 from ..motion.motion import Motion
 from ..palette import COLORS, RED
+from ..typing import Explained
 from .canvas import axes, finish, stacked
 
 _SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
@@ -14,7 +15,7 @@ _HATCHES = (None, "////", "....")
 _MOST = 11  # elements told apart
 
 
-def plot_power(motion: Motion, powers: BondPowers, by: str = "element", ax: Any = None) -> Any:
+def plot_power(motion: Explained[Motion], powers: Explained[BondPowers], by: str = "element", ax: Any = None) -> Any:
     """Power [W] that every element feeds into the mechanism, stacked; what stores or dissipates counts negative.
 
     Below, the energies [J] that sources and drives fed in since the start and that motion, springs and resistors
