@@ -1,6 +1,6 @@
 """What the flat shells share: material fields, transformation to the plane, pressure."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -37,19 +37,19 @@ class AbstractShell(AbstractElement):
         """Rows x, y, z (3, 3) of the element's axes, z along its normal."""
         raise NotImplementedError
 
-    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
+    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Stiffness (3 k, 3 k) over u, v, drilling rotation of each node, and strains (3, 3 k) at the centre."""
         raise NotImplementedError
 
-    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
+    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Stiffness (3 k, 3 k) over w, rx, ry of each node, and curvatures (3, 3 k) at the centre."""
         raise NotImplementedError
 
-    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Array, Array]:
+    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Shape functions (q, k) at points of quadrature and the areas (q,) that belong to them."""
         raise NotImplementedError
 
-    def flat(self, nodes: Float[Array, "k 3"]) -> tuple[Array, Array]:
+    def flat(self, nodes: Float[Array, "k 3"]) -> tuple[Any, Array]:
         """Positions (k, 2) in the mean plane, and (6 k, 6 k) motions there in element axes from those of the nodes.
 
         A node off the plane carries its image rigidly.

@@ -1,5 +1,7 @@
 """Four-node shell: MITC4 bending, membrane with incompatible modes and drilling rotations."""
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -44,7 +46,7 @@ class Quadrilateral(AbstractShell):
         first, second = nodes[2] - nodes[0], nodes[3] - nodes[1]
         return across(first, second, first - second)
 
-    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Array | np.ndarray, Array]:
+    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Bilinear, at 2 x 2 points."""
         return _N.astype(xy.dtype), inverse_jacobian(_DN, xy)[1] * _WEIGHTS.astype(xy.dtype)
 
@@ -53,7 +55,7 @@ class Quadrilateral(AbstractShell):
         inverse, det = inverse_jacobian(slopes, xy)
         return inverse @ slopes.astype(xy.dtype), det
 
-    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Array | np.ndarray, Array]:
+    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Strain and drilling energies with the incompatible modes condensed."""
         slopes, det = self._slopes(xy, _DN)
         inverse0, det0 = inverse_jacobian(_DN0, xy)
@@ -66,7 +68,7 @@ class Quadrilateral(AbstractShell):
         K = condensed(K + G * jnp.einsum("q,qi,qj->ij", weight, turn, turn), 12)
         return K, _strains(self._slopes(xy, _DN0)[0], 3)[0]
 
-    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Array | np.ndarray, Array]:
+    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Curvature energy, and shear energy with tied shear angles."""
         slopes, det = self._slopes(xy, _DN)
         curvature, shear = _curvatures(slopes), self._shear(xy, _POINTS)

@@ -1,5 +1,7 @@
 """Three-node shell: discrete Kirchhoff bending, optimal membrane with drilling rotations."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -33,11 +35,11 @@ class Triangle(AbstractShell):
         first, second = nodes[1] - nodes[0], nodes[2] - nodes[0]
         return across(first, second, first)
 
-    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Array | np.ndarray, Array]:
+    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Linear, at the mid-sides."""
         return _MIDS.astype(xy.dtype), _area(xy) / 3 * jnp.ones(3, xy.dtype)
 
-    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Array | np.ndarray, Array]:
+    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Basic stiffness `L E L^T / (A t)` and the higher-order part of the optimal template."""
         area, E, L = _area(xy), plane_stress(self.young, self.poisson), _lumping(xy)
         natural = _natural(xy)
@@ -49,7 +51,7 @@ class Triangle(AbstractShell):
         beta = jnp.maximum((1.0 - 4.0 * self.poisson**2) / 2, 0.01)
         return self.thickness * (L @ E @ L.T / area + 0.75 * beta * T.T @ turning @ T), L.T / area
 
-    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Array | np.ndarray, Array]:
+    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Curvatures of quadratic rotations that meet Kirchhoff's condition along the sides."""
         D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
         curvature = _curvatures(xy, _MIDS)
