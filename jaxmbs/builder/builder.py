@@ -76,7 +76,7 @@ class SystemBuilder:
     def elastic(
         self,
         name: str,
-        body: ElasticBody,
+        body: Explained[ElasticBody],
         motions: Mapping[str, AbstractJoint] | None = None,
         position: ArrayLike | None = None,
         rotation: ArrayLike | None = None,

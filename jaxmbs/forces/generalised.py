@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 from ..typing import ArrayLike, Converted, ScalarLike
 from ._fields import law_function, number
@@ -23,6 +23,6 @@ class GeneralisedEffort(AbstractSystemLaw):
 
     function: Converted[Callable[..., Any]] = eqx.field(converter=law_function)
 
-    def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Float[Array, " nv"]:
+    def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Array:
         """The function's (nv,). Source: S2 (76)."""
         return number(self.function(coordinates, velocities, t))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..kinematics import constraints
+from ..kinematics.rows import constraint_jacobian, constraint_residual
 from ..model.system import System
 from .motion import Motion
 
@@ -38,7 +38,7 @@ def _saved(motion):
 
 def _open(system, state):
     """Names of joints and constraints whose position rows are open, worst first."""
-    f = np.abs(np.asarray(constraints.constraint_residual(system, state)))
+    f = np.abs(np.asarray(constraint_residual(system, state)))
     names = np.array(system.topology.row_joint)[system.topology.position_rows]
     order = [k for k in np.argsort(-f) if f[k] > _OPEN]
     return list(dict.fromkeys(str(names[k]) for k in order))
@@ -47,7 +47,7 @@ def _open(system, state):
 def _singular(system, state):
     """Names of joints whose constraint rows lost rank against the count at build."""
     top = system.topology
-    A = np.asarray(constraints.constraint_jacobian(system, state))
+    A = np.asarray(constraint_jacobian(system, state))
     A = A / np.maximum(np.linalg.norm(A, axis=1, keepdims=True), 1e-12)
     U, s, _ = np.linalg.svd(A, full_matrices=False)
     lost = [k for k in range(min(top.analysis.rank, len(s))) if s[k] < _SINGULAR * s[0]]
