@@ -9,6 +9,7 @@ from ..forces._fields import function
 from ..forces.ports import JointPort, port_of
 from ..forces.signals import as_signal
 from ..joints import AbstractClosure, Coupler, VelocityRows
+from ..math.host import as_array
 from ..model.frame import Pose
 from ..model.rows import CoupledJoints, Drive, UserRows, UserVelocityRows
 from ..model.system import ClosureGroup, ForceGroup, System
@@ -102,7 +103,7 @@ def _stack(values):
     ]
     if not known(values):
         return jnp.stack([jnp.asarray(v, float) for v in values])
-    return jnp.asarray(np.stack([np.asarray(v, float) for v in values]), float)
+    return as_array(np.stack([np.asarray(v, float) for v in values]))
 
 
 def _nodes(order, parent, via, joints, index):

@@ -13,6 +13,7 @@ from ..forces.base import AbstractLaw
 from ..joints import Coupler, Weld
 from ..joints.base import AbstractJoint
 from ..joints.closures import AbstractClosure, Rows, VelocityRows
+from ..math.host import as_array
 from ..math.precision import follow_precision
 from ..model.elastic import ElasticBody
 from ..model.frame import Pose
@@ -35,7 +36,7 @@ class SystemBuilder:
     """
 
     def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> None:
-        self.gravity = jnp.asarray(gravity, float)
+        self.gravity = as_array(gravity)
         self._bodies: dict[str, declared.Body] = {}
         self._frames: dict[str, declared.Frame] = {}
         self._joints: dict[str, declared.Joint] = {}

@@ -5,6 +5,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
+from ..math.host import as_array
 from ..model.frame import Pose
 
 GROUND = "ground"
@@ -67,7 +68,7 @@ class Constraint:
 
 def inertia_matrix(value):
     """(3, 3) from 0, three principal values or a matrix."""
-    value = jnp.asarray(value, float)
+    value = as_array(value)
     if value.shape == ():
         return value * jnp.eye(3)
     return jnp.diag(value) if value.shape == (3,) else value

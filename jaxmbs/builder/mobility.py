@@ -12,6 +12,7 @@ from ..joints.base import HALF_TURN
 from ..kinematics import constraints
 from ..kinematics.evaluate import evaluate, moved
 from ..kinematics.poses import neutral_coordinates
+from ..math.host import as_array
 from ..model.system import System
 from ..model.topology import Mobility
 
@@ -218,4 +219,4 @@ def _undetermined(carriers, B, Y, length):
 def with_analysis(system: System, found: Mobility, length) -> System:
     """The system with the counted mobility in its topology, and its characteristic length [m]."""
     topology = dataclasses.replace(system.topology, analysis=found)
-    return dataclasses.replace(system, topology=topology, length=jnp.asarray(length, float))
+    return dataclasses.replace(system, topology=topology, length=as_array(length))

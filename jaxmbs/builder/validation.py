@@ -155,9 +155,8 @@ def call_faults(law, port, displacement, size) -> list[str]:
 
 def system_law_faults(forces, topology) -> list[str]:
     """What one call of every law of the whole system says."""
-    sizes = jnp.zeros(topology.num_coordinates), topology.num_velocities
     laws = [force for force in forces if isinstance(force.law, AbstractSystemLaw)]
-    call = lambda law: call_faults(law, SystemPort(), (sizes[0],), sizes[1])  # noqa: E731
+    call = lambda law: call_faults(law, SystemPort(), (jnp.zeros(topology.num_coordinates),), topology.num_velocities)  # noqa: E731
     return [f"force {force.name!r}: {fault}" for force in laws for fault in call(force.law)]
 
 
