@@ -22,11 +22,12 @@ def concrete(x):
     return np.asarray(x) if known(x) else x
 
 
-def stack(values):
-    """Arrays of one shape on a new first axis; by NumPy where all are known, which compiles nothing."""
+def stack(values, dtype=None):
+    """Numbers of one shape on a new first axis, of a type or of their own; by NumPy where all are known, which
+    compiles nothing."""
     if not known(values):
-        return jnp.stack(values)
-    return as_array(np.stack([np.asarray(x) for x in values]), None)
+        return jnp.stack([jnp.asarray(x, dtype) for x in values])
+    return as_array(np.stack([np.asarray(x, dtype) for x in values]), None)
 
 
 def pair(pose: Pose):

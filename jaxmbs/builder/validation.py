@@ -8,7 +8,8 @@ from ..checks import faults_if, known, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..forces.ports import JointPort, LinePort, SystemPort, port_of
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
-from .declarations import GROUND, inertia_matrix, resolve
+from ..model.inertia import as_matrix
+from .declarations import GROUND, resolve
 
 
 def body_faults(body) -> list[str]:
@@ -30,7 +31,7 @@ def body_faults(body) -> list[str]:
 
 def _inertia_faults(where, body):
     with jax.ensure_compile_time_eval():  # a constant inside a traced build
-        matrix = np.asarray(inertia_matrix(body.inertia), float)
+        matrix = np.asarray(as_matrix(body.inertia), float)
     if not np.all(np.isfinite(matrix)):
         return [f"{where}: inertia is not finite"]
     scale = max(np.abs(matrix).max(), 1e-300)
