@@ -24,7 +24,7 @@ _INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
 
 
 def _precision():
-    return jnp.zeros(()).dtype
+    return jnp.result_type(float)
 
 
 def analyse(system: System, independent=None) -> tuple[Mobility, float]:
