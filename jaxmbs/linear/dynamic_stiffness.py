@@ -1,11 +1,16 @@
 """Direct frequency response: one solve of the dynamic stiffness per frequency, in chunks; block-sparse and dense."""
 
+from collections.abc import Callable
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array, Complex
 
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
+from ..typing import AnyArray, ArrayLike
 from . import checked
 
 
@@ -23,13 +28,13 @@ def direct_response(
     *,
     K: BlockMatrix,
     M: BlockMatrix,
-    load,
-    omega,
+    load: AnyArray,
+    omega: ArrayLike,
     C: BlockMatrix | None = None,
-    select=None,
+    select: Callable | None = None,
     chunk: int = 32,
     plan: Plan | None = None,
-):
+) -> Any:
     """x with `(K + i w C - w^2 M) x = f` at every frequency.
 
     Args:
@@ -53,7 +58,17 @@ def direct_response(
     return lax.map(at, jnp.asarray(omega, M.diagonal.dtype), batch_size=chunk)
 
 
-def dense_response(*, K, M, load, omega, C=None, loss=0.0, out=None, chunk: int = 32):
+def dense_response(
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    load: AnyArray,
+    omega: ArrayLike,
+    C: AnyArray | None = None,
+    loss: ArrayLike = 0.0,
+    out: AnyArray | None = None,
+    chunk: int = 32,
+) -> Complex[Array, "frequencies outputs columns"]:
     """Displacements of `(K (1 + i loss) + i w C - w^2 M) x = f` from dense matrices, one solve per frequency.
 
     Right for any damping, unsymmetric matrices and coordinates without mass; `receptance` is cheaper at many

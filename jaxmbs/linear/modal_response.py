@@ -9,6 +9,7 @@ from jax import lax
 
 from ..checks import known
 from ..math.eigen import same
+from ..typing import AnyArray, ArrayLike
 from .damping import coupled
 from .modes import Modes, natural_modes
 from .oscillations import ModalMotion, oscillations
@@ -16,7 +17,15 @@ from .symmetric import check_mass, check_symmetric
 
 
 def modal_response(
-    *, K, M, load, step, ratios=0.0, C=None, num: int | None = None, static_start: bool = False
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    load: AnyArray,
+    step: ArrayLike,
+    ratios: ArrayLike = 0.0,
+    C: AnyArray | None = None,
+    num: int | None = None,
+    static_start: bool = False,
 ) -> ModalMotion:
     """Displacement, velocity and acceleration (n, T) under a load (T, n) that is straight between samples, from rest.
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..forces import AbstractScalarLaw
-from ..typing import ScalarLike
+from ..typing import AnyArray, ScalarLike
 
 
 class Link(eqx.Module):
@@ -27,13 +27,13 @@ class Link(eqx.Module):
     coefficients: Float[Array, " k"]
     names: tuple = eqx.field(static=True)
 
-    def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]):
+    def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]) -> None:
         if not row:
             raise ValueError("a link needs at least one coordinate")
         self.law, self.names = law, tuple(row)
         self.coefficients = jnp.stack([jnp.asarray(value, float) for value in row.values()])
 
-    def forces(self, efforts) -> dict:
+    def forces(self, efforts: AnyArray) -> dict[str | tuple, Array]:
         """Forces (...) by name of efforts (...)."""
         return {
             name: c.astype(efforts.dtype) * efforts for name, c in zip(self.names, self.coefficients, strict=True)

@@ -1,6 +1,7 @@
 """Questions to linear systems: modes, frequency response, rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,6 +11,7 @@ from jax import lax
 from ..blocksparse import BlockMatrix, factor
 from ..checks import known
 from ..errors import ModelError
+from ..typing import ArrayLike, CoordinateLike
 from .block_modes import lowest_modes
 from .condensation import interface_basis, partition
 from .damping import complex_modes
@@ -62,12 +64,12 @@ def _with_mass(system, damped):
 
 def frequency_response(
     system: LinearSystem,
-    omega,
-    into: Sequence,
-    out: Sequence,
+    omega: ArrayLike,
+    into: Iterable[CoordinateLike],
+    out: Iterable[CoordinateLike],
     method: str = "direct",
-    loss=0.0,
-    **options,
+    loss: ArrayLike = 0.0,
+    **options: Any,
 ) -> TransferFunctions:
     """Displacements at names for unit forces at names: transfer functions with these labels.
 
@@ -110,7 +112,7 @@ def _of_blocks(system, omega, into, out, loss, options):
     return direct_response(K=K, M=system.mass, C=system.damping, load=load, omega=omega, select=select, **options)
 
 
-def equilibrium(system: LinearSystem, forces: Mapping | np.ndarray, free: bool = False) -> StaticResponse:
+def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse:
     """Rest under forces, `K x = f`; of a free structure the steady acceleration that they cause.
 
     Args:

@@ -1,6 +1,7 @@
 """Motion of linear systems under loads, and laws between their coordinates that are not linear: gaps, stops."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import diffrax
 import jax
@@ -12,6 +13,7 @@ from ..errors import SimulationError
 from ..math import lapack
 from ..math.interpolation import interval
 from ..math.jit import jit
+from ..typing import AnyArray, ArrayLike
 from .modal_response import modal_response
 from .motion import LinearMotion, Link, Modal
 from .static_response import StaticResponse
@@ -28,10 +30,10 @@ def simulate(
     system: LinearSystem,
     start: StaticResponse | tuple | None = None,
     *,
-    ts,
-    forces: Mapping | Callable | jax.Array | None = None,
+    ts: ArrayLike,
+    forces: Mapping | Callable | AnyArray | None = None,
     links: Sequence[Link] = (),
-    solver=None,
+    solver: Any = None,
     rtol: float | None = None,
     atol: float | None = None,
     gradient: str = "reverse",

@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..checks import known
 from ..math import square
+from ..typing import AnyArray
 
 
 class StaticResponse(eqx.Module):
@@ -27,22 +28,27 @@ class StaticResponse(eqx.Module):
         return jnp.all(jnp.isfinite(self.displacement), axis=-1)
 
 
-def static_response(*, K, load, M=None, rigid=None) -> StaticResponse:
+def static_response(
+    *, K: AnyArray, load: AnyArray, M: AnyArray | None = None, rigid: AnyArray | None = None
+) -> StaticResponse:
     """`K x = f`, or with rigid motions left `K x + M R a = f` with `R^T M x = 0`: inertia relief.
 
     Args:
         load: (..., n), any number of cases.
         M, rigid: mass (n, n) and R (n, d) of a free structure: `rigid_motions` of its nodes, or its rigid modes.
 
-    Raises: ValueError for a stiffness, if concrete, that is singular: held too little, or rigid motions missing.
+    Raises: ValueError for rigid motions without M and, if concrete, a stiffness that is singular: held too little, or
+    rigid motions missing.
     Source: S1 (3), (30).
     """
     f = load.reshape(-1, load.shape[-1]).T
-    n, d, weight = len(K), 0 if rigid is None else rigid.shape[1], 1.0
-    if d:
-        carried = M @ rigid
+    n, d, weight = len(K), 0, jnp.ones((), f.dtype)
+    if rigid is not None and M is None:
+        raise ValueError("it is inertia that balances free motions: give M with the rigid ones")
+    if rigid is not None and M is not None and rigid.shape[1]:
+        d, carried = rigid.shape[1], jnp.matmul(M, rigid)
         weight = lax.stop_gradient(jnp.max(jnp.abs(K)) / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
-        K = jnp.block([[K, weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
+        K = jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
         f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
     _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
     found = square.solve(K, f).T

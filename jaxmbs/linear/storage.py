@@ -9,11 +9,14 @@ from ..blocksparse import BlockMatrix
 from ..checks import known
 from ..elements.base import number
 from ..errors import ModelError
+from ..typing import ArrayLike
 
 #: Above this many coordinates a matrix is not made dense: reduce the component first.
 LARGEST = 10000
 
-Matrix = Inexact[Array, "n n"] | BlockMatrix | scipy.sparse.spmatrix | scipy.sparse.sparray
+SciPyMatrix = scipy.sparse.spmatrix | scipy.sparse.sparray
+Matrix = Inexact[Array, "n n"] | BlockMatrix | SciPyMatrix
+MatrixLike = ArrayLike | BlockMatrix | SciPyMatrix  # what a linear system is made of
 
 
 def stored(faults: list, **given) -> list:

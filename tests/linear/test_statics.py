@@ -36,6 +36,8 @@ def test_free_beam_pushed_in_the_middle():
         static_response(K=K, load=load)
     with pytest.raises(ValueError, match="other than those given"):
         static_response(K=K, load=load, M=M, rigid=rigid[:, :1])
+    with pytest.raises(ValueError, match="give M"):
+        static_response(K=K, load=load, rigid=rigid)
 
 
 def test_held_beam():
