@@ -1,6 +1,8 @@
 """The public face of every room is this list: a name that comes or goes is a decision, not an accident."""
 
 import importlib
+import importlib.util
+import inspect
 import pydoc
 
 import pytest
@@ -123,12 +125,25 @@ FACES = {
     """,
 }
 
+#: Where a function stands over the name of its module still: none may come, and one that is mended must leave.
+OVER = {
+    *("jaxmbs.coupling.base_motion", "jaxmbs.coupling.connect", "jaxmbs.coupling.stacked"),
+    *("jaxmbs.dynamics.reaction_bonds", "jaxmbs.dynamics.reactions", "jaxmbs.experiment.virtual_point"),
+}
+
 
 @pytest.mark.parametrize("room", FACES)
 def test_face(room):
     module = importlib.import_module(room)
     assert sorted(module.__all__) == sorted(FACES[room].split())
     assert all(hasattr(module, name) for name in module.__all__)
+
+
+def test_no_name_stands_over_a_module():
+    """Where a function has the name of its module, `import jaxmbs.linear.check` gives the function."""
+    names = [(importlib.import_module(room), name) for room in FACES for name in FACES[room].split()]
+    functions = [f"{room.__name__}.{name}" for room, name in names if not inspect.ismodule(getattr(room, name))]
+    assert {path for path in functions if importlib.util.find_spec(path)} == OVER
 
 
 @pytest.mark.parametrize("room", ["jaxmbs", "jaxmbs.viz", "jaxmbs.linear"])

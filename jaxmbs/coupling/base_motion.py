@@ -5,8 +5,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..linear.condensation import interface_basis
-from ..linear.modal_response import modal_response
-from ..linear.oscillations import modal_motion
+from ..linear.oscillators import modal_motion
+from ..linear.response_in_modes import modal_response
 from ..linear.system import LinearSystem
 from ..reductions.base import explicit
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
-from ..linear.oscillations import modal_motion
+from ..linear.oscillators import modal_motion
 from ..math.eigen import eigh
 from ..reductions.base import Reduced
 

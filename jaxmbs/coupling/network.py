@@ -10,7 +10,7 @@ from jaxtyping import Array
 from ..checks import no_such
 from ..errors import ModelError, UnknownNameError
 from ..linear.motion import LinearMotion
-from ..linear.static_response import StaticResponse
+from ..linear.rest import StaticResponse
 from ..linear.system import LinearSystem
 from .dual import dual_response, self_stresses
 from .loads import BondLoads, Determinacy, by_bond

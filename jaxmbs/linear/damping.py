@@ -11,7 +11,7 @@ from ..checks import known
 from ..math import square
 from ..math.eigen import eig, spectral
 from ..typing import AnyArray, ArrayLike, Number
-from .modes import Modes, stable_modes
+from .eigenmodes import Modes, stable_modes
 from .storage import Matrix
 from .symmetric import check_mass
 

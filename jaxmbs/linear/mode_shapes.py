@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from ..math import lapack
 from ..math.eigen import same
 from ..typing import AnyArray
-from .modes import Modes
+from .eigenmodes import Modes
 
 
 def mode_ratios(modes: Modes, coordinate: int = 0) -> Float[Array, "n m"]:

@@ -16,10 +16,10 @@ from .block_modes import lowest_modes
 from .condensation import interface_basis, partition
 from .damping import complex_modes
 from .dynamic_stiffness import dense_response, direct_response
-from .modes import Modes, natural_modes
-from .receptance import receptance
-from .rigid_motions import rigid_rows
-from .static_response import StaticResponse, static_response
+from .eigenmodes import Modes, natural_modes
+from .receptances import receptance
+from .rest import StaticResponse, static_response
+from .rigid import rigid_rows
 from .system import LinearSystem
 from .transfer import TransferFunctions
 

@@ -5,16 +5,16 @@ import inspect
 from collections.abc import Callable
 from typing import ParamSpec, Protocol, TypeVar, cast, overload, runtime_checkable
 
-from ..analysis.equilibrium import equilibrium as mechanism_equilibrium
-from ..analysis.linearise import frequency_response as state_space_response
-from ..analysis.modes import modes as linearised_modes
+from ..analysis.linearisation import frequency_response as state_space_response
+from ..analysis.mechanism_modes import modes as linearised_modes
+from ..analysis.rest import equilibrium as mechanism_equilibrium
 from ..coupling.network import reactions as network_reactions
 from ..dynamics.reactions import reactions as mechanism_reactions
-from ..linear.check import check as linear_check
+from ..linear.integrate import simulate as linear_simulate
 from ..linear.questions import equilibrium as linear_equilibrium
 from ..linear.questions import frequency_response as linear_response
 from ..linear.questions import modes as linear_modes
-from ..linear.simulate import simulate as linear_simulate
+from ..linear.soundness import check as linear_check
 from ..linear.system import LinearSystem
 from ..model.system import System
 from ..motion.integrate import simulate as mechanism_simulate

@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..linear.condensation import partition
-from ..linear.modes import complete, natural_modes
+from ..linear.eigenmodes import complete, natural_modes
 from ..linear.system import LinearSystem
 from ..math import lapack
 from ..typing import AnyArray, Scalar

@@ -127,7 +127,7 @@ def labelled(system: LinearSystem, **counts: int) -> tuple:
 def admitted(system: LinearSystem) -> tuple:
     """Interior and interface, stiffness and mass, which a reduction takes for symmetric: NaN if traced and not so.
 
-    Raises: ValueError, if concrete, as `modes.check_symmetric`.
+    Raises: ValueError, if concrete, as `symmetric.check_symmetric`.
     """
     inner, outer = partition(system.num_rows, system.interface)
     return inner, outer, *symmetric(stiffness=system.stiffness, mass=system.mass)

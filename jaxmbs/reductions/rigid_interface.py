@@ -10,7 +10,7 @@ from ..checks import known
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear.condensation import partition
-from ..linear.rigid_motions import rigid_motions
+from ..linear.rigid import rigid_motions
 from ..linear.system import LinearSystem
 from ..math import square
 from ..typing import AnyArray, ArrayLike, RowsLike

@@ -12,8 +12,8 @@ from jaxmbs.coupling import connect, couple, rigid, stacked
 from jaxmbs.coupling.dual import dual_response
 from jaxmbs.coupling.primal import elastic_bond, interface_reactions, join
 from jaxmbs.linear import interface_basis, modes
-from jaxmbs.linear.modes import natural_modes
-from jaxmbs.linear.oscillations import modal_motion
+from jaxmbs.linear.eigenmodes import natural_modes
+from jaxmbs.linear.oscillators import modal_motion
 from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Physical, Rubin, reduce
 from jaxmbs.reductions.recovery import harmonic
 from tests.structural_matrices import beam, chain, component, kw

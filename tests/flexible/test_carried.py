@@ -10,7 +10,7 @@ from jaxmbs.coupling import couple, stacked
 from jaxmbs.elements import PointMass
 from jaxmbs.fem import Structure, assemble, body_load, collect
 from jaxmbs.flexible import carried_loads, mass_properties
-from jaxmbs.flexible.floating_frame import rigid_basis
+from jaxmbs.flexible.floating import rigid_basis
 from jaxmbs.linear import LinearSystem, check
 from jaxmbs.reductions import Physical, reduce
 from tests.flexible.beams import beam_structure, chain_of_beams, random_state

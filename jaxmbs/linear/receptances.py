@@ -40,7 +40,7 @@ def receptance(
         into: coordinates, or columns (n, inputs) of loads.
         C: damping (n, n) that does not couple the modes (`proportional`, `modal`).
         loss: loss factor of the whole stiffness.
-        num: modes kept; a group of equal frequencies must not be cut (`modes.complete`).
+        num: modes kept; a group of equal frequencies must not be cut (`eigenmodes.complete`).
         residual: what the other modes add statically; without it they are left out.
         chunk: frequencies worked on together: memory grows with this.
 

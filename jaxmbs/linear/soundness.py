@@ -6,7 +6,7 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..typing import ArrayLike
 from .report import Check, names, numbers
-from .rigid_motions import rigid_rows
+from .rigid import rigid_rows
 from .system import LinearSystem
 
 

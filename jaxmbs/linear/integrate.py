@@ -14,9 +14,9 @@ from ..math import lapack
 from ..math.interpolation import interval
 from ..math.jit import jit
 from ..typing import AnyArray, ArrayLike
-from .modal_response import modal_response
 from .motion import LinearMotion, Link, Modal
-from .static_response import StaticResponse
+from .response_in_modes import modal_response
+from .rest import StaticResponse
 from .system import LinearSystem
 
 _ADJOINTS = {
