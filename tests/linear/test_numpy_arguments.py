@@ -27,10 +27,10 @@ CALLS = {
     "static_response": lambda K, M, C, w, x: linear.static_response(K=K, load=x).displacement,
     "rigid_motions": lambda K, M, C, w, x: linear.rigid_motions(x, [1.0, 2.0, 3.0]),
     "interface_basis": lambda K, M, C, w, x: linear.interface_basis(K, np.array([0])),
-    "mobility": lambda K, M, C, w, x: linear.mobility(1j * x[:2, :1, None], w),
+    "mobility": lambda K, M, C, w, x: linear.mobility(x[:2, :1, None].astype(complex), w),
     "mode_acceleration": lambda K, M, C, w, x: reductions.mode_acceleration(WHOLE, x, 2 * x, 3 * x, x),
     "interface_forces": lambda K, M, C, w, x: reductions.interface_forces(WHOLE, x, 2 * x, 3 * x, x),
-    "harmonic": lambda K, M, C, w, x: reductions.harmonic(1j * x[:2], w)[2],
+    "harmonic": lambda K, M, C, w, x: reductions.harmonic(x[:2].astype(complex), w)[2],
     "element_loads": lambda K, M, C, w, x: reductions.element_loads(K, C, x),
     "averaged_motion": lambda K, M, C, w, x: reductions.averaged_motion(POINTS, (0.0, 0.0, 0.0), K[0] + 2, False),
 }
