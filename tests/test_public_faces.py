@@ -88,10 +88,10 @@ FACES = {
         read_dmig read_matrix_market read_op4 read_uff write_uff
     """,
     "jaxmbs.linear": """
-        Check LinearMotion LinearSystem Link Modal ModalMotion Modes StaticResponse TransferFunctions
+        Check HarmonicResponse LinearMotion LinearSystem Link Modal ModalMotion Modes StaticResponse TransferFunctions
         accelerance acceleration_gain base_load block_matrices check complex_modes constraint_modes coupled
         damped_frequency dense_response direct_response effective_masses equilibrium frequency_response
-        gain_from_mobility generalised_stiffness interface_basis lowest_modes mac mobility
+        gain_from_mobility generalised_stiffness harmonic_response interface_basis lowest_modes mac mobility
         mobility_from_gain modal modal_motion modal_receptance modal_response mode_ratios modes
         natural_modes oscillations participation partition proportional proportional_from_ratios receptance
         rigid_motions simulate static_response structural superpose track transmissibility

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from ..linear.system import LinearSystem
 from ..reductions.base import explicit
 from .blocks import Components
-from .dual import dynamic_stiffness
+from .dual import impedance
 
 
 def stacked(
@@ -26,7 +26,7 @@ def stacked(
     parts = [explicit(c) for c in components]
     if len({(c.num_interface, c.num_rows) for c in parts}) > 1:
         raise ValueError("components of one group have the same numbers of interface and inner coordinates")
-    matrices = jnp.stack([dynamic_stiffness(c, omega) for c in parts])
+    matrices = jnp.stack([impedance(c, omega) for c in parts])
     zero = jnp.zeros(matrices.shape[1], matrices.dtype)
     pairs = zip(parts, forces, strict=True)
     loads = [zero if f is None else (c.basis.T.astype(f.dtype) @ f).astype(matrices.dtype) for c, f in pairs]

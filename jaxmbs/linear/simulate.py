@@ -81,7 +81,8 @@ def _in_modes(system, start, ts, forces, links, modal):
     options = {"num": modal.num, "static_start": modal.static_start}
     found = modal_response(**matrices, load=load, step=ts[1] - ts[0], ratios=ratios, **options)
     none = jnp.zeros((len(ts), 0), load.dtype)
-    return LinearMotion(ts, *found, none, (forces,), jnp.array(True))
+    given = None if modal.ratios is None else jnp.asarray(ratios, system.dtype)
+    return LinearMotion(ts, *found, none, (forces,), jnp.array(True), given)
 
 
 def _state(system, start):

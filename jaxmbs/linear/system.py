@@ -8,10 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..blocksparse import BlockMatrix
 from ..errors import ModelError, UnknownNameError
 from .labels import labels_of, places_of, rows_of, spoken
-from .storage import Matrix, dense, num_rows, stored
+from .storage import Matrix, dense, dtype_of, num_rows, stored
 
 
 class LinearSystem(eqx.Module):
@@ -105,14 +104,13 @@ class LinearSystem(eqx.Module):
     @property
     def dtype(self):
         """Of the numbers in the matrices."""
-        A = self.stiffness
-        return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
+        return dtype_of(self.stiffness)
 
     def load(self, forces: Mapping | Array) -> Array:
         """Forces (..., n) on the coordinates.
 
-        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times or
-            cases first; or already (..., n).
+        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times,
+            frequencies or cases first; or already (..., n).  Complex ones are amplitudes.
 
         Raises: UnknownNameError; ValueError for another shape.
         """
@@ -121,14 +119,16 @@ class LinearSystem(eqx.Module):
             if forces.shape[-1:] != (self.num_rows,):
                 raise ValueError(f"forces have shape {forces.shape}, not (..., {self.num_rows})")
             return forces
-        parts = [jnp.zeros(self.num_rows, self.dtype)]
-        for name, force in forces.items():
+        given = {name: jnp.asarray(force) for name, force in forces.items()}
+        dtype = np.result_type(self.dtype, np.complex64) if any(map(jnp.iscomplexobj, given.values())) else self.dtype
+        parts = [jnp.zeros(self.num_rows, dtype)]
+        for name, force in given.items():
             rows, labels = self.outputs(name)
-            force = jnp.asarray(force, self.dtype)
+            force = force.astype(dtype)
             force = force[..., None] if len(labels) == 1 else force
             if force.shape[-1:] != (len(labels),):
                 raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(labels)})")
-            parts.append(force @ rows)
+            parts.append(force @ rows.astype(dtype))
         shape = np.broadcast_shapes(*(part.shape for part in parts))
         return sum(jnp.broadcast_to(part, shape) for part in parts)
 
