@@ -3,29 +3,38 @@
 from collections.abc import Mapping
 
 from ..errors import ModelError
+from ..linear.system import LinearSystem
 from ..reductions.base import explicit
 from .bonds import Bond, resolved_in
 from .network import Network
+from .places import apart
 from .primal import joined
 from .ties import joint_numbers, ties
 
 
-def connect(components: Mapping, bonds: Mapping[str, Bond]) -> Network:
+def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True) -> Network:
     """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: a linear system with bonds.
 
     `connect({"stage": a, "payload": b}, {"bolts": rigid("stage.top", "payload.foot")})`.  What no bond ties stays
     free.
 
     Args:
-        components: by name, linear systems, whole or reduced, their interface where bonds may be.
+        components: by name, linear systems, whole or reduced, their interface where bonds may be; a mechanism as
+            `linearise` gives it.
         bonds: by name; a bushing is a component of its own, with the bond's name.
+        places: whether joined nodes must stand at one place, where their positions are known.
 
-    Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already.
+    Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already,
+    nodes that are apart.
     Source: S1 (1)-(3), (9)-(12), (21)-(25).
     """
+    components = {name: _noun(c) for name, c in components.items()}
     found = ties(components, bonds)
+    faults = apart(components, bonds, found) if places else []
+    if faults:
+        raise ModelError(faults)
     elements = {name: bond.element for name, bond in bonds.items() if bond.element is not None}
-    parts = {name: explicit(c) for name, c in (dict(components) | elements).items()}
+    parts = {name: explicit(c) for name, c in (components | elements).items()}
     positions = _places(components, bonds)
     parts = _turned(parts, bonds, found)
     joints = joint_numbers({name: c.num_interface for name, c in parts.items()}, found)
@@ -34,6 +43,12 @@ def connect(components: Mapping, bonds: Mapping[str, Bond]) -> Network:
     return Network(
         components=parts.values(), places=places, names=parts, bonds=found.items(), joints=joints, **options
     )
+
+
+def _noun(component):
+    """The linear system that a component is, or has: small motions of a mechanism, a floating frame."""
+    own = component if isinstance(component, LinearSystem) else getattr(component, "system", None)
+    return own if isinstance(own, LinearSystem) else component
 
 
 def _labelled(parts, joints):

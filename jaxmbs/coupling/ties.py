@@ -7,6 +7,7 @@ from ..checks import no_such
 from ..elements import DIRECTIONS
 from ..elements.base import are_axes
 from ..errors import ModelError
+from ..linear.labels import rows_of
 from ..linear.system import LinearSystem
 from .bonds import GROUND, Bond
 
@@ -91,17 +92,18 @@ def _coordinates(end, components, faults):
     component = components[name]
     count, names = component.num_interface, [component.coordinates[i] for i in component.interface]
     nodes = [w for w in which or () if isinstance(w, str)]
-    missing = [node for node in nodes if node not in {n for n, _ in names}]
+    missing = []
+    at = rows_of(nodes, names, missing)
     stray = [k for k in which or () if not isinstance(k, str) and not 0 <= k < count]
     if missing:
-        faults.append(f"interface of {name!r}: {no_such('node', missing[0], dict.fromkeys(n for n, _ in names))}")
+        faults.append(f"interface of {name!r}: {missing[0]}")
     if stray:
         faults.append(f"{name!r} has {count} interface coordinates, none with the number {stray[0]}")
     if missing or stray:
         return [], ()
     chosen = range(count) if which is None else which
     if nodes:
-        chosen = [k for k, (node, _) in enumerate(names) if node in nodes]
+        chosen = at
     labels = tuple(names[k][1] or str(place) for place, k in enumerate(chosen))
     return [(name, int(k)) for k in chosen], labels
 

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError, UnknownNameError
+from ..typing import ArrayLike
 from .labels import labels_of, places_of, rows_of, spoken
 from .storage import Matrix, dense, dtype_of, num_rows, stored
 
@@ -139,6 +140,12 @@ class LinearSystem(eqx.Module):
         if faults:
             raise ModelError(faults)
         return self.changed(interface=rows)
+
+    def moved(self, by: ArrayLike) -> "LinearSystem":
+        """The same system at another place, all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
+        if self.positions is None:
+            raise ModelError(["what has no positions cannot be moved: LinearSystem(..., positions=...)"])
+        return self.changed(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
 
     def with_damping(self, damping) -> "LinearSystem":
         """The same system with another damping matrix (n, n): see `proportional`, `modal`."""

@@ -120,7 +120,9 @@ def test_amplitudes_are_those_of_the_transfer_functions():
     asked = {"into": ["panel.edge z", "mast.middle x"], "out": ["stage.knee y"]}
     H = mbs.frequency_response(net, omega, **asked, loss=0.05).values[:, 0]
     rows, _ = net.outputs("stage.knee y")
-    np.testing.assert_allclose(np.asarray(found.displacement) @ np.asarray(rows[0]), H[:, 0] * push + 3.0 * H[:, 1], rtol=1e-9)
+    np.testing.assert_allclose(
+        np.asarray(found.displacement) @ np.asarray(rows[0]), H[:, 0] * push + 3.0 * H[:, 1], rtol=1e-9
+    )
     loads = mbs.reactions(net, found)
     assert loads.ok and loads["bolts"].force.shape == (2, 3)
     sheet = assemble(Structure(*GIRDER), blocks=True)
@@ -178,7 +180,7 @@ def test_determinate_and_redundant_bonds_by_name():
 WRONG = [
     ({"b.c": bushing("stage.foot", stiffness=np.ones(6))}, "bond 'b.c': a name without a dot"),
     ({"b": rigid("nothing")}, "bond 'b': there is no component 'nothing'"),
-    ({"b": rigid(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no node 'tip'"),
+    ({"b": rigid(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no coordinate or node 'tip'"),
     ({"b": rigid(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
     ({"b": rigid(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
     ({"b": joint(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),
@@ -199,6 +201,37 @@ def test_faults(bonds, said):
     with pytest.raises(ModelError) as error:
         connect(parts, bonds)
     assert said in str(error.value)
+
+
+def test_ends_by_coordinate():
+    """A prop under one coordinate, by its name."""
+    by_name, by_number = (
+        connect({"stage": PARTS["stage"]}, {"prop": rigid(end)}) for end in ("stage.top y", ("stage", (13,)))
+    )
+    np.testing.assert_array_equal(by_name.stiffness, by_number.stiffness)
+    assert by_name.bonds[0][1].labels == ("y",)
+
+
+def test_joined_nodes_must_be_at_one_place():
+    """Told by name, with the distance and the way out; a prop may stand on what is below it."""
+    parts = {"stage": PARTS["stage"], "mast": PARTS["mast"].moved((0.0, 0.0, 0.5))}
+    bolts = {"bolts": rigid("stage.top", "mast.root")}
+    with pytest.raises(ModelError) as error:
+        connect(parts, bolts)
+    told = str(error.value)
+    assert "bond 'bolts': stage.top and mast.root are 0.5 apart" in told
+    assert "`mast.moved((0, 0, -0.5))`" in told and "places=False" in told
+    net = connect(parts | {"mast": parts["mast"].moved((0, 0, -0.5))}, bolts)
+    np.testing.assert_allclose(net.stiffness, connect(parts, bolts, places=False).stiffness)
+    assert connect(parts, {"prop": rigid("stage.top z", "mast.root z")}).num_rows == 35
+    for bond in (rigid("stage.top y", "mast.root y"), bushing("stage.top", "mast.root", stiffness=[1.0] * 6)):
+        with pytest.raises(ModelError, match="0.5 apart"):
+            connect(parts, {"b": bond})
+    tilted = joint("stage.top", "mast.root", free="x y rx ry rz", axes=np.diag([1.0, -1.0, -1.0]))
+    assert connect(parts, {"b": tilted}).num_rows == 35
+    jax.eval_shape(lambda z: connect(parts | {"mast": PARTS["mast"].moved(z)}, bolts).stiffness, np.zeros(3))
+    with pytest.raises(ModelError, match="no positions cannot be moved"):
+        component(*beam(2), (0, 1)).moved((1, 0, 0))
 
 
 def test_wrong_numbers_and_names():
