@@ -55,7 +55,7 @@ FACES = {
         SystemBuilder
     """,
     "jaxmbs.coupling": """
-        BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy ModalPairs Network
+        BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs Network
         base_motion bushing connect couple cqc_correlation equivalent_impulse interface_pattern joint
         limit_loads modal_pairs peak_response reactions rigid shortfall stacked
     """,

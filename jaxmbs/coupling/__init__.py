@@ -14,6 +14,7 @@ from .limits import (
     shortfall,
 )
 from .loads import BondLoad, BondLoads, Determinacy
+from .measured import MeasuredNetwork
 from .network import Network, reactions
 from .stacked import stacked
 
@@ -25,6 +26,7 @@ __all__ = [
     "Components",
     "CoupledResponse",
     "Determinacy",
+    "MeasuredNetwork",
     "ModalPairs",
     "Network",
     "base_motion",

@@ -7,8 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import no_such
-from ..errors import ModelError, UnknownNameError
+from ..errors import ModelError
 from ..linear.harmonic import HarmonicResponse
 from ..linear.motion import LinearMotion
 from ..linear.static_response import StaticResponse
@@ -16,7 +15,7 @@ from ..linear.system import LinearSystem
 from .dual import self_stresses
 from .loads import BondLoads, Determinacy, by_bond
 from .primal import Assembly, interface_reactions
-from .ties import Ties
+from .ties import Ties, component_of
 
 
 class Network(Assembly):
@@ -57,9 +56,7 @@ class Network(Assembly):
         return jnp.concatenate(rows), tuple(labels)
 
     def _component(self, name):
-        component, own = name.partition(".")[::2] if isinstance(name, str) else name
-        if component not in self.names:
-            raise UnknownNameError(no_such("component", component, self.names))
+        component, own = component_of(name, self.names)
         return self.names.index(component), own
 
     def load(self, forces: Mapping | Array) -> Array:

@@ -8,13 +8,15 @@ from ..checks import known
 from ..elements import DIRECTIONS
 from ..linear.system import LinearSystem
 from .bonds import Bond
-from .ties import Ties
+from .ties import Channels, Ties
 
 #: How far apart joined nodes may be, of the size of all components together.
 NEAR = 1e-3
 
 
-def apart(components: Mapping[str, LinearSystem], bonds: Mapping[str, Bond], found: Mapping[str, Ties]) -> list[str]:
+def apart(
+    components: Mapping[str, LinearSystem | Channels], bonds: Mapping[str, Bond], found: Mapping[str, Ties]
+) -> list[str]:
     """Faults of bonds between nodes that are apart; only where positions are known.
 
     A tie along e of points that are r apart is that of a rigid link where r is along e, and wrong by `|r x e|`
@@ -26,7 +28,8 @@ def apart(components: Mapping[str, LinearSystem], bonds: Mapping[str, Bond], fou
     size = np.linalg.norm(np.ptp(np.concatenate(placed), axis=0))
     faults = []
     for name, bond in bonds.items():
-        lever, *gap = max((_gap(components, bond, found[name], k) for k in found[name].kept), key=lambda g: g[0])
+        gaps = [_gap(components, bond, found[name], k) for k in found[name].kept]
+        lever, *gap = max(gaps, key=lambda gap: gap[0], default=(0.0,))
         if lever > NEAR * size:
             faults.append(f"bond {name!r}: {_told(*gap)}")
     return faults

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..math import lapack
+from . import lapack
 
 
 def regular_inverse(A, rank: int | None = None, rcond: float = 0.0, noise=0.0, weights=None):
