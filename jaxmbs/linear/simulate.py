@@ -12,6 +12,7 @@ from ..errors import SimulationError
 from ..math import lapack
 from ..math.interpolation import interval
 from ..math.jit import jit
+from ..math.reverse_only import FORWARD_MODE, reverse_only
 from .modal_response import modal_response
 from .motion import LinearMotion, Link, Modal
 from .static_response import StaticResponse
@@ -97,6 +98,8 @@ def _state(system, start):
 @jit
 def _integrate(system, ts, forces, links, start, tolerances, options):
     solver, gradient, max_steps = options
+    if gradient == "reverse":
+        system, ts, forces, links, start = reverse_only((system, ts, forces, links, start), FORWARD_MODE)
     K, C, M = system.stiffness, system.damping, system.mass
     rows = [system.load(link.forces(jnp.ones((), M.dtype))) for link in links]
     rows = jnp.stack(rows) if rows else jnp.zeros((0, len(M)), M.dtype)
