@@ -56,8 +56,8 @@ FACES = {
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs Network
-        base_motion bushing connect couple cqc_correlation equivalent_impulse interface_pattern joint
-        limit_loads modal_pairs peak_response reactions rigid shortfall stacked
+        base_motion bushing connect coupled_response cqc_correlation equivalent_impulse interface_pattern joint
+        limit_loads modal_pairs peak_response reactions rigid shortfall
     """,
     "jaxmbs.demo": """
         run

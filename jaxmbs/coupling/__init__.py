@@ -1,7 +1,7 @@
 """Components joined: bonds, networks, the loads of their bonds, and limits of these."""
 
 from .base_motion import BaseMotion, base_motion
-from .blocks import Components, CoupledResponse, couple, interface_pattern
+from .blocks import Components, CoupledResponse, coupled_response, interface_pattern
 from .bonds import Bond, bushing, joint, rigid
 from .connect import connect
 from .limits import (
@@ -16,7 +16,6 @@ from .limits import (
 from .loads import BondLoad, BondLoads, Determinacy
 from .measured import MeasuredNetwork
 from .network import Network, reactions
-from .stacked import stacked
 
 __all__ = [
     "BaseMotion",
@@ -32,7 +31,7 @@ __all__ = [
     "base_motion",
     "bushing",
     "connect",
-    "couple",
+    "coupled_response",
     "cqc_correlation",
     "equivalent_impulse",
     "interface_pattern",
@@ -43,5 +42,4 @@ __all__ = [
     "reactions",
     "rigid",
     "shortfall",
-    "stacked",
 ]
