@@ -96,8 +96,8 @@ for k in (0, -1):
 # ## An arm of finite elements
 # Six tubes, three beam elements each, welded end to end: one body each in the mechanism, with the mass of its own
 # elements. A motor swings the arm with a payload at its tip. `carried_loads` puts weight, inertia and the payload's
-# reaction on the nodes; `connect` joins the tubes by bonds with names, whose forces are asked. The design is the radius
-# of every tube.
+# reaction on the nodes; `connect` joins the tubes by named bonds, whose forces are asked. The design is the radius of
+# every tube.
 
 # %%
 PIECES, END = 6, "3"
