@@ -33,8 +33,9 @@ class Bond(eqx.Module):
 def rigid(first, second=GROUND) -> Bond:
     """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
 
-    Args: first, second: a component's name (its whole interface) or one of its nodes, "stage.top"; or `(name, node)`,
-        `(name, nodes)`, `(name, numbers)` of interface coordinates; second also "ground".  Source: S1 (1)-(2).
+    Args: first, second: a component's name (its whole interface), one of its nodes, "stage.top", or a coordinate,
+        "stage.top z"; or `(name, node)`, `(name, nodes)`, `(name, numbers)` of interface coordinates; second also
+        "ground".  Source: S1 (1)-(2).
     """
     return Bond((_end(first), _end(second)))
 

@@ -101,7 +101,7 @@ def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Se
     """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - Q`.
 
     Args:
-        xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes (see `recovery.harmonic`).
+        xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes.
         shares: generalised forces on the components (r_c, ...), None for none.
 
     With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (17)-(25).
@@ -158,9 +158,9 @@ def _assemble(places, blocks, size):
 
 def _sum(places, parts, size):
     given = [(p, f) for p, f in zip(places, parts, strict=True) if f is not None]
-    total = jnp.zeros((size + 1, *given[0][1].shape[1:]), given[0][1].dtype)
+    total = jnp.zeros((size + 1, *given[0][1].shape[1:]), np.result_type(*(f.dtype for _, f in given)))
     for place, f in given:
-        total = total.at[np.array(place)].add(f)
+        total = total.at[np.array(place)].add(f.astype(total.dtype))
     return total[:-1]
 
 

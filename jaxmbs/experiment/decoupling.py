@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import jax
 
+from ..coupling.uncoupled import check_alike
 from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
-from .inverse import regular_inverse
-from .transfer import check_alike
+from ..math.regular_inverse import regular_inverse
 
 #: A channel of both, or its name in the assembled structure and in the component.
 Shared = str | tuple[str, str]

@@ -7,10 +7,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..coupling.transfer_functions import with_stiffness
 from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
-from .inverse import regular_inverse
+from ..math.regular_inverse import regular_inverse
 
 
 class FreeResponse(NamedTuple):
@@ -92,11 +93,7 @@ def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiff
         raise ModelError([f"the rig's stiffness has shape {Z.shape}; {n} channels need ({n}, {n}) at each frequency"])
     B = measured.to("receptance")
     Z = Z if Z.ndim == 3 else Z[None]
-    rows = B.values[:, B.rows(channels)]
-    into = B.values[:, :, B.columns(channels)] @ Z
-    inner = rows[:, :, B.columns(channels)] @ Z
-    free = B.values + into @ jax.vmap(square.solve)(jnp.eye(n, dtype=Z.dtype)[None] - inner, rows)
-    return B.replace(free).to(measured.kind)
+    return with_stiffness(B, channels, -Z).to(measured.kind)
 
 
 def measured_stiffness(

@@ -23,6 +23,7 @@ from .gains import (
     mobility_from_gain,
     superpose,
 )
+from .harmonic import HarmonicResponse, harmonic_response
 from .integrate import simulate
 from .mode_shapes import effective_masses, mac, mode_ratios, participation, track
 from .motion import LinearMotion, Link, Modal
@@ -39,6 +40,7 @@ from .transfer import TransferFunctions
 
 __all__ = [
     "Check",
+    "HarmonicResponse",
     "LinearMotion",
     "LinearSystem",
     "Link",
@@ -63,6 +65,7 @@ __all__ = [
     "frequency_response",
     "gain_from_mobility",
     "generalised_stiffness",
+    "harmonic_response",
     "interface_basis",
     "lowest_modes",
     "mac",

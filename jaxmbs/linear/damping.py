@@ -58,6 +58,18 @@ def _modal_rate(values, ratios, moving):
     return jnp.where(still, 0.0, 2.0 * ratios * jnp.sqrt(jnp.where(still, 1.0, values)) * moving)
 
 
+def modal_lag(*, K: AnyArray, M: AnyArray, ratios: ArrayLike, velocity: AnyArray) -> Array:
+    """Displacements (..., n) whose elastic forces `K y` are those of the damping `modal` at velocities (..., n)."""
+    modes = lax.stop_gradient(stable_modes(K=K, M=M))
+    moving = (~modes.is_rigid).astype(K.dtype)
+    return velocity @ M @ spectral(_modal_time, K, M, jnp.asarray(ratios, K.dtype), moving)
+
+
+def _modal_time(values, ratios, moving):
+    still = moving < 0.75
+    return jnp.where(still, 0.0, 2.0 * ratios * moving / jnp.sqrt(jnp.where(still, 1.0, values)))
+
+
 def coupled(C: AnyArray) -> Bool[Array, ""]:
     """() whether a damping in natural modes (n, n) couples them: by more than 1e3 roots of rounding of their own."""
     own, root = jnp.abs(jnp.diagonal(C)), jnp.finfo(C.dtype).eps ** 0.5

@@ -12,14 +12,15 @@ from jaxtyping import Array, Complex
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
 from ..typing import AnyArray, ArrayLike
 from . import checked
+from .storage import dtype_of
 
 
-def dynamic_stiffness(stiffness: BlockMatrix, damping: BlockMatrix | None, mass: BlockMatrix, omega) -> BlockMatrix:
-    """`K + i w C - w^2 M` at one angular frequency [rad/s]; K may be complex (structural damping).
+def dynamic_stiffness(stiffness, damping, mass, omega):
+    """`K + i w C - w^2 M` at one angular frequency [rad/s], of arrays or of block matrices.
 
-    Source: S1 (40)-(41).
+    Args: stiffness: may be complex (structural damping); damping: or None.  Source: S1 (40)-(41).
     """
-    dtype = np.result_type(stiffness.diagonal.dtype, np.complex64)
+    dtype = np.result_type(dtype_of(stiffness), np.complex64)
     Z = stiffness.astype(dtype) + (-(omega**2) * mass).astype(dtype)
     return Z if damping is None else Z + lax.complex(jnp.zeros_like(omega), omega) * damping.astype(dtype)
 
@@ -89,9 +90,6 @@ def dense_response(
 
     @jax.checkpoint
     def at(w):
-        Z = elastic - (w**2 * M).astype(dtype)
-        if C is not None:
-            Z = Z + lax.complex(jnp.zeros_like(w), w) * C.astype(dtype)
-        return rows @ checked.solve(Z, load.astype(dtype))
+        return rows @ checked.solve(dynamic_stiffness(elastic, C, M, w), load.astype(dtype))
 
     return lax.map(at, jnp.asarray(omega, M.dtype), batch_size=chunk)

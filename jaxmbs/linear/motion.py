@@ -8,6 +8,8 @@ from jaxtyping import Array, Bool, Float
 
 from ..forces import AbstractScalarLaw
 from ..typing import AnyArray, ScalarLike
+from .damping import modal_lag
+from .system import LinearSystem
 
 
 class Link(eqx.Module):
@@ -66,6 +68,7 @@ class LinearMotion(eqx.Module):
         efforts: (T, links) of the laws.
         forces: what was put on the system at these times, those of the links after those given.
         ok: () whether the motion came to its end.
+        ratios: damping of the natural modes, where `Modal(ratios)` took it in place of the system's own.
     """
 
     ts: Float[Array, " T"]
@@ -75,3 +78,15 @@ class LinearMotion(eqx.Module):
     efforts: Float[Array, "T links"]
     forces: tuple
     ok: Bool[Array, ""]
+    ratios: Float[Array, "..."] | None = None
+
+    def terms(self, system: LinearSystem) -> tuple:
+        """What stiffness, damping (None: nothing) and mass of the system's parts act on, each (T, n).
+
+        A part has a share of the damping by ratios as it has one of the stiffness: such damping is inside of the
+        parts, so that it does not hold them back in space.
+        """
+        if self.ratios is None:
+            return self.displacement, self.velocity, self.acceleration
+        lag = modal_lag(K=system.stiffness, M=system.mass, ratios=self.ratios, velocity=self.velocity)
+        return self.displacement + lag, None, self.acceleration

@@ -1,5 +1,6 @@
 """Questions to linear systems: modes, frequency response, rest."""
 
+import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -127,4 +128,5 @@ def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = 
         rigid = rigid_rows(system)
         if known(rigid):
             rigid = rigid[:, np.any(np.asarray(rigid) != 0, axis=0)]
-    return static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
+    found = static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
+    return dataclasses.replace(found, forces=(forces,))

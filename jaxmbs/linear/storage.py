@@ -52,6 +52,11 @@ def _square(name, A, sparse, faults):
     return A
 
 
+def dtype_of(A):
+    """Of the numbers in a matrix of any storage."""
+    return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
+
+
 def num_rows(A) -> int:
     """Rows of a matrix in any storage; those of blocks with their padding."""
     return A.pattern.num_blocks * A.pattern.size if isinstance(A, BlockMatrix) else A.shape[0]

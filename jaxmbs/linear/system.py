@@ -9,11 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..blocksparse import BlockMatrix
 from ..errors import ModelError, UnknownNameError
 from ..typing import ArrayLike, CoordinateLike
 from .labels import labels_of, places_of, rows_of, spoken
-from .storage import Matrix, MatrixLike, dense, num_rows, stored
+from .storage import Matrix, MatrixLike, dense, dtype_of, num_rows, stored
 
 Same = TypeVar("Same", bound="LinearSystem")
 
@@ -105,14 +104,13 @@ class LinearSystem(eqx.Module):
     @property
     def dtype(self) -> np.dtype:
         """Of the numbers in the matrices."""
-        A = self.stiffness
-        return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
+        return dtype_of(self.stiffness)
 
     def load(self, forces: Mapping | ArrayLike) -> Array:
         """Forces (..., n) on the coordinates.
 
-        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times or
-            cases first; or already (..., n).
+        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times,
+            frequencies or cases first; or already (..., n).  Complex ones are amplitudes.
 
         Raises: UnknownNameError; ValueError for another shape.
         """
@@ -121,16 +119,18 @@ class LinearSystem(eqx.Module):
             if forces.shape[-1:] != (self.num_rows,):
                 raise ValueError(f"forces have shape {forces.shape}, not (..., {self.num_rows})")
             return forces
+        given = {name: jnp.asarray(force) for name, force in forces.items()}
+        dtype = np.result_type(self.dtype, np.complex64) if any(map(jnp.iscomplexobj, given.values())) else self.dtype
         parts = []
-        for name, force in forces.items():
+        for name, force in given.items():
             rows, labels = self.outputs(name)
-            force = jnp.asarray(force, self.dtype)
+            force = force.astype(dtype)
             force = force[..., None] if len(labels) == 1 else force
             if force.shape[-1:] != (len(labels),):
                 raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(labels)})")
-            parts.append(force @ rows)
+            parts.append(force @ rows.astype(dtype))
         shape = np.broadcast_shapes((self.num_rows,), *(part.shape for part in parts))
-        return sum((jnp.broadcast_to(part, shape) for part in parts), jnp.zeros(shape, self.dtype))
+        return sum((jnp.broadcast_to(part, shape) for part in parts), jnp.zeros(shape, dtype))
 
     def with_interface(self: Same, *names: CoordinateLike) -> Same:
         """The same system, joined to others elsewhere.  Raises: ModelError."""
@@ -139,6 +139,12 @@ class LinearSystem(eqx.Module):
         if faults:
             raise ModelError(faults)
         return self.changed(interface=rows)
+
+    def moved(self: Same, by: ArrayLike) -> Same:
+        """The same system at another place, all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
+        if self.positions is None:
+            raise ModelError(["what has no positions cannot be moved: LinearSystem(..., positions=...)"])
+        return self.changed(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
 
     def with_damping(self: Same, damping: MatrixLike | None) -> Same:
         """The same system with another damping matrix (n, n): see `proportional`, `modal`.

@@ -8,6 +8,7 @@ from typing import ParamSpec, Protocol, TypeVar, cast, overload, runtime_checkab
 from ..analysis.linearisation import frequency_response as state_space_response
 from ..analysis.mechanism_modes import modes as linearised_modes
 from ..analysis.rest import equilibrium as mechanism_equilibrium
+from ..coupling.measured import MeasuredNetwork
 from ..coupling.network import reactions as network_reactions
 from ..dynamics.reactions import reactions as mechanism_reactions
 from ..linear.integrate import simulate as linear_simulate
@@ -36,10 +37,15 @@ class Question(Protocol[P, M, Q, L]):
 
 
 def either(of_mechanism: Callable[P, M], of_linear: Callable[Q, L]) -> Question[P, M, Q, L]:
-    """The question by the noun it is asked of; its documentation says what each takes."""
+    """The question by the noun it is asked of; its documentation says what each takes.
+
+    A network with measured components answers with the method of the question's name, if it has such.
+    """
 
     @functools.wraps(of_mechanism)
     def ask(system, *args, **options):
+        if isinstance(system, MeasuredNetwork):
+            return system.asked(of_linear.__name__)(*args, **options)
         return (of_linear if isinstance(system, LinearSystem) else of_mechanism)(system, *args, **options)
 
     parameters = ", ".join(str(p) for p in list(inspect.signature(of_linear).parameters.values())[1:])
