@@ -28,8 +28,10 @@ def beside(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctio
     for part, height, width in zip(parts.values(), heights, widths, strict=True):
         values = values.at[:, row : row + height, column : column + width].set(part.values)
         row, column = row + height, column + width
-    names = [[f"{n}{mark}{c}" for n, p in parts.items() for c in getattr(p, side)] for side in ("outputs", "inputs")]
-    return TransferFunctions(first.omega, values, *names, first.kind)
+    outputs, inputs = (
+        [f"{n}{mark}{c}" for n, p in parts.items() for c in getattr(p, side)] for side in ("outputs", "inputs")
+    )
+    return TransferFunctions(first.omega, values, outputs, inputs, first.kind)
 
 
 def check_alike(parts: Mapping[str, TransferFunctions]) -> None:

@@ -107,7 +107,7 @@ class LinearSystem(eqx.Module):
         """Of the numbers in the matrices."""
         return dtype_of(self.stiffness)
 
-    def load(self, forces: Mapping | Array) -> Array:
+    def load(self, forces: Mapping | ArrayLike) -> Array:
         """Forces (..., n) on the coordinates.
 
         Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times,
