@@ -1,9 +1,8 @@
 """Components joined: bonds, networks, the loads of their bonds, and limits of these."""
 
-from .base_motion import BaseMotion, base_motion
 from .blocks import Components, CoupledResponse, coupled_response, interface_pattern
 from .bonds import Bond, bushing, joint, rigid
-from .connect import connect
+from .connecting import connect
 from .limits import (
     ModalPairs,
     cqc_correlation,
@@ -15,6 +14,7 @@ from .limits import (
 )
 from .loads import BondLoad, BondLoads, Determinacy
 from .measured import MeasuredNetwork
+from .moved_base import BaseMotion, base_motion
 from .network import Network, reactions
 
 __all__ = [

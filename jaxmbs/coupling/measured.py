@@ -1,6 +1,7 @@
 """Networks of components of which some are known by measured transfer functions: what they answer by frequency."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -39,7 +40,7 @@ class MeasuredNetwork(eqx.Module):
     bonds: dict[str, Bond]
     ties: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
 
-    def __init__(self, components: Mapping, bonds: Mapping[str, Bond], ties: Mapping[str, Ties]):
+    def __init__(self, components: Mapping, bonds: Mapping[str, Bond], ties: Mapping[str, Ties]) -> None:
         self.components = {
             name: c.to("receptance") if isinstance(c, TransferFunctions) else c for name, c in components.items()
         }
@@ -69,7 +70,7 @@ class MeasuredNetwork(eqx.Module):
         into: Sequence,
         out: Sequence,
         loss: ArrayLike = 0.0,
-        **regular,
+        **regular: Any,
     ) -> TransferFunctions:
         """Displacements at names for unit forces at names.
 

@@ -1,6 +1,7 @@
 """Components joined by named bonds: a linear system whose bonds tell what they carry."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,6 +13,7 @@ from ..linear.harmonic import HarmonicResponse
 from ..linear.motion import LinearMotion
 from ..linear.rest import StaticResponse
 from ..linear.system import LinearSystem
+from ..typing import ArrayLike
 from .dual import self_stresses
 from .loads import BondLoads, Determinacy, by_bond
 from .primal import Assembly, interface_reactions
@@ -33,17 +35,24 @@ class Network(Assembly):
     bonds: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
     joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
-    def __init__(self, *, names, bonds, joints, **options):
+    def __init__(
+        self,
+        *,
+        names: Iterable[str],
+        bonds: Iterable[tuple[str, Ties]],
+        joints: tuple[tuple[int, ...], ...],
+        **options: Any,
+    ) -> None:
         super().__init__(**options)
         self.names, self.bonds, self.joints = tuple(names), tuple(bonds), joints
 
-    def expand(self, xi) -> dict:
+    def expand(self, xi: ArrayLike) -> dict[str, Array]:
         """Displacements (..., n_c) of all coordinates of every component, by name, from joined ones (..., N)."""
-        parts = self.part(jnp.moveaxis(xi, -1, 0))
+        parts = self.part(jnp.moveaxis(jnp.asarray(xi), -1, 0))
         found = zip(self.names, self.components, parts, strict=True)
         return {name: jnp.moveaxis(jnp.tensordot(c.basis.astype(rho.dtype), rho, 1), 0, -1) for name, c, rho in found}
 
-    def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
+    def outputs(self, *names: str | tuple[str, str]) -> tuple[Array, tuple[str, ...]]:
         """As of `LinearSystem`, of the components: "stage.top z", ("stage", "top z"), "stage.top"."""
         rows, labels = [jnp.zeros((0, self.num_rows), self.dtype)], []
         for name in names:
@@ -59,7 +68,7 @@ class Network(Assembly):
         component, own = component_of(name, self.names)
         return self.names.index(component), own
 
-    def load(self, forces: Mapping | Array) -> Array:
+    def load(self, forces: Mapping | ArrayLike) -> Array:
         """Forces (..., N): as of `LinearSystem`, and by name of a component on all of its coordinates (..., n_c).
 
         Source: S1 (18), (21)-(25).

@@ -1,6 +1,7 @@
 """Coupling by transfer functions: interface forces as multipliers of the compatibility."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +12,7 @@ from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
 from ..math.regular_inverse import regular_inverse
+from ..typing import ArrayLike
 from .uncoupled import uncoupled
 
 #: Two channels that move together, or one and None: held.
@@ -38,8 +40,8 @@ def signed_interface(names: Sequence[str], pairs: Sequence[Pair]) -> np.ndarray:
 def couple(
     parts: TransferFunctions | Mapping[str, TransferFunctions],
     pairs: Sequence[Pair],
-    compliance=None,
-    **regular,
+    compliance: ArrayLike | None = None,
+    **regular: Any,
 ) -> TransferFunctions:
     """Components joined: `Y - Y B^T (B Y B^T + S)^-1 B Y`.
 
@@ -63,7 +65,10 @@ def couple(
 
 
 def interface_forces(
-    parts: TransferFunctions | Mapping[str, TransferFunctions], pairs: Sequence[Pair], compliance=None, **regular
+    parts: TransferFunctions | Mapping[str, TransferFunctions],
+    pairs: Sequence[Pair],
+    compliance: ArrayLike | None = None,
+    **regular: Any,
 ) -> Complex[Array, "frequencies pairs inputs"]:
     """Forces that the bonds exert on the first channel of each pair, for unit forces at the inputs.
 

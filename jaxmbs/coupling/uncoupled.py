@@ -28,8 +28,9 @@ def beside(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctio
     for part, height, width in zip(parts.values(), heights, widths, strict=True):
         values = values.at[:, row : row + height, column : column + width].set(part.values)
         row, column = row + height, column + width
-    outputs = [f"{n}{mark}{c}" for n, p in parts.items() for c in p.outputs]
-    inputs = [f"{n}{mark}{c}" for n, p in parts.items() for c in p.inputs]
+    outputs, inputs = (
+        [f"{n}{mark}{c}" for n, p in parts.items() for c in getattr(p, side)] for side in ("outputs", "inputs")
+    )
     return TransferFunctions(first.omega, values, outputs, inputs, first.kind)
 
 

@@ -8,7 +8,7 @@ from .decoupling import decouple
 from .rig import free_response, measured_stiffness, remove_stiffness
 from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
 from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
-from .virtual_point import VirtualPoint, flexible_channels, rigid_channels, virtual_point
+from .virtual import VirtualPoint, flexible_channels, rigid_channels, virtual_point
 
 __all__ = [
     "TransferFunctions",

@@ -12,6 +12,7 @@ from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
 from ..math.regular_inverse import regular_inverse
+from ..typing import ArrayLike
 
 
 class FreeResponse(NamedTuple):
@@ -22,7 +23,14 @@ class FreeResponse(NamedTuple):
     residual: Float[Array, " frequencies"]
 
 
-def free_response(motions, exciters, supports=None, weights=None, rcond: float = 0.0, noise=0.0) -> FreeResponse:
+def free_response(
+    motions: ArrayLike,
+    exciters: ArrayLike,
+    supports: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    rcond: ArrayLike = 0.0,
+    noise: ArrayLike = 0.0,
+) -> FreeResponse:
     """`B_free = X (F + R)^+`, over the runs, at each frequency.
 
     Args:
@@ -75,7 +83,7 @@ def _faults(motions, exciters, supports, weights):
     return faults
 
 
-def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiffness) -> TransferFunctions:
+def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiffness: ArrayLike) -> TransferFunctions:
     """The free structure from one measured on a rig of known dynamic stiffness: `(B^-1 - Z)^-1` at the channels.
 
     Computed as `B + B Z (I - B Z)^-1 B`, so that channels off the rig come along, and no B is inverted.

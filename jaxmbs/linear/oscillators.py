@@ -23,8 +23,8 @@ def modal_motion(
     ratios: ArrayLike,
     loads: AnyArray,
     step: ArrayLike,
-    displacement: AnyArray | None = None,
-    velocity: AnyArray | None = None,
+    displacement: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
 ) -> ModalMotion:
     """Solution of `q'' + 2 ratio omega q' + omega^2 q = f` for every mode, at the samples.
 
@@ -50,8 +50,8 @@ def oscillations(
     rates: AnyArray,
     loads: AnyArray,
     step: ArrayLike,
-    displacement: AnyArray | None = None,
-    velocity: AnyArray | None = None,
+    displacement: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
 ) -> ModalMotion:
     """`modal_motion` of `q'' + r q' + s q = f` for squares s and rates r (m,).  Source: S1 (42)-(43)."""
     m, loads = squares.shape[0], jnp.asarray(loads)
@@ -59,8 +59,8 @@ def oscillations(
     root = jnp.sqrt(jnp.maximum(lax.stop_gradient(squares), 0.0))
     scale = jnp.maximum(root, 1.0 / lax.stop_gradient(h))  # velocities are carried as v / scale
     whole = jax.vmap(lambda w2, r, s: expm(h * _rates(w2, r, s, h)))(squares, rates, scale)
-    q0 = jnp.zeros(m, loads.dtype) if displacement is None else displacement
-    v0 = jnp.zeros(m, loads.dtype) if velocity is None else velocity
+    q0 = jnp.zeros(m, loads.dtype) if displacement is None else jnp.asarray(displacement, loads.dtype)
+    v0 = jnp.zeros(m, loads.dtype) if velocity is None else jnp.asarray(velocity, loads.dtype)
 
     def advance(state, sample):
         before, after = sample

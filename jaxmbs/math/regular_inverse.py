@@ -12,7 +12,7 @@ from . import lapack
 def regular_inverse(
     A: ArrayLike,
     rank: int | None = None,
-    rcond: float = 0.0,
+    rcond: ArrayLike = 0.0,
     noise: ArrayLike = 0.0,
     weights: ArrayLike | None = None,
 ) -> Array:

@@ -25,7 +25,9 @@ def reverse_only(tree: PyTree, message: str) -> PyTree:
     """
     moving, fixed = eqx.partition(tree, eqx.is_inexact_array)
     leaves, structure = jax.tree.flatten(moving)
-    return eqx.combine(jax.tree.unflatten(structure, _mark.bind(*leaves, message=message)), fixed) if leaves else tree
+    if not leaves:
+        return tree
+    return eqx.combine(jax.tree.unflatten(structure, _mark.bind(*leaves, message=message)), fixed)
 
 
 def _refuse(*_, message):

@@ -10,7 +10,7 @@ from jaxmbs.coupling.uncoupled import uncoupled
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment.decoupling import decouple
 from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
-from jaxmbs.experiment.virtual_point import rigid_channels, virtual_point
+from jaxmbs.experiment.virtual import rigid_channels, virtual_point
 from jaxmbs.linear import frequency_response
 from jaxmbs.linear.dynamic_stiffness import dense_response
 from jaxmbs.linear.transfer import TransferFunctions
