@@ -1,7 +1,7 @@
 """Networks of components of which some are known by measured transfer functions: what they answer by frequency."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -11,7 +11,7 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import known
-from ..errors import ModelError, UnknownNameError
+from ..errors import UnknownNameError
 from ..linear.dynamic_stiffness import dynamic_stiffness
 from ..linear.labels import label, rows_of
 from ..linear.questions import frequency_response as response_of
@@ -19,16 +19,27 @@ from ..linear.system import LinearSystem
 from ..linear.transfer import TransferFunctions
 from ..typing import ArrayLike
 from .bonds import Bond
+from .loads import BondLoad, BondLoads
 from .ties import Channels, Ties, component_of
-from .transfer_functions import couple, with_stiffness
+from .transfer_functions import couple, interface_forces, with_stiffness
 from .uncoupled import beside, check_alike
+
+
+class _Joined(NamedTuple):
+    """Transfer functions with the bushings and without the rigid bonds, with all, what these are, names asked."""
+
+    apart: TransferFunctions
+    together: TransferFunctions
+    pairs: list
+    bushings: dict
+    asked: list
 
 
 class MeasuredNetwork(eqx.Module):
     """Components joined by bonds, as `connect` makes it where some are `TransferFunctions`.
 
-    It answers `frequency_response` at the measured frequencies, by names as of a `Network`: "rig.foot z".  What was
-    not measured cannot be asked: neither modes nor motions.
+    It answers `frequency_response` at the measured frequencies, by names as of a `Network`: "rig.foot z", and
+    `reactions` of that.  What was not measured cannot be asked: neither modes nor motions.
 
     Attributes:
         components: by name, measured ones as receptances.
@@ -46,13 +57,6 @@ class MeasuredNetwork(eqx.Module):
         }
         check_alike(self.measured)
         self.bonds, self.ties = dict(bonds), tuple(ties.items())
-
-    def asked(self, question: str) -> Callable:
-        """The method that answers a question.  Raises: ModelError for one that measurements cannot answer."""
-        if question != "frequency_response":
-            names = ", ".join(map(repr, self.measured))
-            raise ModelError([f"{question} cannot be asked: {names} known by measurement; ask frequency_response"])
-        return self.frequency_response
 
     @property
     def measured(self) -> dict[str, TransferFunctions]:
@@ -83,36 +87,76 @@ class MeasuredNetwork(eqx.Module):
         Raises: UnknownNameError; ValueError for frequencies that were not measured.
         Source: S1 (1)-(3), (40)-(41).
         """
+        found = self._joined(omega, into, out, loss, regular)
+        return found.together.at(*found.asked)
+
+    def reactions(self, response: TransferFunctions, loss: ArrayLike = 0.0, **regular: Any) -> BondLoads:
+        """What the bonds carry for unit forces at the inputs of a `frequency_response` of this network.
+
+        Args: loss, regular: those that the response was asked with.
+
+        Returns: loads (frequencies, inputs, k) by bond; `residual` is the largest gap left between what rigid bonds
+        tie, relative to the largest motion there: rounding but for an inverse that drops noise.
+        Source: S1 (1)-(2), (25).
+        """
+        found = self._joined(response.omega, response.inputs, (), loss, regular)
+        columns = found.together.columns(found.asked[1])
+        rigid = iter(())
+        residual = jnp.zeros((), self.omega.dtype)
+        if found.pairs:
+            forces = interface_forces(found.apart, found.pairs, **regular)[:, :, columns]
+            rigid = iter(jnp.moveaxis(forces, 1, 0))
+            residual = _largest_gap(found.together, found.pairs)
+        bonds = {}
+        for name, ties in self.ties:
+            if name in found.bushings:
+                channels, Z = found.bushings[name]
+                moved = found.together.values[:, found.together.rows(channels)][:, :, columns]
+                f = -jnp.swapaxes(Z[:, :, : len(channels)] @ moved, 1, 2)
+                first, second = jnp.split(f, 2, axis=-1)
+            else:
+                along = {k: next(rigid) for k in ties.kept}
+                zero = jnp.zeros((len(response.omega), len(columns)), found.together.values.dtype)
+                first = jnp.stack([along.get(k, zero) for k in range(len(ties.labels))], axis=-1)
+                second = -first
+            bonds[name] = BondLoad(first, second, ties.labels)
+        return BondLoads(bonds, residual)
+
+    def _joined(self, omega, into, out, loss, regular):
         places = self._places(omega)
         omega, loss = self.omega[places], jnp.asarray(loss, self.omega.dtype)
-        rows, columns = self._channels(out, "outputs"), self._channels(into, "inputs")
+        asked = self._channels(out, "outputs"), self._channels(into, "inputs")
         tied = [coordinate for _, ties in self.ties for end in ties.ends for coordinate in end]
         tied = [(name, channel_name(self.components[name], k)) for name, k in tied]
         parts = {}
         for name, c in self.components.items():
-            sides = [list(dict.fromkeys(own for n, own in (*asked, *tied) if n == name)) for asked in (rows, columns)]
+            sides = [list(dict.fromkeys(own for n, own in (*side, *tied) if n == name)) for side in asked]
             if any(sides):
                 parts[name] = _receptances(c, places, omega, loss, *sides)
-        Y, pairs = beside(_alike(parts), "."), []
+        Y, pairs, bushings = beside(_alike(parts), "."), [], {}
         for name, ties in self.ties:
-            Y, more = self._bonded(Y, name, ties, loss)
-            pairs += more
-        Y = couple(Y, pairs, **regular) if pairs else Y
-        return Y.at(*([".".join(channel) for channel in asked] for asked in (rows, columns)))
+            Y, ends = self._ends(Y, name, ties)
+            element = self.bonds[name].element
+            if element is None:
+                pairs += [(ends[0][k], ends[1][k] if ends[1] else None) for k in ties.kept]
+            else:
+                bushings[name] = [*ends[0], *ends[1]], _impedance(element, omega, loss).astype(Y.values.dtype)
+        for channels, Z in bushings.values():
+            Y = with_stiffness(
+                Y, channels, Z[:, : len(channels), : len(channels)]
+            )  # a second end in the ground rests
+        names = [[".".join(channel) for channel in side] for side in asked]
+        return _Joined(Y, couple(Y, pairs, **regular) if pairs else Y, pairs, bushings, names)
 
-    def _bonded(self, Y, name, ties, loss):
-        """With the channels of the bond's axes and the stiffness of a bushing; the pairs that a rigid bond ties."""
+    def _ends(self, Y, name, ties):
+        """The channels of a bond's ends, in its axes if it has such: these are added."""
         bond = self.bonds[name]
         ends = [[f"{n}.{channel_name(self.components[n], k)}" for n, k in end] for end in ties.ends]
-        if bond.axes is not None:
-            for side, end in enumerate(end for end in ends if end):
+        for side, end in enumerate(ends):
+            if end and bond.axes is not None:
                 ends[side] = [f"{name}.{side}.{k}" for k in range(len(end))]  # no component bears the name of a bond
                 Y = _turned(Y, end, ends[side], bond.axes)
-        if bond.element is not None:
-            channels = [*ends[0], *ends[1]]
-            return with_stiffness(Y, channels, _impedance(bond.element, Y.omega, loss, len(channels))), []
-        first, second = ends
-        return Y, [(first[k], second[k] if second else None) for k in ties.kept]
+        return Y, ends
 
     def _places(self, omega):
         """Which of the measured frequencies are asked."""
@@ -186,8 +230,16 @@ def _turned(Y, names, own, axes):
     return TransferFunctions(Y.omega, values, [*Y.outputs, *own], [*Y.inputs, *own])
 
 
-def _impedance(element, omega, loss, size):
-    """(frequencies, size, size) of a bushing; of its first end alone where the second is held."""
+def _impedance(element, omega, loss):
+    """(frequencies, 2 k, 2 k) of a bushing."""
     K = element.stiffness.astype(np.result_type(element.dtype, np.complex64))
     K = K * lax.complex(jnp.ones_like(loss), loss).astype(K.dtype)
-    return jax.vmap(lambda w: dynamic_stiffness(K, element.damping, element.mass, w))(omega)[:, :size, :size]
+    return jax.vmap(lambda w: dynamic_stiffness(K, element.damping, element.mass, w))(omega)
+
+
+def _largest_gap(Y, pairs):
+    first = Y.values[:, Y.rows([one for one, _ in pairs])]
+    others = [None if other is None else Y.values[:, Y.rows([other])[0]] for _, other in pairs]
+    second = jnp.stack([jnp.zeros_like(first[:, 0]) if x is None else x for x in others], axis=1)
+    size = jnp.max(jnp.abs(Y.values))
+    return jnp.max(jnp.abs(first - second)) / jnp.where(size > 0, size, 1.0)
