@@ -18,9 +18,9 @@ from . import (
     statics,
     viz,
 )
-from .analysis.equilibrium import Equilibrium
-from .analysis.linearise import Linearisation, StateSpace, linearise
-from .analysis.stiffness import stiffness
+from .analysis.linearisation import Linearisation, StateSpace, linearise
+from .analysis.rest import Equilibrium
+from .analysis.stiffness_parts import stiffness
 from .bondgraph import bond_graph, bond_powers
 from .builder import SystemBuilder
 from .design import Batch, batch, minimise

@@ -30,7 +30,9 @@ class Status(enum.IntEnum):
         "the energy account is off by more than a tenth of the energy exchanged (take smaller steps or tolerances)",
     )
 
-    def __new__(cls, code, text):
+    text: str
+
+    def __new__(cls, code, text=""):
         member = int.__new__(cls, code)
         member._value_ = code
         member.text = text

@@ -1,5 +1,6 @@
 """Names for the array types that many signatures share."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, Union
 
 import numpy as np
@@ -12,6 +13,10 @@ Quaternion = Float[Array, "4"]  # w, x, y, z
 Matrix3 = Float[Array, "3 3"]
 Axis = str | tuple | list | np.ndarray | Array  # "x", "-z", ... or three numbers
 ArrayLike = Array | np.ndarray | np.generic | float | int | list | tuple  # what `jnp.asarray` takes
+AnyArray = Array | np.ndarray  # what has a shape and a dtype
+Number = Array | np.ndarray | np.number | float | int  # what arithmetic takes: a number, or one for each
+RowsLike = Sequence[int] | np.ndarray  # numbers of rows, known before tracing
+CoordinateLike = str | tuple | list | int | np.integer  # "tip z", ("tip", "z"), "tip" for all of a node, row 3
 FrameLike = str | tuple | list  # the name of a body or frame, or (name, point)
 
 T = TypeVar("T")

@@ -25,11 +25,10 @@ import numpy as np
 import optax
 
 import jaxmbs as mbs
-from jaxmbs.coupling import couple, stacked
+from jaxmbs.coupling import connect, rigid
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import carried_loads, mass_properties
-from jaxmbs.reductions import Physical, reduce
 
 jax.config.update("jax_enable_x64", True)
 
@@ -97,14 +96,16 @@ for k in (0, -1):
 # ## An arm of finite elements
 # Six tubes, three beam elements each, welded end to end: one body each in the mechanism, with the mass of its own
 # elements. A motor swings the arm with a payload at its tip. `carried_loads` puts weight, inertia and the payload's
-# reaction on the nodes; `couple` finds the bond forces between the tubes. The design is the radius of every tube.
+# reaction on the nodes; `connect` joins the tubes by named bonds, whose forces are asked. The design is the radius of
+# every tube.
 
 # %%
 PIECES, END = 6, "3"
 STEP = 1.0 / PIECES
 NODES = jnp.stack([jnp.linspace(0.0, STEP, 4), jnp.zeros(4), jnp.zeros(4)], axis=1)
-BONDS = tuple((k - 1, k) for k in range(PIECES))  # the first end is held at the hub
 names = [f"tube{k}" for k in range(PIECES)]
+BONDS = {"hub": rigid("tube0.0")}  # held at the hub
+BONDS |= {f"weld{k}": rigid(f"tube{k}.0", f"tube{k - 1}.{END}") for k in range(1, PIECES)}
 
 
 @jax.vmap
@@ -129,26 +130,24 @@ def arm(tubes):
 
 
 def bond_forces(radii):
-    """The coupled response along the motion, and the mechanism with its motion."""
+    """What the bonds carry along the motion, the tip's deflection, and the mechanism with its motion."""
     tubes = tube(radii)  # one LinearSystem, its matrices with an axis of pieces
     tubes = [jax.tree.map(lambda x: x[k], tubes) for k in range(PIECES)]  # noqa: B023
     system = arm(tubes)
     motion = mbs.simulate(system, mbs.State.at(system), ts=jnp.linspace(0.05, 0.5, 10), rtol=1e-6, atol=1e-6)
     components = dict(zip(names, tubes, strict=True))
     loads = carried_loads(system, motion, components, {"grip": (names[-1], END)})
-    parts = [reduce(t.with_interface("0", END), Physical()) for t in tubes]
-
-    def at(loads):
-        return couple([stacked(parts, BONDS, loads)], jnp.zeros((PIECES, 6)), "cholesky")
-
-    return jax.vmap(at)([loads[name] for name in names]), system, motion
+    placed = [t.with_interface("0", END).moved((k * STEP, 0, 0)) for k, t in enumerate(tubes)]
+    net = connect(dict(zip(names, placed, strict=True)), BONDS)
+    rest = mbs.equilibrium(net, loads)
+    (row,), _ = net.outputs(f"{names[-1]}.{END} z")
+    return mbs.reactions(net, rest), rest.displacement @ row, system, motion
 
 
 def arm_load(radii):
     """Root mean square moment at the hub [N m], and of the tip's deflection in millimetres."""
-    found, *_ = bond_forces(radii)
-    hub, tip = found.reactions[0][:, 0, 0, 4], 1e3 * found.interface[:, -1, 2]
-    return jnp.sqrt(jnp.mean(hub**2)) + jnp.sqrt(jnp.mean(tip**2))
+    carried, tip, *_ = bond_forces(radii)
+    return jnp.sqrt(jnp.mean(carried["hub"].moment[:, 1] ** 2)) + 1e3 * jnp.sqrt(jnp.mean(tip**2))
 
 
 spread = 1.0 + 0.1 * np.random.default_rng(1).uniform(-1.0, 1.0, (8, PIECES))
@@ -160,10 +159,10 @@ for k in (0, -1):
 # The bond at the hub carries what multibody dynamics finds there, all three forces and all three moments.
 
 # %%
-coupled, system, motion = jax.jit(bond_forces)(better_arms[0])
+carried, _, system, motion = jax.jit(bond_forces)(better_arms[0])
 hub = mbs.reactions(system, motion, frame="joint")["hub"]
 both = np.concatenate([hub.force, hub.moment], axis=1)
-difference = np.abs(np.asarray(coupled.reactions[0][:, 0, 0]) - both).max()
+difference = np.abs(np.asarray(carried["hub"].on_first) - both).max()
 print(f"bond and joint differ by {difference:.1e} of {np.abs(both).max():.0f}")
 
 # %%

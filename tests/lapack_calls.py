@@ -10,15 +10,15 @@ import numpy as np
 import jaxmbs as mbs
 from jaxmbs import blocksparse as bs
 from jaxmbs import linear, reductions
-from jaxmbs.experiment.inverse import regular_inverse
 from jaxmbs.linear.block_modes import lowest_modes
 from jaxmbs.linear.damping import complex_modes
+from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.linear.mode_shapes import track
-from jaxmbs.linear.modes import natural_modes
-from jaxmbs.linear.oscillations import modal_motion
-from jaxmbs.linear.static_response import static_response
+from jaxmbs.linear.oscillators import modal_motion
+from jaxmbs.linear.rest import static_response
 from jaxmbs.math import square
 from jaxmbs.math.interpolation import spline_slopes
+from jaxmbs.math.regular_inverse import regular_inverse
 from tests.structural_matrices import beam, component
 from tests.systems import four_bar, four_bar_state
 

@@ -24,11 +24,11 @@ def _citations(text):
 
 
 def _definition(path, dotted):
-    """The function, class or method of that name in a file, or None."""
+    """The function (of overloads the last), class or method of that name in a file, or None."""
     body = ast.parse(path.read_text(encoding="utf-8")).body
     found = None
     for name in dotted.split("."):
-        found = next((node for node in body if getattr(node, "name", None) == name), None)
+        found = next((node for node in reversed(body) if getattr(node, "name", None) == name), None)
         if found is None:
             return None
         body = found.body

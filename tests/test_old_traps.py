@@ -60,7 +60,9 @@ def test_matrices_by_position(call):
 
 def test_methods_of_old():
     """One method for all storages, and no function that takes (K, M) where another takes (M, K)."""
-    assert not {"join", "transient", "interface_reactions", "redundancy"} & set(mbs.coupling.__all__)
+    assert not {"couple", "stacked", "join", "transient", "interface_reactions", "redundancy"} & set(
+        mbs.coupling.__all__
+    )
     gone = ("craig_bampton", "large_craig_bampton", "craig_bampton_sparse", "guyan", "hurty", "rubin", "physical")
     assert not [name for name in gone if name in mbs.reductions.__all__]
 

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 
 import jaxmbs as mbs
 from jaxmbs import linear
-from jaxmbs.linear.modes import natural_modes
+from jaxmbs.linear.eigenmodes import natural_modes
 
 from .mechanisms import four_bar as planar_four_bar
 from .mechanisms import four_bar_angles

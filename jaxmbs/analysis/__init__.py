@@ -1,9 +1,9 @@
 """Questions about a mechanism at rest or beside a state: equilibrium, linear system, modes, stiffness."""
 
-from .equilibrium import Equilibrium, equilibrium
-from .linearise import Linearisation, StateSpace, frequency_response, linearise
-from .modes import modes
-from .stiffness import Stiffness, stiffness
+from .linearisation import Linearisation, StateSpace, frequency_response, linearise
+from .mechanism_modes import modes
+from .rest import Equilibrium, equilibrium
+from .stiffness_parts import Stiffness, stiffness
 
 __all__ = [
     "Equilibrium",

@@ -1,6 +1,6 @@
 """Block-sparse linear systems: pattern, ordering, factorisation, solution; vmapped and differentiable."""
 
-from .factor import Factor, factor, inertia, is_finite, log_determinant, solve, solve_once
+from .factorisation import Factor, factor, inertia, is_finite, log_determinant, solve, solve_once
 from .matrix import BlockMatrix, assemble
 from .operator import BlockOperator, BlockSolver
 from .pattern import Pattern

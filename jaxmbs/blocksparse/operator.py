@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import lineax as lx
 from jaxtyping import Array
 
-from .factor import Factor, factor, solve
+from .factorisation import Factor, factor, solve
 from .matrix import BlockMatrix
 
 

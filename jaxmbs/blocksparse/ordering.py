@@ -47,7 +47,8 @@ def given_order(pattern: Pattern, order):
     if sorted(order) != list(range(pattern.num_blocks)):
         raise ValueError(f"order must be a permutation of 0 ... {pattern.num_blocks - 1}")
     place = {v: k for k, v in enumerate(order)}
-    reach, parent = [None] * len(order), [-1] * len(order)
+    reach: list[set[int]] = [set()] * len(order)
+    parent = [-1] * len(order)
     waiting = [[] for _ in order]
     for k, v in enumerate(order):
         later = {w for w in pattern.neighbours[v] if place[w] > k}

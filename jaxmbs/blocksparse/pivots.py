@@ -6,7 +6,7 @@ Each kind keeps what two matrix products per front need later.  Small pivots are
 XLA and kept so; the factors of large ones are LAPACK's, one front at a time (`math.lapack` says why).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -126,7 +126,7 @@ class Lu(NamedTuple):
         raise ValueError("the inertia of a matrix needs its symmetric factorisation: factor(matrix, 'ldl')")
 
 
-KINDS = {"cholesky": Cholesky, "ldl": Ldl, "lu": Lu}
+KINDS: dict[str, Any] = {"cholesky": Cholesky, "ldl": Ldl, "lu": Lu}
 
 
 def _over_fronts(function, *stacks):

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..typing import ArrayLike
+from ..typing import AnyArray, ArrayLike
 from .ordering import given_order, nested_dissection
 from .pattern import Pattern
 from .symbolic import Report, flops, fronts, report
@@ -57,7 +57,7 @@ class Plan:
 
 def analyse(
     pattern: Pattern,
-    order: ArrayLike | None = None,
+    order: Iterable[int] | AnyArray | None = None,
     leaf: int | None = None,
     positions: ArrayLike | None = None,
     last: Iterable[int] = (),

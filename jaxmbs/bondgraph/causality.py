@@ -120,7 +120,7 @@ def assign_causality(graph: BondGraph, storages: tuple[Storage, ...]) -> BondGra
             outward |= _way_in(graph, storage.name)
     bonds = []
     for bond in graph.bonds:
-        inner, outer = sorted((bond.tail, bond.head), key=graph.order.get)
+        inner, outer = sorted((bond.tail, bond.head), key=graph.order.__getitem__)
         end = outer if (outer, inner) in outward else inner
         bonds.append(dataclasses.replace(bond, stroke="head" if end == bond.head else "tail"))
     return dataclasses.replace(graph, bonds=tuple(bonds), storages=storages)

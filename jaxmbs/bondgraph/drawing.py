@@ -104,7 +104,7 @@ def _bond(bond, points, widths, seconds):
 
 
 def _element(graph, element, box, side):
-    x, text, label = (box[0] + box[2]) / 2, *text_of(element)
+    x, (text, label) = (box[0] + box[2]) / 2, text_of(element)
     y = (box[1] + box[3]) / 2 if element.name in graph.roots else box[1] + 9.0
     parts = [f"<title>{escape(element.name)} ({element.size})</title>"]
     if element.name in graph.roots:

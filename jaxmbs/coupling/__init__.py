@@ -1,9 +1,8 @@
 """Components joined: bonds, networks, the loads of their bonds, and limits of these."""
 
-from .base_motion import BaseMotion, base_motion
-from .blocks import Components, CoupledResponse, couple, interface_pattern
+from .blocks import Components, CoupledResponse, coupled_response, interface_pattern
 from .bonds import Bond, bushing, joint, rigid
-from .connect import connect
+from .connecting import connect
 from .limits import (
     ModalPairs,
     cqc_correlation,
@@ -14,8 +13,9 @@ from .limits import (
     shortfall,
 )
 from .loads import BondLoad, BondLoads, Determinacy
+from .measured import MeasuredNetwork
+from .moved_base import BaseMotion, base_motion
 from .network import Network, reactions
-from .stacked import stacked
 
 __all__ = [
     "BaseMotion",
@@ -25,12 +25,13 @@ __all__ = [
     "Components",
     "CoupledResponse",
     "Determinacy",
+    "MeasuredNetwork",
     "ModalPairs",
     "Network",
     "base_motion",
     "bushing",
     "connect",
-    "couple",
+    "coupled_response",
     "cqc_correlation",
     "equivalent_impulse",
     "interface_pattern",
@@ -41,5 +42,4 @@ __all__ = [
     "reactions",
     "rigid",
     "shortfall",
-    "stacked",
 ]

@@ -1,4 +1,4 @@
-"""Coupling of many components at shared interface nodes, and the reactions each component feels there.
+"""Thousands of components of few shapes in one program, joined at shared nodes by number; `connect` joins by name.
 
 Assembled once per node (primal), so that a floating component does no harm; the multipliers of the bonds are what is
 left over of each component's own equilibrium.  At every node they sum to the load put on it: S1 (2), (25).
@@ -13,7 +13,11 @@ import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
+from ..linear.system import LinearSystem
 from ..math import square
+from ..reductions.base import explicit
+from ..typing import ArrayLike
+from .dual import impedance
 
 
 class Components(eqx.Module):
@@ -28,6 +32,33 @@ class Components(eqx.Module):
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     matrix: Inexact[Array, "components n n"]
     load: Inexact[Array, "components n"]
+
+    @classmethod
+    def of(
+        cls,
+        components: Sequence[LinearSystem],
+        nodes: Sequence[Sequence[int]],
+        forces: Sequence,
+        omega: ArrayLike | None = None,
+    ) -> "Components":
+        """Linear systems whose interfaces are whole nodes, as one group.
+
+        Args:
+            nodes: interface node of each place (components, k), -1 held; a component's interface coordinates are
+                those of its places in turn.
+            forces: on each component's own coordinates (n_c,), None for none.
+            omega: angular frequency [rad/s]; None for statics.
+
+        Raises: ValueError for components of different shapes.  Source: S1 (1)-(3), (19), (41).
+        """
+        parts = [explicit(c) for c in components]
+        if len({(c.num_interface, c.num_rows) for c in parts}) > 1:
+            raise ValueError("components of one group have the same numbers of interface and inner coordinates")
+        matrices = jnp.stack([impedance(c, omega) for c in parts])
+        zero = jnp.zeros(matrices.shape[1], matrices.dtype)
+        pairs = zip(parts, forces, strict=True)
+        loads = [zero if f is None else (c.basis.T.astype(f.dtype) @ f).astype(matrices.dtype) for c, f in pairs]
+        return cls(tuple(tuple(int(n) for n in row) for row in nodes), matrices, jnp.stack(loads))
 
 
 class CoupledResponse(eqx.Module):
@@ -65,7 +96,9 @@ def interface_pattern(groups: Sequence[Components], num_nodes: int, size: int) -
     return Pattern(num_nodes, size, pairs[np.all(pairs >= 0, axis=1)])
 
 
-def couple(groups: Sequence[Components], load, kind: str = "cholesky", plan: Plan | None = None) -> CoupledResponse:
+def coupled_response(
+    groups: Sequence[Components], load: ArrayLike, kind: str = "cholesky", plan: Plan | None = None
+) -> CoupledResponse:
     """Static or harmonic response of coupled components.
 
     Args:
@@ -75,6 +108,7 @@ def couple(groups: Sequence[Components], load, kind: str = "cholesky", plan: Pla
 
     The assembled structure must be held; the components need not be.  Source: S1 (1)-(3), (5)-(6), (10)-(12).
     """
+    load = jnp.asarray(load)
     nodes, size = load.shape
     pattern = interface_pattern(groups, nodes, size) if plan is None else plan.pattern
     condensed = [_condense(group, size) for group in groups]

@@ -1,5 +1,7 @@
 """Bonds between components: rigid ones, joints that leave directions free, bushings with damping and mass."""
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -8,7 +10,11 @@ from jaxtyping import Array, Float
 from ..elements.base import optional
 from ..linear.system import LinearSystem
 from ..reductions.base import Reduced
+from ..typing import ArrayLike, Converted
 from .primal import elastic_bond
+
+#: "stage", "stage.top", "stage.top z", or `(name, which)`: a node, nodes, or numbers of interface coordinates.
+End = str | tuple[str, str | int | Sequence | range | np.ndarray]
 
 #: The end of a bond that is held.
 GROUND = "ground"
@@ -26,20 +32,23 @@ class Bond(eqx.Module):
 
     ends: tuple = eqx.field(static=True)
     free: tuple = eqx.field(static=True, default=())
-    axes: Float[Array, "3 3"] | None = eqx.field(converter=optional, default=None)
+    axes: Converted[Float[Array, "3 3"] | None] = eqx.field(converter=optional, default=None)
     element: LinearSystem | None = None
 
 
-def rigid(first, second=GROUND) -> Bond:
+def rigid(first: End, second: End = GROUND) -> Bond:
     """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
 
-    Args: first, second: a component's name (its whole interface) or one of its nodes, "stage.top"; or `(name, node)`,
-        `(name, nodes)`, `(name, numbers)` of interface coordinates; second also "ground".  Source: S1 (1)-(2).
+    Args: first, second: a component's name (its whole interface), one of its nodes, "stage.top", or a coordinate,
+        "stage.top z"; or `(name, node)`, `(name, nodes)`, `(name, numbers)` of interface coordinates; second also
+        "ground".  Source: S1 (1)-(2).
     """
     return Bond((_end(first), _end(second)))
 
 
-def joint(first, second=GROUND, *, free, axes=None) -> Bond:
+def joint(
+    first: End, second: End = GROUND, *, free: str | Sequence[str | int], axes: ArrayLike | None = None
+) -> Bond:
     """As `rigid`, but for directions that are left free: a pin, a slider, a ball joint.
 
     Args:
@@ -51,7 +60,15 @@ def joint(first, second=GROUND, *, free, axes=None) -> Bond:
     return Bond((_end(first), _end(second)), tuple(free.split() if isinstance(free, str) else free), axes)
 
 
-def bushing(first, second=GROUND, *, stiffness, damping=None, mass=None, axes=None) -> Bond:
+def bushing(
+    first: End,
+    second: End = GROUND,
+    *,
+    stiffness: ArrayLike,
+    damping: ArrayLike | None = None,
+    mass: ArrayLike | None = None,
+    axes: ArrayLike | None = None,
+) -> Bond:
     """An elastic-inertial bond between two ends at one place.
 
     Args:

@@ -6,8 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 from jax import lax
+from jaxtyping import Array
 
 from ..checks import known
+from ..linear.dynamic_stiffness import dynamic_stiffness
 from ..linear.system import LinearSystem
 from ..math import square
 from ..reductions.base import Reduced
@@ -30,7 +32,7 @@ def dual_response(components: Sequence[LinearSystem], joints: Sequence[Sequence[
     parts = assembly.components
     starts = np.cumsum([0, *(len(p) for p in assembly.places)])
     B = jnp.asarray(_compatibility(assembly.places, starts), parts[0].stiffness.dtype)
-    Z = [dynamic_stiffness(c, omega) for c in parts]
+    Z = [impedance(c, omega) for c in parts]
     n, m = starts[-1], len(B)
     B = B.astype(Z[0].dtype)
     saddle = jnp.zeros((n + m, n + m), Z[0].dtype).at[:n, n:].set(B.T).at[n:, :n].set(B)
@@ -113,9 +115,6 @@ def _compatibility(places, starts):
     return np.array(rows).reshape(-1, starts[-1])
 
 
-def dynamic_stiffness(c: Reduced, omega):
-    """`K + i w C - w^2 M` of a component at one angular frequency [rad/s], or K for None.  Source: S1 (41)."""
-    if omega is None:
-        return c.stiffness
-    real = c.stiffness - omega**2 * c.mass
-    return lax.complex(real, jnp.zeros_like(real) if c.damping is None else omega * c.damping)
+def impedance(c: LinearSystem, omega=None) -> Array:
+    """`dynamic_stiffness` of a component at one angular frequency [rad/s], or K for None.  Source: S1 (41)."""
+    return c.stiffness if omega is None else dynamic_stiffness(c.stiffness, c.damping, c.mass, jnp.asarray(omega))

@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
-from ..linear.oscillations import modal_motion
+from ..linear.oscillators import modal_motion
 from ..math.eigen import eigh
 from ..reductions.base import Reduced
+from ..typing import ArrayLike
 
 
 class ModalPairs(eqx.Module):
@@ -25,32 +26,32 @@ class ModalPairs(eqx.Module):
     mass: Float[Array, "i j 2 2"]
     stiffness: Float[Array, "i j 2 2"]
 
-    def modes(self):
+    def modes(self) -> tuple[Array, Array]:
         """Angular frequencies (i, j, 2) [rad/s] and shapes (i, j, 2, 2) of all pairs."""
         values, shapes = jax.vmap(jax.vmap(eigh))(self.stiffness, self.mass)
         floor = 1e3 * jnp.finfo(values.dtype).eps * values[..., 1:]
         rigid = values <= floor
         return jnp.where(rigid, 0.0, jnp.sqrt(jnp.where(rigid, 1.0, values))), shapes
 
-    def response(self, impulses, t):
+    def response(self, impulses: ArrayLike, t: ArrayLike) -> Array:
         """`q_P(t) = J sum_k X_1k X_2k sin(w_k t) / w_k` (i, j) of the payload, impulses J (i,) on the carrier.
 
         Source: S1 (32).
         """
         gain, w = self._gains()
-        return impulses[:, None] * jnp.sum(gain * jnp.sin(w * t), axis=-1)
+        return jnp.asarray(impulses)[:, None] * jnp.sum(gain * jnp.sin(w * t), axis=-1)
 
-    def peaks(self, impulses):
+    def peaks(self, impulses: ArrayLike) -> Array:
         """`|J| sum_k |X_1k X_2k| / w_k` (i, j): the highest that `response` reaches if both terms meet their peaks.
 
         Source: S1 (32).
         """
         gain, _ = self._gains()
-        return jnp.abs(impulses)[:, None] * jnp.sum(jnp.abs(gain), axis=-1)
+        return jnp.abs(jnp.asarray(impulses))[:, None] * jnp.sum(jnp.abs(gain), axis=-1)
 
-    def signs(self, impulses):
+    def signs(self, impulses: ArrayLike) -> Array:
         """Signs (i, j) with which the responses begin, for sums that know signs: those of `-J m_ij`."""
-        return -jnp.sign(impulses[:, None] * self.mass[..., 0, 1])
+        return -jnp.sign(jnp.asarray(impulses)[:, None] * self.mass[..., 0, 1])
 
     def _gains(self):
         w, X = self.modes()
@@ -58,7 +59,7 @@ class ModalPairs(eqx.Module):
         return jnp.where(moving, X[..., 0, :] * X[..., 1, :] / jnp.where(moving, w, 1.0), 0.0), w
 
 
-def modal_pairs(carrier_omega, carrier_at_interface, payload: Reduced) -> ModalPairs:
+def modal_pairs(carrier_omega: ArrayLike, carrier_at_interface: ArrayLike, payload: Reduced) -> ModalPairs:
     """Pairs from a carrier's modes and a payload reduced by `CraigBampton` on an interface that just holds it.
 
     Args:
@@ -72,12 +73,12 @@ def modal_pairs(carrier_omega, carrier_at_interface, payload: Reduced) -> ModalP
     """
     b = payload.num_interface
     _check_determinate(payload)
-    phi, w_P = carrier_at_interface, jnp.diagonal(payload.stiffness)[b:]
+    phi, w_P = jnp.asarray(carrier_at_interface), jnp.diagonal(payload.stiffness)[b:]
     mu = jnp.sum(phi * (payload.mass[:b, :b] @ phi), axis=0)
     m = phi.T @ payload.mass[:b, b:]
     one = jnp.ones_like(m)
     mass = jnp.stack([jnp.stack([one + mu[:, None], m], -1), jnp.stack([m, one], -1)], -2)
-    values = jnp.stack([carrier_omega[:, None] ** 2 * one, w_P[None, :] * one], -1)
+    values = jnp.stack([jnp.asarray(carrier_omega)[:, None] ** 2 * one, w_P[None, :] * one], -1)
     return ModalPairs(mass, values[..., None] * jnp.eye(2, dtype=m.dtype)[None, None])
 
 
@@ -90,19 +91,20 @@ def _check_determinate(payload):
         raise ValueError("the payload's interface is not statically determinate: moving it strains the payload")
 
 
-def peak_response(omega, force, step, ratio=0.0):
+def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: ArrayLike = 0.0) -> Float[Array, ""]:
     """Largest `|q|` () of `q'' + 2 ratio omega q' + omega^2 q = f` from rest, f (times,) straight between samples.
 
     Exact at the samples, where the peak is looked for: give at least twenty in a period.  Omega in rad/s; over many
     (m,) by `vmap`: a shock spectrum.
     """
+    force = jnp.asarray(force)
     w = jnp.asarray(omega, force.dtype)[None]
     return jnp.max(jnp.abs(modal_motion(w, ratio, force[:, None], step).displacement))
 
 
-def equivalent_impulse(omega, peak):
+def equivalent_impulse(omega: ArrayLike, peak: ArrayLike) -> Array:
     """The impulse `J = omega |q|_max` on a mode that makes its peak response.  Source: S1 (32)."""
-    return omega * peak
+    return jnp.asarray(omega) * jnp.asarray(peak)
 
 
 def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=None):
@@ -126,15 +128,22 @@ def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=
     raise ValueError(f'how = {how!r}: one of "abs", "srss", "cqc" (with a correlation)')
 
 
-def cqc_correlation(omega, ratios):
+def cqc_correlation(omega: ArrayLike, ratios: ArrayLike) -> Float[Array, "m m"]:
     """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981), ratios of damping (m,)."""
+    omega, ratios = jnp.asarray(omega), jnp.asarray(ratios)
     r = omega[:, None] / omega[None, :]
     a, b = ratios[:, None], ratios[None, :]
     top = 8 * jnp.sqrt(a * b) * (a * r + b) * r**1.5
     return top / ((1 - r**2) ** 2 + 4 * a * b * r * (1 + r**2) + 4 * (a**2 + b**2) * r**2)
 
 
-def limit_loads(recovery, peaks, how: str = "srss", weights=None, correlation=None):
+def limit_loads(
+    recovery: ArrayLike,
+    peaks: ArrayLike,
+    how: str = "srss",
+    weights: ArrayLike | None = None,
+    correlation: tuple[ArrayLike, ArrayLike] | None = None,
+) -> Float[Array, " k"]:
     """Limit values (k,) of element responses `recovery` (k, j) of the payload's modes, peaks (i, j) of the pairs.
 
     The sum goes over all pairs.
@@ -147,11 +156,12 @@ def limit_loads(recovery, peaks, how: str = "srss", weights=None, correlation=No
 
     Source: S1 (32).
     """
-    values = recovery[:, None, :] * peaks[None]
+    recovery = jnp.asarray(recovery)
+    values = recovery[:, None, :] * jnp.asarray(peaks)[None]
     if weights is not None:
         w = jnp.asarray(weights, values.dtype)
         values = values * (w[None, None, :] if w.ndim == 1 else w[None])
-    whole = None if correlation is None else jnp.kron(*correlation)
+    whole = None if correlation is None else jnp.kron(*map(jnp.asarray, correlation))
     return combine(values.reshape(len(recovery), -1), how, axis=1, correlation=whole)
 
 
@@ -170,12 +180,12 @@ class Shortfall(NamedTuple):
     quotient: Array
 
 
-def shortfall(limits, truth) -> Shortfall:
+def shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
     """Limit values (cases, ...) against peaks of the full transient (cases, ...): they are estimates, not bounds.
 
     Source: S1 (32).
     """
-    quotient = limits / truth
+    quotient = jnp.asarray(limits) / jnp.asarray(truth)
     short = jnp.maximum(1.0 - quotient, 0.0)
     count = jnp.sum(short > 0, axis=0).astype(quotient.dtype)
     mean = jnp.sum(short, axis=0) / jnp.maximum(count, 1.0)

@@ -1,6 +1,7 @@
 """What the bonds of a network carry, by name."""
 
 import dataclasses
+from collections.abc import ItemsView
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -67,7 +68,7 @@ class BondLoads(eqx.Module):
     def __iter__(self):
         return iter(self.bonds)
 
-    def items(self):
+    def items(self) -> ItemsView[str, BondLoad]:
         """Pairs of name and load."""
         return self.bonds.items()
 

@@ -1,21 +1,23 @@
 """Components joined by named bonds: a linear system whose bonds tell what they carry."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import no_such
-from ..errors import ModelError, UnknownNameError
+from ..errors import ModelError
+from ..linear.harmonic import HarmonicResponse
 from ..linear.motion import LinearMotion
-from ..linear.static_response import StaticResponse
+from ..linear.rest import StaticResponse
 from ..linear.system import LinearSystem
-from .dual import dual_response, self_stresses
+from ..typing import ArrayLike
+from .dual import self_stresses
 from .loads import BondLoads, Determinacy, by_bond
 from .primal import Assembly, interface_reactions
-from .ties import Ties
+from .ties import Ties, component_of
 
 
 class Network(Assembly):
@@ -33,17 +35,24 @@ class Network(Assembly):
     bonds: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
     joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
-    def __init__(self, *, names, bonds, joints, **options):
+    def __init__(
+        self,
+        *,
+        names: Iterable[str],
+        bonds: Iterable[tuple[str, Ties]],
+        joints: tuple[tuple[int, ...], ...],
+        **options: Any,
+    ) -> None:
         super().__init__(**options)
         self.names, self.bonds, self.joints = tuple(names), tuple(bonds), joints
 
-    def expand(self, xi) -> dict:
+    def expand(self, xi: ArrayLike) -> dict[str, Array]:
         """Displacements (..., n_c) of all coordinates of every component, by name, from joined ones (..., N)."""
-        parts = self.part(jnp.moveaxis(xi, -1, 0))
+        parts = self.part(jnp.moveaxis(jnp.asarray(xi), -1, 0))
         found = zip(self.names, self.components, parts, strict=True)
         return {name: jnp.moveaxis(jnp.tensordot(c.basis.astype(rho.dtype), rho, 1), 0, -1) for name, c, rho in found}
 
-    def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
+    def outputs(self, *names: str | tuple[str, str]) -> tuple[Array, tuple[str, ...]]:
         """As of `LinearSystem`, of the components: "stage.top z", ("stage", "top z"), "stage.top"."""
         rows, labels = [jnp.zeros((0, self.num_rows), self.dtype)], []
         for name in names:
@@ -56,12 +65,10 @@ class Network(Assembly):
         return jnp.concatenate(rows), tuple(labels)
 
     def _component(self, name):
-        component, own = name.partition(".")[::2] if isinstance(name, str) else name
-        if component not in self.names:
-            raise UnknownNameError(no_such("component", component, self.names))
+        component, own = component_of(name, self.names)
         return self.names.index(component), own
 
-    def load(self, forces: Mapping | Array) -> Array:
+    def load(self, forces: Mapping | ArrayLike) -> Array:
         """Forces (..., N): as of `LinearSystem`, and by name of a component on all of its coordinates (..., n_c).
 
         Source: S1 (18), (21)-(25).
@@ -91,19 +98,6 @@ class Network(Assembly):
                 component, label = self._component(name)
                 own[component][label] = force
         return [_share(c, dict(given)) if given else None for c, given in zip(self.components, own, strict=True)]
-
-    def response(self, forces: Mapping, omega=None) -> tuple[dict, BondLoads]:
-        """Static or harmonic displacements (n_c,) by component, and the loads of the bonds: the dual assembly.
-
-        Args: forces: by component (n_c,).  Source: S1 (1)-(3), (19), (25).
-        """
-        parts = self.components
-        stray = [no_such("component", name, self.names) for name in forces if name not in self.names]
-        if stray:
-            raise UnknownNameError("; ".join(stray))
-        rhos, found = dual_response(parts, self.joints, [forces.get(name) for name in self.names], omega)
-        moved = {n: c.basis.astype(rho.dtype) @ rho for n, c, rho in zip(self.names, parts, rhos, strict=True)}
-        return moved, by_bond(self.bonds, self._rows(), jnp.concatenate(found.forces), found.residual)
 
     def determinacy(self, rigid: Mapping | None = None) -> Determinacy:
         """Redundant and statically determinate bonds; on the host.
@@ -141,44 +135,32 @@ def _share(component, given):
     part = component.load(given) if given else None
     if whole is None or part is None:
         return part if whole is None else whole
-    shape = np.broadcast_shapes(whole.shape, part.shape)
-    return jnp.broadcast_to(whole, shape) + jnp.broadcast_to(part, shape)
+    shape, dtype = np.broadcast_shapes(whole.shape, part.shape), np.result_type(whole.dtype, part.dtype)
+    return jnp.broadcast_to(whole, shape).astype(dtype) + jnp.broadcast_to(part, shape).astype(dtype)
 
 
-def reactions(
-    network: LinearSystem, motion: LinearMotion | StaticResponse, forces: Mapping | None = None
-) -> BondLoads:
-    """What the bonds carry in a motion or at rest: `reactions(net, motion)["bolts"].force`.
+def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | HarmonicResponse) -> BondLoads:
+    """What the bonds carry in a motion, at rest or over frequencies: `reactions(net, motion)["bolts"].force`.
 
-    Args:
-        motion: of `simulate`, or of `equilibrium` with the `forces` that it was asked with.
+    Args: answer: of `simulate`, `equilibrium` or `harmonic_response`, with the forces that it was asked with.
 
-    With fixed-interface modes these loads already are those of mode acceleration.  Damping by `Modal(ratios)` is not
-    among the components' forces: it is what the sides of a bond then differ by, in `residual`, and the loads are
-    their mean.
+    With fixed-interface modes these loads already are those of mode acceleration.  Damping by `Modal(ratios)` or by
+    a loss factor is shared out to the components as their stiffness is.
 
     Raises: ModelError for a linear system without bonds.  Source: S1 (3), (19)-(25).
     """
     if not isinstance(network, Network):
         raise ModelError(["reactions are those of a mechanism, or of the bonds of a network of `connect`"])
-    rest = isinstance(motion, StaticResponse)
-    given = (() if forces is None else (forces,)) if rest else motion.forces
-    x = motion.displacement
-    a, v = (jnp.zeros_like(x), None) if rest else (motion.acceleration, motion.velocity)
-    return loads_of(network, x, a, v, given)
-
-
-def loads_of(network: Network, x, a, v=None, forces=()) -> BondLoads:
-    """Loads of the bonds in displacements, accelerations, velocities (..., N), complex amplitudes too.
-
-    Args: forces: mappings as `Network.shares` takes them.  Source: S1 (3), (19)-(25).
-    """
-    along = [None if part is None else jnp.moveaxis(part, -1, 0) for part in (x, a, v)]
+    elastic, viscous, inertial = (
+        None if part is None else jnp.moveaxis(part, -1, 0) for part in answer.terms(network)
+    )
     shares = [None] * len(network.names)
-    for given in forces:
-        new = [None if s is None else _first(s, x.shape[:-1]) for s in network.shares(given)]
+    for given in answer.forces:
+        new = [
+            None if s is None else _first(s, elastic.shape[1:]).astype(elastic.dtype) for s in network.shares(given)
+        ]
         shares = [b if a is None else a if b is None else a + b for a, b in zip(shares, new, strict=True)]
-    found = interface_reactions(network, *along, shares)
+    found = interface_reactions(network, elastic, inertial, viscous, shares)
     return by_bond(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual)
 
 

@@ -1,6 +1,7 @@
 """Reduced components joined at shared interface displacements; the reactions of the bonds and their balance."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,6 +11,7 @@ from jaxtyping import Array
 from ..elements.base import number
 from ..linear.system import LinearSystem
 from ..reductions.base import Reduced, explicit
+from ..typing import ArrayLike
 
 
 class Assembly(LinearSystem):
@@ -23,12 +25,13 @@ class Assembly(LinearSystem):
     components: tuple[Reduced, ...]
     places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
-    def __init__(self, *, components, places, **options):
+    def __init__(self, *, components: Iterable[Reduced], places: Iterable[tuple[int, ...]], **options: Any) -> None:
         super().__init__(**options)
         self.components, self.places = tuple(components), tuple(places)
 
-    def part(self, xi) -> tuple:
+    def part(self, xi: ArrayLike) -> tuple[Array, ...]:
         """`rho_c = beta_c xi` of every component, (r_c, ...).  Source: S1 (7), (11), (21)-(24)."""
+        xi = jnp.asarray(xi)
         padded = jnp.concatenate([xi, jnp.zeros_like(xi[:1])])
         return tuple(padded[np.array(p)] for p in self.places)
 
@@ -101,7 +104,7 @@ def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Se
     """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - Q`.
 
     Args:
-        xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes (see `recovery.harmonic`).
+        xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes.
         shares: generalised forces on the components (r_c, ...), None for none.
 
     With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (17)-(25).
@@ -158,9 +161,9 @@ def _assemble(places, blocks, size):
 
 def _sum(places, parts, size):
     given = [(p, f) for p, f in zip(places, parts, strict=True) if f is not None]
-    total = jnp.zeros((size + 1, *given[0][1].shape[1:]), given[0][1].dtype)
+    total = jnp.zeros((size + 1, *given[0][1].shape[1:]), np.result_type(*(f.dtype for _, f in given)))
     for place, f in given:
-        total = total.at[np.array(place)].add(f)
+        total = total.at[np.array(place)].add(f.astype(total.dtype))
     return total[:-1]
 
 

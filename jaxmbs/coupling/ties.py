@@ -6,12 +6,28 @@ from typing import NamedTuple
 from ..checks import no_such
 from ..elements import DIRECTIONS
 from ..elements.base import are_axes
-from ..errors import ModelError
+from ..errors import ModelError, UnknownNameError
+from ..linear.labels import rows_of
 from ..linear.system import LinearSystem
 from .bonds import GROUND, Bond
 
 #: The fault of a name that could not be told from a component's node.
 DOTTED = "a name without a dot, please: 'stage.top' is the node 'top' of 'stage'"
+
+
+class Channels(NamedTuple):
+    """What bonds may tie of a component that is known by measured transfer functions."""
+
+    coordinates: tuple[tuple[str, str], ...]
+    positions: None = None
+
+    @property
+    def interface(self) -> range:
+        return range(len(self.coordinates))
+
+    @property
+    def num_interface(self) -> int:
+        return len(self.coordinates)
 
 
 class Ties(NamedTuple):
@@ -32,8 +48,9 @@ class Ties(NamedTuple):
 
 def ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
     """What each bond ties.  Raises: ModelError with every fault: names, counts, directions."""
-    kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, LinearSystem)}
-    faults, found = [f"component {name!r} is a {kind}, not a LinearSystem" for name, kind in kinds.items()], {}
+    kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, LinearSystem | Channels)}
+    faults = [f"component {name!r} is a {kind}, not a LinearSystem" for name, kind in kinds.items()]
+    found: dict[str, Ties] = {}
     faults += [f"component {name!r}: {DOTTED}" for name in components if "." in name or name == GROUND]
     for name, bond in bonds.items() if not kinds else ():
         own = []
@@ -91,25 +108,49 @@ def _coordinates(end, components, faults):
     component = components[name]
     count, names = component.num_interface, [component.coordinates[i] for i in component.interface]
     nodes = [w for w in which or () if isinstance(w, str)]
-    missing = [node for node in nodes if node not in {n for n, _ in names}]
+    missing = []
+    at = rows_of(nodes, names, missing)
     stray = [k for k in which or () if not isinstance(k, str) and not 0 <= k < count]
     if missing:
-        faults.append(f"interface of {name!r}: {no_such('node', missing[0], dict.fromkeys(n for n, _ in names))}")
+        faults.append(f"interface of {name!r}: {missing[0]}")
     if stray:
         faults.append(f"{name!r} has {count} interface coordinates, none with the number {stray[0]}")
     if missing or stray:
         return [], ()
     chosen = range(count) if which is None else which
     if nodes:
-        chosen = [k for k, (node, _) in enumerate(names) if node in nodes]
+        chosen = at
     labels = tuple(names[k][1] or str(place) for place, k in enumerate(chosen))
     return [(name, int(k)) for k in chosen], labels
+
+
+def shared_by_axes(bonds: Mapping[str, Bond], found: Mapping[str, Ties]) -> list[str]:
+    """Faults of bonds with axes whose ends other bonds join too."""
+    used: dict[tuple, list] = {}
+    for name, bond in found.items():
+        for coordinate in (c for end in bond.ends for c in end):
+            used.setdefault(coordinate, []).append(name)
+    faults = []
+    for name, bond in bonds.items():
+        for end in found[name].ends if bond.axes is not None else ():
+            others = sorted({other for c in end for other in used[c]} - {name})
+            if others:
+                faults.append(f"bond {name!r} has axes: {', '.join(others)} must not join the same coordinates")
+    return faults
 
 
 def _differ(first, second):
     """Directions that are named on both sides and are not the same."""
     pairs = zip(first, second, strict=True)
     return any(a != b for a, b in pairs if a in DIRECTIONS and b in DIRECTIONS)
+
+
+def component_of(name, components) -> tuple:
+    """(component, what of it) of a name: "stage.top z" or ("stage", "top z").  Raises: UnknownNameError."""
+    component, own = name.partition(".")[::2] if isinstance(name, str) else name
+    if component not in components:
+        raise UnknownNameError(no_such("component", component, components))
+    return component, own
 
 
 def joint_numbers(sizes: Mapping[str, int], found: Mapping[str, Ties]) -> tuple[tuple[int, ...], ...]:

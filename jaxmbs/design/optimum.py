@@ -60,7 +60,7 @@ class Optimum(eqx.Module):
     def table(self) -> str:
         """Every variable before and after, with its bounds and a mark where a bound is active."""
         before, after = _flat(self.initial_design), _flat(self.design)
-        rows = [("variable", "before", "after", "lower", "upper", "")]
+        rows: list[tuple[str, ...]] = [("variable", "before", "after", "lower", "upper", "")]
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
             rows.append((name, *(f"{number:.6g}" for number in numbers), _mark(*numbers[1:])))
         rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
@@ -68,7 +68,7 @@ class Optimum(eqx.Module):
 
     def starts_table(self) -> str:
         """Every start with its objective before and after, steps and reason; the best one is marked."""
-        rows = [("start", "before", "after", "steps", "", "")]
+        rows: list[tuple[str, ...]] = [("start", "before", "after", "steps", "", "")]
         for k, found in enumerate(self.starts):
             mark = "best" if found.value == self.value else ""
             steps = str(len(found.history.values) - 1)

@@ -28,7 +28,7 @@ def read_designs(designs) -> PyTree:
     paths, structure = jax.tree_util.tree_flatten_with_path(designs, is_leaf=_is_column)
     columns = {_label(path): _numbers(_label(path), leaf) for path, leaf in paths}
     _check_lengths(columns)
-    return structure.unflatten(columns.values())
+    return jax.tree.unflatten(structure, list(columns.values()))
 
 
 def is_traced(designs: PyTree) -> bool:

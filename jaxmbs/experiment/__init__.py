@@ -1,14 +1,14 @@
 """Measured transfer functions: coupling, decoupling, virtual points, test rigs, uncertainty."""
 
+from ..coupling.transfer_functions import couple, interface_forces
+from ..coupling.uncoupled import uncoupled
 from ..linear.transfer import TransferFunctions
-from .coupling import couple, interface_forces
+from ..math.regular_inverse import regular_inverse
 from .decoupling import decouple
-from .inverse import regular_inverse
 from .rig import free_response, measured_stiffness, remove_stiffness
 from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
-from .transfer import uncoupled
 from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
-from .virtual_point import VirtualPoint, flexible_channels, rigid_channels, virtual_point
+from .virtual import VirtualPoint, flexible_channels, rigid_channels, virtual_point
 
 __all__ = [
     "TransferFunctions",

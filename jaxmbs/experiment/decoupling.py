@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import jax
 
+from ..coupling.uncoupled import check_alike
 from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
-from .inverse import regular_inverse
-from .transfer import check_alike
+from ..math.regular_inverse import regular_inverse
+from ..typing import ArrayLike
 
 #: A channel of both, or its name in the assembled structure and in the component.
 Shared = str | tuple[str, str]
@@ -20,9 +21,9 @@ def decouple(
     compatibility: Sequence[Shared],
     equilibrium: Sequence[Shared] | None = None,
     rank: int | None = None,
-    rcond: float = 0.0,
-    noise=0.0,
-    weights=None,
+    rcond: ArrayLike = 0.0,
+    noise: ArrayLike = 0.0,
+    weights: ArrayLike | None = None,
 ) -> TransferFunctions:
     """The rest of `assembled` without `known`: the component is coupled once more, with the opposite sign.
 

@@ -7,10 +7,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..coupling.transfer_functions import with_stiffness
 from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
-from .inverse import regular_inverse
+from ..math.regular_inverse import regular_inverse
+from ..typing import ArrayLike
 
 
 class FreeResponse(NamedTuple):
@@ -21,7 +23,14 @@ class FreeResponse(NamedTuple):
     residual: Float[Array, " frequencies"]
 
 
-def free_response(motions, exciters, supports=None, weights=None, rcond: float = 0.0, noise=0.0) -> FreeResponse:
+def free_response(
+    motions: ArrayLike,
+    exciters: ArrayLike,
+    supports: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    rcond: ArrayLike = 0.0,
+    noise: ArrayLike = 0.0,
+) -> FreeResponse:
     """`B_free = X (F + R)^+`, over the runs, at each frequency.
 
     Args:
@@ -74,7 +83,7 @@ def _faults(motions, exciters, supports, weights):
     return faults
 
 
-def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiffness) -> TransferFunctions:
+def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiffness: ArrayLike) -> TransferFunctions:
     """The free structure from one measured on a rig of known dynamic stiffness: `(B^-1 - Z)^-1` at the channels.
 
     Computed as `B + B Z (I - B Z)^-1 B`, so that channels off the rig come along, and no B is inverted.
@@ -92,11 +101,7 @@ def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiff
         raise ModelError([f"the rig's stiffness has shape {Z.shape}; {n} channels need ({n}, {n}) at each frequency"])
     B = measured.to("receptance")
     Z = Z if Z.ndim == 3 else Z[None]
-    rows = B.values[:, B.rows(channels)]
-    into = B.values[:, :, B.columns(channels)] @ Z
-    inner = rows[:, :, B.columns(channels)] @ Z
-    free = B.values + into @ jax.vmap(square.solve)(jnp.eye(n, dtype=Z.dtype)[None] - inner, rows)
-    return B.replace(free).to(measured.kind)
+    return with_stiffness(B, channels, -Z).to(measured.kind)
 
 
 def measured_stiffness(

@@ -6,14 +6,18 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
+from ..elements.base import number
 from ..math import square
+from ..typing import ArrayLike
 
 
-def sweep_phase(time, start, end, duration):
+def sweep_phase(time: ArrayLike, start: ArrayLike, end: ArrayLike, duration: ArrayLike) -> tuple[Array, Array]:
     """Phase [rad] and angular frequency [rad/s] of a sweep that rises linearly from `start` to `end` [rad/s].
 
     Source: S1 (41), Fig. 4.
     """
+    time = number(time)
+    start, end, duration = (jnp.asarray(x, time.dtype) for x in (start, end, duration))
     rate = (end - start) / duration
     return start * time + rate * time**2 / 2, start + rate * time
 
@@ -21,7 +25,7 @@ def sweep_phase(time, start, end, duration):
 def swept_amplitudes(
     signals: Float[Array, "channels samples"],
     phase: Float[Array, " samples"],
-    centres,
+    centres: ArrayLike,
     width: int,
 ) -> Complex[Array, "centres channels"]:
     """Complex amplitudes A at the centres, of signals `Re(A e^(i phase))` sampled during a sweep.
@@ -57,24 +61,25 @@ def swept_amplitudes(
     return jax.lax.map(at, jnp.asarray(centres), batch_size=64)
 
 
-def swept_variance(noise, width: int):
+def swept_variance(noise: ArrayLike, width: int) -> Array:
     """Variance of the complex amplitudes of `swept_amplitudes` for white noise of a standard deviation per sample.
 
     Source: S1 (41), Fig. 4.
     """
     w = _window(width)
-    return noise**2 * (4 * float(np.sum(w**2) / np.sum(w) ** 2))
+    return jnp.asarray(noise) ** 2 * (4 * float(np.sum(w**2) / np.sum(w) ** 2))
 
 
 def _window(width):
     return np.cos(np.pi * np.arange(-width, width + 1) / (2 * (width + 1))) ** 2
 
 
-def nonlinearity(levels) -> Float[Array, " frequencies"]:
+def nonlinearity(levels: ArrayLike) -> Float[Array, " frequencies"]:
     """Largest relative difference between transfer functions (levels, frequencies, ...) of several levels of force.
 
     Zero for a linear structure; compare it with the noise.  Source: S1 (41), Fig. 5.
     """
+    levels = jnp.asarray(levels)
     mean = jnp.mean(levels, axis=0)
     axes = tuple(range(2, levels.ndim))
     spread = jnp.max(jnp.sum(jnp.abs(levels - mean[None]) ** 2, axis=axes), axis=0)

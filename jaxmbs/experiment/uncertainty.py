@@ -7,8 +7,10 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..typing import ArrayLike
 
-def coherence_variance(values, coherence, averages) -> Array:
+
+def coherence_variance(values: ArrayLike, coherence: ArrayLike, averages: ArrayLike) -> Array:
     """Variance `|B|^2 (1 - c) / (c n)` of measured transfer functions: of the complex error, half in each part.
 
     Args:
@@ -18,27 +20,31 @@ def coherence_variance(values, coherence, averages) -> Array:
 
     Source: S1 (41); J. Bendat, A. Piersol, Random Data, single-input estimates with noise at the output.
     """
+    values, coherence = jnp.asarray(values), jnp.asarray(coherence)
+    averages = jnp.asarray(averages, coherence.dtype)
     return jnp.abs(values) ** 2 * (1 - coherence) / (coherence * averages)
 
 
-def noise_variance(values, relative=0.0, floor=0.0) -> Array:
+def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLike = 0.0) -> Array:
     """Variance of a noise model: a share of the size (calibration, cross talk) and a floor (sensors, cables).
 
     Args: relative, floor: numbers, or arrays that broadcast to the values' shape (of the same rank).
 
     Source: S1 (41).
     """
+    values = jnp.asarray(values)
     relative, floor = (jnp.broadcast_to(jnp.asarray(a, values.real.dtype), values.shape) for a in (relative, floor))
     return jnp.abs(values) ** 2 * relative**2 + floor**2
 
 
-def noisy(key, values, variance):
+def noisy(key: Array, values: ArrayLike, variance: ArrayLike) -> Array:
     """A sample of the values with circular complex noise of the given variance, independent from entry to entry."""
+    values, variance = jnp.asarray(values), jnp.asarray(variance)
     parts = jax.random.normal(key, (2, *values.shape), values.real.dtype) * jnp.sqrt(variance / 2)[None]
     return values + lax.complex(parts[0], parts[1])
 
 
-def propagate(function: Callable, values, variance):
+def propagate(function: Callable, values: ArrayLike, variance: ArrayLike) -> tuple[Array, Array]:
     """Value of a function of measured transfer functions, and the variance of each entry of it.
 
     First order: `sum |d f / d B_ij|^2 var_ij`, the errors of entries and of frequencies being independent.  Two
@@ -51,6 +57,7 @@ def propagate(function: Callable, values, variance):
 
     Returns: (value, variance), the variance of a complex entry being that of its complex error.  Source: S1 (41).
     """
+    values, variance = jnp.asarray(values), jnp.asarray(variance)
     found = function(values)
     deviation = jnp.sqrt(variance / 2)
     outputs, inputs = values.shape[1:]
@@ -66,20 +73,24 @@ def propagate(function: Callable, values, variance):
     return found, lax.scan(add, start, jnp.arange(outputs * inputs))[0]
 
 
-def propagate_scalar(function: Callable, values, variance) -> tuple[Float[Array, ""], Float[Array, ""]]:
+def propagate_scalar(
+    function: Callable, values: ArrayLike, variance: ArrayLike
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """A real number computed from all frequencies, and its variance: one adjoint gives all sensitivities.
 
     Args: as of `propagate`; the function gives a real scalar.  Source: S1 (41).
     """
+    values, variance = jnp.asarray(values), jnp.asarray(variance)
     found, slope = jax.value_and_grad(function)(values)
     return found, jnp.sum(jnp.abs(slope) ** 2 * variance) / 2
 
 
-def mean_of_repeats(samples) -> tuple[Array, Array]:
+def mean_of_repeats(samples: ArrayLike) -> tuple[Array, Array]:
     """Mean (...) and variance of the mean (...) of repeated measurements (repeats, ...), at least two.
 
     Source: S1 (41).
     """
+    samples = jnp.asarray(samples)
     n = samples.shape[0]
     mean = jnp.mean(samples, axis=0)
     return mean, jnp.sum(jnp.abs(samples - mean[None]) ** 2, axis=0) / (n * (n - 1))

@@ -2,8 +2,8 @@
 
 from .assembly import assemble, assemble_blocks, assemble_dense, element_matrices, node_pattern
 from .groups import Group
-from .histories import histories
 from .loads import body_load, line_load, nodal_load, pressure_load
+from .over_time import histories
 from .recovery import element_forces, element_stresses
 from .structure import Coordinates, Structure, collect, spread
 

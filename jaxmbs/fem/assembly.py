@@ -1,7 +1,8 @@
 """Matrices of a structure, dense or in blocks of nodes, by one mapped call and one scatter per group."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -28,7 +29,7 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
     return structure.groups[group].map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
 
 
-def assemble(structure: Structure, interface: Sequence = (), blocks: bool = False) -> LinearSystem:
+def assemble(structure: Structure, interface: Iterable = (), blocks: bool = False) -> LinearSystem:
     """The matrices (n, n) [kg, N s/m, N/m; N m and rad where nodes turn] of a structure over named coordinates, with
     the places of its nodes; damping where an element damps.
 
@@ -42,14 +43,13 @@ def assemble(structure: Structure, interface: Sequence = (), blocks: bool = Fals
     damped = any(group.element.damps for group in structure.groups.values())
     kinds = KINDS if damped else KINDS[:2]
     made = (assemble_blocks if blocks else assemble_dense)(structure, kinds)
+    matrices: dict[str, Any] = dict(zip(kinds, made, strict=True))
     labels = structure.labels
     if blocks:
         labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
     places = (structure.names, structure.positions)
     interface = [_node(structure, item) for item in interface]
-    return LinearSystem(
-        **dict(zip(kinds, made, strict=True)), interface=interface, coordinates=labels, positions=places
-    )
+    return LinearSystem(**matrices, interface=interface, coordinates=labels, positions=places)
 
 
 def _node(structure, item):
@@ -59,7 +59,7 @@ def _node(structure, item):
 
 
 @jit
-def assemble_dense(structure: Structure, kinds=("stiffness", "mass")) -> tuple:
+def assemble_dense(structure: Structure, kinds: Sequence[str] = ("stiffness", "mass")) -> tuple[Array, ...]:
     """(K, M), or what `kinds` names, over the coordinates that are not held: rows as `structure.labels`.
 
     Source: S1 (3).
@@ -79,7 +79,7 @@ def _dense(structure, kind):
 
 
 @jit
-def assemble_blocks(structure: Structure, kinds=("stiffness", "mass")) -> tuple:
+def assemble_blocks(structure: Structure, kinds: Sequence[str] = ("stiffness", "mass")) -> tuple[BlockMatrix, ...]:
     """(K, M) as block matrices on the graph of nodes, blocks of `structure.size`.
 
     Held coordinates stay in their blocks, uncoupled: one in the stiffness, zero elsewhere.  Source: S1 (3).

@@ -1,12 +1,16 @@
 """Groups of like elements, and what may be wrong with a declaration of them."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from ..checks import known, no_such
 from ..elements import DIRECTIONS, AbstractElement
+from ..typing import AnyArray
 
 
 class Group(eqx.Module):
@@ -26,12 +30,12 @@ class Group(eqx.Module):
         """(elements, k) node numbers."""
         return np.array(self.nodes, int).reshape(len(self.nodes), -1)
 
-    def map(self, function, positions, *others):
+    def map(self, function: Callable, positions: AnyArray, *others: AnyArray) -> Array:
         """`function(element, nodes (k, 3), ...)` over all elements, results stacked."""
         axes = (None if self.shared else 0, 0, *[0] * len(others))
         return jax.vmap(function, in_axes=axes)(self.element, positions[self.connections], *others)
 
-    def misplaced(self, name, positions) -> list[str]:
+    def misplaced(self, name: str, positions: AnyArray) -> list[str]:
         """Elements whose nodes lie wrongly, where positions are known."""
         if not known(positions) or not self.nodes:
             return []

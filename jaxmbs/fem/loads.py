@@ -11,11 +11,12 @@ from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
 from ..math.jit import jit
+from ..typing import ArrayLike
 from .structure import Structure
 
 
 @jit
-def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
+def body_load(structure: Structure, acceleration: ArrayLike) -> Float[Array, "nodes 6"]:
     """Weight in a uniform field `acceleration` (3,) [m/s^2] (gravity), `M` times the rigid motion.
 
     Source: S1 (18).
@@ -25,7 +26,9 @@ def body_load(structure: Structure, acceleration) -> Float[Array, "nodes 6"]:
 
 
 @jit
-def pressure_load(structure: Structure, group: str, pressure, face: int | None = None) -> Float[Array, "nodes 6"]:
+def pressure_load(
+    structure: Structure, group: str, pressure: ArrayLike, face: int | None = None
+) -> Float[Array, "nodes 6"]:
     """Pressure [Pa], a number or one per element: along a shell's normal, or into a solid's `face`.
 
     Source: S1 (18).
@@ -40,7 +43,7 @@ def pressure_load(structure: Structure, group: str, pressure, face: int | None =
 
 
 @jit
-def line_load(structure: Structure, group: str, force) -> Float[Array, "nodes 6"]:
+def line_load(structure: Structure, group: str, force: ArrayLike) -> Float[Array, "nodes 6"]:
     """Uniform force (3,) or (elements, 3) per length [N/m] on beams, world axes.
 
     Source: S1 (18).

@@ -5,14 +5,21 @@ from collections.abc import Mapping
 import jax
 import jax.numpy as jnp
 from jax import lax
+from jaxtyping import Array
 
 from ..math.jit import jit
+from ..typing import AnyArray, ArrayLike
 from .loads import element_line_loads, element_weights
 from .structure import Structure, spread
 
 
 @jit
-def element_forces(structure: Structure, x, line_loads: Mapping | None = None, acceleration=None) -> dict:
+def element_forces(
+    structure: Structure,
+    x: AnyArray,
+    line_loads: Mapping[str, ArrayLike] | None = None,
+    acceleration: ArrayLike | None = None,
+) -> dict[str, Array]:
     """Element loads `F_e = k_e T_e x - f_e` by group, (elements, labels), in the elements' own axes.
 
     Args:
@@ -30,7 +37,12 @@ def element_forces(structure: Structure, x, line_loads: Mapping | None = None, a
 
 
 @jit
-def element_stresses(structure: Structure, x, line_loads: Mapping | None = None, acceleration=None) -> dict:
+def element_stresses(
+    structure: Structure,
+    x: AnyArray,
+    line_loads: Mapping[str, ArrayLike] | None = None,
+    acceleration: ArrayLike | None = None,
+) -> dict[str, Array]:
     """Stresses [Pa] by group, (elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
     return _recovered(structure, x, "stresses", line_loads, acceleration)
 

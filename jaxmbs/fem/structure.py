@@ -1,6 +1,6 @@
 """A structure of finite elements: named nodes, groups of like elements, held coordinates."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -12,6 +12,7 @@ from ..checks import known, place_of
 from ..elements import DIRECTIONS
 from ..elements.base import number
 from ..errors import ModelError
+from ..typing import AnyArray, ArrayLike
 from .groups import Group, group, held_pairs
 
 
@@ -45,18 +46,17 @@ class Structure(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     held: tuple[tuple[int, int], ...] = eqx.field(static=True)
 
-    def __init__(self, nodes, elements: Mapping, held: Mapping | None = None):
-        named = isinstance(nodes, Mapping)
+    def __init__(self, nodes: Mapping | Sequence | AnyArray, elements: Mapping, held: Mapping | None = None) -> None:
         if len(nodes) == 0:
             raise ModelError(["a structure needs nodes: none are given"])
-        self.names = tuple(str(name) for name in nodes) if named else tuple(str(i) for i in range(len(nodes)))
-        places = jnp.stack([number(p) for p in nodes.values()]) if named else nodes
-        self.positions = number(places)
+        self.names = tuple(str(name) for name in (nodes if isinstance(nodes, Mapping) else range(len(nodes))))
+        self.positions = number(jnp.stack([*map(number, nodes.values())]) if isinstance(nodes, Mapping) else nodes)
         if self.positions.shape[1:] != (3,):
             raise ModelError(f"positions of nodes have three components each, not the shape {self.positions.shape}")
         index, faults = {name: i for i, name in enumerate(self.names)}, []
-        self.groups = {name: group(name, *parts, index, faults) for name, parts in elements.items()}
-        if not any(g is None or g.nodes for g in self.groups.values()):
+        made = {name: group(name, kind, joined, index, faults) for name, (kind, joined) in elements.items()}
+        self.groups = {name: g for name, g in made.items() if g is not None}
+        if not any(g is None or g.nodes for g in made.values()):
             faults.append("a structure needs elements: none are given")
         self.held = held_pairs(held or {}, index, faults)
         if known(self.positions):
@@ -76,7 +76,7 @@ class Structure(eqx.Module):
         """Coordinates per node of the block form: 6, or 3 where no element turns its nodes."""
         return max((group.element.coordinates for group in self.groups.values()), default=3)
 
-    def node(self, name) -> int:
+    def node(self, name: Hashable) -> int:
         """Number of a node.  Raises: UnknownNameError."""
         return place_of("node", str(name), self.names)
 
@@ -104,7 +104,7 @@ class Structure(eqx.Module):
         return tuple((self.names[n], DIRECTIONS[d]) for n, d in zip(nodes, directions, strict=True))
 
 
-def collect(structure: Structure, values) -> Array:
+def collect(structure: Structure, values: ArrayLike) -> Array:
     """(rows,) of the dense matrices from values (nodes, 6) at the nodes.  Raises: ValueError for another shape."""
     if np.shape(values) != (structure.num_nodes, 6):
         raise ValueError(f"{structure.num_nodes} nodes need values of shape ({structure.num_nodes}, 6)")
@@ -112,7 +112,7 @@ def collect(structure: Structure, values) -> Array:
     return jnp.asarray(values)[index.nodes, index.directions]
 
 
-def spread(structure: Structure, x) -> Array:
+def spread(structure: Structure, x: AnyArray) -> Array:
     """(nodes, 6) displacements and rotations from x (rows,); zero where held."""
     index = structure.index
     return jnp.zeros((structure.num_nodes, 6), x.dtype).at[index.nodes, index.directions].set(x)

@@ -1,7 +1,7 @@
 """Elastic bodies in mechanisms: substructures in a floating frame, and the way back to their elements."""
 
 from .carried import carried_loads, mass_properties
-from .floating_frame import FloatingFrame, floating_frame
+from .floating import FloatingFrame, floating_frame
 from .recovery import deformations, displacements, interface_loads
 
 __all__ = [

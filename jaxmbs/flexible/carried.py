@@ -18,7 +18,7 @@ from ..math.linalg import skew
 from ..math.rows import over_rows
 from ..model.system import System
 from ..typing import Matrix3, Scalar, Vector3
-from .floating_frame import directions, rigid_basis
+from .floating import directions, rigid_basis
 
 
 def carried_loads(

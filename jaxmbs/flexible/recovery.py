@@ -18,7 +18,7 @@ from ..math.rotation import rotation_vector_rate
 from ..model.question import check_fits
 from ..model.system import System
 from ..reductions import recovery
-from .floating_frame import FloatingFrame, interface_rows, turned
+from .floating import FloatingFrame, interface_rows, turned
 
 
 class _Motion(NamedTuple):

@@ -56,7 +56,7 @@ class Table(AbstractScalarLaw):
     def faults(self) -> list[str]:
         """Abscissae increase; the damper dissipates at every rate."""
         found = super().faults() + faults_if((not_increasing(self.x_points), "x_points must increase"))
-        if self.flow_points is None or not known(self):
+        if self.flow_points is None or self.damping_efforts is None or not known(self):
             return found
         if not_increasing(self.flow_points):
             return [*found, "flow_points must increase"]

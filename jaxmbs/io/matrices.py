@@ -1,13 +1,13 @@
 """Linear systems from files of matrices: Matrix Market, Nastran's OP4 and DMIG (pyYeti reads those two)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear import LinearSystem
-from ..typing import ArrayLike
+from ..typing import CoordinateLike
 
 
 def read_matrix_market(
@@ -38,8 +38,8 @@ def read_dmig(
     mass: str = "maax",
     stiffness: str = "kaax",
     damping: str | None = None,
-    interface: Sequence = (),
-    positions: Mapping | ArrayLike | None = None,
+    interface: Iterable[CoordinateLike] = (),
+    positions: Mapping | Sequence | None = None,
 ) -> LinearSystem:
     """From DMIG cards in a bulk or punch file; coordinates are named by grid and component, "101 rz".
 

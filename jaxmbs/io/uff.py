@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def write_uff(path: str | PathLike, transfer: TransferFunctions) -> None:
     for i, output in enumerate(transfer.outputs):
         for j, driven in enumerate(transfer.inputs):
             (rsp_node, rsp_dir), (ref_node, ref_dir) = places[output], places[driven]
-            data = dict(type=58, func_type=_TRANSFER, rsp_node=rsp_node, rsp_dir=rsp_dir)
+            data: dict[str, Any] = dict(type=58, func_type=_TRANSFER, rsp_node=rsp_node, rsp_dir=rsp_dir)
             data |= dict(ref_node=ref_node, ref_dir=ref_dir, x=hertz, data=values[:, i, j].astype(complex))
             data |= dict(id1=transfer.kind, id4=f"output {output}", id5=f"input {driven}", abscissa_spacing=0)
             data |= dict(abscissa_spec_data_type=_FREQUENCY, ordinate_spec_data_type=_CODES[transfer.kind])

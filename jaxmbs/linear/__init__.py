@@ -1,7 +1,6 @@
 """Linear systems of matrices: modes, damping, response in frequency and time, statics, checks."""
 
 from .block_modes import lowest_modes
-from .check import check
 from .condensation import constraint_modes, interface_basis, partition
 from .damping import (
     complex_modes,
@@ -13,6 +12,7 @@ from .damping import (
     structural,
 )
 from .dynamic_stiffness import dense_response, direct_response
+from .eigenmodes import Modes, natural_modes
 from .from_scipy import block_matrices
 from .gains import (
     accelerance,
@@ -23,22 +23,24 @@ from .gains import (
     mobility_from_gain,
     superpose,
 )
-from .modal_response import modal_response
+from .harmonic import HarmonicResponse, harmonic_response
+from .integrate import simulate
 from .mode_shapes import effective_masses, mac, mode_ratios, participation, track
-from .modes import Modes, natural_modes
 from .motion import LinearMotion, Link, Modal
-from .oscillations import ModalMotion, base_load, modal_motion, oscillations
+from .oscillators import ModalMotion, base_load, modal_motion, oscillations
 from .questions import equilibrium, frequency_response, modes
-from .receptance import modal_receptance, receptance, transmissibility, viscous_receptance
+from .receptances import modal_receptance, receptance, transmissibility, viscous_receptance
 from .report import Check
-from .rigid_motions import rigid_motions
-from .simulate import simulate
-from .static_response import StaticResponse, static_response
+from .response_in_modes import modal_response
+from .rest import StaticResponse, static_response
+from .rigid import rigid_motions
+from .soundness import check
 from .system import LinearSystem
 from .transfer import TransferFunctions
 
 __all__ = [
     "Check",
+    "HarmonicResponse",
     "LinearMotion",
     "LinearSystem",
     "Link",
@@ -63,6 +65,7 @@ __all__ = [
     "frequency_response",
     "gain_from_mobility",
     "generalised_stiffness",
+    "harmonic_response",
     "interface_basis",
     "lowest_modes",
     "mac",

@@ -11,7 +11,7 @@ from ..blocksparse import BlockMatrix, Factor, solve
 from ..checks import known
 from ..math import lapack
 from ..math.eigen import of_groups, same
-from .modes import Modes
+from .eigenmodes import Modes
 
 #: Vectors of a block: the largest group of equal values that is surely found whole.
 WIDTH = 8

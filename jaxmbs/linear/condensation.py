@@ -1,16 +1,16 @@
 """Static condensation on an interface: constraint modes, and the coupling modes made of them."""
 
-from collections.abc import Sequence
-
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array, Float
 
 from ..checks import known
 from ..math import lapack
+from ..typing import AnyArray, RowsLike
 
 
-def partition(size: int, interface: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+def partition(size: int, interface: RowsLike) -> tuple[np.ndarray, np.ndarray]:
     """Interior and interface coordinates, S1 (4).
 
     Raises: ValueError for a coordinate that is not there or named twice.
@@ -21,7 +21,7 @@ def partition(size: int, interface: Sequence[int]) -> tuple[np.ndarray, np.ndarr
     return np.setdiff1d(np.arange(size), outer), outer
 
 
-def constraint_modes(stiffness, interface: Sequence[int], what: str = "the interface"):
+def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the interface") -> Float[Array, "i b"]:
     """`S = -K_NN^-1 K_Ni` (interior, interface): the interior's static motion with each interface coordinate.
 
     Raises: ValueError, if concrete, where the held interface leaves the interior a mechanism; `what` it calls it.
@@ -36,7 +36,7 @@ def constraint_modes(stiffness, interface: Sequence[int], what: str = "the inter
     return S
 
 
-def interface_basis(stiffness, interface: Sequence[int]):
+def interface_basis(stiffness: AnyArray, interface: RowsLike) -> Float[Array, "n b"]:
     """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (8)."""
     inner, outer = partition(stiffness.shape[0], interface)
     T = jnp.zeros((stiffness.shape[0], len(outer)), stiffness.dtype)

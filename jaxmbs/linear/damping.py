@@ -1,22 +1,31 @@
 """Damping: proportional, modal, structural; the complex modes of any viscous damping."""
 
+from collections.abc import Sequence
+
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array, Bool, Complex
 
 from ..checks import known
 from ..math import square
 from ..math.eigen import eig, spectral
-from .modes import Modes, stable_modes
+from ..typing import AnyArray, ArrayLike, Number
+from .eigenmodes import Modes, stable_modes
+from .storage import Matrix
 from .symmetric import check_mass
 
 
-def proportional(*, K, M, by_mass, by_stiffness):
+def proportional(
+    *, K: Matrix | np.ndarray, M: Matrix | np.ndarray, by_mass: Number, by_stiffness: Number
+) -> Matrix | np.ndarray:
     """`C = by_mass M + by_stiffness K`, [1/s] and [s]."""
     return by_mass * M + by_stiffness * K
 
 
-def proportional_from_ratios(first, second):
+def proportional_from_ratios(
+    first: Sequence[Number] | AnyArray, second: Sequence[Number] | AnyArray
+) -> tuple[Number, Number]:
     """`(by_mass, by_stiffness)` for damping ratios at two angular frequencies: pairs (frequency [rad/s], ratio).
 
     Raises: ValueError for equal frequencies, if concrete.
@@ -28,7 +37,7 @@ def proportional_from_ratios(first, second):
     return 2 * z1 * w1 - by_stiffness * w1**2, by_stiffness
 
 
-def modal(*, K, M, ratios):
+def modal(*, K: AnyArray, M: AnyArray, ratios: ArrayLike) -> Array:
     """C (n, n) that damps the natural modes of (K, M) by given ratios and does not couple them.
 
     Args:
@@ -49,19 +58,31 @@ def _modal_rate(values, ratios, moving):
     return jnp.where(still, 0.0, 2.0 * ratios * jnp.sqrt(jnp.where(still, 1.0, values)) * moving)
 
 
-def coupled(C):
+def modal_lag(*, K: AnyArray, M: AnyArray, ratios: ArrayLike, velocity: AnyArray) -> Array:
+    """Displacements (..., n) whose elastic forces `K y` are those of the damping `modal` at velocities (..., n)."""
+    modes = lax.stop_gradient(stable_modes(K=K, M=M))
+    moving = (~modes.is_rigid).astype(K.dtype)
+    return velocity @ M @ spectral(_modal_time, K, M, jnp.asarray(ratios, K.dtype), moving)
+
+
+def _modal_time(values, ratios, moving):
+    still = moving < 0.75
+    return jnp.where(still, 0.0, 2.0 * ratios * moving / jnp.sqrt(jnp.where(still, 1.0, values)))
+
+
+def coupled(C: AnyArray) -> Bool[Array, ""]:
     """() whether a damping in natural modes (n, n) couples them: by more than 1e3 roots of rounding of their own."""
     own, root = jnp.abs(jnp.diagonal(C)), jnp.finfo(C.dtype).eps ** 0.5
     size = jnp.sqrt(own[:, None] * own[None, :]) + root * jnp.max(own, initial=1e-30)
     return jnp.max(jnp.abs(C - jnp.diag(jnp.diagonal(C))) / size, initial=0.0) > 1e3 * root
 
 
-def structural(K, loss):
+def structural(K: AnyArray, loss: Number) -> Complex[Array, "n n"]:
     """Complex stiffness `K (1 + i loss)`; loss is a number or (n, n), entry by entry."""
     return lax.complex(K, K * loss)
 
 
-def complex_modes(*, K, C, M) -> Modes:
+def complex_modes(*, K: AnyArray, C: AnyArray, M: AnyArray) -> Modes:
     """All 2 n complex modes of `root^2 M x + root C x + K x = 0`, on the CPU.
 
     K may be complex: structural damping, valid near real frequencies only.
@@ -81,7 +102,7 @@ def complex_modes(*, K, C, M) -> Modes:
     return Modes(values, X[:n], values == 0, roots, Y[:, n:] @ S.astype(X.dtype))
 
 
-def damped_frequency(frequency, ratio):
+def damped_frequency(frequency: Number, ratio: Number) -> Array:
     """`w sqrt(1 - ratio^2)`, zero from critical damping on.  Source: S1 (39)."""
     left = 1.0 - ratio**2
-    return frequency * jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0)
+    return jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0) * frequency

@@ -1,20 +1,26 @@
 """Direct frequency response: one solve of the dynamic stiffness per frequency, in chunks; block-sparse and dense."""
 
+from collections.abc import Callable
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array, Complex
 
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
+from ..typing import AnyArray, ArrayLike
 from . import checked
+from .storage import dtype_of
 
 
-def dynamic_stiffness(stiffness: BlockMatrix, damping: BlockMatrix | None, mass: BlockMatrix, omega) -> BlockMatrix:
-    """`K + i w C - w^2 M` at one angular frequency [rad/s]; K may be complex (structural damping).
+def dynamic_stiffness(stiffness, damping, mass, omega):
+    """`K + i w C - w^2 M` at one angular frequency [rad/s], of arrays or of block matrices.
 
-    Source: S1 (40)-(41).
+    Args: stiffness: may be complex (structural damping); damping: or None.  Source: S1 (40)-(41).
     """
-    dtype = np.result_type(stiffness.diagonal.dtype, np.complex64)
+    dtype = np.result_type(dtype_of(stiffness), np.complex64)
     Z = stiffness.astype(dtype) + (-(omega**2) * mass).astype(dtype)
     return Z if damping is None else Z + lax.complex(jnp.zeros_like(omega), omega) * damping.astype(dtype)
 
@@ -23,13 +29,13 @@ def direct_response(
     *,
     K: BlockMatrix,
     M: BlockMatrix,
-    load,
-    omega,
+    load: AnyArray,
+    omega: ArrayLike,
     C: BlockMatrix | None = None,
-    select=None,
+    select: Callable | None = None,
     chunk: int = 32,
     plan: Plan | None = None,
-):
+) -> Any:
     """x with `(K + i w C - w^2 M) x = f` at every frequency.
 
     Args:
@@ -53,7 +59,17 @@ def direct_response(
     return lax.map(at, jnp.asarray(omega, M.diagonal.dtype), batch_size=chunk)
 
 
-def dense_response(*, K, M, load, omega, C=None, loss=0.0, out=None, chunk: int = 32):
+def dense_response(
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    load: AnyArray,
+    omega: ArrayLike,
+    C: AnyArray | None = None,
+    loss: ArrayLike = 0.0,
+    out: AnyArray | None = None,
+    chunk: int = 32,
+) -> Complex[Array, "frequencies outputs columns"]:
     """Displacements of `(K (1 + i loss) + i w C - w^2 M) x = f` from dense matrices, one solve per frequency.
 
     Right for any damping, unsymmetric matrices and coordinates without mass; `receptance` is cheaper at many
@@ -74,9 +90,6 @@ def dense_response(*, K, M, load, omega, C=None, loss=0.0, out=None, chunk: int 
 
     @jax.checkpoint
     def at(w):
-        Z = elastic - (w**2 * M).astype(dtype)
-        if C is not None:
-            Z = Z + lax.complex(jnp.zeros_like(w), w) * C.astype(dtype)
-        return rows @ checked.solve(Z, load.astype(dtype))
+        return rows @ checked.solve(dynamic_stiffness(elastic, C, M, w), load.astype(dtype))
 
     return lax.map(at, jnp.asarray(omega, M.dtype), batch_size=chunk)

@@ -1,13 +1,18 @@
 """Large sparse matrices from outside, as block matrices for the block-sparse solver."""
 
+from collections.abc import Sequence
+
 import jax.numpy as jnp
 import numpy as np
 import scipy.sparse
 
 from ..blocksparse import BlockMatrix, Pattern
+from .storage import SciPyMatrix
 
 
-def block_matrices(*matrices, size: int, names=None) -> tuple[BlockMatrix, ...]:
+def block_matrices(
+    *matrices: SciPyMatrix | np.ndarray, size: int, names: Sequence[str] | None = None
+) -> tuple[BlockMatrix, ...]:
     """SciPy sparse matrices in blocks of `size` consecutive rows (a node's coordinates), on one pattern; on the host.
 
     Args: names: of the blocks.

@@ -2,30 +2,33 @@
 
 import jax.numpy as jnp
 from jax import lax
+from jaxtyping import Array
+
+from ..typing import AnyArray, ArrayLike, Number
 
 
-def mobility(receptance, omega):
+def mobility(receptance: AnyArray, omega: ArrayLike) -> Array:
     """Velocity per force, `i w B`; omega (frequencies,) along the first axis.  Source: S1 (40)."""
     return harmonic_rate(omega, receptance) * receptance
 
 
-def accelerance(receptance, omega):
+def accelerance(receptance: AnyArray, omega: ArrayLike) -> Array:
     """Acceleration per force, `-w^2 B`.  Source: S1 (40)."""
     return harmonic_rate(omega, receptance) ** 2 * receptance
 
 
-def harmonic_rate(omega, like):
+def harmonic_rate(omega: ArrayLike, like: AnyArray) -> Array:
     """`i w` (frequencies, 1, ...) for arrays like (frequencies, ...)."""
     w = jnp.asarray(omega, like.real.dtype)
     return lax.complex(jnp.zeros_like(w), w).reshape(-1, *[1] * (like.ndim - 1))
 
 
-def acceleration_gain(acceleration, reference):
+def acceleration_gain(acceleration: Number | complex, reference: Number | complex) -> Number | complex:
     """`k_g = q'' / x_C''`, of complex amplitudes or sizes.  Source: S1 (45)."""
     return acceleration / reference
 
 
-def mobility_from_gain(gain, total_mass, frequency):
+def mobility_from_gain(gain: Number | complex, total_mass: Number, frequency: Number) -> Number | complex:
     """`B = k_g w_C / kbar`, `kbar = M w_C^2`: size of the mobility behind a gain at a mode w_C [rad/s].
 
     The force is that of the whole mass M moving with the reference.  Source: S1 (44).
@@ -33,16 +36,16 @@ def mobility_from_gain(gain, total_mass, frequency):
     return gain * frequency / generalised_stiffness(total_mass, frequency)
 
 
-def gain_from_mobility(mobility, total_mass, frequency):
+def gain_from_mobility(mobility: Number | complex, total_mass: Number, frequency: Number) -> Number | complex:
     """`k_g = kbar B / w_C`: the inverse of `mobility_from_gain`.  Source: S1 (45)."""
     return generalised_stiffness(total_mass, frequency) * mobility / frequency
 
 
-def generalised_stiffness(total_mass, frequency):
+def generalised_stiffness(total_mass: Number, frequency: Number) -> Number:
     """`kbar = M w_C^2` [N/m].  Source: S1 (44)-(45)."""
     return total_mass * frequency**2
 
 
-def superpose(shapes, coordinates):
+def superpose(shapes: AnyArray, coordinates: AnyArray) -> AnyArray:
     """`q_i = sum_k Phi_ik q_k` (n, ...).  Source: S1 (43)."""
     return shapes.astype(coordinates.dtype) @ coordinates

@@ -7,7 +7,8 @@ from jaxtyping import Array, Float
 
 from ..math import lapack
 from ..math.eigen import same
-from .modes import Modes
+from ..typing import AnyArray
+from .eigenmodes import Modes
 
 
 def mode_ratios(modes: Modes, coordinate: int = 0) -> Float[Array, "n m"]:
@@ -22,17 +23,17 @@ def mode_ratios(modes: Modes, coordinate: int = 0) -> Float[Array, "n m"]:
     return jnp.where(node[None, :], 0.0, modes.shapes / jnp.where(node, 1.0, at)[None, :])
 
 
-def participation(modes: Modes, M, rigid) -> Float[Array, "m directions"]:
+def participation(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array, "m directions"]:
     """Participation factors `shapes^T M rigid` for rigid motions (n, directions) of the whole structure."""
     return modes.shapes.T @ M @ rigid
 
 
-def effective_masses(modes: Modes, M, rigid) -> Float[Array, "m directions"]:
+def effective_masses(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array, "m directions"]:
     """Mass that each mode moves with each rigid motion: all modes sum to `diag(rigid^T M rigid)`."""
     return participation(modes, M, rigid) ** 2
 
 
-def mac(first, second, M=None) -> Float[Array, "m k"]:
+def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[Array, "m k"]:
     """Modal assurance criterion of shapes (n, m) and (n, k): squared cosines, with M (n, n) as the measure."""
     conj = jnp.conj(first)
     other = second if M is None else M.astype(second.dtype) @ second
@@ -41,7 +42,7 @@ def mac(first, second, M=None) -> Float[Array, "m k"]:
     return jnp.abs(conj.T @ other) ** 2 / sizes
 
 
-def track(reference: Modes, modes: Modes, M=None) -> Modes:
+def track(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Modes:
     """The modes in the order and with the signs of the reference: best pairs by `mac` first.
 
     Two modes that cross keep their own names.  Modes of equal frequency, whose vectors are any of their space, are

@@ -7,7 +7,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..forces import AbstractScalarLaw
-from ..typing import ScalarLike
+from ..typing import AnyArray, ScalarLike
+from .damping import modal_lag
+from .system import LinearSystem
 
 
 class Link(eqx.Module):
@@ -27,13 +29,13 @@ class Link(eqx.Module):
     coefficients: Float[Array, " k"]
     names: tuple = eqx.field(static=True)
 
-    def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]):
+    def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]) -> None:
         if not row:
             raise ValueError("a link needs at least one coordinate")
         self.law, self.names = law, tuple(row)
         self.coefficients = jnp.stack([jnp.asarray(value, float) for value in row.values()])
 
-    def forces(self, efforts) -> dict:
+    def forces(self, efforts: AnyArray) -> dict[str | tuple, Array]:
         """Forces (...) by name of efforts (...)."""
         return {
             name: c.astype(efforts.dtype) * efforts for name, c in zip(self.names, self.coefficients, strict=True)
@@ -66,6 +68,7 @@ class LinearMotion(eqx.Module):
         efforts: (T, links) of the laws.
         forces: what was put on the system at these times, those of the links after those given.
         ok: () whether the motion came to its end.
+        ratios: damping of the natural modes, where `Modal(ratios)` took it in place of the system's own.
     """
 
     ts: Float[Array, " T"]
@@ -75,3 +78,15 @@ class LinearMotion(eqx.Module):
     efforts: Float[Array, "T links"]
     forces: tuple
     ok: Bool[Array, ""]
+    ratios: Float[Array, "..."] | None = None
+
+    def terms(self, system: LinearSystem) -> tuple:
+        """What stiffness, damping (None: nothing) and mass of the system's parts act on, each (T, n).
+
+        A part has a share of the damping by ratios as it has one of the stiffness: such damping is inside of the
+        parts, so that it does not hold them back in space.
+        """
+        if self.ratios is None:
+            return self.displacement, self.velocity, self.acceleration
+        lag = modal_lag(K=system.stiffness, M=system.mass, ratios=self.ratios, velocity=self.velocity)
+        return self.displacement + lag, None, self.acceleration

@@ -1,6 +1,8 @@
 """Questions to linear systems: modes, frequency response, rest."""
 
-from collections.abc import Mapping, Sequence
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,14 +12,15 @@ from jax import lax
 from ..blocksparse import BlockMatrix, factor
 from ..checks import known
 from ..errors import ModelError
+from ..typing import ArrayLike, CoordinateLike
 from .block_modes import lowest_modes
 from .condensation import interface_basis, partition
 from .damping import complex_modes
 from .dynamic_stiffness import dense_response, direct_response
-from .modes import Modes, natural_modes
-from .receptance import receptance
-from .rigid_motions import rigid_rows
-from .static_response import StaticResponse, static_response
+from .eigenmodes import Modes, natural_modes
+from .receptances import receptance
+from .rest import StaticResponse, static_response
+from .rigid import rigid_rows
 from .system import LinearSystem
 from .transfer import TransferFunctions
 
@@ -62,12 +65,12 @@ def _with_mass(system, damped):
 
 def frequency_response(
     system: LinearSystem,
-    omega,
-    into: Sequence,
-    out: Sequence,
+    omega: ArrayLike,
+    into: Iterable[CoordinateLike],
+    out: Iterable[CoordinateLike],
     method: str = "direct",
-    loss=0.0,
-    **options,
+    loss: ArrayLike = 0.0,
+    **options: Any,
 ) -> TransferFunctions:
     """Displacements at names for unit forces at names: transfer functions with these labels.
 
@@ -110,7 +113,7 @@ def _of_blocks(system, omega, into, out, loss, options):
     return direct_response(K=K, M=system.mass, C=system.damping, load=load, omega=omega, select=select, **options)
 
 
-def equilibrium(system: LinearSystem, forces: Mapping | np.ndarray, free: bool = False) -> StaticResponse:
+def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse:
     """Rest under forces, `K x = f`; of a free structure the steady acceleration that they cause.
 
     Args:
@@ -125,4 +128,5 @@ def equilibrium(system: LinearSystem, forces: Mapping | np.ndarray, free: bool =
         rigid = rigid_rows(system)
         if known(rigid):
             rigid = rigid[:, np.any(np.asarray(rigid) != 0, axis=0)]
-    return static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
+    found = static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
+    return dataclasses.replace(found, forces=(forces,))

@@ -9,11 +9,14 @@ from ..blocksparse import BlockMatrix
 from ..checks import known
 from ..elements.base import number
 from ..errors import ModelError
+from ..typing import ArrayLike
 
 #: Above this many coordinates a matrix is not made dense: reduce the component first.
 LARGEST = 10000
 
-Matrix = Inexact[Array, "n n"] | BlockMatrix | scipy.sparse.spmatrix | scipy.sparse.sparray
+SciPyMatrix = scipy.sparse.spmatrix | scipy.sparse.sparray
+Matrix = Inexact[Array, "n n"] | BlockMatrix | SciPyMatrix
+MatrixLike = ArrayLike | BlockMatrix | SciPyMatrix  # what a linear system is made of
 
 
 def stored(faults: list, **given) -> list:
@@ -47,6 +50,11 @@ def _square(name, A, sparse, faults):
         places = np.argwhere(~np.isfinite(np.asarray(A.toarray() if sparse else A)))
         faults.append(f"{name} is not finite at row {places[0][0]}, column {places[0][1]}")
     return A
+
+
+def dtype_of(A):
+    """Of the numbers in a matrix of any storage."""
+    return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
 
 
 def num_rows(A) -> int:

@@ -1,17 +1,20 @@
 """A linear system: mass, damping and stiffness over named coordinates, some of them an interface to others."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..blocksparse import BlockMatrix
 from ..errors import ModelError, UnknownNameError
+from ..typing import ArrayLike, CoordinateLike
 from .labels import labels_of, places_of, rows_of, spoken
-from .storage import Matrix, dense, num_rows, stored
+from .storage import Matrix, MatrixLike, dense, dtype_of, num_rows, stored
+
+Same = TypeVar("Same", bound="LinearSystem")
 
 
 class LinearSystem(eqx.Module):
@@ -42,24 +45,20 @@ class LinearSystem(eqx.Module):
     def __init__(
         self,
         *,
-        mass,
-        stiffness,
-        damping=None,
-        interface: Sequence = (),
-        coordinates=None,
-        positions=None,
-        massless: Sequence[int] = (),
-    ):
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        damping: MatrixLike | None = None,
+        interface: Iterable[CoordinateLike] = (),
+        coordinates: Iterable | None = None,
+        positions: Mapping | Sequence | None = None,
+        massless: Iterable[int] = (),
+    ) -> None:
         faults = []
         self.mass, self.stiffness, self.damping = stored(faults, mass=mass, stiffness=stiffness, damping=damping)
         if faults:
             raise ModelError(faults)
         n = num_rows(self.stiffness)
-        for name in ("mass", "damping"):
-            matrix = getattr(self, name)
-            if matrix is not None and num_rows(matrix) != n:
-                rows = num_rows(matrix)
-                faults.append(f"mass, stiffness and damping differ in size: {name} has {rows} rows, not {n}")
+        faults += _uneven(n, mass=self.mass, damping=self.damping)
         self.coordinates = labels_of(coordinates, n, faults)
         self.interface = _found(interface, self.coordinates, faults)
         self.nodes, self.positions = places_of(positions, self.coordinates, faults)
@@ -81,7 +80,7 @@ class LinearSystem(eqx.Module):
         at = set(self.interface)
         return tuple(i for i in range(self.num_rows) if i not in at)
 
-    def rows(self, *names) -> tuple[int, ...]:
+    def rows(self, *names: CoordinateLike) -> tuple[int, ...]:
         """Rows of labels `(node, direction)`, or of all the coordinates of nodes. Raises: UnknownNameError."""
         faults = []
         found = rows_of(names, self.coordinates, faults)
@@ -89,11 +88,11 @@ class LinearSystem(eqx.Module):
             raise UnknownNameError("; ".join(faults))
         return found
 
-    def label(self, row) -> str:
+    def label(self, row: int | np.integer) -> str:
         """Name of a coordinate: "tip rz"."""
         return spoken(self.coordinates[row])
 
-    def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
+    def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
         """Rows (k, n) that give the displacements at names as `rows` takes them, and their labels.
 
         Their transpose puts forces there.  Raises: UnknownNameError.
@@ -103,16 +102,15 @@ class LinearSystem(eqx.Module):
         return unit.at[np.arange(len(rows)), np.array(rows, int)].set(1.0), tuple(map(self.label, rows))
 
     @property
-    def dtype(self):
+    def dtype(self) -> np.dtype:
         """Of the numbers in the matrices."""
-        A = self.stiffness
-        return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
+        return dtype_of(self.stiffness)
 
-    def load(self, forces: Mapping | Array) -> Array:
+    def load(self, forces: Mapping | ArrayLike) -> Array:
         """Forces (..., n) on the coordinates.
 
-        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times or
-            cases first; or already (..., n).
+        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times,
+            frequencies or cases first; or already (..., n).  Complex ones are amplitudes.
 
         Raises: UnknownNameError; ValueError for another shape.
         """
@@ -121,18 +119,20 @@ class LinearSystem(eqx.Module):
             if forces.shape[-1:] != (self.num_rows,):
                 raise ValueError(f"forces have shape {forces.shape}, not (..., {self.num_rows})")
             return forces
-        parts = [jnp.zeros(self.num_rows, self.dtype)]
-        for name, force in forces.items():
+        given = {name: jnp.asarray(force) for name, force in forces.items()}
+        dtype = np.result_type(self.dtype, np.complex64) if any(map(jnp.iscomplexobj, given.values())) else self.dtype
+        parts = []
+        for name, force in given.items():
             rows, labels = self.outputs(name)
-            force = jnp.asarray(force, self.dtype)
+            force = force.astype(dtype)
             force = force[..., None] if len(labels) == 1 else force
             if force.shape[-1:] != (len(labels),):
                 raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(labels)})")
-            parts.append(force @ rows)
-        shape = np.broadcast_shapes(*(part.shape for part in parts))
-        return sum(jnp.broadcast_to(part, shape) for part in parts)
+            parts.append(force @ rows.astype(dtype))
+        shape = np.broadcast_shapes((self.num_rows,), *(part.shape for part in parts))
+        return sum((jnp.broadcast_to(part, shape) for part in parts), jnp.zeros(shape, dtype))
 
-    def with_interface(self, *names) -> "LinearSystem":
+    def with_interface(self: Same, *names: CoordinateLike) -> Same:
         """The same system, joined to others elsewhere.  Raises: ModelError."""
         faults = []
         rows = _found(names, self.coordinates, faults)
@@ -140,21 +140,42 @@ class LinearSystem(eqx.Module):
             raise ModelError(faults)
         return self.changed(interface=rows)
 
-    def with_damping(self, damping) -> "LinearSystem":
-        """The same system with another damping matrix (n, n): see `proportional`, `modal`."""
-        return self.changed(damping=damping)
+    def moved(self: Same, by: ArrayLike) -> Same:
+        """The same system at another place, all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
+        if self.positions is None:
+            raise ModelError(["what has no positions cannot be moved: LinearSystem(..., positions=...)"])
+        return self.changed(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
 
-    def dense(self) -> "LinearSystem":
+    def with_damping(self: Same, damping: MatrixLike | None) -> Same:
+        """The same system with another damping matrix (n, n): see `proportional`, `modal`.
+
+        Raises: ModelError for one of another size, or blocks beside arrays.
+        """
+        faults: list[str] = []
+        mass, stiffness, damping = stored(faults, mass=self.mass, stiffness=self.stiffness, damping=damping)
+        faults = faults or _uneven(self.num_rows, damping=damping)
+        if faults:
+            raise ModelError(faults)
+        return self.changed(mass=mass, stiffness=stiffness, damping=damping)
+
+    def dense(self: Same) -> Same:
         """The same system with dense matrices.  Raises: ModelError for one that is too large."""
         names = ("mass", "stiffness", "damping")
         return self.changed(**{n: dense(getattr(self, n)) for n in names})
 
-    def changed(self, **fields) -> "LinearSystem":
+    def changed(self: Same, **fields: Any) -> Same:
         """The same system but for some fields, which are taken as they are."""
         new = object.__new__(type(self))
         for field in dataclasses.fields(self):
             object.__setattr__(new, field.name, fields.get(field.name, getattr(self, field.name)))
         return new
+
+
+def _uneven(n, **matrices):
+    """Faults of matrices of another size than the stiffness."""
+    rows = {name: num_rows(A) for name, A in matrices.items() if A is not None}
+    wrong = [f"{name} has {k} rows, not {n}" for name, k in rows.items() if k != n]
+    return [f"mass, stiffness and damping differ in size: {fault}" for fault in wrong]
 
 
 def _found(interface, labels, faults):

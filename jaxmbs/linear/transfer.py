@@ -9,6 +9,7 @@ from jaxtyping import Array, Complex, Float
 
 from ..checks import place_of
 from ..errors import ModelError
+from ..typing import ArrayLike
 
 #: What the outputs are, by their power of `i w` over displacement.
 KINDS = ("receptance", "mobility", "accelerance")
@@ -35,7 +36,14 @@ class TransferFunctions(eqx.Module):
     inputs: tuple[str, ...] = eqx.field(static=True)
     kind: str = eqx.field(static=True)
 
-    def __init__(self, omega, values, outputs: Sequence[str], inputs: Sequence[str], kind: str = "receptance"):
+    def __init__(
+        self,
+        omega: ArrayLike,
+        values: ArrayLike,
+        outputs: Sequence[str],
+        inputs: Sequence[str],
+        kind: str = "receptance",
+    ) -> None:
         self.values = jnp.asarray(values)
         self.values = self.values.astype(np.result_type(self.values.dtype, np.complex64))
         self.omega = jnp.asarray(omega, self.values.real.dtype)
@@ -68,7 +76,7 @@ class TransferFunctions(eqx.Module):
         values = self.values[:, self.rows(outputs)][:, :, self.columns(inputs)]
         return TransferFunctions(self.omega, values, outputs, inputs, self.kind)
 
-    def replace(self, values) -> "TransferFunctions":
+    def replace(self, values: ArrayLike) -> "TransferFunctions":
         """The same channels with other values."""
         return TransferFunctions(self.omega, values, self.outputs, self.inputs, self.kind)
 

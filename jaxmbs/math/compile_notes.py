@@ -29,8 +29,8 @@ def listen() -> None:
     jax.monitoring.register_event_duration_secs_listener(_heard)
 
 
-def _heard(event, duration, *, fun_name="a program", **_):
-    thread = threading.get_ident()
+def _heard(event: str, duration_secs: float, **about: str | int) -> None:
+    thread, fun_name = threading.get_ident(), about.get("fun_name", "a program")
     if event == _LOWERED and _after is not None:
         timer = threading.Timer(_after, _tell, (thread, f"compiling {fun_name} ... (once; mbs.cache() keeps it)"))
         timer.daemon = True
@@ -41,7 +41,7 @@ def _heard(event, duration, *, fun_name="a program", **_):
         _stop(thread)
         if thread in _told:
             _told.discard(thread)
-            _say(f"compiled {fun_name} in {duration:.0f} s")
+            _say(f"compiled {fun_name} in {duration_secs:.0f} s")
 
 
 def _tell(thread, line):

@@ -30,7 +30,7 @@ def rod(mass: ScalarLike, length: ScalarLike, axis: Axis = "x") -> Matrix3:
 def box(mass: ScalarLike, size: Sequence[ScalarLike] | Array) -> Matrix3:
     """Inertia of a solid box with the edges `size` (3,) along x, y, z."""
     squares = jnp.stack([jnp.asarray(edge, float) ** 2 for edge in size])
-    return mass / 12 * jnp.diag(jnp.sum(squares) - squares)
+    return jnp.diag(jnp.sum(squares) - squares) * (mass / 12)
 
 
 def cylinder(mass: ScalarLike, radius: ScalarLike, length: ScalarLike, axis: Axis = "z") -> Matrix3:
@@ -48,12 +48,12 @@ def tube(
 
 def sphere(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     """Inertia of a solid sphere."""
-    return mass * radius**2 * 0.4 * jnp.eye(3)
+    return jnp.eye(3) * (mass * radius**2 * 0.4)
 
 
 def spherical_shell(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     """Inertia of a thin spherical shell."""
-    return mass * radius**2 * (2 / 3) * jnp.eye(3)
+    return jnp.eye(3) * (mass * radius**2 * (2 / 3))
 
 
 def turned(inertia: ArrayLike, rotation: Matrix3) -> Matrix3:

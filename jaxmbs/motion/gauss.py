@@ -22,6 +22,10 @@ class _Gauss(diffrax.AbstractSolver):
 
     term_structure: ClassVar = diffrax.AbstractTerm
     interpolation_cls: ClassVar = diffrax.ThirdOrderHermitePolynomialInterpolation
+    A: ClassVar[np.ndarray]
+    b: ClassVar[np.ndarray]
+    c: ClassVar[np.ndarray]
+    end: ClassVar[np.ndarray]
     newton: bool = eqx.field(static=True, default=False)
 
     def init(self, terms: PyTree, t0: ScalarLike, t1: ScalarLike, y0: PyTree, args: PyTree) -> None:

@@ -20,6 +20,7 @@ from ..math.host import as_array
 from ..math.jit import jit
 from ..math.march import March, held, rows_for, walked
 from ..math.march_adjoint import walked_reverse
+from ..math.reverse_only import FORWARD_MODE, reverse_only
 from ..math.rows import over_rows
 from ..model.question import check_fits
 from ..model.system import System
@@ -132,7 +133,7 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
     args, first = (problem, event), held(1e-3 * span if dt is None else dt)
     y0 = shifted(y0, 2.0 * t0 - state.t, t0, problem)  # a later start: what flows for less time
     if gradient == "reverse":
-        walk = walked_reverse((y0, args), march, t0, first)
+        walk = walked_reverse(reverse_only((y0, args), FORWARD_MODE), march, t0, first)
     else:
         walk = walked(march, y0, t0, first, args)
     return _motion(args, state, y0, walk, ts, open_at_start, lands)

@@ -5,16 +5,18 @@ import inspect
 from collections.abc import Callable
 from typing import ParamSpec, Protocol, TypeVar, cast, overload, runtime_checkable
 
-from ..analysis.equilibrium import equilibrium as mechanism_equilibrium
-from ..analysis.linearise import frequency_response as state_space_response
-from ..analysis.modes import modes as linearised_modes
+from ..analysis.linearisation import frequency_response as state_space_response
+from ..analysis.mechanism_modes import modes as linearised_modes
+from ..analysis.rest import equilibrium as mechanism_equilibrium
+from ..coupling.measured import MeasuredNetwork
 from ..coupling.network import reactions as network_reactions
 from ..dynamics.reactions import reactions as mechanism_reactions
-from ..linear.check import check as linear_check
+from ..errors import ModelError
+from ..linear.integrate import simulate as linear_simulate
 from ..linear.questions import equilibrium as linear_equilibrium
 from ..linear.questions import frequency_response as linear_response
 from ..linear.questions import modes as linear_modes
-from ..linear.simulate import simulate as linear_simulate
+from ..linear.soundness import check as linear_check
 from ..linear.system import LinearSystem
 from ..model.system import System
 from ..motion.integrate import simulate as mechanism_simulate
@@ -35,11 +37,23 @@ class Question(Protocol[P, M, Q, L]):
     def __call__(self, *args: Q.args, **kwargs: Q.kwargs) -> L: ...
 
 
-def either(of_mechanism: Callable[P, M], of_linear: Callable[Q, L]) -> Question[P, M, Q, L]:
-    """The question by the noun it is asked of; its documentation says what each takes."""
+def either(
+    of_mechanism: Callable[P, M], of_linear: Callable[Q, L], of_measured: Callable | None = None
+) -> Question[P, M, Q, L]:
+    """The question by the noun it is asked of; its documentation says what each takes.
+
+    Args: of_measured: of a network with measured components, None where it has no answer.
+    """
 
     @functools.wraps(of_mechanism)
     def ask(system, *args, **options):
+        if isinstance(system, MeasuredNetwork):
+            if of_measured is None:
+                names = ", ".join(map(repr, system.measured))
+                raise ModelError(
+                    [f"{ask.__name__} cannot be asked: {names} known by measurement; ask frequency_response"]
+                )
+            return of_measured(system, *args, **options)
         return (of_linear if isinstance(system, LinearSystem) else of_mechanism)(system, *args, **options)
 
     parameters = ", ".join(str(p) for p in list(inspect.signature(of_linear).parameters.values())[1:])
@@ -55,9 +69,9 @@ def describe(system: System) -> str:
 
 
 modes = either(linearised_modes, linear_modes)
-frequency_response = either(state_space_response, linear_response)
+frequency_response = either(state_space_response, linear_response, MeasuredNetwork.frequency_response)
 simulate = either(mechanism_simulate, linear_simulate)
-reactions = either(mechanism_reactions, network_reactions)
+reactions = either(mechanism_reactions, network_reactions, MeasuredNetwork.reactions)
 equilibrium = either(mechanism_equilibrium, linear_equilibrium)
 check = either(describe, linear_check)
 check.__name__ = check.__qualname__ = "check"  # type: ignore[attr-defined]

@@ -2,16 +2,18 @@
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..linear.condensation import partition
-from ..linear.modes import complete, natural_modes
+from ..linear.eigenmodes import complete, natural_modes
 from ..linear.system import LinearSystem
 from ..math import lapack
+from ..typing import AnyArray, Scalar
 from .base import Reduced
 from .recovery import interface_forces, mode_acceleration
 
 
-def frequency_errors(system: LinearSystem, reduced: Reduced, num: int):
+def frequency_errors(system: LinearSystem, reduced: Reduced, num: int) -> Float[Array, " modes"]:
     """Estimated relative errors (num,) of the lowest frequencies of the free component, reduced from `system`.
 
     The residual force of each mode, put statically on the interior with the interface held, gives the part of the
@@ -27,7 +29,7 @@ def frequency_errors(system: LinearSystem, reduced: Reduced, num: int):
     return jnp.where(modes.is_rigid, 0.0, missing / (2 * jnp.where(modes.is_rigid, 1.0, jnp.abs(modes.values))))
 
 
-def force_errors(system: LinearSystem, x, x_ddot, load=None):
+def force_errors(system: LinearSystem, x: AnyArray, x_ddot: AnyArray, load: AnyArray | None = None) -> Scalar:
     """Relative difference of the interface forces by mode displacement and by mode acceleration, one number.
 
     The error of mode displacement; that of mode acceleration is smaller by about (frequency / first discarded one)^2.

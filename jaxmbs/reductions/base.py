@@ -1,6 +1,7 @@
 """What every reduction is and returns: a linear system in few coordinates, its interface first, and the way back."""
 
 from abc import abstractmethod
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,6 +12,7 @@ from ..linear.condensation import partition
 from ..linear.labels import label, rows_of, spoken
 from ..linear.symmetric import symmetric
 from ..linear.system import LinearSystem
+from ..typing import AnyArray, CoordinateLike
 
 
 class Reduced(LinearSystem):
@@ -27,7 +29,7 @@ class Reduced(LinearSystem):
     basis: Inexact[Array, "whole n"]
     whole: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
-    def __init__(self, whole: LinearSystem, basis, num_interface: int | None = None, **options):
+    def __init__(self, whole: LinearSystem, basis: Array, num_interface: int | None = None, **options: Any) -> None:
         """Args: options: those of `LinearSystem`; num_interface: default as many as `whole` has."""
         if whole.positions is not None and "positions" not in options:
             at = {label(item)[0] for item in options["coordinates"]}
@@ -37,15 +39,15 @@ class Reduced(LinearSystem):
         super().__init__(interface=range(b), **options)
         self.basis, self.whole = basis, whole.coordinates
 
-    def expand(self, rho) -> Array:
+    def expand(self, rho: AnyArray) -> Array:
         """Displacements (..., whole) of all coordinates, from reduced ones (..., n).  Source: S1 (5), (7)-(8)."""
-        return rho @ self.basis.T.astype(rho.dtype)
+        return jnp.matmul(rho, self.basis.T.astype(rho.dtype))
 
-    def generalised(self, forces) -> Array:
+    def generalised(self, forces: AnyArray) -> Array:
         """Generalised forces `F = basis^T f` (..., n) of forces (..., whole).  Source: S1 (17)-(18)."""
-        return forces @ self.basis.astype(forces.dtype)
+        return jnp.matmul(forces, self.basis.astype(forces.dtype))
 
-    def outputs(self, *names) -> tuple[Array, tuple[str, ...]]:
+    def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
         """As of `LinearSystem`, of the own coordinates and of all those that were reduced."""
         own = set(self.coordinates)
         labels = (*self.coordinates, *(item for item in self.whole if item not in own))
@@ -125,7 +127,7 @@ def labelled(system: LinearSystem, **counts: int) -> tuple:
 def admitted(system: LinearSystem) -> tuple:
     """Interior and interface, stiffness and mass, which a reduction takes for symmetric: NaN if traced and not so.
 
-    Raises: ValueError, if concrete, as `modes.check_symmetric`.
+    Raises: ValueError, if concrete, as `symmetric.check_symmetric`.
     """
     inner, outer = partition(system.num_rows, system.interface)
     return inner, outer, *symmetric(stiffness=system.stiffness, mass=system.mass)

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from ..linear.modes import Modes, stable_modes
+from ..linear.eigenmodes import Modes, stable_modes
 from ..linear.system import LinearSystem
 from .base import AbstractReduction, Reduced, check_num_modes, explicit, numbered, project
 

@@ -6,7 +6,7 @@ import scipy.sparse
 
 from ..blocksparse import BlockMatrix
 from ..linear.condensation import interface_basis, partition
-from ..linear.modes import Modes, natural_modes
+from ..linear.eigenmodes import Modes, natural_modes
 from ..linear.system import LinearSystem
 from .base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
 from .craig_bampton_blocks import in_blocks

@@ -1,15 +1,17 @@
 """Rigid, constraint and normal modes (Hurty 1965): statically determinate and redundant bonds apart."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
+from jaxtyping import Array, Float
 
 from ..checks import known
 from ..linear.condensation import constraint_modes, interface_basis, partition
 from ..linear.system import LinearSystem
+from ..typing import CoordinateLike
 from .base import AbstractReduction, Reduced
 from .craig_bampton import CraigBampton
 
@@ -61,7 +63,7 @@ class Hurty(AbstractReduction):
         self.connection(system)
         return CraigBampton(self.num_modes).of(system.dense())
 
-    def connection(self, system: LinearSystem):
+    def connection(self, system: LinearSystem) -> Float[Array, "b b"]:
         """`phi = [[RR 0], [CR CC]]` (b, b): interface displacements `u = phi (rigid, constraint)`.
 
         Rows are in the order of the interface.  RR = CC = 1, and CR is what a rigid motion does at the redundant
@@ -79,7 +81,7 @@ class Hurty(AbstractReduction):
         return phi[np.array([order.index(c) for c in outer], int)]
 
 
-def supports(system: LinearSystem, determinate: Sequence | None) -> tuple[int, ...]:
+def supports(system: LinearSystem, determinate: Iterable[CoordinateLike] | None) -> tuple[int, ...]:
     """Rows of the determinate coordinates, those given or `determinate_coordinates`.  Raises: ValueError."""
     if determinate is None:
         return determinate_coordinates(system)
@@ -90,6 +92,6 @@ def supports(system: LinearSystem, determinate: Sequence | None) -> tuple[int, .
     return rows
 
 
-def support_motions(system: LinearSystem, determinate: Sequence):
+def support_motions(system: LinearSystem, determinate: Iterable[CoordinateLike]) -> Float[Array, "n d"]:
     """Rigid motions (n, d) of a free component, each with one determinate coordinate moved by 1.  Source: S1 (14)."""
     return interface_basis(system.stiffness, system.rows(*determinate))

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from ..linear.modes import stable_modes
+from ..linear.eigenmodes import stable_modes
 from ..linear.system import LinearSystem
 from ..math import square
 from .base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from ..checks import known
 from ..elements.base import optional
 from ..linear.condensation import check_held
-from ..linear.modes import stable_modes
+from ..linear.eigenmodes import stable_modes
 from ..linear.system import LinearSystem
 from ..math import square
 from .base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project

@@ -1,21 +1,23 @@
 """Six coordinates for an interface of many nodes: rigid (RBE2) or averaged (RBE3)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from ..checks import known
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear.condensation import partition
-from ..linear.rigid_motions import rigid_motions
+from ..linear.rigid import rigid_motions
 from ..linear.system import LinearSystem
 from ..math import square
+from ..typing import AnyArray, ArrayLike, RowsLike
 from .base import Reduced, numbered, project
 
 
-def rigid_body_motions(positions, reference, rotations: bool = True):
+def rigid_body_motions(positions: AnyArray, reference: ArrayLike, rotations: bool = True) -> Float[Array, "n 6"]:
     """Motions (nodes * c, 6) of nodes for unit translations and rotations of a reference point.
 
     Args:
@@ -29,7 +31,9 @@ def rigid_body_motions(positions, reference, rotations: bool = True):
     return (motions if rotations else motions[:, :3]).reshape(-1, 6)
 
 
-def averaged_motion(positions, reference, weights=None, rotations: bool = True):
+def averaged_motion(
+    positions: AnyArray, reference: ArrayLike, weights: AnyArray | None = None, rotations: bool = True
+) -> Float[Array, "6 n"]:
     """Rows (6, nodes * c): the weighted mean motion of the nodes at a reference point, from their translations.
 
     A force on the mean motion spreads over the nodes by the transposed rows and stiffens nothing.
@@ -59,7 +63,7 @@ def _check_spread(spread):
         raise ValueError("the nodes lie in line, or too few have weight: their mean rotation is not known")
 
 
-def rigid_transformation(size: int, interface: Sequence[int], motions):
+def rigid_transformation(size: int, interface: RowsLike, motions: AnyArray) -> Float[Array, "n r"]:
     """`x = W y` (n, n - b + 6): the interface moves rigidly with six coordinates, which are y's first (RBE2)."""
     inner, outer = partition(size, interface)
     k = motions.shape[1]
@@ -67,7 +71,9 @@ def rigid_transformation(size: int, interface: Sequence[int], motions):
     return W.at[inner, k + np.arange(len(inner))].set(1.0)
 
 
-def averaged_transformation(size: int, interface: Sequence[int], rows, dependent: Sequence[int]):
+def averaged_transformation(
+    size: int, interface: RowsLike, rows: AnyArray, dependent: RowsLike
+) -> Float[Array, "n n"]:
     """`x = W y` (n, n): y's first six are `rows @ x[interface]`, in place of six dependent coordinates (RBE3).
 
     Args:
@@ -86,7 +92,7 @@ def averaged_transformation(size: int, interface: Sequence[int], rows, dependent
     return W.at[others, k + np.arange(len(others))].set(1.0)
 
 
-def on_interface(system: LinearSystem, W, num: int) -> Reduced:
+def on_interface(system: LinearSystem, W: Array, num: int) -> Reduced:
     """The component in the coordinates `x = W y`, the first `num` its interface, the others "inner 0", "inner 1", ...
 
     `reduce(on_interface(s, W, 6), CraigBampton(20))` is Craig and Bampton's on a rigid or averaged interface.
@@ -94,7 +100,7 @@ def on_interface(system: LinearSystem, W, num: int) -> Reduced:
     return project(system, W, (*numbered("interface", num), *numbered("inner", W.shape[1] - num)), num)
 
 
-def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position=None) -> Reduced:
+def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: ArrayLike | None = None) -> Reduced:
     """The component with some of its nodes fixed to a new node of six coordinates, its interface (RBE2).
 
     Args:

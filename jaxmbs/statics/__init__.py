@@ -2,9 +2,9 @@
 
 from .bonds import Bonds
 from .family import ReactionFamily, reaction_family
+from .indeterminacy import Redundancy, redundancy, with_redundancy
 from .matrix import ReactionMatrix, reaction_matrix
 from .network import Network
-from .redundancy import Redundancy, redundancy, with_redundancy
 from .solve import BondReaction, BondReactions, bond_reactions
 
 __all__ = [

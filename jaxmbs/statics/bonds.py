@@ -79,7 +79,8 @@ class Bonds(eqx.Module):
         given |= {"carries": (carries, (q, 6)), "effort": (np.zeros((q, 6)) if effort is None else effort, (q, 6))}
         given |= {} if compliance is None else {"compliance": (compliance, (q, 6))}
         _check(network, given)
-        if not known(given["frame"][0]):
+        if frame is not None and not known(frame):
+            frame = jnp.asarray(frame)
             rotates = _rotates(frame, jnp)[:, None, None]
             given["frame"] = (jnp.where(rotates, frame, jnp.nan), (q, 3, 3))
         position, frame, effort = (jnp.asarray(given[name][0], dtype) for name in ("position", "frame", "effort"))

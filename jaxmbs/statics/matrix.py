@@ -72,5 +72,5 @@ def reaction_matrix(bonds: Bonds) -> ReactionMatrix:
         frames.append(_diagonal([G, G]))
     directions = carried_directions(bonds)
     bond = np.repeat(columns, [d.shape[1] for d in directions])
-    factors = (np.kron(incidence[:-1], np.eye(6)), *(_diagonal(blocks) for blocks in (arms, frames, directions)))
-    return ReactionMatrix(*factors, bond)
+    whole = np.kron(incidence[:-1], np.eye(6))
+    return ReactionMatrix(whole, _diagonal(arms), _diagonal(frames), _diagonal(directions), bond)

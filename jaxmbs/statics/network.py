@@ -69,7 +69,7 @@ class Network:
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices (q,) of parents and children with the ground as p: for arrays with one padding row."""
         p = len(self.bodies)
-        return tuple(np.array(end, int) % (p + 1) for end in (self.parent, self.child))
+        return np.array(self.parent, int) % (p + 1), np.array(self.child, int) % (p + 1)
 
     @cached_property
     def tree(self) -> SpanningTree:

@@ -78,7 +78,7 @@ def series_reduction(network: Network) -> Reduction:
             ends.append((number[start], number[k]))
     ends = np.array(ends, int).reshape(-1, 2)
     chain[chain < 0] = len(ends)
-    joins = [tuple(sorted(pair)) if pair[0] != pair[1] and max(pair) < len(nodes) else None for pair in ends.tolist()]
-    edges = tuple(sorted(set(joins) - {None}))
-    place = {None: len(edges), **{pair: i for i, pair in enumerate(edges)}}
-    return Reduction(chain, sign, ends, len(nodes), edges, np.array([place[pair] for pair in joins], int))
+    joins = [(min(pair), max(pair)) for pair in ends.tolist()]
+    edges = tuple(sorted({(i, j) for i, j in joins if i != j and j < len(nodes)}))
+    place = {pair: i for i, pair in enumerate(edges)}
+    return Reduction(chain, sign, ends, len(nodes), edges, np.array([place.get(p, len(edges)) for p in joins], int))

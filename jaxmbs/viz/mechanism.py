@@ -60,7 +60,7 @@ def _positions(system, coordinates):
 
 def body_frames(topology, names=None) -> dict[int, list[int]]:
     """Frames that show on each body (-1 ground): its ends of joints, then the named ones (default: all)."""
-    shown: dict[int, list[int]] = {-1: []} | {body: [] for body in range(topology.bodies.size)}
+    shown: dict[int, list[int]] = {body: [] for body in (-1, *range(topology.bodies.size))}
     for joint in topology.joints:
         if joint.kind == "Modal":  # moves no frame
             continue

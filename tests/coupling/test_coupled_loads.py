@@ -13,7 +13,7 @@ from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.io import read_op4
 from jaxmbs.linear import Modal, modes, simulate
-from jaxmbs.linear.modes import natural_modes
+from jaxmbs.linear.eigenmodes import natural_modes
 
 pyyeti = pytest.importorskip("pyyeti")
 FILES = Path(pyyeti.__file__).parent / "tests" / "cla_test_data"

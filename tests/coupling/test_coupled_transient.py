@@ -23,6 +23,7 @@ RISE, TIP = 1e-3, 6
 PUSH = np.where(TIMES < 0.6, np.sin(np.pi * TIMES / 0.6), 0.0)
 GAP, STOP, HARD = 0.02, 3e4, 40.0
 P = jnp.array([GAP, HARD, 1.0, 0.2])
+PAIRS = {"weld": rigid("a", "b"), "free": rigid("b", "c")}
 
 
 class Hardening(AbstractScalarLaw):
@@ -136,13 +137,43 @@ def test_linear_motion_in_modes():
         mbs.simulate(network(1.0), ts=TIMES, forces=loads(), solver=Modal())
 
 
+def test_loads_of_a_motion_damped_by_ratios():
+    """They balance; without a component's own damping; what is free accelerates by the bonds' forces alone."""
+    ratio = 0.2
+    ends = {
+        name: LinearSystem(mass=[[m]], stiffness=[[k]], interface=[0]) for name, m, k in (("a", 2, 18), ("b", 1, 9))
+    }
+    net = connect(ends | {"c": LinearSystem(mass=[[1.0]], stiffness=[[0.0]], interface=[0])}, PAIRS)
+    push = np.sin(2.0 * TIMES)
+    motion = mbs.simulate(net, ts=TIMES, forces={"a.0": push}, solver=Modal(jnp.array(ratio)))
+    found = mbs.reactions(net, motion)
+    x, v, a = (getattr(motion, name)[:, 0] for name in ("displacement", "velocity", "acceleration"))
+    np.testing.assert_allclose(4.0 * a, push - 27.0 * x - 2 * ratio * np.sqrt(27.0 * 4.0) * v, atol=1e-9)
+    assert found.ok
+    np.testing.assert_allclose(found["free"].on_first[:, 0], -a, atol=1e-9)  # on b: c has no stiffness, so no damping
+    damped = net.with_damping(jnp.array([[5.0]]))
+    again = mbs.simulate(damped, ts=TIMES, forces={"a.0": push}, solver=Modal(ratio))
+    np.testing.assert_allclose(again.displacement, motion.displacement)
+
+    def size(EI):
+        beams = network(EI)
+        answer = mbs.simulate(beams, ts=TIMES, forces=loads(), solver=Modal(0.1))
+        carried = mbs.reactions(beams, answer)
+        return jnp.sum(carried["left root"].on_first ** 2), carried.ok
+
+    (value, ok), slope = jax.jit(jax.value_and_grad(size, has_aux=True))(1.0)
+    assert ok
+    difference = (size(1.0 + 1e-5)[0] - size(1.0 - 1e-5)[0]) / 2e-5
+    np.testing.assert_allclose(slope, difference, rtol=1e-4)
+
+
 def test_rest_and_a_start_from_it():
     """A constant force from its rest moves nothing; the bonds carry at rest what they carry in that motion."""
     net, push = network(1.0), {f"left.{TIP}": 2.0, "right": jnp.zeros(8).at[4].set(-1.0)}
     rest = mbs.equilibrium(net, push)
     motion = mbs.simulate(net, rest, ts=TIMES[:3], forces=lambda t: push)
     np.testing.assert_allclose(motion.displacement, np.tile(rest.displacement, (3, 1)), atol=1e-12)
-    at_rest, moving = mbs.reactions(net, rest, push), mbs.reactions(net, motion)
+    at_rest, moving = mbs.reactions(net, rest), mbs.reactions(net, motion)
     np.testing.assert_allclose(at_rest["left root"].on_first, [-2.0], rtol=1e-9)
     np.testing.assert_allclose(moving["left root"].on_first, np.full((3, 1), -2.0), rtol=1e-6)
     assert at_rest["left root"].force.shape == (3,)  # its coordinates have no directions: zeros

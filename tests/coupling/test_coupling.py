@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from jaxmbs.coupling import connect, couple, rigid, stacked
+from jaxmbs.coupling import Components, connect, coupled_response, rigid
 from jaxmbs.coupling.dual import dual_response
 from jaxmbs.coupling.primal import elastic_bond, interface_reactions, join
 from jaxmbs.linear import interface_basis, modes
-from jaxmbs.linear.modes import natural_modes
-from jaxmbs.linear.oscillations import modal_motion
+from jaxmbs.linear.eigenmodes import natural_modes
+from jaxmbs.linear.oscillators import modal_motion
 from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Physical, Rubin, reduce
 from jaxmbs.reductions.recovery import harmonic
 from tests.structural_matrices import beam, chain, component, kw
@@ -153,7 +153,7 @@ def test_section_forces_over_time():
 
 
 def test_reactions_by_the_block_sparse_engine():
-    """A frame of five beams with a loop and a bushing, harmonic: `couple` gives the dual assembly's reactions."""
+    """A frame of five beams with a loop and a bushing, harmonic: reactions are those of the dual assembly."""
     ends = ((-1, 0), (0, 1), (1, 2), (2, 3), (0, 3))
     omega = jnp.asarray(9.0)
     bond = elastic_bond(jnp.array([3.0, 0.2]), jnp.array([0.1, 0.01]), jnp.array([0.2, 0.01]))
@@ -163,8 +163,8 @@ def test_reactions_by_the_block_sparse_engine():
     @jax.jit
     def both(K, M):
         parts = [reduce(component((1.0 + 0.1 * i) * K, M, ENDS, 0.001 * K), CraigBampton(3)) for i in range(5)]
-        groups = [stacked(parts, ends, forces, omega), stacked([bond], [(1, 3)], [None], omega)]
-        found = couple(groups, jnp.zeros((4, 2)), "ldl")
+        groups = [Components.of(parts, ends, forces, omega), Components.of([bond], [(1, 3)], [None], omega)]
+        found = coupled_response(groups, jnp.zeros((4, 2)), "ldl")
         return found, dual_response([*parts, bond], joints, [*forces, None], omega)[1]
 
     found, dual = both(K, M)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.blocksparse import analyse
-from jaxmbs.coupling import Components, couple, interface_pattern
+from jaxmbs.coupling import Components, coupled_response, interface_pattern
 
 SIZE, INNER, NODES = 2, 3, 7
 BARS = ((0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (0, 3))  # one loop
@@ -66,7 +66,7 @@ def test_displacements_and_reactions(kind):
     """Static, and complex dynamic stiffness; seven floating components, two that are held."""
     made, load = groups(complex_=kind == "ldl")
     plan = analyse(interface_pattern(made, NODES, SIZE))
-    found = jax.jit(lambda made, load: couple(made, load, kind, plan))(made, load)
+    found = jax.jit(lambda made, load: coupled_response(made, load, kind, plan))(made, load)
     x, forces = dual(made, load)
     np.testing.assert_allclose(found.interface, x, atol=1e-10)
     np.testing.assert_allclose(
@@ -84,7 +84,7 @@ def test_gradient_by_the_components():
     @jax.jit
     def level(s):
         changed = [Components(g.nodes, g.matrix * (1 + s * k), g.load) for k, g in enumerate(made, 1)]
-        return sum(jnp.sum(r**2) for r in couple(changed, load).reactions)
+        return sum(jnp.sum(r**2) for r in coupled_response(changed, load).reactions)
 
     slope = jax.jit(jax.grad(level))(0.0)
     np.testing.assert_allclose(slope, (level(1e-5) - level(-1e-5)) / 2e-5, rtol=1e-6)
@@ -94,4 +94,4 @@ def test_wrong_nodes_are_told():
     made, load = groups()
     wrong = Components(((2, 2),), made[0].matrix[:1], made[0].load[:1])
     with pytest.raises(ValueError, match="component 0: nodes \\[2, 2\\] must be different ones of 0 ... 6"):
-        couple([wrong], load)
+        coupled_response([wrong], load)

@@ -17,8 +17,8 @@ from jaxmbs.coupling.limits import (
 )
 from jaxmbs.coupling.primal import join
 from jaxmbs.linear import modes as modes_of
-from jaxmbs.linear.modes import natural_modes
-from jaxmbs.linear.oscillations import modal_motion
+from jaxmbs.linear.eigenmodes import natural_modes
+from jaxmbs.linear.oscillators import modal_motion
 from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import chain, component
 

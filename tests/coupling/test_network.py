@@ -5,12 +5,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import jaxmbs as mbs
 from jaxmbs.coupling import bushing, connect, joint, rigid
-from jaxmbs.coupling.network import loads_of
 from jaxmbs.elements import Beam, PointMass
 from jaxmbs.errors import ModelError
 from jaxmbs.fem import Structure, assemble
-from jaxmbs.reductions import CraigBampton, harmonic, reduce
+from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import beam, component
 
 TUBE = Beam(70e9, 27e9, 4e-4, 2e-8, 2e-8, 4e-8, 2700.0)
@@ -34,6 +34,7 @@ PARTS = {
     "mast": part({"root": (0, 0.1, 0.8), "middle": (0, 0.3, 1.2), "end": (0.1, 0.2, 1.6)}, ["root", "end"]),
     "panel": part({"hinge": (0.1, 0.2, 1.6), "edge": (0.5, 0.3, 1.7), "far": (0.9, 0.6, 1.9)}, ["hinge", "far"]),
 }
+GIRDER = ({"a": np.zeros(3), "b": np.array([1.0, 0, 0])}, {"tube": (TUBE, [("a", "b")])}, {"a": "all"})
 FORCE = np.random.default_rng(1).normal(size=18)
 
 
@@ -89,39 +90,56 @@ def monolithic(omega):
 
 
 @jax.jit
-def primal(stiffness, axes):
+def shaken(stiffness, axes):
+    """Amplitudes by component and loads at two frequencies, the force twice as large at the second one."""
     net = network(stiffness, axes)
-    Z = jax.lax.complex(net.stiffness - OMEGA**2 * net.mass, OMEGA * net.damping)
-    xi = jnp.linalg.solve(Z, net.load({"panel": jnp.asarray(FORCE)}).astype(Z.dtype))
-    x, v, a = (y[0] for y in harmonic(xi[None], jnp.array([OMEGA])))
-    return net.expand(xi), loads_of(net, x, a, v, [{"panel": jnp.asarray(FORCE)}]), net
+    force = np.outer([1.0, 2.0], FORCE)
+    response = mbs.linear.harmonic_response(net, [OMEGA, OMEGA], {"panel": force})
+    return net.expand(response.displacement), mbs.reactions(net, response), net
 
 
-@jax.jit
-def dual(stiffness, axes):
-    return network(stiffness, axes).response({"panel": jnp.asarray(FORCE)}, jnp.asarray(OMEGA))
-
-
-@pytest.mark.parametrize("form", [primal, dual])
-def test_every_bond_against_one_dense_model(form):
+def test_every_bond_against_one_dense_model():
     """Harmonic displacements, forces of all bonds, and their balance."""
-    moved, found = form(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[:2]
+    moved, found, _ = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES))
     exact, forces, second = monolithic(OMEGA)
+    scale = np.array([1.0, 2.0])[:, None]
     for name, x in exact.items():
-        np.testing.assert_allclose(moved[name], x, atol=1e-8 * np.max(np.abs(x)))
+        np.testing.assert_allclose(moved[name], scale * x, atol=1e-8 * np.max(np.abs(x)))
     for name, f in forces.items():
-        np.testing.assert_allclose(found[name].on_first, f, atol=1e-8 * np.max(np.abs(f)))
+        np.testing.assert_allclose(found[name].on_first, scale * f, atol=1e-8 * np.max(np.abs(f)))
         opposite = second if name == "mount" else -f
-        np.testing.assert_allclose(found[name].on_second, opposite, atol=1e-8 * np.max(np.abs(f)))
+        np.testing.assert_allclose(found[name].on_second, scale * opposite, atol=1e-8 * np.max(np.abs(f)))
     assert np.max(np.abs(second + forces["mount"])) > 1e-3 * np.max(np.abs(second))  # its mass takes a part
-    assert found.residual < 1e-9
+    assert found.ok and found.residual < 1e-9
+
+
+def test_amplitudes_are_those_of_the_transfer_functions():
+    """By the same names; complex amplitudes, one for each frequency; a loss factor; block matrices."""
+    net, omega, push = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[2], [20.0, 90.0], np.array([1.0, 2.0 - 1j])
+    found = mbs.linear.harmonic_response(net, omega, {"panel.edge z": push, "mast.middle x": 3.0}, loss=0.05)
+    asked = {"into": ["panel.edge z", "mast.middle x"], "out": ["stage.knee y"]}
+    H = mbs.frequency_response(net, omega, **asked, loss=0.05).values[:, 0]
+    rows, _ = net.outputs("stage.knee y")
+    np.testing.assert_allclose(
+        np.asarray(found.displacement) @ np.asarray(rows[0]), H[:, 0] * push + 3.0 * H[:, 1], rtol=1e-9
+    )
+    loads = mbs.reactions(net, found)
+    assert loads.ok and loads["bolts"].force.shape == (2, 3)
+    sheet = assemble(Structure(*GIRDER), blocks=True)
+    one, other = (mbs.linear.harmonic_response(s, omega, {"b x": push}, 0.1) for s in (sheet, sheet.dense()))
+    np.testing.assert_allclose(one.displacement, other.displacement, rtol=1e-9)
+    with pytest.raises(ValueError, match="frequencies first"):
+        mbs.linear.harmonic_response(net, omega, {"panel.edge z": np.ones(3)})
+    with pytest.raises(ValueError, match="no component 'pannel': did you mean 'panel'"):
+        mbs.linear.harmonic_response(net, omega, {"pannel.edge z": 1.0})
 
 
 def test_gradient_and_batch_by_a_mount():
     """Size of the pin's force by the mount's stiffness, many at once, against differences."""
 
     def size(t):
-        found = network(STIFFNESS * jnp.exp(t), jnp.asarray(AXES)).response({"panel": jnp.asarray(FORCE)})[1]
+        net = network(STIFFNESS * jnp.exp(t), jnp.asarray(AXES))
+        found = mbs.reactions(net, mbs.equilibrium(net, {"panel": jnp.asarray(FORCE)}))
         return jnp.sum(found["pin"].on_first ** 2)
 
     t = jnp.array([0.0, -1e-4, 1e-4])
@@ -129,9 +147,20 @@ def test_gradient_and_batch_by_a_mount():
     np.testing.assert_allclose(slope[0], (value[2] - value[1]) / 2e-4, rtol=1e-6)
 
 
+def test_loads_of_a_network_that_nothing_holds():
+    """Pushed through the middle of two equal parts, the first takes half: inertia relief."""
+    half = {"a": PARTS["mast"], "b": PARTS["mast"]}
+    net = connect(half, {"weld": rigid("a.root", "b.root")})
+    push = np.array([0.0, 5.0, 0.0])
+    rest = mbs.equilibrium(net, {"a.root": np.r_[push, np.zeros(3)]}, free=True)
+    found = mbs.reactions(net, rest)
+    assert found.ok
+    np.testing.assert_allclose(found["weld"].force, -push / 2, atol=1e-9)
+
+
 def test_determinate_and_redundant_bonds_by_name():
     """A chain clamped at one end, with a hinge, held by a ball joint at the other; beams with and without a prop."""
-    report = primal(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[2].determinacy()
+    report = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[2].determinacy()
     assert (report.redundant, report.free_motions) == (2, 0)
     assert report.labels["pin"] == ("x", "y", "z", "rx", "rz")
     assert not any(any(flags) for flags in report.determinate.values())
@@ -151,7 +180,7 @@ def test_determinate_and_redundant_bonds_by_name():
 WRONG = [
     ({"b.c": bushing("stage.foot", stiffness=np.ones(6))}, "bond 'b.c': a name without a dot"),
     ({"b": rigid("nothing")}, "bond 'b': there is no component 'nothing'"),
-    ({"b": rigid(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no node 'tip'"),
+    ({"b": rigid(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no coordinate or node 'tip'"),
     ({"b": rigid(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
     ({"b": rigid(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
     ({"b": joint(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),
@@ -174,14 +203,45 @@ def test_faults(bonds, said):
     assert said in str(error.value)
 
 
+def test_ends_by_coordinate():
+    """A prop under one coordinate, by its name."""
+    by_name, by_number = (
+        connect({"stage": PARTS["stage"]}, {"prop": rigid(end)}) for end in ("stage.top y", ("stage", (13,)))
+    )
+    np.testing.assert_array_equal(by_name.stiffness, by_number.stiffness)
+    assert by_name.bonds[0][1].labels == ("y",)
+
+
+def test_joined_nodes_must_be_at_one_place():
+    """Told by name, with the distance and the way out; a prop may stand on what is below it."""
+    parts = {"stage": PARTS["stage"], "mast": PARTS["mast"].moved((0.0, 0.0, 0.5))}
+    bolts = {"bolts": rigid("stage.top", "mast.root")}
+    with pytest.raises(ModelError) as error:
+        connect(parts, bolts)
+    told = str(error.value)
+    assert "bond 'bolts': stage.top and mast.root are 0.5 apart" in told
+    assert "`mast.moved((0, 0, -0.5))`" in told and "places=False" in told
+    net = connect(parts | {"mast": parts["mast"].moved((0, 0, -0.5))}, bolts)
+    np.testing.assert_allclose(net.stiffness, connect(parts, bolts, places=False).stiffness)
+    assert connect(parts, {"prop": rigid("stage.top z", "mast.root z")}).num_rows == 35
+    for bond in (rigid("stage.top y", "mast.root y"), bushing("stage.top", "mast.root", stiffness=[1.0] * 6)):
+        with pytest.raises(ModelError, match="0.5 apart"):
+            connect(parts, {"b": bond})
+    tilted = joint("stage.top", "mast.root", free="x y rx ry rz", axes=np.diag([1.0, -1.0, -1.0]))
+    assert connect(parts, {"b": tilted}).num_rows == 35
+    jax.eval_shape(lambda z: connect(parts | {"mast": PARTS["mast"].moved(z)}, bolts).stiffness, np.zeros(3))
+    with pytest.raises(ModelError, match="no positions cannot be moved"):
+        component(*beam(2), (0, 1)).moved((1, 0, 0))
+
+
 def test_wrong_numbers_and_names():
     with pytest.raises(ValueError, match="differ in shape"):
         bushing("a", "b", stiffness=np.eye(3), damping=np.eye(2))
     net = connect({"a": component(*beam(2), (0, 1))}, {"wall": rigid("a")})
     with pytest.raises(ValueError, match="no component 'c'"):
         net.load({"c": jnp.zeros(6)})
-    with pytest.raises(ValueError, match="the bonds leave a motion free"):
-        connect({"a": component(*beam(2), (0, 1))}, {}).response({"a": jnp.ones(6)})
+    with pytest.raises(ValueError, match="singular: a motion without strain is left"):
+        mbs.equilibrium(connect({"a": component(*beam(2), (0, 1))}, {}), {"a": jnp.ones(6)})
     with pytest.raises(ModelError, match="component 'a' is a tuple, not a LinearSystem"):
         connect({"a": beam(2)}, {})
     with pytest.raises(ValueError, match="not under tracing"):

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxmbs.coupling.transfer_functions import independent_pairs, signed_interface
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment import couple, decouple, interface_forces
-from jaxmbs.experiment.coupling import independent_pairs, signed_interface
 from jaxmbs.linear import dense_response
 from jaxmbs.linear.transfer import TransferFunctions
 from tests.structural_matrices import chain

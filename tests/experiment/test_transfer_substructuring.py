@@ -5,16 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxmbs.coupling.transfer_functions import couple, interface_forces
+from jaxmbs.coupling.uncoupled import uncoupled
 from jaxmbs.errors import ModelError
-from jaxmbs.experiment.coupling import couple, interface_forces
 from jaxmbs.experiment.decoupling import decouple
-from jaxmbs.experiment.inverse import regular_inverse
 from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
-from jaxmbs.experiment.transfer import uncoupled
-from jaxmbs.experiment.virtual_point import rigid_channels, virtual_point
+from jaxmbs.experiment.virtual import rigid_channels, virtual_point
 from jaxmbs.linear import frequency_response
 from jaxmbs.linear.dynamic_stiffness import dense_response
 from jaxmbs.linear.transfer import TransferFunctions
+from jaxmbs.math.regular_inverse import regular_inverse
 from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import chain, component
 

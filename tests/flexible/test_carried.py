@@ -6,19 +6,17 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import couple, stacked
+from jaxmbs.coupling import connect, rigid
 from jaxmbs.elements import PointMass
 from jaxmbs.fem import Structure, assemble, body_load, collect
 from jaxmbs.flexible import carried_loads, mass_properties
-from jaxmbs.flexible.floating_frame import rigid_basis
+from jaxmbs.flexible.floating import rigid_basis
 from jaxmbs.linear import LinearSystem, check
-from jaxmbs.reductions import Physical, reduce
 from tests.flexible.beams import beam_structure, chain_of_beams, random_state
 from tests.mechanisms import rotation_about
 
 TILT = np.array([[2.0, 0.3, -0.2], [0.3, 1.0, 0.1], [-0.2, 0.1, 1.5]]) * 1e-2
 LENGTH, LAST = 0.5, "3"
-ENDS = (*range(6), *range(18, 24))  # rows of the first and the last node
 
 
 def piece(scale=1.0, bob=True):
@@ -71,12 +69,14 @@ def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
     state = random_state(system, size=0.3, speed=4.0)
     pair = {"piece0": component, "piece1": component}
     loads = carried_loads(system, state, pair, {"wrist": ("piece1", LAST)})
-    parts = [reduce(component.with_interface(*ENDS), Physical()) for _ in pair]
-    found = couple([stacked(parts, [(-1, 0), (0, 1)], list(loads.values()))], jnp.zeros((2, 6)), "cholesky")
-    reactions = mbs.reactions(system, state, frame="joint")
-    for name, bond in (("hub", found.reactions[0][0, 0]), ("weld", found.reactions[0][1, 0])):
+    one = component.with_interface("0", LAST)
+    bonds = {"hub": rigid("piece0.0"), "weld": rigid("piece1.0", f"piece0.{LAST}")}
+    net = connect({"piece0": one, "piece1": one.moved((LENGTH, 0.0, 0.0))}, bonds)
+    found, reactions = mbs.reactions(net, mbs.equilibrium(net, loads)), mbs.reactions(system, state, frame="joint")
+    assert found.ok
+    for name, bond in found.items():
         wanted = np.concatenate([reactions[name].force, reactions[name].moment])
-        np.testing.assert_allclose(bond, wanted, atol=1e-8 * np.abs(wanted).max())
+        np.testing.assert_allclose(bond.on_first, wanted, atol=1e-8 * np.abs(wanted).max())
 
 
 def test_at_rest_the_load_is_the_weight():

@@ -21,7 +21,7 @@ from jaxmbs.linear import (
     viscous_receptance,
 )
 from jaxmbs.linear.damping import modal, proportional
-from jaxmbs.linear.modes import natural_modes
+from jaxmbs.linear.eigenmodes import natural_modes
 from tests.structural_matrices import beam, chain
 
 SIDE = 3

@@ -14,8 +14,8 @@ from jaxmbs.linear.damping import (
     proportional_from_ratios,
     structural,
 )
+from jaxmbs.linear.eigenmodes import Modes, complete, natural_modes
 from jaxmbs.linear.mode_shapes import effective_masses, mac, mode_ratios, participation, track
-from jaxmbs.linear.modes import Modes, complete, natural_modes
 from tests.structural_matrices import beam, chain, double_cross, kw
 
 CANTILEVER = [1.87510407, 4.69409113, 7.85475744, 10.99554073]
@@ -188,6 +188,7 @@ def test_proportional_and_modal_damping():
         (lambda K, M: mode_ratios(natural_modes(K=K, M=M), 3), r"3 is none of 0 \.\.\. 2"),
         (lambda K, M: complex_modes(K=K, C=0 * K, M=M.at[2, 2].set(0.0)), r"\[2\] have no mass"),
         (lambda K, M: complex_modes(K=K, C=K[:2, :2], M=M), "differ in shape"),
+        (lambda K, M: natural_modes(K=K, M=M).acceleration(jnp.ones(3), 0.0), "natural modes have no roots"),
         (lambda K, M: proportional_from_ratios((1.0, 0.1), (1.0, 0.2)), "two ratios at one frequency"),
     ],
 )

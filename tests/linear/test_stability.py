@@ -9,7 +9,7 @@ from jaxmbs.elements import Beam, Quadrilateral
 from jaxmbs.fem import Structure, assemble_dense
 from jaxmbs.linear import modal_response
 from jaxmbs.linear.damping import modal
-from jaxmbs.linear.modes import natural_modes
+from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.reductions import (
     Characteristic,
     CraigBampton,

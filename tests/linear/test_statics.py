@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.linear.static_response import static_response
+from jaxmbs.linear.rest import static_response
 from tests.structural_matrices import beam
 
 LENGTH, EI, RHO_A, FORCE = 2.0, 3.0, 0.7, 5.0
@@ -36,6 +36,8 @@ def test_free_beam_pushed_in_the_middle():
         static_response(K=K, load=load)
     with pytest.raises(ValueError, match="other than those given"):
         static_response(K=K, load=load, M=M, rigid=rigid[:, :1])
+    with pytest.raises(ValueError, match="give M"):
+        static_response(K=K, load=load, rigid=rigid)
 
 
 def test_held_beam():

@@ -80,6 +80,17 @@ def test_faults(given, message):
     assert message in str(error.value)
 
 
+def test_another_damping_is_stored_as_the_first():
+    plain = LinearSystem(mass=np.eye(4), stiffness=CHAIN)
+    damped = plain.with_damping((0.1 * CHAIN).tolist())
+    assert isinstance(damped.damping, jax.Array) and damped.with_damping(None).damping is None
+    np.testing.assert_array_equal(damped.damping, 0.1 * CHAIN)
+    with pytest.raises(ModelError, match="damping has 3 rows, not 4"):
+        plain.with_damping(np.eye(3))
+    with pytest.raises(ModelError, match="some are block matrices"):
+        plain.with_damping(*block_matrices(CHAIN, size=2))
+
+
 def test_check_of_a_free_beam():
     """Rigid motions, mass properties about a point and about the centre in closed form."""
     report = check(assemble(beam(), interface=["0"]), about=(1.0, 2.0, 3.0), throw=True)

@@ -9,7 +9,7 @@ from jaxmbs import blocksparse as bs
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble_blocks
 from jaxmbs.linear.block_modes import lowest_modes
-from jaxmbs.linear.modes import natural_modes
+from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.reductions import CraigBampton, reduce
 from jaxmbs.reductions.craig_bampton_blocks import interface_rows
 from tests.structural_matrices import component

@@ -9,7 +9,7 @@ import numpy as np
 from jaxmbs.coupling.primal import interface_reactions, join
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble_dense, element_forces, element_stresses, histories
-from jaxmbs.linear.modes import natural_modes
+from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.reductions import (
     Characteristic,
     CraigBampton,

@@ -1,15 +1,18 @@
 """Transfer functions through natural modes: only the pairs asked, derivatives as good as those of the inverse."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jaxtyping import Array, Complex
 
 from ..checks import known
 from ..math import square
 from ..math.eigen import eig, eigh, spectral
+from ..typing import AnyArray, ArrayLike, Number, RowsLike
 from .checked import checked_solve
 from .condensation import interface_basis, partition
 from .gains import harmonic_rate
@@ -18,17 +21,17 @@ from .symmetric import symmetric
 
 def receptance(
     *,
-    K,
-    M,
-    omega,
-    out,
-    into,
-    C=None,
-    loss=0.0,
+    K: AnyArray,
+    M: AnyArray,
+    omega: ArrayLike,
+    out: ArrayLike | Sequence[int],
+    into: ArrayLike | Sequence[int],
+    C: AnyArray | None = None,
+    loss: ArrayLike = 0.0,
     num: int | None = None,
     residual: bool = True,
     chunk: int = 64,
-):
+) -> Complex[Array, "frequencies outputs inputs"]:
     """Displacements `B_ij(w)` at `out` for unit forces at `into`, of `(K (1 + i loss) + i w C - w^2 M)^-1`.
 
     Args:
@@ -37,7 +40,7 @@ def receptance(
         into: coordinates, or columns (n, inputs) of loads.
         C: damping (n, n) that does not couple the modes (`proportional`, `modal`).
         loss: loss factor of the whole stiffness.
-        num: modes kept; a group of equal frequencies must not be cut (`modes.complete`).
+        num: modes kept; a group of equal frequencies must not be cut (`eigenmodes.complete`).
         residual: what the other modes add statically; without it they are left out.
         chunk: frequencies worked on together: memory grows with this.
 
@@ -121,7 +124,16 @@ def _check_uncoupled(C):
         raise ValueError(f"the damping couples the modes (up to {coupled:.1g} of their own): use viscous_receptance")
 
 
-def viscous_receptance(*, K, M, C, omega, out, into, chunk: int = 64):
+def viscous_receptance(
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    C: AnyArray,
+    omega: ArrayLike,
+    out: ArrayLike | Sequence[int],
+    into: ArrayLike | Sequence[int],
+    chunk: int = 64,
+) -> Complex[Array, "frequencies outputs inputs"]:
     """`receptance` with any viscous damping, through the complex modes (on the CPU); matrices may be unsymmetric.
 
     At a frequency where the modes do not solve the equation (the vectors of critical damping are parallel) it is
@@ -152,7 +164,14 @@ def _complex_modes(K, C, M):
     return roots, X[:n], Y[:, n:] @ by_force.astype(Y.dtype)
 
 
-def modal_receptance(natural, at_out, at_into, omega, ratios, modal_masses=1.0):
+def modal_receptance(
+    natural: AnyArray,
+    at_out: AnyArray,
+    at_into: AnyArray,
+    omega: AnyArray,
+    ratios: ArrayLike,
+    modal_masses: Number = 1.0,
+) -> Complex[Array, "frequencies outputs inputs"]:
     """`B_ij = sum_k V_ik V_jk / (m_k [(w_k^2 - w^2) + 2 i eta_k w_k w])` as printed, from any set of modes.
 
     For measured modes and kept sets; a derivative through shapes of repeated frequencies is wrong here: `receptance`.
@@ -172,7 +191,17 @@ def modal_receptance(natural, at_out, at_into, omega, ratios, modal_masses=1.0):
     return jnp.einsum("ik,wk,jk->wij", V, 1 / z, at_into.astype(z.dtype))
 
 
-def transmissibility(*, K, M, omega, base: Sequence[int], out: Sequence[int], C=None, loss=0.0, chunk: int = 64):
+def transmissibility(
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    omega: ArrayLike,
+    base: RowsLike,
+    out: RowsLike,
+    C: AnyArray | None = None,
+    loss: ArrayLike = 0.0,
+    chunk: int = 64,
+) -> Complex[Array, "frequencies outputs base"]:
     """Displacements at `out` (accelerations too) for unit ones of the base coordinates.
 
     The rest moves statically with the base and, relative to that, under its own inertia: a base that holds the
@@ -189,8 +218,9 @@ def transmissibility(*, K, M, omega, base: Sequence[int], out: Sequence[int], C=
     loads = [(M @ T)[inner]] + ([] if C is None else [(C @ T)[inner]])
     place = {int(c): k for k, c in enumerate(inner)}
     rows = [place[int(c)] for c in out]
-    inside = [None if A is None else A[inner][:, inner] for A in (K, M, C)]
-    inside, into = dict(zip("KMC", inside, strict=True)), jnp.concatenate(loads, axis=1)
+    cut = lambda A: A[inner][:, inner]  # noqa: E731
+    inside: dict[str, Any] = {"K": cut(K), "M": cut(M), "C": None if C is None else cut(C)}
+    into = jnp.concatenate(loads, axis=1)
     H = receptance(**inside, omega=omega, out=rows, into=into, loss=loss, chunk=chunk)
     b, rate = len(outer), harmonic_rate(omega, H)
     relative = -(rate**2) * H[:, :, :b]

@@ -4,12 +4,15 @@ import numpy as np
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..typing import ArrayLike
 from .report import Check, names, numbers
-from .rigid_motions import rigid_rows
+from .rigid import rigid_rows
 from .system import LinearSystem
 
 
-def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, throw: bool = False) -> Check:
+def check(
+    system: LinearSystem, about: ArrayLike = (0.0, 0.0, 0.0), tolerance: float = 1e-6, throw: bool = False
+) -> Check:
     """Examine a linear system with known numbers, on the host.
 
     Args:
@@ -44,8 +47,20 @@ def check(system: LinearSystem, about=(0.0, 0.0, 0.0), tolerance: float = 1e-6, 
     if set(slack) - set(idle):
         warnings.append(f"no stiffness on {names(tuple(label for label in slack if label not in idle))}")
     report = Check(
-        *(sub.num_rows, asymmetry, energy, grounded, properties[0], about, *properties[1:], free_motions),
-        *(massless, slack, tuple(faults), tuple(warnings)),
+        size=sub.num_rows,
+        asymmetry=asymmetry,
+        rigid_energy=energy,
+        grounded=grounded,
+        mass=properties[0],
+        about=about,
+        centre=properties[1],
+        inertia=properties[2],
+        central_inertia=properties[3],
+        free_motions=free_motions,
+        massless=massless,
+        slack=slack,
+        faults=tuple(faults),
+        warnings=tuple(warnings),
     )
     if throw and faults:
         raise ModelError(faults)

@@ -13,6 +13,7 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
+from ..typing import ArrayLike
 
 
 class VirtualPoint(NamedTuple):
@@ -25,7 +26,7 @@ class VirtualPoint(NamedTuple):
     force_residual: Float[Array, "frequencies outputs"]
 
 
-def rigid_channels(places: Sequence[tuple], point) -> Float[Array, "channels 6"]:
+def rigid_channels(places: Sequence[tuple], point: ArrayLike) -> Float[Array, "channels 6"]:
     """What each channel reads of the point's displacement and rotation: `[d, (r - p) x d]`.
 
     Args: places: place (3,) [m] and direction (3,) of each channel; point: (3,) [m].
@@ -39,7 +40,7 @@ def rigid_channels(places: Sequence[tuple], point) -> Float[Array, "channels 6"]
     return jnp.concatenate([d, jnp.cross(r - p[None], d)], axis=1)
 
 
-def flexible_channels(places: Sequence[tuple], point, motion: Callable) -> Float[Array, " channels"]:
+def flexible_channels(places: Sequence[tuple], point: ArrayLike, motion: Callable) -> Float[Array, " channels"]:
     """What each channel reads of a unit flexible motion `motion(r - p)` (3,): its part along the channel's direction.
 
     Args: as of `rigid_channels`.  Source: S1 (14).
@@ -51,11 +52,11 @@ def flexible_channels(places: Sequence[tuple], point, motion: Callable) -> Float
 
 def virtual_point(
     measured: TransferFunctions,
-    point,
+    point: ArrayLike,
     sensors: Mapping[str, tuple],
     impacts: Mapping[str, tuple],
     name: str = "point",
-    weights=None,
+    weights: ArrayLike | None = None,
     flexible: Mapping[str, Callable] | None = None,
 ) -> VirtualPoint:
     """Transfer functions of the six coordinates of a point, `T_u Y T_f^T`, and of flexible motions around it.

@@ -4,10 +4,10 @@ import jax
 import jax.numpy as jnp
 
 from ..kinematics.state import State
-from ..linear.modes import Modes
+from ..linear.eigenmodes import Modes
 from ..math.eigen import eig
 from ..model.system import System
-from .linearise import Linearisation, linearise
+from .linearisation import Linearisation, linearise
 
 
 def modes(mechanism: Linearisation | System, state: State | None = None) -> Modes:

@@ -6,9 +6,10 @@ from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..typing import AnyArray, ArrayLike
 
 
-def rigid_motions(positions, about=None) -> Float[Array, "nodes 6 6"]:
+def rigid_motions(positions: AnyArray, about: ArrayLike | None = None) -> Float[Array, "nodes 6 6"]:
     """Displacements and rotations of points (nodes, 3) in unit translations and rotations about a point (3,)."""
     arms = positions if about is None else positions - jnp.asarray(about, positions.dtype)[None]
     one = jnp.broadcast_to(jnp.eye(3, dtype=arms.dtype), (len(arms), 3, 3))

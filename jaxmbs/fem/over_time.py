@@ -3,13 +3,15 @@
 from collections.abc import Callable
 
 import jax
+from jaxtyping import Array
 
 from ..math.jit import jit
+from ..typing import AnyArray
 from .structure import Structure
 
 
 @jit
-def histories(recover: Callable, structure: Structure, x) -> dict:
+def histories(recover: Callable, structure: Structure, x: AnyArray) -> dict[str, Array]:
     """`element_forces` or `element_stresses` of many displacements: (..., elements, labels) by group.
 
     Args: x: (..., rows) of the dense matrices over times or cases, or complex amplitudes over frequencies.

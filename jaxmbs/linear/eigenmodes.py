@@ -9,6 +9,7 @@ from jaxtyping import Array, Complex, Float, Inexact, Int
 
 from ..checks import known
 from ..math.eigen import eigh, same
+from ..typing import AnyArray, ScalarLike
 from .symmetric import check_mass, symmetric
 
 
@@ -81,28 +82,37 @@ class Modes(eqx.Module):
         """How many modes are rigid; not under tracing."""
         return int(np.sum(np.asarray(self.is_rigid)))
 
-    def part(self, selection) -> "Modes":
+    def part(self, selection: slice | AnyArray) -> "Modes":
         """Some of the modes: `modes.part(slice(modes.num_rigid, None))` the elastic ones."""
         roots, left = (None if a is None else a[selection] for a in (self.roots, self.left))
         return Modes(self.values[selection], self.shapes[:, selection], self.is_rigid[selection], roots, left)
 
-    def acceleration(self, amplitudes, t):
+    def acceleration(self, amplitudes: AnyArray, t: ScalarLike) -> Float[Array, " n"]:
         """`q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,), over all complex modes.
 
-        Source: S1 (42).
+        Raises: ValueError for natural modes, which have no roots.  Source: S1 (42).
         """
-        return (self.shapes @ (self.roots**2 * amplitudes * jnp.exp(self.roots * t))).real
+        roots, _ = self._complex()
+        return (self.shapes @ (roots**2 * amplitudes * jnp.exp(roots * t))).real
 
-    def amplitudes(self, *, M, C, displacement, velocity):
+    def amplitudes(
+        self, *, M: AnyArray, C: AnyArray, displacement: AnyArray, velocity: AnyArray
+    ) -> Complex[Array, " m"]:
         """Amplitudes (m,) of the free motion of all complex modes that starts at a displacement and velocity.
 
-        Source: S1 (42).
+        Raises: ValueError for natural modes, which have no roots.  Source: S1 (42).
         """
-        start = [a.astype(self.roots.dtype) for a in (M @ velocity + C @ displacement, M @ displacement)]
-        return self.left @ start[0] + self.roots * (self.left @ start[1])
+        roots, left = self._complex()
+        start = [a.astype(roots.dtype) for a in (M @ velocity + C @ displacement, M @ displacement)]
+        return left @ start[0] + roots * (left @ start[1])
+
+    def _complex(self) -> tuple[Array, Array]:
+        if self.roots is None or self.left is None:
+            raise ValueError("natural modes have no roots: ask for complex_modes")
+        return self.roots, self.left
 
 
-def natural_modes(*, K, M, num: int | None = None, num_rigid: int | None = None) -> Modes:
+def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
     """The lowest modes of `M x'' + K x = 0`.
 
     Args:
@@ -153,7 +163,7 @@ def rigid_flags(K, values, shapes):
     return lax.stop_gradient((values <= RIGID * noise) & (values >= -NEGATIVE * noise))
 
 
-def stable_modes(*, K, M, num: int | None = None, num_rigid: int | None = None) -> Modes:
+def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
     """`natural_modes` for reductions.
 
     Raises: ValueError for negative stiffness, if concrete; under tracing the unstable shapes are NaN.
@@ -174,7 +184,7 @@ def _check_finite(values):
         raise ValueError("the mass matrix is not positive definite")
 
 
-def complete(values, num: int) -> int:
+def complete(values: AnyArray, num: int) -> int:
     """The smallest number >= num of lowest modes that cuts no group of equal values; not under tracing."""
     values = np.asarray(values)
     with jax.ensure_compile_time_eval():

@@ -8,6 +8,8 @@ from jaxtyping import Array, Bool, Float
 
 from ..checks import known
 from ..math import square
+from ..typing import AnyArray
+from .system import LinearSystem
 
 
 class StaticResponse(eqx.Module):
@@ -16,37 +18,53 @@ class StaticResponse(eqx.Module):
     Attributes:
         displacement: (..., n).
         acceleration: (..., d) along the rigid motions, none where held.
+        rigid: (n, d) these motions.
+        forces: what `equilibrium` put on the system, by name as it was given.
     """
 
     displacement: Float[Array, "... n"]
     acceleration: Float[Array, "... d"]
+    rigid: Float[Array, "n d"]
+    forces: tuple = ()
 
     @property
     def ok(self) -> Bool[Array, "..."]:
         """Whether there is such a state: under tracing a motion without strain gives numbers that are not finite."""
         return jnp.all(jnp.isfinite(self.displacement), axis=-1)
 
+    def terms(self, system: LinearSystem) -> tuple:
+        """What stiffness, damping (None: nothing) and mass of the system's parts act on, each (..., n)."""
+        return self.displacement, None, self.acceleration @ self.rigid.T
 
-def static_response(*, K, load, M=None, rigid=None) -> StaticResponse:
+
+def static_response(
+    *, K: AnyArray, load: AnyArray, M: AnyArray | None = None, rigid: AnyArray | None = None
+) -> StaticResponse:
     """`K x = f`, or with rigid motions left `K x + M R a = f` with `R^T M x = 0`: inertia relief.
 
     Args:
         load: (..., n), any number of cases.
         M, rigid: mass (n, n) and R (n, d) of a free structure: `rigid_motions` of its nodes, or its rigid modes.
 
-    Raises: ValueError for a stiffness, if concrete, that is singular: held too little, or rigid motions missing.
+    Raises: ValueError for rigid motions without M and, if concrete, a stiffness that is singular: held too little, or
+    rigid motions missing.
     Source: S1 (3), (30).
     """
     f = load.reshape(-1, load.shape[-1]).T
-    n, d, weight = len(K), 0 if rigid is None else rigid.shape[1], 1.0
+    n, weight = len(K), jnp.ones((), f.dtype)
+    if rigid is not None and M is None:
+        raise ValueError("it is inertia that balances free motions: give M with the rigid ones")
+    rigid = jnp.zeros((n, 0), K.dtype) if rigid is None else jnp.asarray(rigid)
+    d = rigid.shape[1]
     if d:
-        carried = M @ rigid
+        carried = jnp.matmul(jnp.asarray(M), rigid)
         weight = lax.stop_gradient(jnp.max(jnp.abs(K)) / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
-        K = jnp.block([[K, weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
+        K = jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
         f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
     _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
     found = square.solve(K, f).T
-    return StaticResponse(found[:, :n].reshape(load.shape), weight * found[:, n:].reshape(*load.shape[:-1], d))
+    acceleration = weight * found[:, n:].reshape(*load.shape[:-1], d)
+    return StaticResponse(found[:, :n].reshape(load.shape), acceleration, rigid)
 
 
 def _check_regular(K, left):

@@ -3,11 +3,19 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
-from ..math import lapack
+from ..typing import ArrayLike
+from . import lapack
 
 
-def regular_inverse(A, rank: int | None = None, rcond: float = 0.0, noise=0.0, weights=None):
+def regular_inverse(
+    A: ArrayLike,
+    rank: int | None = None,
+    rcond: ArrayLike = 0.0,
+    noise: ArrayLike = 0.0,
+    weights: ArrayLike | None = None,
+) -> Array:
     """Pseudo-inverse `V g(s) U^H`, `g = s / (s^2 + noise^2)` for the singular values that are kept, else 0.
 
     Args:

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from ..math.exponential import expm
+from ..typing import AnyArray, ArrayLike
 
 
 class ModalMotion(NamedTuple):
@@ -17,7 +18,14 @@ class ModalMotion(NamedTuple):
     acceleration: jax.Array
 
 
-def modal_motion(omega, ratios, loads, step, displacement=None, velocity=None) -> ModalMotion:
+def modal_motion(
+    omega: AnyArray,
+    ratios: ArrayLike,
+    loads: AnyArray,
+    step: ArrayLike,
+    displacement: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+) -> ModalMotion:
     """Solution of `q'' + 2 ratio omega q' + omega^2 q = f` for every mode, at the samples.
 
     No error of integration: between samples f is straight and the solution is the exponential of a matrix, so the
@@ -37,15 +45,22 @@ def modal_motion(omega, ratios, loads, step, displacement=None, velocity=None) -
     return oscillations(omega**2, 2 * z * omega, loads, step, displacement, velocity)
 
 
-def oscillations(squares, rates, loads, step, displacement=None, velocity=None) -> ModalMotion:
+def oscillations(
+    squares: AnyArray,
+    rates: AnyArray,
+    loads: AnyArray,
+    step: ArrayLike,
+    displacement: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+) -> ModalMotion:
     """`modal_motion` of `q'' + r q' + s q = f` for squares s and rates r (m,).  Source: S1 (42)-(43)."""
-    m = squares.shape[0]
+    m, loads = squares.shape[0], jnp.asarray(loads)
     h = jnp.asarray(step, loads.dtype)
     root = jnp.sqrt(jnp.maximum(lax.stop_gradient(squares), 0.0))
     scale = jnp.maximum(root, 1.0 / lax.stop_gradient(h))  # velocities are carried as v / scale
     whole = jax.vmap(lambda w2, r, s: expm(h * _rates(w2, r, s, h)))(squares, rates, scale)
-    q0 = jnp.zeros(m, loads.dtype) if displacement is None else displacement
-    v0 = jnp.zeros(m, loads.dtype) if velocity is None else velocity
+    q0 = jnp.zeros(m, loads.dtype) if displacement is None else jnp.asarray(displacement, loads.dtype)
+    v0 = jnp.zeros(m, loads.dtype) if velocity is None else jnp.asarray(velocity, loads.dtype)
 
     def advance(state, sample):
         before, after = sample
@@ -68,7 +83,7 @@ def _rates(w2, r, s, h):
     return jnp.stack([jnp.stack(row) for row in rows])
 
 
-def base_load(mass, motions, acceleration):
+def base_load(mass: AnyArray, motions: AnyArray, acceleration: AnyArray) -> AnyArray:
     """Load (times, n) on coordinates relative to a moving base: `-M motions a`.
 
     Args:

@@ -1,6 +1,7 @@
 """Motion of linear systems under loads, and laws between their coordinates that are not linear: gaps, stops."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import diffrax
 import jax
@@ -12,9 +13,11 @@ from ..errors import SimulationError
 from ..math import lapack
 from ..math.interpolation import interval
 from ..math.jit import jit
-from .modal_response import modal_response
+from ..math.reverse_only import FORWARD_MODE, reverse_only
+from ..typing import AnyArray, ArrayLike
 from .motion import LinearMotion, Link, Modal
-from .static_response import StaticResponse
+from .response_in_modes import modal_response
+from .rest import StaticResponse
 from .system import LinearSystem
 
 _ADJOINTS = {
@@ -28,10 +31,10 @@ def simulate(
     system: LinearSystem,
     start: StaticResponse | tuple | None = None,
     *,
-    ts,
-    forces: Mapping | Callable | jax.Array | None = None,
+    ts: ArrayLike,
+    forces: Mapping | Callable | AnyArray | None = None,
     links: Sequence[Link] = (),
-    solver=None,
+    solver: Any = None,
     rtol: float | None = None,
     atol: float | None = None,
     gradient: str = "reverse",
@@ -81,7 +84,8 @@ def _in_modes(system, start, ts, forces, links, modal):
     options = {"num": modal.num, "static_start": modal.static_start}
     found = modal_response(**matrices, load=load, step=ts[1] - ts[0], ratios=ratios, **options)
     none = jnp.zeros((len(ts), 0), load.dtype)
-    return LinearMotion(ts, *found, none, (forces,), jnp.array(True))
+    given = None if modal.ratios is None else jnp.asarray(ratios, system.dtype)
+    return LinearMotion(ts, *found, none, (forces,), jnp.array(True), given)
 
 
 def _state(system, start):
@@ -96,6 +100,8 @@ def _state(system, start):
 @jit
 def _integrate(system, ts, forces, links, start, tolerances, options):
     solver, gradient, max_steps = options
+    if gradient == "reverse":
+        system, ts, forces, links, start = reverse_only((system, ts, forces, links, start), FORWARD_MODE)
     K, C, M = system.stiffness, system.damping, system.mass
     rows = [system.load(link.forces(jnp.ones((), M.dtype))) for link in links]
     rows = jnp.stack(rows) if rows else jnp.zeros((0, len(M)), M.dtype)

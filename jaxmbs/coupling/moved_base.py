@@ -5,10 +5,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..linear.condensation import interface_basis
-from ..linear.modal_response import modal_response
-from ..linear.oscillations import modal_motion
+from ..linear.oscillators import modal_motion
+from ..linear.response_in_modes import modal_response
 from ..linear.system import LinearSystem
 from ..reductions.base import explicit
+from ..typing import ArrayLike
 
 
 class BaseMotion(eqx.Module):
@@ -26,7 +27,12 @@ class BaseMotion(eqx.Module):
 
 
 def base_motion(
-    component: LinearSystem, acceleration, step, ratios=0.0, displacement=None, velocity=None
+    component: LinearSystem,
+    acceleration: ArrayLike,
+    step: ArrayLike,
+    ratios: ArrayLike = 0.0,
+    displacement: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
 ) -> BaseMotion:
     """The response to accelerations of the interface coordinates, each its own.
 
@@ -41,6 +47,7 @@ def base_motion(
 
     Raises: ValueError for accelerations that do not fit the interface.  Source: S1 (5)-(6), (42)-(43).
     """
+    acceleration = jnp.asarray(acceleration)
     if acceleration.ndim != 2 or acceleration.shape[1] != component.num_interface:
         raise ValueError(f"accelerations have shape {acceleration.shape}, not (times, {component.num_interface})")
     c = explicit(component)

@@ -23,7 +23,7 @@ from ..math.jit import jit
 from ..math.lineax_solver import SquareSolver
 from ..model.question import check_fits
 from ..model.system import System
-from .linearise import local_efforts
+from .linearisation import local_efforts
 
 _SMALL = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
 

@@ -1,6 +1,7 @@
 """Coupling by transfer functions: interface forces as multipliers of the compatibility."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -10,8 +11,9 @@ from jaxtyping import Array, Complex
 from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
-from .inverse import regular_inverse
-from .transfer import uncoupled
+from ..math.regular_inverse import regular_inverse
+from ..typing import ArrayLike
+from .uncoupled import uncoupled
 
 #: Two channels that move together, or one and None: held.
 Pair = tuple[str, str | None]
@@ -38,8 +40,8 @@ def signed_interface(names: Sequence[str], pairs: Sequence[Pair]) -> np.ndarray:
 def couple(
     parts: TransferFunctions | Mapping[str, TransferFunctions],
     pairs: Sequence[Pair],
-    compliance=None,
-    **regular,
+    compliance: ArrayLike | None = None,
+    **regular: Any,
 ) -> TransferFunctions:
     """Components joined: `Y - Y B^T (B Y B^T + S)^-1 B Y`.
 
@@ -63,7 +65,10 @@ def couple(
 
 
 def interface_forces(
-    parts: TransferFunctions | Mapping[str, TransferFunctions], pairs: Sequence[Pair], compliance=None, **regular
+    parts: TransferFunctions | Mapping[str, TransferFunctions],
+    pairs: Sequence[Pair],
+    compliance: ArrayLike | None = None,
+    **regular: Any,
 ) -> Complex[Array, "frequencies pairs inputs"]:
     """Forces that the bonds exert on the first channel of each pair, for unit forces at the inputs.
 
@@ -73,6 +78,17 @@ def interface_forces(
     Y = parts if isinstance(parts, TransferFunctions) else uncoupled(parts)
     _, sums, shares = _multipliers(Y, pairs, compliance, regular)
     return -shares @ sums
+
+
+def with_stiffness(receptances: TransferFunctions, channels: Sequence[str], stiffness: Array) -> TransferFunctions:
+    """Receptances of the same structure with a dynamic stiffness more, `Y - Y Z (I + Y Z)^-1 Y`: no Y is inverted.
+
+    Args: channels: outputs and inputs; stiffness: Z (1 or frequencies, channels, channels) [N/m].  Source: S1 (41).
+    """
+    Y, Z = receptances.values, stiffness.astype(receptances.values.dtype)
+    columns, rows = receptances.columns(channels), Y[:, receptances.rows(channels)]
+    inner = jnp.eye(Z.shape[-1], dtype=Z.dtype)[None] + rows[:, :, columns] @ Z
+    return receptances.replace(Y - Y[:, :, columns] @ Z @ jax.vmap(square.solve)(inner, rows))
 
 
 def independent_pairs(B) -> tuple[np.ndarray, np.ndarray]:

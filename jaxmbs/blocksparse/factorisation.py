@@ -139,7 +139,7 @@ def inertia(factor: Factor) -> tuple[Array, Array]:
 
     Padding is not counted.  Source: Sylvester's law; with A = K - w^2 M it counts the frequencies below w.
     """
-    negative = sum(jnp.sum(p.negatives()) for p in factor.pivots)
+    negative = jnp.sum(jnp.stack([jnp.sum(p.negatives()) for p in factor.pivots]))
     return int(factor.plan.pattern.sizes.sum()) - negative, negative
 
 

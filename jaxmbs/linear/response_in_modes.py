@@ -9,14 +9,23 @@ from jax import lax
 
 from ..checks import known
 from ..math.eigen import same
+from ..typing import AnyArray, ArrayLike
 from .damping import coupled
-from .modes import Modes, natural_modes
-from .oscillations import ModalMotion, oscillations
+from .eigenmodes import Modes, natural_modes
+from .oscillators import ModalMotion, oscillations
 from .symmetric import check_mass, check_symmetric
 
 
 def modal_response(
-    *, K, M, load, step, ratios=0.0, C=None, num: int | None = None, static_start: bool = False
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    load: AnyArray,
+    step: ArrayLike,
+    ratios: ArrayLike = 0.0,
+    C: AnyArray | None = None,
+    num: int | None = None,
+    static_start: bool = False,
 ) -> ModalMotion:
     """Displacement, velocity and acceleration (n, T) under a load (T, n) that is straight between samples, from rest.
 
@@ -26,7 +35,7 @@ def modal_response(
         step: between samples [s].
         ratios: damping of the modes, one number or one for each (n,), then equal in a group; rigid ones have none.
         C: damping (n, n) that does not couple the modes, in place of ratios.
-        num: modes that move; those above follow the load statically.  It cuts no group (`modes.complete`).
+        num: modes that move; those above follow the load statically.  It cuts no group (`eigenmodes.complete`).
         static_start: elastic modes start at rest in balance with the first load.
 
     First derivatives are right where frequencies repeat, parted by a parameter or not, and at rigid modes without

@@ -15,6 +15,11 @@ def uncoupled(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
 
     Raises: ModelError where numbers of frequencies or kinds differ.  Source: S1 (3), (40).
     """
+    return beside(parts, " ")
+
+
+def beside(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctions:
+    """As `uncoupled`, with this mark between the names of component and channel."""
     check_alike(parts)
     first = next(iter(parts.values()))
     heights, widths = ([len(getattr(p, side)) for p in parts.values()] for side in ("outputs", "inputs"))
@@ -23,8 +28,10 @@ def uncoupled(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
     for part, height, width in zip(parts.values(), heights, widths, strict=True):
         values = values.at[:, row : row + height, column : column + width].set(part.values)
         row, column = row + height, column + width
-    names = [[f"{n} {c}" for n, p in parts.items() for c in getattr(p, side)] for side in ("outputs", "inputs")]
-    return TransferFunctions(first.omega, values, *names, first.kind)
+    outputs, inputs = (
+        [f"{n}{mark}{c}" for n, p in parts.items() for c in getattr(p, side)] for side in ("outputs", "inputs")
+    )
+    return TransferFunctions(first.omega, values, outputs, inputs, first.kind)
 
 
 def check_alike(parts: Mapping[str, TransferFunctions]) -> None:

@@ -1,0 +1,119 @@
+"""Components joined by named bonds into a network."""
+
+from collections.abc import Mapping
+from typing import Protocol, overload, runtime_checkable
+
+from ..errors import ModelError
+from ..linear.system import LinearSystem
+from ..linear.transfer import TransferFunctions
+from ..reductions.base import explicit
+from .bonds import Bond, resolved_in
+from .measured import MeasuredNetwork, channels_of
+from .network import Network
+from .places import apart
+from .primal import joined
+from .ties import joint_numbers, shared_by_axes, ties
+
+
+@runtime_checkable
+class HasSystem(Protocol):
+    """What has a linear system: small motions of a mechanism, a floating frame."""
+
+    @property
+    def system(self) -> LinearSystem: ...
+
+
+@overload
+def connect(  # type: ignore[overload-overlap]
+    components: Mapping[str, LinearSystem | HasSystem], bonds: Mapping[str, Bond], places: bool = True
+) -> Network: ...
+
+
+@overload
+def connect(
+    components: Mapping[str, LinearSystem | HasSystem | TransferFunctions],
+    bonds: Mapping[str, Bond],
+    places: bool = True,
+) -> MeasuredNetwork: ...
+
+
+def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True) -> Network | MeasuredNetwork:
+    """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: a linear system with bonds.
+
+    `connect({"stage": a, "payload": b}, {"bolts": rigid("stage.top", "payload.foot")})`.  What no bond ties stays
+    free.
+
+    Args:
+        components: by name, linear systems, whole or reduced, their interface where bonds may be; a mechanism as
+            `linearise` gives it; measured `TransferFunctions`, whose interface are the channels that are both driven
+            and measured.  With such the result is a `MeasuredNetwork`, which answers `frequency_response`.
+        bonds: by name; a bushing is a component of its own, with the bond's name.
+        places: whether joined nodes must stand at one place, where their positions are known.
+
+    Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already,
+    nodes that are apart.
+    Source: S1 (1)-(3), (9)-(12), (21)-(25).
+    """
+    components = {name: _noun(c) for name, c in components.items()}
+    measured = {name: c for name, c in components.items() if isinstance(c, TransferFunctions)}
+    modelled = components | {name: channels_of(c) for name, c in measured.items()}
+    found = ties(modelled, bonds)
+    faults = shared_by_axes(bonds, found) + (apart(modelled, bonds, found) if places else [])
+    if faults:
+        raise ModelError(faults)
+    elements = {name: bond.element for name, bond in bonds.items() if bond.element is not None}
+    sizes = {name: c.num_interface for name, c in (modelled | elements).items()}
+    joints = joint_numbers(sizes, found)
+    if measured:
+        return MeasuredNetwork(components, bonds, found)
+    parts = _turned({name: explicit(c) for name, c in (components | elements).items()}, bonds, found)
+    at, labels = _labelled(parts, joints)
+    return Network(
+        components=parts.values(),
+        places=at,
+        names=parts,
+        bonds=found.items(),
+        joints=joints,
+        positions=_positions(components, bonds) if places else None,
+        **joined(tuple(parts.values()), at, labels),
+    )
+
+
+def _noun(component):
+    """The linear system that a component is, or has: small motions of a mechanism, a floating frame."""
+    own = None if isinstance(component, LinearSystem) else getattr(component, "system", None)
+    return own if isinstance(own, LinearSystem) else component
+
+
+def _labelled(parts, joints):
+    """Places of every component's coordinates in the joined ones; a joint has the name of its first member."""
+    count = 1 + max((joint for row in joints for joint in row), default=-1)
+    places, labels = [], [None] * count
+    for (name, c), row in zip(parts.items(), joints, strict=True):
+        named = [(f"{name}.{node}", direction) for node, direction in c.coordinates]
+        for joint, label in zip(row, named, strict=False):
+            if joint >= 0 and labels[joint] is None:
+                labels[joint] = label
+        places.append((*row, *range(len(labels), len(labels) + len(named) - len(row))))
+        labels += named[len(row) :]
+    return tuple(places), labels
+
+
+def _positions(components, bonds):
+    """Positions of all nodes, where they are known and no bond turns the coordinates of one."""
+    if any(c.positions is None for c in components.values()) or any(b.axes is not None for b in bonds.values()):
+        return None
+    return {
+        f"{name}.{node}": place
+        for name, c in components.items()
+        for node, place in zip(c.nodes, c.positions, strict=True)
+    }
+
+
+def _turned(parts, bonds, found):
+    """Components whose ends at bonds with axes are resolved in these."""
+    for name, bond in bonds.items():
+        for end in found[name].ends if bond.axes is not None else ():
+            if end:
+                parts[end[0][0]] = resolved_in(parts[end[0][0]], bond.axes, [k for _, k in end])
+    return parts
