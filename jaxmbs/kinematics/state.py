@@ -87,7 +87,7 @@ class State(eqx.Module):
         values = {**(values or {}), **named}
         top = system.topology
         faults: list[str] = []
-        precision = jnp.zeros(()).dtype
+        precision = jnp.result_type(float)
         psi = _place(top, neutral_coordinates(top).astype(precision), guess or {}, "coordinates", faults)
         psi = _place(top, psi, values, "coordinates", faults)
         u = _place(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)

@@ -8,7 +8,6 @@ from typing import TypeVar, overload
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 
 from .compile_notes import listen
 from .host import is_outside
@@ -96,7 +95,7 @@ def _known(backend):
 
 def _takes(some):
     try:
-        jax.jit(lambda x: x, compiler_options=some).lower(jnp.zeros(())).compile()
+        jax.jit(lambda x: x, compiler_options=some).lower(0.0).compile()
     except jax.errors.JaxRuntimeError:
         return False
     return True
