@@ -11,6 +11,7 @@ from jax import lax
 from ..blocksparse import BlockMatrix, factor
 from ..checks import known
 from ..errors import ModelError
+from ..typing import ArrayLike
 from .block_modes import lowest_modes
 from .condensation import interface_basis, partition
 from .damping import complex_modes
@@ -111,7 +112,7 @@ def _of_blocks(system, omega, into, out, loss, options):
     return direct_response(K=K, M=system.mass, C=system.damping, load=load, omega=omega, select=select, **options)
 
 
-def equilibrium(system: LinearSystem, forces: Mapping | np.ndarray, free: bool = False) -> StaticResponse:
+def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse:
     """Rest under forces, `K x = f`; of a free structure the steady acceleration that they cause.
 
     Args:
