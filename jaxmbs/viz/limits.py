@@ -7,10 +7,11 @@ import numpy as np
 
 from ..coupling.limits import shortfall
 from ..palette import COLORS
+from ..typing import ArrayLike
 from .canvas import axes, finish
 
 
-def plot_limit_values(limits: Any, truth: Any, cases: Sequence | None = None, ax: Any = None) -> Any:
+def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | None = None, ax: Any = None) -> Any:
     """Quotients limit / truth over cases; the legend says how often and by how much each sum falls short.
 
     Args:
