@@ -9,7 +9,7 @@ import scipy.linalg
 from ..checks import no_such
 from ..errors import ModelError
 from ..joints.base import HALF_TURN
-from ..kinematics import constraints
+from ..kinematics import reaction_map
 from ..kinematics.evaluate import evaluate, moved
 from ..kinematics.poses import neutral_coordinates
 from ..model.system import System
@@ -55,7 +55,7 @@ def analyse(system: System, independent=None) -> tuple[Mobility, float]:
         raise ModelError([fault])
     rank, Z, Y, B, Z_positions = best
     chosen = _independent(top, Z, independent)
-    undetermined, names = _undetermined(constraints.carriers(system), B, Y, length)
+    undetermined, names = _undetermined(reaction_map.carriers(system), B, Y, length)
     positions = _extended(Z_positions, chosen)
     return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions), length
 

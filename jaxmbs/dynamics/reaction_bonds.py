@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics import constraints
+from ..kinematics import reaction_map
 from ..kinematics.configuration import configuration
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import HasStates, State
@@ -41,7 +41,7 @@ def reaction_bonds(
 
 @jit
 def _bonds(system, states, found, compliance, batched):
-    names, _, own = zip(*constraints.carriers(system), strict=True)
+    names, _, own = zip(*reaction_map.carriers(system), strict=True)
     own, P = np.array(own), node_parameters(system)
 
     def one(state, found):
