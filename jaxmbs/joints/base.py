@@ -28,13 +28,15 @@ class AbstractJoint(eqx.Module):
     rows that vanish while the joint is closed, from the child frame's rotation R (3, 3) and displacement d (3,) in
     the canonical axes of the parent frame.  Kinds that roll or slide add `num_slips` rows `slip(R, d, omega, v)`,
     speeds that vanish though no coordinate does.  `labels` names the coordinates, `row_units` gives each row's unit,
-    closure rows before slips.
+    closure rows before slips.  `is_reversible`: whether the run of nodes with its axis turned round is the same joint
+    walked from child to parent, so that the tree may take it either way.
     """
 
     nodes: ClassVar[tuple[Node, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
     row_units: ClassVar[tuple[str, ...]] = ()
     num_slips: ClassVar[int] = 0
+    is_reversible: ClassVar[bool] = False
 
     @property
     def num_rows(self) -> int:

@@ -15,6 +15,7 @@ class Cylindrical(AbstractJoint):
     nodes = (Node("prismatic"), Node("revolute"))
     labels = ("distance", "angle")
     row_units = ("m", "m", "rad", "rad")
+    is_reversible = True
 
     axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 
