@@ -8,6 +8,7 @@ import numpy as np
 from ..kinematics import closures, reaction_map
 from ..kinematics.configuration import Configuration
 from ..math.rows import take
+from ..math.spatial import swapped
 from ..math.spd import spd_solve
 from ..model.rows import Drive
 from ..model.system import System
@@ -32,14 +33,14 @@ def system_bonds(system: System, at: Configuration, wrench, compliance=None, kno
     own = np.array([b for *_, b in reaction_map.carriers(system)])
     twists = _free_twists(system, at.S, closures.directions(system, at) if known is None else known)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
-    bonds = Bonds.from_twists(bond_network(system), take(at.x, own), take(at.R, own), twists, effort, system.length)
+    place = take(at.x, own), take(at.R, own)
+    bonds = Bonds.from_twists(bond_network(system), *place, swapped(twists, 1), effort, system.length)
     stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
     compliance = {name: jnp.broadcast_to(c, (6,)) for name, c in (stiff | dict(compliance or {})).items()}
     if not compliance:
         return bonds
     index = np.array([bonds.network.bonds.index(name) for name in compliance])
-    rows = jnp.roll(jnp.stack(list(compliance.values())), 3, axis=1)
-    full = bonds.compliance.at[index].set(jax.vmap(jnp.diag)(rows))
+    full = bonds.compliance.at[index].set(jax.vmap(jnp.diag)(jnp.stack(list(compliance.values()))))
     return eqx.tree_at(lambda b: b.compliance, bonds, full)
 
 
@@ -71,7 +72,7 @@ def distributed(system: System, at: Configuration, wrench, multipliers, complian
     Source: S1 (28).
     """
     bonds = system_bonds(system, at, wrench, compliance, known)
-    change = bond_reactions(bonds, on_bodies(bonds.network, wrench)).wrench - wrench
+    change = swapped(bond_reactions(bonds, swapped(on_bodies(bonds.network, wrench))).wrench) - wrench
     names = list(bonds.network.bonds)
     moves = []
     for group, D in zip(system.closures, known, strict=True):

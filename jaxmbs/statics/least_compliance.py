@@ -47,7 +47,7 @@ def _conditions(bonds, solver):
     axes, L = bonds.twist_axes, bonds.length
     # the barrier keeps XLA from computing the first product once for every entry of the second
     C = small_matmul(lax.optimization_barrier(small_matmul(axes, bonds.compliance)), jnp.swapaxes(axes, 1, 2))
-    weight = jnp.concatenate([jnp.full(3, L**2), jnp.ones(3, L.dtype)])
+    weight = jnp.concatenate([jnp.ones(3, L.dtype), jnp.full(3, L**2)])
     weakest = jnp.max(jnp.diagonal(bonds.compliance, axis1=1, axis2=2) * weight[None])
     size = bonds.free_sizes()
     used = size > 0.0
