@@ -101,7 +101,7 @@ def peak_response(omega, force, step, ratio=0.0):
 
 
 def equivalent_impulse(omega, peak):
-    """The impulse `J = omega |q|_max` on a mode that makes its peak response.  Source: S1 (32)."""
+    """The impulse `J = omega |q|_max` on a mode of omega [rad/s] that makes its peak response.  Source: S1 (32)."""
     return omega * peak
 
 
@@ -127,7 +127,10 @@ def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=
 
 
 def cqc_correlation(omega, ratios):
-    """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981), ratios of damping (m,)."""
+    """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981).
+
+    Args: omega (m,) [rad/s]; ratios of damping (m,).
+    """
     r = omega[:, None] / omega[None, :]
     a, b = ratios[:, None], ratios[None, :]
     top = 8 * jnp.sqrt(a * b) * (a * r + b) * r**1.5

@@ -95,7 +95,7 @@ class Network(Assembly):
     def response(self, forces: Mapping, omega=None) -> tuple[dict, BondLoads]:
         """Static or harmonic displacements (n_c,) by component, and the loads of the bonds: the dual assembly.
 
-        Args: forces: by component (n_c,).  Source: S1 (1)-(3), (19), (25).
+        Args: forces: by component (n_c,); omega: one frequency [rad/s].  Source: S1 (1)-(3), (19), (25).
         """
         parts = self.components
         stray = [no_such("component", name, self.names) for name in forces if name not in self.names]

@@ -56,8 +56,8 @@ class AbstractJoint(eqx.Module):
         raise NotImplementedError(f"a {type(self).__name__} joint leaves all motions free, so it cannot close a loop")
 
     def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
-        """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity and velocity of the child
-        frame's origin, in the canonical axes of the parent frame."""
+        """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity omega [rad/s] and velocity v
+        of the child frame's origin, in the canonical axes of the parent frame."""
         raise NotImplementedError(f"{type(self).__name__} has no slips")
 
     def faults(self) -> list[str]:

@@ -81,7 +81,7 @@ def complex_modes(*, K, C, M) -> Modes:
     return Modes(values, X[:n], values == 0, roots, Y[:, n:] @ S.astype(X.dtype))
 
 
-def damped_frequency(frequency, ratio):
-    """`w sqrt(1 - ratio^2)`, zero from critical damping on.  Source: S1 (39)."""
+def damped_frequency(omega, ratio):
+    """`w sqrt(1 - ratio^2)` of omega [rad/s], zero from critical damping on.  Source: S1 (39)."""
     left = 1.0 - ratio**2
-    return frequency * jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0)
+    return omega * jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0)

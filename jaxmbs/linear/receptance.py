@@ -122,7 +122,8 @@ def _check_uncoupled(C):
 
 
 def viscous_receptance(*, K, M, C, omega, out, into, chunk: int = 64):
-    """`receptance` with any viscous damping, through the complex modes (on the CPU); matrices may be unsymmetric.
+    """`receptance` at omega [rad/s] with any viscous damping, through the complex modes (on the CPU); matrices may be
+    unsymmetric.
 
     At a frequency where the modes do not solve the equation (the vectors of critical damping are parallel) it is
     solved directly.  Source: S1 (39), (40).
@@ -173,7 +174,7 @@ def modal_receptance(natural, at_out, at_into, omega, ratios, modal_masses=1.0):
 
 
 def transmissibility(*, K, M, omega, base: Sequence[int], out: Sequence[int], C=None, loss=0.0, chunk: int = 64):
-    """Displacements at `out` (accelerations too) for unit ones of the base coordinates.
+    """Displacements at `out` (accelerations too) for unit ones of the base coordinates, at omega [rad/s].
 
     The rest moves statically with the base and, relative to that, under its own inertia: a base that holds the
     structure just so costs no stiffness.  Returns: (frequencies, outputs, base coordinates).
