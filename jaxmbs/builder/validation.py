@@ -62,6 +62,7 @@ def _inertia_faults(where, body):
     if not np.all(np.isfinite(matrix)):
         return [f"{where}: inertia is not finite"]
     scale = max(np.abs(matrix).max(), 1e-300)
+    # rounding of a rotation stays below 1e-9; a principal value of a rod may be 0, and a plate's third the sum of two
     if np.abs(matrix - matrix.T).max() > 1e-9 * scale:
         return [f"{where}: inertia is not symmetric"]
     a, b, c = np.linalg.eigvalsh(matrix)

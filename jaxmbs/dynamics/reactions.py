@@ -51,6 +51,7 @@ def _reactions(system: System, state: State, frame: str, side: str, compliance, 
     least = _BALANCED[residual.dtype.itemsize]
     rate = _loads_over_mass(system, wrench, effort)
     missed = _missed(system, constraint_rows(system, at, known), V_dot, a, gaps, rate)
+    # 1e-3 N: a mechanism at rest without loads has nothing to measure its residual by
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     named = _named(system, wrench, effort, at, frame, side)
     return Reactions(named, multipliers, residual, state.ok & balanced, hidden)

@@ -191,6 +191,7 @@ def _mobility(system, S, composite, parts):
     size = dot(unpack(S), momentum(unpack(composite), unpack(S)))
     for group, part in zip(system.elastic, parts, strict=True):
         size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
+    # as `math.linalg.saddle_solve` has it; sizes of 1e-30 and less are those of models without any mass
     massless = size <= 1e-9 * jnp.max(size, initial=1e-30)
     return jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, size))
 
@@ -213,4 +214,5 @@ def _together(sizes, block):
     if not len(block):
         return sizes
     largest = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block]
+    # rows that vanish at a singular pose fade out, but not to a division by zero
     return jnp.maximum(largest, 1e-12 * jnp.max(sizes, initial=1e-18))

@@ -30,6 +30,10 @@ class AbstractJoint(eqx.Module):
     speeds that vanish though no coordinate does.  `labels` names the coordinates, `row_units` gives each row's unit,
     closure rows before slips.  `is_reversible`: whether the run of nodes with its axis turned round is the same joint
     walked from child to parent, so that the tree may take it either way.
+
+    Coordinates are those of the child frame in the parent frame, positive along the axis or right-handed about it,
+    and zero (a quaternion one) where the two frames agree: the zero pose of a mechanism is drawn by its frames alone.
+    A joint walked from child to parent keeps its sign.
     """
 
     nodes: ClassVar[tuple[Node, ...]] = ()

@@ -10,7 +10,8 @@ from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
 class Cylindrical(AbstractJoint):
-    """Translation along and rotation about `axis`; coordinates: distance [m], angle [rad]."""
+    """Translation along and rotation about `axis`; coordinates: distance [m], angle [rad], positive along it and
+    right-handed about it."""
 
     nodes = (Node("prismatic"), Node("revolute"))
     labels = ("distance", "angle")

@@ -138,6 +138,7 @@ class Bonds(eqx.Module):
         """Squared size (q, f) of each free twist [m^2], angles times the characteristic length; zero if unused."""
         weight = jnp.concatenate([jnp.ones(3, self.length.dtype), jnp.full(3, self.length**2)])
         size = jnp.einsum("i,qij->qj", weight, self.free**2)
+        # squares: a millionth of the bond's largest twist is rounding of a projector
         return jnp.where(size > 1e-12 * jnp.max(size, axis=1, keepdims=True, initial=0.0), size, 0.0)
 
 
@@ -151,6 +152,7 @@ def _rotates(frame, numpy):
     """(q,) whether the columns of (q, 3, 3) are unit vectors, square to each other and right-handed."""
     product = numpy.einsum("qji,qjk->qik", frame, frame) - numpy.eye(3)[None]
     hand = numpy.sum(numpy.cross(frame[:, :, 0], frame[:, :, 1]) * frame[:, :, 2], axis=1)
+    # loose: frames are often typed in with six digits, or in single precision
     return (numpy.max(numpy.abs(product), axis=(1, 2)) <= 1e-5) & (hand > 0)
 
 

@@ -132,6 +132,7 @@ def _leap(x, gap, size, last: _Rounds):
     moves = length > 1e-4 * jnp.sqrt(jnp.sum(gap * gap))  # else the gap stays: loads that would move the network
     unit = jnp.where(moves & slow, 1.0 / jnp.where(moves, length, 1.0), 0.0)
     G = unit[:, None] * G
+    # directions that nearly agree share what they have in common; 1e-5 of their unit length tells them apart
     share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
     return jax.tree.map(lambda now, old: now - jnp.tensordot(share, old, axes=1), x, changes[:2]), changes
 

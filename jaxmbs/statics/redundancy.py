@@ -111,6 +111,7 @@ def _free_rows(bonds):
 
 def _free_count(bonds):
     rows = _free_rows(bonds)
+    # unit columns: they are one direction where they agree to 1e-6, as `_MARK`
     return int(np.sum(np.linalg.svd(rows, compute_uv=False) > 1e-6)) if rows.size else 0
 
 
@@ -142,6 +143,7 @@ def _project(bonds, deformations, efforts):
 
 def _projected(bonds, free):
     """(self-stresses (n, q, 6), r) from 8, 16, 32, ... random vectors; n < r where only the motions are few."""
+    # any seed: vectors of chance miss no direction; one, so that a count can be repeated
     random, q, dtype = np.random.default_rng(3), len(bonds.network.bonds), bonds.position.dtype
     scale = _scale(bonds)
     equal = jnp.broadcast_to(jnp.diag(jnp.asarray(scale**-2, dtype)), bonds.compliance.shape)
