@@ -80,7 +80,7 @@ def _split_bodies(names, model):
 
 @functools.cache
 def _warn_single_precision():
-    if jnp.zeros(()).dtype.itemsize == 4:
+    if jnp.result_type(float).itemsize == 4:
         warnings.warn(
             "building in single precision: loops close to 1e-4 and stiff systems lose all digits; "
             "call jax.config.update('jax_enable_x64', True) first",

@@ -3,14 +3,13 @@
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 
-import jax.numpy as jnp
-
 from ..checks import no_such
 from ..errors import ModelError
 from ..forces.base import AbstractLaw
 from ..joints import Coupler
 from ..joints.base import AbstractJoint
 from ..joints.closures import AbstractClosure, Rows, VelocityRows
+from ..math.host import as_array
 from ..math.precision import follow_precision
 from ..model.elastic import ElasticBody
 from ..model.frame import Pose
@@ -30,7 +29,7 @@ class SystemBuilder:
     """
 
     def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> None:
-        self._model = declared.Model(jnp.asarray(gravity, float))
+        self._model = declared.Model(as_array(gravity))
         self._faults: list[str] = []
 
     def _add(self, what, table, item):
