@@ -40,9 +40,9 @@ class AbstractBodies(eqx.Module):
         """Efforts (N,) of gravity on independent velocities, with Gamma (nv, N) of `velocity_map`; `at` of a
         `Configuration`.  Source: S2 (75)."""
 
-    def strain_efforts(self, system, at, owners) -> tuple[Loads, Array]:
-        """Loads of stiffness and damping inside the bodies, and the power of each one's dampers."""
-        return Loads(), jnp.zeros(0, at.psi.dtype)
+    def strain_efforts(self, system, at, owners) -> tuple[Loads, tuple[Array, ...]]:
+        """Loads of stiffness and damping inside the bodies, and the powers of their dampers, in one array or none."""
+        return Loads(), ()
 
     def strain_energy(self, system, at) -> Array:
         """[J]; `at` of a `Configuration`."""

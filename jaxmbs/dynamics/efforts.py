@@ -43,8 +43,8 @@ def efforts(system: System, at: Moving, owners=None):
         powers.append(jnp.sum(effort * flow, axis=1) + storing)
     for bodies in bodies_of(system):
         strain, power = bodies.strain_efforts(system, at, owners)
-        loads, powers = loads + strain, [*powers, power]
-    return loads.wrench, loads.column, jnp.concatenate(powers)
+        loads, powers = loads + strain, [*powers, *power]
+    return loads.wrench, loads.column, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
 
 
 def element_names(system: System) -> tuple[str, ...]:

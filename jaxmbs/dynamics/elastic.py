@@ -71,7 +71,7 @@ class ElasticBodies(AbstractBodies):
         """Source: S2 (56)-(57), (72) with the strains in place of springs."""
         rates = elastic_state(system, self.group, at).flow[:, 6:]
         power = -jnp.einsum("ek,ekl,el->e", rates, self.group.body.damping, rates)
-        return self._loads(lambda body, s: body.strain_loads(s.q, s.flow), system, at, owners), power
+        return self._loads(lambda body, s: body.strain_loads(s.q, s.flow), system, at, owners), (power,)
 
     def strain_energy(self, system, at):
         """Source: S2 (70)."""
