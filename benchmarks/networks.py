@@ -56,7 +56,7 @@ class Case:
         position = 0.5 * (place[ends[:, 0]] + place[ends[:, 1]])
         self.bonds = Bonds.from_arrays([f"b{k}" for k in range(p)], bonds, position, frame, carries, length=1.0)
         force, moment = rng.normal(size=(2, p, 3))
-        self.loads = jnp.asarray(np.concatenate([moment + np.cross(place[:p], force), force], axis=1))
+        self.loads = jnp.asarray(np.concatenate([force, moment + np.cross(place[:p], force)], axis=1))
         self.carries = carries
 
     def value(self, position, loads):

@@ -153,7 +153,7 @@ bonds = statics.Bonds.from_arrays(
 weight = np.tile([0.0, -1.0, 0.0], (2 * PIECES, 1))  # 1 N per piece, 100 N at the tip
 weight[PIECES - 1, 1] -= 100.0
 middle = np.array([((i + 0.5) * 0.1, side * height(i) / 2, 0.0) for side in (1, -1) for i in range(PIECES)])
-needed = -np.concatenate([np.cross(middle, weight), weight], axis=1)
+needed = -np.concatenate([weight, np.cross(middle, weight)], axis=1)
 
 
 def placed(position):

@@ -1,5 +1,9 @@
 """What used to be accepted and gave wrong numbers in silence: now an error, or right."""
 
+import importlib
+import inspect
+import pkgutil
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -10,6 +14,25 @@ from jaxmbs.elements import PointMass, Rod
 from jaxmbs.elements.base import number
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.linear import LinearSystem
+
+ROOMS = {m.name: importlib.import_module(f"jaxmbs.{m.name}") for m in pkgutil.iter_modules(mbs.__path__) if m.ispkg}
+
+
+def public_functions():
+    """(name, function) of all faces, methods of classes among them."""
+    found = {}
+    for room in (mbs, *ROOMS.values()):
+        for name in getattr(room, "__all__", ()):
+            item = getattr(room, name)
+            if inspect.isclass(item):
+                methods = {key: f for key, f in vars(item).items() if inspect.isfunction(f) and key[0] != "_"}
+                found |= {f"{item.__module__}.{name}.{key}": f for key, f in methods.items()}
+            elif callable(item):
+                found[f"{item.__module__}.{name}"] = item
+    return found
+
+
+FUNCTIONS = public_functions()
 
 
 class Strut(Rod):
@@ -56,6 +79,45 @@ def test_matrices_in_the_wrong_order():
 def test_matrices_by_position(call):
     with pytest.raises(TypeError, match="positional"):
         call(*assemble_dense(strut()))
+
+
+def test_no_function_takes_matrices_by_position():
+    for name, function in FUNCTIONS.items():
+        given = inspect.signature(function).parameters.values()
+        assert len([p for p in given if p.name in ("K", "M", "C") and p.kind is not p.KEYWORD_ONLY]) < 2, name
+
+
+def test_matrices_of_an_elastic_body_by_position():
+    with pytest.raises(TypeError, match="positional"):
+        mbs.ElasticBody(jnp.eye(34), jnp.eye(7), jnp.eye(7), jnp.zeros((1, 3)), ("root", "tip"))
+
+
+def test_frequencies_are_hertz_and_omega_is_radians():
+    """Whatever takes one says so."""
+    for name, function in FUNCTIONS.items():
+        given, text = inspect.signature(function).parameters, inspect.getdoc(function) or ""
+        assert not {"frequency", "frequencies"} & set(given) or "Hz" in text, name
+        assert "omega" not in given or "rad/s" in text or ".slip" in name, name
+
+
+def test_no_function_hides_a_room():
+    assert all(inspect.ismodule(getattr(mbs, name)) for name in ROOMS if hasattr(mbs, name))
+    assert inspect.ismodule(mbs.motion) and callable(mbs.simulate) and "simulate" not in ROOMS
+
+
+EITHER = {"check", "equilibrium", "frequency_response", "modes", "reactions", "simulate"}  # of either noun in `mbs`
+ALIKE = {  # the same of two kinds of things: bodies or components, fields or graphs, blocks or elements
+    *("Network", "state_equations", "couple", "interface_forces", "assemble"),
+    "inertia",  # the module of inertias of bodies, and Sylvester's of a factor
+}
+
+
+def test_one_name_has_one_meaning():
+    meanings = {}
+    for room in (mbs, *ROOMS.values()):
+        for name in getattr(room, "__all__", ()):
+            meanings.setdefault(name, set()).add(id(getattr(room, name)))
+    assert {name for name, found in meanings.items() if len(found) > 1} == EITHER | ALIKE
 
 
 def test_methods_of_old():
@@ -115,6 +177,40 @@ def test_bushings_have_translations_first():
     law = mbs.Bushing((1.0, 10.0))
     force, moment = law.wrench(jnp.eye(3), jnp.array([0.1, 0.0, 0.0]), jnp.zeros(3), jnp.zeros(3), 0.0)
     np.testing.assert_allclose((force, moment), [[-0.1, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+
+def test_networks_of_bodies_have_forces_first():
+    """A block of 2 kg hangs in a weld two metres beside its own: loads, wrenches and compliances force first."""
+    statics, weight = mbs.statics, np.array([0.0, 0.0, -20.0])
+    bonds = statics.Bonds.from_arrays(["block"], {"weld": ("ground", "block")}, [[0.0, 0.0, 0.0]], length=2.0)
+    needed = -np.r_[weight, np.cross([2.0, 0.0, 0.0], weight)]
+    found = statics.bond_reactions(bonds, needed[None])
+    np.testing.assert_allclose(found["weld"].force, -weight)
+    np.testing.assert_allclose(found["weld"].moment, [0.0, -40.0, 0.0])
+    for six in (found.wrench[0], found.components[0], statics.reaction_family(bonds, needed[None]).particular[0]):
+        np.testing.assert_allclose(six, needed)
+    np.testing.assert_allclose(statics.reaction_matrix(bonds).matrix @ needed, needed)
+    np.testing.assert_allclose(jnp.diagonal(bonds.compliance[0]), [1.0] * 3 + [0.25] * 3)
+
+
+def test_a_joint_is_known_by_what_it_says_not_by_its_name():
+    """Joints that may be walked towards the ground were told by the names of their classes."""
+
+    class Hinge(mbs.Revolute):
+        """A revolute of the user's."""
+
+    class Revolute(mbs.Universal):
+        """A joint that is none."""
+
+    def towards_the_ground(joint):
+        b = mbs.SystemBuilder()
+        b.body("bob", 1.0, inertia=1.0)
+        b.joint("pin", joint, "bob", "ground")
+        return b.build()
+
+    assert towards_the_ground(Hinge("y")).topology.joint_names == ("pin",)
+    with pytest.raises(mbs.ModelError, match="points towards the ground"):
+        towards_the_ground(Revolute())
 
 
 @pytest.mark.parametrize("law", [mbs.Actuator, mbs.GeneralisedEffort, mbs.Wrench])

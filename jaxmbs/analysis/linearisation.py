@@ -18,7 +18,7 @@ from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import forward_dynamics, required_efforts
 from ..dynamics.ports import resistance
 from ..errors import ModelError
-from ..kinematics import constraints
+from ..kinematics import closures, constraints
 from ..kinematics.configuration import at_state, configuration, moving, node_accelerations
 from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map
 from ..kinematics.poses import coordinate_rate
@@ -132,7 +132,7 @@ def local_efforts(system: System, at, w, a):
 
     Also returns all velocities (nv,) and accelerations (nv,).
     """
-    directions = constraints.moving_directions(system, at)
+    directions = closures.moving_directions(system, at)
     Gamma, B = motion_map(system, at, directions[0])
     u = Gamma @ w - B @ constraints.time_rate(system, at.psi, at.t)
     here = moving(system, at, u)

@@ -10,7 +10,7 @@ import optimistix
 from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import known, no_such
-from ..dynamics.elastic import total_mass
+from ..dynamics.bodies import total_mass
 from ..errors import ModelError, SimulationError
 from ..kinematics import constraints
 from ..kinematics.configuration import at_state, configuration

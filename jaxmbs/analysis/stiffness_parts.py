@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..dynamics.bodies import bodies_of, total
 from ..dynamics.efforts import element_flows
-from ..dynamics.elastic import elastic_body_stiffness
 from ..dynamics.ports import efforts_at_rest
 from ..kinematics.configuration import Configuration, at_state, node_motion, resting
 from ..kinematics.influence import velocity_map
@@ -62,14 +62,14 @@ def elastic_stiffness(system: System, at: Configuration):
     Source: S2 (68)-(71), first term.
     """
     Gamma = velocity_map(system, at)[0]
-    total = elastic_body_stiffness(system, at, Gamma)
+    found = total(bodies.strain_stiffness(system, at, Gamma) for bodies in bodies_of(system))
     if not system.forces:
-        return total
+        return found
     twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), resting(system, at)
     for group in system.forces:
         flows = jax.vmap(lambda V, u, group=group: element_flows(system, group, at, V, u)[2], (0, 1), -1)
         G, (_, displacement, flow) = flows(twists, Gamma), element_flows(system, group, at, still.V, still.u)
         stiffness = lambda law, x, f, port=group.port: port.stiffness(law, x, f, at.t)  # noqa: E731
         K = jax.vmap(stiffness)(group.law, displacement, flow)
-        total = total + jnp.einsum("eka,ekl,elb->ab", G, K, G)
-    return total
+        found = found + jnp.einsum("eka,ekl,elb->ab", G, K, G)
+    return found

@@ -51,6 +51,7 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
 
 def general_pose(system: System) -> State:
     """An assembled state in general position, all velocities zero."""
+    # any seed, but one: ranks are those of almost every pose, and a graph must not change from call to call
     top, random = system.topology, np.random.default_rng(11)
     if system.has_constraints:
         state = State.at(system)

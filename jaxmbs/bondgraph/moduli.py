@@ -10,15 +10,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..dynamics.efforts import efforts, element_efforts, element_flows, gravity_wrench
+from ..dynamics.bodies import inertial_loads
+from ..dynamics.efforts import efforts, element_efforts, element_flows
+from ..dynamics.loads import Loads, on_columns
 from ..kinematics import constraints
 from ..kinematics.configuration import Configuration, Moving, configuration, moving, node_motion
 from ..kinematics.influence import independent_columns
 from ..kinematics.poses import body_frame, coordinate_rate, frame_twists
-from ..kinematics.tree import subtrees
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
-from ..math.spatial import dot, unpack
 from ..model.system import System
 from .views import drive_rows
 
@@ -146,5 +146,4 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
 def tree_loads(system: System, at: Moving):
     """Efforts (nv,) of gravity and all force elements on the tree's velocities.  Source: S2 (76)."""
     F, Q, _ = efforts(system, at)
-    F = F + gravity_wrench(at.J, system.gravity)
-    return dot(unpack(at.S), unpack(subtrees(system.topology.nodes, F))) + Q
+    return on_columns(system, at, Loads(F, Q) + inertial_loads(system, at))

@@ -15,8 +15,9 @@ from ..model.system import ClosureGroup, ForceGroup, System
 from ..model.topology import JointRecord, Topology
 from ..model.tree import Tree
 from .arrays import after, joint_poses, pair, stack, stacked, tree_arrays
-from .declarations import GROUND, resolve
+from .declarations import GROUND, Model, resolve
 from .elastic import elastic_groups, elastic_items
+from .spanning import SpanningTree
 
 _SIZES = ("num_coordinates", "num_velocities")
 
@@ -34,11 +35,12 @@ class _Frames:
         return len(self.names) - 1
 
 
-def assemble_system(gravity, bodies, named, joints, forces, constraints, elastic, tree) -> System:
+def assemble_system(model: Model, tree: SpanningTree) -> System:
     """The system of a validated model; its mobility is not counted yet."""
-    order, parent, via, backwards, cuts = tree
+    order, parent, via, _, cuts = tree
+    bodies, named, joints = model.bodies, model.frames, model.joints
     poses = joint_poses(bodies, joints, named)
-    in_node, placements, leads = tree_arrays(order, parent, via, backwards, joints, poses)
+    in_node, placements, leads = tree_arrays(*tree[:4], joints, poses)
     index = {GROUND: -1, **{name: k for k, name in enumerate(order)}}
     nodes, body_node = _nodes(order, parent, via, joints, index)
 
@@ -56,9 +58,9 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, elastic
     }
     records = _records(joints, joint_frames, nodes, cuts, index)
     record = {r.name: r for r in records}
-    force_groups = _force_groups(forces, frames, record, bodies, named)
+    force_groups = _force_groups(model.forces, frames, record, bodies, named)
     closures, rows, row_names, slip_rows = _constraint_groups(
-        constraints, joints, cuts, record, frames, bodies, named
+        model.constraints, joints, cuts, record, frames, bodies, named
     )
 
     topology = Topology(
@@ -80,7 +82,7 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, elastic
     )
     return System(
         topology=topology,
-        gravity=gravity,
+        gravity=model.gravity,
         mass=_numbers([bodies[b].mass for b in order]),
         com=_numbers([bodies[b].com for b in order]),
         inertia=_numbers([as_matrix(bodies[b].inertia) for b in order]),
@@ -91,7 +93,7 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, elastic
         forces=force_groups,
         closures=closures,
         rows=rows,
-        elastic=elastic_groups(_group(elastic_items(elastic, index, record))),
+        elastic=elastic_groups(_group(elastic_items(model.elastic, index, record))),
     )
 
 

@@ -1,16 +1,12 @@
 """`SystemBuilder`: declare bodies, joints, forces and constraints by name, then build the system."""
 
 import dataclasses
-import functools
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 
-import jax.numpy as jnp
-
-from ..checks import known, no_such
+from ..checks import no_such
 from ..errors import ModelError
 from ..forces.base import AbstractLaw
-from ..joints import Coupler, Weld
+from ..joints import Coupler
 from ..joints.base import AbstractJoint
 from ..joints.closures import AbstractClosure, Rows, VelocityRows
 from ..math.host import as_array
@@ -20,12 +16,9 @@ from ..model.frame import Pose
 from ..model.system import System
 from ..typing import ArrayLike, Explained, FrameLike
 from . import declarations as declared
-from .arrays import reference_poses
-from .assemble_system import assemble_system
-from .elastic import Elastic, elastic_faults, entry_faults
-from .mobility import analyse, check_numbers, with_analysis
-from .spanning import spanning_tree
-from .validation import body_faults, constraint_faults, force_faults, joint_faults, system_law_faults
+from .build import built
+from .elastic import Elastic, elastic_faults
+from .validation import cut_faults, model_faults
 
 
 class SystemBuilder:
@@ -36,19 +29,13 @@ class SystemBuilder:
     """
 
     def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> None:
-        self.gravity = as_array(gravity)
-        self._bodies: dict[str, declared.Body] = {}
-        self._frames: dict[str, declared.Frame] = {}
-        self._joints: dict[str, declared.Joint] = {}
-        self._forces: dict[str, declared.Force] = {}
-        self._constraints: dict[str, declared.Constraint] = {}
-        self._elastic: dict[str, Elastic] = {}
+        self._model = declared.Model(as_array(gravity))
         self._faults: list[str] = []
 
     def _add(self, what, table, item):
-        names = {**self._bodies, **self._frames} if what in ("body", "frame") else table
+        names = {**self._model.bodies, **self._model.frames} if what in ("body", "frame") else table
         if what in ("joint", "constraint"):
-            names = {**self._joints, **self._constraints}
+            names = {**self._model.joints, **self._model.constraints}
         if item.name in names or (what in ("body", "frame") and item.name == declared.GROUND):
             self._faults.append(f"{what} {item.name!r}: the name is taken")
         else:
@@ -72,7 +59,7 @@ class SystemBuilder:
             position, rotation: world pose of its frame in the reference pose, for joints given by `at=`; by default
                 the world frame: com and points are then given in world axes.
         """
-        self._add("body", self._bodies, declared.Body(name, mass, com, inertia, _placed(position, rotation)))
+        self._add("body", self._model.bodies, declared.Body(name, mass, com, inertia, _placed(position, rotation)))
 
     def elastic(
         self,
@@ -101,16 +88,16 @@ class SystemBuilder:
         item = Elastic(name, body, motions)
         bodies, joints = item.parts(_placed(position, rotation))
         for part in bodies:
-            self._add("body", self._bodies, part)
+            self._add("body", self._model.bodies, part)
         for joint in joints:
-            self._add("joint", self._joints, joint)
-        self._elastic[name] = item
+            self._add("joint", self._model.joints, joint)
+        self._model.elastic[name] = item
 
     def frame(
         self, name: str, on: str, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None
     ) -> None:
         """A named frame fixed in the body `on` at `position` [m], `rotation` (3, 3), in body axes."""
-        self._add("frame", self._frames, declared.Frame(name, on, Pose(position, rotation)))
+        self._add("frame", self._model.frames, declared.Frame(name, on, Pose(position, rotation)))
 
     def joint(
         self,
@@ -132,18 +119,17 @@ class SystemBuilder:
                 one, in the world frame; joint axes are then world axes.
             drive: function of time that prescribes its coordinate.
         """
-        self._add(
-            "joint", self._joints, declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive)
-        )
+        item = declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive)
+        self._add("joint", self._model.joints, item)
 
     def drive(self, joint: str, function: Callable) -> None:
         """Prescribe the coordinate of a one-freedom joint as a function of time (rheonomic)."""
-        if joint not in self._joints:
-            self._faults.append(f"drive: {no_such('joint', joint, self._joints)}")
-        elif self._joints[joint].drive is not None:
+        if joint not in self._model.joints:
+            self._faults.append(f"drive: {no_such('joint', joint, self._model.joints)}")
+        elif self._model.joints[joint].drive is not None:
             self._faults.append(f"drive: joint {joint!r} is driven already")
         else:
-            self._joints[joint] = dataclasses.replace(self._joints[joint], drive=function)
+            self._model.joints[joint] = dataclasses.replace(self._model.joints[joint], drive=function)
 
     def force(
         self,
@@ -157,7 +143,7 @@ class SystemBuilder:
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
         if name == "drives":
             self._faults.append("force 'drives': the account of work keeps that name for driven joints")
-        self._add("force", self._forces, declared.Force(name, law, between, joint, on))
+        self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
 
     def constraint(
         self,
@@ -167,27 +153,11 @@ class SystemBuilder:
     ) -> None:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine` between two frames, `Coupler`
         of joint coordinates, or `Rows` of the user."""
-        self._add("constraint", self._constraints, declared.Constraint(name, law, between))
+        self._add("constraint", self._model.constraints, declared.Constraint(name, law, between))
 
     def faults(self) -> list[str]:
         """Every fault of the model so far, one sentence each."""
-        found = list(self._faults)
-        if not self._bodies:
-            found.append("the model has no bodies")
-        if known(self.gravity) and self.gravity.shape != (3,):
-            found.append(f"gravity must be three numbers, got shape {self.gravity.shape}")
-        for body in self._bodies.values():
-            found += body_faults(body)
-        for frame in self._frames.values():
-            if frame.body != declared.GROUND and frame.body not in self._bodies:
-                found.append(f"frame {frame.name!r}: {no_such('body', frame.body, self._bodies)}")
-        for joint in self._joints.values():
-            found += joint_faults(joint, self._bodies, self._frames)
-        for force in self._forces.values():
-            found += force_faults(force, self._bodies, self._frames, self._joints)
-        for item in self._constraints.values():
-            found += constraint_faults(item, self._bodies, self._frames, self._joints)
-        return found
+        return self._faults + model_faults(self._model)
 
     def build(
         self, like: System | None = None, independent: Iterable[str] | None = None, cut: Iterable[str] | None = None
@@ -203,45 +173,11 @@ class SystemBuilder:
         Raises: ModelError with every fault of the model.
         """
         follow_precision()
-        found = self.faults()
-        found += [f"cut: {no_such('joint', name, self._joints)}" for name in cut or () if name not in self._joints]
-        found += entry_faults(self._elastic, [j for name, j in self._joints.items() if name not in (cut or ())])
+        cut = tuple(cut or ())
+        found = self.faults() + cut_faults(self._model, cut)
         if found:
             raise ModelError(found)
-        bodies, joints, keep = dict(self._bodies), dict(self._joints), self._kept()
-        tree = spanning_tree(bodies, joints, keep, set(cut or ()))
-        split = [name for name in tree[-1] if name in keep]
-        if split:
-            _split_bodies(split, bodies, joints, self._frames)
-            tree = spanning_tree(bodies, joints, keep, {f"{n}.weld" for n in split} | (set(cut or ()) - keep))
-        loose = [name for name in tree[-1] if joints[name].kind.num_rows == 0]
-        if loose:
-            raise ModelError(
-                [f"joint {n!r} (Free) leaves all motions free, so it cannot close a loop" for n in loose]
-            )
-        system = assemble_system(
-            self.gravity, bodies, self._frames, joints, self._forces, self._constraints, self._elastic, tree
-        )
-        found = system_law_faults(self._forces.values(), system.topology)
-        if found:
-            raise ModelError(found)
-        if like is not None:
-            return _take_over(system, like)
-        traced = not known(system)
-        if traced and system.has_constraints:
-            raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
-        _warn_single_precision()
-        return system if traced else with_analysis(system, *analyse(system, independent))
-
-    def _kept(self):
-        """Joints that must keep their coordinate: they carry a law, a drive or a coupler, or an elastic body."""
-        names = {n for e in self._elastic.values() for n in e.joints}
-        names |= {f.joint for f in self._forces.values() if f.joint is not None}
-        names |= {j.name for j in self._joints.values() if j.drive is not None}
-        for item in self._constraints.values():
-            if isinstance(item.law, Coupler):
-                names |= set(item.law.joints)
-        return names
+        return built(self._model, like, independent, set(cut))
 
 
 def _placed(position, rotation):
@@ -249,43 +185,3 @@ def _placed(position, rotation):
     if position is None and rotation is None:
         return None
     return Pose((0, 0, 0) if position is None else position, rotation)
-
-
-@functools.cache
-def _warn_single_precision():
-    if jnp.result_type(float).itemsize == 4:
-        warnings.warn(
-            "building in single precision: loops close to 1e-4 and stiff systems lose all digits; "
-            "call jax.config.update('jax_enable_x64', True) first",
-            stacklevel=3,
-        )
-
-
-def _split_bodies(names, bodies, joints, frames):
-    """Cut loops whose every joint is needed inside a body: a massless twin of the child, welded to it."""
-    world = reference_poses(bodies, joints, frames) if any(j.at is not None for j in joints.values()) else {}
-    for name in names:
-        joint = joints[name]
-        twin = f"{joint.child}.{name}"
-        place = world.get(joint.child)
-        pose = None if place is None else Pose(place[1], place[0])
-        bodies[twin] = declared.Body(twin, 0.0, (0.0, 0.0, 0.0), 0.0, pose)
-        frame = joint.child_frame
-        joints[name] = dataclasses.replace(joint, child=twin)
-        joints[f"{name}.weld"] = declared.Joint(
-            f"{name}.weld", Weld(), joint.child, twin, None, None, None, is_hidden=True
-        )
-        if isinstance(frame, str):
-            raise ModelError([f"joint {name!r}: give child_frame as a point or Pose, its body must be split"])
-
-
-def _take_over(system, like):
-    """The system with the mobility of `like`; what concrete numbers can show, closed loops and inertia, is asked."""
-    wanted = dataclasses.replace(like.topology, analysis=None)
-    if dataclasses.replace(system.topology, analysis=None) != wanted:
-        raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
-    if like.topology.analysis is None:
-        return system
-    if known(system):
-        check_numbers(system)
-    return with_analysis(system, like.topology.analysis, like.length)

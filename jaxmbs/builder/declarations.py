@@ -1,6 +1,6 @@
 """What the user declares, before it becomes a system."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..model.frame import Pose
@@ -61,6 +61,19 @@ class Constraint:
     name: str
     law: Any
     between: tuple | None
+
+
+@dataclass
+class Model:
+    """All that is declared, by name."""
+
+    gravity: Any
+    bodies: dict[str, Body] = field(default_factory=dict)
+    frames: dict[str, Frame] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    forces: dict[str, Force] = field(default_factory=dict)
+    constraints: dict[str, Constraint] = field(default_factory=dict)
+    elastic: dict[str, Any] = field(default_factory=dict)
 
 
 def as_pose(value) -> Pose:

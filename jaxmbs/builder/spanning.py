@@ -1,14 +1,24 @@
 """From the graph of bodies and joints to a spanning tree and its cuts."""
 
+from typing import NamedTuple
+
 from ..errors import ModelError
 from ..model.tree import depth_first
 from .declarations import GROUND, Joint
 
-_REVERSIBLE = ("Revolute", "Prismatic", "Cylindrical", "Screw", "Weld")
+
+class SpanningTree(NamedTuple):
+    """Bodies in depth-first order; parent and joint of each; joints walked from child to parent; joints cut."""
+
+    order: list[str]
+    parent: dict[str, str]
+    via: dict[str, str]
+    backwards: set[str]
+    cuts: list[str]
 
 
-def spanning_tree(bodies, joints: dict[str, Joint], keep: set[str], cut: set[str]):
-    """(body order, parent joint of each body, reversed joints, cut joints).
+def spanning_tree(bodies, joints: dict[str, Joint], keep: set[str], cut: set[str]) -> SpanningTree:
+    """The tree of a model.
 
     Joints in `keep` (they carry a law or a drive) enter the tree first, then the others as declared; those in `cut`
     and those that would close a loop are the cuts.  Joints are then directed away from the ground.
@@ -44,13 +54,13 @@ def spanning_tree(bodies, joints: dict[str, Joint], keep: set[str], cut: set[str
     faults += [
         f"joint {name!r} ({type(joints[name].kind).__name__}) points towards the ground: swap its parent and child"
         for name in backwards
-        if type(joints[name].kind).__name__ not in _REVERSIBLE
+        if not joints[name].kind.is_reversible
     ]
     if faults:
         raise ModelError(faults)
     parent = {b: parent[b] for b in bodies}
     order = depth_first({b: None if p == GROUND else p for b, p in parent.items()})
-    return order, parent, via, backwards, [n for n in joints if n in set(cuts)]
+    return SpanningTree(order, parent, via, backwards, [n for n in joints if n in set(cuts)])
 
 
 def _directed(joints, neighbours):

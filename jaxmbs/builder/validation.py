@@ -9,7 +9,35 @@ from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, Abstra
 from ..forces.ports import JointPort, LinePort, SystemPort, port_of
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
 from ..model.inertia import as_matrix
-from .declarations import GROUND, resolve
+from .declarations import GROUND, Model, resolve
+from .elastic import entry_faults
+
+
+def model_faults(model: Model) -> list[str]:
+    """Every fault of a model, one sentence each."""
+    bodies, frames, joints, found = model.bodies, model.frames, model.joints, []
+    if not bodies:
+        found.append("the model has no bodies")
+    if known(model.gravity) and model.gravity.shape != (3,):
+        found.append(f"gravity must be three numbers, got shape {model.gravity.shape}")
+    for body in bodies.values():
+        found += body_faults(body)
+    for frame in frames.values():
+        if frame.body != GROUND and frame.body not in bodies:
+            found.append(f"frame {frame.name!r}: {no_such('body', frame.body, bodies)}")
+    for joint in joints.values():
+        found += joint_faults(joint, bodies, frames)
+    for force in model.forces.values():
+        found += force_faults(force, bodies, frames, joints)
+    for item in model.constraints.values():
+        found += constraint_faults(item, bodies, frames, joints)
+    return found
+
+
+def cut_faults(model: Model, cut) -> list[str]:
+    """Joints to cut that do not exist; elastic bodies that the others reach by a wrong interface."""
+    found = [f"cut: {no_such('joint', name, model.joints)}" for name in cut if name not in model.joints]
+    return found + entry_faults(model.elastic, [j for name, j in model.joints.items() if name not in cut])
 
 
 def body_faults(body) -> list[str]:
@@ -35,6 +63,7 @@ def _inertia_faults(where, body):
     if not np.all(np.isfinite(matrix)):
         return [f"{where}: inertia is not finite"]
     scale = max(np.abs(matrix).max(), 1e-300)
+    # rounding of a rotation stays below 1e-9; a principal value of a rod may be 0, and a plate's third the sum of two
     if np.abs(matrix - matrix.T).max() > 1e-9 * scale:
         return [f"{where}: inertia is not symmetric"]
     a, b, c = np.linalg.eigvalsh(matrix)

@@ -103,7 +103,7 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
 
 
 def equivalent_impulse(omega: ArrayLike, peak: ArrayLike) -> Array:
-    """The impulse `J = omega |q|_max` on a mode that makes its peak response.  Source: S1 (32)."""
+    """The impulse `J = omega |q|_max` on a mode of omega [rad/s] that makes its peak response.  Source: S1 (32)."""
     return jnp.asarray(omega) * jnp.asarray(peak)
 
 
@@ -129,7 +129,10 @@ def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=
 
 
 def cqc_correlation(omega: ArrayLike, ratios: ArrayLike) -> Float[Array, "m m"]:
-    """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981), ratios of damping (m,)."""
+    """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981).
+
+    Args: omega (m,) [rad/s]; ratios of damping (m,).
+    """
     omega, ratios = jnp.asarray(omega), jnp.asarray(ratios)
     r = omega[:, None] / omega[None, :]
     a, b = ratios[:, None], ratios[None, :]

@@ -8,11 +8,12 @@ from .fields import (
     inertia_field,
     state_equations,
 )
+from .joint_reactions import JointReaction, Reactions
 from .newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
 from .points import acceleration, angular_acceleration
 from .ports import compliance_effort, gravity_effort, resistance_effort, resistance_field, source_effort, total_effort
 from .reaction_bonds import reaction_bonds
-from .reactions import JointReaction, Reactions, reactions
+from .reactions import reactions
 
 __all__ = [
     "JointReaction",

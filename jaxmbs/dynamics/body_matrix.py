@@ -74,6 +74,7 @@ def body_matrix(graph: BodyGraph, maps: JointMaps, J, composite, springs, driven
     g, T, X, dtype = len(graph.node), maps.world, maps.shift, J.dtype
     lent, mass = LENT[dtype.itemsize], jnp.max(composite[:, 0]) / g
     inertia = _full(J[graph.node] + lent * composite[graph.node])
+    # a mass of no size turns without inertia: a thousandth of what is lent to bodies goes to every direction
     diagonal = _T(T[:-1]) @ inertia @ T[:-1] + 1e-3 * lent * mass * jnp.eye(6, dtype=dtype)[None]
     diagonal = jnp.concatenate([diagonal, jnp.zeros((1, 6, 6), dtype)])
     upper = jnp.zeros((graph.pattern.num_edges + 1, 6, 6), dtype)

@@ -5,9 +5,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics import constraints
+from ..kinematics import closures, reaction_map
 from ..kinematics.configuration import Configuration
 from ..math.rows import take
+from ..math.spatial import swapped
 from ..math.spd import spd_solve
 from ..model.rows import Drive
 from ..model.system import System
@@ -16,8 +17,8 @@ from ..statics.tree import on_bodies
 
 
 def bond_network(system: System) -> Network:
-    """Bodies, and as bonds every joint and two-frame constraint, in the order of `constraints.carriers`."""
-    top, carriers = system.topology, constraints.carriers(system)
+    """Bodies, and as bonds every joint and two-frame constraint, in the order of `reaction_map.carriers`."""
+    top, carriers = system.topology, reaction_map.carriers(system)
     ends = [tuple(top.frame_body[frame] for frame in frames) for _, *frames in carriers]
     parent, child = zip(*ends, strict=True)
     return Network(top.body_names, tuple(name for name, *_ in carriers), parent, child)
@@ -27,25 +28,25 @@ def system_bonds(system: System, at: Configuration, wrench, compliance=None, kno
     """The bonds at a configuration, at their child's frame; efforts along what they leave free are those of `wrench`.
 
     Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`; known:
-        `constraints.directions`.
+        `closures.directions`.
     """
-    own = np.array([b for *_, b in constraints.carriers(system)])
-    twists = _free_twists(system, at.S, constraints.directions(system, at) if known is None else known)
+    own = np.array([b for *_, b in reaction_map.carriers(system)])
+    twists = _free_twists(system, at.S, closures.directions(system, at) if known is None else known)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
-    bonds = Bonds.from_twists(bond_network(system), take(at.x, own), take(at.R, own), twists, effort, system.length)
+    place = take(at.x, own), take(at.R, own)
+    bonds = Bonds.from_twists(bond_network(system), *place, swapped(twists, 1), effort, system.length)
     stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
     compliance = {name: jnp.broadcast_to(c, (6,)) for name, c in (stiff | dict(compliance or {})).items()}
     if not compliance:
         return bonds
     index = np.array([bonds.network.bonds.index(name) for name in compliance])
-    rows = jnp.roll(jnp.stack(list(compliance.values())), 3, axis=1)
-    full = bonds.compliance.at[index].set(jax.vmap(jnp.diag)(rows))
+    full = bonds.compliance.at[index].set(jax.vmap(jnp.diag)(jnp.stack(list(compliance.values()))))
     return eqx.tree_at(lambda b: b.compliance, bonds, full)
 
 
 def _free_twists(system, S, known):
     """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
-    top, names = system.topology, [name for name, *_ in constraints.carriers(system)]
+    top, names = system.topology, [name for name, *_ in reaction_map.carriers(system)]
     driven = {column for row in system.rows if isinstance(row, Drive) for column in row.columns}
     held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
     for joint in top.joints:
@@ -67,11 +68,11 @@ def _complement(D):
 def distributed(system: System, at: Configuration, wrench, multipliers, compliance, known):
     """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
 
-    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `constraints.directions`.
+    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `closures.directions`.
     Source: S1 (28).
     """
     bonds = system_bonds(system, at, wrench, compliance, known)
-    change = bond_reactions(bonds, on_bodies(bonds.network, wrench)).wrench - wrench
+    change = swapped(bond_reactions(bonds, swapped(on_bodies(bonds.network, wrench))).wrench) - wrench
     names = list(bonds.network.bonds)
     moves = []
     for group, D in zip(system.closures, known, strict=True):

@@ -6,29 +6,13 @@ kinematics.  Source: S2 (56)-(76), total `Q = Q* + e_C + e_R + e_G`.
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from ..kinematics.configuration import Configuration, Moving, resting
+from ..kinematics.owners import nodes
 from ..kinematics.poses import frame_twists
-from ..math.spatial import cross, pack, scale, unpack
 from ..model.system import System
-from .elastic import elastic_efforts, strain_energy
-
-
-def gravity_wrench(J, gravity):
-    """Wrench (nodes, 6, ...) of gravity on inertias J (nodes, 10, ...).  Source: S2 (75)."""
-    j, g = unpack(J), tuple(gravity)
-    return pack(cross(j[1:4], g) + scale(g, j[0]))
-
-
-def node_owner(system: System):
-    """Carrier of every frame, for wrenches on nodes."""
-    return np.asarray(system.topology.frame_node), system.topology.nodes.size
-
-
-def body_owner(system: System):
-    """Carrier of every frame, for wrenches on bodies."""
-    return np.asarray(system.topology.frame_body), system.topology.bodies.size
+from .bodies import bodies_of, total
+from .loads import Loads
 
 
 def element_flows(system: System, group, at: Configuration, V, u):
@@ -42,27 +26,25 @@ def element_efforts(group, displacement, flow, t):
     return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.law, displacement, flow)
 
 
-def efforts(system: System, at: Moving, owner=None):
-    """All force elements: wrench on every node (nodes, 6), or body by `owner`; effort on every column (nv,); powers.
+def efforts(system: System, at: Moving, owners=None):
+    """All force elements: wrench on every node (nodes, 6), or on other owners; effort on every column (nv,); powers.
 
     The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
     sources that drive; in the order of `element_names`.  Gravity is not included.
     """
-    owner = owner or node_owner(system)
-    F, Q, powers = jnp.zeros((owner[1], 6), at.psi.dtype), jnp.zeros_like(at.u), []
+    owners = owners or nodes(system)
+    loads, powers = Loads(jnp.zeros((owners.count, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
     for group in system.forces:
         port = group.port
         seen, displacement, flow = element_flows(system, group, at, at.V, at.u)
         effort = element_efforts(group, displacement, flow, at.t)
-        wrenches, columns = port.spread(group, seen, effort, owner, at.u.size)
-        F, Q = F if wrenches is None else F + wrenches, Q if columns is None else Q + columns
+        loads = loads + Loads(*port.spread(group, seen, effort, owners, at.u.size))
         storing = jax.vmap(lambda law, x, f, port=port: port.storing(law, x, f, at.t))(group.law, displacement, flow)
         powers.append(jnp.sum(effort * flow, axis=1) + storing)
-    if system.elastic:
-        loads, power = elastic_efforts(system, at, owner)
-        F, Q = F + loads.wrench, Q + loads.column
-        powers.append(power)
-    return F, Q, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
+    for bodies in bodies_of(system):
+        strain, power = bodies.strain_efforts(system, at, owners)
+        loads, powers = loads + strain, [*powers, *power]
+    return loads.wrench, loads.column, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
 
 
 def element_names(system: System) -> tuple[str, ...]:
@@ -78,9 +60,9 @@ def element_is_source(system: System) -> tuple[bool, ...]:
 
 def stored_energy(system: System, at: Configuration):
     """Potential energy [J] of all force elements and elastic bodies, without gravity.  Source: S2 (70), V."""
-    total, still = strain_energy(system, at), resting(system, at)
+    stored, still = total(bodies.strain_energy(system, at) for bodies in bodies_of(system)), resting(system, at)
     for group in system.forces:
         displacement = element_flows(system, group, at, still.V, still.u)[1]
         parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.law, displacement)
-        total = total + jnp.sum(parts)
-    return total
+        stored = stored + jnp.sum(parts)
+    return stored

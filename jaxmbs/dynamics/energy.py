@@ -4,24 +4,17 @@ import jax.numpy as jnp
 
 from ..kinematics.configuration import Moving, at_state, moving
 from ..kinematics.state import State
-from ..math.spatial import dot, momentum, unpack
 from ..model.question import question
 from ..model.system import System
 from ..typing import Scalar
+from .bodies import bodies_of, total
 from .efforts import stored_energy
-from .elastic import elastic_energies
 
 
 def energies(system: System, at: Moving):
     """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
-    v = unpack(at.V)
-    kinetic = 0.5 * jnp.sum(dot(v, momentum(unpack(at.J), v)))
-    moment = jnp.sum(at.J[:, 1:4], axis=0) + jnp.sum(at.J[:, 0]) * at.origin
-    potential = stored_energy(system, at) - jnp.dot(system.gravity, moment)
-    if not system.elastic:
-        return kinetic, potential
-    moving, lifted = elastic_energies(system, at)
-    return kinetic + moving, potential + lifted
+    kinetic, lifted = zip(*(bodies.energies(system, at) for bodies in bodies_of(system)), strict=True)
+    return total(kinetic), stored_energy(system, at) - jnp.dot(system.gravity, total(lifted))
 
 
 def _of_state(system, state):

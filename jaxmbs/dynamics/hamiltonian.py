@@ -8,7 +8,7 @@ independent coordinates sees the paper's p as `Gamma^T P` because `Gamma^T A^T =
 import jax
 import jax.numpy as jnp
 
-from ..kinematics import constraints
+from ..kinematics import closures, constraints
 from ..kinematics.configuration import Configuration, Moving, column_twists, configuration, moving, node_motion
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.influence import velocity_map
@@ -26,8 +26,10 @@ from ..math.spatial import cross_motion, dot, momentum, pack, unpack
 from ..math.spd import spd_solve
 from ..model.system import System
 from ..model.topology import Topology
-from .efforts import efforts, gravity_wrench
-from .elastic import elastic_momenta, inertial_loads
+from .bodies import body_momenta, inertial_loads
+from .efforts import efforts
+from .loads import Loads, on_columns
+from .rigid import gravity_wrench
 
 
 def momentum_rate(topology: Topology, S, V, h, F):
@@ -59,26 +61,22 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
 def tree_momentum_rate(system: System, at: Moving, sigma=None, directions=None):
     """Momentum rate (nv,) under gravity, force elements and `A_dot^T sigma`, and the elements' powers.
 
-    Args: directions: `constraints.moving_directions`, with sigma.
+    Args: directions: `closures.moving_directions`, with sigma.
 
     The wrenches that sigma puts on the tree join the momenta, their rates join the loads: one subtree sum for all.
     """
     F, Q, powers = efforts(system, at)
-    h, F = pack(momentum(unpack(at.J), unpack(at.V))), F + gravity_wrench(at.J, system.gravity)
+    h, loads = body_momenta(system, at).wrench, Loads(F, Q) + inertial_loads(system, at)
     if sigma is not None:
         wrenches, rates, part = constraints.pull(system, at, sigma, directions)
-        h, F, Q = h + wrenches, F + rates, Q + part
-    if system.elastic:
-        loads = inertial_loads(system, at)
-        h = h + elastic_momenta(system, at).wrench
-        F, Q = F + loads.wrench, Q + loads.column
-    return momentum_rate(system.topology, at.S, at.V, h, F) + Q, powers
+        h, loads = h + wrenches, loads + Loads(rates, part)
+    return momentum_rate(system.topology, at.S, at.V, h, loads.wrench) + loads.column, powers
 
 
 def velocities(system: System, at: Configuration, p, known=None):
     """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum; known:
-    `constraints.directions`."""
-    if not system.has_constraints and not system.elastic:
+    `closures.directions`."""
+    if system.is_rigid_tree:
         return solve(system.topology.nodes, at.S, at.J, p), None
     A = constraints.jacobian(system, at, known)
     M, f_t = mass_matrix(system, at), constraints.time_rate(system, at.psi, at.t)
@@ -87,12 +85,7 @@ def velocities(system: System, at: Configuration, p, known=None):
 
 def momenta(system: System, at: Moving):
     """Momenta p = M u (nv,); Source: S2 (30), (34)."""
-    h = pack(momentum(unpack(at.J), unpack(at.V)))
-    modal = jnp.zeros_like(at.u)
-    if system.elastic:
-        wrench, modal = elastic_momenta(system, at)
-        h = h + wrench
-    return dot(unpack(at.S), unpack(subtrees(system.topology.nodes, h))) + modal
+    return on_columns(system, at, body_momenta(system, at))
 
 
 def canonical_rate(system: System, at: Configuration, p):
@@ -104,7 +97,7 @@ def canonical_rate(system: System, at: Configuration, p):
 
     Source: S2 (42)-(44) in all velocities.
     """
-    directions = constraints.moving_directions(system, at)
+    directions = closures.moving_directions(system, at)
     u, sigma = velocities(system, at, p, directions[0])
     rate, powers = tree_momentum_rate(system, moving(system, at, u), sigma, directions)
     return coordinate_rate(system.topology, at.psi, u), rate, powers, u

@@ -6,36 +6,27 @@ Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..kinematics import constraints
+from ..kinematics import closures, constraints
 from ..kinematics.configuration import Moving, at_state, moving, node_accelerations
 from ..kinematics.elastic import mass_matrix as inertia_matrix
+from ..kinematics.owners import nodes
 from ..kinematics.state import State
-from ..kinematics.tree import solve, subtrees
+from ..kinematics.tree import solve
 from ..math.linalg import saddle_solve
-from ..math.spatial import add, cross_force, dot, momentum, pack, unpack
 from ..model.question import question
 from ..model.system import System
 from ..typing import ArrayLike
-from .efforts import efforts, gravity_wrench
-from .elastic import needed_loads
+from .bodies import needed_loads
+from .efforts import efforts
+from .loads import Loads, on_columns
 from .sparse_saddle import constraint_rows, sparse_saddle
-
-
-def momentum_rates(J, V, V_dot):
-    """h_dot (nodes, 6) = J V_dot + V x* J V."""
-    j, v = unpack(J), unpack(V)
-    return pack(add(momentum(j, unpack(V_dot)), cross_force(v, momentum(j, v))))
 
 
 def required_efforts(system: System, at: Moving, V_dot, u_dot, loads):
     """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and the loads of
     its force elements, on nodes (nodes, 6) and columns (nv,)."""
     F, Q = loads
-    load = momentum_rates(at.J, at.V, V_dot) - F - gravity_wrench(at.J, system.gravity)
-    if system.elastic:
-        needed = needed_loads(system, at, V_dot, u_dot)
-        load, Q = load + needed.wrench, Q - needed.column
-    return dot(unpack(at.S), unpack(subtrees(system.topology.nodes, load))) - Q
+    return on_columns(system, at, needed_loads(system, at, V_dot, u_dot, nodes(system)) - Loads(F)) - Q
 
 
 def accelerations(system: System, at: Moving, method="dense", loads=None, directions=None):
@@ -43,15 +34,15 @@ def accelerations(system: System, at: Moving, method="dense", loads=None, direct
 
     Args:
         method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
-        loads, directions: of the force elements on nodes and columns; `constraints.moving_directions`; where at hand.
+        loads, directions: of the force elements on nodes and columns; `closures.moving_directions`; where at hand.
     """
     none = jnp.zeros_like(at.u)
     V_dot = node_accelerations(system.topology, at, none)
     loads = efforts(system, at)[:2] if loads is None else loads
     need = -required_efforts(system, at, V_dot, none, loads)
-    if not system.has_constraints and not system.elastic:
+    if system.is_rigid_tree:
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
-    known, _ = directions = directions or constraints.moving_directions(system, at)
+    known, _ = directions = directions or closures.moving_directions(system, at)
     gamma = constraints.acceleration_bias(system, at, V_dot, directions)
     if method == "block-sparse":
         rows = constraint_rows(system, at, known)

@@ -8,16 +8,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..kinematics.configuration import Configuration, Moving, at_state, elsewhere, moving, resting
-from ..kinematics.influence import body_kic, velocity_map
+from ..kinematics.influence import velocity_map
 from ..kinematics.points import jacobian, locate, position
 from ..kinematics.poses import coordinate_rate
 from ..kinematics.state import State
-from ..kinematics.tree import subtrees
-from ..math.spatial import dot, unpack
 from ..model.question import question
 from ..model.system import System
+from .bodies import bodies_of, total
 from .efforts import efforts, stored_energy
-from .elastic import gravity_loads
+from .loads import Loads, on_columns
 
 
 def _gamma(system, state):
@@ -27,7 +26,7 @@ def _gamma(system, state):
 def _of_elements(system, at):
     """Efforts (nv,) of all force elements, without gravity."""
     F, Q, _ = efforts(system, at)
-    return dot(unpack(at.S), unpack(subtrees(system.topology.nodes, F))) + Q
+    return on_columns(system, at, Loads(F, Q))
 
 
 def _moving(system, state):
@@ -52,12 +51,7 @@ def _energy_slope(system, at):
 
 
 def _of_gravity(system, at, Gamma):
-    effort = jnp.einsum("b,bcn,c->n", system.mass, body_kic(system, at, Gamma)[:, 3:], system.gravity)
-    if not system.elastic:
-        return effort
-    loads = gravity_loads(system, at)
-    carried = dot(unpack(at.S), unpack(subtrees(system.topology.nodes, loads.wrench)))
-    return effort + Gamma.T @ (carried + loads.column)
+    return total(bodies.weight(system, at, Gamma) for bodies in bodies_of(system))
 
 
 @question

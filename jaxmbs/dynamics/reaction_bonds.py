@@ -7,11 +7,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics import constraints
+from ..kinematics import reaction_map
 from ..kinematics.configuration import configuration
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import HasStates, State
 from ..math.jit import jit
+from ..math.spatial import swapped
 from ..model.system import System
 from ..statics import Bonds
 from ..statics.bonds import about
@@ -41,15 +42,15 @@ def reaction_bonds(
 
 @jit
 def _bonds(system, states, found, compliance, batched):
-    names, _, own = zip(*constraints.carriers(system), strict=True)
+    names, _, own = zip(*reaction_map.carriers(system), strict=True)
     own, P = np.array(own), node_parameters(system)
 
     def one(state, found):
         world = jnp.zeros(3, state.coordinates.dtype)
         at = configuration(system, P, state.coordinates, state.t, inertias=False, origin=world)
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
-        wrench = about(jnp.concatenate([moment, force], axis=1), -at.x[own])
-        bonds = system_bonds(system, at, wrench, compliance)
+        wrench = about(jnp.concatenate([force, moment], axis=1), -at.x[own])
+        bonds = system_bonds(system, at, swapped(wrench), compliance)
         analysis = system.topology.analysis
         marks = analysis.undetermined if analysis else tuple((False,) * 6 for _ in own)
         return dataclasses.replace(bonds, undetermined=marks), on_bodies(bonds.network, wrench)

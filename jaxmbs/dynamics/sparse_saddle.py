@@ -13,19 +13,20 @@ import numpy as np
 from jax import Array, lax
 
 from .. import blocksparse
-from ..kinematics import constraints
+from ..kinematics import closures, constraints, coordinate_rows
 from ..kinematics.configuration import Configuration, moving, node_motion
 from ..kinematics.poses import frame_twists
-from ..kinematics.tree import ancestors, apply_mass, subtrees
+from ..kinematics.tree import ancestors, subtrees
 from ..math.linalg import proximal_rounds
 from ..math.rows import take
 from ..math.spatial import dot, momentum, unpack
 from ..math.spd import spd_inverse
 from ..model.rows import Drive
 from ..model.system import System
+from .bodies import body_momenta
 from .body_graph import body_graph
 from .body_matrix import body_matrix, joint_maps
-from .elastic import elastic_momenta
+from .loads import on_columns
 from .modal_condensation import clusters, shared_inertia, solve_with_modes
 
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
@@ -50,7 +51,7 @@ class Rows(NamedTuple):
             relative = take(twist, group.second) - take(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
         if system.rows:
-            parts.append(constraints.coordinate_rates(system, self.at.psi, self.at.t, a))
+            parts.append(coordinate_rows.rates(system, self.at.psi, self.at.t, a))
         return self.unit * jnp.concatenate(parts)
 
     def twists(self, a):
@@ -64,7 +65,7 @@ class Rows(NamedTuple):
             both = take(twist, group.second) + take(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
         if system.rows:
-            parts.append(jnp.abs(constraints.coordinate_rates(system, self.at.psi, self.at.t, a)))
+            parts.append(jnp.abs(coordinate_rows.rates(system, self.at.psi, self.at.t, a)))
         return self.unit * jnp.concatenate(parts)
 
     def efforts(self, y):
@@ -73,8 +74,8 @@ class Rows(NamedTuple):
 
 
 def constraint_rows(system: System, at: Configuration, known=None) -> Rows:
-    """The rows at a configuration; known: their `constraints.directions`."""
-    directions = constraints.directions(system, at) if known is None else known
+    """The rows at a configuration; known: their `closures.directions`."""
+    directions = closures.directions(system, at) if known is None else known
     unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
     return Rows(system, at, unit, directions)
 
@@ -112,13 +113,8 @@ def _constant(tree):
 
 
 def _mass_times(system, at, a):
-    """M a (nv,) of rigid and elastic bodies."""
-    nodes = system.topology.nodes
-    total = apply_mass(nodes, at.S, at.J, a)
-    if system.elastic:
-        h = elastic_momenta(system, moving(system, at, a))
-        total = total + dot(unpack(at.S), unpack(subtrees(nodes, h.wrench))) + h.column
-    return total
+    """M a (nv,)."""
+    return on_columns(system, at, body_momenta(system, moving(system, at, a)))
 
 
 class _Kinds(NamedTuple):
@@ -195,6 +191,7 @@ def _mobility(system, S, composite, parts):
     size = dot(unpack(S), momentum(unpack(composite), unpack(S)))
     for group, part in zip(system.elastic, parts, strict=True):
         size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
+    # as `math.linalg.saddle_solve` has it; sizes of 1e-30 and less are those of models without any mass
     massless = size <= 1e-9 * jnp.max(size, initial=1e-30)
     return jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, size))
 
@@ -217,4 +214,5 @@ def _together(sizes, block):
     if not len(block):
         return sizes
     largest = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block]
+    # rows that vanish at a singular pose fade out, but not to a division by zero
     return jnp.maximum(largest, 1e-12 * jnp.max(sizes, initial=1e-18))

@@ -9,7 +9,7 @@ from ..dynamics.newton_euler import accelerations
 from ..dynamics.reactions import reactions
 from ..elements import DIRECTIONS
 from ..errors import ModelError
-from ..kinematics import constraints
+from ..kinematics import reaction_map
 from ..kinematics.configuration import at_state, moving, node_accelerations
 from ..kinematics.state import HasStates, State
 from ..linear.system import LinearSystem
@@ -72,7 +72,7 @@ def mass_properties(component: LinearSystem) -> tuple[Scalar, Vector3, Matrix3]:
 
 def _check(system, components, joints):
     top, faults = system.topology, []
-    names = {name: ends for name, *ends in constraints.carriers(system)}
+    names = {name: ends for name, *ends in reaction_map.carriers(system)}
     elastic = {top.frame_body[frame] for group in system.elastic for frames in group.frames for frame in frames}
     for frame, component in components.items():
         if frame not in top.frame_index:
@@ -147,7 +147,7 @@ def _inertia(system, at, V, V_dot, frame, component):
 def _of_joint(system, where, wrench, name, frame, component, node):
     """The joint's reaction (n,) on one node: its force, and its moment about the node."""
     top = system.topology
-    ends = next(ends for other, *ends in constraints.carriers(system) if other == name)
+    ends = next(ends for other, *ends in reaction_map.carriers(system) if other == name)
     index, sign = top.frame_index[frame], _side(top, ends, frame)
     R, place = where.R[index], component.positions[component.nodes.index(node)]
     force, moment = (sign * R.T @ w for w in wrench)

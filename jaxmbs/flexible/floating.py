@@ -77,7 +77,13 @@ def floating_frame(
     C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes
     Y = jnp.concatenate([rigid, *turned(s, shapes), shapes], axis=1)
     at = s.positions[np.array([s.nodes.index(name) for name in interfaces])]
-    body = ElasticBody(Y.T @ s.mass @ Y, _symmetric(K), _symmetric(C), at[1:] - at[:1], tuple(interfaces))
+    body = ElasticBody(
+        inertia=Y.T @ s.mass @ Y,
+        stiffness=_symmetric(K),
+        damping=_symmetric(C),
+        places=at[1:] - at[:1],
+        interfaces=tuple(interfaces),
+    )
     return FloatingFrame(body, shapes, rigid, s)
 
 

@@ -42,9 +42,9 @@ class AbstractPort(abc.ABC):
         """(num_flows,) on the system."""
 
     @abc.abstractmethod
-    def spread(self, group, seen, efforts, owner, num_velocities):
-        """What efforts (n, num_flows) do: wrenches (carriers, 6) about the origin, or efforts (nv,); see `owner` of
-        `dynamics.efforts.efforts`."""
+    def spread(self, group, seen, efforts, owners, num_velocities):
+        """What efforts (n, num_flows) do: wrenches about the origin, summed on `kinematics.owners`, and efforts
+        (nv,); None where there are none."""
 
     def potential(self, law, displacement, t) -> Array:
         """Stored energy [J]."""

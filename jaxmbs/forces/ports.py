@@ -41,11 +41,9 @@ class _BetweenFrames(AbstractPort):
     def wrench(self, a, b, effort):
         """Wrenches (6,) on the frames A and B about the origin."""
 
-    def spread(self, group, seen, efforts, owner, num_velocities):
+    def spread(self, group, seen, efforts, owners, num_velocities):
         on_a, on_b = jax.vmap(self.wrench)(*seen, efforts)
-        carrier, n = owner
-        ends = np.concatenate([np.asarray(group.first), np.asarray(group.second)])
-        return summed(jnp.concatenate([on_a, on_b]), carrier[ends] % (n + 1), n), None
+        return owners.collect((*group.first, *group.second), jnp.concatenate([on_a, on_b])), None
 
 
 class LinePort(_BetweenFrames):
@@ -151,7 +149,7 @@ class JointPort(AbstractPort):
     def effort(self, law, displacement, flow, t):
         return law.effort(*displacement, flow[0], t)[None]
 
-    def spread(self, group, seen, efforts, owner, num_velocities):
+    def spread(self, group, seen, efforts, owners, num_velocities):
         return None, summed(efforts[:, 0], group.first, num_velocities)
 
     def stiffness(self, law, displacement, flow, t):
@@ -182,7 +180,7 @@ class SystemPort(AbstractPort):
     def effort(self, law, displacement, flow, t):
         return law.effort(*displacement, flow, t)
 
-    def spread(self, group, seen, efforts, owner, num_velocities):
+    def spread(self, group, seen, efforts, owners, num_velocities):
         return None, jnp.sum(efforts, axis=0)
 
 

@@ -29,13 +29,19 @@ class AbstractJoint(eqx.Module):
     rows that vanish while the joint is closed, from the child frame's rotation R (3, 3) and displacement d (3,) in
     the canonical axes of the parent frame.  Kinds that roll or slide add `num_slips` rows `slip(R, d, omega, v)`,
     speeds that vanish though no coordinate does.  `labels` names the coordinates, `row_units` gives each row's unit,
-    closure rows before slips.
+    closure rows before slips.  `is_reversible`: whether the run of nodes with its axis turned round is the same joint
+    walked from child to parent, so that the tree may take it either way.
+
+    Coordinates are those of the child frame in the parent frame, positive along the axis or right-handed about it,
+    and zero (a quaternion one) where the two frames agree: the zero pose of a mechanism is drawn by its frames alone.
+    A joint walked from child to parent keeps its sign.
     """
 
     nodes: ClassVar[tuple[Node, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
     row_units: ClassVar[tuple[str, ...]] = ()
     num_slips: ClassVar[int] = 0
+    is_reversible: ClassVar[bool] = False
 
     @property
     def num_rows(self) -> int:
@@ -55,8 +61,8 @@ class AbstractJoint(eqx.Module):
         raise NotImplementedError(f"a {type(self).__name__} joint leaves all motions free, so it cannot close a loop")
 
     def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
-        """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity and velocity of the child
-        frame's origin, in the canonical axes of the parent frame."""
+        """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity omega [rad/s] and velocity v
+        of the child frame's origin, in the canonical axes of the parent frame."""
         raise NotImplementedError(f"{type(self).__name__} has no slips")
 
     def faults(self) -> list[str]:

@@ -10,11 +10,13 @@ from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
 class Cylindrical(AbstractJoint):
-    """Translation along and rotation about `axis`; coordinates: distance [m], angle [rad]."""
+    """Translation along and rotation about `axis`; coordinates: distance [m], angle [rad], positive along it and
+    right-handed about it."""
 
     nodes = (Node("prismatic"), Node("revolute"))
     labels = ("distance", "angle")
     row_units = ("m", "m", "rad", "rad")
+    is_reversible = True
 
     axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 

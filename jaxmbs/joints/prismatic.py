@@ -18,6 +18,7 @@ class Prismatic(AbstractJoint):
     nodes = (Node("prismatic"),)
     labels = ("distance",)
     row_units = ("m", "m", "rad", "rad", "rad")
+    is_reversible = True
 
     axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 

@@ -18,6 +18,7 @@ class Revolute(AbstractJoint):
     nodes = (Node("revolute"),)
     labels = ("angle",)
     row_units = ("m", "m", "m", "rad", "rad")
+    is_reversible = True
 
     axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 

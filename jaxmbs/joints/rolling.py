@@ -69,6 +69,7 @@ class RollingDisk(AbstractRolling):
     def contact(self, R: Array) -> Array:
         axle = R @ (self.axle / jnp.sqrt(jnp.sum(self.axle**2)))
         down = axle * axle[2] - jnp.eye(3)[2]
+        # a disk that lies flat touches everywhere: its slope there is bounded, not its place
         return self.radius * down / jnp.sqrt(jnp.maximum(1.0 - axle[2] ** 2, 1e-12))
 
     def faults(self) -> list[str]:

@@ -21,6 +21,7 @@ class Screw(AbstractJoint):
     nodes = (Node("screw"),)
     labels = ("angle",)
     row_units = ("m", "m", "m", "rad", "rad")
+    is_reversible = True
 
     axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
     pitch: Converted[Float[Array, ""]] = eqx.field(converter=as_array, default=0.0, kw_only=True)

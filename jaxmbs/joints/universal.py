@@ -38,7 +38,7 @@ class Universal(AbstractJoint):
             return []
         a, b = np.asarray(self.axes)
         sine = np.linalg.norm(np.cross(a, b))
-        if not (np.isfinite(sine) and sine > 1e-12):
+        if not (np.isfinite(sine) and sine > 1e-12):  # rounding of parallel unit vectors stays far below
             return ["its two axes are zero, parallel or not finite"]
         square = abs(a @ b) <= 1e-9 * sine
         return [] if square else ["its two axes are not at right angles"]

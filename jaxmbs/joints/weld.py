@@ -10,6 +10,7 @@ class Weld(AbstractJoint):
     """The two frames agree; its reaction is the load carried between the two parts."""
 
     row_units = ("m", "m", "m", "rad", "rad", "rad")
+    is_reversible = True
 
     def closure(self, R: Array, d: Array) -> Array:
         return jnp.concatenate([d, aligned(R)])

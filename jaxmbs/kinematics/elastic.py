@@ -26,13 +26,6 @@ class ElasticState(NamedTuple):
     flow: Array
 
 
-class Parts(NamedTuple):
-    """Momenta or loads: wrenches on carriers (n, 6) and entries of velocity columns (nv,)."""
-
-    wrench: Array
-    column: Array
-
-
 def elastic_state(system: System, group: ElasticGroup, at: Moving) -> ElasticState:
     """Motion of the bodies of a group."""
     frames = np.array(group.frames)
@@ -67,24 +60,6 @@ def flow_rate(body, s: ElasticState, V_dot, rates_dot):
     """Rate of the flow (6 + m,) at rates V_dot (interfaces, 6) of the twists and accelerations of the modes."""
     moving = (*along_motion(s), V_dot, rates_dot)
     return jax.jvp(body.flow, (s.R, s.x, s.q, s.V, s.rates), moving)[1]
-
-
-def summed(function, system: System, at: Moving, rates=None, owner=None) -> Parts:
-    """`function(body, state)`, wrenches on interfaces and parts of modes, of every elastic body, summed on nodes.
-
-    Args:
-        rates: (V_dot, u_dot); `function(body, state, V_dot, rates_dot)` then takes those of the body too.
-        owner: (carrier of each frame, number of carriers) in place of nodes.
-    """
-    carrier, n = owner or (np.asarray(system.topology.frame_node), system.topology.nodes.size)
-    total, columns = jnp.zeros((n + 1, 6), at.psi.dtype), jnp.zeros(system.topology.num_velocities, at.psi.dtype)
-    for group in system.elastic:
-        states = [elastic_state(system, group, at)]
-        states += [] if rates is None else gathered(system, group, *rates)
-        wrench, column = jax.vmap(function)(group.body, *states)
-        total = total.at[carrier[np.array(group.frames)] % (n + 1)].add(wrench)
-        columns = columns.at[np.array(group.columns, int)].add(column)
-    return Parts(total[:n], columns)
 
 
 def flow_map(system: System, group: ElasticGroup, at: Configuration, s: ElasticState):

@@ -14,6 +14,7 @@ from . import constraints
 from .configuration import configuration
 from .elastic import mass_matrix
 from .poses import node_parameters, step_coordinates
+from .reaction_map import reaction_map
 
 
 class Rows(NamedTuple):
@@ -33,7 +34,7 @@ def _evaluate(system: System, psi, t):
     at = configuration(system, node_parameters(system), psi, t)
     f, f_t = constraints.residual(system, at), constraints.time_rate(system, psi, t)
     A = constraints.jacobian(system, at)
-    return Rows(f, A, f_t, constraints.reaction_map(system, at), mass_matrix(system, at), at.x)
+    return Rows(f, A, f_t, reaction_map(system, at), mass_matrix(system, at), at.x)
 
 
 def evaluate(system: System, psi, t) -> Rows:

@@ -47,7 +47,7 @@ def velocity_map(system: System, at: Configuration):
 
 def motion_map(system: System, at: Configuration, known=None):
     """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and keeps the rows, `A x = c`;
-    known: `constraints.directions`."""
+    known: `closures.directions`."""
     n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
     pick = np.eye(n, dtype=dtype)[chosen]
     if not system.has_constraints:

@@ -126,6 +126,7 @@ def _search(system, psi, u, t, free, restart):
         none = np.zeros(0, psi.dtype)
         return (psi, u), none, none
     *found, f, g = assembled_on_host(system, psi, u, t, *free)
+    # one seed: a state is a function of its arguments
     random, simple = np.random.default_rng(0), np.array([k != "ball" for k in system.topology.node_kind])
     columns = np.nonzero(simple)[0]
     index = np.asarray(system.topology.node_coordinate)[columns]

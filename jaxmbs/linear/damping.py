@@ -102,7 +102,7 @@ def complex_modes(*, K: AnyArray, C: AnyArray, M: AnyArray) -> Modes:
     return Modes(values, X[:n], values == 0, roots, Y[:, n:] @ S.astype(X.dtype))
 
 
-def damped_frequency(frequency: Number, ratio: Number) -> Array:
-    """`w sqrt(1 - ratio^2)`, zero from critical damping on.  Source: S1 (39)."""
+def damped_frequency(omega: Number, ratio: Number) -> Array:
+    """`w sqrt(1 - ratio^2)` of omega [rad/s], zero from critical damping on.  Source: S1 (39)."""
     left = 1.0 - ratio**2
-    return jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0) * frequency
+    return jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0) * omega

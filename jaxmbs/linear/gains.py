@@ -8,12 +8,12 @@ from ..typing import AnyArray, ArrayLike, Number
 
 
 def mobility(receptance: AnyArray, omega: ArrayLike) -> Array:
-    """Velocity per force, `i w B`; omega (frequencies,) along the first axis.  Source: S1 (40)."""
+    """Velocity per force, `i w B`; omega (frequencies,) [rad/s] along the first axis.  Source: S1 (40)."""
     return harmonic_rate(omega, receptance) * receptance
 
 
 def accelerance(receptance: AnyArray, omega: ArrayLike) -> Array:
-    """Acceleration per force, `-w^2 B`.  Source: S1 (40)."""
+    """Acceleration per force, `-w^2 B`; omega (frequencies,) [rad/s] along the first axis.  Source: S1 (40)."""
     return harmonic_rate(omega, receptance) ** 2 * receptance
 
 
@@ -28,22 +28,22 @@ def acceleration_gain(acceleration: Number | complex, reference: Number | comple
     return acceleration / reference
 
 
-def mobility_from_gain(gain: Number | complex, total_mass: Number, frequency: Number) -> Number | complex:
-    """`B = k_g w_C / kbar`, `kbar = M w_C^2`: size of the mobility behind a gain at a mode w_C [rad/s].
+def mobility_from_gain(gain: Number | complex, total_mass: Number, omega: Number) -> Number | complex:
+    """`B = k_g w_C / kbar`, `kbar = M w_C^2`: size of the mobility behind a gain at a mode omega w_C [rad/s].
 
     The force is that of the whole mass M moving with the reference.  Source: S1 (44).
     """
-    return gain * frequency / generalised_stiffness(total_mass, frequency)
+    return gain * omega / generalised_stiffness(total_mass, omega)
 
 
-def gain_from_mobility(mobility: Number | complex, total_mass: Number, frequency: Number) -> Number | complex:
-    """`k_g = kbar B / w_C`: the inverse of `mobility_from_gain`.  Source: S1 (45)."""
-    return generalised_stiffness(total_mass, frequency) * mobility / frequency
+def gain_from_mobility(mobility: Number | complex, total_mass: Number, omega: Number) -> Number | complex:
+    """`k_g = kbar B / w_C` at a mode omega [rad/s]: the inverse of `mobility_from_gain`.  Source: S1 (45)."""
+    return generalised_stiffness(total_mass, omega) * mobility / omega
 
 
-def generalised_stiffness(total_mass: Number, frequency: Number) -> Number:
-    """`kbar = M w_C^2` [N/m].  Source: S1 (44)-(45)."""
-    return total_mass * frequency**2
+def generalised_stiffness(total_mass: Number, omega: Number) -> Number:
+    """`kbar = M w_C^2` [N/m] at a mode omega [rad/s].  Source: S1 (44)-(45)."""
+    return total_mass * omega**2
 
 
 def superpose(shapes: AnyArray, coordinates: AnyArray) -> AnyArray:

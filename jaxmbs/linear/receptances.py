@@ -134,7 +134,8 @@ def viscous_receptance(
     into: ArrayLike | Sequence[int],
     chunk: int = 64,
 ) -> Complex[Array, "frequencies outputs inputs"]:
-    """`receptance` with any viscous damping, through the complex modes (on the CPU); matrices may be unsymmetric.
+    """`receptance` at omega [rad/s] with any viscous damping, through the complex modes (on the CPU); matrices
+    may be unsymmetric.
 
     At a frequency where the modes do not solve the equation (the vectors of critical damping are parallel) it is
     solved directly.  Source: S1 (39), (40).
@@ -202,7 +203,7 @@ def transmissibility(
     loss: ArrayLike = 0.0,
     chunk: int = 64,
 ) -> Complex[Array, "frequencies outputs base"]:
-    """Displacements at `out` (accelerations too) for unit ones of the base coordinates.
+    """Displacements at `out` (accelerations too) for unit ones of the base coordinates, at omega [rad/s].
 
     The rest moves statically with the base and, relative to that, under its own inertia: a base that holds the
     structure just so costs no stiffness.  Returns: (frequencies, outputs, base coordinates).

@@ -22,6 +22,11 @@ def pack(components):
     return jnp.stack(components, axis=1)
 
 
+def swapped(six, axis=-1):
+    """Six-vectors in the public order (force, moment; linear, angular) from those of this module, and back."""
+    return jnp.roll(six, 3, axis)
+
+
 def add(a, b):
     """Sum, component by component."""
     return tuple(x + y for x, y in zip(a, b, strict=True))

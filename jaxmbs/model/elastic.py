@@ -29,11 +29,11 @@ class ElasticBody(eqx.Module):
         interfaces: names; the first carries the floating frame.
     """
 
-    inertia: Float[Array, "k k"]
-    stiffness: Float[Array, "m m"]
-    damping: Float[Array, "m m"]
-    places: Float[Array, "others 3"]
-    interfaces: tuple[str, ...] = eqx.field(static=True)
+    inertia: Float[Array, "k k"] = eqx.field(kw_only=True)
+    stiffness: Float[Array, "m m"] = eqx.field(kw_only=True)
+    damping: Float[Array, "m m"] = eqx.field(kw_only=True)
+    places: Float[Array, "others 3"] = eqx.field(kw_only=True)
+    interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True)
 
     @property
     def num_deformations(self) -> int:

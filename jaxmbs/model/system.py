@@ -66,6 +66,11 @@ class System(eqx.Module):
         """Whether constraint rows (loops, drives, couplers, ...) restrict the tree."""
         return self.topology.num_rows > 0
 
+    @property
+    def is_rigid_tree(self) -> bool:
+        """Whether no row restricts the tree and no body deforms: it is solved body by body, without a matrix."""
+        return not self.has_constraints and not self.elastic
+
     def coordinates(self, state: Any) -> dict:
         """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_fits(self, state)

@@ -17,8 +17,8 @@ from .network import Network
 
 def about(wrench, point):
     """Wrenches (..., 6) about `point` (..., 3) from those about the origin."""
-    moment, force = wrench[..., :3], wrench[..., 3:]
-    return jnp.concatenate([moment - jnp.cross(point, force), force], axis=-1)
+    force, moment = wrench[..., :3], wrench[..., 3:]
+    return jnp.concatenate([force, moment - jnp.cross(point, force)], axis=-1)
 
 
 class Bonds(eqx.Module):
@@ -26,10 +26,10 @@ class Bonds(eqx.Module):
 
     Attributes:
         position (q, 3): origin of each bond [m]; frame (q, 3, 3): its axes, the columns of a rotation.
-        free (q, 6, f): columns are the twists (angular, linear) of the child relative to the parent that the bond
+        free (q, 6, f): columns are the twists (linear, angular) of the child relative to the parent that the bond
             leaves free, in its own axes about its own origin; unused columns are zero.
         effort (q, f): effort of springs and motors along each free twist on the child [N m or N].
-        compliance (q, 6, 6): metric C of the wrench (moment, force) in its own axes about its own origin; what
+        compliance (q, 6, 6): metric C of the wrench (force, moment) in its own axes about its own origin; what
             statics leaves open makes `1/2 sum w.C w` least.
         length (): characteristic length [m] that moments are divided by where they meet forces.
         undetermined: (force x y z, moment x y z) of every bond by `redundancy`; None while not looked for.
@@ -88,9 +88,9 @@ class Bonds(eqx.Module):
         if compliance is None:
             compliance = jnp.tile(jnp.stack([jnp.ones((), dtype)] * 3 + [length**-2] * 3), (q, 1))
         free = jnp.asarray(~carries, dtype)
-        diagonal = lambda x: jnp.roll(x, 3, axis=1)[:, :, None] * jnp.eye(6, dtype=dtype)[None]  # noqa: E731
-        effort = jnp.roll(effort * free, 3, axis=1)
-        return cls(network, position, frame, diagonal(free), effort, diagonal(jnp.asarray(compliance, dtype)), length)
+        diagonal = lambda x: x[:, :, None] * jnp.eye(6, dtype=dtype)[None]  # noqa: E731
+        compliance = diagonal(jnp.asarray(compliance, dtype))
+        return cls(network, position, frame, diagonal(free), effort * free, compliance, length)
 
     @classmethod
     def from_twists(
@@ -103,17 +103,18 @@ class Bonds(eqx.Module):
         length: ArrayLike,
         compliance: Array | None = None,
     ) -> "Bonds":
-        """Bonds from world twists about the world origin, as the columns of joints and closures give them.
+        """Bonds from world twists about the world origin.
 
-        Args: twists (q, 6, f): columns span what each bond leaves free, of any number and length; zero ones are
-            unused.  effort (q, f) = twists^T wrench.  Others as in `from_arrays`, compliance (q, 6, 6) as the field.
+        Args: twists (q, 6, f): columns (linear, angular) span what each bond leaves free, of any number and length;
+            zero ones are unused.  effort (q, f) = twists^T wrench.  Others as in `from_arrays`, compliance (q, 6, 6)
+            as the field.
         """
         dtype, length = position.dtype, jnp.asarray(length, position.dtype)
-        angular, linear = twists[:, :3], twists[:, 3:]
+        linear, angular = twists[:, :3], twists[:, 3:]
         linear = linear - jnp.einsum("qij,qjk->qik", jax.vmap(skew)(position), angular)
-        local = [jnp.einsum("qji,qjk->qik", frame, part) for part in (angular, linear)]
+        local = [jnp.einsum("qji,qjk->qik", frame, part) for part in (linear, angular)]
         if compliance is None:
-            weight = jnp.concatenate([jnp.full(3, length**-2), jnp.ones(3, dtype)])
+            weight = jnp.concatenate([jnp.ones(3, dtype), jnp.full(3, length**-2)])
             compliance = jnp.broadcast_to(jnp.diag(weight), (len(twists), 6, 6))
         return cls(network, position, frame, jnp.concatenate(local, axis=1), effort, compliance, length)
 
@@ -124,20 +125,21 @@ class Bonds(eqx.Module):
         Its transpose brings a world wrench to the bond: `G^T R^-1` of S1 (27).
         """
         arm = jnp.cross(self.position[:, None, :], self.frame.transpose(0, 2, 1)).transpose(0, 2, 1)
-        upper = jnp.concatenate([self.frame, jnp.zeros_like(self.frame)], axis=2)
-        return jnp.concatenate([upper, jnp.concatenate([arm, self.frame], axis=2)], axis=1)
+        lower = jnp.concatenate([jnp.zeros_like(self.frame), self.frame], axis=2)
+        return jnp.concatenate([jnp.concatenate([self.frame, arm], axis=2), lower], axis=1)
 
     def components(self, wrench: Array) -> Float[Array, "q 6"]:
         """Force x, y, z, moment x, y, z (q, 6) in the bonds' axes about their origins from world wrenches (q, 6).
 
         Source: S1 (29).
         """
-        return jnp.roll(jnp.einsum("qji,qj->qi", self.twist_axes, wrench), 3, axis=1)
+        return jnp.einsum("qji,qj->qi", self.twist_axes, wrench)
 
     def free_sizes(self) -> Float[Array, "q f"]:
         """Squared size (q, f) of each free twist [m^2], angles times the characteristic length; zero if unused."""
-        weight = jnp.concatenate([jnp.full(3, self.length**2), jnp.ones(3, self.length.dtype)])
+        weight = jnp.concatenate([jnp.ones(3, self.length.dtype), jnp.full(3, self.length**2)])
         size = jnp.einsum("i,qij->qj", weight, self.free**2)
+        # squares: a millionth of the bond's largest twist is rounding of a projector
         return jnp.where(size > 1e-12 * jnp.max(size, axis=1, keepdims=True, initial=0.0), size, 0.0)
 
 
@@ -151,6 +153,7 @@ def _rotates(frame, numpy):
     """(q,) whether the columns of (q, 3, 3) are unit vectors, square to each other and right-handed."""
     product = numpy.einsum("qji,qjk->qik", frame, frame) - numpy.eye(3)[None]
     hand = numpy.sum(numpy.cross(frame[:, :, 0], frame[:, :, 1]) * frame[:, :, 2], axis=1)
+    # loose: frames are often typed in with six digits, or in single precision
     return (numpy.max(numpy.abs(product), axis=(1, 2)) <= 1e-5) & (hand > 0)
 
 

@@ -85,12 +85,13 @@ def with_redundancy(bonds: Bonds, found: Redundancy | None = None) -> Bonds:
     return dataclasses.replace(bonds, undetermined=found.undetermined)
 
 
-def _unit(bonds):
-    return np.r_[np.ones(3), np.full(3, 1.0 / float(bonds.length))]
+def _scale(bonds):
+    """Forces and moments (6,) of unit size; those of twists are its inverse."""
+    return np.r_[np.ones(3), np.full(3, float(bonds.length))]
 
 
 def _named_units(stress, bonds):
-    return None if stress is None else stress / _unit(bonds)
+    return None if stress is None else stress * _scale(bonds)
 
 
 def _marks(stress, bonds):
@@ -104,31 +105,28 @@ def _marks(stress, bonds):
 def _free_rows(bonds):
     """Unit free twists (q, 6, f) in the bonds' axes, angles times the length; zero columns where unused."""
     size = np.asarray(bonds.free_sizes(), float)
-    scale = np.r_[np.full(3, float(bonds.length)), np.ones(3)]
-    return (
-        scale[None, :, None] * np.asarray(bonds.free, float) / np.sqrt(np.where(size > 0, size, np.inf))[:, None, :]
-    )
+    rows = _scale(bonds)[None, :, None] * np.asarray(bonds.free, float)
+    return rows / np.sqrt(np.where(size > 0, size, np.inf))[:, None, :]
 
 
 def _free_count(bonds):
     rows = _free_rows(bonds)
+    # unit columns: they are one direction where they agree to 1e-6, as `_MARK`
     return int(np.sum(np.linalg.svd(rows, compute_uv=False) > 1e-6)) if rows.size else 0
 
 
 def _dense(bonds):
     """Orthonormal self-stresses (r, q, 6), components in the bonds' axes, moments over the length."""
-    Y, L = cycle_pattern(bonds.network), float(bonds.length)
+    Y, scale = cycle_pattern(bonds.network), _scale(bonds)
     q, S = Y.shape
     to_bond = np.swapaxes(np.asarray(bonds.twist_axes, float), 1, 2)
-    scale = np.r_[np.full(3, L), np.ones(3)]
     to_bond = to_bond * scale[None, None, :] / scale[None, :, None]  # both sides in N, moments over the length
     wrench = np.einsum("qs,qij->qisj", Y, to_bond).reshape(q, 6, 6 * S)
     rows = np.einsum("qic,qis->qcs", _free_rows(bonds), wrench).reshape(-1, 6 * S)
     rows = np.linalg.qr(rows, mode="r")
     _, s, Vt = np.linalg.svd(rows) if rows.size else (None, np.zeros(0), np.eye(6 * S))
     tolerance = _RANK[bonds.position.dtype.itemsize] * max(s.max(initial=0.0), 1e-30)
-    stress = (wrench.reshape(6 * q, 6 * S) @ Vt[int(np.sum(s > tolerance)) :].T).reshape(q, 6, -1)
-    stress = np.roll(stress, 3, axis=1).reshape(6 * q, -1)
+    stress = wrench.reshape(6 * q, 6 * S) @ Vt[int(np.sum(s > tolerance)) :].T
     return np.linalg.qr(stress)[0].T.reshape(-1, q, 6)
 
 
@@ -140,22 +138,23 @@ def _project(bonds, deformations, efforts):
     problems = (jnp.concatenate(pair) for pair in ((deformations, 0.0 * efforts), (0.0 * deformations, efforts)))
     wrenches = jax.vmap(lambda d, e: bonds.components(least_compliance(bonds, d, e, idle)))(*problems)
     stresses, answers = jnp.split(wrenches, 2)
-    return stresses, efforts - jnp.einsum("qic,nqi->nqc", bonds.free, jnp.roll(answers, 3, axis=2))
+    return stresses, efforts - jnp.einsum("qic,nqi->nqc", bonds.free, answers)
 
 
 def _projected(bonds, free):
     """(self-stresses (n, q, 6), r) from 8, 16, 32, ... random vectors; n < r where only the motions are few."""
+    # any seed: vectors of chance miss no direction; one, so that a count can be repeated
     random, q, dtype = np.random.default_rng(3), len(bonds.network.bonds), bonds.position.dtype
-    unit = 1.0 / np.roll(_unit(bonds), 3)
-    equal = jnp.broadcast_to(jnp.diag(jnp.asarray(unit**-2, dtype)), bonds.compliance.shape)
+    scale = _scale(bonds)
+    equal = jnp.broadcast_to(jnp.diag(jnp.asarray(scale**-2, dtype)), bonds.compliance.shape)
     bonds = eqx.tree_at(lambda b: b.compliance, bonds, equal)  # the rank is that of any compliance
     size = np.sqrt(np.asarray(bonds.free_sizes(), float))
     count = 8
     while count <= _MOST_PROBES:
         deformations, efforts = random.normal(size=(count, q, 6)), random.normal(size=(count, *size.shape))
-        deformations = np.einsum("qij,nqj->nqi", np.asarray(bonds.twist_axes, float), deformations / unit)
+        deformations = np.einsum("qij,nqj->nqi", np.asarray(bonds.twist_axes, float), deformations / scale)
         stress, motion = _project(bonds, jnp.asarray(deformations, dtype), jnp.asarray(efforts * size, dtype))
-        stress = _span(np.asarray(stress, float) * _unit(bonds), dtype)
+        stress = _span(np.asarray(stress, float) / scale, dtype)
         motions = _span(np.asarray(motion, float) / np.where(size > 0, size, np.inf), dtype)
         if len(stress) < count:
             return stress, len(stress)

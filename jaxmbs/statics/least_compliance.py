@@ -47,7 +47,7 @@ def _conditions(bonds, solver):
     axes, L = bonds.twist_axes, bonds.length
     # the barrier keeps XLA from computing the first product once for every entry of the second
     C = small_matmul(lax.optimization_barrier(small_matmul(axes, bonds.compliance)), jnp.swapaxes(axes, 1, 2))
-    weight = jnp.concatenate([jnp.full(3, L**2), jnp.ones(3, L.dtype)])
+    weight = jnp.concatenate([jnp.ones(3, L.dtype), jnp.full(3, L**2)])
     weakest = jnp.max(jnp.diagonal(bonds.compliance, axis1=1, axis2=2) * weight[None])
     size = bonds.free_sizes()
     used = size > 0.0
@@ -132,6 +132,7 @@ def _leap(x, gap, size, last: _Rounds):
     moves = length > 1e-4 * jnp.sqrt(jnp.sum(gap * gap))  # else the gap stays: loads that would move the network
     unit = jnp.where(moves & slow, 1.0 / jnp.where(moves, length, 1.0), 0.0)
     G = unit[:, None] * G
+    # directions that nearly agree share what they have in common; 1e-5 of their unit length tells them apart
     share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
     return jax.tree.map(lambda now, old: now - jnp.tensordot(share, old, axes=1), x, changes[:2]), changes
 

@@ -8,7 +8,7 @@ from .bonds import Bonds
 
 
 class ReactionMatrix(NamedTuple):
-    """The factors of `Qbar = I_E R G T`, numpy, rows and columns moment before force.
+    """The factors of `Qbar = I_E R G T`, numpy, rows and columns force before moment.
 
     `incidence` I_E (6p, 6q), `arms` R (6q, 6q) moments from the bonds' origins to the world's, `frames` G (6q, 6q),
     `directions` T (6q, n) the components that bonds carry, in their axes.  `bond` (n,): the bond of each component.
@@ -27,11 +27,11 @@ class ReactionMatrix(NamedTuple):
 
 
 def carried_directions(bonds: Bonds) -> list[np.ndarray]:
-    """For every bond the wrenches (6, n_e) (moment, force) in its axes that do no work on its free twists.
+    """For every bond the wrenches (6, n_e) (force, moment) in its axes that do no work on its free twists.
 
     Units where they are axes, else orthonormal with moments divided by the characteristic length.
     """
-    scale = np.r_[np.full(3, float(bonds.length)), np.ones(3)]
+    scale = np.r_[np.ones(3), np.full(3, float(bonds.length))]
     sizes = np.sqrt(np.asarray(bonds.free_sizes(), float))
     out = []
     for free, size in zip(np.asarray(bonds.free, float), sizes, strict=True):
@@ -68,7 +68,7 @@ def reaction_matrix(bonds: Bonds) -> ReactionMatrix:
     arms, frames = [], []
     for x, G in zip(np.asarray(bonds.position), np.asarray(bonds.frame), strict=True):
         cross = np.cross(x, np.eye(3)).T
-        arms.append(np.block([[np.eye(3), cross], [np.zeros((3, 3)), np.eye(3)]]))
+        arms.append(np.block([[np.eye(3), np.zeros((3, 3))], [cross, np.eye(3)]]))
         frames.append(_diagonal([G, G]))
     directions = carried_directions(bonds)
     bond = np.repeat(columns, [d.shape[1] for d in directions])

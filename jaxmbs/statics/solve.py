@@ -46,7 +46,7 @@ class BondReactions(eqx.Module):
     """Reactions by bond name, `loads["hinge"].force`.
 
     Attributes:
-        wrench (..., q, 6): (moment, force) on the children in world axes about the world origin.
+        wrench (..., q, 6): (force, moment) on the children in world axes about the world origin.
         components (..., q, 6): force, moment in the bonds' axes about their origins.
         parameters (..., S, 6): world wrenches of the bonds that close the loops, the parameters of S1 (28).
         residual: largest unbalanced load of a body; free_residual: largest gap between the reactions along the free
@@ -95,7 +95,7 @@ def bond_reactions(bonds: Bonds, loads: ArrayLike, method: str = "auto") -> Bond
     """Reactions of all bonds for the loads that they must supply.
 
     Args:
-        loads (p, 6): for every body (moment, force) of momentum rate less applied wrench, world axes, about the world
+        loads (p, 6): for every body (force, moment) of momentum rate less applied wrench, world axes, about the world
             origin: the right-hand side qz of `I_E w = qz`; at rest minus the applied wrench.
         method: for the loops, "force" (dense in 6 S parameters), "nodal" (block-sparse) or "auto" (by their number).
 
@@ -116,11 +116,11 @@ def bond_reactions(bonds: Bonds, loads: ArrayLike, method: str = "auto") -> Bond
     else:
         wrench = least_compliance(near, jnp.zeros_like(near.effort), near.effort, near_loads, method)
     components = near.components(wrench)
-    along = jnp.einsum("qic,qi->qc", near.free, jnp.roll(components, 3, axis=1)) - near.effort
+    along = jnp.einsum("qic,qi->qc", near.free, components) - near.effort
     size = near.free_sizes()
     along = jnp.where(size > 0.0, along / jnp.sqrt(jnp.where(size > 0.0, size, 1.0)), 0.0)
-    unit = jnp.concatenate([jnp.full(3, 1.0 / bonds.length), jnp.ones(3, loads.dtype)])[None]
+    unit = jnp.concatenate([jnp.ones(3, loads.dtype), jnp.full(3, 1.0 / bonds.length)])[None]
     residual = _largest((near_loads - on_bodies(network, wrench)) * unit)
-    scale = _largest(components * jnp.roll(unit, 3))
+    scale = _largest(components * unit)
     wrench = about(wrench, -middle)
     return BondReactions(network, bonds.undetermined, wrench, components, residual, _largest(along), scale)

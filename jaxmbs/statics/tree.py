@@ -1,7 +1,7 @@
 """Sums over a network: of bonds on bodies, and along its spanning tree by pointer doubling (log2 of its depth steps);
 in small networks each is one product with a matrix, which compiles and runs in a fraction of the time.
 
-Wrenches are (moment, force) and twists (angular, linear), in world axes about one common origin, so that a wrench
+Wrenches are (force, moment) and twists (linear, angular), in world axes about one common origin, so that a wrench
 passes from body to body unchanged and no factorisation is needed on a tree.
 """
 

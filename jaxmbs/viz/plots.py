@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.reactions import Reactions
+from ..dynamics.joint_reactions import Reactions
 from ..model.system import System
 from ..motion.motion import Motion
 from ..palette import BLUE, GREEN, RED

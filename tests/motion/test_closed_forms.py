@@ -77,7 +77,7 @@ def started():
 def _coordinates_of(*joints):
     """Indices of joint coordinates, which do not depend on the constraints."""
     b = declare()
-    b._constraints.clear()
+    b._model.constraints.clear()
     records = {j.name: j for j in b.build().topology.joints}
     return [records[name].first_coordinate for name in joints]
 

@@ -16,7 +16,7 @@ def applied(bodies, forces):
     loads = np.zeros((len(bodies), 6))
     for name, pairs in forces.items():
         for force, point in pairs:
-            loads[bodies.index(name)] -= np.r_[np.cross(point, force), force]
+            loads[bodies.index(name)] -= np.r_[force, np.cross(point, force)]
     return loads
 
 
@@ -116,7 +116,7 @@ def dense_reactions(bonds, loads):
     _, s, Vt = np.linalg.svd(Q.matrix)
     N = Vt[np.sum(s > 1e-10 * s[0]) :].T
     g = g - N @ np.linalg.solve(N.T @ T.T @ C @ T @ N, N.T @ T.T @ C @ (T @ g + own))
-    return np.roll((T @ g + own).reshape(q, 6), 3, axis=1)
+    return (T @ g + own).reshape(q, 6)
 
 
 def ladder(rungs, frame=None):

@@ -130,8 +130,7 @@ def test_four_bar_in_space_has_the_papers_counts():
     assert set(found.components) == {"A", "B", "C", "D"}
     assert set(found.components.values()) == {("force z", "moment x", "moment y")}
     stress = found.self_stress
-    moments_first = np.roll(stress, 3, axis=2).reshape(3, -1)
-    assert np.abs(Q @ reaction_matrix(bonds).directions.T @ moments_first.T).max() < 1e-13
+    assert np.abs(Q @ reaction_matrix(bonds).directions.T @ np.reshape(stress, (3, -1)).T).max() < 1e-13
 
 
 def test_four_bar_against_dense_algebra():
@@ -144,7 +143,7 @@ def test_four_bar_against_dense_algebra():
 
 def test_loads_that_would_move_the_network_show():
     loads = random_loads(four_bar())
-    loads[1, 3] += 1.0
+    loads[1, 0] += 1.0
     found = solve(four_bar(), loads)
     assert found.relative_residual < 1e-14 and found.relative_free_residual > 1e-3
     assert np.all(np.isfinite(found.components))
@@ -187,7 +186,7 @@ def test_far_from_the_origin():
     near = random_bonds("all of them", seed=3)
     loads, shift = random_loads(near), np.array([300.0, -200.0, 100.0])
     far = eqx.tree_at(lambda b: b.position, near, near.position + jnp.asarray(shift[None]))
-    moved = np.concatenate([loads[:, :3] + np.cross(shift, loads[:, 3:]), loads[:, 3:]], axis=1)
+    moved = np.concatenate([loads[:, :3], loads[:, 3:] + np.cross(shift, loads[:, :3])], axis=1)
     np.testing.assert_allclose(
         solve(far, moved, "nodal").components, solve(near, loads, "nodal").components, atol=1e-9
     )

@@ -1,0 +1,61 @@
+"""What joints transmit, by their names: the result of `reactions`."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from ..checks import no_such
+from ..errors import UnknownNameError
+
+
+class JointReaction(eqx.Module):
+    """The wrench a joint transmits, with all that acts inside it (drives, joint springs).
+
+    Attributes:
+        force [N], moment [N m]: (..., 3), the moment about the origin of the joint's frame on that side.
+        effort: (..., n) along the joint's freedoms [N or N m]: drive, motor and spring efforts.
+        unique_force, unique_moment: (3,) bool in the joint's axes: whether statics alone determines the component.
+    """
+
+    force: Float[Array, "... 3"]
+    moment: Float[Array, "... 3"]
+    effort: Float[Array, "... n"]
+    undetermined: tuple[bool, ...] = eqx.field(static=True)
+
+    @property
+    def unique_force(self) -> np.ndarray:
+        return ~np.array(self.undetermined[:3])
+
+    @property
+    def unique_moment(self) -> np.ndarray:
+        return ~np.array(self.undetermined[3:])
+
+
+class Reactions(eqx.Module):
+    """Reactions by joint or constraint name, `loads["main"].force`.
+
+    Attributes:
+        multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
+        residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve.
+        ok: (...) whether they are those of an assembled state, finite, balance all loads but for 1e-6 of them, and
+            belong to accelerations that keep the constraints as well (1e-2 in single precision).
+        hidden: welds inside bodies that the builder split; found by name, not listed.
+    """
+
+    joints: dict
+    multipliers: Float[Array, "... rows"]
+    residual: Float[Array, "..."]
+    ok: Bool[Array, "..."]
+    hidden: tuple[str, ...] = eqx.field(static=True, default=())
+
+    def __getitem__(self, name: str) -> JointReaction:
+        if name not in self.joints:
+            raise UnknownNameError(no_such("joint or constraint", name, self))
+        return self.joints[name]
+
+    def __iter__(self):
+        return (name for name in self.joints if name not in self.hidden)
+
+    def items(self) -> list[tuple[str, JointReaction]]:
+        """Pairs of name and reaction."""
+        return [(name, self.joints[name]) for name in self]

@@ -1,0 +1,111 @@
+"""Rows of cut joints and two-frame constraints, group by group: residuals, directions, wrenches along them."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..math.linalg import skew
+from ..math.rows import take
+from ..model.system import ClosureGroup, System
+from .configuration import Configuration
+from .owners import Owners
+
+
+def _relative(basis, a, b):
+    """Canonical axes of frame A, and the pose of frame B in them."""
+    (R_a, x_a), (R_b, x_b) = a, b
+    axes = R_a @ basis
+    return axes, axes.T @ R_b @ basis, axes.T @ (x_b - x_a)
+
+
+def _rows(kind, basis, a, b):
+    _, R, d = _relative(basis, a, b)
+    return kind.closure(R, d)
+
+
+def _row_rates(kind, basis, a, b, twist):
+    """Rates of the rows while B moves with the world `twist` relative to A."""
+    axes, R, d = _relative(basis, a, b)
+    omega, v = axes.T @ twist[:3], axes.T @ (twist[3:] + skew(twist[:3]) @ b[1])
+    rates = []
+    if kind.num_rows > kind.num_slips:
+        rates.append(jax.jvp(kind.closure, (R, d), (skew(omega) @ R, v))[1])
+    if kind.num_slips:
+        rates.append(kind.slip(R, d, omega, v))
+    return jnp.concatenate(rates)
+
+
+def _directions(kind, basis, a, b):
+    return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, twist), out_axes=1)(jnp.eye(6, dtype=basis.dtype))
+
+
+def _ends(group: ClosureGroup, *arrays):
+    """The arrays at the elements' frames A, and at their frames B."""
+    return tuple(tuple(take(x, end) for x in arrays) for end in (group.first, group.second))
+
+
+def closure_directions(group: ClosureGroup, R, x):
+    """Derivative of each row with respect to a world twist of frame B relative to frame A: (elements, rows, 6).
+
+    Its transpose turns multipliers into the wrench (moment about the world origin, force) on frame B's body.
+    """
+    return jax.vmap(_directions)(group.kind, group.basis, *_ends(group, R, x))
+
+
+def directions(system: System, at: Configuration):
+    """`closure_directions` of every group, for the functions that take them where they are known already."""
+    return tuple(closure_directions(group, at.R, at.x) for group in system.closures)
+
+
+def wrenches(system: System, known, multipliers):
+    """Wrench (elements, 6) of the rows' multipliers on every element's B body, about the world origin, group by
+    group; known: `directions`, or their rates."""
+    first, found = 0, []
+    for group, D in zip(system.closures, known, strict=True):
+        shape = (len(group.names), group.kind.num_rows)
+        part = multipliers[first : first + shape[0] * shape[1]].reshape(shape)
+        found.append(jnp.einsum("erk,er->ek", D, part))
+        first += shape[0] * shape[1]
+    return found
+
+
+def sum_on(owners: Owners, system: System, wrenches):
+    """Wrenches of all elements on their owners (n, 6): plus on that of B, minus on that of A."""
+    both = jnp.concatenate([*wrenches, *(-wrench for wrench in wrenches)])
+    ends = [end for side in ("second", "first") for group in system.closures for end in getattr(group, side)]
+    return owners.collect(ends, both)
+
+
+def moving_directions(system: System, at: Configuration):
+    """`directions`, and the function of (R_dot, x_dot) that gives their rates."""
+
+    def of_frames(R, x):
+        return tuple(closure_directions(group, R, x) for group in system.closures)
+
+    return jax.linearize(of_frames, at.R, at.x)
+
+
+def residual(system: System, at: Configuration):
+    """Residuals of every group with rows of position, in one unit for each: lengths [m], tangents of half angles."""
+    return [
+        jax.vmap(_rows)(group.kind, group.basis, *_ends(group, at.R, at.x)).reshape(-1)
+        for group in system.closures
+        if group.kind.num_rows > group.kind.num_slips
+    ]
+
+
+def jacobian(system: System, at: Configuration, known=None):
+    """Rows (rows, nv) of every group; known: `directions`."""
+    parts = []
+    for group, D in zip(system.closures, directions(system, at) if known is None else known, strict=True):
+        path = jnp.asarray(path_difference(system, group), at.psi.dtype)
+        rows = jnp.einsum("erk,nk->ern", D, at.S) * path[:, None, :]
+        parts.append(rows.reshape(len(group.names) * group.kind.num_rows, system.topology.num_velocities))
+    return parts
+
+
+def path_difference(system: System, group: ClosureGroup):
+    """(elements, columns): +1 where a column moves frame B, -1 where it moves frame A, 0 where both or none."""
+    path = np.vstack([system.topology.nodes.path, np.zeros((1, system.topology.nodes.size), bool)]).astype(float)
+    node = np.asarray(system.topology.frame_node)
+    return path[node[np.asarray(group.second)]] - path[node[np.asarray(group.first)]]
