@@ -23,6 +23,7 @@ def right_hand_side(pattern, columns=(), dtype=float, seed=1):
     return jnp.asarray(x, dtype)
 
 
+@jax.jit
 def dense_solution(A, right):
     n, b = A.pattern.shape
     full = A.dense() + jnp.diag(jnp.asarray(A.pattern.padding.ravel(), A.diagonal.dtype))
@@ -203,7 +204,7 @@ def test_the_gradient_through_a_stored_factor_is_that_of_a_fresh_solve(small):
     def fresh(A):
         return jnp.sum(bs.solve_once(A, bs.solve_once(A, right)) ** 2)
 
-    factor = bs.factor(A)  # made outside of what is differentiated: the values still carry the derivative
+    factor = jax.jit(bs.factor)(A)  # made outside of what is differentiated: the values still carry the derivative
     outside = jax.jit(jax.grad(lambda f: jnp.sum(bs.solve(f, bs.solve(f, right)) ** 2), allow_int=True))(
         factor
     ).matrix
@@ -300,7 +301,8 @@ def test_equal_patterns_share_one_analysis():
 def test_a_matrix_that_is_not_definite_is_told():
     pattern = bs.Pattern(*_sized(chain(5), 2))
     good, bad = matrix(pattern), -1.0 * matrix(pattern)
-    assert bs.is_finite(bs.factor(good)) and not bs.is_finite(bs.factor(bad))
+    definite = jax.jit(lambda A: bs.is_finite(bs.factor(A)))
+    assert definite(good) and not definite(bad)
 
 
 @pytest.mark.parametrize(
@@ -314,7 +316,10 @@ def test_a_matrix_that_is_not_definite_is_told():
         (lambda: bs.analyse(bs.Pattern(3, 2, [(0, 1)]), order=(0, 1)), "permutation of 0 ... 2"),
         (lambda: bs.factor(matrix(bs.Pattern(2, 2, [(0, 1)])), "qr"), "kind must be one of cholesky, ldl, lu"),
         (lambda: bs.factor(matrix(bs.Pattern(2, 2, [(0, 1)]), "lu")), "use 'lu'"),
-        (lambda: bs.inertia(bs.factor(matrix(bs.Pattern(2, 2, []), "lu"), "lu")), "factor(matrix, 'ldl')"),
+        (
+            lambda: jax.jit(lambda A: bs.inertia(bs.factor(A, "lu")))(matrix(bs.Pattern(2, 2, []), "lu")),
+            "factor(matrix, 'ldl')",
+        ),
         (lambda: matrix(bs.Pattern(2, 2, [])) + matrix(bs.Pattern(3, 2, [])), "different patterns"),
     ],
 )
@@ -339,8 +344,13 @@ def test_unsymmetric_diagonal_blocks(kind):
     assert not finite and not np.any(np.isfinite(x))
     both = jax.jit(jax.vmap(lambda d: bs.is_finite(bs.factor(bs.BlockMatrix(pattern, d, A.upper), kind))))
     assert both(jnp.stack([A.diagonal, spoilt.diagonal])).tolist() == [True, False]
-    factor = bs.factor(spoilt, "lu")
-    for found, matrix_ in ((bs.solve(factor, right), spoilt), (bs.solve(factor.T, right, 1), spoilt.T)):
+
+    @jax.jit
+    def forth_and_back(A):
+        factor = bs.factor(A, "lu")
+        return bs.solve(factor, right), bs.solve(factor.T, right, 1)
+
+    for found, matrix_ in zip(forth_and_back(spoilt), (spoilt, spoilt.T), strict=True):
         np.testing.assert_allclose(found, dense_solution(matrix_, right), atol=1e-13)
     np.testing.assert_allclose(spoilt.T.dense(), spoilt.dense().T)
 
