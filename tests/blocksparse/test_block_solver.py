@@ -30,7 +30,9 @@ def dense_solution(A, right):
     return jnp.linalg.solve(full, right.reshape(n * b, -1)).reshape(right.shape)
 
 
-@pytest.mark.parametrize("graph", GRAPHS)
+@pytest.mark.parametrize(
+    "graph", [pytest.param(g, marks=pytest.mark.slow) if g in ("chain", "ring", "binary tree") else g for g in GRAPHS]
+)
 def test_every_graph_is_solved(graph):
     """Definite, with three columns; the transposed solve of the unsymmetric kind comes with its gradient below."""
     pattern = bs.Pattern(GRAPHS[graph][0], SIZE, GRAPHS[graph][1])
@@ -39,8 +41,17 @@ def test_every_graph_is_solved(graph):
     np.testing.assert_allclose(x, dense_solution(A, right), atol=1e-13)
 
 
-@pytest.mark.parametrize("kind", ["cholesky", "ldl", "lu"])
-@pytest.mark.parametrize("dtype", TOLERANCE)
+OFTEN_ALIKE = [("ldl", "float32"), ("lu", "float32"), ("lu", "complex128")]
+
+
+@pytest.mark.parametrize(
+    "kind, dtype",
+    [
+        pytest.param(kind, dtype, marks=pytest.mark.slow if (kind, dtype) in OFTEN_ALIKE else ())
+        for dtype in TOLERANCE
+        for kind in ("cholesky", "ldl", "lu")
+    ],
+)
 def test_every_kind_in_every_precision(kind, dtype):
     """Complex "cholesky" is left out: complex symmetric matrices are not positive definite."""
     if (kind, dtype) == ("cholesky", "complex128"):
@@ -167,7 +178,7 @@ def small():
     return pattern, right_hand_side(pattern)
 
 
-@pytest.mark.parametrize("kind", ["cholesky", "ldl", "lu"])
+@pytest.mark.parametrize("kind", ["cholesky", pytest.param("ldl", marks=pytest.mark.slow), "lu"])
 def test_derivatives_of_a_solution(kind, small):
     """jvp, vjp and their second orders against differences; equal to those of a dense solve."""
     pattern, right = small
@@ -214,7 +225,7 @@ def test_the_gradient_through_a_stored_factor_is_that_of_a_fresh_solve(small):
             assert np.abs(np.asarray(b)).max() > 1e-3
 
 
-@pytest.mark.parametrize("kind", ["cholesky", "ldl", "lu"])
+@pytest.mark.parametrize("kind", [pytest.param("cholesky", marks=pytest.mark.slow), "ldl", "lu"])
 def test_derivatives_of_the_log_determinant(kind, small):
     pattern, _ = small
     A, direction = matrix(pattern, kind), matrix(pattern, kind, seed=5)

@@ -1,13 +1,13 @@
 """Coupling, decoupling, taking out the rig and virtual points, against inverses of assembled and free matrices."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from jaxmbs.errors import ModelError
-from jaxmbs.experiment.coupling import couple, interface_forces
-from jaxmbs.experiment.decoupling import decouple
+from jaxmbs.experiment import coupling, decoupling
 from jaxmbs.experiment.inverse import regular_inverse
 from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
 from jaxmbs.experiment.transfer import uncoupled
@@ -19,6 +19,9 @@ from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import chain, component
 
 OMEGA = np.linspace(2.0, 60.0, 23)
+couple, interface_forces, decouple = (
+    eqx.filter_jit(f) for f in (coupling.couple, coupling.interface_forces, decoupling.decouple)
+)
 
 
 def net(n, seed, ground=0.0):
