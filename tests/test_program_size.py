@@ -3,6 +3,9 @@
 Equations, loops and bytes do not scatter as seconds do.  A change that needs a higher ceiling says why here.
 """
 
+import json
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -15,7 +18,8 @@ import pytest
 import jaxmbs as mbs
 from tests.mechanisms import DOWN_Y, PIN
 
-sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
+BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
+sys.path.append(str(BENCHMARKS))
 from program_size import equations, loops, stablehlo_bytes  # noqa: E402
 
 LENGTHS = np.array([1.0, 0.3, 0.9, 0.7])
@@ -96,3 +100,12 @@ def test_the_gradient_of_a_load():
     gradient, lengths = jax.grad(loss), jnp.asarray(LENGTHS)
     assert 0.9 * GRADIENT[0] < equations(gradient, lengths) <= GRADIENT[0]
     assert 0.9 * GRADIENT[1] < stablehlo_bytes(gradient, lengths) <= GRADIENT[1]
+
+
+@pytest.mark.slow
+def test_programs_from_import_to_reactions():
+    """One tries the compiler's options, one serves build and `State.at`, two are of diffrax, two answer questions."""
+    environment = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+    command = [sys.executable, str(BENCHMARKS / "cold_child.py"), "pendulum", ""]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert json.loads(done.stdout.splitlines()[-1])["programs from import to reactions"] <= 6

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..checks import known
 from ..kinematics.poses import CYCLE
+from ..math.host import as_array
 from ..model.frame import Pose
 from .declarations import GROUND, joint_frame
 
@@ -21,11 +22,12 @@ def concrete(x):
     return np.asarray(x) if known(x) else x
 
 
-def stack(values):
-    """Arrays of one shape on a new first axis; by NumPy where all are known, which compiles nothing."""
+def stack(values, dtype=None):
+    """Numbers of one shape on a new first axis, of a type or of their own; by NumPy where all are known, which
+    compiles nothing."""
     if not known(values):
-        return jnp.stack(values)
-    return jnp.asarray(np.stack([np.asarray(x) for x in values]))
+        return jnp.stack([jnp.asarray(x, dtype) for x in values])
+    return as_array(np.stack([np.asarray(x, dtype) for x in values]), None)
 
 
 def pair(pose: Pose):
@@ -81,7 +83,7 @@ def joint_poses(bodies, joints, frames):
     poses = {}
     for name, joint in joints.items():
         if joint.at is not None:
-            point = (np.eye(3), concrete(jnp.asarray(joint.at, float)))
+            point = (np.eye(3), concrete(as_array(joint.at)))
             poses[name] = tuple(after(back(world[b]), point) for b in (joint.parent, joint.child))
         else:
             ends = ((joint.parent_frame, joint.parent), (joint.child_frame, joint.child))
@@ -108,7 +110,7 @@ def tree_arrays(order, parent, via, backwards, joints, poses):
         for node, place in zip(nodes, run, strict=True):
             ball = node.kind == "ball"
             placements += [place] + ([(CYCLE, np.zeros(3))] * 2 if ball else [])
-            lead = {"prismatic": 1.0, "screw": concrete(kind.lead())}.get(node.kind, 0.0)
+            lead = concrete(kind.lead()) if node.kind == "screw" else float(node.kind == "prismatic")
             leads += [lead] + ([0.0] * 2 if ball else [])
         last = onto[-1].T @ basis.T
         in_node[body] = after((last, np.zeros(3)), back(far))

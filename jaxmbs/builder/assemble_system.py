@@ -2,7 +2,6 @@
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from ..checks import known
 from ..forces._fields import function
@@ -10,12 +9,13 @@ from ..forces.ports import JointPort, port_of
 from ..forces.signals import as_signal
 from ..joints import AbstractClosure, Coupler, VelocityRows
 from ..model.frame import Pose
+from ..model.inertia import as_matrix
 from ..model.rows import CoupledJoints, Drive, UserRows, UserVelocityRows
 from ..model.system import ClosureGroup, ForceGroup, System
 from ..model.topology import JointRecord, Topology
 from ..model.tree import Tree
-from .arrays import after, concrete, joint_poses, pair, stack, stacked, tree_arrays
-from .declarations import GROUND, inertia_matrix, resolve
+from .arrays import after, joint_poses, pair, stack, stacked, tree_arrays
+from .declarations import GROUND, resolve
 from .elastic import elastic_groups, elastic_items
 
 _SIZES = ("num_coordinates", "num_velocities")
@@ -81,12 +81,12 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, elastic
     return System(
         topology=topology,
         gravity=gravity,
-        mass=_stack([bodies[b].mass for b in order]),
-        com=_stack([bodies[b].com for b in order]),
-        inertia=_stack([inertia_matrix(bodies[b].inertia) for b in order]),
+        mass=_numbers([bodies[b].mass for b in order]),
+        com=_numbers([bodies[b].com for b in order]),
+        inertia=_numbers([as_matrix(bodies[b].inertia) for b in order]),
         body_pose=stacked([in_node[b] for b in order]),
         placement=stacked(placements),
-        lead=_stack(leads) if leads else jnp.zeros(0),
+        lead=_numbers(leads) if leads else jnp.zeros(0),
         frames=stacked([after(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]),
         forces=force_groups,
         closures=closures,
@@ -95,14 +95,13 @@ def assemble_system(gravity, bodies, named, joints, forces, constraints, elastic
     )
 
 
-def _stack(values):
-    values = [
-        concrete(v) if not isinstance(v, (tuple, list)) else jnp.stack([jnp.asarray(x, float) for x in v])
-        for v in values
-    ]
-    if not known(values):
-        return jnp.stack([jnp.asarray(v, float) for v in values])
-    return jnp.asarray(np.stack([np.asarray(v, float) for v in values]), float)
+def _numbers(values):
+    """Numbers of bodies or nodes, one row each; a point may be a tuple with traced entries."""
+    return stack([_traced(v) if isinstance(v, tuple | list) and not known(v) else v for v in values], float)
+
+
+def _traced(point):
+    return jnp.stack([jnp.asarray(x, float) for x in point])
 
 
 def _nodes(order, parent, via, joints, index):

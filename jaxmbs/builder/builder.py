@@ -13,6 +13,7 @@ from ..forces.base import AbstractLaw
 from ..joints import Coupler, Weld
 from ..joints.base import AbstractJoint
 from ..joints.closures import AbstractClosure, Rows, VelocityRows
+from ..math.host import as_array
 from ..math.precision import follow_precision
 from ..model.elastic import ElasticBody
 from ..model.frame import Pose
@@ -35,7 +36,7 @@ class SystemBuilder:
     """
 
     def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> None:
-        self.gravity = jnp.asarray(gravity, float)
+        self.gravity = as_array(gravity)
         self._bodies: dict[str, declared.Body] = {}
         self._frames: dict[str, declared.Frame] = {}
         self._joints: dict[str, declared.Joint] = {}
@@ -252,7 +253,7 @@ def _placed(position, rotation):
 
 @functools.cache
 def _warn_single_precision():
-    if jnp.zeros(()).dtype.itemsize == 4:
+    if jnp.result_type(float).itemsize == 4:
         warnings.warn(
             "building in single precision: loops close to 1e-4 and stiff systems lose all digits; "
             "call jax.config.update('jax_enable_x64', True) first",

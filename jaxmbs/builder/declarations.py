@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax.numpy as jnp
-
 from ..model.frame import Pose
 
 GROUND = "ground"
@@ -63,14 +61,6 @@ class Constraint:
     name: str
     law: Any
     between: tuple | None
-
-
-def inertia_matrix(value):
-    """(3, 3) from 0, three principal values or a matrix."""
-    value = jnp.asarray(value, float)
-    if value.shape == ():
-        return value * jnp.eye(3)
-    return jnp.diag(value) if value.shape == (3,) else value
 
 
 def as_pose(value) -> Pose:

@@ -12,6 +12,7 @@ from ..joints.base import HALF_TURN
 from ..kinematics import constraints
 from ..kinematics.evaluate import evaluate, moved
 from ..kinematics.poses import neutral_coordinates
+from ..math.host import as_array
 from ..model.system import System
 from ..model.topology import Mobility
 
@@ -23,7 +24,7 @@ _INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
 
 
 def _precision():
-    return jnp.zeros(()).dtype
+    return jnp.result_type(float)
 
 
 def analyse(system: System, independent=None) -> tuple[Mobility, float]:
@@ -218,4 +219,4 @@ def _undetermined(carriers, B, Y, length):
 def with_analysis(system: System, found: Mobility, length) -> System:
     """The system with the counted mobility in its topology, and its characteristic length [m]."""
     topology = dataclasses.replace(system.topology, analysis=found)
-    return dataclasses.replace(system, topology=topology, length=jnp.asarray(length, float))
+    return dataclasses.replace(system, topology=topology, length=as_array(length))

@@ -8,7 +8,8 @@ from ..checks import faults_if, known, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..forces.ports import JointPort, LinePort, SystemPort, port_of
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
-from .declarations import GROUND, inertia_matrix, resolve
+from ..model.inertia import as_matrix
+from .declarations import GROUND, resolve
 
 
 def body_faults(body) -> list[str]:
@@ -30,7 +31,7 @@ def body_faults(body) -> list[str]:
 
 def _inertia_faults(where, body):
     with jax.ensure_compile_time_eval():  # a constant inside a traced build
-        matrix = np.asarray(inertia_matrix(body.inertia), float)
+        matrix = np.asarray(as_matrix(body.inertia), float)
     if not np.all(np.isfinite(matrix)):
         return [f"{where}: inertia is not finite"]
     scale = max(np.abs(matrix).max(), 1e-300)
@@ -155,9 +156,8 @@ def call_faults(law, port, displacement, size) -> list[str]:
 
 def system_law_faults(forces, topology) -> list[str]:
     """What one call of every law of the whole system says."""
-    sizes = jnp.zeros(topology.num_coordinates), topology.num_velocities
     laws = [force for force in forces if isinstance(force.law, AbstractSystemLaw)]
-    call = lambda law: call_faults(law, SystemPort(), (sizes[0],), sizes[1])  # noqa: E731
+    call = lambda law: call_faults(law, SystemPort(), (jnp.zeros(topology.num_coordinates),), topology.num_velocities)  # noqa: E731
     return [f"force {force.name!r}: {fault}" for force in laws for fault in call(force.law)]
 
 

@@ -8,15 +8,15 @@ from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from ..checks import broken, known
+from ..math.host import as_array
 
 
 def number(value: Any) -> jax.Array:
     """Array leaf of the default float type; takes Python numbers, arrays, tracers and sequences of them."""
-    return jnp.asarray(value, dtype=float)
+    return as_array(value)
 
 
 def optional_number(value: Any) -> jax.Array | None:
@@ -56,7 +56,7 @@ def function(fn: Callable) -> Callable:
             "eqx.Module with a __call__, or pass them first by jax.tree_util.Partial(function, values)"
         )
     leaves, treedef = jax.tree.flatten(fn)
-    leaves = [jnp.asarray(leaf) if isinstance(leaf, (float, np.ndarray)) else leaf for leaf in leaves]
+    leaves = [as_array(leaf, None) if isinstance(leaf, (float, np.ndarray)) else leaf for leaf in leaves]
     flags = [eqx.is_array(leaf) for leaf in leaves]
     if all(flags):
         return jax.tree.unflatten(treedef, leaves)

@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array
 
 from ..checks import known
+from ..math.host import as_array
 from ..typing import Matrix3, Scalar
 
 
@@ -70,8 +71,8 @@ def axis_vector(axis):
         name = axis.lstrip("+-")
         if name not in ("x", "y", "z"):
             raise ValueError(f"axis {axis!r} is not one of x, y, z, -x, -y, -z or three numbers")
-        return jnp.asarray(sign * np.eye(3)["xyz".index(name)])
-    axis = jnp.asarray(axis, float)
+        return as_array(sign * np.eye(3)["xyz".index(name)])
+    axis = as_array(axis)
     if axis.shape != (3,):
         raise ValueError(f"an axis needs three numbers, got shape {axis.shape}")
     return axis

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..math.host import as_array
 from ..typing import ArrayLike, Converted, ScalarLike
 from .base import AbstractJoint
 
@@ -23,7 +24,7 @@ class Distance(AbstractClosure):
 
     row_units: ClassVar[tuple[str, ...]] = ("m",)
 
-    length: Converted[Float[Array, ""]] = eqx.field(converter=lambda x: jnp.asarray(x, float))
+    length: Converted[Float[Array, ""]] = eqx.field(converter=as_array)
 
     def closure(self, R: Array, d: Array) -> Array:
         return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]
@@ -70,7 +71,7 @@ class Coupler(eqx.Module):
     ) -> None:
         self.joints = tuple(coefficients)
         self.coefficients = jnp.stack([jnp.asarray(c, float) for c in coefficients.values()])
-        self.offset = jnp.asarray(offset, float)
+        self.offset = as_array(offset)
         self.function = function
 
     def rows(self, q: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..math.host import as_array
 from ..typing import ArrayLike, Axis, Converted
 from .base import axis_faults, axis_vector
 from .closures import AbstractClosure
@@ -42,7 +43,7 @@ class AbstractRolling(AbstractClosure):
 class RollingSphere(AbstractRolling):
     """A sphere of `radius` [m] about the origin of frame B rolls on the x-y plane of frame A, z pointing out."""
 
-    radius: Converted[Float[Array, ""]] = eqx.field(converter=lambda x: jnp.asarray(x, float))
+    radius: Converted[Float[Array, ""]] = eqx.field(converter=as_array)
 
     def contact(self, R: Array) -> Array:
         return jnp.zeros(3).at[2].set(-self.radius)
@@ -62,7 +63,7 @@ class RollingDisk(AbstractRolling):
     axle: Float[Array, "3"]
 
     def __init__(self, radius: ArrayLike, axle: Axis = "y") -> None:
-        self.radius = jnp.asarray(radius, float)
+        self.radius = as_array(radius)
         self.axle = axis_vector(axle)
 
     def contact(self, R: Array) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known
+from ..math.host import as_array
 from ..math.rotation import axis_basis
 from ..typing import Converted, Matrix3, Scalar
 from .base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, parallel
@@ -22,9 +23,7 @@ class Screw(AbstractJoint):
     row_units = ("m", "m", "m", "rad", "rad")
 
     axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
-    pitch: Converted[Float[Array, ""]] = eqx.field(
-        converter=lambda x: jnp.asarray(x, float), default=0.0, kw_only=True
-    )
+    pitch: Converted[Float[Array, ""]] = eqx.field(converter=as_array, default=0.0, kw_only=True)
 
     def basis(self) -> Matrix3:
         return axis_basis(self.axis)

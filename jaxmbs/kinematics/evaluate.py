@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import known
-from ..math.jit import is_outside, jit
+from ..math.host import is_outside
+from ..math.jit import jit
 from ..model.system import System
 from . import constraints
 from .configuration import configuration

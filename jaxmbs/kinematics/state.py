@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from ..checks import known, no_such
 from ..errors import AssemblyError, ModelError
+from ..math.host import as_array
 from ..model.system import System
 from ..typing import ArrayLike
 from .assembly import assembled
@@ -47,7 +48,7 @@ class State(eqx.Module):
     ) -> None:
         plain = (float, list, np.ndarray)
         self.t, self.coordinates, self.velocities = (
-            jnp.asarray(x, float) if isinstance(x, plain) else x for x in (t, coordinates, velocities)
+            as_array(x) if isinstance(x, plain) else x for x in (t, coordinates, velocities)
         )
         self.residual = jnp.zeros_like(self.t) if residual is None else residual
         self.structure = structure
@@ -86,7 +87,7 @@ class State(eqx.Module):
         values = {**(values or {}), **named}
         top = system.topology
         faults: list[str] = []
-        precision = jnp.zeros(()).dtype
+        precision = jnp.result_type(float)
         psi = _place(top, neutral_coordinates(top).astype(precision), guess or {}, "coordinates", faults)
         psi = _place(top, psi, values, "coordinates", faults)
         u = _place(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
@@ -98,7 +99,7 @@ class State(eqx.Module):
         found, f, g = _search(system, psi, u, np.asarray(t, precision), free, restart=not guess)
         _check(system, f, g)
         largest = max(np.max(np.abs(x), initial=0.0) for x in (f, g))
-        return State(*map(jnp.asarray, (np.asarray(t, precision), *found, largest)), top.structure)
+        return State(*(as_array(x, None) for x in (np.asarray(t, precision), *found, largest)), top.structure)
 
 
 @runtime_checkable

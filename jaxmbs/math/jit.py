@@ -8,16 +8,14 @@ from typing import TypeVar, overload
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
-from jax.extend.core import get_opaque_trace_state
 
 from .compile_notes import listen
+from .host import is_outside
 
 #: What XLA's CPU compiler is told.  Its emitters of fused loops take a third of the time of compilation and gain
 #: nothing in programs of small matrices; without optimisation a program compiles in half the time and runs slower.
 _FULL = {"xla_cpu_use_fusion_emitters": False}
 _QUICK = {**_FULL, "xla_backend_optimization_level": 0}
-_OUTSIDE = get_opaque_trace_state()
 Function = TypeVar("Function", bound=Callable)
 
 
@@ -80,23 +78,24 @@ def _collector_at_rest():
         gc.enable()
 
 
-def is_outside() -> bool:
-    """Whether no trace is under way: neither a jit, nor a grad, nor a vmap of the user's."""
-    return get_opaque_trace_state() == _OUTSIDE
-
-
 @functools.cache
 def options(compile: str, backend: str) -> dict:
     """The compiler's options for programs of a kind; those that this version of JAX does not know are left out."""
-    if backend != "cpu":
-        return {}
     wanted = _QUICK if compile == "quick" else _FULL
-    return wanted if _known(wanted) else {name: value for name, value in wanted.items() if _known({name: value})}
+    return {name: value for name, value in wanted.items() if name in _known(backend)}
 
 
-def _known(some):
+@functools.cache
+def _known(backend):
+    """Names of the options that the compiler takes."""
+    if backend != "cpu":
+        return ()
+    return tuple(_QUICK) if _takes(_QUICK) else tuple(name for name in _QUICK if _takes({name: _QUICK[name]}))
+
+
+def _takes(some):
     try:
-        jax.jit(lambda x: x, compiler_options=some).lower(jnp.zeros(())).compile()
+        jax.jit(lambda x: x, compiler_options=some).lower(0.0).compile()
     except jax.errors.JaxRuntimeError:
         return False
     return True

@@ -14,6 +14,7 @@ from jaxtyping import Array
 from jaxmbs.typing import Axis, Matrix3, Quaternion, Scalar, ScalarLike, Vector3
 
 from ..checks import known
+from .host import as_array
 
 _NAMED_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -148,7 +149,7 @@ def axis_basis(axis: Vector3) -> Matrix3:
     helper = xp.eye(3, dtype=axis.dtype)[(xp.argmax(xp.abs(axis)) + 1) % 3]
     first = helper - xp.dot(helper, third) * third
     first = first / xp.linalg.norm(first)
-    return jnp.asarray(xp.stack([first, xp.cross(third, first), third], axis=1))
+    return as_array(xp.stack([first, xp.cross(third, first), third], axis=1), None)
 
 
 def _entries(angle: ScalarLike) -> tuple[Scalar, Scalar, Scalar, Scalar]:

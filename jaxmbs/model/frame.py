@@ -1,10 +1,10 @@
 """Poses: where one frame stands in another."""
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..math.host import as_array
 from ..typing import ArrayLike
 
 
@@ -15,8 +15,8 @@ class Pose(eqx.Module):
     rotation: Float[Array, "... 3 3"]
 
     def __init__(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> None:
-        self.position = jnp.asarray(position, float)
-        self.rotation = jnp.asarray(np.eye(3) if rotation is None else rotation, float)
+        self.position = as_array(position)
+        self.rotation = as_array(np.eye(3) if rotation is None else rotation)
 
     def __matmul__(self, other: "Pose") -> "Pose":
         """The pose of `other`, given in this frame, in the frame that this one is given in."""

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike
 
+from jaxmbs.math.host import as_array
 from jaxmbs.math.rotation import axis_vector
 from jaxmbs.typing import Axis, Matrix3, ScalarLike
 
@@ -89,12 +90,10 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
     Raises:
         ValueError: for any other shape.
     """
-    inertia = jnp.asarray(inertia, float)
-    if inertia.ndim == 0:
-        return inertia * jnp.eye(3)
-    if inertia.shape not in ((3,), (3, 3)):
+    xp, inertia = (np, np.asarray(inertia, float)) if known(inertia) else (jnp, jnp.asarray(inertia, float))
+    if inertia.shape not in ((), (3,), (3, 3)):
         raise ValueError(f"an inertia is 0, (3,) or (3, 3), not of shape {inertia.shape}")
-    return jnp.diag(inertia) if inertia.ndim == 1 else inertia
+    return as_array(xp.diag(inertia * xp.ones(3)) if inertia.ndim < 2 else inertia)
 
 
 def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:
@@ -102,7 +101,7 @@ def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3
     if known(axial, transverse, direction):
         axial, transverse, direction = map(np.asarray, (axial, transverse, direction))  # compiles nothing
     outer = direction[:, None] * direction[None]
-    return jnp.asarray(transverse * np.eye(3) + (axial - transverse) * outer, float)
+    return as_array(transverse * np.eye(3) + (axial - transverse) * outer)
 
 
 def _offset(c: Array) -> Matrix3:

@@ -3,9 +3,9 @@
 from typing import Any
 
 import equinox as eqx
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..math.host import as_array
 from .describe import describe, describe_html
 from .elastic import ElasticGroup
 from .frame import Pose
@@ -59,7 +59,7 @@ class System(eqx.Module):
     closures: tuple[ClosureGroup, ...] = ()
     rows: tuple[CoordinateRows, ...] = ()
     elastic: tuple[ElasticGroup, ...] = ()
-    length: Float[Array, ""] = eqx.field(default_factory=lambda: jnp.ones(()))
+    length: Float[Array, ""] = eqx.field(default_factory=lambda: as_array(1.0))
 
     @property
     def has_constraints(self) -> bool:

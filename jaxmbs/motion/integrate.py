@@ -16,6 +16,7 @@ from ..kinematics import constraints
 from ..kinematics.configuration import configuration, moving
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
+from ..math.host import as_array
 from ..math.jit import jit
 from ..math.march import March, held, rows_for, walked
 from ..math.march_adjoint import walked_reverse
@@ -86,11 +87,11 @@ def simulate(
     solver, formulation = choose(solver, controller, dt, rtol, atol, gradient, formulation)
     t0 = state.t
     ts = save_times(t0, t1, ts)
-    t1 = ts[-1] if t1 is None else jnp.asarray(t1, float)
+    t1 = ts[-1] if t1 is None else as_array(t1)
     steps = fixed_steps(t0, t1, dt)
     max_steps = max_steps if steps is None else steps + 2
-    numbers = [None if x is None else jnp.asarray(x, float) for x in (dt, rtol, atol)]
-    numbers = (*numbers, jnp.asarray(max_steps, jnp.int32))  # arrays: with another number no new program
+    numbers = [None if x is None else as_array(x) for x in (dt, rtol, atol)]
+    numbers = (*numbers, as_array(max_steps, np.int32))  # arrays: with another number no new program
     lands = dt is None and not interpolate and not formulation.follows_rows
     options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
     motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)

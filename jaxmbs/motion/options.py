@@ -10,6 +10,7 @@ import numpy as np
 import optimistix
 
 from ..checks import known
+from ..math.host import as_array
 from ..math.lineax_solver import SquareSolver
 from .formulation import Formulation
 from .formulations import FORMULATIONS, Prescribed, Velocity
@@ -63,7 +64,7 @@ def _with_finder(solver, dt, rtol, atol):
 def _newton(dt, rtol, atol):
     """Newton with a fresh Jacobian in place of diffrax's default: that one fails at every second step of A05."""
     if dt is not None:
-        tolerances = {"rtol": jnp.asarray(rtol, float), "atol": jnp.asarray(atol, float)}  # arrays: no new program
+        tolerances = {"rtol": as_array(rtol), "atol": as_array(atol)}  # arrays: no new program
         return optimistix.Newton(**tolerances, linear_solver=SquareSolver())
     return diffrax.with_stepsize_controller_tols(optimistix.Newton)(linear_solver=SquareSolver())
 
@@ -76,8 +77,8 @@ def save_times(t0, t1, ts):
         _check_end(t0, t1)
         if not known(t0, t1):
             return jnp.linspace(t0, jnp.asarray(t1, float), 101)
-        return jnp.asarray(np.linspace(np.asarray(t0), np.asarray(t1, float), 101), float)  # compiles nothing
-    ts = jnp.asarray(ts, float)
+        return as_array(np.linspace(np.asarray(t0), np.asarray(t1, float), 101))  # compiles nothing
+    ts = as_array(ts)
     if known(t0, ts) and not np.all(np.isfinite(ts)):
         raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
     if ts.ndim != 1 or ts.shape[0] == 0:

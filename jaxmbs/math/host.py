@@ -1,0 +1,25 @@
+"""Numbers known on the host made arrays of JAX without a program: `jnp.asarray` compiles one for every shape."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.extend.core import get_opaque_trace_state
+from jax.typing import DTypeLike
+
+from ..checks import known
+from ..typing import ArrayLike
+
+_OUTSIDE = get_opaque_trace_state()
+
+
+def is_outside() -> bool:
+    """Whether no trace is under way: neither a jit, nor a grad, nor a vmap of the user's."""
+    return get_opaque_trace_state() == _OUTSIDE
+
+
+def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
+    """x as an array of a type, or of its own (None); traced where it is, or where a trace is under way."""
+    if isinstance(x, Array) or not known(x) or not is_outside():
+        return jnp.asarray(x, dtype)
+    return jax.device_put(np.asarray(x, dtype))
