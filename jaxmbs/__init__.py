@@ -27,7 +27,7 @@ from .design import Batch, batch, minimise
 from .dynamics.energy import kinetic_energy, potential_energy
 from .dynamics.newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
 from .dynamics.points import acceleration, angular_acceleration
-from .dynamics.reaction_bonds import reaction_bonds
+from .dynamics.system_bonds import reaction_bonds
 from .errors import AssemblyError, BatchError, ModelError, SimulationError, UnknownNameError
 from .exported import Program, export, load_program
 from .forces import (

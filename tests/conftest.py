@@ -1,5 +1,6 @@
 """Settings of the test run: made here, since importing the library changes none."""
 
+import collections
 import gc
 import importlib.metadata
 import os
@@ -24,7 +25,7 @@ jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_compilation_cache_dir", str(Path(__file__).parent.parent / ".jax_cache"))
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
@@ -34,9 +35,20 @@ def pytest_configure(config):
         install_import_hook("jaxmbs", "beartype.beartype")
 
 
+MOST_PROGRAMS = 2500  # of three or four memory maps each; Linux gives a process 65 530
+_compiled = collections.Counter()
+
+
+@jax.monitoring.register_event_duration_secs_listener
+def _count(event, seconds, **_):
+    _compiled[event] += 1
+
+
 @pytest.fixture(autouse=True, scope="module")
 def _forget_compiled_functions():
-    """Free what a module compiled: thousands of executables exhaust a process's memory maps."""
+    """Modules share what is compiled, until thousands of executables exhaust a process's memory maps."""
     yield
-    jax.clear_caches()
-    gc.collect()
+    if _compiled["/jax/core/compile/backend_compile_duration"] > MOST_PROGRAMS:
+        _compiled.clear()
+        jax.clear_caches()
+        gc.collect()

@@ -1,5 +1,8 @@
 """Matrices of structures, written down by hand: chains, plane beams, and the pin-ended double cross."""
 
+from functools import partial
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -16,6 +19,7 @@ def component(K, M, interface, C=None, **options):
     return LinearSystem(mass=M, stiffness=K, damping=C, interface=interface, **options)
 
 
+@partial(jax.jit, static_argnames=("n", "ends"))
 def chain(n, k=1.0, m=1.0, ends=2):
     """K, M of n equal masses between equal springs; fixed at 0, 1 (the first) or 2 ends."""
     K = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
@@ -33,6 +37,7 @@ def beam_element(EI, rhoA, h):
     return EI / h**3 * scale * k, rhoA * h / 420 * scale * m
 
 
+@partial(jax.jit, static_argnames=("n", "fixed"))
 def beam(n, EI=1.0, rhoA=1.0, length=1.0, fixed=0):
     """K, M of a beam of n elements; the first `fixed` coordinates (w, slope at the left end) are held."""
     k, m = beam_element(jnp.asarray(EI), jnp.asarray(rhoA), jnp.asarray(length / n))
@@ -50,6 +55,7 @@ def bar_element(EA, rhoA, h):
     return EA / h * jnp.array([[1, -1], [-1, 1.0]]), rhoA * h / 6 * jnp.array([[2, 1], [1, 2.0]])
 
 
+@partial(jax.jit, static_argnames=("elements", "centre_held"))
 def double_cross(elements, EI, EA, rhoA, length=5.0, centre_held=False):
     """K, M of eight arms in a plane from one centre at 45 degrees, far ends pinned (NAFEMS FV2), free coordinates."""
     h = jnp.asarray(length / elements)

@@ -16,7 +16,7 @@ from tests.test_public_faces import FACES
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
 # Pages of a few seconds are quick, those of a minute and more long, all others slow.
-QUICK = ("start/first-mechanism", "extend/law", "extend/element")
+QUICK = ("start/first-mechanism", "extend/element")
 LONG = ("tasks/shaper", "tasks/excavator", "tasks/plate-arm", "guide/linkages")
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

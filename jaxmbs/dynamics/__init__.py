@@ -12,8 +12,8 @@ from .joint_reactions import JointReaction, Reactions
 from .newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
 from .points import acceleration, angular_acceleration
 from .ports import compliance_effort, gravity_effort, resistance_effort, resistance_field, source_effort, total_effort
-from .reaction_bonds import reaction_bonds
-from .reactions import reactions
+from .reaction_solve import reactions
+from .system_bonds import reaction_bonds
 
 __all__ = [
     "JointReaction",

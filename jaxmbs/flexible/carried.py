@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from ..checks import no_such
 from ..dynamics.newton_euler import accelerations
-from ..dynamics.reactions import reactions
+from ..dynamics.reaction_solve import reactions
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..kinematics import reaction_map

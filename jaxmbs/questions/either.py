@@ -10,7 +10,7 @@ from ..analysis.mechanism_modes import modes as linearised_modes
 from ..analysis.rest import equilibrium as mechanism_equilibrium
 from ..coupling.measured import MeasuredNetwork
 from ..coupling.network import reactions as network_reactions
-from ..dynamics.reactions import reactions as mechanism_reactions
+from ..dynamics.reaction_solve import reactions as mechanism_reactions
 from ..errors import ModelError
 from ..linear.integrate import simulate as linear_simulate
 from ..linear.questions import equilibrium as linear_equilibrium

@@ -50,7 +50,7 @@ def check_topology(seed, first, setting="plain", assembled=True):
     return check(draws, judged.compiled(top, assembled)(numbers))
 
 
-@pytest.mark.parametrize("seed", QUICK)
+@pytest.mark.parametrize("seed", [QUICK[1], *(pytest.param(s, marks=pytest.mark.slow) for s in QUICK if s != 1)])
 @FEW
 @given(first=SEEDS)
 def test_accelerations_reactions_and_mobility(seed, first):

@@ -23,13 +23,16 @@ def right_hand_side(pattern, columns=(), dtype=float, seed=1):
     return jnp.asarray(x, dtype)
 
 
+@jax.jit
 def dense_solution(A, right):
     n, b = A.pattern.shape
     full = A.dense() + jnp.diag(jnp.asarray(A.pattern.padding.ravel(), A.diagonal.dtype))
     return jnp.linalg.solve(full, right.reshape(n * b, -1)).reshape(right.shape)
 
 
-@pytest.mark.parametrize("graph", GRAPHS)
+@pytest.mark.parametrize(
+    "graph", [pytest.param(g, marks=pytest.mark.slow) if g in ("chain", "ring", "binary tree") else g for g in GRAPHS]
+)
 def test_every_graph_is_solved(graph):
     """Definite, with three columns; the transposed solve of the unsymmetric kind comes with its gradient below."""
     pattern = bs.Pattern(GRAPHS[graph][0], SIZE, GRAPHS[graph][1])
@@ -38,8 +41,17 @@ def test_every_graph_is_solved(graph):
     np.testing.assert_allclose(x, dense_solution(A, right), atol=1e-13)
 
 
-@pytest.mark.parametrize("kind", ["cholesky", "ldl", "lu"])
-@pytest.mark.parametrize("dtype", TOLERANCE)
+OFTEN_ALIKE = [("ldl", "float32"), ("lu", "float32"), ("lu", "complex128")]
+
+
+@pytest.mark.parametrize(
+    "kind, dtype",
+    [
+        pytest.param(kind, dtype, marks=pytest.mark.slow if (kind, dtype) in OFTEN_ALIKE else ())
+        for dtype in TOLERANCE
+        for kind in ("cholesky", "ldl", "lu")
+    ],
+)
 def test_every_kind_in_every_precision(kind, dtype):
     """Complex "cholesky" is left out: complex symmetric matrices are not positive definite."""
     if (kind, dtype) == ("cholesky", "complex128"):
@@ -166,7 +178,7 @@ def small():
     return pattern, right_hand_side(pattern)
 
 
-@pytest.mark.parametrize("kind", ["cholesky", "ldl", "lu"])
+@pytest.mark.parametrize("kind", ["cholesky", pytest.param("ldl", marks=pytest.mark.slow), "lu"])
 def test_derivatives_of_a_solution(kind, small):
     """jvp, vjp and their second orders against differences; equal to those of a dense solve."""
     pattern, right = small
@@ -203,7 +215,7 @@ def test_the_gradient_through_a_stored_factor_is_that_of_a_fresh_solve(small):
     def fresh(A):
         return jnp.sum(bs.solve_once(A, bs.solve_once(A, right)) ** 2)
 
-    factor = bs.factor(A)  # made outside of what is differentiated: the values still carry the derivative
+    factor = jax.jit(bs.factor)(A)  # made outside of what is differentiated: the values still carry the derivative
     outside = jax.jit(jax.grad(lambda f: jnp.sum(bs.solve(f, bs.solve(f, right)) ** 2), allow_int=True))(
         factor
     ).matrix
@@ -213,7 +225,7 @@ def test_the_gradient_through_a_stored_factor_is_that_of_a_fresh_solve(small):
             assert np.abs(np.asarray(b)).max() > 1e-3
 
 
-@pytest.mark.parametrize("kind", ["cholesky", "ldl", "lu"])
+@pytest.mark.parametrize("kind", [pytest.param("cholesky", marks=pytest.mark.slow), "ldl", "lu"])
 def test_derivatives_of_the_log_determinant(kind, small):
     pattern, _ = small
     A, direction = matrix(pattern, kind), matrix(pattern, kind, seed=5)
@@ -300,7 +312,8 @@ def test_equal_patterns_share_one_analysis():
 def test_a_matrix_that_is_not_definite_is_told():
     pattern = bs.Pattern(*_sized(chain(5), 2))
     good, bad = matrix(pattern), -1.0 * matrix(pattern)
-    assert bs.is_finite(bs.factor(good)) and not bs.is_finite(bs.factor(bad))
+    definite = jax.jit(lambda A: bs.is_finite(bs.factor(A)))
+    assert definite(good) and not definite(bad)
 
 
 @pytest.mark.parametrize(
@@ -314,7 +327,10 @@ def test_a_matrix_that_is_not_definite_is_told():
         (lambda: bs.analyse(bs.Pattern(3, 2, [(0, 1)]), order=(0, 1)), "permutation of 0 ... 2"),
         (lambda: bs.factor(matrix(bs.Pattern(2, 2, [(0, 1)])), "qr"), "kind must be one of cholesky, ldl, lu"),
         (lambda: bs.factor(matrix(bs.Pattern(2, 2, [(0, 1)]), "lu")), "use 'lu'"),
-        (lambda: bs.inertia(bs.factor(matrix(bs.Pattern(2, 2, []), "lu"), "lu")), "factor(matrix, 'ldl')"),
+        (
+            lambda: jax.jit(lambda A: bs.inertia(bs.factor(A, "lu")))(matrix(bs.Pattern(2, 2, []), "lu")),
+            "factor(matrix, 'ldl')",
+        ),
         (lambda: matrix(bs.Pattern(2, 2, [])) + matrix(bs.Pattern(3, 2, [])), "different patterns"),
     ],
 )
@@ -339,8 +355,13 @@ def test_unsymmetric_diagonal_blocks(kind):
     assert not finite and not np.any(np.isfinite(x))
     both = jax.jit(jax.vmap(lambda d: bs.is_finite(bs.factor(bs.BlockMatrix(pattern, d, A.upper), kind))))
     assert both(jnp.stack([A.diagonal, spoilt.diagonal])).tolist() == [True, False]
-    factor = bs.factor(spoilt, "lu")
-    for found, matrix_ in ((bs.solve(factor, right), spoilt), (bs.solve(factor.T, right, 1), spoilt.T)):
+
+    @jax.jit
+    def forth_and_back(A):
+        factor = bs.factor(A, "lu")
+        return bs.solve(factor, right), bs.solve(factor.T, right, 1)
+
+    for found, matrix_ in zip(forth_and_back(spoilt), (spoilt, spoilt.T), strict=True):
         np.testing.assert_allclose(found, dense_solution(matrix_, right), atol=1e-13)
     np.testing.assert_allclose(spoilt.T.dense(), spoilt.dense().T)
 

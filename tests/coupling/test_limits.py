@@ -1,5 +1,6 @@
 """Pairs of modes against transients, impulses against shocks, sums against each other."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -23,12 +24,14 @@ from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import chain, component
 
 
+@eqx.filter_jit
 def payload(n=3, k=5.0):
     """A chain on one interface coordinate, which just holds it."""
     K, M = chain(n + 1, k, 0.2, 0)
     return reduce(component(K, M, (0,)), CraigBampton(n))
 
 
+@jax.jit
 def carrier():
     K, M = chain(4, 40.0, 2.0, 1)
     modes = natural_modes(K=K, M=M)
@@ -37,28 +40,35 @@ def carrier():
 
 def test_one_pair_is_the_joined_system():
     """One mass on a spring, carrying one mass on a spring: frequencies and the answer to an impulse, exactly."""
-    K, M = jnp.array([[40.0]]), jnp.array([[2.0]])
-    load = reduce(component(*chain(2, 5.0, 0.2, 0), (0,)), CraigBampton(1))
-    joined = join((component(K, M, (0,)), load), ((0,), (0,)))
-    modes = natural_modes(K=K, M=M)
-    pairs = modal_pairs(modes.omega, modes.shapes[:1], load)
-    w, _ = pairs.modes()
-    np.testing.assert_allclose(w[0, 0], modes_of(joined).omega, rtol=1e-9)
-    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(joined.mass, joined.stiffness), np.zeros((2, 2))]])
     impulse, t = 0.7, 0.37
-    start = np.linalg.solve(joined.mass, [impulse, 0.0])
+
+    @jax.jit
+    def both_ways():
+        K, M = jnp.array([[40.0]]), jnp.array([[2.0]])
+        load = payload(1)
+        joined = join((component(K, M, (0,)), load), ((0,), (0,)))
+        modes = natural_modes(K=K, M=M)
+        pairs = modal_pairs(modes.omega, modes.shapes[:1], load)
+        found = pairs.response(jnp.array([impulse]) * modes.shapes[0], t)
+        return (pairs.modes()[0], found), (modes_of(joined).omega, joined.stiffness, joined.mass)
+
+    (w, found), (together, K, M) = both_ways()
+    np.testing.assert_allclose(w[0, 0], together, rtol=1e-9)
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), np.zeros((2, 2))]])
+    start = np.linalg.solve(M, [impulse, 0.0])
     q = scipy.linalg.expm(A * t) @ np.r_[0, 0, start]
-    found = pairs.response(jnp.array([impulse]) * modes.shapes[0], t)
     np.testing.assert_allclose(found[0, 0], q[1], rtol=1e-9)
 
 
 def test_peaks_bound_the_responses_of_all_pairs():
-    _, _, modes = carrier()
-    pairs = modal_pairs(modes.omega, modes.shapes[3:], payload())
-    J = jnp.array([1.0, -0.5, 0.3, 0.2])
-    responses = np.asarray(jax.jit(jax.vmap(lambda t: pairs.response(J, t)))(jnp.linspace(0.0, 200.0, 4001)))
-    again = jax.jit(lambda J: modal_pairs(modes.omega, modes.shapes[3:], payload()).peaks(J))
-    highest, peaks = np.abs(responses).max(axis=0), np.asarray(again(J))
+    @jax.jit
+    def both(J):
+        _, _, modes = carrier()
+        pairs = modal_pairs(modes.omega, modes.shapes[3:], payload())
+        return jax.vmap(lambda t: pairs.response(J, t))(jnp.linspace(0.0, 200.0, 4001)), pairs.peaks(J)
+
+    responses, peaks = map(np.asarray, both(jnp.array([1.0, -0.5, 0.3, 0.2])))
+    highest = np.abs(responses).max(axis=0)
     assert np.all(highest <= peaks * (1 + 1e-12))
     assert np.all(highest > 0.9 * peaks)
 
@@ -71,31 +81,35 @@ STEP, RATIO = 0.04, 0.01
 def cases():
     """Half sines of many lengths on the carrier's foot: peaks of the payload's modes, by the full transient of
     the joined system and by every way of summing."""
-    K, M, modes = carrier()
-    load, w = payload(), modes.omega
-    pairs = modal_pairs(w, modes.shapes[3:], load)
-    joined = join((component(K, M, (3,)), load), ((0,), (0,)))
-    system = modes_of(joined)
-    push = joined.gathered((joined.components[0].generalised(jnp.zeros(4).at[0].set(1.0)), None))
-    own = jnp.sqrt(jnp.diagonal(load.stiffness)[1:])
-    alike = tuple(cqc_correlation(v, jnp.full(len(v), RATIO)) for v in (w, own))
-    t = STEP * jnp.arange(2000.0)
 
     @jax.jit
-    @jax.vmap
-    def both(length):
-        pulse = jnp.where(t < length, jnp.sin(jnp.pi * t / length), 0.0)
-        peak = jax.vmap(lambda w, drive: peak_response(w, drive * pulse, STEP))(w, modes.shapes[0])
-        J = equivalent_impulse(w, peak)
-        q = modal_motion(system.omega, RATIO, pulse[:, None] * (system.shapes.T @ push)[None], STEP)
-        truth = jnp.max(jnp.abs(joined.part(system.shapes @ q.displacement.T)[1][1:]), axis=1)
-        sums = [limit_loads(jnp.eye(3), pairs.peaks(J), how) for how in ("abs", "srss")]
-        signed = pairs.peaks(J) * pairs.signs(modes.shapes[0] * J)
-        sums.append(limit_loads(jnp.eye(3), signed, "cqc", correlation=alike))
-        sums.append(limit_loads(jnp.eye(3), pairs.peaks(J), "srss", weights=jnp.array([1.5, 1.5, 1.5])))
-        return truth, *sums
+    def all_ways(lengths):
+        K, M, modes = carrier()
+        load, w = payload(), modes.omega
+        pairs = modal_pairs(w, modes.shapes[3:], load)
+        joined = join((component(K, M, (3,)), load), ((0,), (0,)))
+        system = modes_of(joined)
+        push = joined.gathered((joined.components[0].generalised(jnp.zeros(4).at[0].set(1.0)), None))
+        own = jnp.sqrt(jnp.diagonal(load.stiffness)[1:])
+        alike = tuple(cqc_correlation(v, jnp.full(len(v), RATIO)) for v in (w, own))
+        t = STEP * jnp.arange(2000.0)
 
-    return both(jnp.asarray(LENGTHS))
+        @jax.vmap
+        def both(length):
+            pulse = jnp.where(t < length, jnp.sin(jnp.pi * t / length), 0.0)
+            peak = jax.vmap(lambda w, drive: peak_response(w, drive * pulse, STEP))(w, modes.shapes[0])
+            J = equivalent_impulse(w, peak)
+            q = modal_motion(system.omega, RATIO, pulse[:, None] * (system.shapes.T @ push)[None], STEP)
+            truth = jnp.max(jnp.abs(joined.part(system.shapes @ q.displacement.T)[1][1:]), axis=1)
+            sums = [limit_loads(jnp.eye(3), pairs.peaks(J), how) for how in ("abs", "srss")]
+            signed = pairs.peaks(J) * pairs.signs(modes.shapes[0] * J)
+            sums.append(limit_loads(jnp.eye(3), signed, "cqc", correlation=alike))
+            sums.append(limit_loads(jnp.eye(3), pairs.peaks(J), "srss", weights=jnp.array([1.5, 1.5, 1.5])))
+            return truth, *sums
+
+        return both(lengths)
+
+    return all_ways(jnp.asarray(LENGTHS))
 
 
 def test_every_sum_against_the_transient(cases):
@@ -127,8 +141,8 @@ def test_interface_that_holds_too_much_is_refused():
 def test_peak_response_to_a_half_sine():
     """Against the closed form after the pulse; the impulse of equal peak."""
     w, T = 3.0, 0.4
-    times = jnp.linspace(0.0, 4.0, 1601)
-    force = jnp.where(times < T, jnp.sin(np.pi * times / T), 0.0)
+    times = np.linspace(0.0, 4.0, 1601)
+    force = np.where(times < T, np.sin(np.pi * times / T), 0.0)
     p = np.pi / T
     closed = abs(2 * p * np.cos(w * T / 2) / (w * (p**2 - w**2)))
     peak = jax.jit(peak_response)(w, force, times[1])
@@ -136,8 +150,9 @@ def test_peak_response_to_a_half_sine():
     np.testing.assert_allclose(
         equivalent_impulse(w, peak), 2 * T / np.pi * np.cos(w * T / 2) / (1 - (w / p) ** 2), rtol=1e-4
     )
-    np.testing.assert_allclose(peak_response(0.0, jnp.ones(3), times[1]), times[2] ** 2 / 2, rtol=1e-9)
-    spectrum = jax.vmap(lambda w: peak_response(w, force, times[1], 0.02))(jnp.array([1.0, 3.0]))
+    at_rest = jax.jit(peak_response)(0.0, jnp.ones(3), times[1])
+    np.testing.assert_allclose(at_rest, times[2] ** 2 / 2, rtol=1e-9)
+    spectrum = jax.jit(jax.vmap(lambda w: peak_response(w, force, times[1], 0.02)))(jnp.array([1.0, 3.0]))
     assert np.all(np.isfinite(spectrum)) and spectrum[1] < peak
 
 

@@ -59,11 +59,11 @@ def test_slopes_by_place_are_those_of_the_world():
     def at(psi):
         return mbs.State(state.t, psi, state.velocities)
 
-    slope = jax.grad(lambda psi: mbs.potential_energy(system, at(psi)))(state.coordinates)
+    slope = jax.jit(jax.grad(lambda psi: mbs.potential_energy(system, at(psi))))(state.coordinates)
     np.testing.assert_allclose(slope[:3], [0.0, 0.0, 4.0 * 9.81], atol=1e-9)
     height = mbs.potential_energy(system, state) - mbs.potential_energy(system, moved(system, 0.0))
     np.testing.assert_allclose(height, 4.0 * 9.81 * 100.0 * OUT[2], rtol=1e-12)
-    forward = jax.jacfwd(lambda psi: mbs.forward_dynamics(system, at(psi))[0])(state.coordinates)
+    forward = jax.jit(jax.jacfwd(lambda psi: mbs.forward_dynamics(system, at(psi))[0]))(state.coordinates)
     for k in range(7):
         step = 1e-5 * np.eye(len(state.coordinates))[k]
         ahead, behind = (mbs.forward_dynamics(system, at(state.coordinates + s))[0] for s in (step, -step))

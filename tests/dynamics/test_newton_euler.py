@@ -78,7 +78,7 @@ def _program(n, branched):
     return [len(lowered.as_text().splitlines()) for lowered in (value, gradient)]
 
 
-@pytest.mark.parametrize("branched", [False, True], ids=["chain", "branched"])
+@pytest.mark.parametrize("branched", [pytest.param(False, marks=pytest.mark.slow), True], ids=["chain", "branched"])
 def test_the_program_does_not_grow_with_the_tree(branched):
     """As many operations for 40 bodies as for 10, forward and reverse."""
     assert _program(10, branched) == _program(40, branched)

@@ -1,20 +1,24 @@
 """Coupling by more pairs than are needed: a pair twice, rings, held rings; against the pairs that suffice."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxmbs import experiment
 from jaxmbs.coupling.transfer_functions import independent_pairs, signed_interface
 from jaxmbs.errors import ModelError
-from jaxmbs.experiment import couple, decouple, interface_forces
+from jaxmbs.experiment import decouple
 from jaxmbs.linear import dense_response
 from jaxmbs.linear.transfer import TransferFunctions
 from tests.structural_matrices import chain
 
 OMEGA = jnp.array([0.3, 1.4, 2.9])
+couple, interface_forces = eqx.filter_jit(experiment.couple), eqx.filter_jit(experiment.interface_forces)
 
 
+@eqx.filter_jit
 def parts(t=1.0):
     """Three damped chains of three masses."""
     found = {}
@@ -53,9 +57,11 @@ def test_redundant_rigid_pairs(pairs, enough):
     def level(t, given):
         return jnp.sum(jnp.abs(couple(parts(t), given).values) ** 2)
 
-    for derivative in (jax.grad, jax.jacfwd):
-        slopes = [jax.jit(derivative(lambda t, given=given: level(t, given)))(1.1) for given in (pairs, enough)]
-        np.testing.assert_allclose(*slopes, rtol=1e-9)
+    slopes = [
+        jax.jit(lambda t, given=given: [d(lambda t: level(t, given))(t) for d in (jax.grad, jax.jacfwd)])(1.1)
+        for given in (pairs, enough)
+    ]
+    np.testing.assert_allclose(*slopes, rtol=1e-9)
     found, expected = (np.asarray(interface_forces(parts(), given)) for given in (pairs, enough))
     names = [f"{n} {c}" for n in "pqr" for c in "abc"]
     B, few = (signed_interface(names, given) for given in (pairs, enough))
@@ -97,6 +103,7 @@ def test_elastic_rings():
     np.testing.assert_allclose(*slopes, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_measured_rings_and_single_precision():
     """`regular` keeps no more singular values than the pairs have; single precision and a batch of designs."""
     exact = couple(parts(), TREE).values

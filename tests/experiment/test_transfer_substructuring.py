@@ -1,14 +1,15 @@
 """Coupling, decoupling, taking out the rig and virtual points, against inverses of assembled and free matrices."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.coupling.transfer_functions import couple, interface_forces
+from jaxmbs.coupling import transfer_functions
 from jaxmbs.coupling.uncoupled import uncoupled
 from jaxmbs.errors import ModelError
-from jaxmbs.experiment.decoupling import decouple
+from jaxmbs.experiment import decoupling
 from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
 from jaxmbs.experiment.virtual import rigid_channels, virtual_point
 from jaxmbs.linear import frequency_response
@@ -19,6 +20,9 @@ from jaxmbs.reductions import CraigBampton, reduce
 from tests.structural_matrices import chain, component
 
 OMEGA = np.linspace(2.0, 60.0, 23)
+couple, interface_forces, decouple = (
+    eqx.filter_jit(f) for f in (transfer_functions.couple, transfer_functions.interface_forces, decoupling.decouple)
+)
 
 
 def net(n, seed, ground=0.0):

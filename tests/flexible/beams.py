@@ -1,5 +1,6 @@
 """Straight beams as elastic bodies, and mechanisms made of them."""
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -19,6 +20,7 @@ def beam_structure(length, elements, **section):
     return Structure(nodes, {"beam": (element, [(i, i + 1) for i in range(elements)])})
 
 
+@eqx.filter_jit
 def elastic_beam(length=1.0, elements=8, num_modes=2, interfaces=None, damping_ratio=None, **section):
     """A free beam between its ends."""
     structure = beam_structure(length, elements, **section)

@@ -105,6 +105,7 @@ def test_recovery_by_accelerations_is_that_by_displacements(whole, flying, state
     assert np.all(np.isfinite(tip)) and np.abs(tip).max() > 1.0
 
 
+@pytest.mark.slow
 def test_power_of_the_loads_is_the_change_of_energy(whole, flying, state):
     """Along the motion of the accelerations, kinetic and potential energy lose what the damping takes."""
     u_dot, _ = mbs.forward_dynamics(flying, state)
@@ -123,6 +124,12 @@ def test_power_of_the_loads_is_the_change_of_energy(whole, flying, state):
     np.testing.assert_allclose(rate, -lost, atol=1e-10 * abs(parts))
 
 
+@jax.jit
+def _matrices(system, state):
+    return mbs.mass_matrix(system, state), mbs.stiffness(system, state).total, resistance_field(system, state)
+
+
+@pytest.mark.slow
 def test_frequencies_of_a_cantilever_are_those_of_its_elements():
     frame = elastic_beam(elements=4, num_modes=18, damping_ratio=0.02)
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
@@ -130,7 +137,7 @@ def test_frequencies_of_a_cantilever_are_those_of_its_elements():
     b.joint("clamp", mbs.Weld(), "ground", "arm.0")
     system = b.build()
     state = mbs.State.at(system)
-    M, K, C = mbs.mass_matrix(system, state), mbs.stiffness(system, state).total, resistance_field(system, state)
+    M, K, C = _matrices(system, state)
     values, shapes = scipy.linalg.eigh(K, M)
     s = frame.system
     held = (np.asarray(A)[RIGID_ROWS:, RIGID_ROWS:] for A in (s.stiffness, s.mass))

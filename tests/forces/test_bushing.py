@@ -21,6 +21,7 @@ VECTORS |= {"medium": (0.9, -0.4, 1.1), "large": (-1.8, 1.9, 1.2)}
 poses = pytest.mark.parametrize("vector", [jnp.array(v) for v in VECTORS.values()], ids=VECTORS)
 
 
+@jax.jit
 def at_rest(law, rotation, displacement):
     return jnp.concatenate(law.wrench(rotation, displacement, REST, REST, 0.0))
 
@@ -32,11 +33,14 @@ def perturbed_energy(law, vector, displacement, step):
     return law.potential(rotation, displacement + step[:3], 0.0)
 
 
+gradient_of_energy = jax.jit(jax.grad(perturbed_energy, 3))
+
+
 @poses
 def test_wrench_is_minus_the_gradient_of_the_potential(vector):
     displacement = jnp.array([0.2, -0.1, 0.4])
     wrench = at_rest(FULL, rotation_matrix(vector), displacement)
-    exact = jax.grad(lambda step: perturbed_energy(FULL, vector, displacement, step))(jnp.zeros(6))
+    exact = gradient_of_energy(FULL, vector, displacement, jnp.zeros(6))
     np.testing.assert_allclose(wrench, -exact, rtol=1e-10, atol=1e-10)
     h = 1e-5
     ends = [[perturbed_energy(FULL, vector, displacement, s * h * row) for s in (1, -1)] for row in jnp.eye(6)]
@@ -45,30 +49,38 @@ def test_wrench_is_minus_the_gradient_of_the_potential(vector):
 
 def test_stiffness_at_zero_is_the_matrix():
     law = Bushing(FULL.stiffness)
-    stiffness = jax.jacfwd(lambda s: -at_rest(law, rotation_matrix(s[3:]), s[:3]))(jnp.zeros(6))
+    stiffness = jax.jit(jax.jacfwd(lambda s: -at_rest(law, rotation_matrix(s[3:]), s[:3])))(jnp.zeros(6))
     np.testing.assert_allclose(stiffness, law.stiffness, rtol=1e-12, atol=1e-12)
+
+
+@jax.jit
+def moving_wrench(s, law):
+    return jnp.concatenate(law.wrench(rotation_matrix(s[:3]), s[3:], 0.3 * s[:3], s[3:], 0.0))
+
+
+@jax.jit
+def slopes_of_wrench(s, law):
+    """By the pose, by the law's numbers, and the second one by the pose."""
+    second = jax.hessian(lambda s: moving_wrench(s, law).sum())(s)
+    return jax.jacrev(moving_wrench)(s, law), jax.jacfwd(moving_wrench, 1)(s, law), second
 
 
 @poses
 def test_derivatives_are_finite_and_right(vector):
-    displacement, h = jnp.array([0.2, -0.1, 0.4]), 1e-6
-
-    @jax.jit
-    def wrench(s, law):
-        return jnp.concatenate(law.wrench(rotation_matrix(s[:3]), s[3:], 0.3 * s[:3], s[3:], 0.0))
-
-    pose = jnp.concatenate([vector, displacement])
-    slope = jax.jit(jax.jacrev(wrench))(pose, FULL)
-    ends = [(wrench(pose + h * row, FULL) - wrench(pose - h * row, FULL)) / (2 * h) for row in jnp.eye(6)]
-    np.testing.assert_allclose(slope, jnp.stack(ends, axis=1), rtol=1e-6, atol=1e-6)
-    law_slopes = jax.jit(jax.jacfwd(lambda law: wrench(pose, law)))(FULL)
+    h, pose = 1e-6, np.r_[np.asarray(vector), 0.2, -0.1, 0.4]
+    slope, law_slopes, second = slopes_of_wrench(pose, FULL)
+    ends = [
+        np.subtract(moving_wrench(pose + h * row, FULL), moving_wrench(pose - h * row, FULL)) / (2 * h)
+        for row in np.eye(6)
+    ]
+    np.testing.assert_allclose(slope, np.stack(ends, axis=1), rtol=1e-6, atol=1e-6)
     changed = jax.tree.map(lambda leaf: leaf * (1 + h), FULL)
     expected = sum(
-        jnp.tensordot(d, leaf, leaf.ndim)
+        np.tensordot(d, leaf, leaf.ndim)
         for d, leaf in zip(jax.tree.leaves(law_slopes), jax.tree.leaves(FULL), strict=True)
     )
-    np.testing.assert_allclose((wrench(pose, changed) - wrench(pose, FULL)) / h, expected, rtol=1e-6, atol=1e-6)
-    second = jax.jit(jax.hessian(lambda s: wrench(s, FULL).sum()))(pose)
+    found = np.subtract(moving_wrench(pose, changed), moving_wrench(pose, FULL)) / h
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
     assert np.isfinite(second).all()
 
 

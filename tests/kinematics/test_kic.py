@@ -78,14 +78,18 @@ def test_internal_kic_transposed_carries_efforts_without_loss_of_power(loop):
 
 def test_body_kic_gives_the_bodies_velocities(case):
     system, state = case
+    names = system.topology.body_names
+
+    @jax.jit
+    def motions(system, state):
+        velocities = [mbs.velocity(system, state, (name, system.com[k])) for k, name in enumerate(names)]
+        return velocities, [mbs.angular_velocity(system, state, name) for name in names]
+
     K = mbs.kic(system, state)
     phi_dot = state.velocities[np.asarray(K.independent)]
-    for k, name in enumerate(system.topology.body_names):
-        com = (name, system.com[k])
-        np.testing.assert_allclose(K.translational[name] @ phi_dot, mbs.velocity(system, state, com), atol=1e-10)
-        np.testing.assert_allclose(
-            K.rotational[name] @ phi_dot, mbs.angular_velocity(system, state, name), atol=1e-10
-        )
+    for name, velocity, angular_velocity in zip(names, *motions(system, state), strict=True):
+        np.testing.assert_allclose(K.translational[name] @ phi_dot, velocity, atol=1e-10)
+        np.testing.assert_allclose(K.rotational[name] @ phi_dot, angular_velocity, atol=1e-10)
 
 
 def test_translational_kic_is_the_derivative_of_positions(case):
@@ -103,9 +107,10 @@ def test_translational_kic_is_the_derivative_of_positions(case):
 
 
 def test_internal_kic_second_forms_agree(four_bar, loop):
+    forms = (second.internal_kic_second, second.internal_kic_second_printed)
+    both = jax.jit(lambda system, state: [form(system, state) for form in forms])
     for system, state in (four_bar, loop):
-        forward = jax.jit(second.internal_kic_second)(system, state)
-        printed = jax.jit(second.internal_kic_second_printed)(system, state)
+        forward, printed = both(system, state)
         assert np.max(np.abs(forward)) > 0.1
         np.testing.assert_allclose(forward, printed, atol=1e-11 * np.max(np.abs(forward)))
 
@@ -122,9 +127,13 @@ def test_internal_kic_second_is_the_second_derivative_of_the_loop(four_bar):
 
 def test_body_kic_second_vector_form_equals_forward_mode(case):
     system, state = case
-    at = at_state(system, state)
-    forward = jax.jit(second.body_kic_second)(system, at)
-    vector = jax.jit(second.body_kic_second_vector)(system, at)
+
+    @jax.jit
+    def both(system, state):
+        at = at_state(system, state)
+        return second.body_kic_second(system, at), second.body_kic_second_vector(system, at)
+
+    forward, vector = both(system, state)
     assert np.max(np.abs(forward)) > 0.1
     np.testing.assert_allclose(forward, vector, atol=1e-12 * np.max(np.abs(forward)))
 
@@ -143,9 +152,9 @@ def test_kic_rate_is_the_change_of_the_kic_along_the_motion(loop):
     system, state = loop
     K, H = mbs.kic(system, state), mbs.kic_second(system, state)
     phi_dot, h = state.velocities[np.asarray(K.independent)], 1e-6
+    place = jax.jit(lambda phi: moved(system, state, phi))
     ahead, behind = (
-        mbs.State(state.t, moved(system, state, phi_of(system, state) + s * h * phi_dot), state.velocities)
-        for s in (1.0, -1.0)
+        mbs.State(state.t, place(phi_of(system, state) + s * h * phi_dot), state.velocities) for s in (1.0, -1.0)
     )
     for name in system.topology.body_names:
         finite = (mbs.kic(system, ahead).translational[name] - mbs.kic(system, behind).translational[name]) / (2 * h)

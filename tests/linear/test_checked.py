@@ -22,19 +22,34 @@ def exact(c):
     return 1.0 / lax.complex(1.0 - OMEGA**2, OMEGA * c)
 
 
+def _derivatives(f):
+    """Value, slopes of both parts forward and reverse, second derivative of the size; one program."""
+
+    def answers(c):
+        slopes = [
+            derivative(lambda c, part=part: part(f(c)))(c)
+            for derivative in (jax.jacfwd, jax.jacrev)
+            for part in (jnp.real, jnp.imag)
+        ]
+        return f(c), slopes, jax.grad(jax.grad(lambda c: jnp.sum(jnp.abs(f(c)) ** 2)))(c)
+
+    return jax.jit(answers)
+
+
+FOUND, EXPECTED = _derivatives(critical), _derivatives(exact)
+
+
 @pytest.mark.parametrize(
     "distance", [0.0, 1e-9, *(pytest.param(d, marks=pytest.mark.long) for d in (1e-15, 1e-13, 1e-4))]
 )
 def test_critical_damping(distance):
     """At a defective root, and beside it: value, slopes forward and reverse, and second derivative."""
-    c = jnp.asarray(2.0 + distance)
-    np.testing.assert_allclose(critical(c), exact(c), rtol=1e-12)
-    for derivative in (jax.jacfwd, jax.jacrev):
-        for part in (jnp.real, jnp.imag):
-            found, expected = (jax.jit(derivative(lambda c, f=f: part(f(c))))(c) for f in (critical, exact))  # noqa: B023
-            np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-13)
-    second = [jax.grad(jax.grad(lambda c, f=f: jnp.sum(jnp.abs(f(c)) ** 2)))(c) for f in (critical, exact)]
-    np.testing.assert_allclose(*second, rtol=1e-10)
+    c = 2.0 + distance
+    (value, slopes, second), (wanted, wanted_slopes, wanted_second) = FOUND(c), EXPECTED(c)
+    np.testing.assert_allclose(value, wanted, rtol=1e-12)
+    np.testing.assert_allclose(slopes, wanted_slopes, rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(second, wanted_second, rtol=1e-10)
+    np.testing.assert_allclose(critical(jnp.asarray(c)), wanted, rtol=1e-12)  # not traced
 
 
 def test_critical_damping_in_a_batch():
@@ -42,7 +57,8 @@ def test_critical_damping_in_a_batch():
     c = jnp.array([0.5, 2.0, 3.0])
     np.testing.assert_allclose(jax.jit(jax.vmap(critical))(c), jax.vmap(exact)(c), rtol=1e-12)
     slopes = jax.jit(jax.vmap(jax.grad(lambda c: jnp.sum(jnp.abs(critical(c)) ** 2))))(c)
-    np.testing.assert_allclose(slopes, jax.vmap(jax.grad(lambda c: jnp.sum(jnp.abs(exact(c)) ** 2)))(c), rtol=1e-11)
+    expected = jax.jit(jax.vmap(jax.grad(lambda c: jnp.sum(jnp.abs(exact(c)) ** 2))))(c)
+    np.testing.assert_allclose(slopes, expected, rtol=1e-11)
     single = viscous_receptance(
         **kw((jnp.eye(1, dtype=jnp.float32),) * 2),
         omega=OMEGA,
@@ -54,10 +70,12 @@ def test_critical_damping_in_a_batch():
     np.testing.assert_allclose(single[:, 0, 0], exact(2.0), rtol=1e-5)
 
 
+@jax.jit
 def by_inverse(K, M, C, omega=OMEGA):
     return jnp.stack([jnp.linalg.inv(lax.complex(K - w**2 * M, w * C)) for w in omega])
 
 
+@pytest.mark.slow
 def test_many_defective_roots_and_free_motion():
     """A free chain, every elastic mode critical; two free chains side by side, damped by unlike dampers."""
     K, M = chain(5, 3.0, 1.5, ends=0)
@@ -104,9 +122,12 @@ def test_damping_that_couples_the_modes_under_tracing():
         return jnp.sum(jnp.abs(way(s * K, M, s**2 * C)) ** 2 * jnp.arange(1.0, 5.0)[None, :, None])
 
     ways = (lambda K, M, C: receptance(K=K, M=M, omega=OMEGA, out=(0, 1, 2, 3), into=(0, 1, 2, 3), C=C), by_inverse)
-    for transform in (lambda f: f, jax.grad, jax.jacfwd, jax.hessian):
-        found, expected = (jax.jit(transform(lambda s, way=way: size(way, s)))(1.1) for way in ways)
-        np.testing.assert_allclose(found, expected, rtol=1e-10)
+    transforms = (lambda f: f, jax.grad, jax.jacfwd, jax.hessian)
+    found, expected = (
+        jax.jit(lambda s, way=way: [transform(lambda s: size(way, s))(s) for transform in transforms])(1.1)
+        for way in ways
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
     scales = jnp.array([0.5, 1.0, 1.7])
     found, expected = (jax.jit(jax.vmap(lambda s, way=way: way(s * K, M, C)))(scales) for way in ways)
     np.testing.assert_allclose(found, expected, rtol=1e-11)
@@ -139,7 +160,7 @@ def refined(Z, right):
     return x.astype(complex)
 
 
-@pytest.mark.parametrize("way", ["direct", "modal", "viscous"])
+@pytest.mark.parametrize("way", ["direct", *(pytest.param(w, marks=pytest.mark.slow) for w in ("modal", "viscous"))])
 def test_a_beam_of_many_states(way):
     """A cantilever of 174 elements: digits as far as half a rounding of its entries lets them, some times over."""
     K, M = beam(174, fixed=2)

@@ -1,5 +1,6 @@
 """Direct frequency response of a chain of masses: closed forms, dense solves, gradients, chunks."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -79,6 +80,7 @@ def test_gradient_of_a_response():
         )
 
 
+@eqx.filter_jit
 def wing():
     """A free beam of five elements, damped at its tip only."""
     K, M = beam(5)

@@ -36,6 +36,7 @@ def plate(t):
     return t[1] * (jnp.kron(T, I) + (1 + t[0]) * jnp.kron(I, T)), jnp.eye(9).at[0, 0].add(t[2])
 
 
+@jax.jit
 def direct(K, M, omega, C=None, loss=0.0):
     C = jnp.zeros_like(K) if C is None else C
     Z = jnp.stack([lax.complex(K - w**2 * M, loss * K + w * C) for w in omega])
@@ -206,6 +207,7 @@ def test_building_of_slicot():
             refused()
 
 
+@pytest.mark.slow
 def test_space_station_of_slicot():
     """135 modes of 0.5 % damping, three inputs and three velocities: published magnitudes to 1e-8, both ways."""
     frequencies, into, out, omega, magnitude = (

@@ -43,7 +43,7 @@ def test_rows_that_must_change_places():
     assert not np.all(np.isfinite(square.solve(jnp.ones((2, 2)), jnp.ones(2))))
 
 
-@pytest.mark.parametrize("n", [4, square.SMALL + 2])
+@pytest.mark.parametrize("n", [4, pytest.param(square.SMALL + 2, marks=pytest.mark.slow)])
 def test_derivatives_of_two_orders(n):
     A, S, b = _matrix(n), _definite(n), _matrix(n, seed=1)[:, :2]
 

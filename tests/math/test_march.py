@@ -51,13 +51,8 @@ ADAPTIVE += [diffrax.Dopri5(), diffrax.Kvaerno3(root_finder=NEWTON), diffrax.Kva
 FIXED = [diffrax.Euler(), diffrax.Tsit5(), diffrax.ImplicitEuler(root_finder=NEWTON), Verlet()]
 FIXED += [diffrax.LeapfrogMidpoint(), diffrax.ReversibleHeun()]
 CASES = [(solver, None) for solver in ADAPTIVE] + [(solver, 0.07) for solver in FIXED]
-QUICK = {
-    "Tsit5 None True",
-    "Dopri8 None False",
-    "Kvaerno3 None True",
-    "Verlet 0.07 False",
-    "LeapfrogMidpoint 0.07 False",
-}
+QUICK = {"Tsit5 None True", "Verlet 0.07 False", "LeapfrogMidpoint 0.07 False"}
+SLOW = {"Dopri8 None False", "Kvaerno3 None True"}
 
 
 def name(value):
@@ -68,8 +63,9 @@ def cases():
     """Every solver, landing on the saved times and passing over them; most of them wait for the long run."""
     for lands in (True, False):
         for solver, dt in CASES:
-            quick = f"{name(solver)} {dt} {lands}" in QUICK
-            yield pytest.param(solver, dt, lands, marks=() if quick else pytest.mark.long)
+            case = f"{name(solver)} {dt} {lands}"
+            mark = () if case in QUICK else pytest.mark.slow if case in SLOW else pytest.mark.long
+            yield pytest.param(solver, dt, lands, marks=mark)
 
 
 def controller(dt):

@@ -81,6 +81,7 @@ def test_a_mechanism_that_locks_says_when():
     np.testing.assert_allclose(failure.value.motion.end.t, limit - 0.7, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_event_ends_a_driven_motion():
     system, state = driven(drive=mbs.Ramp(0.7, 1.0))
     motion = mbs.simulate(system, state, t1=2.0, event=lambda s: s.coordinates[0] - 1.5)
@@ -96,6 +97,7 @@ def test_the_bound_on_steps_is_kept():
     assert motion.status is mbs.Status.MAX_STEPS and int(motion.diagnostics.num_steps) <= 5
 
 
+@pytest.mark.slow
 def test_the_work_of_drives_between_coarse_saves():
     """Whole turns between the saved times: the account closes to the tolerance."""
     system, state = driven(drive=mbs.Ramp(0.7, 3.0))

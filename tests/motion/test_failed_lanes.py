@@ -57,6 +57,7 @@ def test_a_state_that_cannot_be_assembled_says_so_under_jit(like):
         assert np.all(np.isfinite(value[0])) and np.all(np.isnan(value[1]))
 
 
+@pytest.mark.slow
 def test_the_gradient_of_a_state_that_cannot_be_assembled_is_nan(like):
     def height(coupler):
         system, state = assembled(coupler, like)
@@ -83,6 +84,7 @@ def test_the_other_lanes_do_not_notice(study):
             np.testing.assert_array_equal(mixed[name][k], good[name][k])
 
 
+@pytest.mark.slow
 def test_lanes_equal_the_design_alone(study):
     batch = study(jnp.array([GOOD[0], SHORT, *GOOD[1:]]))
     alone = study(jnp.array([GOOD[1]]))

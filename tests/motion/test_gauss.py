@@ -161,7 +161,7 @@ def damped():
 @pytest.mark.parametrize(
     "mode, newton",
     [
-        ("forward", False),
+        pytest.param("forward", False, marks=pytest.mark.slow),
         pytest.param("reverse", False, marks=pytest.mark.long),
         pytest.param("forward", True, marks=pytest.mark.long),
     ],

@@ -3,9 +3,11 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 from jaxmbs.motion import Formulation, Rates
+from tests.cases import models
 from tests.systems import four_bar, four_bar_state
 
 
@@ -29,9 +31,19 @@ class Slowness(Formulation):
         return mbs.mass_matrix(self.system, state) @ (2.0 * second)
 
 
-def test_a_motion_and_its_gradient():
+def pendulum():
+    system = models.double_pendulum(1.0, 2.0, 0.8, 0.6)
+    return system, mbs.State.at(system, shoulder=0.5, elbow=-0.3, velocities={"shoulder": 1.0, "elbow": 2.0})
+
+
+def loop():
     system = four_bar()
-    state = four_bar_state(system)
+    return system, four_bar_state(system)
+
+
+@pytest.mark.parametrize("model", [pendulum, pytest.param(loop, marks=pytest.mark.slow)])
+def test_a_motion_and_its_gradient(model):
+    system, state = model()
 
     def end(speed, formulation):
         start = mbs.State(state.t, state.coordinates, speed * state.velocities, structure=state.structure)

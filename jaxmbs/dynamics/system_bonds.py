@@ -18,7 +18,7 @@ from ..statics import Bonds
 from ..statics.bonds import about
 from ..statics.tree import on_bodies
 from .distribution import system_bonds
-from .reactions import reactions
+from .reaction_solve import reactions
 
 
 def reaction_bonds(
