@@ -33,7 +33,7 @@ def efforts(system: System, at: Moving, owners=None):
     sources that drive; in the order of `element_names`.  Gravity is not included.
     """
     owners = owners or nodes(system)
-    loads, powers = Loads(jnp.zeros((owners.count, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
+    loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
     for group in system.forces:
         port = group.port
         seen, displacement, flow = element_flows(system, group, at, at.V, at.u)

@@ -15,15 +15,15 @@ _UPPER = np.array([0, 1, 2, 4, 5, 8])  # of a symmetric (3, 3), row by row
 
 class Owners(NamedTuple):
     """Owner of every frame (frames,), -1 for the ground; their number; and `masses(at, V_dot)`: their inertias
-    (count, 10), twists and rates of twists (count, 6), from the rates V_dot (nodes, 6) of the nodes."""
+    (number, 10), twists and rates of twists (number, 6), from the rates V_dot (nodes, 6) of the nodes."""
 
     of_frame: np.ndarray
-    count: int
+    number: int
     masses: Callable
 
     def collect(self, frames, wrenches):
-        """Wrenches (n, 6) on frames (n,) summed on their owners (count, 6)."""
-        return summed(wrenches, self.of_frame[np.asarray(frames)] % (self.count + 1), self.count)
+        """Wrenches (n, 6) on frames (n,) summed on their owners (number, 6)."""
+        return summed(wrenches, self.of_frame[np.asarray(frames)] % (self.number + 1), self.number)
 
 
 def nodes(system: System) -> Owners:
