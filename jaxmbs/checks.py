@@ -45,6 +45,20 @@ def not_increasing(points: Any) -> bool:
     return broken(lambda x: np.diff(x) <= 0, points)
 
 
+def are_axes(rows: Any) -> bool:
+    """Whether (3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
+    if not known(rows):
+        return True
+    rows = np.asarray(rows)
+    return bool(np.allclose(rows @ rows.T, np.eye(3), rtol=0, atol=1e-5) and np.linalg.det(rows) > 0)
+
+
+def refuse_complex(value: Any) -> None:
+    """TypeError for complex numbers, whose imaginary part a conversion would drop in silence."""
+    if any(np.iscomplexobj(leaf) for leaf in jax.tree.leaves(value)):
+        raise TypeError("real numbers are needed, got complex ones")
+
+
 def no_such(what: str, name: Any, among: Iterable[str]) -> str:
     """A sentence: nothing of this kind has that name; the nearest names, or all where none is near."""
     names = [str(other) for other in among]

@@ -27,6 +27,7 @@ from ..linear.system import LinearSystem
 from ..math import square
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
+from ..model.question import check_fits
 from ..model.rows import Drive
 from ..model.system import System
 from ..typing import ArrayLike
@@ -92,6 +93,7 @@ def linearise(
 
     Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
+    check_fits(system, state)
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
     driven = tuple(name for name in inputs if name in _drives(system))

@@ -17,6 +17,7 @@ from ..kinematics.influence import velocity_map
 from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..math.jit import jit
+from ..model.question import check_fits, check_system
 from ..model.system import System
 from .elements import Storage
 from .graph import BondGraph
@@ -40,6 +41,9 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
     Raises: ValueError for an unknown view, ModelError when nothing moves, AssemblyError when no pose can be found.
     Source: S2 (28)-(44), Figs 2-4.
     """
+    check_system(system)
+    if state is not None:
+        check_fits(system, state)
     graph = build_view(system, view)
     if not known(system, state):
         return graph

@@ -9,7 +9,7 @@ from ..kinematics import constraints
 from ..kinematics.poses import coordinate_rate, node_parameters
 from ..kinematics.state import State
 from ..math.jit import jit
-from ..model.question import check_fits
+from ..model.question import states_of
 from ..model.system import System
 from ..motion.motion import Motion
 from .graph import BondGraph
@@ -158,7 +158,6 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
     The bond of I* alone does not conserve: `p_dot.phi_dot = dKE/dt + phi_dot^T GR phi_dot`, so the power of GR counts
     with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
     """
-    states = motion if isinstance(motion, State) else motion.states
-    check_fits(system, states)
+    states = states_of(system, motion)
     graph, batched = build_view(system, view), states.coordinates.ndim == 2
     return BondPowers(*_spread(system, graph, *_all_values(system, states, batched), batched), graph)

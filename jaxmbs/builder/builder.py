@@ -41,6 +41,18 @@ class SystemBuilder:
         else:
             table[item.name] = item
 
+    def _placed(self, where, position, rotation):
+        """A pose in the reference pose, None where none is given; what is none is a fault."""
+        if position is None and rotation is None:
+            return None
+        try:
+            pose = Pose((0.0, 0.0, 0.0) if position is None else position, rotation)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"{where}: {error}")
+            return None
+        self._faults += [f"{where}: {fault}" for fault in pose.faults()]
+        return pose
+
     def body(
         self,
         name: str,
@@ -59,7 +71,8 @@ class SystemBuilder:
             position, rotation: world pose of its frame in the reference pose, for joints given by `at=`; by default
                 the world frame: com and points are then given in world axes.
         """
-        self._add("body", self._model.bodies, declared.Body(name, mass, com, inertia, _placed(position, rotation)))
+        pose = self._placed(f"body {name!r}", position, rotation)
+        self._add("body", self._model.bodies, declared.Body(name, mass, com, inertia, pose))
 
     def elastic(
         self,
@@ -86,7 +99,7 @@ class SystemBuilder:
         if found:
             return
         item = Elastic(name, body, motions)
-        bodies, joints = item.parts(_placed(position, rotation))
+        bodies, joints = item.parts(self._placed(f"elastic body {name!r}", position, rotation))
         for part in bodies:
             self._add("body", self._model.bodies, part)
         for joint in joints:
@@ -97,7 +110,8 @@ class SystemBuilder:
         self, name: str, on: str, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None
     ) -> None:
         """A named frame fixed in the body `on` at `position` [m], `rotation` (3, 3), in body axes."""
-        self._add("frame", self._model.frames, declared.Frame(name, on, Pose(position, rotation)))
+        pose = self._placed(f"frame {name!r}", position, rotation)
+        self._add("frame", self._model.frames, declared.Frame(name, on, pose or Pose()))
 
     def joint(
         self,
@@ -178,10 +192,3 @@ class SystemBuilder:
         if found:
             raise ModelError(found)
         return built(self._model, like, independent, set(cut))
-
-
-def _placed(position, rotation):
-    """The pose of a body in the reference pose, None where none is given."""
-    if position is None and rotation is None:
-        return None
-    return Pose((0, 0, 0) if position is None else position, rotation)

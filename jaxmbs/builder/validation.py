@@ -4,12 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import faults_if, known, no_such
+from ..checks import broken, faults_if, known, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..forces.ports import JointPort, LinePort, SystemPort, port_of
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
 from ..model.inertia import as_matrix
-from .declarations import GROUND, Model, resolve
+from .declarations import GROUND, Model, as_pose, resolve
 from .elastic import entry_faults
 
 
@@ -18,8 +18,10 @@ def model_faults(model: Model) -> list[str]:
     bodies, frames, joints, found = model.bodies, model.frames, model.joints, []
     if not bodies:
         found.append("the model has no bodies")
-    if known(model.gravity) and model.gravity.shape != (3,):
+    if model.gravity.shape != (3,):
         found.append(f"gravity must be three numbers, got shape {model.gravity.shape}")
+    if broken(lambda g: ~np.isfinite(g), model.gravity):
+        found.append(f"gravity is not finite: {np.asarray(model.gravity)}")
     for body in bodies.values():
         found += body_faults(body)
     for frame in frames.values():
@@ -89,11 +91,14 @@ def joint_faults(joint, bodies, frames) -> list[str]:
             found.append(f"{where}, {end}: {no_such('body', body, [GROUND, *bodies])}")
     if joint.parent == joint.child:
         found.append(f"{where}: parent and child are both {joint.parent!r}")
+    found += _place_faults(f"{where}, at", joint.at)
     for end, frame, body in (
         ("parent_frame", joint.parent_frame, joint.parent),
         ("child_frame", joint.child_frame, joint.child),
     ):
-        if isinstance(frame, str):
+        if not isinstance(frame, str):
+            found += _place_faults(f"{where}, {end}", frame)
+        else:
             if frame not in frames:
                 found.append(f"{where}: {end} {frame!r} is not a frame; declare it with b.frame(...)")
             elif frames[frame].body != body:
@@ -109,6 +114,14 @@ def joint_faults(joint, bodies, frames) -> list[str]:
     return found
 
 
+def _place_faults(where, place):
+    """What is wrong with None, a point or a pose."""
+    try:
+        return [f"{where}: {fault}" for fault in as_pose(place).faults()]
+    except (TypeError, ValueError) as error:
+        return [f"{where}: {error}"]
+
+
 def _has_one_coordinate(joint):
     """Whether it has; joints of no valid kind are reported elsewhere and pass."""
     if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
@@ -118,12 +131,12 @@ def _has_one_coordinate(joint):
 
 def _reference_faults(where, reference, bodies, frames):
     try:
-        resolve(reference, bodies, frames)
+        faults = resolve(reference, bodies, frames)[1].faults()
     except KeyError as error:
         return [f"{where}: {no_such('body or frame', error.args[0], [GROUND, *bodies, *frames])}"]
     except (TypeError, ValueError):
         return [f"{where}: {reference!r} is not a body name, frame name, (body, point) or (body, Pose)"]
-    return []
+    return [f"{where}: {reference!r}: {fault}" for fault in faults]
 
 
 def force_faults(force, bodies, frames, joints) -> list[str]:

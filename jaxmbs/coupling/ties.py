@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ..checks import no_such
+from ..checks import are_axes, no_such
 from ..elements import DIRECTIONS
-from ..elements.base import are_axes
 from ..errors import ModelError, UnknownNameError
 from ..linear.labels import rows_of
 from ..linear.system import LinearSystem

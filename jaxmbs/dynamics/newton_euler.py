@@ -13,7 +13,7 @@ from ..kinematics.owners import nodes
 from ..kinematics.state import State
 from ..kinematics.tree import solve
 from ..math.linalg import saddle_solve
-from ..model.question import question
+from ..model.question import question, rates_of
 from ..model.system import System
 from ..typing import ArrayLike
 from .bodies import needed_loads
@@ -72,7 +72,7 @@ def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"],
 def inverse_dynamics(system: System, state: State, acceleration: ArrayLike) -> Float[Array, " nv"]:
     """Efforts (nv,) on the tree's velocities that produce the accelerations (nv,), beside gravity and all force
     elements; constraint multipliers are not subtracted.  Source: S2 (40)."""
-    at = _at(system, state)
+    at, acceleration = _at(system, state), rates_of(system, acceleration, "acceleration")
     V_dot = node_accelerations(system.topology, at, acceleration)
     return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2])
 

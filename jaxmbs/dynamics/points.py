@@ -2,6 +2,7 @@
 
 from ..kinematics.points import point_acceleration
 from ..kinematics.state import State
+from ..model.question import check_fits, rates_of
 from ..model.system import System
 from ..typing import ArrayLike, FrameLike, Vector3
 from .newton_euler import forward_dynamics
@@ -27,5 +28,8 @@ def angular_acceleration(
 
 
 def _acceleration(system, state, frame, accelerations):
-    rates = forward_dynamics(system, state)[0] if accelerations is None else accelerations
+    check_fits(system, state)
+    if accelerations is None:
+        return point_acceleration(system, state, frame, forward_dynamics(system, state)[0])
+    rates = rates_of(system, accelerations, "accelerations")
     return point_acceleration(system, state, frame, rates)

@@ -18,7 +18,7 @@ from ..kinematics.state import HasStates, State
 from ..math.jit import jit
 from ..math.linalg import relative
 from ..math.rows import over_rows, summed, take
-from ..model.question import check_fits
+from ..model.question import states_of
 from ..model.system import System
 from .bodies import needed_loads
 from .distribution import distributed
@@ -137,8 +137,7 @@ def reactions(
         raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
     if method not in ("dense", "block-sparse"):
         raise ValueError(f"method must be 'dense' or 'block-sparse', got {method!r}")
-    states = motion if isinstance(motion, State) else motion.states
-    check_fits(system, states)
+    states = states_of(system, motion)
     compliance = {} if compliance is None else dict(compliance)
     names = [name for name, *_ in reaction_map.carriers(system)]
     for name in compliance:

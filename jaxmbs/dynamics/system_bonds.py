@@ -13,6 +13,7 @@ from ..kinematics.poses import node_parameters
 from ..kinematics.state import HasStates, State
 from ..math.jit import jit
 from ..math.spatial import swapped
+from ..model.question import states_of
 from ..model.system import System
 from ..statics import Bonds
 from ..statics.bonds import about
@@ -35,7 +36,7 @@ def reaction_bonds(
 
     Raises: ValueError for an unknown method or name.  Source: S1 (26)-(29).
     """
-    states = motion if isinstance(motion, State) else motion.states
+    states = states_of(system, motion)
     found = reactions(system, states, compliance=compliance, method=method)
     return _bonds(system, states, found, compliance, states.coordinates.ndim == 2)
 

@@ -27,7 +27,7 @@ class AbstractShell(AbstractElement):
     thickness: Converted[Float[Array, "..."]] = eqx.field(converter=number)
     density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
-    positive: ClassVar[tuple[str, ...]] = ("thickness",)
+    positive: ClassVar[tuple[str, ...]] = ("young", "thickness")
     force_labels: ClassVar[tuple[str, ...]] = _RESULTANTS
     stress_labels: ClassVar[tuple[str, ...]] = tuple(
         f"{c} {face}" for face in ("top", "bottom") for c in ("xx", "yy", "xy")

@@ -13,28 +13,21 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import known, refuse_complex
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def number(value: Any) -> Array:
-    """Array leaf in the precision it comes in; whole numbers become floats."""
+    """Array leaf in the precision it comes in; whole numbers become floats.  Raises: TypeError for complex ones."""
     value = jnp.asarray(value)
+    refuse_complex(value)
     return jnp.asarray(value, value.dtype if jnp.issubdtype(value.dtype, jnp.floating) else float)
 
 
 def optional(value: Any) -> Array | None:
     """`number`, or None where there is none."""
     return None if value is None else number(value)
-
-
-def are_axes(rows) -> bool:
-    """Whether (3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
-    if not known(rows):
-        return True
-    rows = np.asarray(rows)
-    return bool(np.allclose(rows @ rows.T, np.eye(3), rtol=0, atol=1e-5) and np.linalg.det(rows) > 0)
 
 
 class AbstractElement(eqx.Module):

@@ -78,8 +78,8 @@ class Beam(AbstractElement):
 
     @property
     def positive(self) -> tuple[str, ...]:
-        """What the shear's compliance is divided by."""
-        return () if self.shear is None else ("shear", "shear_modulus")
+        """What it cannot hold without; with shear also what its compliance is divided by."""
+        return ("young", "area", *(() if self.shear is None else ("shear", "shear_modulus")))
 
     def faults(self) -> list[str]:
         """Also a section that differs in y and z without a reference to say which is which."""

@@ -39,7 +39,6 @@ class Quadrilateral(AbstractShell):
 
     num_nodes = 4
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")
-    positive = ("thickness", "young")
 
     def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
         """x bisects the diagonals, z along their vector product."""

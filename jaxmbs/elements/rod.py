@@ -23,6 +23,7 @@ class Rod(AbstractElement):
 
     num_nodes = 2
     coordinates = 3
+    positive = ("young", "area")
     force_labels = ("axial",)
     stress_labels = ("axial",)
 

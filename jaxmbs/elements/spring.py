@@ -5,10 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import are_axes, known
 from ..typing import Converted
 from ._parts import carried, turned
-from .base import DIRECTIONS, AbstractElement, are_axes, number, optional
+from .base import DIRECTIONS, AbstractElement, number, optional
 
 
 def _six(value):

@@ -16,6 +16,7 @@ from ..linear.system import LinearSystem
 from ..math.jit import jit
 from ..math.linalg import skew
 from ..math.rows import over_rows
+from ..model.question import states_of
 from ..model.system import System
 from ..typing import Matrix3, Scalar, Vector3
 from .floating import directions, rigid_basis
@@ -46,8 +47,8 @@ def carried_loads(
     Source: S1 (3), (18); S2 (28)-(29).
     """
     joints = {} if joints is None else dict(joints)
+    states = states_of(system, motion)
     _check(system, components, joints)
-    states = motion if isinstance(motion, State) else motion.states
     found = reactions(system, states, method=method) if joints else None
     wrenches = {} if found is None else {name: (found[name].force, found[name].moment) for name in joints}
     return _carried(system, states, dict(components), wrenches, tuple(joints.items()), method)

@@ -15,7 +15,7 @@ from ..kinematics.elastic import elastic_state, flow_rate, gathered
 from ..kinematics.state import HasStates, State
 from ..math.jit import jit
 from ..math.rotation import rotation_vector_rate
-from ..model.question import check_fits
+from ..model.question import states_of
 from ..model.system import System
 from ..reductions import recovery
 from .floating import FloatingFrame, interface_rows, turned
@@ -113,8 +113,7 @@ def _find(system, name):
 
 
 def _mapped(system, function, motion):
-    states = motion if isinstance(motion, State) else motion.states
-    check_fits(system, states)
+    states = states_of(system, motion)
     return jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
 
 

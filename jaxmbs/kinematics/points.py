@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import no_such
 from ..errors import UnknownNameError
+from ..math.host import as_array
 from ..model.question import question
 from ..model.system import System
 from ..typing import FrameLike, Matrix3, Vector3
@@ -21,6 +22,8 @@ def locate(system: System, frame):
 
     Raises: UnknownNameError.
     """
+    if not isinstance(frame, str) and not (isinstance(frame, tuple | list) and len(frame) == 2):
+        raise TypeError(f"a frame is the name of a frame or body, or (name, point), not {frame!r}")
     name, point = (frame, None) if isinstance(frame, str) else frame
     top = system.topology
     if name not in top.frame_index:
@@ -28,8 +31,15 @@ def locate(system: System, frame):
     index = top.frame_index[name]
     position, rotation = system.frames.position[index], system.frames.rotation[index]
     if point is not None:
-        position = position + rotation @ jnp.asarray(point, float)
+        position = position + rotation @ _point(name, point)
     return top.frame_node[index], position, rotation
+
+
+def _point(name, point):
+    point = as_array(point)
+    if point.shape != (3,):
+        raise ValueError(f"a point of {name!r} needs three numbers, got shape {point.shape}")
+    return point
 
 
 def _pose(system, P, psi, place):

@@ -1,6 +1,5 @@
 """The state of a system at a time, and how to get one that closes all loops."""
 
-import warnings
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
@@ -10,13 +9,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known, no_such
+from ..checks import broken
 from ..errors import AssemblyError, ModelError
 from ..math.host import as_array
+from ..model.question import check_system
 from ..model.system import System
 from ..typing import ArrayLike
 from .assembly import assembled
+from .cut_joints import held
 from .evaluate import is_concrete
+from .given_values import free_columns, placed, split_cuts
 from .host_assembly import assembled_on_host
 from .poses import neutral_coordinates
 
@@ -30,6 +32,8 @@ class State(eqx.Module):
     `residual` () is what assembly left open, the largest over the rows of positions [m, rad] and velocities [m/s,
     rad/s]; zero for a state written down by hand.  In a batch of designs `ok` tells which of them were assembled.
     `structure` is the layout of the system that it was made for, of which the public functions ask; None by hand.
+
+    Raises: ValueError for shapes that do not belong together, TypeError for what are no real numbers.
     """
 
     t: Float[Array, "..."]
@@ -46,10 +50,13 @@ class State(eqx.Module):
         residual: Array | None = None,
         structure: tuple | None = None,
     ) -> None:
-        plain = (float, list, np.ndarray)
-        self.t, self.coordinates, self.velocities = (
-            as_array(x) if isinstance(x, plain) else x for x in (t, coordinates, velocities)
-        )
+        parts = {"t": t, "coordinates": coordinates, "velocities": velocities}
+        self.t, self.coordinates, self.velocities = (_floats(name, x) for name, x in parts.items())
+        leading = self.t.shape
+        if not leading == self.coordinates.shape[:-1] == self.velocities.shape[:-1] or not self.coordinates.ndim:
+            shapes = ", ".join(f"{name} {getattr(self, name).shape}" for name in parts)
+            raise ValueError(f"a State has a time () and coordinates (nq,), velocities (nv,), or all of them with the "
+                             f"same leading axes; got {shapes}")
         self.residual = jnp.zeros_like(self.t) if residual is None else residual
         self.structure = structure
 
@@ -73,33 +80,45 @@ class State(eqx.Module):
 
         Args:
             values: joint name -> coordinate (several-freedom joints: an array; a ball: its quaternion w, x, y, z);
-                keywords serve as well, `State.at(system, crank=0.3)`.  These are held, all others are solved for.
+                keywords serve as well, `State.at(system, crank=0.3)`.  These are held, all others are solved for;
+                so is the one coordinate of a joint that was cut, in the place where the loop closes.
             velocities: joint name -> velocity, held; other velocities take the least that closes the loops.
             guess: joint name -> coordinate to start the search from (default: zero).
             t: time [s], for driven joints.
 
         Raises:
-            ModelError: unknown names, wrong sizes, or values for a joint that was cut (all in one report).
+            ModelError: unknown names, wrong sizes, velocities of a joint that was cut or several coordinates of one
+                (all in one report).
             AssemblyError: the loops cannot be closed there; names the joints and what remains open.  Inside of
                 tracing (a batch, a gradient) nothing is raised: coordinates and velocities are NaN there, and all
                 that follows from them; `residual` says how far open the loops are.
         """
+        check_system(system)
         values = {**(values or {}), **named}
         top = system.topology
         faults: list[str] = []
         precision = jnp.result_type(float)
-        psi = _place(top, neutral_coordinates(top).astype(precision), guess or {}, "coordinates", faults)
-        psi = _place(top, psi, values, "coordinates", faults)
-        u = _place(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
+        (guess, near), (values, wanted) = (split_cuts(system, given, faults) for given in (guess or {}, values))
+        psi = placed(top, neutral_coordinates(top).astype(precision), guess, "coordinates", faults)
+        psi = placed(top, psi, values, "coordinates", faults)
+        u = placed(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
+        if np.shape(t) != () or isinstance(t, str) or broken(lambda t: ~np.isfinite(t), t):
+            faults.append(f"state: t must be one finite time, got {t!r}")
         if faults:
             raise ModelError(faults)
-        free = tuple(_free(top, held).astype(precision) for held in (values, velocities or {}))
-        if not is_concrete(system, psi, u, t):
-            return _traced(system, jnp.asarray(psi), jnp.asarray(u), jnp.asarray(t, float), free)
-        found, f, g = _search(system, psi, u, np.asarray(t, precision), free, restart=not guess)
+        free = tuple(free_columns(top, given).astype(precision) for given in (values, velocities or {}))
+        if not is_concrete(system, psi, u, t, near, wanted):
+            return _traced(system, jnp.asarray(psi), jnp.asarray(u), jnp.asarray(t, float), free, near, wanted)
+        t = np.asarray(t, precision)
+        if near:
+            (psi, _), *_ = _search(held(system, {**near, **wanted}), psi, u, t, free, restart=True)
+        if wanted:
+            (psi, _), f, _ = _search(held(system, wanted), psi, u, t, free, restart=not guess)
+            _check(held(system, wanted), f, np.zeros(0, precision))
+        found, f, g = _search(system, psi, u, t, free, restart=not (guess or near or wanted))
         _check(system, f, g)
         largest = max(np.max(np.abs(x), initial=0.0) for x in (f, g))
-        return State(*(as_array(x, None) for x in (np.asarray(t, precision), *found, largest)), top.structure)
+        return State(*(as_array(x, None) for x in (t, *found, largest)), top.structure)
 
 
 @runtime_checkable
@@ -110,12 +129,28 @@ class HasStates(Protocol):
     def states(self) -> State: ...
 
 
-def _traced(system, psi, u, t, free):
+def _floats(name, x):
+    """An array of floats; one that is none yet, or of whole numbers, is made one.  Raises: TypeError."""
+    if isinstance(x, jax.Array) and jnp.issubdtype(x.dtype, jnp.floating):
+        return x
+    try:
+        return as_array(x)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"the {name} of a State are no real numbers: {error}") from error
+
+
+def _traced(system, psi, u, t, free, near, wanted):
     """The state within a trace, NaN where it is not assembled; times NaN and not `where`, so that derivatives are
     NaN too."""
-    psi, u, f, g = assembled(system, psi, u, t, *map(jnp.asarray, free))
-    largest = [jnp.max(jnp.abs(x), initial=0.0) for x in (f, g)]
-    state = State(t, psi, u, jax.lax.stop_gradient(jnp.maximum(*largest)), system.topology.structure)
+    free, rows = tuple(map(jnp.asarray, free)), []
+    if near:
+        psi = jax.lax.stop_gradient(assembled(held(system, {**near, **wanted}), psi, u, t, *free)[0])
+    if wanted:
+        psi, _, f, _ = assembled(held(system, wanted), psi, u, t, *free)
+        rows.append(f)
+    psi, u, f, g = assembled(system, psi, u, t, *free)
+    largest = jnp.max(jnp.abs(jnp.concatenate([*rows, f, g])), initial=0.0)
+    state = State(t, psi, u, jax.lax.stop_gradient(largest), system.topology.structure)
     factor = jnp.where(state.ok, 1.0, jnp.nan).astype(psi.dtype)
     return State(t, psi * factor, u * factor, state.residual, state.structure)
 
@@ -138,54 +173,6 @@ def _search(system, psi, u, t, free, restart):
         start[index] += random.normal(size=len(columns)) * scale * free[0][columns]
         *found, f, g = assembled_on_host(system, start, u, t, *free)
     return found, f, g
-
-
-def _place(top, array, values, part, faults):
-    """`array` with the named joints' entries set; faults are collected."""
-    for name, value in values.items():
-        if name not in top.joint_index:
-            faults.append(f"state: {no_such('joint', name, top.joint_names)}")
-            continue
-        joint = top.joints[top.joint_index[name]]
-        where = getattr(joint, part)
-        if joint.is_cut:
-            faults.append(
-                f"state: joint {name!r} closes a loop and has no coordinate; "
-                f"choose another joint to cut with build(cut=[...])"
-            )
-            continue
-        if isinstance(value, str):
-            faults.append(f"state: joint {name!r} takes numbers, got the text {value!r}")
-            continue
-        host = known(array, value)
-        value = np.asarray(value, array.dtype) if host else jnp.asarray(value, float)
-        size = where.stop - where.start
-        _notice_degrees(name, joint, value, part)
-        if value.shape not in (((), (1,)) if size == 1 else ((size,),)):
-            faults.append(f"state: joint {name!r} takes {size} {part}, got shape {value.shape}")
-            continue
-        if host:
-            array = array.copy()
-            array[where] = np.reshape(value, (size,))
-        else:
-            array = jnp.asarray(array).at[where].set(jnp.reshape(value, (size,)))
-    return array
-
-
-def _notice_degrees(name, joint, value, part):
-    """A warning for an angle of more than two turns: it may be in degrees."""
-    turns = joint.kind == "Revolute" and part == "coordinates" and known(value)
-    if turns and np.any(np.abs(value) > 4.0 * np.pi):
-        angle = float(np.max(np.abs(value)))
-        text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"
-        warnings.warn(f"{text}; angles are in radians, not degrees", stacklevel=4)
-
-
-def _free(top, values):
-    free = np.ones(top.num_velocities)
-    for name in values:
-        free[top.joints[top.joint_index[name]].velocities] = 0.0
-    return free
 
 
 def _check(system, f, g):

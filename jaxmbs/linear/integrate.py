@@ -94,7 +94,12 @@ def _state(system, start):
         return zero, zero
     if isinstance(start, StaticResponse):
         return start.displacement, zero
-    return tuple(zero if a is None else jnp.asarray(a, system.dtype) for a in start)
+    if len(start) != 2:
+        raise ValueError(f"start is (displacement, velocity), got {len(start)} parts")
+    start = tuple(zero if a is None else jnp.asarray(a, system.dtype) for a in start)
+    if any(a.shape != zero.shape for a in start):
+        raise ValueError(f"start has parts of shapes {[a.shape for a in start]}, not ({system.num_rows},)")
+    return start
 
 
 @jit
@@ -174,6 +179,8 @@ def _check(system, ts, gradient):
         raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_ADJOINTS)}")
     if ts.ndim != 1 or len(ts) < 2:
         raise ValueError(f"ts must be a list of two or more times, got shape {ts.shape}")
+    if known(ts) and not np.all(np.isfinite(np.asarray(ts))):
+        raise ValueError("ts must be finite times")
     if known(ts) and np.any(np.diff(np.asarray(ts)) <= 0):
         raise ValueError("ts must increase")
     if system.massless:

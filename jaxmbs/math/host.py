@@ -7,7 +7,7 @@ from jax import Array
 from jax.extend.core import get_opaque_trace_state
 from jax.typing import DTypeLike
 
-from ..checks import known
+from ..checks import known, refuse_complex
 from ..typing import ArrayLike
 
 _OUTSIDE = get_opaque_trace_state()
@@ -19,7 +19,12 @@ def is_outside() -> bool:
 
 
 def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
-    """x as an array of a type, or of its own (None); traced where it is, or where a trace is under way."""
+    """x as an array of a type, or of its own (None); traced where it is, or where a trace is under way.
+
+    Raises: TypeError for complex numbers where they are to be real.
+    """
+    if dtype is float:
+        refuse_complex(x)
     if isinstance(x, Array) or not known(x) or not is_outside():
         return jnp.asarray(x, dtype)
     return jax.device_put(np.asarray(x, dtype))

@@ -4,12 +4,16 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import are_axes, broken, faults_if
 from ..math.host import as_array
 from ..typing import ArrayLike
 
 
 class Pose(eqx.Module):
-    """Position (..., 3) [m] and rotation matrix (..., 3, 3) of a frame in another frame."""
+    """Position (..., 3) [m] and rotation matrix (..., 3, 3) of a frame in another frame.
+
+    Raises: ValueError for other shapes, TypeError for complex numbers.
+    """
 
     position: Float[Array, "... 3"]
     rotation: Float[Array, "... 3 3"]
@@ -17,6 +21,18 @@ class Pose(eqx.Module):
     def __init__(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> None:
         self.position = as_array(position)
         self.rotation = as_array(np.eye(3) if rotation is None else rotation)
+        if self.position.shape[-1:] != (3,):
+            raise ValueError(f"a point needs three numbers, got shape {self.position.shape}")
+        if self.rotation.shape[-2:] != (3, 3):
+            raise ValueError(f"a rotation is a matrix of shape (3, 3), got shape {self.rotation.shape}")
+
+    def faults(self) -> list[str]:
+        """What is wrong with the numbers of one pose, where they are known."""
+        return faults_if(
+            (self.position.shape != (3,) or self.rotation.shape != (3, 3), "it is many poses, not one"),
+            (broken(lambda x: ~np.isfinite(x), self.position), "its point is not finite"),
+            (self.rotation.ndim == 2 and not are_axes(self.rotation), "its rotation is no rotation matrix"),
+        )
 
     def __matmul__(self, other: "Pose") -> "Pose":
         """The pose of `other`, given in this frame, in the frame that this one is given in."""

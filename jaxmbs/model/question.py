@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from ..errors import ModelError
+from ..math.host import as_array
 from ..math.jit import jit
 
 Function = TypeVar("Function", bound=Callable)
@@ -22,11 +23,25 @@ def question(function: Function) -> Function:
     return ask  # type: ignore[return-value]
 
 
+def check_system(system) -> None:
+    """TypeError for what is no mechanism."""
+    if not hasattr(system, "topology"):
+        raise TypeError(f"a System is needed, as SystemBuilder.build() makes it, not a {type(system).__name__}")
+
+
 def check_fits(system, state) -> None:
     """ModelError unless a state (or states with leading axes) has the coordinates of the system.
 
     States that were made for a system remember its joints; of one written down by hand only the sizes are known.
+
+    Raises: TypeError for what is no system or no state.
     """
+    if hasattr(state, "topology"):
+        raise TypeError(f"the system comes first, and the state after it; got a {type(system).__name__} and a System")
+    check_system(system)
+    if not hasattr(state, "structure"):
+        hint = ": take one of its states, or jax.vmap for all of them" if hasattr(state, "states") else ""
+        raise TypeError(f"a State is needed, as State.at(system, ...) makes it, not a {type(state).__name__}{hint}")
     top = system.topology
     if state.structure is not None and state.structure != top.structure:
         raise ModelError([f"the state belongs to another system: it has {_list(state)}, this one {_list(top)}"])
@@ -34,6 +49,21 @@ def check_fits(system, state) -> None:
         shape = getattr(state, part).shape
         if not shape or shape[-1] != size:
             raise ModelError([f"the state has {part} of shape {shape}; this system has {size}, of {_list(top)}"])
+
+
+def states_of(system, motion):
+    """The states of a motion, or a State as it is, that fit the system.  Raises: as `check_fits`."""
+    states = getattr(motion, "states", motion)
+    check_fits(system, states)
+    return states
+
+
+def rates_of(system, rates, what: str):
+    """Numbers (nv,) as an array; ValueError unless there is one for every velocity of the system."""
+    rates, n = as_array(rates), system.topology.num_velocities
+    if rates.shape != (n,):
+        raise ValueError(f"{what}: shape {rates.shape}, not ({n},), one for each velocity of {_list(system.topology)}")
+    return rates
 
 
 def _list(owner) -> str:

@@ -4,14 +4,20 @@ import numpy as np
 
 from ..kinematics.rows import constraint_jacobian, constraint_residual
 from ..model.system import System
+from ..status import Status
+from .fastest import fastest_motion
 from .motion import Motion
 
 _OPEN = 1e-6  # residual that counts as open
 _SINGULAR = 1e-4  # singular value over the largest that counts as lost
 
 
-def explain(system: System, motion: Motion) -> str:
-    """The status of one failed motion with its time, and the joints whose constraints are open or singular there."""
+def explain(system: System, motion: Motion, t0: float) -> str:
+    """The status of one failed motion with its time, and what stands behind it there: joints whose constraints are
+    open or singular, or the fastest motion where steps ran out.
+
+    Args: t0: the time of its start [s].
+    """
     text = f"the motion failed: {motion.status}"
     end = motion.end
     if np.ndim(end.t):
@@ -20,6 +26,9 @@ def explain(system: System, motion: Motion) -> str:
     saved = _saved(motion)
     if len(saved):
         text += f", last saved state at t = {saved[-1]:.4g} s"
+    if motion.status in (Status.MAX_STEPS, Status.STEP_SIZE):
+        taken = max(int(motion.diagnostics.num_steps), 1)
+        text += f"; {taken} steps" + fastest_motion(system, end, (float(end.t) - t0) / taken)
     if not (system.has_constraints and np.isfinite(end.coordinates).all()):
         return text
     open_rows, singular = _open(system, end), _singular(system, end)

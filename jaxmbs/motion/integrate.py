@@ -97,7 +97,7 @@ def simulate(
     options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
     motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
     if throw and known(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
-        raise SimulationError(explain(system, motion), motion)
+        raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     return motion
 
 

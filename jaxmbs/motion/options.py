@@ -9,7 +9,7 @@ import lineax
 import numpy as np
 import optimistix
 
-from ..checks import known
+from ..checks import broken, known
 from ..math.host import as_array
 from ..math.lineax_solver import SquareSolver
 from .formulation import Formulation
@@ -42,6 +42,9 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
         raise ValueError(
             f"controller must be an adaptive one of diffrax, got {controller!r}; for fixed steps give dt="
         )
+    for name, value in {"rtol": rtol, "atol": atol}.items():
+        if broken(lambda x: ~np.isfinite(x) | (x < 0), value):
+            raise ValueError(f"{name}={value} must be finite and not negative")
     if controller is not None and dt is not None:
         raise ValueError("give dt= (fixed steps) or controller= (adaptive steps), not both")
     if dt is None and not isinstance(solver, diffrax.AbstractAdaptiveSolver):
@@ -102,8 +105,8 @@ def fixed_steps(t0, t1, dt):
     """Number of fixed steps where it is known, else None."""
     if dt is None or not known(t0, t1, dt):
         return None
-    if not dt > 0:
-        raise ValueError(f"dt must be positive, got {dt}")
+    if not (dt > 0 and np.isfinite(dt)):
+        raise ValueError(f"dt must be positive and finite, got {dt}")
     return max(1, math.ceil(float(np.asarray(t1) - np.asarray(t0)) / float(dt) - 1e-9))
 
 

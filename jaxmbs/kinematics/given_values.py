@@ -1,0 +1,85 @@
+"""What a user says of a state: coordinates and velocities by the name of the joint, put in their places."""
+
+import warnings
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import broken, known, no_such
+from .cut_joints import may_hold
+
+
+def split_cuts(system, values, faults):
+    """Values of the joints in the tree, and those () of cut joints with one coordinate; faults are collected."""
+    top = system.topology
+    cut = [name for name in values if name in top.joint_index and top.joints[top.joint_index[name]].is_cut]
+    own, cut = {}, [name for name in cut if may_hold(system, name)]
+    for name in cut:
+        if _is_no_number(values[name]) or np.shape(values[name]) not in ((), (1,)):
+            faults.append(f"state: joint {name!r} takes one finite number, got {values[name]!r}")
+        else:
+            own[name] = jnp.reshape(jnp.asarray(values[name], float), ())
+    return {name: value for name, value in values.items() if name not in cut}, own
+
+
+def placed(top, array, values, part, faults):
+    """`array` with the named joints' entries set; faults are collected."""
+    for name, value in values.items():
+        if name not in top.joint_index:
+            faults.append(f"state: {no_such('joint', name, top.joint_names)}")
+            continue
+        joint = top.joints[top.joint_index[name]]
+        where = getattr(joint, part)
+        if joint.is_cut:
+            faults.append(
+                f"state: joint {name!r} closes a loop and takes no {part}; give those of other joints of the loop, or "
+                f"cut one of these at build: cut=[{', '.join(map(repr, _loop_of(top, joint)))}]"
+            )
+            continue
+        if isinstance(value, str):
+            faults.append(f"state: joint {name!r} takes numbers, got the text {value!r}")
+            continue
+        if _is_no_number(value):
+            faults.append(f"state: joint {name!r} takes finite real numbers, got {value!r}")
+            continue
+        host = known(array, value)
+        value = np.asarray(value, array.dtype) if host else jnp.asarray(value, float)
+        size = where.stop - where.start
+        _notice_degrees(name, joint, value, part)
+        if value.shape not in (((), (1,)) if size == 1 else ((size,),)):
+            faults.append(f"state: joint {name!r} takes {size} {part}, got shape {value.shape}")
+            continue
+        if host:
+            array = array.copy()
+            array[where] = np.reshape(value, (size,))
+        else:
+            array = jnp.asarray(array).at[where].set(jnp.reshape(value, (size,)))
+    return array
+
+
+def _is_no_number(value):
+    """Whether it is a text or complex, or known and not finite."""
+    return isinstance(value, str) or np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x), value)
+
+
+def _loop_of(top, joint):
+    """Names of the joints between the ends of a cut joint, in the tree."""
+    ends = [set(np.nonzero(top.bodies.path[body])[0]) if body >= 0 else set() for body in (joint.parent, joint.child)]
+    return [top.joints[top.body_joint[k]].name for k in sorted(ends[0] ^ ends[1])]
+
+
+def _notice_degrees(name, joint, value, part):
+    """A warning for an angle of more than two turns: it may be in degrees."""
+    turns = joint.kind == "Revolute" and part == "coordinates" and known(value)
+    if turns and np.any(np.abs(value) > 4.0 * np.pi):
+        angle = float(np.max(np.abs(value)))
+        text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"
+        warnings.warn(f"{text}; angles are in radians, not degrees", stacklevel=4)
+
+
+def free_columns(top, values):
+    """1 for every column (nv,), 0 for those of the joints that have values."""
+    free = np.ones(top.num_velocities)
+    for name in values:
+        free[top.joints[top.joint_index[name]].velocities] = 0.0
+    return free
