@@ -1,0 +1,242 @@
+"""Wrong arguments made of right ones, and what counts as an honest answer to them.
+
+An `Example` is a valid call.  From each of its arguments come the misuses that make sense for its kind; the answer
+is an error in words, or a result that shows what is wrong: NaN, infinite, or `ok` that is false.  Numbers in single
+precision or whole ones give the number of the valid call, or an error.
+"""
+
+import inspect
+import warnings
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+LONGEST = 2000  # characters of a message: more are pages of a compiler's text
+RAW = (AttributeError, IndexError, ZeroDivisionError, AssertionError, NameError, RecursionError, np.linalg.LinAlgError)
+SINGLE = 2e-3  # relative
+
+
+class Example(NamedTuple):
+    """A valid call; `fine`: "argument misuse" -> why that is no misuse here, "*" for all arguments or misuses."""
+
+    function: Callable
+    args: tuple
+    options: dict
+    fine: Mapping[str, str]
+
+    def excuses(self, argument: str, misuse: str) -> bool:
+        names = {f"{a} {m}" for a in (argument, "*") for m in (misuse, "*")}
+        return bool(names & set(self.fine))
+
+
+class Attempt(NamedTuple):
+    """One misuse: its argument and kind, the call, and for numbers in another type the right answer."""
+
+    argument: str
+    misuse: str
+    call: Callable
+    right: Callable | None = None
+
+
+def call(*args, **options):
+    """The arguments of an example."""
+    return args, options
+
+
+def attempts(example: Example):
+    """Every attempt on an example but those that it excuses."""
+    signature = inspect.signature(example.function)
+    bound = signature.bind(*example.args, **example.options)
+    for attempt in (*_swapped(example), *_whole_calls(example), *_of_arguments(example, bound)):
+        if not example.excuses(attempt.argument, attempt.misuse):
+            yield attempt
+
+
+def _of_arguments(example, bound):
+    for name, value in bound.arguments.items():
+        kind = bound.signature.parameters[name].kind
+        if kind in (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD):
+            continue
+        for misuse, wrong in misuses(value):
+            yield Attempt(name, misuse, _with(example.function, bound, name, wrong))
+
+
+def _with(function, bound, name, value):
+    given = inspect.BoundArguments(bound.signature, {**bound.arguments, name: value})
+    return lambda: function(*given.args, **given.kwargs)
+
+
+def _swapped(example):
+    """The first two arguments in each other's place, where they are not of one kind."""
+    if len(example.args) > 1 and type(example.args[0]) is not type(example.args[1]):
+        first, second, *rest = example.args
+        yield Attempt("*", "swapped", lambda: example.function(second, first, *rest, **example.options))
+
+
+def _whole_calls(example):
+    """All numbers of the call in single precision; all that are whole as integers."""
+    right = lambda: example.function(*example.args, **example.options)  # noqa: E731
+    given = example.args, example.options
+    for misuse, change in (("single", _in_single), ("integer", _as_integers)):
+        changed = _numbers_changed(given, change)
+        if changed is not None:
+            yield Attempt("*", misuse, lambda c=changed: example.function(*c[0], **c[1]), right)
+
+
+def _numbers_changed(given, change):
+    """The arguments with their plain numbers and arrays changed; None where there are none to change."""
+    leaves, tree = jax.tree.flatten(given, is_leaf=lambda x: x is None or _is_noun(x))
+    new = [change(x) if _numeric(x) == "f" else x for x in leaves]
+    if all(a is b for a, b in zip(new, leaves, strict=True)):
+        return None
+    return jax.tree.unflatten(tree, new)
+
+
+def _in_single(x):
+    return jnp.asarray(x, jnp.float32)
+
+
+def _as_integers(x):
+    whole = np.all(np.asarray(x) == np.round(np.asarray(x)))
+    return (jnp.asarray(x, int) if np.ndim(x) else int(x)) if whole else x
+
+
+def _is_noun(x):
+    return isinstance(x, eqx.Module)
+
+
+def _numeric(x):
+    """"f", "c", "i" for a number or an array of numbers, else None."""
+    if isinstance(x, bool) or not isinstance(x, float | int | complex | np.ndarray | np.generic | jax.Array):
+        return None
+    kind = np.asarray(x).dtype.kind
+    return {"f": "f", "c": "c", "i": "i", "u": "i"}.get(kind)
+
+
+def misuses(value):
+    """(kind, wrong value) of every misuse of an argument."""
+    if value is None or isinstance(value, bool):
+        return
+    if isinstance(value, list | tuple) and not hasattr(value, "_fields") and _is_rectangular(value):
+        value = np.asarray(value)
+        value = value.tolist() if value.dtype.kind == "i" else value  # rows
+    kind = _numeric(value)
+    if kind in ("f", "c"):
+        yield from _of_numbers(value, kind)
+    elif kind == "i" or _are_rows(value):
+        yield from _of_integers(value)
+    elif isinstance(value, str):
+        yield from (("name", "nonesuch"), ("number for a name", 3.5))
+    elif isinstance(value, Mapping):
+        yield from _of_mapping(value)
+    elif isinstance(value, list | tuple) and not hasattr(value, "_fields"):
+        yield "text", 3.5
+        yield from ((misuse, type(value)([wrong, *value[1:]])) for misuse, wrong in misuses(value[0]) if len(value))
+    elif callable(value) and not _is_noun(value):
+        yield "no function", 3.5
+    else:
+        yield from (("text", "nonsense"), ("none", None))
+        if any(map(eqx.is_inexact_array, jax.tree.leaves(value))):
+            yield "nan inside", _spoiled(value)
+
+
+def _of_numbers(value, kind):
+    array = np.asarray(value)
+    yield "text", "nonsense"
+    yield "nan", _put(array, np.nan)
+    yield "inf", _put(array, np.inf)
+    yield "shape", np.ones(7) if array.ndim == 0 else np.concatenate([array, array[..., -1:]], axis=-1)
+    if kind == "f":
+        yield "complex", array * (1.0 + 0.5j) + 0.25j
+
+
+def _of_integers(value):
+    yield "text", "nonsense"
+    many = not isinstance(value, int | np.integer) and np.ndim(value) > 0
+    for misuse, wrong in (("negative", -7), ("huge", 10**6)):
+        yield misuse, type(value)([wrong, *value[1:]]) if many and not isinstance(value, np.ndarray) else wrong
+
+
+def _of_mapping(value):
+    yield "text", "nonsense"
+    first = next(iter(value), None)
+    if first is None:
+        return
+    rest = {k: v for k, v in value.items() if k != first}
+    yield "name", {"nonesuch": value[first], **rest}
+    yield from ((misuse, {first: wrong, **rest}) for misuse, wrong in misuses(value[first]))
+
+
+def _put(array, value):
+    """The array, one entry of it replaced."""
+    array = np.array(array)
+    array[(array.ndim and array.size // 2 and np.unravel_index(array.size // 2, array.shape)) or ...] = value
+    return jnp.asarray(array) if array.ndim else array[()]
+
+
+def _is_rectangular(value):
+    """Whether nested lists hold numbers only and make an array."""
+    leaves = jax.tree.leaves(value)
+    if not leaves or not all(_numeric(x) for x in leaves):
+        return False
+    try:
+        return np.asarray(value).dtype.kind in "fci"
+    except ValueError:
+        return False
+
+
+def _are_rows(value):
+    return isinstance(value, list | tuple) and bool(value) and all(isinstance(x, int | np.integer) for x in value)
+
+
+def _spoiled(value):
+    """A noun whose every number is NaN."""
+    return jax.tree.map(lambda x: jnp.full_like(x, jnp.nan) if eqx.is_inexact_array(x) else x, value)
+
+
+def verdict(attempt: Attempt) -> str | None:
+    """None for an honest answer, else what is wrong with it."""
+    try:
+        with warnings.catch_warnings(), jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
+            warnings.simplefilter("ignore")  # a warning is no refusal
+            found = attempt.call()
+    except RAW as error:
+        return f"raw {type(error).__name__}: {str(error)[:120]}"
+    except Exception as error:  # noqa: BLE001 - what it says is judged
+        if type(error).__module__.startswith(("jaxlib", "equinox")) or type(error).__name__ == "JaxRuntimeError":
+            return f"raw {type(error).__name__}: {str(error)[:120]}"
+        return f"{len(str(error))} characters: {str(error)[:120]}" if len(str(error)) > LONGEST else None
+    if attempt.right is not None:
+        return _differs(found, attempt.right())
+    if attempt.misuse == "complex" and any(np.any(np.imag(x)) for x in numbers(found)):
+        return None
+    return None if says_no(found) else f"taken: {str(found)[:120]}"
+
+
+def numbers(found):
+    """The arrays of floats in a result."""
+    leaves = jax.tree.leaves(found)
+    return [np.asarray(x) for x in leaves if _numeric(x) in ("f", "c")]
+
+
+def says_no(found) -> bool:
+    """Whether a result shows that it is none."""
+    if any(not np.all(np.isfinite(x)) for x in numbers(found)):
+        return True
+    ok = getattr(found, "ok", True)
+    return not np.all(np.asarray(ok)) if not callable(ok) else False
+
+
+def _differs(found, right):
+    pairs = list(zip(numbers(found), numbers(right), strict=False))
+    for a, b in pairs:
+        if a.shape != b.shape:
+            return f"shape {a.shape} instead of {b.shape}"
+        where = np.isfinite(b)
+        if where.any() and not np.allclose(a[where], b[where], rtol=SINGLE, atol=SINGLE * np.max(np.abs(b[where]))):
+            return f"off by {np.nanmax(np.abs(a - b)):.3g} of {np.max(np.abs(b[where])):.3g}"
+    return None

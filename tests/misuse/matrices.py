@@ -1,0 +1,102 @@
+"""Examples of the questions to matrices: `linear`."""
+
+import numpy as np
+
+import jaxmbs as mbs
+
+from .attempts import call
+from .cases import case
+
+ANY = "any number of frequencies"
+TIMES = "any number of times"
+CASES = {
+    "linear.LinearSystem": case(
+        lambda z: call(
+            mass=z.M, stiffness=z.K, damping=z.C, interface=["a"], coordinates=["a", "b", "c", "d"], massless=[3]
+        ),
+        "* complex: matrices may be",
+        "damping nan: refused",
+    ),
+    "linear.Link": case(
+        lambda z: call(mbs.SpringDamper(2.0), {"a": 1.0}),
+        "row name: simulate refuses it",
+    ),
+    "linear.Modal": case(lambda z: call(0.25, 2), "ratios *: simulate refuses it", "num *: simulate refuses it"),
+    "linear.TransferFunctions": case(
+        lambda z: call(z.omega, z.values, ["p", "q"], ["p", "q"]),
+        "values nan: gaps in what was measured",
+        "values inf: shows in whatever is asked",
+        "outputs name: names are free",
+        "inputs name: names are free",
+    ),
+    "linear.accelerance": case(lambda z: call(z.values, z.omega)),
+    "linear.mobility": case(lambda z: call(z.values, z.omega), "receptance shape: any number of channels"),
+    "linear.acceleration_gain": case(lambda z: call(3.0, 2.0), "* shape: numbers or arrays of them"),
+    "linear.gain_from_mobility": case(lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them"),
+    "linear.mobility_from_gain": case(lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them"),
+    "linear.generalised_stiffness": case(lambda z: call(2.0, 3.0), "* shape: numbers or arrays of them"),
+    "linear.superpose": case(lambda z: call(z.modes.shapes, z.x.T), "coordinates shape: any number of columns"),
+    "linear.base_load": case(lambda z: call(z.M, z.K[:, :1], z.x[:, :1])),
+    "linear.block_matrices": case(lambda z: call(z.K, z.M, size=2)),
+    "linear.check": case(lambda z: call(z.free_beam, np.zeros(3), 1e-6), "tolerance *: of a report"),
+    "linear.natural_modes": case(lambda z: call(K=z.K, M=z.M, num=2)),
+    "linear.complex_modes": case(lambda z: call(K=z.K, C=z.C, M=z.M)),
+    "linear.modal": case(lambda z: call(K=z.K, M=z.M, ratios=np.full(4, 0.25))),
+    "linear.proportional": case(lambda z: call(K=z.K, M=z.M, by_mass=0.5, by_stiffness=0.25)),
+    "linear.proportional_from_ratios": case(lambda z: call((1.0, 0.25), (2.0, 0.5))),
+    "linear.structural": case(lambda z: call(z.K, 0.25)),
+    "linear.coupled": case(lambda z: call(z.C)),
+    "linear.damped_frequency": case(lambda z: call(2.0, 0.25), "* shape: numbers or arrays of them"),
+    "linear.constraint_modes": case(lambda z: call(z.K, (0,))),
+    "linear.interface_basis": case(lambda z: call(z.K, (0,))),
+    "linear.partition": case(lambda z: call(4, (0, 2)), "size huge: it is the size", "* integer: rows"),
+    "linear.dense_response": case(
+        lambda z: call(K=z.K, M=z.M, C=z.C, load=z.M, omega=z.omega, out=z.x), f"omega shape: {ANY}"
+    ),
+    "linear.direct_response": case(
+        lambda z: call(K=z.blocks[0], M=z.blocks[1], load=np.ones((4, 1)), omega=z.omega), f"omega shape: {ANY}"
+    ),
+    "linear.receptance": case(
+        lambda z: call(K=z.K, M=z.M, omega=z.omega, out=[0], into=[3], C=z.C), f"omega shape: {ANY}"
+    ),
+    "linear.viscous_receptance": case(
+        lambda z: call(K=z.K, M=z.M, C=z.C, omega=z.omega, out=[0], into=[3]), f"omega shape: {ANY}"
+    ),
+    "linear.transmissibility": case(
+        lambda z: call(K=z.K, M=z.M, omega=z.omega, base=(0,), out=(3,)), f"omega shape: {ANY}"
+    ),
+    "linear.modal_receptance": case(
+        lambda z: call(np.array([1.0, 2.0]), np.ones((1, 2)), np.ones((1, 2)), z.omega, 0.25, 2.0),
+        f"omega shape: {ANY}",
+    ),
+    "linear.modal_motion": case(
+        lambda z: call(np.array([1.0, 2.0]), 0.25, z.x[:, :2], 0.5, np.ones(2), np.ones(2)), "loads shape: refused"
+    ),
+    "linear.oscillations": case(
+        lambda z: call(np.array([1.0, 4.0]), np.array([0.5, 0.25]), z.x[:, :2], 0.5, np.ones(2), np.ones(2))
+    ),
+    "linear.modal_response": case(lambda z: call(K=z.K, M=z.M, load=z.x, step=0.5, ratios=0.25)),
+    "linear.mac": case(lambda z: call(z.modes.shapes, z.modes.shapes, z.M), "* shape: any number of shapes"),
+    "linear.track": case(lambda z: call(z.modes, z.modes, z.M)),
+    "linear.mode_ratios": case(lambda z: call(z.modes, 1)),
+    "linear.effective_masses": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
+    "linear.participation": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
+    "linear.lowest_modes": case(lambda z: call(_factor(z.long_blocks[0]), z.long_blocks[1], 2)),
+    "linear.rigid_motions": case(lambda z: call(z.x[:, :3], np.array([1.0, 2.0, 3.0]))),
+    "linear.static_response": case(lambda z: call(K=z.K, load=z.x)),
+    "linear.equilibrium": case(lambda z: call(z.chain, {"b": 1.0}), "forces shape: any number of cases"),
+    "linear.modes": case(lambda z: call(z.chain, 2)),
+    "linear.frequency_response": case(
+        lambda z: call(z.chain, z.omega, ["a"], ["d"], "direct", 0.25), f"omega shape: {ANY}"
+    ),
+    "linear.harmonic_response": case(lambda z: call(z.chain, z.omega, {"a": 1.0}, 0.25), f"omega shape: {ANY}"),
+    "linear.simulate": case(
+        lambda z: call(z.chain, (np.zeros(4), np.ones(4)), ts=z.ts, forces={"a": np.ones(3)}, rtol=1e-6, atol=1e-6)
+    ),
+}
+
+
+def _factor(matrix):
+    return mbs.blocksparse.factor(matrix)
+
+

@@ -1,0 +1,95 @@
+"""Examples of the questions to mechanisms."""
+
+import jax.numpy as jnp
+import numpy as np
+
+import jaxmbs as mbs
+
+from .attempts import call
+from .cases import case
+
+NO_NUMBER = "an answer of names and structure has no number in it"
+OF_PLACE = "the answer does not depend on it"
+
+
+def of_state(*fine):
+    return case(lambda z: call(z.bars, z.state), *fine)
+
+
+def of_frame(*fine):
+    return case(lambda z: call(z.bars, z.state, "coupler"), *fine)
+
+
+CASES = {
+    **{f"kinematics.{n}": of_frame() for n in ("position", "rotation", "velocity", "angular_velocity", "jacobian")},
+    "kinematics.point_kic": of_frame(),
+    **{
+        f"kinematics.{name}": of_state()
+        for name in (
+            *("constraint_residual", "constraint_jacobian", "internal_kic", "internal_kic_second"),
+            *("internal_kic_second_printed", "kic", "kic_second"),
+        )
+    },
+    "kinematics.kic_rate": case(lambda z: call(z.second.internal, np.array([2.0]))),
+    "kinematics.State": case(
+        lambda z: call(0.0, np.array([0.25, 0.5]), np.array([1.0, 2.0])),
+        "* nan: written by hand, `ok` of it is asked by whoever uses it",
+        "* inf: likewise",
+        "coordinates shape: the system that it is for is not known",
+        "velocities shape: likewise",
+    ),
+    **{
+        f"dynamics.{name}": of_state()
+        for name in (
+            *("compliance_effort", "forward_dynamics", "generalised_momentum", "gravity_effort", "gyristor_field"),
+            *("independent_rates", "inertia_field", "kinetic_energy", "mass_matrix", "potential_energy"),
+            *("resistance_effort", "resistance_field", "source_effort", "state_equations", "total_effort"),
+        )
+    },
+    "dynamics.inverse_dynamics": case(lambda z: call(z.bars, z.state, np.array([1.0, 2.0, 3.0]))),
+    "dynamics.acceleration": of_frame(),
+    "dynamics.angular_acceleration": of_frame(),
+    "dynamics.reactions": case(lambda z: call(z.bars, z.state, "world", "child", {"A": np.ones(6)}, "dense")),
+    "dynamics.reaction_bonds": case(lambda z: call(z.bars, z.state, {"A": np.ones(6)}, "dense")),
+    "jaxmbs.reactions": case(lambda z: call(z.bars, z.state)),
+    "analysis.equilibrium": case(lambda z: call(z.bars, z.state)),
+    "jaxmbs.equilibrium": case(lambda z: call(z.bars, z.state)),
+    "analysis.linearise": case(lambda z: call(z.bars, z.state, ["A"], ["D"])),
+    "analysis.stiffness": of_state(),
+    "analysis.modes": of_state(),
+    "jaxmbs.modes": case(lambda z: call(z.lin)),
+    "analysis.frequency_response": case(lambda z: call(z.lin, z.omega), "omega shape: any number of frequencies"),
+    "jaxmbs.frequency_response": case(lambda z: call(z.lin, z.omega), "omega shape: any number of frequencies"),
+    "jaxmbs.check": case(lambda z: call(z.bars), f"system nan inside: {NO_NUMBER}"),
+    "motion.simulate": case(
+        lambda z: call(z.bars, z.state, ts=z.ts, rtol=1e-6, atol=1e-6), "ts shape: any number of times"
+    ),
+    "jaxmbs.simulate": case(lambda z: call(z.bars, z.state, 0.125, dt=0.0625, solver=mbs.ImplicitMidpoint())),
+    "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
+    "bondgraph.bond_graph": case(
+        lambda z: call(z.bars, "detailed", z.state), f"system nan inside: {NO_NUMBER}", f"state nan inside: {NO_NUMBER}"
+    ),
+    "bondgraph.bond_powers": case(lambda z: call(z.bars, z.state, "inertia")),
+    "bondgraph.state_equations": case(lambda z: call(z.bars, z.state, "inertia")),
+    "bondgraph.junction_residual": case(lambda z: call(z.powers)),
+    "flexible.deformations": case(lambda z: call(z.elastic, z.elastic_state, "arm")),
+    "flexible.displacements": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
+    "flexible.interface_loads": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
+    "flexible.floating_frame": case(lambda z: call(z.free_beam, ["a", "b"], 0, 0.125)),
+    "flexible.carried_loads": case(lambda z: call(z.bars, z.state, {"coupler": z.free_beam}, {"B": ("coupler", "a")})),
+    "flexible.mass_properties": case(lambda z: call(z.free_beam)),
+    "design.minimise": case(
+        lambda z: call(_square, {"x": 2.0}, {"x": (0.0, 4.0)}, progress=False, steps=3),
+        "bounds inf: no bound",
+        "bounds name: refused as another structure",
+    ),
+    "design.batch": case(lambda z: call(_squared, {"x": np.array([1.0, 2.0])}, progress=False)),
+}
+
+
+def _square(design):
+    return (design["x"] - 1.0) ** 2
+
+
+def _squared(design):
+    return {"y": jnp.square(design["x"])}

@@ -1,0 +1,189 @@
+"""Examples of what is declared: joints, laws, signals, elements and the numbers of bodies, judged at build."""
+
+import functools
+import inspect
+
+import numpy as np
+
+import jaxmbs as mbs
+from jaxmbs import fem
+
+from .attempts import call
+from .cases import case
+
+
+def _through(use):
+    """Of a class: a function of its arguments that makes one and uses it."""
+
+    def wrapper(kind):
+        @functools.wraps(kind, updated=())
+        def made(*args, **options):
+            return use(kind(*args, **options))
+
+        made.__signature__ = inspect.signature(kind)
+        return made
+
+    return wrapper
+
+
+def _two_bodies():
+    b = mbs.SystemBuilder()
+    for name in ("arm", "hand"):
+        b.body(name, mass=1.0, com=(0.1, 0.0, 0.0), inertia=(0.01, 0.02, 0.02))
+    b.joint("shoulder", mbs.Revolute("z"), "ground", "arm")
+    return b
+
+
+def _joint(kind):
+    b = _two_bodies()
+    b.joint("wrist", kind, "arm", "hand")
+    return b.build()
+
+
+def _law(**port):
+    def use(law):
+        b = _two_bodies()
+        b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
+        b.force("law", law, **port)
+        return b.build()
+
+    return use
+
+
+def _constraint(kind):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Free(), "arm", "hand")
+    b.constraint("tie", kind, **({} if isinstance(kind, mbs.Coupler) else {"between": ("ground", "hand")}))
+    return b.build()
+
+
+def _coupled(kind):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
+    b.constraint("tie", kind)
+    return b.build()
+
+
+def _drive(signal):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Revolute("y"), "arm", "hand", drive=signal)
+    return b.build()
+
+
+NODES = {
+    1: {"a": (0.0, 0.0, 0.0)},
+    2: {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0)},
+    3: {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (0.0, 1.0, 0.0)},
+    4: {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (1.0, 1.0, 0.0), "d": (0.0, 1.0, 0.0)},
+}
+NODES[8] = {**NODES[4], **{name.upper(): (x, y, 1.0) for name, (x, y, _) in NODES[4].items()}}
+
+
+def _element(element):
+    nodes = NODES[element.num_nodes]
+    return fem.assemble_dense(fem.Structure(nodes, {"parts": (element, [tuple(nodes)])}))
+
+
+def joint(arguments, *fine):
+    return case(arguments, *fine, through=_through(_joint))
+
+
+def on_joint(arguments, *fine):
+    return case(arguments, *fine, through=_through(_law(joint="wrist")))
+
+
+def on_body(arguments, *fine):
+    return case(arguments, *fine, through=_through(_law(on="hand")))
+
+
+def tie(arguments, *fine):
+    return case(arguments, *fine, through=_through(_constraint))
+
+
+def signal(arguments, *fine):
+    return case(arguments, *fine, through=_through(_drive))
+
+
+def element(arguments, *fine):
+    return case(arguments, *fine, through=_through(_element))
+
+
+AXIS = np.array([0.0, 1.0, 1.0])
+POINTS, EFFORTS = np.array([-1.0, 0.0, 2.0]), np.array([-3.0, 0.0, 4.0])
+MANY = "any number of points"
+
+CASES = {
+    **{f"joints.{name}": joint(lambda z: call(AXIS)) for name in ("Revolute", "Prismatic", "Cylindrical", "Planar")},
+    "joints.Screw": joint(lambda z: call(AXIS, pitch=0.5)),
+    "joints.Universal": joint(lambda z: call(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))),
+    **{f"joints.{name}": joint(lambda z: call()) for name in ("Spherical", "Free", "Weld")},
+    "joints.Distance": tie(lambda z: call(0.5)),
+    "joints.PointOnPlane": tie(lambda z: call()),
+    "joints.PointOnLine": tie(lambda z: call()),
+    "joints.RollingSphere": tie(lambda z: call(0.5)),
+    "joints.RollingDisk": tie(lambda z: call(0.5, np.array([0.0, 1.0, 0.0]))),
+    "joints.KnifeEdge": tie(lambda z: call(np.array([1.0, 0.0, 0.0]))),
+    "joints.Coupler": case(
+        lambda z: call({"shoulder": 1.0, "wrist": 2.0}, 0.5, lambda a, b: a - b), through=_through(_coupled)
+    ),
+    "joints.Rows": case(lambda z: call(lambda psi, t: psi[0] - psi[1]), through=_through(_coupled)),
+    "joints.VelocityRows": case(lambda z: call(lambda psi, u, t: u[0] - u[1]), through=_through(_coupled)),
+    "forces.SpringDamper": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25)),
+    "forces.Bushing": case(
+        lambda z: call(np.ones(6), np.ones(6), np.zeros(6)), through=_through(_law(between=("ground", "hand")))
+    ),
+    "forces.BumpStop": on_joint(
+        lambda z: call(2.0, -1.0, 1.0, 2.0, 0.25), "lower inf: no stop", "upper inf: no stop"
+    ),
+    "forces.CoulombFriction": on_joint(lambda z: call(2.0, 1.5, 0.5, 0.25, 0.5)),
+    "forces.Table": on_joint(
+        lambda z: call(POINTS, EFFORTS, POINTS, -EFFORTS), "x_points shape: refused with efforts of another number"
+    ),
+    "forces.PD": on_joint(lambda z: call(mbs.forces.Constant(0.5), 2.0, 1.0)),
+    "forces.Actuator": on_joint(lambda z: call(lambda x, v, t: -x)),
+    "forces.GeneralisedEffort": case(lambda z: call(lambda q, u, t: -u), through=_through(_law())),
+    "forces.Force": on_body(lambda z: call(np.array([1.0, 2.0, 3.0]), "world")),
+    "forces.Torque": on_body(lambda z: call(np.array([1.0, 2.0, 3.0]), "body")),
+    "forces.Wrench": on_body(lambda z: call(lambda R, x, w, v, t: (0.0 * x, 0.0 * x))),
+    "forces.Constant": signal(lambda z: call(0.5)),
+    "forces.Ramp": signal(lambda z: call(0.5, 2.0)),
+    "forces.Harmonic": signal(lambda z: call(0.5, 2.0, 3.0, 0.25)),
+    "forces.Polynomial": signal(lambda z: call(np.array([1.0, 2.0])), f"coefficients shape: {MANY}"),
+    "forces.Step": signal(lambda z: call(0.5, 2.0, 1.0, 3.0)),
+    "forces.Spline": signal(lambda z: call(POINTS, EFFORTS, np.array([0.5, 1.0]))),
+    "elements.Beam": element(
+        lambda z: call(
+            *(8.0, 4.0, 2.0, 1.0, 1.0, 2.0, 1.0, np.array([1.0, 1.0]), np.array([0.0, 1.0, 0.0])),
+            *(np.zeros((2, 3)), ("rz1",), np.zeros((2, 2))),
+        ),
+        "fibres *: matrices do not depend on it",
+    ),
+    "elements.Rod": element(lambda z: call(8.0, 2.0, 1.0)),
+    "elements.Triangle": element(lambda z: call(8.0, 0.25, 0.5, 1.0)),
+    "elements.Quadrilateral": element(lambda z: call(8.0, 0.25, 0.5, 1.0, 1.0, 0.5)),
+    "elements.Hexahedron": element(lambda z: call(8.0, 0.25, 1.0)),
+    "elements.Spring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3), 0.5)),
+    "elements.GroundSpring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3))),
+    "elements.PointMass": element(lambda z: call(2.0, np.array([1.0, 0.0, 0.0]), np.eye(3))),
+    "model.Pose": case(
+        lambda z: call(np.array([1.0, 2.0, 3.0]), np.eye(3)),
+        "* nan: what the pose is for refuses it by name",
+        "* inf: likewise",
+    ),
+    "jaxmbs.ElasticBody": case(
+        lambda z: call(
+            inertia=z.frame.body.inertia, stiffness=z.frame.body.stiffness, damping=z.frame.body.damping,
+            places=z.frame.body.places, interfaces=("a", "b"),
+        ),
+        through=_through(lambda body: _elastic(body)),
+    ),
+}
+
+
+def _elastic(body):
+    b = mbs.SystemBuilder()
+    b.elastic("beam", body)
+    b.joint("pin", mbs.Revolute("y"), "ground", f"beam.{body.interfaces[0]}")
+    return b.build()
+
+

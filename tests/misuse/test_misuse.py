@@ -1,0 +1,88 @@
+"""Every public function with wrong arguments of every kind: an error or a status, never a number.
+
+The table of valid calls is in the modules beside this one.  A new public name fails here until it has an example, and
+with that it is in the test.
+"""
+
+import importlib
+
+import pytest
+
+import jaxmbs as mbs
+from tests.test_public_faces import FACES
+
+from . import components, matrices, mechanisms, parts, structures
+from .attempts import Example, attempts, verdict
+from .zoo import Zoo
+
+CASES = {**mechanisms.CASES, **parts.CASES, **matrices.CASES, **components.CASES, **structures.CASES}
+EXEMPT = {
+    "answers, made by the library": """
+        analysis.Equilibrium analysis.Linearisation analysis.StateSpace analysis.Stiffness coupling.BaseMotion
+        coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy coupling.MeasuredNetwork
+        coupling.ModalPairs coupling.Network design.Batch design.History design.Optimum dynamics.JointReaction
+        dynamics.Reactions experiment.VirtualPoint fem.Coordinates fem.Group flexible.FloatingFrame kinematics.Kic
+        kinematics.SecondKic linear.Check linear.HarmonicResponse linear.LinearMotion linear.ModalMotion linear.Modes
+        linear.StaticResponse model.System model.Topology motion.Diagnostics motion.Motion motion.Peak motion.Rates
+        reductions.Reduced statics.BondReaction statics.BondReactions statics.ReactionFamily statics.ReactionMatrix
+        statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status coupling.Bond
+    """,
+    "what users derive from": """
+        elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
+        forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
+        joints.AbstractJoint reductions.AbstractReduction motion.Formulation
+    """,
+    "no argument, a name, or a solver that simulate judges": """
+        elements.DIRECTIONS motion.Gauss4 motion.ImplicitMidpoint motion.SemiImplicitEuler builder.SystemBuilder
+        jaxmbs.AssemblyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError jaxmbs.UnknownNameError
+        questions.check questions.equilibrium questions.frequency_response questions.modes questions.reactions
+        questions.simulate
+    """,
+    "files, programs and pictures, whose tests are their own": """
+        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff viz.draw_bond_graph
+        viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
+        viz.plot_reactions demo.run jaxmbs.cache jaxmbs.export jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
+    """,
+}
+WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
+ROOMS = sorted(set(FACES) - {"jaxmbs", "jaxmbs.questions"}) + ["jaxmbs"]
+
+
+def public():
+    """Every public thing by "room.name", the first room of its own that lists it."""
+    found = {}
+    for room in ROOMS:
+        module = importlib.import_module(room)
+        for name in module.__all__:
+            item = getattr(module, name)
+            if not any(item is other for other in found.values()) and not hasattr(item, "__path__"):
+                found[f"{room.rpartition('.')[2]}.{name}"] = item
+    return {name: item for name, item in found.items() if type(item) is not type(mbs)}
+
+
+PUBLIC = public()
+
+
+def test_every_public_name_has_an_example():
+    missing = sorted(set(PUBLIC) - set(CASES) - set(WITHOUT))
+    assert not missing, f"give each an example of a valid call in the table of tests/misuse: {missing}"
+    assert not sorted(set(CASES) - set(PUBLIC)), "examples of names that are gone"
+
+
+@pytest.fixture(scope="session")
+def zoo():
+    return Zoo()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_wrong_arguments_are_refused(name, zoo):
+    case = CASES[name]
+    function = PUBLIC[name] if case.through is None else case.through(PUBLIC[name])
+    args, options = case.arguments(zoo)
+    example = Example(function, args, options, case.fine)
+    function(*args, **options)  # the example is valid
+    tried = list(attempts(example))
+    wrong = {f"{attempt.argument}: {attempt.misuse}": verdict(attempt) for attempt in tried}
+    print(f"\n{name}: {len(tried)} misuses")
+    assert not {what: fault for what, fault in wrong.items() if fault}
