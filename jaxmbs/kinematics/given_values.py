@@ -32,8 +32,8 @@ def placed(top, array, values, part, faults):
         where = getattr(joint, part)
         if joint.is_cut:
             faults.append(
-                f"state: joint {name!r} closes a loop and takes no {part}; give those of other joints of the loop, or "
-                f"cut one of these at build: cut=[{', '.join(map(repr, _loop_of(top, joint)))}]"
+                f"state: joint {name!r} closes a loop and takes no {part}; give those of others in the loop, or cut "
+                f"one of them: build(cut=[...]) with one of {', '.join(_loop_of(top, joint))}"
             )
             continue
         if isinstance(value, str):

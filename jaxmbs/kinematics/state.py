@@ -55,8 +55,10 @@ class State(eqx.Module):
         leading = self.t.shape
         if not leading == self.coordinates.shape[:-1] == self.velocities.shape[:-1] or not self.coordinates.ndim:
             shapes = ", ".join(f"{name} {getattr(self, name).shape}" for name in parts)
-            raise ValueError(f"a State has a time () and coordinates (nq,), velocities (nv,), or all of them with the "
-                             f"same leading axes; got {shapes}")
+            raise ValueError(
+                "a State has a time (), coordinates (nq,) and velocities (nv,), or all of them with the same leading "
+                f"axes; got {shapes}"
+            )
         self.residual = jnp.zeros_like(self.t) if residual is None else residual
         self.structure = structure
 

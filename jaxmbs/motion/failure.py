@@ -28,7 +28,8 @@ def explain(system: System, motion: Motion, t0: float) -> str:
         text += f", last saved state at t = {saved[-1]:.4g} s"
     if motion.status in (Status.MAX_STEPS, Status.STEP_SIZE):
         taken = max(int(motion.diagnostics.num_steps), 1)
-        text += f"; {taken} steps" + fastest_motion(system, end, (float(end.t) - t0) / taken)
+        step = (float(end.t) - t0) / taken
+        text += f", by {taken} steps of {step:.2g} s in the mean" + fastest_motion(system, end, step)
     if not (system.has_constraints and np.isfinite(end.coordinates).all()):
         return text
     open_rows, singular = _open(system, end), _singular(system, end)

@@ -13,9 +13,9 @@ from ..kinematics.state import State
 from ..math.jit import jit
 from ..model.system import System
 
-_RESOLVED = 0.3  # radians of the fastest motion in a step: what an explicit method needs for its accuracy alone
+_STABLE = 1.5  # radians of the fastest motion in a step: accuracy alone asks explicit methods for less
+_APART = 100.0  # times the slowest motion: faster ones make the others wait
 _LIGHT = 1e-6  # of the largest inertia of the independent velocities: hardly any
-_STIFF = "take a stiff solver (solver=diffrax.Kvaerno5()) or fixed steps (dt=, solver=mbs.ImplicitMidpoint())"
 
 
 def fastest_motion(system: System, state: State, step: float) -> str:
@@ -24,19 +24,22 @@ def fastest_motion(system: System, state: State, step: float) -> str:
         return ""
     found = linearise(system, state)
     roots, shapes = np.linalg.eig(np.asarray(found.state_space.A))
-    k = np.argmax(np.abs(roots))
-    rate, shape = float(np.abs(roots[k])), np.real(shapes[-len(found.names) :, k])
-    if rate * step < _RESOLVED * 1e-3 or not np.any(shape):
-        return "; steps are small for other reasons than stiffness: raise max_steps, or ask for a shorter time"
+    rates = np.abs(roots)
+    k = np.argmax(rates)
+    rate, shape = float(rates[k]), np.real(shapes[-len(found.names) :, k])
+    if not rate > 0.0 or not np.any(shape):
+        return ""
     shape = shape / np.max(np.abs(shape))
     names = [name for name, x in zip(found.names, shape, strict=True) if abs(x) > 0.1]
-    text = f"; with steps of {step:.2g} s; the fastest motion there, of {', '.join(names)}, has a rate of {rate:.3g} 1/s"
     cause = _element(system, state, jnp.asarray(shape, found.mass.dtype), rate)
+    text = f"; the fastest motion there, of {', '.join(names)}, has a rate of {rate:.3g} 1/s"
     text += f", made by force {cause!r}" if cause else ""
-    M = np.asarray(found.mass)
-    if shape @ M @ shape < _LIGHT * np.max(np.diagonal(M)):
-        text += f", and moves hardly any inertia ({shape @ M @ shape:.2g}): give the bodies there mass, or weld them"
-    return text + f"; {_STIFF}, or raise max_steps"
+    inertia, M = shape @ np.asarray(found.mass) @ shape, np.diagonal(found.mass)
+    if inertia < _LIGHT * np.max(M):
+        text += f", and moves hardly any inertia ({inertia:.2g}): give the bodies there mass, or weld them"
+    if rate * step > _STABLE or rate > _APART * np.min(rates):
+        return text + "; take a stiff solver (solver=diffrax.Kvaerno5()) or fixed steps (dt=, mbs.ImplicitMidpoint())"
+    return text + "; raise max_steps, or rtol and atol"
 
 
 def _element(system, state, shape, rate):

@@ -31,7 +31,7 @@ from .failure import explain
 from .formulation import Formulation, num_powers
 from .formulations import Prescribed
 from .motion import Motion
-from .options import choose, fixed_steps, save_times, step_sizes, with_tolerances
+from .options import EARLY, choose, fixed_steps, save_times, step_sizes, with_tolerances
 
 
 def simulate(
@@ -110,7 +110,8 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
     y0 = (state.coordinates, p0, jnp.zeros(num_powers(system), p0.dtype))
     open_at_start = lax.stop_gradient(jnp.maximum(state.residual, _gap(problem, state.coordinates, state.t)))
     fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
-    ts = jnp.where(jnp.all(ts[1:] >= ts[:-1]) & (ts[-1] <= t1), ts, jnp.nan)  # traced times that are no times
+    rising = jnp.all(ts[1:] >= ts[:-1]) & (ts[0] >= state.t - EARLY) & (ts[-1] <= t1)
+    ts = jnp.where(rising, ts, jnp.nan)  # traced times that are no times
     fit = fit & jnp.all(jnp.isfinite(state.velocities)) & jnp.all(jnp.isfinite(ts)) & jnp.isfinite(t1)
     span, t0, times = held((t1 - state.t, state.t, ts))
     end, times = jnp.where(fit, t0 + span, t0), jnp.where(fit, times, t0)  # a march of no steps

@@ -17,6 +17,7 @@ from .formulations import FORMULATIONS, Prescribed, Velocity
 from .solvers import SemiImplicitEuler
 
 GRADIENTS = ("reverse", "forward")
+EARLY = 1e-12  # a time to save that is so much before the start [s] is the start
 
 
 def choose(solver, controller, dt, rtol, atol, gradient, formulation):
@@ -86,7 +87,7 @@ def save_times(t0, t1, ts):
         raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
     if ts.ndim != 1 or ts.shape[0] == 0:
         raise ValueError(f"ts must be a list of times, got shape {ts.shape}")
-    if known(t0, ts) and (np.any(np.diff(ts) < 0) or np.asarray(ts)[0] < np.asarray(t0) - 1e-12):
+    if known(t0, ts) and (np.any(np.diff(ts) < 0) or np.asarray(ts)[0] < np.asarray(t0) - EARLY):
         raise ValueError(f"ts must increase and start at or after the state's time {float(t0)}")
     if t1 is not None:
         _check_end(t0, t1)

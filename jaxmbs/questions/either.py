@@ -18,6 +18,7 @@ from ..linear.questions import frequency_response as linear_response
 from ..linear.questions import modes as linear_modes
 from ..linear.soundness import check as linear_check
 from ..linear.system import LinearSystem
+from ..model.question import check_system
 from ..model.system import System
 from ..motion.integrate import simulate as mechanism_simulate
 
@@ -65,6 +66,7 @@ def either(
 
 def describe(system: System) -> str:
     """Bodies, joints, loops, freedoms and redundant constraints of a mechanism, as text."""
+    check_system(system)
     return system.describe()
 
 

@@ -78,9 +78,11 @@ def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
     """A linear system in few coordinates, its interface first: `reduce(wing, CraigBampton(num_modes=20))`.
 
     What is reduced already can be reduced once more; `expand` then leads back all the way.  Args: method: a class of
-    `jaxmbs.reductions`.  Raises: as the method says.
+    `jaxmbs.reductions`.  Raises: as the method says; ValueError where no coordinate would be left.
     """
     reduced = method.of(system)
+    if reduced.num_rows == 0:
+        raise ValueError(f"{type(method).__name__} leaves no coordinate: name an interface, or ask for modes")
     return reduced.within(system) if isinstance(system, Reduced) else reduced
 
 

@@ -16,7 +16,15 @@ import jax.numpy as jnp
 import numpy as np
 
 LONGEST = 2000  # characters of a message: more are pages of a compiler's text
-RAW = (AttributeError, IndexError, ZeroDivisionError, AssertionError, NameError, RecursionError, np.linalg.LinAlgError)
+RAW = (
+    AttributeError,
+    IndexError,
+    ZeroDivisionError,
+    AssertionError,
+    NameError,
+    RecursionError,
+    np.linalg.LinAlgError,
+)
 SINGLE = 2e-3  # relative
 
 
@@ -110,7 +118,7 @@ def _is_noun(x):
 
 
 def _numeric(x):
-    """"f", "c", "i" for a number or an array of numbers, else None."""
+    """ "f", "c", "i" for a number or an array of numbers, else None."""
     if isinstance(x, bool) or not isinstance(x, float | int | complex | np.ndarray | np.generic | jax.Array):
         return None
     kind = np.asarray(x).dtype.kind

@@ -81,9 +81,7 @@ CASES = {
         "* name: connect refuses it",
         "axes *: connect refuses it",
     ),
-    "coupling.Bond": case(
-        lambda z: call((("one", "a"), ("two", "a"))), "ends *: made by rigid, joint and bushing"
-    ),
+    "coupling.Bond": case(lambda z: call((("one", "a"), ("two", "a"))), "ends *: made by rigid, joint and bushing"),
     "coupling.connect": case(
         lambda z: call({"one": z.chain, "two": z.chain}, {"bolt": coupling.rigid("one.a", "two.a")}),
         "components name: the bond names what is missing",
@@ -93,11 +91,11 @@ CASES = {
     "coupling.base_motion": case(
         lambda z: call(z.chain, np.array([[1.0], [0.0], [0.0]]), 0.5, 0.25, np.zeros(1), np.zeros(1))
     ),
-    "coupling.Components": case(
-        lambda z: call(((0,),), z.K[None], np.ones((1, 4))), through=lambda kind: _coupled
-    ),
+    "coupling.Components": case(lambda z: call(((0,),), z.K[None], np.ones((1, 4))), through=lambda kind: _coupled),
     "coupling.coupled_response": case(lambda z: call([_group(z)], np.ones((2, 1)))),
-    "coupling.interface_pattern": case(lambda z: call([_group(z)], 2, 1), "num_nodes huge: as many", "size *: as large"),
+    "coupling.interface_pattern": case(
+        lambda z: call([_group(z)], 2, 1), "num_nodes huge: as many", "size *: as large"
+    ),
     "coupling.modal_pairs": case(lambda z: call(np.array([1.0, 2.0]), np.array([0.5, 0.25]), z.small)),
     "coupling.peak_response": case(
         lambda z: call(2.0, np.array([1.0, 2.0, 0.0]), 0.5, 0.25), "force shape: any number of times"
@@ -122,7 +120,9 @@ CASES = {
     "experiment.regular_inverse": case(
         lambda z: call(z.values, 2, 0.0, 0.0, np.ones(2)), "A shape: any number of rows and columns"
     ),
-    "experiment.uncoupled": case(lambda z: call({"one": z.measured, "two": z.measured}), "parts name: names are free"),
+    "experiment.uncoupled": case(
+        lambda z: call({"one": z.measured, "two": z.measured}), "parts name: names are free"
+    ),
     "experiment.couple": case(lambda z: call({"one": z.measured, "two": z.measured}, [("one p", "two p")])),
     "experiment.interface_forces": case(
         lambda z: call({"one": z.measured, "two": z.measured}, [("one p", "two p")], np.eye(1))
@@ -139,7 +139,9 @@ CASES = {
         "signals inf: outside of the window",
         "* shape: refused with other lengths",
     ),
-    "experiment.swept_variance": case(lambda z: call(0.5, 8), "noise shape: any number of channels", "width huge: ok"),
+    "experiment.swept_variance": case(
+        lambda z: call(0.5, 8), "noise shape: any number of channels", "width huge: ok"
+    ),
     "experiment.rigid_channels": case(lambda z: call(list(z.table.values()), np.zeros(3))),
     "experiment.flexible_channels": case(lambda z: call(list(z.table.values()), np.zeros(3), lambda r: r)),
     "experiment.virtual_point": case(lambda z: call(z.campaign, np.zeros(3), z.table, z.table, "hub", np.ones(8))),

@@ -98,5 +98,3 @@ CASES = {
 
 def _factor(matrix):
     return mbs.blocksparse.factor(matrix)
-
-

@@ -67,7 +67,9 @@ CASES = {
     "jaxmbs.simulate": case(lambda z: call(z.bars, z.state, 0.125, dt=0.0625, solver=mbs.ImplicitMidpoint())),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
     "bondgraph.bond_graph": case(
-        lambda z: call(z.bars, "detailed", z.state), f"system nan inside: {NO_NUMBER}", f"state nan inside: {NO_NUMBER}"
+        lambda z: call(z.bars, "detailed", z.state),
+        f"system nan inside: {NO_NUMBER}",
+        f"state nan inside: {NO_NUMBER}",
     ),
     "bondgraph.bond_powers": case(lambda z: call(z.bars, z.state, "inertia")),
     "bondgraph.state_equations": case(lambda z: call(z.bars, z.state, "inertia")),
@@ -76,7 +78,9 @@ CASES = {
     "flexible.displacements": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
     "flexible.interface_loads": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
     "flexible.floating_frame": case(lambda z: call(z.free_beam, ["a", "b"], 0, 0.125)),
-    "flexible.carried_loads": case(lambda z: call(z.bars, z.state, {"coupler": z.free_beam}, {"B": ("coupler", "a")})),
+    "flexible.carried_loads": case(
+        lambda z: call(z.bars, z.state, {"coupler": z.free_beam}, {"B": ("coupler", "a")})
+    ),
     "flexible.mass_properties": case(lambda z: call(z.free_beam)),
     "design.minimise": case(
         lambda z: call(_square, {"x": 2.0}, {"x": (0.0, 4.0)}, progress=False, steps=3),

@@ -172,8 +172,11 @@ CASES = {
     ),
     "jaxmbs.ElasticBody": case(
         lambda z: call(
-            inertia=z.frame.body.inertia, stiffness=z.frame.body.stiffness, damping=z.frame.body.damping,
-            places=z.frame.body.places, interfaces=("a", "b"),
+            inertia=z.frame.body.inertia,
+            stiffness=z.frame.body.stiffness,
+            damping=z.frame.body.damping,
+            places=z.frame.body.places,
+            interfaces=("a", "b"),
         ),
         through=_through(lambda body: _elastic(body)),
     ),
@@ -185,5 +188,3 @@ def _elastic(body):
     b.elastic("beam", body)
     b.joint("pin", mbs.Revolute("y"), "ground", f"beam.{body.interfaces[0]}")
     return b.build()
-
-

@@ -21,9 +21,7 @@ CASES = {
         lambda z: call(z.nodes, {"beams": (z.beam, [("a", "b"), ("b", "c")])}, {"a": "all"}),
         "elements name: names of groups are free",
     ),
-    "fem.Group": case(
-        lambda z: call(z.beam, ((0, 1),), True), "* *: made by Structure"
-    ),
+    "fem.Group": case(lambda z: call(z.beam, ((0, 1),), True), "* *: made by Structure"),
     "fem.assemble": case(lambda z: call(z.structure, ["c"])),
     "fem.assemble_dense": of_structure(("stiffness", "mass")),
     "fem.assemble_blocks": of_structure(("stiffness", "mass")),
@@ -41,7 +39,9 @@ CASES = {
     "fem.spread": case(
         lambda z: call(z.structure, np.ones(12)), "structure nan inside: places do not depend on its numbers"
     ),
-    "fem.element_forces": of_structure(np.ones(12), {"beams": np.array([0.0, 0.0, -8.0])}, np.array([0.0, 0.0, -8.0])),
+    "fem.element_forces": of_structure(
+        np.ones(12), {"beams": np.array([0.0, 0.0, -8.0])}, np.array([0.0, 0.0, -8.0])
+    ),
     "fem.element_stresses": of_structure(np.ones(12), {"beams": np.array([0.0, 0.0, -8.0])}),
     "fem.histories": case(lambda z: call(fem.element_forces, z.structure, np.ones((2, 12)))),
     "blocksparse.Pattern": case(
@@ -56,9 +56,7 @@ CASES = {
         "* inf: likewise",
         "* complex: matrices may be",
     ),
-    "blocksparse.BlockOperator": case(
-        lambda z: call(z.blocks[0]), "matrix nan inside: shows in whatever is asked"
-    ),
+    "blocksparse.BlockOperator": case(lambda z: call(z.blocks[0]), "matrix nan inside: shows in whatever is asked"),
     "blocksparse.BlockSolver": case(lambda z: call("ldl"), through=lambda kind: _solved),
     "blocksparse.analyse": case(lambda z: call(z.pattern, None, None, np.ones((4, 3)), (3,)), "* *: of an order"),
     "blocksparse.assemble": case(lambda z: call(z.pattern, [[0, 1], [1, 2], [2, 3]], BLOCK[:, :, :, None, None])),
@@ -70,15 +68,19 @@ CASES = {
     "blocksparse.solve_once": case(lambda z: call(z.blocks[0], np.ones((4, 1)), "lu")),
     "statics.Bonds": case(
         lambda z: call(
-            ["table"], {"left": ("ground", "table"), "right": ("ground", "table")},
-            np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([np.eye(3)] * 2), compliance=np.ones((2, 6)),
+            ["table"],
+            {"left": ("ground", "table"), "right": ("ground", "table")},
+            np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
+            np.array([np.eye(3)] * 2),
+            compliance=np.ones((2, 6)),
             length=2.0,
         ),
         "bonds name: names are free",
         through=lambda kind: kind.from_arrays,
     ),
     "statics.Network": case(
-        lambda z: call(["table"], {"left": ("ground", "table")}), "bonds name: names are free",
+        lambda z: call(["table"], {"left": ("ground", "table")}),
+        "bonds name: names are free",
         through=lambda kind: kind.from_names,
     ),
     "statics.bond_reactions": case(lambda z: call(z.bonds, z.loads, "force")),
@@ -97,5 +99,3 @@ def _solved(kind):
     K = linear.block_matrices(np.diag([2.0, 3.0]), size=1)[0]
     solver = blocksparse.BlockSolver(kind)
     return lineax.linear_solve(blocksparse.BlockOperator(K), jnp.ones((2, 1)), solver).value
-
-

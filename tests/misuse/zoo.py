@@ -159,7 +159,9 @@ class Zoo:
     def campaign(self):
         names = list(self.table)
         random = np.random.default_rng(0)
-        values = random.normal(size=(2, len(names), len(names))) + 1j * random.normal(size=(2, len(names), len(names)))
+        values = random.normal(size=(2, len(names), len(names))) + 1j * random.normal(
+            size=(2, len(names), len(names))
+        )
         return linear.TransferFunctions(self.omega, values, names, names)
 
     ts = np.array([0.0, 0.1, 0.2])
