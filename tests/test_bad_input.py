@@ -282,9 +282,9 @@ def test_wrong_states(system, arguments, message):
         mbs.State.at(system, **arguments)
 
 
-def test_a_cut_joint_has_no_coordinate(loop):
-    with pytest.raises(mbs.ModelError, match="state: joint 'C' closes a loop and has no coordinate"):
-        mbs.State.at(loop, C=0.1)
+def test_a_cut_joint_has_no_velocity(loop):
+    with pytest.raises(mbs.ModelError, match="state: joint 'C' closes a loop and takes no velocities"):
+        mbs.State.at(loop, velocities={"C": 0.1})
 
 
 def test_faults_of_a_state_come_together(system):

@@ -62,9 +62,7 @@ def rates_of(system, rates, what: str):
     """Numbers (nv,) as an array; ValueError unless there is one for every velocity of the system."""
     rates, n = as_array(rates), system.topology.num_velocities
     if rates.shape != (n,):
-        raise ValueError(
-            f"{what}: shape {rates.shape}, not ({n},), one for each velocity of {_list(system.topology)}"
-        )
+        raise ValueError(f"{what}: shape {rates.shape}, not ({n},), one for each of {_list(system.topology)}")
     return rates
 
 

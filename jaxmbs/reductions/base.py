@@ -30,7 +30,12 @@ class Reduced(LinearSystem):
     whole: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
     def __init__(self, whole: LinearSystem, basis: Array, num_interface: int | None = None, **options: Any) -> None:
-        """Args: options: those of `LinearSystem`; num_interface: default as many as `whole` has."""
+        """Args: options: those of `LinearSystem`; num_interface: default as many as `whole` has.
+
+        Raises: ValueError where no coordinate is left.
+        """
+        if len(options["coordinates"]) == 0:
+            raise ValueError("the reduction leaves no coordinate: name an interface, or ask for modes")
         if whole.positions is not None and "positions" not in options:
             at = {label(item)[0] for item in options["coordinates"]}
             kept = [i for i, name in enumerate(whole.nodes) if name in at]
@@ -78,11 +83,9 @@ def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
     """A linear system in few coordinates, its interface first: `reduce(wing, CraigBampton(num_modes=20))`.
 
     What is reduced already can be reduced once more; `expand` then leads back all the way.  Args: method: a class of
-    `jaxmbs.reductions`.  Raises: as the method says; ValueError where no coordinate would be left.
+    `jaxmbs.reductions`.  Raises: as the method says.
     """
     reduced = method.of(system)
-    if reduced.num_rows == 0:
-        raise ValueError(f"{type(method).__name__} leaves no coordinate: name an interface, or ask for modes")
     return reduced.within(system) if isinstance(system, Reduced) else reduced
 
 
