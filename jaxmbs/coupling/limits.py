@@ -8,9 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import known, refuse_complex
 from ..linear.oscillators import modal_motion
 from ..math.eigen import eigh
+from ..math.host import typed
 from ..reductions.base import Reduced
 from ..typing import ArrayLike
 
@@ -98,7 +99,8 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
     (m,) by `vmap`: a shock spectrum.
     """
     force = jnp.asarray(force)
-    w = jnp.asarray(omega, force.dtype)[None]
+    refuse_complex(force)
+    w = typed(omega, force.dtype)[None]
     return jnp.max(jnp.abs(modal_motion(w, ratio, force[:, None], step).displacement))
 
 

@@ -8,6 +8,7 @@ from jaxtyping import Array, Complex, Float
 
 from ..elements.base import number
 from ..math import square
+from ..math.host import typed
 from ..typing import ArrayLike
 
 
@@ -17,7 +18,7 @@ def sweep_phase(time: ArrayLike, start: ArrayLike, end: ArrayLike, duration: Arr
     Source: S1 (41), Fig. 4.
     """
     time = number(time)
-    start, end, duration = (jnp.asarray(x, time.dtype) for x in (start, end, duration))
+    start, end, duration = (typed(x, time.dtype) for x in (start, end, duration))
     rate = (end - start) / duration
     return start * time + rate * time**2 / 2, start + rate * time
 

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..math.host import typed
 from ..typing import ArrayLike
 
 
@@ -21,7 +22,7 @@ def coherence_variance(values: ArrayLike, coherence: ArrayLike, averages: ArrayL
     Source: S1 (41); J. Bendat, A. Piersol, Random Data, single-input estimates with noise at the output.
     """
     values, coherence = jnp.asarray(values), jnp.asarray(coherence)
-    averages = jnp.asarray(averages, coherence.dtype)
+    averages = typed(averages, coherence.dtype)
     return jnp.abs(values) ** 2 * (1 - coherence) / (coherence * averages)
 
 
@@ -33,7 +34,7 @@ def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLik
     Source: S1 (41).
     """
     values = jnp.asarray(values)
-    relative, floor = (jnp.broadcast_to(jnp.asarray(a, values.real.dtype), values.shape) for a in (relative, floor))
+    relative, floor = (jnp.broadcast_to(typed(a, values.real.dtype), values.shape) for a in (relative, floor))
     return jnp.abs(values) ** 2 * relative**2 + floor**2
 
 

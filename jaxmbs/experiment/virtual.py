@@ -13,6 +13,7 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear.transfer import TransferFunctions
 from ..math import square
+from ..math.host import as_array, typed
 from ..typing import ArrayLike
 
 
@@ -45,9 +46,9 @@ def flexible_channels(places: Sequence[tuple], point: ArrayLike, motion: Callabl
 
     Args: as of `rigid_channels`.  Source: S1 (14).
     """
-    r, d = (jnp.stack([jnp.asarray(place[k], float) for place in places]) for k in (0, 1))
+    r, d = (jnp.stack([as_array(place[k]) for place in places]) for k in (0, 1))
     d = d / jnp.linalg.norm(d, axis=1, keepdims=True)
-    return jnp.sum(d * jax.vmap(motion)(r - jnp.asarray(point, d.dtype)[None]), axis=1)
+    return jnp.sum(d * jax.vmap(motion)(r - typed(point, d.dtype)[None]), axis=1)
 
 
 def virtual_point(
@@ -127,6 +128,8 @@ def _open_directions(what, R):
     if not known(R):
         return []
     R = np.asarray(R)
+    if not np.all(np.isfinite(R)):
+        return [f"places or directions of the {what}, or the point, are not finite"]
     size = np.concatenate([np.ones(3), np.full(3, np.abs(R[:, 3:6]).max()), np.abs(R[:, 6:]).max(axis=0)])
     s = np.linalg.svd(R / np.maximum(size, 1e-300)[None], compute_uv=False)
     rank, kept = int(np.sum(s > 1e-6 * s[0])), len(size)

@@ -24,9 +24,12 @@ def partition(size: int, interface: RowsLike) -> tuple[np.ndarray, np.ndarray]:
 def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the interface") -> Float[Array, "i b"]:
     """`S = -K_NN^-1 K_Ni` (interior, interface): the interior's static motion with each interface coordinate.
 
-    Raises: ValueError, if concrete, where the held interface leaves the interior a mechanism; `what` it calls it.
+    Raises: ValueError for a matrix that is not square and, if concrete, where the held interface leaves the interior
+    a mechanism; `what` it calls it.
     Source: S1 (6).
     """
+    if stiffness.ndim != 2 or stiffness.shape[0] != stiffness.shape[1]:
+        raise ValueError(f"the stiffness must be square, not of shape {tuple(stiffness.shape)}")
     inner, outer = partition(stiffness.shape[0], interface)
     K_NN = stiffness[inner][:, inner]
     K = (K_NN + K_NN.T) / 2

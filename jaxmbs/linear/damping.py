@@ -8,12 +8,14 @@ from jax import lax
 from jaxtyping import Array, Bool, Complex
 
 from ..checks import known
+from ..elements.base import number
 from ..math import square
 from ..math.eigen import eig, spectral
+from ..math.host import typed
 from ..typing import AnyArray, ArrayLike, Number
 from .eigenmodes import Modes, stable_modes
 from .storage import Matrix
-from .symmetric import check_mass
+from .symmetric import check_mass, check_symmetric
 
 
 def proportional(
@@ -48,9 +50,10 @@ def modal(*, K: AnyArray, M: AnyArray, ratios: ArrayLike) -> Array:
     Raises: ValueError for negative stiffness, whose modes have no damping ratio, if concrete; else NaN.
     Source: S1 (40).
     """
+    K, M = number(K), number(M)
     modes = lax.stop_gradient(stable_modes(K=K, M=M))
     moving = (~modes.is_rigid).astype(K.dtype) + 0.0 * modes.shapes[0]  # NaN where it is unstable
-    return M @ spectral(_modal_rate, K, M, jnp.asarray(ratios, K.dtype), moving) @ M
+    return M @ spectral(_modal_rate, K, M, typed(ratios, K.dtype), moving) @ M
 
 
 def _modal_rate(values, ratios, moving):
@@ -74,11 +77,15 @@ def coupled(C: AnyArray) -> Bool[Array, ""]:
     """() whether a damping in natural modes (n, n) couples them: by more than 1e3 roots of rounding of their own."""
     own, root = jnp.abs(jnp.diagonal(C)), jnp.finfo(C.dtype).eps ** 0.5
     size = jnp.sqrt(own[:, None] * own[None, :]) + root * jnp.max(own, initial=1e-30)
-    return jnp.max(jnp.abs(C - jnp.diag(jnp.diagonal(C))) / size, initial=0.0) > 1e3 * root
+    return ~(jnp.max(jnp.abs(C - jnp.diag(jnp.diagonal(C))) / size, initial=0.0) <= 1e3 * root)  # also for NaN
 
 
 def structural(K: AnyArray, loss: Number) -> Complex[Array, "n n"]:
-    """Complex stiffness `K (1 + i loss)`; loss is a number or (n, n), entry by entry."""
+    """Complex stiffness `K (1 + i loss)`; loss is a number or (n, n), entry by entry.
+
+    Raises: ValueError for a stiffness that is not square and, if concrete, unsymmetric or not finite.
+    """
+    check_symmetric(stiffness=K)
     return lax.complex(K, K * loss)
 
 
@@ -105,4 +112,4 @@ def complex_modes(*, K: AnyArray, C: AnyArray, M: AnyArray) -> Modes:
 def damped_frequency(omega: Number, ratio: Number) -> Array:
     """`w sqrt(1 - ratio^2)` of omega [rad/s], zero from critical damping on.  Source: S1 (39)."""
     left = 1.0 - ratio**2
-    return jnp.where(left > 0, jnp.sqrt(jnp.where(left > 0, left, 1.0)), 0.0) * omega
+    return jnp.where(left <= 0, 0.0, jnp.sqrt(jnp.where(left <= 0, 1.0, left))) * omega

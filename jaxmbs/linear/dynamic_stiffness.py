@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array, Complex
 
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
+from ..math.host import typed
 from ..typing import AnyArray, ArrayLike
 from . import checked
 from .storage import dtype_of
@@ -56,7 +57,7 @@ def direct_response(
         Z = dynamic_stiffness(K, C, M, w)
         return keep(solve(factor(Z, "ldl", plan), load))
 
-    return lax.map(at, jnp.asarray(omega, M.diagonal.dtype), batch_size=chunk)
+    return lax.map(at, typed(omega, M.diagonal.dtype), batch_size=chunk)
 
 
 def dense_response(

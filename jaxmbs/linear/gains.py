@@ -1,6 +1,7 @@
 """Rates of receptances, and acceleration gains."""
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 from jaxtyping import Array
 
@@ -48,4 +49,5 @@ def generalised_stiffness(total_mass: Number, omega: Number) -> Number:
 
 def superpose(shapes: AnyArray, coordinates: AnyArray) -> AnyArray:
     """`q_i = sum_k Phi_ik q_k` (n, ...).  Source: S1 (43)."""
-    return shapes.astype(coordinates.dtype) @ coordinates
+    dtype = np.result_type(shapes.dtype, coordinates.dtype)
+    return shapes.astype(dtype) @ coordinates.astype(dtype)

@@ -8,9 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import broken, known
 from ..errors import SimulationError
 from ..math import lapack
+from ..math.host import typed
 from ..math.interpolation import interval
 from ..math.jit import jit
 from ..math.reverse_only import FORWARD_MODE, reverse_only
@@ -58,8 +59,11 @@ def simulate(
     Raises: ValueError for what does not fit; UnknownNameError; SimulationError.  Source: S1 (3), (9)-(12).
     """
     system = system.dense()
-    ts = jnp.asarray(ts, system.dtype)
+    ts = typed(ts, system.dtype)
     _check(system, ts, gradient)
+    for name, value in {"rtol": rtol, "atol": atol}.items():
+        if value is not None and (np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x) | (x < 0), value)):
+            raise ValueError(f"{name}={value} must be finite and not negative")
     if isinstance(solver, Modal):
         return _in_modes(system, start, ts, forces, links, solver)
     eps = jnp.finfo(ts.dtype).eps
@@ -96,7 +100,7 @@ def _state(system, start):
         return start.displacement, zero
     if len(start) != 2:
         raise ValueError(f"start is (displacement, velocity), got {len(start)} parts")
-    start = tuple(zero if a is None else jnp.asarray(a, system.dtype) for a in start)
+    start = tuple(zero if a is None else typed(a, system.dtype) for a in start)
     if any(a.shape != zero.shape for a in start):
         raise ValueError(f"start has parts of shapes {[a.shape for a in start]}, not ({system.num_rows},)")
     return start

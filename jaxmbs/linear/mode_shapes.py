@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..checks import refuse_complex
 from ..math import lapack
 from ..math.eigen import same
 from ..typing import AnyArray
@@ -35,6 +36,7 @@ def effective_masses(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array,
 
 def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[Array, "m k"]:
     """Modal assurance criterion of shapes (n, m) and (n, k): squared cosines, with M (n, n) as the measure."""
+    refuse_complex(M)
     conj = jnp.conj(first)
     other = second if M is None else M.astype(second.dtype) @ second
     own = first if M is None else M.astype(first.dtype) @ first

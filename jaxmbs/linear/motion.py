@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..forces import AbstractScalarLaw
+from ..math.host import as_array
 from ..typing import AnyArray, ScalarLike
 from .damping import modal_lag
 from .system import LinearSystem
@@ -22,7 +23,7 @@ class Link(eqx.Module):
         law: `jaxmbs.forces`' scalar laws, or one of your own: the effort along increasing x.
         coefficients: (k,), by name.
 
-    Raises: ValueError without a coordinate.
+    Raises: ValueError without a coordinate, or for coefficients that are no numbers.
     """
 
     law: AbstractScalarLaw
@@ -33,7 +34,9 @@ class Link(eqx.Module):
         if not row:
             raise ValueError("a link needs at least one coordinate")
         self.law, self.names = law, tuple(row)
-        self.coefficients = jnp.stack([jnp.asarray(value, float) for value in row.values()])
+        self.coefficients = jnp.stack([as_array(value) for value in row.values()])
+        if self.coefficients.ndim != 1:
+            raise ValueError(f"coefficients of a link are numbers, got shapes {self.coefficients.shape[1:]}")
 
     def forces(self, efforts: AnyArray) -> dict[str | tuple, Array]:
         """Forces (...) by name of efforts (...)."""

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from ..math.exponential import expm
+from ..math.host import typed
 from ..typing import AnyArray, ArrayLike
 
 
@@ -41,7 +42,7 @@ def modal_motion(
 
     Source: S1 (42)-(43).
     """
-    z = jnp.broadcast_to(jnp.asarray(ratios, loads.dtype), omega.shape)
+    z = jnp.broadcast_to(typed(ratios, loads.dtype), omega.shape)
     return oscillations(omega**2, 2 * z * omega, loads, step, displacement, velocity)
 
 
@@ -55,12 +56,12 @@ def oscillations(
 ) -> ModalMotion:
     """`modal_motion` of `q'' + r q' + s q = f` for squares s and rates r (m,).  Source: S1 (42)-(43)."""
     m, loads = squares.shape[0], jnp.asarray(loads)
-    h = jnp.asarray(step, loads.dtype)
+    h = typed(step, loads.dtype)
     root = jnp.sqrt(jnp.maximum(lax.stop_gradient(squares), 0.0))
     scale = jnp.maximum(root, 1.0 / lax.stop_gradient(h))  # velocities are carried as v / scale
     whole = jax.vmap(lambda w2, r, s: expm(h * _rates(w2, r, s, h)))(squares, rates, scale)
-    q0 = jnp.zeros(m, loads.dtype) if displacement is None else jnp.asarray(displacement, loads.dtype)
-    v0 = jnp.zeros(m, loads.dtype) if velocity is None else jnp.asarray(velocity, loads.dtype)
+    q0 = jnp.zeros(m, loads.dtype) if displacement is None else typed(displacement, loads.dtype)
+    v0 = jnp.zeros(m, loads.dtype) if velocity is None else typed(velocity, loads.dtype)
 
     def advance(state, sample):
         before, after = sample

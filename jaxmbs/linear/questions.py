@@ -38,6 +38,8 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
     Source: S1 (33)-(37), (39).
     """
     damped = system.damping is not None if damped is None else damped
+    if num is not None and not 0 <= num <= system.num_rows:
+        raise ValueError(f"num = {num}: there are {system.num_rows} modes")
     if isinstance(system.stiffness, BlockMatrix):
         if damped or num is None:
             raise ValueError("block matrices have natural modes, as many as asked: modes(system, num, damped=False)")

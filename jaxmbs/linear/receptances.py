@@ -9,9 +9,11 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex
 
-from ..checks import known
+from ..checks import known, refuse_complex
+from ..elements.base import number
 from ..math import square
 from ..math.eigen import eig, eigh, spectral
+from ..math.host import typed
 from ..typing import AnyArray, ArrayLike, Number, RowsLike
 from .checked import checked_solve
 from .condensation import interface_basis, partition
@@ -185,8 +187,9 @@ def modal_receptance(
 
     Returns: (frequencies, outputs, inputs).  Source: S1 (40), (43).
     """
+    natural, omega = number(natural), number(omega)
     w, wk = omega[:, None], natural[None, :]
-    eta = jnp.broadcast_to(jnp.asarray(ratios, natural.dtype), (len(omega), len(natural)))
+    eta = jnp.broadcast_to(typed(ratios, natural.dtype), (len(omega), len(natural)))
     z = lax.complex(wk**2 - w**2, 2 * eta * wk * w) * modal_masses
     V = at_out.astype(z.dtype)
     return jnp.einsum("ik,wk,jk->wij", V, 1 / z, at_into.astype(z.dtype))
@@ -212,6 +215,7 @@ def transmissibility(
 
     Raises: ValueError for others.  Source: S1 (5), (40), (44)-(45).
     """
+    refuse_complex(omega)
     inner, outer = partition(len(K), base)
     if not set(out) <= set(inner.tolist()):
         raise ValueError(f"outputs {list(out)} must be coordinates outside the base, 0 ... {len(K) - 1}")

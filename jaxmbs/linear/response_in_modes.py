@@ -9,6 +9,7 @@ from jax import lax
 
 from ..checks import known
 from ..math.eigen import same
+from ..math.host import typed
 from ..typing import AnyArray, ArrayLike
 from .damping import coupled
 from .eigenmodes import Modes, natural_modes
@@ -52,8 +53,8 @@ def modal_response(
     if num is not None and not 0 <= num <= n:
         raise ValueError(f"num = {num}: there are {n} modes")
     _check_uncoupled(K, M, C)
-    z = jnp.broadcast_to(jnp.asarray(ratios, dtype), (n,))
-    h = jnp.asarray(step, dtype)
+    z = jnp.broadcast_to(typed(ratios, dtype), (n,))
+    h = typed(step, dtype)
     found = _response(n if num is None else num, static_start, K, M, C, load.T, h, z)
     _check_finite(found.displacement)
     return ModalMotion(*(part.T for part in found))

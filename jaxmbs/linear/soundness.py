@@ -4,6 +4,7 @@ import numpy as np
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..math.host import as_array
 from ..typing import ArrayLike
 from .report import Check, names, numbers
 from .rigid import rigid_rows
@@ -23,7 +24,9 @@ def check(
     Raises: ModelError where `throw` and a fault is found; it names the coordinates.
     Source: the checks of `cbcheck` of pyYeti; S1 (3).
     """
-    sub, about = system.dense(), np.asarray(about, float)
+    sub, about = system.dense(), np.asarray(as_array(about), float)
+    if about.shape != (3,) or not np.all(np.isfinite(about)):
+        raise ValueError(f"about must be a point of three finite numbers, got {about}")
     matrices = {"mass": sub.mass, "stiffness": sub.stiffness, "damping": sub.damping}
     matrices = {name: np.asarray(value) for name, value in matrices.items() if value is not None}
     faults, warnings = [], []

@@ -64,6 +64,7 @@ class LinearSystem(eqx.Module):
         self.interface = _found(interface, self.coordinates, faults)
         self.nodes, self.positions = places_of(positions, self.coordinates, faults)
         self.massless = tuple(massless)
+        faults += [f"massless: {row!r} is no row" for row in self.massless if row not in range(n)]
         if faults:
             raise ModelError(faults)
 

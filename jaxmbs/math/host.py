@@ -28,3 +28,13 @@ def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
     if isinstance(x, Array) or not known(x) or not is_outside():
         return jnp.asarray(x, dtype)
     return jax.device_put(np.asarray(x, dtype))
+
+
+def typed(x: ArrayLike, dtype: DTypeLike) -> Array:
+    """x as an array of a type, that of what it is used with.
+
+    Raises: TypeError for complex numbers that would lose a part in silence.
+    """
+    if not np.issubdtype(dtype, np.complexfloating):
+        refuse_complex(x)
+    return jnp.asarray(x, dtype)

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..checks import broken
 from ..typing import ArrayLike
 from . import lapack
 
@@ -28,14 +29,22 @@ def regular_inverse(
     The derivative is that of this function, not that of an inverse: it is right where truncation drops noise, and
     where singular values repeat.  It does not exist where the cut falls between equal ones.
 
-    Returns: (..., columns, rows).  Source: S1 (41).
+    Returns: (..., columns, rows).
+
+    Raises: ValueError for a rank that cannot be and, if concrete, rcond and noise that are negative or not finite.
+    Source: S1 (41).
     """
-    A = jnp.asarray(A)
+    A, most = jnp.asarray(A), min(np.shape(A)[-2:])
+    if rank is not None and not 0 < rank <= most:
+        raise ValueError(f"rank = {rank}: there are {most} singular values")
+    for name, value in {"rcond": rcond, "noise": noise}.items():
+        if broken(lambda x: ~np.isfinite(x) | (x < 0), value):
+            raise ValueError(f"{name} must be finite and not negative, got {value}")
     if weights is not None:
         weights = jnp.asarray(weights, A.real.dtype).astype(A.dtype)
         A = A * weights[(None,) * (A.ndim - 2) + (slice(None), None)]
     damping = jnp.broadcast_to(jnp.asarray(noise, A.real.dtype) ** 2, A.shape[:-2])
-    inverse = _inverse(A, damping, min(A.shape[-2:]) if rank is None else rank, rcond)
+    inverse = _inverse(A, damping, most if rank is None else rank, rcond)
     return inverse if weights is None else inverse * weights[(None,) * (A.ndim - 2) + (None, slice(None))]
 
 

@@ -44,7 +44,7 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
             f"controller must be an adaptive one of diffrax, got {controller!r}; for fixed steps give dt="
         )
     for name, value in {"rtol": rtol, "atol": atol}.items():
-        if broken(lambda x: ~np.isfinite(x) | (x < 0), value):
+        if np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x) | (x < 0), value):
             raise ValueError(f"{name}={value} must be finite and not negative")
     if controller is not None and dt is not None:
         raise ValueError("give dt= (fixed steps) or controller= (adaptive steps), not both")

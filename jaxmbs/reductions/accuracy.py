@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import refuse_complex
 from ..linear.condensation import partition
 from ..linear.eigenmodes import complete, natural_modes
 from ..linear.system import LinearSystem
@@ -45,6 +46,9 @@ def num_modes_up_to(system: LinearSystem, frequency: float, factor: float = 2.0)
     On the host.  A rule of thumb: with factor 1.5 the frequencies up to the given one were good to 1 % on a beam; see
     `frequency_errors` for the model at hand.
     """
+    refuse_complex((frequency, factor))
+    if not (np.isfinite(frequency) and frequency > 0 and np.isfinite(factor) and factor > 0):
+        raise ValueError(f"frequency={frequency} and factor={factor} must be positive and finite")
     inner, _ = partition(system.num_rows, system.interface)
     modes = natural_modes(K=system.stiffness[inner][:, inner], M=system.mass[inner][:, inner])
     return complete(modes.values, int(np.sum(np.asarray(modes.frequencies) < factor * frequency)))

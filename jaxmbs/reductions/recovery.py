@@ -6,6 +6,7 @@ Times, cases or frequencies come first, coordinates last.
 from collections.abc import Iterable
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 from jaxtyping import Array
 
@@ -37,8 +38,11 @@ def mode_acceleration(
     """
     inner, outer = partition(system.num_rows, system.interface)
     force = _inertial(system, x_ddot, load, x_dot)[..., inner]
-    K_NN = system.stiffness[inner][:, inner].astype(x.dtype)
-    static = jnp.matmul(x[..., outer], interface_basis(system.stiffness, system.interface).T.astype(x.dtype))
+    _check_coordinates(system, x)
+    dtype = np.result_type(x.dtype, force.dtype)
+    x, force = x.astype(dtype), force.astype(dtype)
+    K_NN = system.stiffness[inner][:, inner].astype(dtype)
+    static = jnp.matmul(x[..., outer], interface_basis(system.stiffness, system.interface).T.astype(dtype))
     flat = square.solve(K_NN, force.reshape(-1, len(inner)).T).T
     return static.at[..., inner].add(flat.reshape(force.shape))
 
@@ -57,10 +61,12 @@ def mode_acceleration_free(
 
     Source: S1 (31).
     """
-    held = system.rows(*determinate)
-    R = interface_basis(system.stiffness, held).astype(x.dtype)
-    K, M = (A.astype(x.dtype) for A in (system.stiffness, system.mass))
-    force = _inertial(system, x_ddot, load, x_dot)
+    held, force = system.rows(*determinate), _inertial(system, x_ddot, load, x_dot)
+    _check_coordinates(system, x)
+    dtype = np.result_type(x.dtype, force.dtype)
+    x, force = x.astype(dtype), force.astype(dtype)
+    R = interface_basis(system.stiffness, held).astype(dtype)
+    K, M = (A.astype(dtype) for A in (system.stiffness, system.mass))
     columns, forces = (part.reshape(-1, part.shape[-1]).T for part in (x, force))
     carried = R @ square.solve(R.T @ M @ R, R.T @ (M @ columns))
     return (carried + inertia_relief(K, M, forces, held, R)).T.reshape(x_ddot.shape)
@@ -73,18 +79,28 @@ def interface_forces(
 
     As good as x: take x of `mode_acceleration`, whose arguments these are.  Source: S1 (3), (30).
     """
+    _check_coordinates(system, x)
     outer = partition(system.num_rows, system.interface)[1]
     return x @ system.stiffness[outer].T.astype(x.dtype) - _inertial(system, x_ddot, load, x_dot)[..., outer]
 
 
+def _check_coordinates(system, x):
+    if x.shape[-1:] != (system.num_rows,):
+        raise ValueError(f"displacements have shape {x.shape}, not (..., {system.num_rows})")
+
+
 def element_loads(element_stiffness: AnyArray, element_map: AnyArray, x: AnyArray) -> AnyArray:
     """`F_e = k_e T_e x` (..., m) of an element with stiffness (m, m) and map (m, n).  Source: S1 (30)."""
-    return x @ (element_stiffness @ element_map).T.astype(x.dtype)
+    k_T = element_stiffness @ element_map
+    dtype = np.result_type(x.dtype, k_T.dtype)
+    return x.astype(dtype) @ k_T.T.astype(dtype)
 
 
 def _inertial(system, x_ddot, load, x_dot):
     """`F - M x'' - C x'`."""
     force = -(x_ddot @ system.mass.T.astype(x_ddot.dtype))
+    parts = [] if load is None else [load]
     if system.damping is not None and x_dot is not None:
-        force = force - x_dot @ system.damping.T.astype(x_dot.dtype)
-    return force if load is None else force + load.astype(force.dtype)
+        parts.append(-(x_dot @ system.damping.T.astype(x_dot.dtype)))
+    dtype = np.result_type(force.dtype, *(part.dtype for part in parts))
+    return sum((part.astype(dtype) for part in parts), force.astype(dtype))

@@ -13,6 +13,7 @@ from ..linear.condensation import partition
 from ..linear.rigid import rigid_motions
 from ..linear.system import LinearSystem
 from ..math import square
+from ..math.host import typed
 from ..typing import AnyArray, ArrayLike, RowsLike
 from .base import Reduced, numbered, project
 
@@ -41,7 +42,7 @@ def averaged_motion(
     Args:
         weights: (nodes,) default 1 each.
 
-    Raises: ValueError, if concrete, for nodes in line, whose mean rotation is not known.
+    Raises: ValueError, if concrete, for nodes in line, whose mean rotation is not known, and numbers not finite.
     """
     R = rigid_body_motions(positions, reference, False)
     w = jnp.ones(len(positions), R.dtype) if weights is None else weights
@@ -58,6 +59,8 @@ def averaged_motion(
 def _check_spread(spread):
     if not known(spread):
         return
+    if not np.all(np.isfinite(spread)):
+        raise ValueError("positions, reference or weights are not finite")
     size = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
     if np.linalg.eigvalsh(spread / np.outer(size, size))[0] < 1e3 * np.finfo(spread.dtype).eps:
         raise ValueError("the nodes lie in line, or too few have weight: their mean rotation is not known")
@@ -117,7 +120,7 @@ def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: Array
         raise ModelError(f"rigid node {name!r}: the name is taken")
     rows = s.rows(*nodes)
     members = s.positions[np.array([s.nodes.index(node) for node in nodes])]
-    place = jnp.mean(members, axis=0) if position is None else jnp.asarray(position, members.dtype)
+    place = jnp.mean(members, axis=0) if position is None else typed(position, members.dtype)
     at = [(nodes.index(s.coordinates[i][0]), DIRECTIONS.index(s.coordinates[i][1])) for i in rows]
     W = rigid_transformation(s.num_rows, rows, rigid_motions(members, place)[tuple(np.array(at).T)])
     kept = [i for i in range(s.num_rows) if i not in set(rows)]

@@ -52,8 +52,10 @@ CASES = {
         lambda z: call(_component()), "system nan inside: LinearSystem refuses it before"
     ),
     "reductions.support_motions": case(lambda z: call(_component(), ("0",))),
-    "reductions.on_interface": case(lambda z: call(_component(), np.eye(2), 2)),
-    "reductions.rigid_node": case(lambda z: call(z.free_beam, "hub", ["b"], np.zeros(3))),
+    "reductions.on_interface": case(lambda z: call(_component(), np.eye(4), 2)),
+    "reductions.rigid_node": case(
+        lambda z: call(z.free_beam, "hub", ["b"], np.zeros(3)), "name name: names are free"
+    ),
     "reductions.rigid_body_motions": case(lambda z: call(POSITIONS, np.zeros(3))),
     "reductions.averaged_motion": case(lambda z: call(POSITIONS, np.zeros(3), np.ones(3), False)),
     "reductions.rigid_transformation": case(
@@ -64,10 +66,16 @@ CASES = {
     ),
     "reductions.element_loads": case(lambda z: call(z.K, z.C, z.x), "element_stiffness shape: refused"),
     "reductions.harmonic": case(lambda z: call(z.values[0], z.omega), "amplitudes shape: any number of coordinates"),
-    "reductions.mode_acceleration": case(lambda z: call(z.chain, z.x, z.x, z.x, z.x)),
+    "reductions.mode_acceleration": case(
+        lambda z: call(z.chain, z.x, z.x, z.x, z.x), "x nan: of x only the interface counts", "x inf: likewise"
+    ),
     "reductions.mode_acceleration_free": case(lambda z: call(_component(), ("0",), z.x, z.x, z.x)),
-    "reductions.interface_forces": case(lambda z: call(z.chain, z.x, z.x, z.x, z.x)),
-    "reductions.force_errors": case(lambda z: call(z.chain, z.x, z.x, z.x)),
+    "reductions.interface_forces": case(
+        lambda z: call(z.chain, z.x, z.x, z.x, z.x),
+        "load nan: of the load only the interface counts",
+        "load inf: likewise",
+    ),
+    "reductions.force_errors": case(lambda z: call(z.chain, z.x, z.x, z.x), "* complex: amplitudes may be"),
     "reductions.frequency_errors": case(lambda z: call(z.chain, z.small, 2)),
     "reductions.num_modes_up_to": case(lambda z: call(z.chain, 0.25, 2.0)),
     "coupling.rigid": case(lambda z: call("one.a", "two.a"), "* name: connect refuses it"),
@@ -92,9 +100,14 @@ CASES = {
         lambda z: call(z.chain, np.array([[1.0], [0.0], [0.0]]), 0.5, 0.25, np.zeros(1), np.zeros(1))
     ),
     "coupling.Components": case(lambda z: call(((0,),), z.K[None], np.ones((1, 4))), through=lambda kind: _coupled),
-    "coupling.coupled_response": case(lambda z: call([_group(z)], np.ones((2, 1)))),
+    "coupling.coupled_response": case(
+        lambda z: call([_group(z)], np.ones((2, 1))), "load shape: as many coordinates of each node"
+    ),
     "coupling.interface_pattern": case(
-        lambda z: call([_group(z)], 2, 1), "num_nodes huge: as many", "size *: as large"
+        lambda z: call([_group(z)], 2, 1),
+        "num_nodes huge: as many",
+        "size *: as large",
+        "groups nan inside: an answer of names and structure has no number in it",
     ),
     "coupling.modal_pairs": case(lambda z: call(np.array([1.0, 2.0]), np.array([0.5, 0.25]), z.small)),
     "coupling.peak_response": case(
@@ -105,11 +118,15 @@ CASES = {
         lambda z: call(np.array([1.0, 2.0]), np.array([0.25, 0.5])), "omega shape: refused with other ratios"
     ),
     "coupling.limit_loads": case(
-        lambda z: call(np.ones((2, 2)), np.array([1.0, 2.0]), "cqc", np.ones(2), ([1.0, 2.0], [0.25, 0.5]))
+        lambda z: call(np.ones((2, 2)), np.array([[1.0, 2.0]]), "cqc", np.ones(2), ([1.0, 2.0], [0.25, 0.5]))
     ),
-    "coupling.shortfall": case(lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 4.0]))),
-    "experiment.coherence_variance": case(lambda z: call(z.values, np.full(z.values.shape, 0.5), 8.0)),
-    "experiment.noise_variance": case(lambda z: call(z.values, 0.25, 0.5)),
+    "coupling.shortfall": case(
+        lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 4.0])), "truth inf: all of it is missing"
+    ),
+    "experiment.coherence_variance": case(
+        lambda z: call(z.values, np.full(z.values.shape, 0.5), 8.0), "averages inf: a limit that exists"
+    ),
+    "experiment.noise_variance": case(lambda z: call(z.values, 0.25, 0.5), "values shape: any number of channels"),
     "experiment.noisy": case(lambda z: call(jax.random.key(0), z.values, np.ones(z.values.shape))),
     "experiment.mean_of_repeats": case(lambda z: call(z.values), "samples shape: any number of them"),
     "experiment.nonlinearity": case(lambda z: call(z.values), "levels shape: any number of channels"),
@@ -133,18 +150,27 @@ CASES = {
     "experiment.free_response": case(
         lambda z: call(z.values, z.values, z.values, np.ones(2)), "motions shape: refused with other runs"
     ),
-    "experiment.sweep_phase": case(lambda z: call(z.ts, 1.0, 2.0, 4.0), "time shape: any number of times"),
+    "experiment.sweep_phase": case(
+        lambda z: call(z.ts, 1.0, 2.0, 4.0),
+        "time shape: any number of times",
+        "* swapped: numbers or arrays of them",
+        "duration inf: a limit that exists",
+    ),
     "experiment.swept_amplitudes": case(
         lambda z: call(np.ones((1, 41)), np.linspace(0.0, 20.0, 41), [20], 8),
         "signals inf: outside of the window",
         "* shape: refused with other lengths",
     ),
     "experiment.swept_variance": case(
-        lambda z: call(0.5, 8), "noise shape: any number of channels", "width huge: ok"
+        lambda z: call(0.5, 8), "noise shape: any number of channels", "width huge: ok", "* swapped: as many samples"
     ),
     "experiment.rigid_channels": case(lambda z: call(list(z.table.values()), np.zeros(3))),
     "experiment.flexible_channels": case(lambda z: call(list(z.table.values()), np.zeros(3), lambda r: r)),
-    "experiment.virtual_point": case(lambda z: call(z.campaign, np.zeros(3), z.table, z.table, "hub", np.ones(8))),
+    "experiment.virtual_point": case(
+        lambda z: call(z.campaign, np.zeros(3), z.table, z.table, "hub", np.ones(8)),
+        "name name: names are free",
+        "name number for a name: likewise",
+    ),
 }
 
 

@@ -21,37 +21,58 @@ CASES = {
         lambda z: call(mbs.SpringDamper(2.0), {"a": 1.0}),
         "row name: simulate refuses it",
     ),
-    "linear.Modal": case(lambda z: call(0.25, 2), "ratios *: simulate refuses it", "num *: simulate refuses it"),
-    "linear.TransferFunctions": case(
+    "linear.Modal": case(
+        lambda z: call(0.25, 2),
+        "ratios *: simulate refuses it",
+        "num *: simulate refuses it",
+        "* swapped: simulate refuses it",
+    ),
+    "experiment.TransferFunctions": case(
         lambda z: call(z.omega, z.values, ["p", "q"], ["p", "q"]),
         "values nan: gaps in what was measured",
         "values inf: shows in whatever is asked",
         "outputs name: names are free",
         "inputs name: names are free",
+        "outputs number for a name: names are free",
+        "inputs number for a name: names are free",
     ),
-    "linear.accelerance": case(lambda z: call(z.values, z.omega)),
+    "linear.accelerance": case(lambda z: call(z.values, z.omega), "receptance shape: any number of channels"),
     "linear.mobility": case(lambda z: call(z.values, z.omega), "receptance shape: any number of channels"),
-    "linear.acceleration_gain": case(lambda z: call(3.0, 2.0), "* shape: numbers or arrays of them"),
+    "linear.acceleration_gain": case(
+        lambda z: call(3.0, 2.0), "* shape: numbers or arrays of them", "reference inf: a limit that exists"
+    ),
     "linear.gain_from_mobility": case(lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them"),
-    "linear.mobility_from_gain": case(lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them"),
+    "linear.mobility_from_gain": case(
+        lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them", "total_mass inf: a limit that exists"
+    ),
     "linear.generalised_stiffness": case(lambda z: call(2.0, 3.0), "* shape: numbers or arrays of them"),
     "linear.superpose": case(lambda z: call(z.modes.shapes, z.x.T), "coordinates shape: any number of columns"),
     "linear.base_load": case(lambda z: call(z.M, z.K[:, :1], z.x[:, :1])),
     "linear.block_matrices": case(lambda z: call(z.K, z.M, size=2)),
-    "linear.check": case(lambda z: call(z.free_beam, np.zeros(3), 1e-6), "tolerance *: of a report"),
+    "linear.check": case(
+        lambda z: call(z.free_beam, np.zeros(3), 1e-6),
+        "tolerance *: of a report",
+        "system nan inside: LinearSystem refuses it before",
+    ),
     "linear.natural_modes": case(lambda z: call(K=z.K, M=z.M, num=2)),
-    "linear.complex_modes": case(lambda z: call(K=z.K, C=z.C, M=z.M)),
+    "linear.complex_modes": case(lambda z: call(K=z.K, C=z.C, M=z.M), "* single: shapes have any phase"),
     "linear.modal": case(lambda z: call(K=z.K, M=z.M, ratios=np.full(4, 0.25))),
     "linear.proportional": case(lambda z: call(K=z.K, M=z.M, by_mass=0.5, by_stiffness=0.25)),
     "linear.proportional_from_ratios": case(lambda z: call((1.0, 0.25), (2.0, 0.5))),
-    "linear.structural": case(lambda z: call(z.K, 0.25)),
-    "linear.coupled": case(lambda z: call(z.C)),
-    "linear.damped_frequency": case(lambda z: call(2.0, 0.25), "* shape: numbers or arrays of them"),
+    "linear.structural": case(lambda z: call(z.K, 0.25), "* swapped: entry by entry"),
+    "linear.coupled": case(
+        lambda z: call(z.C), "C nan: yes, nothing comes apart", "C inf: likewise", "C complex: matrices may be"
+    ),
+    "linear.damped_frequency": case(
+        lambda z: call(2.0, 0.25), "* shape: numbers or arrays of them", "ratio inf: zero from critical damping on"
+    ),
     "linear.constraint_modes": case(lambda z: call(z.K, (0,))),
     "linear.interface_basis": case(lambda z: call(z.K, (0,))),
     "linear.partition": case(lambda z: call(4, (0, 2)), "size huge: it is the size", "* integer: rows"),
     "linear.dense_response": case(
-        lambda z: call(K=z.K, M=z.M, C=z.C, load=z.M, omega=z.omega, out=z.x), f"omega shape: {ANY}"
+        lambda z: call(K=z.K, M=z.M, C=z.C, load=z.M, omega=z.omega, out=z.x),
+        f"omega shape: {ANY}",
+        "load shape: any number of columns",
     ),
     "linear.direct_response": case(
         lambda z: call(K=z.blocks[0], M=z.blocks[1], load=np.ones((4, 1)), omega=z.omega), f"omega shape: {ANY}"
@@ -68,6 +89,8 @@ CASES = {
     "linear.modal_receptance": case(
         lambda z: call(np.array([1.0, 2.0]), np.ones((1, 2)), np.ones((1, 2)), z.omega, 0.25, 2.0),
         f"omega shape: {ANY}",
+        "ratios inf: a limit that exists",
+        "modal_masses inf: a limit that exists",
     ),
     "linear.modal_motion": case(
         lambda z: call(np.array([1.0, 2.0]), 0.25, z.x[:, :2], 0.5, np.ones(2), np.ones(2)), "loads shape: refused"
@@ -76,7 +99,12 @@ CASES = {
         lambda z: call(np.array([1.0, 4.0]), np.array([0.5, 0.25]), z.x[:, :2], 0.5, np.ones(2), np.ones(2))
     ),
     "linear.modal_response": case(lambda z: call(K=z.K, M=z.M, load=z.x, step=0.5, ratios=0.25)),
-    "linear.mac": case(lambda z: call(z.modes.shapes, z.modes.shapes, z.M), "* shape: any number of shapes"),
+    "linear.mac": case(
+        lambda z: call(z.modes.shapes, z.modes.shapes, z.M),
+        "* shape: any number of shapes",
+        "first complex: of complex shapes, a real number",
+        "second complex: likewise",
+    ),
     "linear.track": case(lambda z: call(z.modes, z.modes, z.M)),
     "linear.mode_ratios": case(lambda z: call(z.modes, 1)),
     "linear.effective_masses": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
