@@ -137,8 +137,11 @@ def _trace_rule(plan, kind, primals, tangents):
 def inertia(factor: Factor) -> tuple[Array, Array]:
     """(positive, negative) numbers of eigenvalues of a symmetric matrix, from its "ldl" factor.
 
-    Padding is not counted.  Source: Sylvester's law; with A = K - w^2 M it counts the frequencies below w.
+    Padding is not counted.  Raises: ValueError, if concrete, for a factor that is not finite.
+    Source: Sylvester's law; with A = K - w^2 M it counts the frequencies below w.
     """
+    if known(factor.pivots) and not is_finite(factor):
+        raise ValueError("a factor that is not finite has no inertia: the matrix is singular, or not finite itself")
     negative = jnp.sum(jnp.stack([jnp.sum(p.negatives()) for p in factor.pivots]))
     return int(factor.plan.pattern.sizes.sum()) - negative, negative
 

@@ -20,12 +20,22 @@ class BlockMatrix(eqx.Module):
         upper: (edges, size, size), the blocks A[i, j] of the edges i < j.
         lower: the blocks A[j, i], or None: the transposes of `upper` (a symmetric matrix, complex ones too, where the
             diagonal blocks are symmetric).
+
+    Raises: ValueError for shapes that are not those of the pattern.
     """
 
     pattern: Pattern = eqx.field(static=True)
     diagonal: Inexact[Array, "blocks size size"]
     upper: Inexact[Array, "edges size size"]
     lower: Inexact[Array, "edges size size"] | None = None
+
+    def __check_init__(self):
+        n, b = self.pattern.shape
+        wanted = {"diagonal": (n, b, b), "upper": (self.pattern.num_edges, b, b)}
+        for name, shape in (wanted | {"lower": wanted["upper"]}).items():
+            given = getattr(getattr(self, name), "shape", shape)
+            if given != shape:
+                raise ValueError(f"{name} has shape {given}; a matrix on {self.pattern} needs {shape}")
 
     @property
     def is_symmetric(self) -> bool:
@@ -97,8 +107,8 @@ def assemble(pattern: Pattern, blocks: ArrayLike, elements: Array | np.ndarray) 
     if known(elements):
         values = np.asarray(elements)
         part = np.max(np.abs(values - values.transpose(0, 2, 1, 4, 3)), initial=0.0)
-        if part > np.finfo(values.dtype).eps ** 0.5 * np.max(np.abs(values), initial=0.0):
-            raise ValueError(f"elements are unsymmetric by {part:.1g}: half of that would be lost")
+        if not part <= np.finfo(values.dtype).eps ** 0.5 * np.max(np.abs(values), initial=0.0) < np.inf:
+            raise ValueError(f"elements are not finite, or unsymmetric by {part:.1g}: half of that would be lost")
     b = pattern.size
     diagonal = jnp.zeros((pattern.num_blocks, b, b), elements.dtype)
     upper = jnp.zeros((pattern.num_edges, b, b), elements.dtype)

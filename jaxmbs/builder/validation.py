@@ -7,6 +7,7 @@ import numpy as np
 from ..checks import broken, faults_if, known, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..forces.ports import JointPort, LinePort, SystemPort, port_of
+from ..forces.signals import as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
 from ..model.inertia import as_matrix
 from .declarations import GROUND, Model, as_pose, resolve
@@ -111,7 +112,18 @@ def joint_faults(joint, bodies, frames) -> list[str]:
     found += [f"{where}: {fault}" for fault in joint.kind.faults()]
     if joint.drive is not None and not _has_one_coordinate(joint):
         found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
-    return found
+    return found + ([] if joint.drive is None else [f"{where}: its drive: {f}" for f in _drive_faults(joint.drive)])
+
+
+def _drive_faults(drive):
+    """What is wrong with a function of time: its numbers, or what one call of it says."""
+    try:
+        signal = as_signal(drive)
+        shape = jax.eval_shape(signal, jnp.zeros(())).shape
+    except Exception as error:  # noqa: BLE001 - the user's own code
+        return [f"it cannot be evaluated: {type(error).__name__}: {error}"]
+    found = signal.faults() if hasattr(signal, "faults") else []
+    return found + faults_if((shape not in ((), (1,)), f"it gives shape {shape}, not one number"))
 
 
 def _place_faults(where, place):

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
+from ..math.host import typed
 from ..math.jit import jit
 from ..typing import ArrayLike
 from .structure import Structure
@@ -60,13 +61,13 @@ def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]
         for direction, component in items:
             if direction not in DIRECTIONS:
                 raise ValueError(f"load at {name}: {direction!r} is none of {', '.join(DIRECTIONS)}")
-            total = total.at[node, DIRECTIONS.index(direction)].add(jnp.asarray(component, total.dtype))
+            total = total.at[node, DIRECTIONS.index(direction)].add(typed(component, total.dtype))
     return total
 
 
 def element_weights(structure, group, acceleration):
     """`body_load` of a group by element (elements, n)."""
-    field = jnp.asarray(acceleration, structure.positions.dtype)
+    field = typed(acceleration, structure.positions.dtype)
 
     def weight(element, nodes):
         motion = jnp.zeros((element.num_nodes, element.coordinates), nodes.dtype).at[:, :3].set(field)
@@ -85,7 +86,7 @@ def element_line_loads(structure, group, force):
 
 
 def _each(structure, group, value, shape):
-    value = jnp.asarray(value, structure.positions.dtype)
+    value = typed(value, structure.positions.dtype)
     return jnp.broadcast_to(
         value.reshape((1,) * (1 + len(shape) - value.ndim) + value.shape), (len(group.nodes), *shape)
     )

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
+from ..elements.base import number
 from ..math.jit import jit
 from ..typing import AnyArray, ArrayLike
 from .loads import element_line_loads, element_weights
@@ -58,6 +59,7 @@ def _recovered(structure, x, what, line_loads, acceleration):
 
 
 def _of_real(structure, x, what, line_loads, acceleration):
+    x = number(x)
     u = spread(structure, x) if x.ndim == 1 else x
     spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
     found = {}

@@ -87,7 +87,10 @@ def _closed_over(fn: Callable) -> list[Any]:
 
 
 def value_faults(module: eqx.Module) -> list[str]:
-    """Known entries that are not numbers, and the faults of the signals the module holds."""
+    """Known entries that are not numbers or infinite, and the faults of the signals the module holds.
+
+    Fields that the module lists as `unbounded` may be infinite.
+    """
     found = []
     for field in dataclasses.fields(module):
         value = getattr(module, field.name)
@@ -95,4 +98,8 @@ def value_faults(module: eqx.Module) -> list[str]:
             found += [f"{field.name}: {message}" for message in value.faults()]
         elif any(broken(np.isnan, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)):
             found.append(f"{field.name} is not a number")
+        elif field.name not in module.unbounded and any(
+            broken(np.isinf, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)
+        ):
+            found.append(f"{field.name} is not finite")
     return found

@@ -22,9 +22,10 @@ from ._fields import value_faults
 
 
 class AbstractLaw(eqx.Module):
-    """Common to all laws."""
+    """Common to all laws.  `unbounded` names the fields that may be infinite."""
 
     is_source: ClassVar[bool] = False
+    unbounded: ClassVar[tuple[str, ...]] = ()
 
     @property
     def stores(self) -> bool:

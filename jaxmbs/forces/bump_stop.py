@@ -1,5 +1,7 @@
 """Stops at the ends of a stroke."""
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax.numpy as jnp
 
@@ -50,6 +52,8 @@ class BumpStop(AbstractScalarLaw):
     @property
     def dissipates(self) -> bool:
         return present(self.damping)
+
+    unbounded: ClassVar[tuple[str, ...]] = ("lower", "upper")
 
     def faults(self) -> list[str]:
         """A passive stop with a gap between its edges."""

@@ -70,7 +70,8 @@ class Bushing(AbstractPoseLaw):
 
     def faults(self) -> list[str]:
         """Stiffness is symmetric, damping dissipates."""
-        return super().faults() + faults_if(
+        found = super().faults()
+        return found or faults_if(
             (self.preload.shape != (6,), "preload must have six components"),
             (broken(_asymmetric, self.stiffness), "stiffness matrix must be symmetric"),
             (broken(_indefinite, self.damping), "damping matrix must be positive semidefinite"),

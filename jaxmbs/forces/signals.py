@@ -5,7 +5,7 @@ Drives need accelerations: `Step` and `Spline` are C2, the others smooth.
 
 import abc
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -21,6 +21,8 @@ from ._fields import function, number, optional_number, value_faults
 
 class AbstractSignal(eqx.Module):
     """A value as a function of time [s]."""
+
+    unbounded: ClassVar[tuple[str, ...]] = ()
 
     @abc.abstractmethod
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:

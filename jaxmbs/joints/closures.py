@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import broken, faults_if, known
 from ..math.host import as_array
 from ..typing import ArrayLike, Converted, ScalarLike
 from .base import AbstractJoint
@@ -70,7 +70,7 @@ class Coupler(eqx.Module):
         self, coefficients: Mapping[str, ArrayLike], offset: ArrayLike = 0.0, function: Callable | None = None
     ) -> None:
         self.joints = tuple(coefficients)
-        self.coefficients = jnp.stack([jnp.asarray(c, float) for c in coefficients.values()])
+        self.coefficients = jnp.stack([as_array(c) for c in coefficients.values()])
         self.offset = as_array(offset)
         self.function = function
 
@@ -80,9 +80,9 @@ class Coupler(eqx.Module):
         return jnp.reshape(value - self.offset, (1,))
 
     def faults(self) -> list[str]:
-        if self.function is None and known(self.coefficients) and not np.any(self.coefficients):
-            return ["all its coefficients are zero"]
-        return []
+        zero = self.function is None and known(self.coefficients) and not np.any(self.coefficients)
+        infinite = any(broken(lambda x: ~np.isfinite(x), value) for value in (self.coefficients, self.offset))
+        return faults_if((zero, "all its coefficients are zero"), (infinite, "its numbers are not finite"))
 
 
 class VelocityRows(eqx.Module):

@@ -150,4 +150,6 @@ def kic_rate(second: Array, phi_dot: Array) -> Float[Array, "c N"]:
 
     Source: S2 (10), (27).
     """
+    if second.ndim != 3 or second.shape[0] != second.shape[2] or phi_dot.shape != second.shape[2:]:
+        raise ValueError(f"H of shape {second.shape} and rates of shape {phi_dot.shape} are not (N, 3, N) and (N,)")
     return jnp.einsum("ncm,m->cn", second, phi_dot)

@@ -8,10 +8,13 @@ the floating frame in its own axes and the rates of q; loads and momenta are dua
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import broken
+from ..elements.base import number
 from ..math.rotation import rotation_vector, rotation_vector_rate
-from ..typing import Scalar, Vector3
+from ..typing import Converted, Scalar, Vector3
 
 
 class ElasticBody(eqx.Module):
@@ -29,10 +32,10 @@ class ElasticBody(eqx.Module):
         interfaces: names; the first carries the floating frame.
     """
 
-    inertia: Float[Array, "k k"] = eqx.field(kw_only=True)
-    stiffness: Float[Array, "m m"] = eqx.field(kw_only=True)
-    damping: Float[Array, "m m"] = eqx.field(kw_only=True)
-    places: Float[Array, "others 3"] = eqx.field(kw_only=True)
+    inertia: Converted[Float[Array, "k k"]] = eqx.field(converter=number, kw_only=True)
+    stiffness: Converted[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
+    damping: Converted[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
+    places: Converted[Float[Array, "others 3"]] = eqx.field(converter=number, kw_only=True)
     interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True)
 
     @property
@@ -103,11 +106,17 @@ class ElasticBody(eqx.Module):
         return 0.5 * q @ self.stiffness @ q
 
     def faults(self) -> list[str]:
-        """Shapes that do not agree."""
-        m, k = self.num_deformations, self.inertia.shape[-1]
-        found = [] if k == 6 + 4 * m else [f"inertia must be {6 + 4 * m} square for {m} deformations, not {k}"]
-        if len(self.places) != len(self.interfaces) - 1:
-            found.append(f"{len(self.interfaces)} interfaces need {len(self.interfaces) - 1} places")
+        """Shapes that do not agree, and numbers that are not finite."""
+        m, others = self.num_deformations, len(self.interfaces) - 1
+        k, shapes = 6 + 4 * m, {"stiffness": (m, m), "damping": (m, m), "places": (others, 3)}
+        found = []
+        for name, shape in ({"inertia": (k, k)} | shapes).items():
+            value = getattr(self, name)
+            if value.shape != shape:
+                where = f"{m} deformations and {others + 1} interfaces"
+                found.append(f"{name} has shape {value.shape}, {where} need {shape}")
+            elif broken(lambda x: ~np.isfinite(x), value):
+                found.append(f"{name} is not finite")
         return found if self.num_modes >= 0 else [*found, "each interface but the first has six deformations"]
 
     def _turned(self, h):

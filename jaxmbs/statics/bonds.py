@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import broken, known, not_positive
 from ..errors import ModelError
+from ..math.host import typed
 from ..math.linalg import safe_norm, skew
 from ..typing import ArrayLike
 from .network import Network
@@ -19,6 +20,14 @@ def about(wrench, point):
     """Wrenches (..., 6) about `point` (..., 3) from those about the origin."""
     force, moment = wrench[..., :3], wrench[..., 3:]
     return jnp.concatenate([force, moment - jnp.cross(point, force)], axis=-1)
+
+
+def loads_of(bonds: "Bonds", loads: ArrayLike) -> Array:
+    """Loads (p, 6) as an array.  Raises: ValueError for another shape."""
+    loads, p = typed(loads, bonds.position.dtype), len(bonds.network.bodies)
+    if loads.shape != (p, 6):
+        raise ValueError(f"loads have shape {loads.shape}; {p} bodies need one wrench of 6 each")
+    return loads
 
 
 class Bonds(eqx.Module):
@@ -83,13 +92,15 @@ class Bonds(eqx.Module):
             frame = jnp.asarray(frame)
             rotates = _rotates(frame, jnp)[:, None, None]
             given["frame"] = (jnp.where(rotates, frame, jnp.nan), (q, 3, 3))
-        position, frame, effort = (jnp.asarray(given[name][0], dtype) for name in ("position", "frame", "effort"))
-        length = _spread(position) if length is None else jnp.asarray(length, dtype)
+        position, frame, effort = (typed(given[name][0], dtype) for name in ("position", "frame", "effort"))
+        length = _spread(position) if length is None else typed(length, dtype)
+        if length.shape != () or not_positive(length) or broken(lambda x: ~np.isfinite(x), length):
+            raise ModelError([f"length is one positive number, got {length}"])
         if compliance is None:
             compliance = jnp.tile(jnp.stack([jnp.ones((), dtype)] * 3 + [length**-2] * 3), (q, 1))
         free = jnp.asarray(~carries, dtype)
         diagonal = lambda x: x[:, :, None] * jnp.eye(6, dtype=dtype)[None]  # noqa: E731
-        compliance = diagonal(jnp.asarray(compliance, dtype))
+        compliance = diagonal(typed(compliance, dtype))
         return cls(network, position, frame, diagonal(free), effort * free, compliance, length)
 
     @classmethod

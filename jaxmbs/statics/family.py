@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import ArrayLike
-from .bonds import Bonds
+from .bonds import Bonds, loads_of
 from .cycles import cycle_pattern
 from .network import Network
 from .tree import tree_wrenches
@@ -35,4 +35,4 @@ class ReactionFamily(eqx.Module):
 
 def reaction_family(bonds: Bonds, loads: ArrayLike) -> ReactionFamily:
     """The family of reactions for the loads (p, 6) that `bond_reactions` takes.  Source: S1 (28)."""
-    return ReactionFamily(bonds.network, tree_wrenches(bonds.network, jnp.asarray(loads)))
+    return ReactionFamily(bonds.network, tree_wrenches(bonds.network, loads_of(bonds, loads)))

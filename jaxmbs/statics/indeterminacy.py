@@ -61,6 +61,8 @@ def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
     if method not in ("auto", "svd", "random projection"):
         raise ValueError(f"method must be 'auto', 'svd' or 'random projection', got {method!r}")
     network = bonds.network
+    if not np.all([np.all(np.isfinite(x)) for x in (bonds.position, bonds.frame, bonds.free)]):
+        raise ValueError("positions, frames or free directions of the bonds are not finite")
     if method == "auto":
         small = 6 * network.num_loops <= DENSE and len(network.bonds) * network.num_loops <= 100_000
         method = "svd" if small else "random projection"

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from ..checks import place_of
 from ..typing import ArrayLike
-from .bonds import Bonds, about
+from .bonds import Bonds, about, loads_of
 from .least_compliance import least_compliance
 from .network import Network
 from .tree import on_bodies, tree_wrenches
@@ -105,9 +105,7 @@ def bond_reactions(bonds: Bonds, loads: ArrayLike, method: str = "auto") -> Bond
 
     Raises: ValueError for another method, or loads of another shape.  Source: S1 (26)-(29).
     """
-    loads, network = jnp.asarray(loads, bonds.position.dtype), bonds.network
-    if loads.shape != (len(network.bodies), 6):
-        raise ValueError(f"loads have shape {loads.shape}; {len(network.bodies)} bodies need one wrench of 6 each")
+    loads, network = loads_of(bonds, loads), bonds.network
     middle = lax.stop_gradient(jnp.mean(bonds.position, axis=0, keepdims=True))  # the origin with the shortest arms
     near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - middle)
     near_loads = about(loads, middle)

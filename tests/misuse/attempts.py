@@ -15,6 +15,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxmbs import System
+
 LONGEST = 2000  # characters of a message: more are pages of a compiler's text
 RAW = (
     AttributeError,
@@ -243,7 +245,9 @@ def numbers(found):
 
 
 def says_no(found) -> bool:
-    """Whether a result shows that it is none."""
+    """Whether a result shows that it is none; a model that holds what is not finite should not have been built."""
+    if isinstance(found, System):
+        return False
     if any(not np.all(np.isfinite(x)) for x in numbers(found)):
         return True
     ok = getattr(found, "ok", True)

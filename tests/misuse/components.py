@@ -109,7 +109,9 @@ CASES = {
         "size *: as large",
         "groups nan inside: an answer of names and structure has no number in it",
     ),
-    "coupling.modal_pairs": case(lambda z: call(np.array([1.0, 2.0]), np.array([0.5, 0.25]), z.small)),
+    "coupling.modal_pairs": case(
+        lambda z: call(np.array([1.0, 2.0]), np.array([[0.5, 0.25]]), _payload()), "carrier_omega shape: refused"
+    ),
     "coupling.peak_response": case(
         lambda z: call(2.0, np.array([1.0, 2.0, 0.0]), 0.5, 0.25), "force shape: any number of times"
     ),
@@ -118,7 +120,7 @@ CASES = {
         lambda z: call(np.array([1.0, 2.0]), np.array([0.25, 0.5])), "omega shape: refused with other ratios"
     ),
     "coupling.limit_loads": case(
-        lambda z: call(np.ones((2, 2)), np.array([[1.0, 2.0]]), "cqc", np.ones(2), ([1.0, 2.0], [0.25, 0.5]))
+        lambda z: call(np.ones((2, 2)), np.array([[1.0, 2.0]]), "cqc", np.ones(2), (np.eye(1), np.eye(2)))
     ),
     "coupling.shortfall": case(
         lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 4.0])), "truth inf: all of it is missing"
@@ -176,6 +178,12 @@ CASES = {
 
 def _craig_bampton():
     return reductions.reduce(_component(), reductions.CraigBampton(1))
+
+
+def _payload():
+    K = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    free = linear.LinearSystem(mass=np.eye(3), stiffness=K, interface=[0])
+    return reductions.reduce(free, reductions.CraigBampton(2))
 
 
 def _group(zoo):

@@ -30,7 +30,7 @@ CASES = {
             *("internal_kic_second_printed", "kic", "kic_second"),
         )
     },
-    "kinematics.kic_rate": case(lambda z: call(z.second.internal, np.array([2.0]))),
+    "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
     "kinematics.State": case(
         lambda z: call(0.0, np.array([0.25, 0.5]), np.array([1.0, 2.0])),
         "* nan: written by hand, `ok` of it is asked by whoever uses it",

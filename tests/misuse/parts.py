@@ -137,7 +137,7 @@ CASES = {
     ),
     "forces.CoulombFriction": on_joint(lambda z: call(2.0, 1.5, 0.5, 0.25, 0.5)),
     "forces.Table": on_joint(
-        lambda z: call(POINTS, EFFORTS, POINTS, -EFFORTS), "x_points shape: refused with efforts of another number"
+        lambda z: call(POINTS, EFFORTS, POINTS, EFFORTS), "x_points shape: refused with efforts of another number"
     ),
     "forces.PD": on_joint(lambda z: call(mbs.forces.Constant(0.5), 2.0, 1.0)),
     "forces.Actuator": on_joint(lambda z: call(lambda x, v, t: -x)),
@@ -178,6 +178,8 @@ CASES = {
             places=z.frame.body.places,
             interfaces=("a", "b"),
         ),
+        "interfaces name: names are free",
+        "interfaces number for a name: likewise",
         through=_through(lambda body: _elastic(body)),
     ),
 }

@@ -49,12 +49,16 @@ CASES = {
         "size huge: as large",
         "num_blocks huge: refused with other names",
         "names name: names are free",
+        "names number for a name: names are free",
     ),
     "blocksparse.BlockMatrix": case(
         lambda z: call(z.pattern, np.ones((4, 1, 1)), np.ones((3, 1, 1)), np.ones((3, 1, 1))),
         "* nan: shows in whatever is asked",
         "* inf: likewise",
         "* complex: matrices may be",
+        "* swapped: another kind of thing",
+        "* text: likewise",
+        "* none: likewise",
     ),
     "blocksparse.BlockOperator": case(lambda z: call(z.blocks[0]), "matrix nan inside: shows in whatever is asked"),
     "blocksparse.BlockSolver": case(lambda z: call("ldl"), through=lambda kind: _solved),
@@ -84,7 +88,9 @@ CASES = {
         through=lambda kind: kind.from_names,
     ),
     "statics.bond_reactions": case(lambda z: call(z.bonds, z.loads, "force")),
-    "statics.reaction_family": case(lambda z: call(z.bonds, z.loads)),
+    "statics.reaction_family": case(
+        lambda z: call(z.bonds, z.loads), "bonds nan inside: wrenches about the world origin need no places"
+    ),
     "statics.reaction_matrix": case(lambda z: call(z.bonds)),
     "statics.redundancy": case(lambda z: call(z.bonds, "svd")),
     "statics.with_redundancy": case(lambda z: call(z.bonds)),
