@@ -164,7 +164,7 @@ def limit_loads(
     recovery = jnp.asarray(recovery)
     values = recovery[:, None, :] * jnp.asarray(peaks)[None]
     if weights is not None:
-        w = jnp.asarray(weights, values.dtype)
+        w = typed(weights, values.dtype)
         values = values * (w[None, None, :] if w.ndim == 1 else w[None])
     whole = None if correlation is None else jnp.kron(*map(jnp.asarray, correlation))
     return combine(values.reshape(len(recovery), -1), how, axis=1, correlation=whole)
@@ -198,5 +198,5 @@ def shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
 
 
 def _root(square):
-    positive = square > 0
-    return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
+    none = square <= 0  # false for NaN, which must not count as no load
+    return jnp.where(none, 0.0, jnp.sqrt(jnp.where(none, 1.0, square)))

@@ -15,6 +15,7 @@ from ..kinematics import closures, coordinate_rows, reaction_map
 from ..kinematics.configuration import at_state, moving, node_accelerations
 from ..kinematics.owners import single_bodies
 from ..kinematics.state import HasStates, State
+from ..math.host import typed
 from ..math.jit import jit
 from ..math.linalg import relative
 from ..math.rows import over_rows, summed, take
@@ -98,7 +99,7 @@ def _reactions_jit(system, states, frame, side, batched, compliance, method):
 
 def _compliance(name, value, dtype):
     """The compliances (6,) of one joint; ValueError where they are known and negative, not finite, or not six."""
-    value = jnp.asarray(value, dtype)
+    value = typed(value, dtype)
     if value.shape not in ((), (6,)):
         raise ValueError(f"compliance of {name!r} must be one number or six, got shape {value.shape}")
     if known(value) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):

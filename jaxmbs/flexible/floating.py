@@ -16,7 +16,7 @@ from ..linear.system import LinearSystem
 from ..math import square
 from ..math.linalg import skew
 from ..model.elastic import ElasticBody
-from ..reductions.base import AbstractReduction, Physical
+from ..reductions.base import AbstractReduction, Physical, check_num_modes
 from ..reductions.craig_bampton import CraigBampton
 from ..typing import ArrayLike
 
@@ -60,12 +60,14 @@ def floating_frame(
     Rotary inertia of nodes counts as if they kept their axes in the floating frame; stiffening by rotation is left
     out (cut a blade or a fast arm into several bodies, their frames then follow it).
 
-    Raises: ModelError with every fault.  Source: S1 (4)-(9); S2 (35).
+    Raises: ModelError with every fault; ValueError for more modes than there are.  Source: S1 (4)-(9); S2 (35).
     """
     s = system.dense()
     outer = interface_rows(s, interfaces)
     rigid = rigid_basis(s, s.positions[s.nodes.index(interfaces[0])])
     _check_free(s.stiffness, rigid)
+    if method is None:
+        check_num_modes(num_modes, s.num_rows - len(outer))
     if len(outer) == s.num_rows:
         method = Physical()
     reduced = (CraigBampton(num_modes) if method is None else method).of(s.with_interface(*outer))

@@ -14,7 +14,7 @@ from jaxmbs.math.host import as_array
 from jaxmbs.math.rotation import axis_vector
 from jaxmbs.typing import Axis, Matrix3, ScalarLike
 
-from ..checks import known
+from ..checks import are_axes, broken, known, negative, refuse_complex
 
 
 def point() -> Matrix3:
@@ -24,12 +24,16 @@ def point() -> Matrix3:
 
 def rod(mass: ScalarLike, length: ScalarLike, axis: Axis = "x") -> Matrix3:
     """Inertia of a thin straight rod along `axis`."""
+    _check(mass=mass, length=length)
     return _symmetric(0.0, mass * length**2 / 12, axis)
 
 
 def box(mass: ScalarLike, size: Sequence[ScalarLike] | Array) -> Matrix3:
     """Inertia of a solid box with the edges `size` (3,) along x, y, z."""
-    squares = jnp.stack([jnp.asarray(edge, float) ** 2 for edge in size])
+    if len(size) != 3:
+        raise ValueError(f"a box has three edges, got {len(size)}")
+    _check(mass=mass, x=size[0], y=size[1], z=size[2])
+    squares = jnp.stack([as_array(edge) ** 2 for edge in size])
     return jnp.diag(jnp.sum(squares) - squares) * (mass / 12)
 
 
@@ -42,22 +46,27 @@ def tube(
     mass: ScalarLike, inner_radius: ScalarLike, outer_radius: ScalarLike, length: ScalarLike, axis: Axis = "z"
 ) -> Matrix3:
     """Inertia of a hollow cylinder; equal radii make a thin shell without end caps."""
+    _check(mass=mass, inner_radius=inner_radius, outer_radius=outer_radius, length=length)
     squares = inner_radius**2 + outer_radius**2
     return _symmetric(mass * squares / 2, mass * (squares / 4 + length**2 / 12), axis)
 
 
 def sphere(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     """Inertia of a solid sphere."""
+    _check(mass=mass, radius=radius)
     return jnp.eye(3) * (mass * radius**2 * 0.4)
 
 
 def spherical_shell(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     """Inertia of a thin spherical shell."""
+    _check(mass=mass, radius=radius)
     return jnp.eye(3) * (mass * radius**2 * (2 / 3))
 
 
 def turned(inertia: ArrayLike, rotation: Matrix3) -> Matrix3:
     """Inertia in other axes: `rotation` takes components in the axes of `inertia` to the new ones."""
+    if not are_axes(rotation):
+        raise ValueError("the rotation is no rotation matrix")
     return rotation @ as_matrix(inertia) @ rotation.T
 
 
@@ -75,9 +84,11 @@ def combine(parts: Iterable[tuple]) -> dict[str, Array]:
     Raises:
         ValueError: without any part.
     """
-    parts = [(jnp.asarray(m, float), jnp.asarray(c, float), as_matrix(inertia)) for m, c, inertia in parts]
+    parts = [(as_array(m), as_array(c), as_matrix(inertia)) for m, c, inertia in parts]
     if not parts:
         raise ValueError("combine needs at least one part")
+    if any(m.shape != () or c.shape != (3,) for m, c, _ in parts):
+        raise ValueError("each part is (mass, centre of three numbers, inertia)")
     mass = sum(m for m, _, _ in parts)
     com = sum(m * c for m, c, _ in parts) / mass
     inertia = sum(inertia + m * _offset(c - com) for m, c, inertia in parts)
@@ -90,10 +101,21 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
     Raises:
         ValueError: for any other shape.
     """
+    refuse_complex(inertia)
     xp, inertia = (np, np.asarray(inertia, float)) if known(inertia) else (jnp, jnp.asarray(inertia, float))
     if inertia.shape not in ((), (3,), (3, 3)):
         raise ValueError(f"an inertia is 0, (3,) or (3, 3), not of shape {inertia.shape}")
     return as_array(xp.diag(inertia * xp.ones(3)) if inertia.ndim < 2 else inertia)
+
+
+def _check(mass, **lengths):
+    """ValueError for numbers that are known and cannot be; the mass of a hole is negative."""
+    for name, value in {"mass": mass, **lengths}.items():
+        refuse_complex(value)
+        if np.shape(value) != () or broken(lambda x: ~np.isfinite(x), value) or (name != "mass" and negative(value)):
+            raise ValueError(
+                f"{name} must be one finite number{'' if name == 'mass' else ', not negative'}, got {value}"
+            )
 
 
 def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:

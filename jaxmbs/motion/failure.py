@@ -58,6 +58,8 @@ def _singular(system, state):
     """Names of joints whose constraint rows lost rank against the count at build."""
     top = system.topology
     A = np.asarray(constraint_jacobian(system, state))
+    if not np.isfinite(A).all():
+        return []
     A = A / np.maximum(np.linalg.norm(A, axis=1, keepdims=True), 1e-12)
     U, s, _ = np.linalg.svd(A, full_matrices=False)
     lost = [k for k in range(min(top.analysis.rank, len(s))) if s[k] < _SINGULAR * s[0]]

@@ -5,6 +5,7 @@ with that it is in the test.
 """
 
 import importlib
+import inspect
 
 import pytest
 
@@ -57,7 +58,14 @@ def public():
             item = getattr(module, name)
             if not any(item is other for other in found.values()) and not hasattr(item, "__path__"):
                 found[f"{room.rpartition('.')[2]}.{name}"] = item
-    return {name: item for name, item in found.items() if type(item) is not type(mbs)}
+    found |= {
+        f"inertia.{f.__name__}": f for _, f in inspect.getmembers(mbs.inertia, inspect.isfunction) if _is_own(f)
+    }
+    return {name: item for name, item in found.items() if not inspect.ismodule(item)}
+
+
+def _is_own(function):
+    return function.__module__ == mbs.inertia.__name__ and not function.__name__.startswith("_")
 
 
 PUBLIC = public()

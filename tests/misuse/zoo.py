@@ -25,6 +25,17 @@ class Zoo:
         return four_bar_state(self.bars)
 
     @cached_property
+    def hanging(self):
+        b = mbs.SystemBuilder(gravity=(0.0, -9.81, 0.0))
+        b.body("bob", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
+        b.joint("pin", mbs.Revolute("z"), "ground", "bob")
+        return b.build()
+
+    @cached_property
+    def near_rest(self):
+        return mbs.State.at(self.hanging, pin=-1.25)
+
+    @cached_property
     def motion(self):
         return mbs.simulate(self.bars, self.state, ts=np.array([0.0, 0.1, 0.2]))
 
