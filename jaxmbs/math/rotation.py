@@ -130,7 +130,7 @@ def axis_vector(axis: Axis) -> Vector3:
         if name not in _NAMED_AXES:
             raise ValueError(f"axis {axis!r} is not one of x, y, z, -x, -y, -z or three numbers")
         return jnp.asarray(np.array(_NAMED_AXES[name]) * (-1.0 if axis.startswith("-") else 1.0) + 0.0, float)
-    vector = jnp.stack([jnp.asarray(part, float) for part in axis])
+    vector = jnp.stack([as_array(part) for part in axis])
     if vector.shape != (3,):
         raise ValueError(f"an axis has three components, not the shape {vector.shape}")
     return vector / jnp.linalg.norm(vector)
