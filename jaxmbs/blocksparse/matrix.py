@@ -107,8 +107,10 @@ def assemble(pattern: Pattern, blocks: ArrayLike, elements: Array | np.ndarray) 
     if known(elements):
         values = np.asarray(elements)
         part = np.max(np.abs(values - values.transpose(0, 2, 1, 4, 3)), initial=0.0)
-        if not part <= np.finfo(values.dtype).eps ** 0.5 * np.max(np.abs(values), initial=0.0) < np.inf:
-            raise ValueError(f"elements are not finite, or unsymmetric by {part:.1g}: half of that would be lost")
+        if not np.all(np.isfinite(values)):
+            raise ValueError("elements are not finite")
+        if part > np.finfo(values.dtype).eps ** 0.5 * np.max(np.abs(values), initial=0.0):
+            raise ValueError(f"elements are unsymmetric by {part:.1g}: half of that would be lost")
     b = pattern.size
     diagonal = jnp.zeros((pattern.num_blocks, b, b), elements.dtype)
     upper = jnp.zeros((pattern.num_edges, b, b), elements.dtype)

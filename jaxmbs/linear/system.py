@@ -58,7 +58,6 @@ class LinearSystem(eqx.Module):
         if faults:
             raise ModelError(faults)
         n = num_rows(self.stiffness)
-        faults += [] if n else ["there are no coordinates: mass and stiffness are empty"]
         faults += _uneven(n, mass=self.mass, damping=self.damping)
         self.coordinates = labels_of(coordinates, n, faults)
         self.interface = _found(interface, self.coordinates, faults)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import broken
+from ..checks import broken, negative
 from ..typing import ArrayLike
 from . import lapack
 
@@ -31,15 +31,15 @@ def regular_inverse(
 
     Returns: (..., columns, rows).
 
-    Raises: ValueError for a rank that cannot be and, if concrete, rcond and noise that are negative or not finite.
+    Raises: ValueError for a rank that cannot be and, if concrete, rcond and noise that are not finite.
     Source: S1 (41).
     """
     A, most = jnp.asarray(A), min(np.shape(A)[-2:])
     if rank is not None and not 0 < rank <= most:
         raise ValueError(f"rank = {rank}: there are {most} singular values")
     for name, value in {"rcond": rcond, "noise": noise}.items():
-        if broken(lambda x: ~np.isfinite(x) | (x < 0), value):
-            raise ValueError(f"{name} must be finite and not negative, got {value}")
+        if broken(lambda x: ~np.isfinite(x), value) or (name == "rcond" and negative(value)):
+            raise ValueError(f"{name} must be finite, rcond not negative, got {value}")
     if weights is not None:
         weights = jnp.asarray(weights, A.real.dtype).astype(A.dtype)
         A = A * weights[(None,) * (A.ndim - 2) + (slice(None), None)]
