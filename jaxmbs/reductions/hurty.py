@@ -14,6 +14,7 @@ from ..linear.system import LinearSystem
 from ..typing import CoordinateLike
 from .base import AbstractReduction, Reduced
 from .craig_bampton import CraigBampton
+from .work import Motions
 
 
 def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
@@ -79,6 +80,14 @@ class Hurty(AbstractReduction):
         phi = jnp.eye(b, dtype=CR.dtype).at[d:, :d].set(CR)
         order = (*rigid, *redundant)
         return phi[np.array([order.index(c) for c in outer], int)]
+
+    def motions(self, system: LinearSystem) -> Motions:
+        """Rigid, constraint and normal motions of all coordinates, with what works on them.  Source: S1 (14)-(20)."""
+        system = system.dense()
+        b, d = system.num_interface, len(supports(system, self.determinate))
+        basis = CraigBampton(self.num_modes).of(system).basis
+        shapes = jnp.concatenate([basis[:, :b] @ self.connection(system), basis[:, b:]], axis=1)
+        return Motions(shapes, (d, b - d, self.num_modes), system.interface)
 
 
 def supports(system: LinearSystem, determinate: Iterable[CoordinateLike] | None) -> tuple[int, ...]:
