@@ -12,7 +12,7 @@ from jaxtyping import Array, Complex
 from ..checks import known
 from ..math import square
 from ..math.eigen import eig, eigh, spectral
-from ..typing import AnyArray, ArrayLike, Number, RowsLike
+from ..typing import AnyArray, ArrayLike, RowsLike
 from .checked import checked_solve
 from .condensation import interface_basis, partition
 from .gains import harmonic_rate

@@ -28,7 +28,7 @@ def cost(bonds, rounds=MOST):
 def arm(p):
     """An open chain of pins, each after the other."""
     bodies = ["ground", *(f"link {k}" for k in range(p))]
-    bonds = {f"pin {k}": bodies[k : k + 2] for k in range(p)}
+    bonds = {f"pin {k}": (bodies[k], bodies[k + 1]) for k in range(p)}
     places = np.random.default_rng(0).normal(size=(p, 3))
     return Bonds.from_arrays(bodies[1:], bonds, places, carries=[PIN] * p, length=1.0)
 
