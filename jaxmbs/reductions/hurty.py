@@ -54,7 +54,7 @@ class Hurty(AbstractReduction):
             `determinate_coordinates`.
 
     Raises: ValueError for a determinate coordinate that is not one of the interface and, if concrete, ones that do
-    not hold the component.  Source: S1 (13)-(20).
+    not hold the component.  Source: S1 (14)-(20).
     """
 
     num_modes: int = eqx.field(static=True)
@@ -68,7 +68,7 @@ class Hurty(AbstractReduction):
         """`phi = [[RR 0], [CR CC]]` (b, b): interface displacements `u = phi (rigid, constraint)`.
 
         Rows are in the order of the interface.  RR = CC = 1, and CR is what a rigid motion does at the redundant
-        bonds, so that it costs no stiffness.  Source: S1 (13)-(16), (20).
+        bonds, so that it costs no stiffness.  Source: S1 (14), (20).
         """
         system = system.dense()
         rigid, outer = supports(system, self.determinate), system.interface

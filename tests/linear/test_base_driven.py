@@ -7,6 +7,7 @@ import pytest
 import scipy.linalg
 
 from jaxmbs.linear import (
+    acceleration_gain,
     gain_from_mobility,
     generalised_stiffness,
     mobility_from_gain,
@@ -40,10 +41,11 @@ def test_each_gain_is_the_share_of_its_mode_at_its_resonance():
     found = table(K, M)
     T, w, Phi, L = relative()
     np.testing.assert_allclose(found.omega, w, rtol=1e-9)
+    reference = np.array([0.3 - 0.1j, 2.0])  # acceleration of the base, of either coordinate alone
     for k in range(8):
-        q = -L[k] / (w[k] ** 2 - w[k] ** 2 + 2j * RATIOS[k] * w[k] ** 2)  # per unit acceleration of the base
-        share = -(w[k] ** 2) * np.outer(Phi[np.array(OUT) - 2, k], q)
-        np.testing.assert_allclose(found.gains[k], share, rtol=1e-7, atol=1e-9)
+        q = -L[k] * reference / (w[k] ** 2 - w[k] ** 2 + 2j * RATIOS[k] * w[k] ** 2)
+        measured = -(w[k] ** 2) * np.outer(Phi[np.array(OUT) - 2, k], q)
+        np.testing.assert_allclose(found.gains[k], acceleration_gain(measured, reference), rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(found.mass, np.diag(T.T @ M @ T), rtol=1e-9)  # 3 kg, and 1 kg m^2 about the base
     np.testing.assert_allclose(found.mass, [3.0, 1.0], rtol=1e-9)
 
@@ -73,6 +75,7 @@ def test_mobilities_of_the_table():
     np.testing.assert_allclose(generalised_stiffness(mass, w), mass * w**2, rtol=1e-12)
     np.testing.assert_allclose(mobility_from_gain(found.gains, mass, w), velocity / force, rtol=1e-9)
     np.testing.assert_allclose(gain_from_mobility(found.mobilities, mass, w), found.gains, rtol=1e-9)
+    np.testing.assert_allclose(mobility_from_gain(25.0, 2.0, 3.0), 25 / 6, rtol=1e-12)  # numbers too
 
 
 def test_light_damping_makes_one_mode_the_whole():

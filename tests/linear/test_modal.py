@@ -11,10 +11,7 @@ from jax import lax
 
 from jaxmbs.linear import (
     accelerance,
-    acceleration_gain,
-    gain_from_mobility,
     mobility,
-    mobility_from_gain,
     modal_receptance,
     receptance,
     superpose,
@@ -202,16 +199,6 @@ def test_transmissibility():
         Z = np.asarray(K) * (1 + 0.03j + 0.02j * wi) + np.asarray(M) * (0.1j * wi - wi**2)
         exact = -np.linalg.solve(Z[np.ix_(inner, inner)], Z[np.ix_(inner, base)])
         np.testing.assert_allclose(found[i], exact[1:3], rtol=1e-9, atol=1e-12)
-
-
-def test_acceleration_gains():
-    """At a resonance of a mass on a spring: the gain to the mobility of the inertia force, and back."""
-    w, M, ratio = 3.0, 2.0, 0.02
-    velocity_per_force = 1 / (2 * ratio * w * M)
-    gain = acceleration_gain(velocity_per_force * M * w, 1.0)
-    np.testing.assert_allclose(gain, 1 / (2 * ratio))
-    np.testing.assert_allclose(mobility_from_gain(gain, M, w), velocity_per_force)
-    np.testing.assert_allclose(gain_from_mobility(velocity_per_force, M, w), gain)
 
 
 def test_superposition_of_a_free_motion():
