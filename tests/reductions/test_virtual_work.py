@@ -41,7 +41,7 @@ def test_work_of_bonds_and_loads_is_what_inertia_and_stiffness_take():
     both, bonds, none = works(u, R, f)
     np.testing.assert_allclose(both, u @ needed, rtol=1e-10)
     np.testing.assert_allclose(bonds, u[:, BONDS] @ R, rtol=1e-12)
-    assert none == 0.0
+    np.testing.assert_array_equal(none, np.zeros(3))
     by_name = virtual_work(BEAM, jnp.asarray(u[0]), forces={"12": 2.0, "5": -3.0})
     np.testing.assert_allclose(by_name, 2 * u[0, 12] - 3 * u[0, 5], rtol=1e-12)
     with pytest.raises(ValueError, match=r"reactions have shape \(3,\)"):
@@ -127,18 +127,15 @@ def test_whole_numbers_and_single_precision():
     ones = np.ones(N, int)
     for f in (BEAM_REDUCED.expand, MOTIONS.bonds):
         np.testing.assert_allclose(f(np.arange(7)), f(np.arange(7.0)), rtol=1e-12)
-    for f in (
-        BEAM_REDUCED.generalised,
-        lambda a: MOTIONS.generalised(forces=a),
-        lambda a: BEAM_REDUCED.expand(a[:7]),
-    ):
+    for f in (BEAM_REDUCED.generalised, lambda load: MOTIONS.generalised(forces=load)):
         np.testing.assert_allclose(f(ones), f(1.0 * ones), rtol=1e-12)
     np.testing.assert_allclose(virtual_work(BEAM, ones, ones[:4], 2 * ones), 4 + 28)
     low = MOTIONS.generalised(np.ones(4, np.float32), np.ones(N, np.float32))
     assert low.dtype == np.float32
     np.testing.assert_allclose(low, MOTIONS.generalised(np.ones(4), np.ones(N)), rtol=1e-4, atol=1e-4)
     both = MOTIONS.generalised(np.ones((3, 4)), 1j * np.ones(N))
-    np.testing.assert_allclose(both[2], MOTIONS.generalised(np.ones(4)) + 1j * MOTIONS.generalised(forces=np.ones(N)))
+    apart = (np.asarray(MOTIONS.generalised(a, b)) for a, b in ((np.ones(4), 0.0), (0.0, np.ones(N))))
+    np.testing.assert_allclose(both[2], next(apart) + 1j * next(apart), rtol=1e-12)
 
 
 def test_gradient_and_batches():
