@@ -69,7 +69,7 @@ class Mirror(AbstractReduction):
 
 
 def image_signs(system: LinearSystem, normal: str) -> np.ndarray:
-    """(n,) what the mirror image does where the structure does 1: -1 along the normal, and for turns about the others."""
+    """(n,) what the mirror image does where the structure does 1: -1 along the normal, in turns about others."""
     flipped = {normal, *(f"r{d}" for d in DIRECTIONS[:3] if d != normal)}
     return np.array([-1.0 if direction in flipped else 1.0 for _, direction in system.coordinates])
 
