@@ -11,6 +11,7 @@ from jax import lax
 from jaxtyping import Array
 
 from ..linear.condensation import interface_basis, partition
+from ..linear.storage import inexact
 from ..linear.system import LinearSystem
 from ..math import square
 from ..typing import AnyArray, CoordinateLike
@@ -36,9 +37,8 @@ def mode_acceleration(
 
     What modes were left out then acts statically.  Source: S1 (31).
     """
-    inner, outer = partition(system.num_rows, system.interface)
+    x, (inner, outer) = _coordinates(system, x), partition(system.num_rows, system.interface)
     force = _inertial(system, x_ddot, load, x_dot)[..., inner]
-    _check_coordinates(system, x)
     dtype = np.result_type(x.dtype, force.dtype)
     x, force = x.astype(dtype), force.astype(dtype)
     K_NN = system.stiffness[inner][:, inner].astype(dtype)
@@ -62,14 +62,14 @@ def mode_acceleration_free(
     Source: S1 (31).
     """
     held, force = system.rows(*determinate), _inertial(system, x_ddot, load, x_dot)
-    _check_coordinates(system, x)
+    x = _coordinates(system, x)
     dtype = np.result_type(x.dtype, force.dtype)
     x, force = x.astype(dtype), force.astype(dtype)
     R = interface_basis(system.stiffness, held).astype(dtype)
     K, M = (A.astype(dtype) for A in (system.stiffness, system.mass))
     columns, forces = (part.reshape(-1, part.shape[-1]).T for part in (x, force))
     carried = R @ square.solve(R.T @ M @ R, R.T @ (M @ columns))
-    return (carried + inertia_relief(K, M, forces, held, R)).T.reshape(x_ddot.shape)
+    return (carried + inertia_relief(K, M, forces, held, R)).T.reshape(x.shape)
 
 
 def interface_forces(
@@ -79,28 +79,31 @@ def interface_forces(
 
     As good as x: take x of `mode_acceleration`, whose arguments these are.  Source: S1 (3), (30).
     """
-    _check_coordinates(system, x)
-    outer = partition(system.num_rows, system.interface)[1]
+    x, (_, outer) = _coordinates(system, x), partition(system.num_rows, system.interface)
     return x @ system.stiffness[outer].T.astype(x.dtype) - _inertial(system, x_ddot, load, x_dot)[..., outer]
 
 
-def _check_coordinates(system, x):
+def _coordinates(system, x):
+    """x as numbers that are not whole.  Raises: ValueError for another number of coordinates."""
     if x.shape[-1:] != (system.num_rows,):
         raise ValueError(f"displacements have shape {x.shape}, not (..., {system.num_rows})")
+    return inexact(x)
 
 
 def element_loads(element_stiffness: AnyArray, element_map: AnyArray, x: AnyArray) -> AnyArray:
     """`F_e = k_e T_e x` (..., m) of an element with stiffness (m, m) and map (m, n).  Source: S1 (30)."""
-    k_T = element_stiffness @ element_map
+    x, k_T = inexact(x), element_stiffness @ element_map
     dtype = np.result_type(x.dtype, k_T.dtype)
     return x.astype(dtype) @ k_T.T.astype(dtype)
 
 
 def _inertial(system, x_ddot, load, x_dot):
     """`F - M x'' - C x'`."""
+    x_ddot = inexact(x_ddot)
     force = -(x_ddot @ system.mass.T.astype(x_ddot.dtype))
     parts = [] if load is None else [load]
     if system.damping is not None and x_dot is not None:
+        x_dot = inexact(x_dot)
         parts.append(-(x_dot @ system.damping.T.astype(x_dot.dtype)))
     dtype = np.result_type(force.dtype, *(part.dtype for part in parts))
     return sum((part.astype(dtype) for part in parts), force.astype(dtype))
