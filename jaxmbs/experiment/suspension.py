@@ -11,6 +11,7 @@ from ..checks import known, negative
 from ..errors import ModelError
 from ..linear.eigenmodes import natural_modes
 from ..linear.system import LinearSystem
+from ..math.host import typed
 
 
 class Suspension(eqx.Module):
@@ -61,20 +62,22 @@ def check_suspension(
         limit: of the highest suspension frequency over the first elastic one.
         throw: raise where the ratio is above, if concrete.
 
-    Raises: UnknownNameError; ValueError for a structure that has no elastic mode, and negative stiffness; ModelError
-    where `throw`.
+    Raises: UnknownNameError; ValueError for a structure that has no elastic mode, negative stiffness and a limit that
+    is none; ModelError where `throw`.
     Source: S1 (41), section 5, Fig. 4.
     """
     free = free.dense()
     if not 0 < num_rigid < free.num_rows:
         raise ValueError(f"num_rigid = {num_rigid}: {free.num_rows} coordinates must leave an elastic mode")
+    if np.iscomplexobj(limit) or not (np.isfinite(limit) and limit > 0):
+        raise ValueError(f"limit = {limit} must be positive and finite")
     K = free.stiffness
     wrong = [name for name, k in supports.items() if np.ndim(k) < 2 and negative(k)]
     if wrong:
         raise ValueError(f"supports with negative stiffness: {', '.join(map(str, wrong))}")
     for name, stiffness in supports.items():
         rows, _ = free.outputs(name)
-        k = jnp.asarray(stiffness, K.dtype)
+        k = typed(stiffness, K.dtype)
         K = K + rows.T @ (k @ rows if k.ndim == 2 else jnp.broadcast_to(k, len(rows))[:, None] * rows)
     alone = natural_modes(K=free.stiffness, M=free.mass, num=num_rigid + 1, num_rigid=num_rigid).frequencies
     held = natural_modes(K=K, M=free.mass, num=num_rigid + 1, num_rigid=0).frequencies

@@ -71,9 +71,16 @@ def modal_transfer_matrix(
     s = _points(s, dtype)[:, None]
     left = modes.shapes.T if modes.left is None else modes.left
     over = s**2 + modes.values[None].astype(dtype) if modes.roots is None else s - modes.roots[None]
-    shapes = modes.shapes if out is None else modes.shapes[np.asarray(out, int)]
-    left = left if into is None else left[:, np.asarray(into, int)]
+    shapes = modes.shapes if out is None else modes.shapes[_rows(out, len(modes.shapes))]
+    left = left if into is None else left[:, _rows(into, len(modes.shapes))]
     return jnp.einsum("ik,wk,kj->wij", shapes.astype(dtype), 1 / over.astype(dtype), left.astype(dtype))
+
+
+def _rows(numbers, size):
+    rows = np.asarray(numbers, int)
+    if np.any((rows < 0) | (rows >= size)):
+        raise ValueError(f"coordinates {rows.tolist()} must be some of 0 ... {size - 1}")
+    return rows
 
 
 def _points(s, dtype):

@@ -10,6 +10,7 @@ from jaxmbs import coupling, linear, reductions
 
 from .attempts import call
 from .cases import case
+from .zoo import Zoo
 
 ANY = "any number of them"
 INTERFACE = (0,)
@@ -44,6 +45,20 @@ CASES = {
     "reductions.Mixed": reduction(lambda z: call(2, (0,))),
     "reductions.Characteristic": case(
         lambda z: call(1), through=lambda kind: lambda num_modes: reductions.reduce(_craig_bampton(), kind(num_modes))
+    ),
+    "reductions.Mirror": case(lambda z: call("x", ("a",)), through=lambda kind: _of_half(kind)),
+    "reductions.Cyclic": case(
+        lambda z: call(6, 1, {"left": "right"}, "z"),
+        "num_sectors huge: as many",
+        through=lambda kind: (
+            lambda num_sectors, harmonic, faces, axis: reductions.reduce(
+                _sector(), kind(num_sectors, harmonic, faces, axis)
+            )
+        ),
+    ),
+    "reductions.turned": case(lambda z: call(z.free_beam, np.eye(3)[[1, 2, 0]])),
+    "reductions.virtual_work": case(
+        lambda z: call(z.chain, z.x, np.ones(1), {"b": 1.0}), "system nan inside: the work of forces that are given"
     ),
     "reductions.reduce": case(lambda z: call(z.chain, reductions.CraigBampton(2))),
     "reductions.fixed_interface_modes": case(lambda z: call(z.chain, 2)),
@@ -119,12 +134,16 @@ CASES = {
     "coupling.cqc_correlation": case(
         lambda z: call(np.array([1.0, 2.0]), np.array([0.25, 0.5])), "omega shape: refused with other ratios"
     ),
+    "coupling.combine": case(
+        lambda z: call(z.x, "cqc", np.ones(3), 0, np.eye(3)), "values shape: any number of cases"
+    ),
     "coupling.limit_loads": case(
         lambda z: call(np.ones((2, 2)), np.array([[1.0, 2.0]]), "cqc", np.ones(2), (np.eye(1), np.eye(2)))
     ),
     "coupling.shortfall": case(
         lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 4.0])), "truth inf: all of it is missing"
     ),
+    "experiment.check_suspension": case(lambda z: call(z.free_beam, {"a": np.full(6, 1e-3)}, 6, 0.125)),
     "experiment.coherence_variance": case(
         lambda z: call(z.values, np.full(z.values.shape, 0.5), 8.0), "averages inf: a limit that exists"
     ),
@@ -178,6 +197,15 @@ CASES = {
 
 def _craig_bampton():
     return reductions.reduce(_component(), reductions.CraigBampton(1))
+
+
+def _of_half(kind):
+    return lambda normal, nodes: reductions.reduce(Zoo().free_beam, kind(normal, nodes))
+
+
+def _sector():
+    K = np.array([[3.5, -3.0], [-3.0, 3.0]])
+    return linear.LinearSystem(mass=np.diag([2.0, 0.0]), stiffness=K, coordinates=["left", "right"])
 
 
 def _payload():

@@ -92,6 +92,15 @@ CASES = {
         "ratios inf: a limit that exists",
         "modal_masses inf: a limit that exists",
     ),
+    "linear.transfer_matrix": case(
+        lambda z: call(K=z.K, M=z.M, s=1j * z.omega, C=z.C, out=z.x, into=z.M),
+        f"s shape: {ANY}",
+        "into shape: any loads",
+    ),
+    "linear.modal_transfer_matrix": case(
+        lambda z: call(z.complex_modes, 1j * z.omega, [0], [3]), f"s shape: {ANY}", "s inf: a limit that exists"
+    ),
+    "linear.resonance_gains": case(lambda z: call(K=z.K, M=z.M, base=(0,), out=(3,), ratios=0.25)),
     "linear.modal_motion": case(
         lambda z: call(np.array([1.0, 2.0]), 0.25, z.x[:, :2], 0.5, np.ones(2), np.ones(2)), "loads shape: refused"
     ),

@@ -26,7 +26,8 @@ EXEMPT = {
         kinematics.SecondKic linear.Check linear.HarmonicResponse linear.LinearMotion linear.ModalMotion linear.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.Motion motion.Peak motion.Rates
         reductions.Reduced statics.BondReaction statics.BondReactions statics.ReactionFamily statics.ReactionMatrix
-        statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status coupling.Bond
+        statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
+        linear.ResonanceGains reductions.Family reductions.Motions
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
