@@ -23,7 +23,7 @@ class Link(eqx.Module):
         law: `jaxmbs.forces`' scalar laws, or one of your own: the effort along increasing x.
         coefficients: (k,), by name.
 
-    Raises: ValueError without a coordinate, or for coefficients that are no numbers.
+    Raises: ValueError without a coordinate, or for coefficients that are no numbers; TypeError for what is no law.
     """
 
     law: AbstractScalarLaw
@@ -33,6 +33,8 @@ class Link(eqx.Module):
     def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]) -> None:
         if not row:
             raise ValueError("a link needs at least one coordinate")
+        if not isinstance(law, AbstractScalarLaw):
+            raise TypeError(f"the law of a link is a scalar law such as BumpStop(...), got {law!r}")
         self.law, self.names = law, tuple(row)
         self.coefficients = jnp.stack([as_array(value) for value in row.values()])
         if self.coefficients.ndim != 1:

@@ -89,6 +89,8 @@ CASES = {
     "linear.modal_receptance": case(
         lambda z: call(np.array([1.0, 2.0]), np.ones((1, 2)), np.ones((1, 2)), z.omega, 0.25, 2.0),
         f"omega shape: {ANY}",
+        "natural inf: a limit that exists",
+        "omega inf: likewise",
         "ratios inf: a limit that exists",
         "modal_masses inf: a limit that exists",
     ),
