@@ -67,7 +67,7 @@ CASES = {
         lambda z: call(_component()), "system nan inside: LinearSystem refuses it before"
     ),
     "reductions.support_motions": case(lambda z: call(_component(), ("0",))),
-    "reductions.on_interface": case(lambda z: call(_component(), np.eye(4), 2)),
+    "reductions.on_interface": case(lambda z: call(_component(), np.eye(4), 2), "W shape: any number of coordinates"),
     "reductions.rigid_node": case(
         lambda z: call(z.free_beam, "hub", ["b"], np.zeros(3)), "name name: names are free"
     ),
@@ -178,7 +178,7 @@ CASES = {
         "duration inf: a limit that exists",
     ),
     "experiment.swept_amplitudes": case(
-        lambda z: call(np.ones((1, 41)), np.linspace(0.0, 20.0, 41), [20], 8),
+        lambda z: call(np.cos(np.linspace(0.0, 20.0, 41))[None], np.linspace(0.0, 20.0, 41), [20], 8),
         "signals inf: outside of the window",
         "* shape: refused with other lengths",
     ),
