@@ -23,7 +23,7 @@ from .analysis.rest import Equilibrium
 from .analysis.stiffness_parts import stiffness
 from .bondgraph import bond_graph, bond_powers
 from .builder import SystemBuilder
-from .design import Batch, batch, minimise
+from .design import Batch, Limit, batch, minimise
 from .dynamics.energy import kinetic_energy, potential_energy
 from .dynamics.newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
 from .dynamics.points import acceleration, angular_acceleration
@@ -125,6 +125,7 @@ __all__ = [
     "Harmonic",
     "ImplicitMidpoint",
     "KnifeEdge",
+    "Limit",
     "LinearSystem",
     "Linearisation",
     "ModelError",

@@ -31,7 +31,7 @@ FACES = {
         AbstractBodyLaw AbstractClosure AbstractJoint AbstractLaw AbstractPoseLaw AbstractScalarLaw
         AbstractSignal AbstractSystemLaw Actuator AssemblyError Batch BatchError BumpStop Bushing Constant
         CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force Free Gauss4
-        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge LinearSystem Linearisation ModelError Motion
+        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Limit LinearSystem Linearisation ModelError Motion
         PD Peak Planar PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute RollingDisk
         RollingSphere Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State
         StateSpace Status Step System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld
@@ -65,7 +65,7 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        Batch History Optimum batch minimise
+        Batch History Limit LimitResult Optimum batch minimise
     """,
     "jaxmbs.experiment": """
         TransferFunctions VirtualPoint coherence_variance couple decouple flexible_channels free_response
