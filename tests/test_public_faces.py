@@ -120,7 +120,7 @@ FACES = {
         reaction_family reaction_matrix redundancy with_redundancy
     """,
     "jaxmbs.viz": """
-        draw_bond_graph plot_coordinates plot_energy plot_limit_values plot_mechanism plot_power
+        draw_bond_graph plot_coordinates plot_energy plot_history plot_limit_values plot_mechanism plot_power
         plot_reactions
     """,
 }

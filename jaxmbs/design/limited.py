@@ -45,6 +45,11 @@ class LimitedSearch(Search):
         self._last = self._last._replace(x=np.full_like(self._last.x, np.nan))  # no gradients of these rows yet
         self.current, self.reason = self.evaluate(self.current.x), ""
 
+    @property
+    def functions(self) -> tuple[tuple[str, ...], np.ndarray]:
+        names = [held.limit.name for held in self._program.limits for _ in range(held.count)]
+        return ("objective", *(names[row] for row in self.rows)), self.rows
+
     def is_missing(self) -> bool:
         """Whether the current point exceeds limits that are not among the rows."""
         others = np.ones(len(self.current.excess), bool)

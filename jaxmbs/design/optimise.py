@@ -10,6 +10,7 @@ from tqdm import tqdm
 
 from jaxmbs.design.constrained import ENGINES, NLOPT, nlopt_engine, run_limited
 from jaxmbs.design.drivers import lbfgsb, run_optax
+from jaxmbs.design.gradient_check import check_gradients
 from jaxmbs.design.limit import Limit
 from jaxmbs.design.limited import LimitedSearch
 from jaxmbs.design.optimum import Optimum
@@ -32,6 +33,7 @@ def minimise(
     callback: Callable[[int, PyTree, float], Any] | None = None,
     starts: int | None = None,
     limits: Sequence[Limit] = (),
+    check: bool = False,
 ) -> Optimum:
     """Find a design that makes an objective small, and keeps limits.
 
@@ -62,6 +64,7 @@ def minimise(
         limits: what a design keeps, see `Limit`.  Of many the search differentiates those that hold it and the worst.
             A design that keeps them to 1e-7 of each is better than any that does not; where none is found, the one
             that exceeds them least is the result.
+        check: compare the gradients with differences at the first design, which costs two evaluations a variable.
 
     Returns:
         The best design found, with the history of the search and a table; with `starts` that of the best start,
@@ -70,7 +73,9 @@ def minimise(
     Raises:
         TypeError: for a design leaf that is no number, or an optimiser of another type.
         ValueError: naming the variable, for a first design outside of its bounds or bounds that cross; for an
-            objective that is no real scalar, or not finite at the first design (at all of them); for unknown options.
+            objective that is no real scalar, or not finite at the first design (at all of them); for unknown options;
+            with `check`, for gradients that disagree with differences.
+        ImportError: for an optimiser of nlopt where that is not installed.
     """
     limits = tuple(limits)
     optimiser = ("SLSQP" if limits else "L-BFGS-B") if optimiser is None else optimiser
@@ -89,6 +94,8 @@ def minimise(
                 search = LimitedSearch(asked, whole, *options)
             else:
                 search = Search(alone, *options)
+            if check and not searches:
+                check_gradients(search)
             if steps > 0 and not search.reason:
                 engine(search, steps)
             searches.append(search)

@@ -67,6 +67,11 @@ class Search:
             self.reason = "converged"
 
     @property
+    def functions(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """Names of what the points have gradients of, and which entries of their excess these are."""
+        return ("objective",), np.zeros(0, int)
+
+    @property
     def gradient_norm(self) -> float:
         """Size of the projected gradient at the current point, as in `History`."""
         return self._history[-1][1]
