@@ -16,6 +16,7 @@ from . import (
     linear,
     reductions,
     statics,
+    studies,
     viz,
 )
 from .analysis.linearisation import Linearisation, StateSpace, linearise
@@ -91,6 +92,7 @@ from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, p
 from .programs import cache
 from .questions import check, equilibrium, frequency_response, modes, reactions, simulate
 from .status import Status
+from .studies import sweep
 
 __all__ = [
     "dynamics",
@@ -211,6 +213,8 @@ __all__ = [
     "rotation",
     "simulate",
     "statics",
+    "studies",
+    "sweep",
     "stiffness",
     "velocity",
 ]

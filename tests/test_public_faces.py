@@ -40,7 +40,8 @@ FACES = {
         equilibrium experiment export fem flexible forces forward_dynamics frequency_response inertia
         inverse_dynamics io jacobian jit joints kic kic_rate kic_second kinematics kinetic_energy linear
         linearise load_program mass_matrix minimise modes peak point_kic position potential_energy
-        reaction_bonds reactions reductions report_compiles rotation simulate statics stiffness velocity viz
+        reaction_bonds reactions reductions report_compiles rotation simulate statics stiffness studies sweep velocity
+        viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium
@@ -118,6 +119,9 @@ FACES = {
     "jaxmbs.statics": """
         BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions
         reaction_family reaction_matrix redundancy with_redundancy
+    """,
+    "jaxmbs.studies": """
+        Plan StudyError grid latin_hypercube sobol sweep
     """,
     "jaxmbs.viz": """
         draw_bond_graph plot_coordinates plot_energy plot_history plot_limit_values plot_mechanism plot_power
