@@ -49,12 +49,12 @@ class Side(NamedTuple):
     """The entries (k,) of a flat value that are held from one side: by `sign * (x - bound) / size <= 0`."""
 
     sign: float
-    index: np.ndarray
+    places: np.ndarray
     bound: np.ndarray
     size: np.ndarray
 
     def excess(self, x):
-        return self.sign * (x[self.index] - self.bound) / self.size
+        return self.sign * (x[self.places] - self.bound) / self.size
 
 
 class Held(NamedTuple):
@@ -65,9 +65,9 @@ class Held(NamedTuple):
     sides: tuple[Side, ...]
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """How many numbers of `excess` it makes."""
-        return 1 if self.limit.sharpness else sum(len(side.index) for side in self.sides)
+        return 1 if self.limit.sharpness else sum(len(side.places) for side in self.sides)
 
     def entries(self, value) -> Array:
         """Excess of every entry and side, not aggregated."""
@@ -75,7 +75,7 @@ class Held(NamedTuple):
         return jnp.concatenate([side.excess(x) for side in self.sides])
 
     def excess(self, value) -> Array:
-        """(count,) none of them positive where the limit is kept."""
+        """(size,) none of them positive where the limit is kept."""
         found = self.entries(value)
         if not self.limit.sharpness:
             return found

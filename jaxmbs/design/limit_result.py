@@ -59,7 +59,7 @@ def limit_results(
     limits: Sequence[Held], before: Sequence[np.ndarray], after: Sequence[np.ndarray], multipliers: np.ndarray
 ) -> tuple[LimitResult, ...]:
     """Of all limits, from their values; multipliers (m,) of every excess."""
-    parts = np.split(multipliers, np.cumsum([held.count for held in limits])[:-1])
+    parts = np.split(multipliers, np.cumsum([held.size for held in limits])[:-1])
     return tuple(map(_result, limits, before, after, parts))
 
 
@@ -71,7 +71,7 @@ def _result(held: Held, before: np.ndarray, after: np.ndarray, multipliers: np.n
         weights = multipliers * weights / np.sum(weights)
     sign, index, bound, size = (
         np.concatenate(parts)
-        for parts in zip(*((np.full(len(s.index), s.sign), *s[1:]) for s in held.sides), strict=True)
+        for parts in zip(*((np.full(len(s.places), s.sign), *s[1:]) for s in held.sides), strict=True)
     )
     prices = np.zeros(after.size)
     np.add.at(prices, index, -sign * weights / size)

@@ -26,10 +26,11 @@ class LimitedSearch(Search):
     """
 
     def __init__(self, program: Program, evaluate: Callable, variables: Variables, *args, **options):
-        self._program, self._kept, self._proven = program, np.zeros(0, np.int32), None
-        self.rows = np.arange(min(program.count, 4 * len(variables.start) + 16), dtype=np.int32)
+        self._program, self._kept = program, np.zeros(0, np.int32)
+        self._proven: tuple[Point, np.ndarray, Multipliers] | None = None
+        self.rows = np.arange(min(program.size, 4 * len(variables.start) + 16), dtype=np.int32)
         super().__init__(lambda vector: evaluate(vector, self.rows), variables, *args, **options)
-        if not self.reason and len(self.rows) < program.count:
+        if not self.reason and len(self.rows) < program.size:
             self.look_again()
 
     def look_again(self) -> None:
@@ -39,15 +40,15 @@ class LimitedSearch(Search):
         outside = self.current.excess > KEPT
         needed = len(np.union1d(self._kept, np.flatnonzero(outside)))
         size = len(self.rows)
-        while size < min(needed, self._program.count):
-            size = min(2 * size, self._program.count)
+        while size < min(needed, self._program.size):
+            size = min(2 * size, self._program.size)
         self.rows = rows_of(size, self.current.excess, self._kept)
         self._last = self._last._replace(x=np.full_like(self._last.x, np.nan))  # no gradients of these rows yet
         self.current, self.reason = self.evaluate(self.current.x), ""
 
     @property
     def functions(self) -> tuple[tuple[str, ...], np.ndarray]:
-        names = [held.limit.name for held in self._program.limits for _ in range(held.count)]
+        names = [held.limit.name for held in self._program.limits for _ in range(held.size)]
         return ("objective", *(names[row] for row in self.rows)), self.rows
 
     def is_missing(self) -> bool:
@@ -75,7 +76,7 @@ class LimitedSearch(Search):
     def worst(self) -> str:
         """The limits that the best point misses, the worst first, for a message."""
         found = limit_results(
-            self._program.limits, self._first.values, self._best.values, np.zeros(self._program.count)
+            self._program.limits, self._first.values, self._best.values, np.zeros(self._program.size)
         )
         missed = sorted((limit for limit in found if not limit.ok), key=lambda limit: limit.margin)
         return ", ".join(f"{limit.name!r} by {-limit.margin:.3g} of it" for limit in missed)
@@ -105,7 +106,7 @@ class LimitedSearch(Search):
     def optimum(self) -> Optimum:
         best = self.evaluate(self._best.x)
         rows, found = self._proof(best)
-        every = np.zeros(self._program.count)
+        every = np.zeros(self._program.size)
         every[rows] = found.limits
         results = limit_results(self._program.limits, self._first.values, best.values, every)
         return dataclasses.replace(super().optimum(), limits=results, kkt=found.residual, bound_prices=found.bounds)

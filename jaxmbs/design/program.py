@@ -29,9 +29,9 @@ class Program(NamedTuple):
         return self.run(x, jnp.zeros(0, jnp.int32))
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """How many numbers of excess there are."""
-        return sum(held.count for held in self.limits)
+        return sum(held.size for held in self.limits)
 
 
 def program(objective: Callable, variables: Variables, gradient: str, limits: Sequence[Limit] = ()) -> Program:

@@ -83,8 +83,8 @@ class Search:
         if self._evaluations and np.array_equal(x, self._last.x):
             return self._last
         value, gradient, excess, slopes, values = self._evaluate(vector)
-        parts = (np.asarray(part, float) for part in (gradient, excess, slopes))
-        self._last = Point(x, float(value), *parts, tuple(np.asarray(v, float) for v in values))
+        gradient, excess, slopes = (np.asarray(part, float) for part in (gradient, excess, slopes))
+        self._last = Point(x, float(value), gradient, excess, slopes, tuple(np.asarray(v, float) for v in values))
         self._evaluations += 1
         if self._evaluations > 1 and self._last.finite and self._is_better(self._last, self._best):
             self._best = self._last

@@ -31,7 +31,7 @@ def dataset(
         data[name] = (named + behind, values.reshape(*plan.shape, *values.shape[1:]), _unit(units, name))
     status = data["status"][1]
     words = {code: str(Status(int(code))) for code in np.unique(status)}
-    data["reason"] = (named, np.vectorize(words.get, otypes=[object])(status) if status.size else status)
+    data["reason"] = (named, np.vectorize(words.get, otypes=[object])(status), {})
     if named == ("design",):
         data |= {
             name: (("design", *(f"{name}_{k}" for k in range(x.ndim - 1))), x, _unit(units, name))
