@@ -66,7 +66,8 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        Batch History Limit LimitResult Optimum batch minimise
+        Batch Front History Limit LimitResult Optimum Scatter Tolerance batch minimise pareto scattered sensitivities
+        tolerances
     """,
     "jaxmbs.experiment": """
         TransferFunctions VirtualPoint coherence_variance couple decouple flexible_channels free_response
