@@ -65,8 +65,7 @@ def pareto(
     """
     if points < 3:
         raise ValueError(f"a front has three points at least, not {points}")
-    options = {"steps": steps, "tolerance": tolerance, "gradient": gradient, "progress": False}
-    ends = [minimise(aim, design0, bounds, **options) for aim in (first, second)]
+    ends = [minimise(aim, design0, bounds, None, steps, tolerance, gradient, False) for aim in (first, second)]
     values = jax.jit(lambda design: jnp.stack([first(design), second(design)]))
     (_, high), (_, low) = (np.asarray(values(_floats(end.design)), float) for end in ends)
     variables = read_variables((design0, np.zeros(())), None if bounds is None else (bounds, None))
@@ -101,7 +100,8 @@ def _front(ends: list[Optimum], found: list[Optimum], values: Callable) -> Front
     aims = np.array([np.asarray(values(_floats(design)), float) for design in designs])
     exchange = [np.nan, *(-optimum.limits[0].price for optimum in found), np.nan]
     return Front(
-        *aims.T,
+        aims[:, 0],
+        aims[:, 1],
         jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs),
         np.array(exchange),
         np.array([optimum.ok for optimum in (ends[0], *found, ends[1])]),
