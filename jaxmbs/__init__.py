@@ -25,8 +25,9 @@ from .analysis.stiffness_parts import stiffness
 from .bondgraph import bond_graph, bond_powers
 from .builder import SystemBuilder
 from .design import Batch, Limit, batch, minimise
+from .dynamics.actuation import inverse_dynamics
 from .dynamics.energy import kinetic_energy, potential_energy
-from .dynamics.newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
+from .dynamics.newton_euler import forward_dynamics, mass_matrix
 from .dynamics.points import acceleration, angular_acceleration
 from .dynamics.system_bonds import reaction_bonds
 from .errors import AssemblyError, BatchError, ModelError, SimulationError, UnknownNameError
