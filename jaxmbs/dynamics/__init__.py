@@ -1,5 +1,6 @@
 """Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
 
+from .actuation import Actuation, inverse_dynamics
 from .energy import kinetic_energy, potential_energy
 from .fields import (
     generalised_momentum,
@@ -9,13 +10,14 @@ from .fields import (
     state_equations,
 )
 from .joint_reactions import JointReaction, Reactions
-from .newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
+from .newton_euler import forward_dynamics, mass_matrix
 from .points import acceleration, angular_acceleration
 from .ports import compliance_effort, gravity_effort, resistance_effort, resistance_field, source_effort, total_effort
 from .reaction_solve import reactions
 from .system_bonds import reaction_bonds
 
 __all__ = [
+    "Actuation",
     "JointReaction",
     "Reactions",
     "acceleration",

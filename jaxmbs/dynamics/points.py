@@ -31,5 +31,5 @@ def _acceleration(system, state, frame, accelerations):
     check_fits(system, state)
     if accelerations is None:
         return point_acceleration(system, state, frame, forward_dynamics(system, state)[0])
-    rates = rates_of(system, accelerations, "accelerations")
+    rates = rates_of(state, accelerations, "accelerations")
     return point_acceleration(system, state, frame, rates)

@@ -58,11 +58,11 @@ def states_of(system, motion):
     return states
 
 
-def rates_of(system, rates, what: str):
-    """Numbers (nv,) as an array; ValueError unless there is one for every velocity of the system."""
-    rates, n = as_array(rates), system.topology.num_velocities
-    if rates.shape != (n,):
-        raise ValueError(f"{what}: shape {rates.shape}, not ({n},), one for each of {_list(system.topology)}")
+def rates_of(states, rates, what: str):
+    """Numbers as an array; ValueError unless there is one for every velocity of the states."""
+    rates, shape = as_array(rates), states.velocities.shape
+    if rates.shape != shape:
+        raise ValueError(f"{what}: shape {rates.shape}, not {shape} as that of the velocities")
     return rates
 
 

@@ -92,6 +92,30 @@ CASES = {
         "steps huge: it has converged before",
         "bounds name: refused as another structure",
     ),
+    "design.pareto": case(
+        lambda z: call(_square, _away, {"x": 2.0}, {"x": (0.0, 4.0)}, 3, 5, progress=False),
+        "bounds inf: no bound",
+        "steps huge: it has converged before",
+        "points huge: as many",
+    ),
+    "design.Limit": case(
+        lambda z: call("reach", _square, 0.0, 2.0, 8.0, 1.0),
+        "name *: names are free",
+        "lower inf: no bound",
+        "upper inf: no bound",
+        through=lambda kind: (
+            lambda name, value, lower, upper, sharpness, scale: _limited(
+                kind(name, value, lower, upper, sharpness, scale)
+            )
+        ),
+    ),
+    "design.scattered": case(
+        lambda z: call(_square, {"x": 2.0}, {"x": 0.5}, 90.0, 16, 1), "samples huge: as many", "seed huge: any"
+    ),
+    "design.tolerances": case(lambda z: call(_square, {"x": 2.0}, {"x": 0.5})),
+    "design.sensitivities": case(
+        lambda z: call(_square, {"x": (0.0, 1.0)}, 16, 1), "samples huge: as many", "seed huge: any"
+    ),
     "design.batch": case(
         lambda z: call(_squared, {"x": np.array([1.0, 2.0])}),
         "designs shape: any number of designs",
@@ -102,6 +126,14 @@ CASES = {
 
 def _square(design):
     return (design["x"] - 1.0) ** 2
+
+
+def _away(design):
+    return (design["x"] - 3.0) ** 2
+
+
+def _limited(limit):
+    return mbs.minimise(_away, {"x": 2.0}, limits=[limit], steps=3, progress=False)
 
 
 def _squared(design):
