@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 
+from jaxmbs.checks import refuse_complex
 from jaxmbs.design.batches import batch
 from jaxmbs.design.variables import read_variables
 from jaxmbs.math.jit import jit
@@ -106,6 +107,7 @@ def sensitivities(
     """
     from scipy.stats import qmc
 
+    refuse_complex(dict(bounds))
     lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
     if not (bounds and np.all(np.isfinite(upper - lower)) and np.all(lower <= upper)):
         raise ValueError(f"bounds are finite, (lower, upper), for one parameter at least: {dict(bounds)}")
@@ -125,8 +127,9 @@ def _spread(design, widths, what):
     variables = read_variables(design, None)
     if jax.tree.structure(widths) != jax.tree.structure(design):
         raise ValueError(f"{what} must have the structure of the design")
+    refuse_complex(widths)
     pairs = zip(jax.tree.leaves(widths), jax.tree.leaves(design), strict=True)
     flat = np.concatenate([np.broadcast_to(np.asarray(w, float), np.shape(leaf)).ravel() for w, leaf in pairs])
-    if not np.all(flat >= 0.0):
-        raise ValueError(f"{what} must not be negative: {widths}")
+    if not np.all((flat >= 0.0) & np.isfinite(flat)):
+        raise ValueError(f"{what} must not be negative or infinite: {widths}")
     return variables.start, flat, variables.unravel

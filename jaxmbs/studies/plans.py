@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..checks import refuse_complex
 from ..design.table import length, read_designs
 from ..typing import ArrayLike
 
@@ -32,6 +33,7 @@ def grid(**axes: ArrayLike) -> Plan:
 
     Raises: ValueError without variables, or for values that are no row of numbers.
     """
+    refuse_complex(axes)
     rows = {name: np.asarray(values, float) for name, values in axes.items()}
     wrong = [name for name, values in rows.items() if values.ndim != 1 or values.size == 0]
     if wrong or not rows:
@@ -78,6 +80,7 @@ def plan_of(designs: Any) -> Plan:
 
 
 def _box(bounds, number):
+    refuse_complex(dict(bounds))
     lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
     wrong = [name for name, a, b in zip(bounds, lower, upper, strict=True) if not (a <= b and np.isfinite(b - a))]
     if wrong or not bounds:

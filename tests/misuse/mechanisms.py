@@ -110,12 +110,27 @@ CASES = {
         ),
     ),
     "design.scattered": case(
-        lambda z: call(_square, {"x": 2.0}, {"x": 0.5}, 90.0, 16, 1), "samples huge: as many", "seed huge: any"
+        lambda z: call(_square, {"x": 2.0}, {"x": 0.5}, 90.0, 16, 1),
+        "samples huge: as many",
+        "seed huge: any",
+        "design shape: an answer of any shape",
     ),
     "design.tolerances": case(lambda z: call(_square, {"x": 2.0}, {"x": 0.5})),
     "design.sensitivities": case(
         lambda z: call(_square, {"x": (0.0, 1.0)}, 16, 1), "samples huge: as many", "seed huge: any"
     ),
+    "studies.grid": case(
+        lambda z: call(np.array([1.0, 2.0])), "x shape: any number", through=lambda grid: lambda x: grid(x=x)
+    ),
+    **{
+        f"studies.{name}": case(
+            lambda z: call({"x": (0.0, 1.0), "y": (1.0, 2.0)}, 4, 1),
+            "bounds name: names are free",
+            "number huge: as many",
+            "seed huge: any",
+        )
+        for name in ("sobol", "latin_hypercube")
+    },
     "design.batch": case(
         lambda z: call(_squared, {"x": np.array([1.0, 2.0])}),
         "designs shape: any number of designs",

@@ -28,7 +28,7 @@ EXEMPT = {
         reductions.Reduced statics.BondReaction statics.BondReactions statics.ReactionFamily statics.ReactionMatrix
         statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
         linear.ResonanceGains reductions.Family reductions.Motions
-        design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
+        design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation studies.Plan
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
@@ -37,14 +37,14 @@ EXEMPT = {
     """,
     "no argument, a name, or a solver that simulate judges": """
         elements.DIRECTIONS motion.Gauss4 motion.ImplicitMidpoint motion.SemiImplicitEuler builder.SystemBuilder
-        jaxmbs.AssemblyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError jaxmbs.UnknownNameError
-        questions.check questions.equilibrium questions.frequency_response questions.modes questions.reactions
-        questions.simulate
+        jaxmbs.AssemblyError studies.StudyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError
+        jaxmbs.UnknownNameError
     """,
     "files, programs and pictures, whose tests are their own": """
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
-        viz.plot_reactions demo.run jaxmbs.cache jaxmbs.export jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
+        viz.plot_reactions viz.plot_history studies.sweep demo.run jaxmbs.cache jaxmbs.export
+        jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
     """,
 }
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
