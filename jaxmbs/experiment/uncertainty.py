@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..checks import broken, negative, not_positive
 from ..math.host import typed
 from ..typing import ArrayLike
 
@@ -23,6 +24,8 @@ def coherence_variance(values: ArrayLike, coherence: ArrayLike, averages: ArrayL
     """
     values, coherence = jnp.asarray(values), jnp.asarray(coherence)
     averages = typed(averages, coherence.dtype)
+    if broken(lambda c: (c < 0) | (c > 1), coherence) or not_positive(averages):
+        raise ValueError("a coherence lies between 0 and 1, and there is one average at least")
     return jnp.abs(values) ** 2 * (1 - coherence) / (coherence * averages)
 
 
@@ -82,6 +85,8 @@ def propagate_scalar(
     Args: as of `propagate`; the function gives a real scalar.  Source: S1 (41).
     """
     values, variance = jnp.asarray(values), jnp.asarray(variance)
+    if negative(variance):
+        raise ValueError("a variance is not negative")
     found, slope = jax.value_and_grad(function)(values)
     return found, jnp.sum(jnp.abs(slope) ** 2 * variance) / 2
 

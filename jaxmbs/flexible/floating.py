@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import known, negative
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear.damping import modal
@@ -74,6 +74,8 @@ def floating_frame(
     motions, modes = reduced.basis[:, 6 : len(outer)], reduced.basis[:, len(outer) :]
     shapes = jnp.concatenate([motions, _upright(modes)], axis=1)
     K = shapes.T @ s.stiffness @ shapes
+    if damping_ratio is not None and negative(damping_ratio):
+        raise ValueError(f"damping_ratio = {damping_ratio} must not be negative")
     if damping_ratio is not None:
         s = _damped(s, shapes, K, damping_ratio)
     C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
+from ..checks import not_positive
 from ..math.exponential import expm
 from ..math.host import typed
 from ..typing import AnyArray, ArrayLike
@@ -54,9 +55,14 @@ def oscillations(
     displacement: ArrayLike | None = None,
     velocity: ArrayLike | None = None,
 ) -> ModalMotion:
-    """`modal_motion` of `q'' + r q' + s q = f` for squares s and rates r (m,).  Source: S1 (42)-(43)."""
+    """`modal_motion` of `q'' + r q' + s q = f` for squares s and rates r (m,).
+
+    Raises: ValueError, if concrete, for a step that is not positive.  Source: S1 (42)-(43).
+    """
     m, loads = squares.shape[0], jnp.asarray(loads)
     h = typed(step, loads.dtype)
+    if not_positive(step):
+        raise ValueError(f"step = {step}: the time between samples must be positive")
     root = jnp.sqrt(jnp.maximum(lax.stop_gradient(squares), 0.0))
     scale = jnp.maximum(root, 1.0 / lax.stop_gradient(h))  # velocities are carried as v / scale
     whole = jax.vmap(lambda w2, r, s: expm(h * _rates(w2, r, s, h)))(squares, rates, scale)

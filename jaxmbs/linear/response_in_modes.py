@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..checks import known
+from ..checks import known, not_positive
 from ..math.eigen import same
 from ..math.host import typed
 from ..typing import AnyArray, ArrayLike
@@ -55,6 +55,8 @@ def modal_response(
     _check_uncoupled(K, M, C)
     z = jnp.broadcast_to(typed(ratios, dtype), (n,))
     h = typed(step, dtype)
+    if not_positive(step):
+        raise ValueError(f"step = {step}: the time between samples must be positive")
     found = _response(n if num is None else num, static_start, K, M, C, load.T, h, z)
     _check_finite(found.displacement)
     return ModalMotion(*(part.T for part in found))

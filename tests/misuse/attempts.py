@@ -44,6 +44,7 @@ class Example(NamedTuple):
     args: tuple
     options: dict
     fine: Mapping[str, str]
+    positive: tuple[str, ...] = ()
 
     def excuses(self, argument: str, misuse: str) -> bool:
         names = {f"{a} {m}" for a in (argument, "*") for m in (misuse, "*")}
@@ -68,7 +69,12 @@ def attempts(example: Example):
     """Every attempt on an example but those that it excuses."""
     signature = inspect.signature(example.function)
     bound = signature.bind(*example.args, **example.options)
-    for attempt in (*_swapped(example), *_whole_calls(example), *_of_arguments(example, bound)):
+    for attempt in (
+        *_swapped(example),
+        *_whole_calls(example),
+        *_of_arguments(example, bound),
+        *_negative(example, bound),
+    ):
         if not example.excuses(attempt.argument, attempt.misuse):
             yield attempt
 
@@ -80,6 +86,12 @@ def _of_arguments(example, bound):
             continue
         for misuse, wrong in misuses(value):
             yield Attempt(name, misuse, _with(example.function, bound, name, wrong))
+
+
+def _negative(example, bound):
+    for name in example.positive:
+        wrong = -0.5 - np.abs(np.asarray(bound.arguments[name]))
+        yield Attempt(name, "minus", _with(example.function, bound, name, wrong))
 
 
 def _with(function, bound, name, value):

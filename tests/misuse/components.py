@@ -92,7 +92,7 @@ CASES = {
     ),
     "reductions.force_errors": case(lambda z: call(z.chain, z.x, z.x, z.x), "* complex: amplitudes may be"),
     "reductions.frequency_errors": case(lambda z: call(z.chain, z.small, 2)),
-    "reductions.num_modes_up_to": case(lambda z: call(z.chain, 0.25, 2.0)),
+    "reductions.num_modes_up_to": case(lambda z: call(z.chain, 0.25, 2.0), positive="frequency factor"),
     "coupling.rigid": case(lambda z: call("one.a", "two.a"), "* name: connect refuses it"),
     "coupling.joint": case(
         lambda z: call("one.a", "two.a", free="x", axes=np.eye(3)),
@@ -112,7 +112,7 @@ CASES = {
     ),
     "coupling.reactions": case(lambda z: call(z.network, z.rest)),
     "coupling.base_motion": case(
-        lambda z: call(z.chain, np.array([[1.0], [0.0], [0.0]]), 0.5, 0.25, np.zeros(1), np.zeros(1))
+        lambda z: call(z.chain, np.array([[1.0], [0.0], [0.0]]), 0.5, 0.25, np.zeros(1), np.zeros(1)), positive="step"
     ),
     "coupling.Components": case(lambda z: call(((0,),), z.K[None], np.ones((1, 4))), through=lambda kind: _coupled),
     "coupling.coupled_response": case(
@@ -128,7 +128,7 @@ CASES = {
         lambda z: call(np.array([1.0, 2.0]), np.array([[0.5, 0.25]]), _payload()), "carrier_omega shape: refused"
     ),
     "coupling.peak_response": case(
-        lambda z: call(2.0, np.array([1.0, 2.0, 0.0]), 0.5, 0.25), "force shape: any number of times"
+        lambda z: call(2.0, np.array([1.0, 2.0, 0.0]), 0.5, 0.25), "force shape: any number of times", positive="step"
     ),
     "coupling.equivalent_impulse": case(lambda z: call(2.0, 3.0), "* shape: numbers or arrays of them"),
     "coupling.cqc_correlation": case(
@@ -143,20 +143,26 @@ CASES = {
     "coupling.shortfall": case(
         lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 4.0])), "truth inf: all of it is missing"
     ),
-    "experiment.check_suspension": case(lambda z: call(z.free_beam, {"a": np.full(6, 1e-3)}, 6, 0.125)),
+    "experiment.check_suspension": case(
+        lambda z: call(z.free_beam, {"a": np.full(6, 1e-3)}, 6, 0.125), positive="limit"
+    ),
     "experiment.coherence_variance": case(
-        lambda z: call(z.values, np.full(z.values.shape, 0.5), 8.0), "averages inf: a limit that exists"
+        lambda z: call(z.values, np.full(z.values.shape, 0.5), 8.0),
+        "averages inf: a limit that exists",
+        positive="coherence averages",
     ),
     "experiment.noise_variance": case(lambda z: call(z.values, 0.25, 0.5), "values shape: any number of channels"),
-    "experiment.noisy": case(lambda z: call(jax.random.key(0), z.values, np.ones(z.values.shape))),
+    "experiment.noisy": case(
+        lambda z: call(jax.random.key(0), z.values, np.ones(z.values.shape)), positive="variance"
+    ),
     "experiment.mean_of_repeats": case(lambda z: call(z.values), "samples shape: any number of them"),
     "experiment.nonlinearity": case(lambda z: call(z.values), "levels shape: any number of channels"),
-    "experiment.propagate": case(lambda z: call(jnp.abs, z.values, np.ones(z.values.shape))),
+    "experiment.propagate": case(lambda z: call(jnp.abs, z.values, np.ones(z.values.shape)), positive="variance"),
     "experiment.propagate_scalar": case(
-        lambda z: call(lambda B: jnp.sum(jnp.abs(B)), z.values, np.ones(z.values.shape))
+        lambda z: call(lambda B: jnp.sum(jnp.abs(B)), z.values, np.ones(z.values.shape)), positive="variance"
     ),
     "experiment.regular_inverse": case(
-        lambda z: call(z.values, 2, 0.0, 0.0, np.ones(2)), "A shape: any number of rows and columns"
+        lambda z: call(z.values, 2, 0.0, 0.0, np.ones(2)), "A shape: any number of rows and columns", positive="rcond"
     ),
     "experiment.uncoupled": case(
         lambda z: call({"one": z.measured, "two": z.measured}), "parts name: names are free"

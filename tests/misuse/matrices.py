@@ -102,14 +102,17 @@ CASES = {
     "linear.modal_transfer_matrix": case(
         lambda z: call(z.complex_modes, 1j * z.omega, [0], [3]), f"s shape: {ANY}", "s inf: a limit that exists"
     ),
-    "linear.resonance_gains": case(lambda z: call(K=z.K, M=z.M, base=(0,), out=(3,), ratios=0.25)),
+    "linear.resonance_gains": case(lambda z: call(K=z.K, M=z.M, base=(0,), out=(3,), ratios=0.25), positive="ratios"),
     "linear.modal_motion": case(
-        lambda z: call(np.array([1.0, 2.0]), 0.25, z.x[:, :2], 0.5, np.ones(2), np.ones(2)), "loads shape: refused"
+        lambda z: call(np.array([1.0, 2.0]), 0.25, z.x[:, :2], 0.5, np.ones(2), np.ones(2)),
+        "loads shape: refused",
+        positive="step",
     ),
     "linear.oscillations": case(
-        lambda z: call(np.array([1.0, 4.0]), np.array([0.5, 0.25]), z.x[:, :2], 0.5, np.ones(2), np.ones(2))
+        lambda z: call(np.array([1.0, 4.0]), np.array([0.5, 0.25]), z.x[:, :2], 0.5, np.ones(2), np.ones(2)),
+        positive="step",
     ),
-    "linear.modal_response": case(lambda z: call(K=z.K, M=z.M, load=z.x, step=0.5, ratios=0.25)),
+    "linear.modal_response": case(lambda z: call(K=z.K, M=z.M, load=z.x, step=0.5, ratios=0.25), positive="step"),
     "linear.mac": case(
         lambda z: call(z.modes.shapes, z.modes.shapes, z.M),
         "* shape: any number of shapes",
@@ -130,7 +133,8 @@ CASES = {
     ),
     "linear.harmonic_response": case(lambda z: call(z.chain, z.omega, {"a": 1.0}, 0.25), f"omega shape: {ANY}"),
     "linear.simulate": case(
-        lambda z: call(z.chain, (np.zeros(4), np.ones(4)), ts=z.ts, forces={"a": np.ones(3)}, rtol=1e-6, atol=1e-6)
+        lambda z: call(z.chain, (np.zeros(4), np.ones(4)), ts=z.ts, forces={"a": np.ones(3)}, rtol=1e-6, atol=1e-6),
+        positive="rtol atol",
     ),
 }
 

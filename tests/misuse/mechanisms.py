@@ -63,10 +63,14 @@ CASES = {
     "jaxmbs.frequency_response": case(lambda z: call(z.lin, z.omega), "omega shape: any number of frequencies"),
     "jaxmbs.check": case(lambda z: call(z.bars), f"system nan inside: {NO_NUMBER}"),
     "motion.simulate": case(
-        lambda z: call(z.bars, z.state, ts=z.ts, rtol=1e-6, atol=1e-6), "ts shape: any number of times"
+        lambda z: call(z.bars, z.state, ts=z.ts, rtol=1e-6, atol=1e-6),
+        "ts shape: any number of times",
+        positive="rtol atol",
     ),
     "jaxmbs.simulate": case(
-        lambda z: call(z.bars, z.state, 0.125, dt=0.0625, solver=mbs.ImplicitMidpoint()), "solver none: the default"
+        lambda z: call(z.bars, z.state, 0.125, dt=0.0625, solver=mbs.ImplicitMidpoint()),
+        "solver none: the default",
+        positive="dt",
     ),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
     "bondgraph.bond_graph": case(
@@ -81,7 +85,7 @@ CASES = {
     "flexible.deformations": case(lambda z: call(z.elastic, z.elastic_state, "arm")),
     "flexible.displacements": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
     "flexible.interface_loads": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
-    "flexible.floating_frame": case(lambda z: call(z.free_beam, ["a", "b"], 0, 0.125)),
+    "flexible.floating_frame": case(lambda z: call(z.free_beam, ["a", "b"], 0, 0.125), positive="damping_ratio"),
     "flexible.carried_loads": case(
         lambda z: call(z.bars, z.state, {"coupler": z.free_beam}, {"B": ("coupler", "a")})
     ),
@@ -114,6 +118,7 @@ CASES = {
         "samples huge: as many",
         "seed huge: any",
         "design shape: an answer of any shape",
+        positive="percent",
     ),
     "design.tolerances": case(lambda z: call(_square, {"x": 2.0}, {"x": 0.5})),
     "design.sensitivities": case(

@@ -84,28 +84,28 @@ def _element(element):
     return fem.assemble_dense(fem.Structure(nodes, {"parts": (element, [tuple(nodes)])}))
 
 
-def joint(arguments, *fine):
-    return case(arguments, *fine, through=_through(_joint))
+def joint(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_joint))
 
 
-def on_joint(arguments, *fine):
-    return case(arguments, *fine, through=_through(_law(joint="wrist")))
+def on_joint(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_law(joint="wrist")))
 
 
-def on_body(arguments, *fine):
-    return case(arguments, *fine, through=_through(_law(on="hand")))
+def on_body(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_law(on="hand")))
 
 
-def tie(arguments, *fine):
-    return case(arguments, *fine, through=_through(_constraint))
+def tie(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_constraint))
 
 
-def signal(arguments, *fine):
-    return case(arguments, *fine, through=_through(_drive))
+def signal(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_drive))
 
 
-def element(arguments, *fine):
-    return case(arguments, *fine, through=_through(_element))
+def element(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_element))
 
 
 AXIS = np.array([0.0, 1.0, 1.0])
@@ -117,29 +117,37 @@ CASES = {
     "joints.Screw": joint(lambda z: call(AXIS, pitch=0.5)),
     "joints.Universal": joint(lambda z: call(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))),
     **{f"joints.{name}": joint(lambda z: call()) for name in ("Spherical", "Free", "Weld")},
-    "joints.Distance": tie(lambda z: call(0.5)),
+    "joints.Distance": tie(lambda z: call(0.5), positive="length"),
     "joints.PointOnPlane": tie(lambda z: call()),
     "joints.PointOnLine": tie(lambda z: call()),
-    "joints.RollingSphere": tie(lambda z: call(0.5)),
-    "joints.RollingDisk": tie(lambda z: call(0.5, np.array([0.0, 1.0, 0.0]))),
+    "joints.RollingSphere": tie(lambda z: call(0.5), positive="radius"),
+    "joints.RollingDisk": tie(lambda z: call(0.5, np.array([0.0, 1.0, 0.0])), positive="radius"),
     "joints.KnifeEdge": tie(lambda z: call(np.array([1.0, 0.0, 0.0]))),
     "joints.Coupler": case(
         lambda z: call({"shoulder": 1.0, "wrist": 2.0}, 0.5, lambda a, b: a - b), through=_through(_coupled)
     ),
     "joints.Rows": case(lambda z: call(lambda psi, t: psi[0] - psi[1]), through=_through(_coupled)),
     "joints.VelocityRows": case(lambda z: call(lambda psi, u, t: u[0] - u[1]), through=_through(_coupled)),
-    "forces.SpringDamper": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25)),
+    "forces.SpringDamper": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25), positive="damping"),
     "forces.Bushing": case(
-        lambda z: call(np.ones(6), np.ones(6), np.zeros(6)), through=_through(_law(between=("ground", "hand")))
+        lambda z: call(np.ones(6), np.ones(6), np.zeros(6)),
+        through=_through(_law(between=("ground", "hand"))),
+        positive="damping",
     ),
     "forces.BumpStop": on_joint(
-        lambda z: call(2.0, -1.0, 1.0, 2.0, 0.25), "lower inf: no stop", "upper inf: no stop"
+        lambda z: call(2.0, -1.0, 1.0, 2.0, 0.25),
+        "lower inf: no stop",
+        "upper inf: no stop",
+        positive="stiffness damping",
     ),
-    "forces.CoulombFriction": on_joint(lambda z: call(2.0, 1.5, 0.5, 0.25, 0.5)),
+    "forces.CoulombFriction": on_joint(
+        lambda z: call(2.0, 1.5, 0.5, 0.25, 0.5),
+        positive="effort_limit static_ratio slip_speed viscous stribeck_speed",
+    ),
     "forces.Table": on_joint(
         lambda z: call(POINTS, EFFORTS, POINTS, EFFORTS), "x_points shape: refused with efforts of another number"
     ),
-    "forces.PD": on_joint(lambda z: call(mbs.forces.Constant(0.5), 2.0, 1.0)),
+    "forces.PD": on_joint(lambda z: call(mbs.forces.Constant(0.5), 2.0, 1.0), positive="kp kd"),
     "forces.Actuator": on_joint(lambda z: call(lambda x, v, t: -x)),
     "forces.GeneralisedEffort": case(lambda z: call(lambda q, u, t: -u), through=_through(_law())),
     "forces.Force": on_body(lambda z: call(np.array([1.0, 2.0, 3.0]), "world")),
@@ -149,7 +157,7 @@ CASES = {
     "forces.Ramp": signal(lambda z: call(0.5, 2.0)),
     "forces.Harmonic": signal(lambda z: call(0.5, 2.0, 3.0, 0.25)),
     "forces.Polynomial": signal(lambda z: call(np.array([1.0, 2.0])), f"coefficients shape: {MANY}"),
-    "forces.Step": signal(lambda z: call(0.5, 2.0, 1.0, 3.0)),
+    "forces.Step": signal(lambda z: call(0.5, 2.0, 1.0, 3.0), positive="duration"),
     "forces.Spline": signal(lambda z: call(POINTS, EFFORTS, np.array([0.5, 1.0]))),
     "elements.Beam": element(
         lambda z: call(
@@ -157,20 +165,23 @@ CASES = {
             *(np.zeros((2, 3)), ("rz1",), np.zeros((2, 2))),
         ),
         "fibres *: matrices do not depend on it",
+        positive="young shear_modulus area inertia_y inertia_z torsion density",
     ),
-    "elements.Rod": element(lambda z: call(8.0, 2.0, 1.0)),
-    "elements.Triangle": element(lambda z: call(8.0, 0.25, 0.5, 1.0)),
-    "elements.Quadrilateral": element(lambda z: call(8.0, 0.25, 0.5, 1.0, 1.0, 0.5)),
-    "elements.Hexahedron": element(lambda z: call(8.0, 0.25, 1.0)),
+    "elements.Rod": element(lambda z: call(8.0, 2.0, 1.0), positive="young area density"),
+    "elements.Triangle": element(lambda z: call(8.0, 0.25, 0.5, 1.0), positive="young thickness density"),
+    "elements.Quadrilateral": element(
+        lambda z: call(8.0, 0.25, 0.5, 1.0, 1.0, 0.5), positive="young thickness density"
+    ),
+    "elements.Hexahedron": element(lambda z: call(8.0, 0.25, 1.0), positive="young density"),
     "elements.Spring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3), 0.5)),
     "elements.GroundSpring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3))),
-    "elements.PointMass": element(lambda z: call(2.0, np.array([1.0, 0.0, 0.0]), np.eye(3))),
-    "inertia.rod": case(lambda z: call(2.0, 3.0, AXIS)),
-    "inertia.box": case(lambda z: call(2.0, np.array([1.0, 2.0, 3.0]))),
-    "inertia.cylinder": case(lambda z: call(2.0, 1.0, 3.0, AXIS)),
-    "inertia.tube": case(lambda z: call(2.0, 1.0, 2.0, 3.0, AXIS)),
-    "inertia.sphere": case(lambda z: call(2.0, 1.0)),
-    "inertia.spherical_shell": case(lambda z: call(2.0, 1.0)),
+    "elements.PointMass": element(lambda z: call(2.0, np.array([1.0, 0.0, 0.0]), np.eye(3)), positive="value"),
+    "inertia.rod": case(lambda z: call(2.0, 3.0, AXIS), positive="length"),
+    "inertia.box": case(lambda z: call(2.0, np.array([1.0, 2.0, 3.0])), positive="size"),
+    "inertia.cylinder": case(lambda z: call(2.0, 1.0, 3.0, AXIS), positive="radius length"),
+    "inertia.tube": case(lambda z: call(2.0, 1.0, 2.0, 3.0, AXIS), positive="inner_radius outer_radius length"),
+    "inertia.sphere": case(lambda z: call(2.0, 1.0), positive="radius"),
+    "inertia.spherical_shell": case(lambda z: call(2.0, 1.0), positive="radius"),
     "inertia.turned": case(lambda z: call(np.array([1.0, 2.0, 2.0]), np.eye(3)[[1, 2, 0]])),
     "inertia.as_matrix": case(lambda z: call(np.array([1.0, 2.0, 2.0]))),
     "inertia.combine": case(lambda z: call([(2.0, np.array([1.0, 0.0, 0.0]), 0.0), (1.0, np.zeros(3), np.eye(3))])),

@@ -81,6 +81,7 @@ CASES = {
         ),
         "bonds name: names are free",
         through=lambda kind: kind.from_arrays,
+        positive="compliance length",
     ),
     "statics.Network": case(
         lambda z: call(["table"], {"left": ("ground", "table")}),

@@ -90,7 +90,7 @@ def test_wrong_arguments_are_refused(name, zoo):
     case = CASES[name]
     function = PUBLIC[name] if case.through is None else case.through(PUBLIC[name])
     args, options = case.arguments(zoo)
-    example = Example(function, args, options, case.fine)
+    example = Example(function, args, options, case.fine, case.positive)
     function(*args, **options)  # the example is valid
     tried = list(attempts(example))
     wrong = {f"{attempt.argument}: {attempt.misuse}": verdict(attempt) for attempt in tried}
