@@ -1,6 +1,6 @@
 """The inertia and gyristor fields of the paper in independent coordinates, and its state equations, term by term.
 
-For analysis and for reading the bond graph; simulations use the tensor-free forms of `hamiltonian.py`.
+For analysis and for reading the bond graph; simulations use the tensor-free forms of `hamilton.py`.
 """
 
 import jax

@@ -99,9 +99,7 @@ class PosePort(_BetweenFrames):
         return -wrench, wrench
 
     def stiffness(self, law, displacement, flow, t):
-        effort = lambda *x: self.stored_effort(law, x, flow, t)  # noqa: E731
-        slope = lambda column: jax.jvp(effort, displacement, self.rate(displacement, column))[1]  # noqa: E731
-        return -jax.vmap(slope, 1, 1)(jnp.eye(6, dtype=flow.dtype))
+        return self.slope(law, displacement, flow, t)
 
 
 class FramePort(_BetweenFrames):

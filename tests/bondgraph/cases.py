@@ -6,6 +6,8 @@ import numpy as np
 
 import jaxmbs as mbs
 
+from ..flexible.beams import elastic_beam, random_state
+
 PIN = mbs.Revolute(axis="z")
 
 
@@ -52,6 +54,28 @@ def driven_arm_state(system):
     ball = np.array([0.9, 0.2, -0.1, 0.35])
     ball = ball / np.linalg.norm(ball)
     return mbs.State.at(system, ball=ball, velocities={"ball": (0.5, -1.0, 0.8)}, guess={"hinge": 0.5}, t=0.2)
+
+
+def elastic_arm():
+    """An elastic arm on a driven hinge, bending and twisting, damped, with a tool pinned to its tip."""
+    beam = elastic_beam(elements=2, num_modes=1, damping_ratio=0.05)
+    b = mbs.SystemBuilder(gravity=(0.5, -2.0, -9.81))
+    b.elastic("arm", beam.body, motions={"2": mbs.Planar("z")})
+    b.body("tool", 0.5, com=(0.02, 0.01, 0.0), inertia=(1e-3, 2e-3, 2.5e-3))
+    b.joint(
+        "hinge", mbs.Revolute((0.1, 1.0, 0.3)), "ground", "arm.0", drive=lambda t: 0.3 + 2.0 * t + jnp.sin(3.0 * t)
+    )
+    b.joint("wrist", mbs.Revolute("y"), "arm.2", "tool", child_frame=(-0.1, 0.0, 0.0))
+    b.force("grease", mbs.SpringDamper(3.0, 0.4, 0.2), joint="wrist")
+    return b.build()
+
+
+def elastic_arm_state(system):
+    """Deformed by centimetres, with speeds of metres per second."""
+    moved = random_state(system, size=0.03, speed=2.0)
+    joints = {name: value for name, value in system.coordinates(moved).items() if name != "hinge"}
+    speeds = {name: value for name, value in system.velocities(moved).items() if name != "hinge"}
+    return mbs.State.at(system, joints, velocities=speeds, t=0.2)
 
 
 def double_pendulum(inertia=0.02):
