@@ -82,6 +82,8 @@ def mentioned(where, name):
     """(definitions, attributes): what a definition's source stands for and the names after its dots."""
     found, attributes = set(), set()
     for node in (n for top in module(where).definitions[name] for n in ast.walk(top)):
+        if isinstance(node, ast.JoinedStr):
+            found |= _fixtures_that_begin(where, node.values[0])
         if isinstance(node, ast.Name):
             found.add(resolve(where, node.id))
         elif isinstance(node, ast.Attribute):
@@ -99,6 +101,12 @@ def _dotted_name(where, node):
     else:
         base = _dotted_name(where, node.value) if isinstance(node.value, ast.Attribute) else None
     return resolve(base, node.attr) if isinstance(base, str) else None
+
+
+def _fixtures_that_begin(where, start):
+    """Of the module, where a name such as f"of_{case}" is put together."""
+    known = isinstance(start, ast.Constant) and where.startswith("tests")
+    return {(where, name) for name in module(where).definitions if known and name.startswith(start.value)}
 
 
 def _fixture(where, name):

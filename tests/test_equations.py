@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from .reach import ROOT, leads_to, module, modules
+from .reach import ROOT, leads_to, modules, resolve
 from .test_public_faces import FACES
 
 NUMBERED = {"S1": 45, "S2": 84}  # equations of each paper
@@ -98,12 +98,9 @@ def _public():
     """(file, name) of what public faces show and this library defines."""
     for room, names in FACES.items():
         for name in names.split():
-            target = module(room).imports.get(name)
-            while isinstance(target, tuple) and target[0] in modules():
-                place, known = target, module(target[0])
-                target = None if target[1] in known.definitions else known.imports.get(target[1])
-                if target is None:
-                    yield str(modules()[place[0]].relative_to(ROOT / "jaxmbs")), place[1]
+            found = resolve(room, name)
+            if isinstance(found, tuple):
+                yield str(modules()[found[0]].relative_to(ROOT / "jaxmbs")), found[1]
 
 
 @pytest.mark.parametrize("place", sorted(set(_public())), ids=":".join)

@@ -36,10 +36,12 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
             "hamiltonian": the same with all ports summed to Q (Fig. 4).
         state: the pose at which dependent inertias are found (default: a pose in general position).
 
-    Strokes are left out while the system is traced.
+    An elastic body is an inertia on its flow, behind G_y in the detailed view, with a gyristor for what turns its
+    momenta (neither conserves alone), its weight, and its strains as C and R.  Strokes are left out while the system
+    is traced.
 
     Raises: ValueError for an unknown view, ModelError when nothing moves, AssemblyError when no pose can be found.
-    Source: S2 (28)-(44), Figs 2-4.
+    Source: S2 (28)-(44), (56)-(76), Figs 2-4.
     """
     graph = build_view(system, view)
     if not known(system, state):

@@ -37,7 +37,7 @@ def build_view(system: System, view: str) -> BondGraph:
     """The graph of a view without causal strokes.
 
     Raises: ValueError for an unknown view, ModelError when nothing moves.
-    Source: S2 (28)-(44), Figs 2-4, ports (56)-(76).
+    Source: S2 (28)-(44), (56)-(76), Figs 2-4.
     """
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")

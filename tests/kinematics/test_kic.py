@@ -57,6 +57,21 @@ def phi_of(system, state):
     return state.coordinates[np.asarray(first.independent_columns(system))]
 
 
+def test_rows_and_their_slopes(loop):
+    """Where the loop is closed the residual is zero, and the rows of velocity are its slopes; Gi keeps them."""
+    system, state = loop
+
+    @jax.jit
+    def residual(psi):
+        return mbs.constraint_residual(system, mbs.State(state.t, psi, state.velocities))
+
+    A = np.asarray(mbs.constraint_jacobian(system, state))
+    np.testing.assert_allclose(residual(state.coordinates), 0.0, atol=1e-10)
+    np.testing.assert_allclose(A, slopes(residual, state.coordinates), atol=1e-9)
+    p, q = first.independent_columns(system), first.dependent_columns(system)
+    np.testing.assert_allclose(A[:, q] @ first.internal_kic(system, state), -A[:, p], atol=1e-12)
+
+
 def test_internal_kic_is_the_derivative_of_the_closed_loop(four_bar):
     system, state = four_bar
     q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])

@@ -12,7 +12,7 @@ from jaxmbs.kinematics.poses import step_coordinates
 from .. import random_systems as rs
 from ..joints.test_all_joints import CLOSING, EXAMPLES
 
-ARM = mbs.Revolute((0.3, -1.0, 0.4))
+ARM = mbs.Universal()
 
 
 def _links():
@@ -28,7 +28,7 @@ def _bodies(b, links):
 
 @pytest.fixture(scope="module")
 def tree():
-    """An arm that turns, and on it a body by every joint."""
+    """An arm that turns about two axes, and on it a body by every joint."""
     b, links = mbs.SystemBuilder(), _links()
     _bodies(b, links)
     for name, link in links.items():
@@ -81,7 +81,7 @@ def loops():
         places = rs.as_pose(link.parent_frame), rs.as_pose(link.child_frame)
         b.joint(f"{name} joint", link.kind, "arm", name, *places)
     system = b.build(cut=[f"{name} joint" for name in links])
-    return _tensors(system, mbs.State.at(system, shoulder=0.4))[1:]
+    return _tensors(system, mbs.State.at(system, shoulder=(0.4, -0.7)))[1:]
 
 
 @pytest.mark.slow
