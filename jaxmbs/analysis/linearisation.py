@@ -23,13 +23,15 @@ from ..kinematics.configuration import at_state, configuration, moving, node_acc
 from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map
 from ..kinematics.poses import coordinate_rate
 from ..kinematics.state import State
+from ..linear.questions import frequency_response as response_by_names
 from ..linear.system import LinearSystem
+from ..linear.transfer import TransferFunctions
 from ..math import square
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
 from ..model.rows import Drive
 from ..model.system import System
-from ..typing import ArrayLike
+from ..typing import ArrayLike, CoordinateLike
 from .release import release
 
 
@@ -211,9 +213,24 @@ def _accelerations(system, Gamma, M, KC, inputs, driven):
     return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
 
 
-def frequency_response(space: StateSpace | Linearisation, omega: ArrayLike) -> Array:
+def frequency_response(
+    space: StateSpace | Linearisation,
+    omega: ArrayLike,
+    into: Iterable[CoordinateLike] | None = None,
+    out: Iterable[CoordinateLike] | None = None,
+) -> Array | TransferFunctions:
     """Transfer matrices (..., outputs, inputs) of a linearised mechanism, from its inputs to its outputs, at angular
-    frequencies omega (...,) [rad/s]."""
+    frequencies omega (...,) [rad/s].
+
+    Args: into, out: names of joints, in place of the inputs and outputs of `linearise`; the answer of the
+    Linearisation's `system`, labelled `TransferFunctions`, in m or rad for unit efforts.
+
+    Raises: UnknownNameError; ModelError for one of `into`, `out` without the other.
+    """
+    if into is not None and out is not None and isinstance(space, Linearisation):
+        return response_by_names(space.system, omega, into, out)
+    if into is not None or out is not None:
+        raise ModelError(["give `into` and `out` both, with a Linearisation: a bare StateSpace has no names"])
     space = space.state_space if isinstance(space, Linearisation) else space
     eye = jnp.eye(space.A.shape[0], dtype=space.A.dtype)
     A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)

@@ -216,6 +216,13 @@ def test_modes_and_responses_take_what_is_at_hand():
     np.testing.assert_array_equal(mbs.modes(system, state).roots, mbs.modes(linear).roots)
     found = mbs.frequency_response(linear, [1.0])
     np.testing.assert_allclose(found[0, 0, 0], 1.0 / (1.1 * (natural**2 - 1.0)), rtol=1e-9)
+    by_name = mbs.frequency_response(linear, [1.0], into=["pin"], out=["pin"])
+    assert by_name.inputs == ("pin",)
+    np.testing.assert_allclose(by_name.values, found, rtol=1e-9)
+    with pytest.raises(mbs.UnknownNameError, match="pin"):
+        mbs.frequency_response(linear, [1.0], into=["pim"], out=["pin"])
+    with pytest.raises(mbs.ModelError, match="both"):
+        mbs.frequency_response(linear, [1.0], into=["pin"])
     with pytest.raises(TypeError, match="about a state"):
         mbs.modes(system)
 
