@@ -58,9 +58,9 @@ FACES = {
         SystemBuilder
     """,
     "jaxmbs.coupling": """
-        BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs Network
-        base_motion bushing connect coupled_response cqc_correlation equivalent_impulse interface_pattern joint
-        limit_loads modal_pairs peak_response reactions rigid shortfall
+        BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs
+        Network base_motion bushing combine connect coupled_response cqc_correlation equivalent_impulse
+        interface_pattern joint limit_loads modal_pairs peak_response reactions rigid shortfall
     """,
     "jaxmbs.demo": """
         run
@@ -69,10 +69,10 @@ FACES = {
         Batch History Optimum batch minimise
     """,
     "jaxmbs.experiment": """
-        TransferFunctions VirtualPoint coherence_variance couple decouple flexible_channels free_response
-        interface_forces mean_of_repeats measured_stiffness noise_variance noisy nonlinearity propagate
-        propagate_scalar regular_inverse remove_stiffness rigid_channels sweep_phase swept_amplitudes
-        swept_variance uncoupled virtual_point
+        Suspension TransferFunctions VirtualPoint check_suspension coherence_variance couple decouple
+        flexible_channels free_response interface_forces mean_of_repeats measured_stiffness noise_variance
+        noisy nonlinearity propagate propagate_scalar regular_inverse remove_stiffness rigid_channels
+        sweep_phase swept_amplitudes swept_variance uncoupled virtual_point
     """,
     "jaxmbs.fem": """
         Coordinates Group Structure assemble assemble_blocks assemble_dense body_load collect element_forces
@@ -91,13 +91,14 @@ FACES = {
         read_dmig read_matrix_market read_op4 read_uff write_uff
     """,
     "jaxmbs.linear": """
-        Check HarmonicResponse LinearMotion LinearSystem Link Modal ModalMotion Modes StaticResponse TransferFunctions
-        accelerance acceleration_gain base_load block_matrices check complex_modes constraint_modes coupled
-        damped_frequency dense_response direct_response effective_masses equilibrium frequency_response
-        gain_from_mobility generalised_stiffness harmonic_response interface_basis lowest_modes mac mobility
-        mobility_from_gain modal modal_motion modal_receptance modal_response mode_ratios modes
-        natural_modes oscillations participation partition proportional proportional_from_ratios receptance
-        rigid_motions simulate static_response structural superpose track transmissibility
+        Check HarmonicResponse LinearMotion LinearSystem Link Modal ModalMotion Modes ResonanceGains
+        StaticResponse TransferFunctions accelerance acceleration_gain base_load block_matrices check
+        complex_modes constraint_modes coupled damped_frequency dense_response direct_response
+        effective_masses equilibrium frequency_response gain_from_mobility generalised_stiffness
+        harmonic_response interface_basis lowest_modes mac mobility mobility_from_gain modal modal_motion
+        modal_receptance modal_response modal_transfer_matrix mode_ratios modes natural_modes oscillations
+        participation partition proportional proportional_from_ratios receptance resonance_gains rigid_motions
+        simulate static_response structural superpose track transfer_matrix transmissibility
         viscous_receptance
     """,
     "jaxmbs.model": """
@@ -110,11 +111,11 @@ FACES = {
         check equilibrium frequency_response modes reactions simulate
     """,
     "jaxmbs.reductions": """
-        AbstractReduction Characteristic CraigBampton CraigChang Guyan Hurty MacNeal Mixed Physical Reduced
-        Rubin averaged_motion averaged_transformation characteristic_modes determinate_coordinates
-        element_loads fixed_interface_modes force_errors frequency_errors harmonic interface_forces
-        mode_acceleration mode_acceleration_free num_modes_up_to on_interface reduce rigid_body_motions
-        rigid_node rigid_transformation support_motions
+        AbstractReduction Characteristic CraigBampton CraigChang Cyclic Family Guyan Hurty MacNeal Mirror
+        Mixed Motions Physical Reduced Rubin averaged_motion averaged_transformation characteristic_modes
+        determinate_coordinates element_loads fixed_interface_modes force_errors frequency_errors harmonic
+        interface_forces mode_acceleration mode_acceleration_free num_modes_up_to on_interface reduce
+        rigid_body_motions rigid_node rigid_transformation support_motions turned virtual_work
     """,
     "jaxmbs.statics": """
         BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions

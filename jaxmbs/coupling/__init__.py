@@ -5,6 +5,7 @@ from .bonds import Bond, bushing, joint, rigid
 from .connecting import connect
 from .limits import (
     ModalPairs,
+    combine,
     cqc_correlation,
     equivalent_impulse,
     limit_loads,
@@ -30,6 +31,7 @@ __all__ = [
     "Network",
     "base_motion",
     "bushing",
+    "combine",
     "connect",
     "coupled_response",
     "cqc_correlation",

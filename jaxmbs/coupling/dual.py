@@ -69,7 +69,7 @@ def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = 
         rigid: rigid motions of each component's interface (b_c, d_c); default: those below the widest gap in its
             stiffness.
 
-    Source: S1 (13)-(16), (20).
+    Source: S1 (14), (20).
     """
     if rigid is None:
         condensed = [_condensed(c) for c in components]

@@ -50,7 +50,7 @@ class ModalPairs(eqx.Module):
         return jnp.abs(jnp.asarray(impulses))[:, None] * jnp.sum(jnp.abs(gain), axis=-1)
 
     def signs(self, impulses: ArrayLike) -> Array:
-        """Signs (i, j) with which the responses begin, for sums that know signs: those of `-J m_ij`."""
+        """Signs (i, j) with which the responses begin, those of `-J m_ij`: for "cqc".  Source: S1 (32)."""
         return -jnp.sign(jnp.asarray(impulses)[:, None] * self.mass[..., 0, 1])
 
     def _gains(self):
@@ -95,7 +95,7 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
     """Largest `|q|` () of `q'' + 2 ratio omega q' + omega^2 q = f` from rest, f (times,) straight between samples.
 
     Exact at the samples, where the peak is looked for: give at least twenty in a period.  Omega in rad/s; over many
-    (m,) by `vmap`: a shock spectrum.
+    (m,) by `vmap`: a shock spectrum.  Source: S1 (32).
     """
     force = jnp.asarray(force)
     w = jnp.asarray(omega, force.dtype)[None]
@@ -131,7 +131,7 @@ def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=
 def cqc_correlation(omega: ArrayLike, ratios: ArrayLike) -> Float[Array, "m m"]:
     """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981).
 
-    Args: omega (m,) [rad/s]; ratios of damping (m,).
+    Args: omega (m,) [rad/s]; ratios of damping (m,).  Source: S1 (32), its sum in the rms sense.
     """
     omega, ratios = jnp.asarray(omega), jnp.asarray(ratios)
     r = omega[:, None] / omega[None, :]

@@ -105,7 +105,7 @@ class Network(Assembly):
         Args: rigid: by component, rigid motions of its interface (b, d); default: the motions
             below the widest gap in the stiffness of each component's interface.
 
-        Source: S1 (13)-(14), (20).
+        Source: S1 (14), (20).
         """
         rigid = None if rigid is None else [rigid[name] for name in self.names]
         stresses, free = self_stresses(self._rows(), self.components, rigid)

@@ -7,12 +7,15 @@ from ..math.regular_inverse import regular_inverse
 from .decoupling import decouple
 from .rig import free_response, measured_stiffness, remove_stiffness
 from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
+from .suspension import Suspension, check_suspension
 from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
 from .virtual import VirtualPoint, flexible_channels, rigid_channels, virtual_point
 
 __all__ = [
+    "Suspension",
     "TransferFunctions",
     "VirtualPoint",
+    "check_suspension",
     "coherence_variance",
     "couple",
     "decouple",

@@ -1,5 +1,6 @@
 """Linear systems of matrices: modes, damping, response in frequency and time, statics, checks."""
 
+from .base_driven import ResonanceGains, resonance_gains
 from .block_modes import lowest_modes
 from .condensation import constraint_modes, interface_basis, partition
 from .damping import (
@@ -25,6 +26,7 @@ from .gains import (
 )
 from .harmonic import HarmonicResponse, harmonic_response
 from .integrate import simulate
+from .laplace import modal_transfer_matrix, transfer_matrix
 from .mode_shapes import effective_masses, mac, mode_ratios, participation, track
 from .motion import LinearMotion, Link, Modal
 from .oscillators import ModalMotion, base_load, modal_motion, oscillations
@@ -47,6 +49,7 @@ __all__ = [
     "Modal",
     "ModalMotion",
     "Modes",
+    "ResonanceGains",
     "StaticResponse",
     "TransferFunctions",
     "accelerance",
@@ -75,6 +78,7 @@ __all__ = [
     "modal_motion",
     "modal_receptance",
     "modal_response",
+    "modal_transfer_matrix",
     "mode_ratios",
     "modes",
     "natural_modes",
@@ -84,12 +88,14 @@ __all__ = [
     "proportional",
     "proportional_from_ratios",
     "receptance",
+    "resonance_gains",
     "rigid_motions",
     "simulate",
     "static_response",
     "structural",
     "superpose",
     "track",
+    "transfer_matrix",
     "transmissibility",
     "viscous_receptance",
 ]

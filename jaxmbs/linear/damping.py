@@ -28,7 +28,7 @@ def proportional_from_ratios(
 ) -> tuple[Number, Number]:
     """`(by_mass, by_stiffness)` for damping ratios at two angular frequencies: pairs (frequency [rad/s], ratio).
 
-    Raises: ValueError for equal frequencies, if concrete.
+    Raises: ValueError for equal frequencies, if concrete.  Source: S1 (39).
     """
     (w1, z1), (w2, z2) = first, second
     if known(w1, w2) and np.any(np.asarray(w1) == np.asarray(w2)):

@@ -12,7 +12,7 @@ from jaxtyping import Array, Complex
 from ..checks import known
 from ..math import square
 from ..math.eigen import eig, eigh, spectral
-from ..typing import AnyArray, ArrayLike, Number, RowsLike
+from ..typing import AnyArray, ArrayLike, RowsLike
 from .checked import checked_solve
 from .condensation import interface_basis, partition
 from .gains import harmonic_rate
@@ -171,7 +171,7 @@ def modal_receptance(
     at_into: AnyArray,
     omega: AnyArray,
     ratios: ArrayLike,
-    modal_masses: Number = 1.0,
+    modal_masses: ArrayLike = 1.0,
 ) -> Complex[Array, "frequencies outputs inputs"]:
     """`B_ij = sum_k V_ik V_jk / (m_k [(w_k^2 - w^2) + 2 i eta_k w_k w])` as printed, from any set of modes.
 
@@ -182,12 +182,14 @@ def modal_receptance(
         at_out, at_into: V (outputs, m), (inputs, m).
         omega: (frequencies,) [rad/s].
         ratios: eta (m,), or (frequencies, m) where it depends on frequency.
+        modal_masses: m_k (m,), for shapes that are not mass-normalised.
 
     Returns: (frequencies, outputs, inputs).  Source: S1 (40), (43).
     """
     w, wk = omega[:, None], natural[None, :]
     eta = jnp.broadcast_to(jnp.asarray(ratios, natural.dtype), (len(omega), len(natural)))
-    z = lax.complex(wk**2 - w**2, 2 * eta * wk * w) * modal_masses
+    m = jnp.broadcast_to(jnp.asarray(modal_masses, natural.dtype), natural.shape)[None]
+    z = lax.complex(m * (wk**2 - w**2), m * (2 * eta * wk * w))
     V = at_out.astype(z.dtype)
     return jnp.einsum("ik,wk,jk->wij", V, 1 / z, at_into.astype(z.dtype))
 

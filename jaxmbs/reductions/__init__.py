@@ -5,10 +5,14 @@ from .base import AbstractReduction, Physical, Reduced, reduce
 from .characteristic import Characteristic, characteristic_modes
 from .craig_bampton import CraigBampton, fixed_interface_modes
 from .craig_chang import CraigChang
+from .cyclic import Cyclic
+from .family import Family
 from .guyan import Guyan
 from .hurty import Hurty, determinate_coordinates, support_motions
 from .macneal import MacNeal
+from .mirror import Mirror
 from .mixed import Mixed
+from .placement import turned
 from .recovery import element_loads, harmonic, interface_forces, mode_acceleration, mode_acceleration_free
 from .rigid_interface import (
     averaged_motion,
@@ -19,16 +23,21 @@ from .rigid_interface import (
     rigid_transformation,
 )
 from .rubin import Rubin
+from .work import Motions, virtual_work
 
 __all__ = [
     "AbstractReduction",
     "Characteristic",
     "CraigBampton",
     "CraigChang",
+    "Cyclic",
+    "Family",
     "Guyan",
     "Hurty",
     "MacNeal",
+    "Mirror",
     "Mixed",
+    "Motions",
     "Physical",
     "Reduced",
     "Rubin",
@@ -51,4 +60,6 @@ __all__ = [
     "rigid_node",
     "rigid_transformation",
     "support_motions",
+    "turned",
+    "virtual_work",
 ]

@@ -14,6 +14,7 @@ from ..linear.system import LinearSystem
 from ..typing import CoordinateLike
 from .base import AbstractReduction, Reduced
 from .craig_bampton import CraigBampton
+from .work import Motions
 
 
 def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
@@ -53,7 +54,7 @@ class Hurty(AbstractReduction):
             `determinate_coordinates`.
 
     Raises: ValueError for a determinate coordinate that is not one of the interface and, if concrete, ones that do
-    not hold the component.  Source: S1 (13)-(20).
+    not hold the component.  Source: S1 (14)-(20).
     """
 
     num_modes: int = eqx.field(static=True)
@@ -67,7 +68,7 @@ class Hurty(AbstractReduction):
         """`phi = [[RR 0], [CR CC]]` (b, b): interface displacements `u = phi (rigid, constraint)`.
 
         Rows are in the order of the interface.  RR = CC = 1, and CR is what a rigid motion does at the redundant
-        bonds, so that it costs no stiffness.  Source: S1 (13)-(16), (20).
+        bonds, so that it costs no stiffness.  Source: S1 (14), (20).
         """
         system = system.dense()
         rigid, outer = supports(system, self.determinate), system.interface
@@ -79,6 +80,14 @@ class Hurty(AbstractReduction):
         phi = jnp.eye(b, dtype=CR.dtype).at[d:, :d].set(CR)
         order = (*rigid, *redundant)
         return phi[np.array([order.index(c) for c in outer], int)]
+
+    def motions(self, system: LinearSystem) -> Motions:
+        """Rigid, constraint and normal motions of all coordinates, with what works on them.  Source: S1 (14)-(20)."""
+        system = system.dense()
+        b, d = system.num_interface, len(supports(system, self.determinate))
+        basis = CraigBampton(self.num_modes).of(system).basis
+        shapes = jnp.concatenate([basis[:, :b] @ self.connection(system), basis[:, b:]], axis=1)
+        return Motions(shapes, (d, b - d, self.num_modes), system.interface)
 
 
 def supports(system: LinearSystem, determinate: Iterable[CoordinateLike] | None) -> tuple[int, ...]:

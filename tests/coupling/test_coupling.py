@@ -90,6 +90,49 @@ def test_blocks_of_the_coupled_equations():
     np.testing.assert_allclose(assembly.mass[:2, 18:], T.T @ M_[:, inner + 2] @ Phi, atol=1e-9)
 
 
+def test_blocks_where_both_are_relative():
+    """(12), every block by NumPy: the interface's stiffness is the sum of both condensed ones, here not zero."""
+    rows, B, P = (14, 15), beam(8, fixed=2), beam(8, EI=0.7)
+
+    @jax.jit
+    def joined(B, P):
+        clamped, held = component(*B, rows), component(*P, (0, 1, 16))
+        parts = reduce(clamped, CraigBampton(14)), reduce(held, CraigBampton(15))
+        assembly = join(parts, ((0, 1), (0, 1, -1)))
+        loads = [part.generalised(jnp.arange(1.0, part.basis.shape[0] + 1)) for part in parts]
+        return assembly, parts, assembly.gathered(loads)
+
+    assembly, parts, Q = joined(B, P)
+
+    def relative(K, interface, rho):
+        inner = np.setdiff1d(np.arange(len(K)), interface)
+        T, I = np.zeros((len(K), len(interface))), np.zeros((len(K), len(inner)))
+        T[list(interface)] = np.eye(len(interface))
+        T[inner] = -np.linalg.solve(K[np.ix_(inner, inner)], K[np.ix_(inner, list(interface))])
+        I[inner] = np.asarray(rho)[inner, len(interface) :]  # all of the modes: another basis of the interior
+        return T, I
+
+    (K_B, M_B), (K_P, M_P) = ((np.asarray(A) for A in pair) for pair in (B, P))
+    T_B, I_B = relative(K_B, rows, parts[0].basis)
+    T_P, I_P = relative(K_P, (0, 1, 16), parts[1].basis)
+    T_P = T_P[:, :2]  # its far end is held
+    for found, B_, P_ in ((assembly.stiffness, K_B, K_P), (assembly.mass, M_B, M_P)):
+        zero = np.zeros((14, 15))
+        expected = np.block(
+            [
+                [T_B.T @ B_ @ T_B + T_P.T @ P_ @ T_P, T_B.T @ B_ @ I_B, T_P.T @ P_ @ I_P],
+                [I_B.T @ B_ @ T_B, I_B.T @ B_ @ I_B, zero],
+                [I_P.T @ P_ @ T_P, zero.T, I_P.T @ P_ @ I_P],
+            ]
+        )
+        np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-8 * np.abs(expected).max())
+    assert np.min(np.linalg.eigvalsh(assembly.stiffness[:2, :2])) > 1.0
+    np.testing.assert_allclose(assembly.stiffness[:2, 2:], 0.0, atol=1e-6)
+    F_B, F_P = np.arange(1.0, 17.0), np.arange(1.0, 19.0)
+    right = np.concatenate([T_B.T @ F_B + T_P.T @ F_P, I_B.T @ F_B, I_P.T @ F_P])  # the print takes F_P = 0
+    np.testing.assert_allclose(Q, right, rtol=1e-8, atol=1e-8)
+
+
 def exact_reactions(omega, load):
     """Harmonic displacements of the uncut beam, and the section force on the right half at its left end."""
     K_, M_ = (np.asarray(A) for A in WHOLE)

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.signal
 
 from jaxmbs.coupling.limits import (
     combine,
@@ -21,7 +22,7 @@ from jaxmbs.linear import modes as modes_of
 from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.linear.oscillators import modal_motion
 from jaxmbs.reductions import CraigBampton, reduce
-from tests.structural_matrices import chain, component
+from tests.structural_matrices import beam, chain, component
 
 
 @eqx.filter_jit
@@ -58,6 +59,37 @@ def test_one_pair_is_the_joined_system():
     start = np.linalg.solve(M, [impulse, 0.0])
     q = scipy.linalg.expm(A * t) @ np.r_[0, 0, start]
     np.testing.assert_allclose(found[0, 0], q[1], rtol=1e-9)
+
+
+def test_pairs_on_an_interface_of_two_coordinates():
+    """A beam on the tip of another, joined in displacement and slope: each pair (32) by NumPy."""
+    J, times = np.array([0.7, -0.4, 0.3]), np.array([1e-6, 0.02, 0.3, 1.1])
+
+    @jax.jit
+    def made():
+        K, M = beam(4, fixed=2)
+        modes = natural_modes(K=K, M=M, num=3)
+        load = reduce(component(*beam(3, 40.0, 0.3, 0.5), (0, 1)), CraigBampton(4))
+        at_tip = modes.shapes[6:] * jnp.array([[1.0, -1.0, 1.0]])  # the sign of a shape is free
+        pairs = modal_pairs(modes.omega, at_tip, load)
+        found = jax.vmap(lambda t: pairs.response(J, t))(times)
+        return load.basis[:, 2:], (modes.omega, at_tip, pairs.signs(J), found, pairs.peaks(J))
+
+    Phi, (w, at_tip, signs, found, peaks) = jax.tree.map(np.asarray, made())
+    K, M = (np.asarray(A) for A in beam(3, 40.0, 0.3, 0.5))
+    w_P = np.sqrt(scipy.linalg.eigh(K[2:, 2:], M[2:, 2:], eigvals_only=True))
+    T = np.zeros((8, 2))
+    T[0::2, 0], T[0::2, 1], T[1::2, 1] = 1.0, np.arange(4) / 6, 1.0  # the payload as a solid
+    for i, j in np.ndindex(3, 4):
+        moved = T @ at_tip[:, i]
+        m, one = Phi[:, j] @ M @ moved, Phi[:, j] @ M @ Phi[:, j]
+        mass, stiffness = np.array([[1 + moved @ M @ moved, m], [m, one]]), np.diag([w[i] ** 2, w_P[j] ** 2])
+        A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(mass, stiffness), np.zeros((2, 2))]])
+        start = np.r_[0, 0, np.linalg.solve(mass, [J[i], 0.0])]
+        q = np.array([(scipy.linalg.expm(A * t) @ start)[1] for t in times])
+        np.testing.assert_allclose(found[:, i, j], q, rtol=1e-6, atol=1e-9 * peaks[i, j])
+        assert signs[i, j] == np.sign(q[0]) and np.all(np.abs(q) <= peaks[i, j] * (1 + 1e-9))
+    assert set(signs.ravel()) == {-1.0, 1.0}
 
 
 def test_peaks_bound_the_responses_of_all_pairs():
@@ -124,6 +156,56 @@ def test_every_sum_against_the_transient(cases):
     for found in (above, root, cqc, weighted):
         assert np.all(found.share[1:] == 0) and np.all(found.quotient[:4, 0] < 2)
     np.testing.assert_allclose(weighted.quotient, 1.5 * root.quotient, rtol=1e-12)
+
+
+def white_noise_correlation(omega, ratios):
+    """Of the displacements of oscillators under one white noise: covariance by Lyapunov's equation, SciPy."""
+    n, push = len(omega), np.r_[np.zeros(len(omega)), np.ones(len(omega))]
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(omega**2), -np.diag(2 * ratios * omega)]])
+    covariance = scipy.linalg.solve_continuous_lyapunov(A, -np.outer(push, push))[:n, :n]
+    size = np.sqrt(np.diagonal(covariance))
+    return covariance / np.outer(size, size)
+
+
+def test_cqc_of_unequal_damping():
+    omega, ratios = np.array([1.0, 1.1, 2.5]), np.array([0.02, 0.15, 0.07])
+    np.testing.assert_allclose(cqc_correlation(omega, ratios), white_noise_correlation(omega, ratios), rtol=1e-9)
+
+
+def oscillation(w, ratio, load):
+    """Of one oscillator under a load that is straight between samples: SciPy."""
+    system = ([[0.0, 1.0], [-(w**2), -2 * ratio * w]], [[0.0], [1.0]], [[1.0, 0.0]], [[0.0]])
+    return scipy.signal.lsim(system, load, STEP * np.arange(len(load)))[1]
+
+
+@pytest.mark.parametrize("case", [1, 5])
+def test_transient_and_sums_by_numpy(cases, case):
+    """What `cases` compares, done over: the joined chain mode by mode, and every pair by its 2 x 2 matrices."""
+    t = STEP * np.arange(2000)
+    pulse = np.where(t < LENGTHS[case], np.sin(np.pi * t / LENGTHS[case]), 0.0)
+    (K_B, M_B), (K_P, M_P) = ([np.asarray(A) for A in chain(4, *n)] for n in ((40.0, 2.0, 1), (5.0, 0.2, 0)))
+    K, M = np.zeros((2, 7, 7))
+    K[:4, :4], M[:4, :4] = K_B, M_B
+    K[3:, 3:] += K_P
+    M[3:, 3:] += M_P
+    values, X = scipy.linalg.eigh(K, M)
+    x = X @ np.stack([oscillation(w, RATIO, pulse * push) for w, push in zip(np.sqrt(values), X[0], strict=True)])
+    own, Phi = scipy.linalg.eigh(K_P[1:, 1:], M_P[1:, 1:])
+    truth = np.abs(Phi.T @ M_P[1:, 1:] @ (x[4:] - x[3])).max(axis=1)
+    np.testing.assert_allclose(cases[0][case], truth, rtol=1e-6)
+    values, shapes = scipy.linalg.eigh(K_B, M_B)
+    w_B = np.sqrt(values)
+    peaks = np.zeros((4, 3))
+    for i, j in np.ndindex(4, 3):
+        J = w_B[i] * np.abs(oscillation(w_B[i], 0.0, pulse * shapes[0, i])).max()
+        phi, m = shapes[3, i], shapes[3, i] * Phi[:, j].sum() * 0.2
+        w2, Y = scipy.linalg.eigh(np.diag([w_B[i] ** 2, own[j]]), [[1 + 0.8 * phi**2, m], [m, 1.0]])
+        sign = -np.sign(shapes[0, i] * m)
+        peaks[i, j] = sign * J * np.sum(np.abs(Y[0] * Y[1]) / np.sqrt(w2))
+    np.testing.assert_allclose(cases[1][case], np.abs(peaks).sum(axis=0), rtol=1e-6)
+    np.testing.assert_allclose(cases[2][case], np.sqrt((peaks**2).sum(axis=0)), rtol=1e-6)
+    alike = white_noise_correlation(w_B, np.full(4, RATIO))
+    np.testing.assert_allclose(cases[3][case], np.sqrt(np.einsum("ij,ik,kj->j", peaks, alike, peaks)), rtol=1e-6)
 
 
 def test_shortfall_in_numbers():

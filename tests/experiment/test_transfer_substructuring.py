@@ -156,6 +156,19 @@ def test_free_response_from_measured_support_forces():
     close(weighted.receptance, np.linalg.inv(Z))
 
 
+def test_weights_of_runs():
+    """Noise on the motions: the weighted least squares of NumPy, run by run; a worthless run has no say."""
+    r = np.random.default_rng(13)
+    X, F = (r.normal(size=(len(OMEGA), n, 6)) + 1j * r.normal(size=(len(OMEGA), n, 6)) for n in (3, 4))
+    w = np.array([1.0, 3.0, 0.5, 2.0, 1.5, 0.0])
+    found = free_response(X, F, weights=w)
+    exact = [np.linalg.lstsq((f * w).T, (x * w).T, rcond=None)[0].T for x, f in zip(X, F, strict=True)]
+    close(found.receptance, np.stack(exact))
+    spoiled = X.copy()
+    spoiled[:, :, 5] = 1e3
+    close(free_response(spoiled, F, weights=w).receptance, np.stack(exact))
+
+
 def test_known_rig_is_taken_out():
     free, rig = net(5, 4), np.diag([0.0, 30.0, 0.0, 40.0, 0.0])
     Z_rig = rig[None] * (1 + 0.02j) - OMEGA[:, None, None] ** 2 * 0.1 * (rig > 0)
@@ -167,6 +180,17 @@ def test_known_rig_is_taken_out():
     close(remove_stiffness(found, channels, -inner).values, on_rig.to("receptance").values)
     H, J = measured_stiffness(found)
     close(np.asarray(H) + 1j * np.asarray(J), free)
+
+
+def test_kinds_of_transfer_functions():
+    """(40): velocity per force is `i w B`, acceleration `-w^2 B`, and back."""
+    w, B = OMEGA[:, None, None], np.asarray(A.values)
+    expected = {"receptance": B, "mobility": 1j * w * B, "accelerance": -(w**2) * B}
+    for kind, values in expected.items():
+        given = TransferFunctions(OMEGA, values, A.outputs, A.inputs, kind=kind)
+        for other, wanted in expected.items():
+            close(given.to(other).values, wanted)
+            assert given.to(other).kind == other
 
 
 def test_virtual_point():
@@ -188,6 +212,13 @@ def test_virtual_point():
     assert np.all(found.motion_residual < 1e-10) and np.all(found.force_residual < 1e-10)
     bent = virtual_point(measured.replace(measured.values.at[:, 2].mul(1.3)), point, sensors, impacts)
     assert np.all(np.max(bent.motion_residual, axis=1) > 0.01)
+    weights = r.uniform(0.2, 3.0, 9)
+    seen = measured.values.at[:, 2].mul(1.3)
+    weighed = virtual_point(measured.replace(seen), point, sensors, impacts, weights=weights).transfer.values
+    root = np.sqrt(weights)[:, None]
+    motion = np.linalg.lstsq(root * Ru, root * np.asarray(seen).transpose(1, 0, 2).reshape(9, -1), rcond=None)[0]
+    motion = motion.reshape(6, len(OMEGA), 10).transpose(1, 0, 2)
+    close(weighed, motion @ np.linalg.pinv(Rf.T))
 
 
 def test_virtual_point_of_an_interface_that_stretches():

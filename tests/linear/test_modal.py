@@ -6,14 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import scipy.linalg
 from jax import lax
 
 from jaxmbs.linear import (
     accelerance,
-    acceleration_gain,
-    gain_from_mobility,
     mobility,
-    mobility_from_gain,
     modal_receptance,
     receptance,
     superpose,
@@ -87,6 +85,19 @@ def test_some_modes_with_residual_terms():
     exact = float(size(direct(*plate(T0), OMEGA[:1], parameters(T0)[2], 0.02)))
     with_, without = (abs(float(some_modes(T0, r)) / exact - 1) for r in (True, False))
     assert with_ < 0.02 and without > 5 * with_
+    K, M, C, loss = (np.asarray(A) for A in parameters(T0))
+    values, X = scipy.linalg.eigh(K, M)
+    w, lowest = float(OMEGA[0]), slice(0, 3)
+    z = values * (1 + 1j * loss) - w**2 + 1j * w * np.diag(X.T @ C @ X)
+    alone = X[np.array(OUT)][:, lowest] / z[lowest] @ X[np.array(INTO)][:, lowest].T
+    options = {"C": jnp.asarray(C), "loss": loss, "num": 3}
+    found = receptance(
+        K=jnp.asarray(K), M=jnp.asarray(M), omega=OMEGA[:1], out=OUT, into=INTO, residual=False, **options
+    )
+    np.testing.assert_allclose(found[0], alone, rtol=1e-8, atol=1e-10)
+    rest = X[np.array(OUT)][:, 3:] / values[3:] @ X[np.array(INTO)][:, 3:].T / (1 + 1j * loss)
+    kept = receptance(K=jnp.asarray(K), M=jnp.asarray(M), omega=OMEGA[:1], out=OUT, into=INTO, **options)
+    np.testing.assert_allclose(kept[0], alone + rest, rtol=1e-8, atol=1e-10)
     f = jax.jit(jax.value_and_grad(some_modes))
     slope = f(T0)[1]
     assert np.all(np.isfinite(slope))
@@ -116,8 +127,21 @@ def test_modal_damping_as_printed():
         printed,
         rtol=1e-8,
     )
-    varying = modal_receptance(modes.omega, modes.shapes[:2], modes.shapes[:2], omega, jnp.tile(ratios, (3, 1)))
-    assert varying.shape == (3, 2, 2)
+
+
+def test_modal_masses_and_damping_over_frequency():
+    """(40) with m_k other than 1 and eta_k(w): shapes of any size, a ratio for each mode and frequency."""
+    K, M = beam(4, fixed=2)
+    modes = natural_modes(K=K, M=M)
+    size = jnp.linspace(0.5, 3.0, 8)
+    shapes, masses = modes.shapes * size[None], size**2
+    ratios, omega = jnp.asarray(np.random.default_rng(0).uniform(0.01, 0.2, (3, 8))), jnp.array([2.0, 21.0, 70.0])
+    found = modal_receptance(
+        modes.omega, shapes[np.array(OUT)], shapes[np.array(INTO[:2])], omega, ratios, modal_masses=masses
+    )
+    for at, w, z in zip(found, np.asarray(omega), ratios, strict=True):
+        Z = np.asarray(K) - w**2 * np.asarray(M) + 1j * w * np.asarray(modal(K=K, M=M, ratios=z))
+        np.testing.assert_allclose(at, np.linalg.inv(Z)[np.ix_(OUT, INTO[:2])], rtol=1e-8)
 
 
 def test_viscous_damping_of_any_kind():
@@ -177,15 +201,17 @@ def test_transmissibility():
         np.testing.assert_allclose(found[i], exact[1:3], rtol=1e-9, atol=1e-12)
 
 
-def test_acceleration_gains():
-    """At a resonance of a mass on a spring: the gain to the mobility of the inertia force, and back."""
-    w, M, ratio = 3.0, 2.0, 0.02
-    velocity_per_force = 1 / (2 * ratio * w * M)
-    gain = acceleration_gain(velocity_per_force * M * w, 1.0)
-    np.testing.assert_allclose(gain, 1 / (2 * ratio))
-    np.testing.assert_allclose(mobility_from_gain(gain, M, w), velocity_per_force)
-    np.testing.assert_allclose(gain_from_mobility(velocity_per_force, M, w), gain)
-    np.testing.assert_allclose(superpose(jnp.eye(2), jnp.array([[1j], [2.0 + 0j]])), [[1j], [2.0]])
+def test_superposition_of_a_free_motion():
+    """(43): every mode on its own, put together, is the motion of the chain by the exponential of its matrix."""
+    K, M = chain(4, 3.0, 2.0, 1)
+    modes, start, t = natural_modes(K=K, M=M), np.array([1.0, -0.5, 0.3, 0.2]), 0.8
+    q = (modes.shapes.T @ M @ start) * jnp.cos(modes.omega * t)
+    zero, eye = np.zeros((4, 4)), np.eye(4)
+    A = np.block([[zero, eye], [-np.linalg.solve(M, K), zero]])
+    moved = scipy.linalg.expm(A * t) @ np.r_[start, np.zeros(4)]
+    np.testing.assert_allclose(superpose(modes.shapes, q), moved[:4], rtol=1e-9)
+    both = superpose(modes.shapes, jnp.stack([q.astype(complex), 2j * q.astype(complex)], axis=1))
+    np.testing.assert_allclose(both[:, 1], 2j * moved[:4], rtol=1e-9)
 
 
 #: S15: building and module of a space station of the SLICOT benchmark examples (Chahlaoui and Van Dooren 2002).

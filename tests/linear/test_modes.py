@@ -135,8 +135,8 @@ def viscous(t):
 
 def test_general_viscous_damping():
     """Roots against SciPy's pencil, receptance and free motion against direct formulas, derivatives of the roots."""
-    t = jnp.array([0.1, 0.05])
-    K, M, C = viscous(t)
+    design = jnp.array([0.1, 0.05])
+    K, M, C = viscous(design)
     modes = complex_modes(K=K, C=C, M=M)
     zero, eye = np.zeros((5, 5)), np.eye(5)
     pencil = scipy.linalg.eigvals(np.block([[zero, eye], [-K, -C]]), np.block([[eye, zero], [zero, M]]))
@@ -154,15 +154,23 @@ def test_general_viscous_damping():
         modes.acceleration(amplitudes, 0.0), -np.linalg.solve(M, C @ v + K @ x), rtol=1e-9, atol=1e-12
     )
     np.testing.assert_allclose((modes.shapes @ amplitudes).real, x, atol=1e-10)
-    slope = jax.jit(jax.jacfwd(lambda t: (lambda K, M, C: complex_modes(K=K, C=C, M=M).roots)(*viscous(t))))(t)
+    A = np.block([[zero, eye], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    for t in (0.7, 3.1):
+        moved = scipy.linalg.expm(A * t) @ np.r_[x, v]
+        np.testing.assert_allclose(modes.acceleration(amplitudes, t), (A @ moved)[5:], rtol=1e-8, atol=1e-11)
+    slope = jax.jit(jax.jacfwd(lambda t: (lambda K, M, C: complex_modes(K=K, C=C, M=M).roots)(*viscous(t))))(design)
     e = jnp.array([1e-6, 0.0])
-    plus, minus = ((lambda K, M, C: complex_modes(K=K, C=C, M=M).roots)(*viscous(t + d)) for d in (e, -e))
+    plus, minus = ((lambda K, M, C: complex_modes(K=K, C=C, M=M).roots)(*viscous(design + d)) for d in (e, -e))
     np.testing.assert_allclose(slope[:, 0], (plus - minus) / 2e-6, rtol=1e-6, atol=1e-8)
 
 
 def test_proportional_and_modal_damping():
     """Ratios that come back from the complex roots; two rigid modes stay undamped, a frequency that repeats too."""
     a, b = proportional_from_ratios((1.0, 0.02), (3.0, 0.05))
+    asked = complex_modes(
+        K=jnp.diag(jnp.array([1.0, 9.0])), M=jnp.eye(2), C=jnp.diag(jnp.array([a + b, a + 9 * b]))
+    )  # two masses of these frequencies
+    np.testing.assert_allclose(asked.damping_ratios, [0.02, 0.02, 0.05, 0.05], rtol=1e-12)
     K, M = chain(6, 2.0, 1.5)
     modes = natural_modes(K=K, M=M)
     w = np.asarray(modes.omega)

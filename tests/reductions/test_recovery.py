@@ -187,6 +187,9 @@ def test_rigid_and_averaged_interfaces():
 
     motions, rows, rigid, averaged = made(K, M, jnp.asarray(NODES))
     np.testing.assert_allclose(rows @ motions, np.eye(6), atol=1e-12)
+    moved, root = np.random.default_rng(6).normal(size=12), np.sqrt(np.repeat([1.0, 2.0, 1.0, 1.0], 3))
+    nearest = np.linalg.lstsq(root[:, None] * np.asarray(motions), root * moved, rcond=None)[0]
+    np.testing.assert_allclose(rows @ moved, nearest, rtol=1e-9)  # the heavier node counts twice
     everywhere = np.asarray(rigid_body_motions(jnp.asarray(p), reference, rotations=False))
     for reduced in (rigid, averaged):
         b = slice(0, 6)
