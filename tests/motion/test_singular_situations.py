@@ -168,7 +168,7 @@ def test_redundant_drives_that_agree_are_followed():
 
 @pytest.mark.slow
 def test_an_independent_set_that_turns_singular_is_not_believed():
-    """The rocker stands still where it turns back: momenta of its angle alone end there, say so, and are right before."""
+    """The rocker stands still where it turns back: momenta of its angle end there, say so, and are right before."""
     system = four_bar(independent=["D"])
     state = four_bar_state(system, rate=6.0)
     options = {"t1": 1.5, "max_steps": 3000, "throw": False}
