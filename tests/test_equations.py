@@ -6,8 +6,7 @@ import re
 
 import pytest
 
-from .reach import ROOT, leads_to, modules, resolve
-from .test_public_faces import FACES
+from .reach import ROOT, leads_to
 
 NUMBERED = {"S1": 45, "S2": 84}  # equations of each paper
 _ROW = re.compile(r"^\|\s*(S[12] \(.*?)\s*\|\s*(.*?)\s*\|\s*(.*?)\s*\|", re.MULTILINE)
@@ -94,20 +93,34 @@ def test_a_test_of_something_else_is_noticed():
     assert not leads_to(*row, "jaxmbs/kinematics/influence_second.py", "kic_second")
 
 
-def _public():
-    """(file, name) of what public faces show and this library defines."""
-    for room, names in FACES.items():
-        for name in names.split():
-            found = resolve(room, name)
-            if isinstance(found, tuple):
-                yield str(modules()[found[0]].relative_to(ROOT / "jaxmbs")), found[1]
+def _citing():
+    """(file, name, equations) of every function, class and method whose docstring cites an equation."""
+    for path in sorted((ROOT / "jaxmbs").rglob("*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            within = node.body if isinstance(node, ast.ClassDef) else []
+            for owner, found in [("", node), *((f"{node.name}.", method) for method in within)]:
+                if isinstance(found, ast.FunctionDef | ast.ClassDef):
+                    yield str(path.relative_to(ROOT / "jaxmbs")), owner + found.name, cited(ast.get_docstring(found))
 
 
-@pytest.mark.parametrize("place", sorted(set(_public())), ids=":".join)
-def test_what_cites_an_equation_stands_in_a_row_of_it(place):
-    """So no row goes without notice: its functions would cite what no row of theirs has."""
-    file, name = place
-    definition = _definition(ROOT / "jaxmbs" / file, name)
-    own = cited(ast.get_docstring(definition)) if isinstance(definition, ast.FunctionDef | ast.ClassDef) else set()
-    rows = [cited(equation) for equation, functions, _ in ROWS if place in _entries(functions, ":")]
-    assert own <= set().union(*rows), f"no row of {file}:{name} has {sorted(own - set().union(*rows))}"
+CITING = [c for c in _citing() if c[2]]
+
+
+def _of_rows(rows, file, name):
+    """Equations of the rows that a function stands in."""
+    return set().union(
+        *(cited(equation) for equation, functions, _ in rows if (file, name) in _entries(functions, ":"))
+    )
+
+
+@pytest.mark.parametrize(("file", "name", "own"), [pytest.param(*c, id=":".join(c[:2])) for c in CITING])
+def test_what_cites_an_equation_stands_in_a_row_of_it(file, name, own):
+    assert own <= _of_rows(ROWS, file, name), f"{file}:{name} cites {sorted(own - _of_rows(ROWS, file, name))}"
+
+
+@EACH_ROW
+def test_no_row_goes_unnoticed(equation, functions, tests):
+    """Without it some function would cite what no row of its own has."""
+    rest = [row for row in ROWS if row != (equation, functions, tests)]
+    own = [c for c in CITING if c[:2] in _entries(functions, ":")]
+    assert any(not cites <= _of_rows(rest, file, name) for file, name, cites in own)

@@ -7,6 +7,8 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import dynamics
+from jaxmbs.dynamics import hamilton
+from jaxmbs.kinematics.poses import node_parameters
 
 from ..mechanisms import LENGTHS, OnCart, four_bar, four_bar_angles, four_bar_state, slopes
 
@@ -104,6 +106,16 @@ def test_a_driven_cart():
     turning = (HAND.weight(angle)[1] - field[0, 1] * a) / field[1, 1]
     p_dot = field[1, 1] * turning + field[0, 1] * a - ml * np.sin(angle) * rate * v
     np.testing.assert_allclose(-found["slopes"][0][0] + found["Q"][0], p_dot, **CLOSE)
+
+
+def test_rates_of_a_tree_under_gravity_alone():
+    """The same equations by recursion."""
+    system, phi, p = HAND.build(), np.array([0.3, 0.6]), np.array([0.8, -0.5])
+    rate = jax.jit(lambda P, psi, p: hamilton.tree_state_rate(system.topology, P, psi, p, system.gravity))
+    psi_dot, p_dot = rate(node_parameters(system), phi, p)
+    along_phi = slopes(lambda x: 0.5 * p @ np.linalg.solve(HAND.field(x[1]), p), phi)
+    np.testing.assert_allclose(psi_dot, np.linalg.solve(HAND.field(phi[1]), p), **CLOSE)
+    np.testing.assert_allclose(p_dot, -along_phi + HAND.weight(phi[1]), **CLOSE)
 
 
 def test_derivatives_by_parameters_and_momenta():
