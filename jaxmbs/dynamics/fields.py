@@ -71,7 +71,7 @@ def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
 
 
 @question
-def gyristor_field_direct(system: System, state):
+def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
     """GR~ (N, N), second form: row k is `1/2 phi_dot^T P*_k` with `P*_kij = dI*_ij/dphi_k` (print drops the 1/2).
 
     Its matrix differs from `gyristor_field`; the efforts agree, `GR phi_dot = GR~ phi_dot`.  For coordinates that
