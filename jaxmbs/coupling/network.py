@@ -12,6 +12,7 @@ from ..errors import ModelError
 from ..linear.harmonic import HarmonicResponse
 from ..linear.motion import LinearMotion
 from ..linear.rest import StaticResponse
+from ..linear.storage import inexact
 from ..linear.system import LinearSystem
 from ..typing import ArrayLike
 from .dual import self_stresses
@@ -48,7 +49,7 @@ class Network(Assembly):
 
     def expand(self, xi: ArrayLike) -> dict[str, Array]:
         """Displacements (..., n_c) of all coordinates of every component, by name, from joined ones (..., N)."""
-        parts = self.part(jnp.moveaxis(jnp.asarray(xi), -1, 0))
+        parts = self.part(jnp.moveaxis(inexact(xi), -1, 0))
         found = zip(self.names, self.components, parts, strict=True)
         return {name: jnp.moveaxis(jnp.tensordot(c.basis.astype(rho.dtype), rho, 1), 0, -1) for name, c, rho in found}
 
@@ -89,7 +90,7 @@ class Network(Assembly):
         own = [{} for _ in self.names]
         for name, force in forces.items():
             if name in self.names:
-                component, force = self.names.index(name), jnp.asarray(force)
+                component, force = self.names.index(name), inexact(force)
                 basis = self.components[component].basis
                 if force.shape[-1:] != (len(basis),):
                     raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(basis)})")

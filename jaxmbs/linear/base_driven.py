@@ -32,7 +32,7 @@ class ResonanceGains(eqx.Module):
     @property
     def mobilities(self) -> Complex[Array, "modes outputs base"]:
         """`B_ik = k_g w_k / (M w_k^2)`: velocity per inertia force of the whole mass.  Source: S1 (44)."""
-        return mobility_from_gain(self.gains, self.mass[None, None], self.omega[:, None, None])
+        return jnp.asarray(mobility_from_gain(self.gains, self.mass[None, None], self.omega[:, None, None]))
 
     def transmissibility(self, omega: ArrayLike) -> Complex[Array, "frequencies outputs base"]:
         """The motion at any frequencies [rad/s] per motion of the base, the sum over the modes.

@@ -1,5 +1,7 @@
 """Matrices of a linear system by the type they come in: dense arrays, blocks, or SciPy's sparse matrices."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 import scipy.sparse
@@ -69,3 +71,9 @@ def dense(A):
     if num_rows(A) > LARGEST:
         raise ModelError([f"{num_rows(A)} rows, more than {LARGEST}, are too many for a dense matrix: reduce first"])
     return A.dense() if isinstance(A, BlockMatrix) else jnp.asarray(A.toarray())
+
+
+def inexact(value: Any) -> Array:
+    """An array in the precision it comes in; whole numbers become floats, not what they are multiplied by whole."""
+    value = jnp.asarray(value)
+    return value if jnp.issubdtype(value.dtype, jnp.inexact) else value.astype(float)

@@ -10,6 +10,7 @@ from jaxtyping import Array, Inexact
 
 from ..linear.condensation import partition
 from ..linear.labels import label, rows_of, spoken
+from ..linear.storage import inexact
 from ..linear.symmetric import symmetric
 from ..linear.system import LinearSystem
 from ..typing import AnyArray, CoordinateLike
@@ -41,10 +42,12 @@ class Reduced(LinearSystem):
 
     def expand(self, rho: AnyArray) -> Array:
         """Displacements (..., whole) of all coordinates, from reduced ones (..., n).  Source: S1 (5), (7)-(8)."""
+        rho = inexact(rho)
         return jnp.matmul(rho, self.basis.T.astype(rho.dtype))
 
     def generalised(self, forces: AnyArray) -> Array:
         """Generalised forces `F = basis^T f` (..., n) of forces (..., whole).  Source: S1 (17)-(18)."""
+        forces = inexact(forces)
         return jnp.matmul(forces, self.basis.astype(forces.dtype))
 
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:

@@ -5,6 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
+from ..linear.storage import inexact
 from ..linear.system import LinearSystem
 from ..typing import AnyArray
 from .base import Reduced
@@ -37,6 +38,7 @@ class Family(Reduced):
 
         Source: S1 (5), section 5.
         """
+        rho = inexact(rho)
         return jnp.einsum("pnr,...r->...pn", self.copies.astype(rho.dtype), rho)
 
     def gathered(self, forces: AnyArray) -> Array:
@@ -44,6 +46,7 @@ class Family(Reduced):
 
         Source: S1 (18), section 5.
         """
+        forces = inexact(forces)
         return jnp.einsum("pnr,...pn->...r", self.copies.astype(forces.dtype), forces)
 
     def within(self, whole: Reduced) -> "Family":

@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array
 
 from ..linear.condensation import interface_basis, partition
+from ..linear.storage import inexact
 from ..linear.system import LinearSystem
 from ..math import square
 from ..typing import AnyArray, CoordinateLike
@@ -35,7 +36,7 @@ def mode_acceleration(
 
     What modes were left out then acts statically.  Source: S1 (31).
     """
-    inner, outer = partition(system.num_rows, system.interface)
+    x, (inner, outer) = inexact(x), partition(system.num_rows, system.interface)
     force = _inertial(system, x_ddot, load, x_dot)[..., inner]
     K_NN = system.stiffness[inner][:, inner].astype(x.dtype)
     static = jnp.matmul(x[..., outer], interface_basis(system.stiffness, system.interface).T.astype(x.dtype))
@@ -57,13 +58,13 @@ def mode_acceleration_free(
 
     Source: S1 (31).
     """
-    held = system.rows(*determinate)
+    x, held = inexact(x), system.rows(*determinate)
     R = interface_basis(system.stiffness, held).astype(x.dtype)
     K, M = (A.astype(x.dtype) for A in (system.stiffness, system.mass))
     force = _inertial(system, x_ddot, load, x_dot)
     columns, forces = (part.reshape(-1, part.shape[-1]).T for part in (x, force))
     carried = R @ square.solve(R.T @ M @ R, R.T @ (M @ columns))
-    return (carried + inertia_relief(K, M, forces, held, R)).T.reshape(x_ddot.shape)
+    return (carried + inertia_relief(K, M, forces, held, R)).T.reshape(x.shape)
 
 
 def interface_forces(
@@ -73,18 +74,21 @@ def interface_forces(
 
     As good as x: take x of `mode_acceleration`, whose arguments these are.  Source: S1 (3), (30).
     """
-    outer = partition(system.num_rows, system.interface)[1]
+    x, (_, outer) = inexact(x), partition(system.num_rows, system.interface)
     return x @ system.stiffness[outer].T.astype(x.dtype) - _inertial(system, x_ddot, load, x_dot)[..., outer]
 
 
 def element_loads(element_stiffness: AnyArray, element_map: AnyArray, x: AnyArray) -> AnyArray:
     """`F_e = k_e T_e x` (..., m) of an element with stiffness (m, m) and map (m, n).  Source: S1 (30)."""
+    x = inexact(x)
     return x @ (element_stiffness @ element_map).T.astype(x.dtype)
 
 
 def _inertial(system, x_ddot, load, x_dot):
     """`F - M x'' - C x'`."""
+    x_ddot = inexact(x_ddot)
     force = -(x_ddot @ system.mass.T.astype(x_ddot.dtype))
     if system.damping is not None and x_dot is not None:
+        x_dot = inexact(x_dot)
         force = force - x_dot @ system.damping.T.astype(x_dot.dtype)
     return force if load is None else force + load.astype(force.dtype)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
+from ..linear.storage import inexact
 from ..linear.system import LinearSystem
 from ..typing import AnyArray, ArrayLike
 
@@ -30,6 +31,7 @@ class Motions(eqx.Module):
 
         Source: S1 (14), (20).
         """
+        rho = inexact(rho)
         return jnp.matmul(rho, self._at_bonds().T.astype(rho.dtype))
 
     def generalised(self, reactions: ArrayLike = 0.0, forces: ArrayLike = 0.0) -> Array:
@@ -40,10 +42,11 @@ class Motions(eqx.Module):
 
         Source: S1 (15)-(19).
         """
-        parts = [(reactions, self._at_bonds()), (forces, self.shapes)]
-        given = [(jnp.asarray(value), rows) for value, rows in parts if np.ndim(value)]
-        zero = jnp.zeros(self.shapes.shape[1], self.shapes.dtype)
-        return sum((jnp.matmul(value, rows.astype(value.dtype)) for value, rows in given), zero)
+        parts = [(inexact(a), A) for a, A in ((reactions, self._at_bonds()), (forces, self.shapes)) if np.ndim(a)]
+        dtype = np.result_type(*(a.dtype for a, _ in parts)) if parts else self.shapes.dtype
+        found = [jnp.matmul(a.astype(dtype), A.astype(dtype)) for a, A in parts]
+        shape = np.broadcast_shapes(self.shapes.shape[1:], *(P.shape for P in found))
+        return sum((jnp.broadcast_to(P, shape) for P in found), jnp.zeros(shape, dtype))
 
     def _at_bonds(self):
         return self.shapes[np.array(self.interface, int)]
@@ -66,11 +69,12 @@ def virtual_work(
 
     Raises: ValueError for reactions that are not one for each interface coordinate.  Source: S1 (13), (16), (25).
     """
-    work = jnp.zeros((), displacement.dtype)
+    displacement = inexact(displacement)
+    work = jnp.zeros(displacement.shape[:-1], displacement.dtype)
     if forces is not None:
-        work = _along(displacement, system.load(forces))
+        work = _along(displacement, inexact(system.load(forces)))
     if reactions is not None:
-        reactions = jnp.asarray(reactions)
+        reactions = inexact(reactions)
         if reactions.shape[-1:] != (system.num_interface,):
             raise ValueError(f"reactions have shape {reactions.shape}, not (..., {system.num_interface})")
         work = work + _along(displacement[..., np.array(system.interface, int)], reactions)
@@ -78,9 +82,7 @@ def virtual_work(
 
 
 def _along(displacement, force):
-    shape, dtype = (
-        np.broadcast_shapes(displacement.shape, force.shape),
-        np.result_type(displacement.dtype, force.dtype),
-    )
-    both = (jnp.broadcast_to(a, shape).astype(dtype) for a in (displacement, force))
-    return jnp.sum(jnp.multiply(*both), axis=-1)
+    dtype = np.result_type(displacement.dtype, force.dtype)
+    shape = np.broadcast_shapes(displacement.shape, force.shape)
+    u, f = (jnp.broadcast_to(a, shape).astype(dtype) for a in (displacement, force))
+    return jnp.sum(u * f, axis=-1)

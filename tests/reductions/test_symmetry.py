@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.spatial
 
 from jaxmbs.coupling import connect, rigid
 from jaxmbs.elements import DIRECTIONS, Beam
@@ -322,6 +323,20 @@ def test_a_reduced_sector_has_its_way_back():
         load[1, part.rows("tip")] = [0.3, -1.0, 2.0]
         moved = [f.parts(jnp.linalg.solve(f.stiffness, f.gathered(load))) for f in (family, straight)]
         np.testing.assert_allclose(*moved, rtol=1e-7, atol=1e-9)
+
+
+def test_a_turned_sector_is_one_made_in_its_new_place():
+    """Matrices and places by NumPy; of a reduced one the interface turns, and the way back leads to the old axes."""
+    Q, part = scipy.spatial.transform.Rotation.from_rotvec([0.3, -0.5, 0.9]).as_matrix(), sector(5)
+    whole, E = turned(part, Q), np.kron(np.eye(6), Q)
+    np.testing.assert_allclose(whole.stiffness, E @ np.asarray(part.stiffness) @ E.T, atol=1e-12)
+    np.testing.assert_allclose(whole.positions, np.asarray(part.positions) @ Q.T, atol=1e-12)
+    small = reduce(part.with_interface("low", "high", "low+", "high+", "hub"), CraigBampton(2))
+    rho = np.random.default_rng(0).normal(size=17)
+    there = np.r_[E[:15, :15] @ rho[:15], rho[15:]]
+    again = turned(small, Q)
+    np.testing.assert_allclose(again.expand(there), small.expand(rho), atol=1e-12)
+    np.testing.assert_allclose(there @ again.stiffness @ there, rho @ np.asarray(small.stiffness) @ rho, rtol=1e-9)
 
 
 # ---------------------------------------------------------------------------------------------------------- faults

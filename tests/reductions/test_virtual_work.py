@@ -7,13 +7,13 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.coupling import connect, rigid
-from jaxmbs.reductions import Hurty, virtual_work
+from jaxmbs.reductions import Hurty, reduce, virtual_work
 from tests.structural_matrices import beam, component
 
 N, BONDS, METHOD = 14, (12, 0, 1, 13), Hurty(3, determinate=(0, 12))  # both ends, in an order of their own
 K, M = map(np.asarray, beam(6))
 BEAM = component(jnp.asarray(K), jnp.asarray(M), BONDS)
-MOTIONS = jax.jit(METHOD.motions)(BEAM)
+MOTIONS, BEAM_REDUCED = jax.jit(lambda beam: (METHOD.motions(beam), reduce(beam, METHOD)))(BEAM)
 
 
 def moving(seed=0):
@@ -41,7 +41,7 @@ def test_work_of_bonds_and_loads_is_what_inertia_and_stiffness_take():
     both, bonds, none = works(u, R, f)
     np.testing.assert_allclose(both, u @ needed, rtol=1e-10)
     np.testing.assert_allclose(bonds, u[:, BONDS] @ R, rtol=1e-12)
-    assert none == 0.0
+    np.testing.assert_array_equal(none, np.zeros(3))
     by_name = virtual_work(BEAM, jnp.asarray(u[0]), forces={"12": 2.0, "5": -3.0})
     np.testing.assert_allclose(by_name, 2 * u[0, 12] - 3 * u[0, 5], rtol=1e-12)
     with pytest.raises(ValueError, match=r"reactions have shape \(3,\)"):
@@ -120,6 +120,22 @@ def test_bonds_of_a_network_do_no_work_together():
     works = virtual_work(clamped, moved["a"], weld.on_first), virtual_work(free, moved["b"], weld.on_second)
     assert abs(works[0]) > 0.1
     np.testing.assert_allclose(sum(works), 0.0, atol=1e-8)
+
+
+def test_whole_numbers_and_single_precision():
+    """Loads and coordinates in whole numbers are numbers like others; single precision stays single."""
+    ones = np.ones(N, int)
+    for f in (BEAM_REDUCED.expand, MOTIONS.bonds):
+        np.testing.assert_allclose(f(np.arange(7)), f(np.arange(7.0)), rtol=1e-12)
+    for f in (BEAM_REDUCED.generalised, lambda load: MOTIONS.generalised(forces=load)):
+        np.testing.assert_allclose(f(ones), f(1.0 * ones), rtol=1e-12)
+    np.testing.assert_allclose(virtual_work(BEAM, ones, ones[:4], 2 * ones), 4 + 28)
+    low = MOTIONS.generalised(np.ones(4, np.float32), np.ones(N, np.float32))
+    assert low.dtype == np.float32
+    np.testing.assert_allclose(low, MOTIONS.generalised(np.ones(4), np.ones(N)), rtol=1e-4, atol=1e-4)
+    both = MOTIONS.generalised(np.ones((3, 4)), 1j * np.ones(N))
+    apart = (np.asarray(MOTIONS.generalised(a, b)) for a, b in ((np.ones(4), 0.0), (0.0, np.ones(N))))
+    np.testing.assert_allclose(both[2], next(apart) + 1j * next(apart), rtol=1e-12)
 
 
 def test_gradient_and_batches():
