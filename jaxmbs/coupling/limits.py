@@ -12,7 +12,7 @@ from ..checks import known
 from ..linear.oscillators import modal_motion
 from ..math.eigen import eigh
 from ..reductions.base import Reduced
-from ..typing import ArrayLike
+from ..typing import AnyArray, ArrayLike
 
 
 class ModalPairs(eqx.Module):
@@ -107,7 +107,13 @@ def equivalent_impulse(omega: ArrayLike, peak: ArrayLike) -> Array:
     return jnp.asarray(omega) * jnp.asarray(peak)
 
 
-def combine(values, how: str = "srss", weights=None, axis: int = 0, correlation=None):
+def combine(
+    values: AnyArray,
+    how: str = "srss",
+    weights: AnyArray | None = None,
+    axis: int = 0,
+    correlation: AnyArray | None = None,
+) -> Array:
     """Sums of modal limit values along an axis.
 
     Args:
