@@ -57,6 +57,16 @@ def test_no_equation_is_missing():
     assert found == {(paper, n) for paper, last in NUMBERED.items() for n in range(1, last + 1)}
 
 
+def test_letters_of_the_papers_have_names_here():
+    """Words of four letters and more in the last column of `SYMBOLS.md` occur in the source."""
+    letters = (ROOT / "jaxmbs" / "SYMBOLS.md").read_text(encoding="utf-8").partition("## Letters of S2")[2]
+    here = [line.rstrip(" |").rpartition("|")[2] for line in letters.splitlines() if line.startswith("| `")]
+    source = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "jaxmbs").rglob("*.py"))
+    words = {word for cell in here for code in re.findall(r"`([^`]+)`", cell) for word in re.findall(r"\w{4,}", code)}
+    assert len(here) > 70
+    assert not words - set(re.findall(r"\w+", source))
+
+
 @EACH_ROW
 def test_functions_cite_every_equation_of_their_row(equation, functions, tests):
     of_row, found = cited(equation), set()
