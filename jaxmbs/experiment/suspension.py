@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..checks import known
+from ..checks import known, negative
 from ..errors import ModelError
 from ..linear.eigenmodes import natural_modes
 from ..linear.system import LinearSystem
@@ -61,13 +61,17 @@ def check_suspension(
         limit: of the highest suspension frequency over the first elastic one.
         throw: raise where the ratio is above, if concrete.
 
-    Raises: UnknownNameError; ValueError for a structure that has no elastic mode; ModelError where `throw`.
+    Raises: UnknownNameError; ValueError for a structure that has no elastic mode, and negative stiffness; ModelError
+    where `throw`.
     Source: S1 (41), section 5, Fig. 4.
     """
     free = free.dense()
     if not 0 < num_rigid < free.num_rows:
         raise ValueError(f"num_rigid = {num_rigid}: {free.num_rows} coordinates must leave an elastic mode")
     K = free.stiffness
+    wrong = [name for name, k in supports.items() if np.ndim(k) < 2 and negative(k)]
+    if wrong:
+        raise ValueError(f"supports with negative stiffness: {', '.join(map(str, wrong))}")
     for name, stiffness in supports.items():
         rows, _ = free.outputs(name)
         k = jnp.asarray(stiffness, K.dtype)

@@ -6,6 +6,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
+from ..checks import not_positive
 from ..typing import AnyArray, ArrayLike, RowsLike
 from .condensation import interface_basis, partition
 from .eigenmodes import stable_modes
@@ -60,8 +61,11 @@ def resonance_gains(
 
     A single mode of a group of equal frequencies has no derivative of its own; frequencies and sums over groups have.
 
-    Raises: ValueError for outputs on the base, as `stable_modes`.  Source: S1 (43)-(45).
+    Raises: ValueError for outputs on the base and, if concrete, ratios that are not positive; as `stable_modes`.
+    Source: S1 (43)-(45).
     """
+    if not_positive(ratios):
+        raise ValueError(f"ratios = {ratios}: at its resonance an undamped mode has no gain")
     inner, outer = partition(len(K), base)
     place = {int(c): k for k, c in enumerate(inner)}
     if not set(out) <= set(place):

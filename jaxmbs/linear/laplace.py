@@ -32,9 +32,12 @@ def transfer_matrix(
         out: (outputs, n) rows of what is asked, into: (n, inputs) columns of loads; default all coordinates.
         chunk: points solved together: memory grows with this and not with their number.
 
-    Returns: (points, outputs, inputs).  Source: S1 (39)-(40), B(lambda) between them.
+    Returns: (points, outputs, inputs).
+
+    Raises: ValueError for points that are not in a row.  Source: S1 (39)-(40), B(lambda) between them.
     """
     dtype = np.result_type(K.dtype, np.complex64)
+    points = _points(s, dtype)
     one = jnp.eye(len(K), dtype=dtype)
     rows, load = (one if A is None else A.astype(dtype) for A in (out, into))
 
@@ -43,7 +46,7 @@ def transfer_matrix(
         Z = K.astype(dtype) + s**2 * M.astype(dtype)
         return rows @ checked.solve(Z if C is None else Z + s * C.astype(dtype), load)
 
-    return lax.map(at, jnp.asarray(s, dtype), batch_size=chunk)
+    return lax.map(at, points, batch_size=chunk)
 
 
 def modal_transfer_matrix(
@@ -60,14 +63,21 @@ def modal_transfer_matrix(
     Each term is the response of one mode; a derivative by what parts modes of one frequency is that of
     `transfer_matrix` alone.
 
-    Raises: ValueError for complex modes without left vectors.  Source: S1 (39)-(40).
+    Raises: ValueError for complex modes without left vectors, points that are not in a row.  Source: S1 (39)-(40).
     """
     if modes.is_complex and modes.left is None:
         raise ValueError("these complex modes have no left vectors: take those of complex_modes, or transfer_matrix")
     dtype = np.result_type(modes.shapes.dtype, np.complex64)
-    s = jnp.asarray(s, dtype)[:, None]
+    s = _points(s, dtype)[:, None]
     left = modes.shapes.T if modes.left is None else modes.left
     over = s**2 + modes.values[None].astype(dtype) if modes.roots is None else s - modes.roots[None]
     shapes = modes.shapes if out is None else modes.shapes[np.asarray(out, int)]
     left = left if into is None else left[:, np.asarray(into, int)]
     return jnp.einsum("ik,wk,kj->wij", shapes.astype(dtype), 1 / over.astype(dtype), left.astype(dtype))
+
+
+def _points(s, dtype):
+    s = jnp.asarray(s, dtype)
+    if s.ndim != 1:
+        raise ValueError(f"s has shape {s.shape}, not (points,)")
+    return s

@@ -67,14 +67,14 @@ class Cyclic(AbstractReduction):
             num_interface *= 2
         cosine, sine = (jnp.asarray(A, system.dtype) for A in real)
         angles = 2 * np.pi * h / N * np.arange(N)
-        weights = np.stack([np.cos(angles), -np.sin(angles)]) * ((1 if single else 2) / N) ** 0.5
-        copies = weights[0][:, None, None] * real[0] + weights[1][:, None, None] * real[1]
+        copies = np.cos(angles)[:, None, None] * real[0] - np.sin(angles)[:, None, None] * real[1]
         turns = np.stack([rotation(self.axis, 2 * np.pi * k / N) for k in range(N)])
         matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
         return Family(
             system,
             jnp.asarray(copies, system.dtype),
             jnp.asarray(turns, system.dtype),
+            (1 if single else 2) / N,
             num_interface,
             **{
                 name: None if A is None else cosine.T @ A @ cosine + sine.T @ A @ sine for name, A in matrices.items()
@@ -98,9 +98,9 @@ class Cyclic(AbstractReduction):
         own = np.array(interface + [i for i in own if i not in set(interface)], int)
         Z = np.zeros((system.num_rows, len(own)), type(step))
         Z[own, np.arange(len(own))] = 1.0
-        Z[far] = step * _turning([system.coordinates[i] for i in near], turn) @ Z[near]
-        shared = [system.coordinates[i] for i in centre]
-        free = _null_space(np.eye(len(centre)) - step * _turning(shared, turn))
+        turned, shared = (turning([system.coordinates[i] for i in rows], turn)[0] for rows in (near, centre))
+        Z[far] = step * turned @ Z[near]
+        free = _null_space(np.eye(len(centre)) - step * shared)
         wide = np.zeros((system.num_rows, free.shape[1]), Z.dtype)
         wide[centre] = free
         labels = [system.coordinates[i] for i in own] + [(f"centre {k}", "") for k in range(free.shape[1])]
@@ -122,10 +122,9 @@ class Cyclic(AbstractReduction):
             faults.append("a ring needs the faces of its sector: give pairs of nodes")
         if faults:
             raise ModelError(faults)
-        sides = [[system.rows(*side) for side in pair] for pair in (((a,), (b,)) for a, b in self.faces)]
-        for (a, b), (near, far) in zip(self.faces, sides, strict=True):
-            if [system.coordinates[i][1] for i in near] != [system.coordinates[i][1] for i in far]:
-                faults.append(f"{a!r} and {b!r} differ in their coordinates")
+        for a, b in self.faces:
+            near, far = ([system.coordinates[i][1] for i in system.rows(node)] for node in (a, b))
+            faults += [] if near == far else [f"{a!r} and {b!r} differ in their coordinates"]
         faults += self._apart(system)
         if faults:
             raise ModelError(faults)
@@ -135,13 +134,14 @@ class Cyclic(AbstractReduction):
         if system.positions is None or not known(system.positions):
             return []
         places = dict(zip(system.nodes, np.asarray(system.positions), strict=True))
-        turn, faults = rotation(self.axis, 2 * np.pi / self.num_sectors), []
+        turn = rotation(self.axis, 2 * np.pi / self.num_sectors)
         size = max((np.max(np.abs(place)) for place in places.values()), default=0.0)
-        meets = [(a, b, turn) for a, b in self.faces] + [(str(c), str(c), turn) for c in self.centre]
-        for a, b, Q in meets:
-            if a in places and b in places and np.max(np.abs(Q @ places[a] - places[b])) > CLOSE * size:
-                faults.append(f"turned by 1/{self.num_sectors} about {self.axis}, {a!r} does not come to {b!r}")
-        return faults
+        meets = [*self.faces, *((str(node), str(node)) for node in self.centre)]
+        return [
+            f"turned by 1/{self.num_sectors} about {self.axis}, {a!r} does not come to {b!r}"
+            for a, b in meets
+            if a in places and b in places and np.max(np.abs(turn @ places[a] - places[b])) > CLOSE * size
+        ]
 
 
 def rotation(axis: str, angle: float) -> np.ndarray:
@@ -151,10 +151,6 @@ def rotation(axis: str, angle: float) -> np.ndarray:
     Q = np.eye(3)
     Q[[i, i, j, j], [i, j, i, j]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
     return Q
-
-
-def _turning(labels, turn):
-    return turning(labels, turn)[0]
 
 
 def _null_space(A):

@@ -24,9 +24,9 @@ class Mirror(AbstractReduction):
     """The motions of a structure that its mirror image makes too, or makes with the opposite sign, from one half.
 
     `reduce(half, Mirror("x"))`, `reduce(half, Mirror("x", antisymmetric=True))`: both together are the structure.
-    On the plane a symmetric motion has no displacement along its normal and no rotation across it; an antisymmetric
-    one has only these.  Elements in the plane belong to the half with half of their stiffness and mass.  Two planes:
-    `reduce(reduce(quarter, Mirror("x", left)), Mirror("y", front))`.
+    On the plane a symmetric motion has no displacement along its normal and does not turn about lines in it; an
+    antisymmetric one does nothing else.  Elements in the plane belong to the half with half of their stiffness and
+    mass.  Two planes: `reduce(reduce(quarter, Mirror("x", left)), Mirror("y", front))`.
 
     Attributes:
         normal: "x", "y" or "z", of the plane.
@@ -54,12 +54,13 @@ class Mirror(AbstractReduction):
         interface = [i for i in system.interface if i not in gone]
         kept = np.array(interface + [i for i in system.interior if i not in gone], int)
         matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
-        basis = jnp.eye(system.num_rows, dtype=system.dtype)[:, kept] / 2**0.5  # one half of the whole's energy each
+        basis = jnp.eye(system.num_rows, dtype=system.dtype)[:, kept]
         across = np.eye(3) - 2 * np.diag([float(d == self.normal) for d in DIRECTIONS[:3]])
         return Family(
             system,
             jnp.stack([basis, family * basis]),
             jnp.asarray(np.stack([np.eye(3), across]), system.dtype),
+            0.5,
             len(interface),
             **{name: None if A is None else A[kept][:, kept] for name, A in matrices.items()},
             coordinates=[system.coordinates[i] for i in kept],
@@ -68,7 +69,7 @@ class Mirror(AbstractReduction):
 
 
 def image_signs(system: LinearSystem, normal: str) -> np.ndarray:
-    """(n,) what the mirror image does where the structure does 1: -1 along the normal, and for turns across it."""
+    """(n,) what the mirror image does where the structure does 1: -1 along the normal, in turns about others."""
     flipped = {normal, *(f"r{d}" for d in DIRECTIONS[:3] if d != normal)}
     return np.array([-1.0 if direction in flipped else 1.0 for _, direction in system.coordinates])
 

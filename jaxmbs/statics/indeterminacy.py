@@ -50,7 +50,7 @@ class Redundancy:
 
 
 def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
-    """Redundancy of concrete bonds at their configuration.
+    """Redundancy of concrete bonds at their configuration.  Source: S1 (26).
 
     Args: method: "svd" of the free directions against the loops, dense; "random projection" of many vectors onto the
         self-stresses and onto the motions by the solver of the reactions, linear in the size of the network, until

@@ -130,6 +130,8 @@ def test_a_stiff_suspension_is_told():
     assert check_suspension(two_masses(), {"a": 90.0, "b": 90.0}, num_rigid=1, limit=0.4).ok
     with pytest.raises(ModelError, match=r"reaches 0\.3 of the first elastic frequency"):
         check_suspension(two_masses(), {"a": 90.0, "b": 90.0}, num_rigid=1, throw=True)
+    with pytest.raises(ValueError, match="negative stiffness: a"):
+        check_suspension(two_masses(), {"a": -1.0}, num_rigid=1)
     with pytest.raises(ValueError, match="must leave an elastic mode"):
         check_suspension(two_masses(), {"a": 90.0})
 

@@ -11,7 +11,7 @@ from jaxmbs.coupling.uncoupled import uncoupled
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment import decoupling
 from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
-from jaxmbs.experiment.virtual import rigid_channels, virtual_point
+from jaxmbs.experiment.virtual import flexible_channels, rigid_channels, virtual_point
 from jaxmbs.linear import frequency_response
 from jaxmbs.linear.dynamic_stiffness import dense_response
 from jaxmbs.linear.transfer import TransferFunctions
@@ -230,6 +230,7 @@ def test_virtual_point_of_an_interface_that_stretches():
     R = []
     for places in (sensors, impacts):
         along = [d @ ((p - point) * [1.0, 0.0, -0.5]) / np.linalg.norm(d) for p, d in places.values()]
+        np.testing.assert_allclose(flexible_channels(list(places.values()), point, stretch["stretch"]), along)
         R.append(np.column_stack([rigid_channels(list(places.values()), point), along]))
     measured = TransferFunctions(OMEGA, R[0] @ seven @ R[1].T, [*sensors], [*impacts])
     found = virtual_point(measured, point, sensors, impacts, "p", flexible=stretch)

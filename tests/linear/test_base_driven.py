@@ -99,6 +99,8 @@ def test_gradient_of_a_gain():
         np.testing.assert_allclose(f(t)[1][i], (f(t + e)[0] - f(t - e)[0]) / 2e-5, rtol=1e-5)
 
 
-def test_outputs_on_the_base_are_refused():
+def test_bad_input():
+    with pytest.raises(ValueError, match="undamped mode has no gain"):
+        resonance_gains(K=jnp.asarray(K), M=jnp.asarray(M), base=BASE, out=OUT, ratios=0.0)
     with pytest.raises(ValueError, match="outside the base"):
         resonance_gains(K=jnp.asarray(K), M=jnp.asarray(M), base=BASE, out=(0,), ratios=0.02)

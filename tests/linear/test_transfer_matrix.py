@@ -87,7 +87,9 @@ def test_derivatives_by_the_argument_and_by_the_matrices():
     np.testing.assert_allclose(by_k, -B @ K @ B, rtol=1e-8)
 
 
-def test_modes_without_left_vectors_are_refused():
+def test_bad_input():
     modes = Modes(jnp.ones(2), jnp.ones((1, 2), complex), jnp.zeros(2, bool), jnp.array([1j, -1j]))
+    with pytest.raises(ValueError, match=r"shape \(\), not \(points,\)"):
+        transfer_matrix(K=jnp.asarray(K), M=jnp.asarray(M), s=np.array(1j))
     with pytest.raises(ValueError, match="no left vectors"):
         modal_transfer_matrix(modes, POINTS)
