@@ -16,6 +16,7 @@ from . import (
     linear,
     reductions,
     statics,
+    studies,
     viz,
 )
 from .analysis.linearisation import Linearisation, StateSpace, linearise
@@ -23,9 +24,10 @@ from .analysis.rest import Equilibrium
 from .analysis.stiffness_parts import stiffness
 from .bondgraph import bond_graph, bond_powers
 from .builder import SystemBuilder
-from .design import Batch, batch, minimise
+from .design import Batch, Limit, batch, minimise
+from .dynamics.actuation import inverse_dynamics
 from .dynamics.energy import kinetic_energy, potential_energy
-from .dynamics.newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
+from .dynamics.newton_euler import forward_dynamics, mass_matrix
 from .dynamics.points import acceleration, angular_acceleration
 from .dynamics.system_bonds import reaction_bonds
 from .errors import AssemblyError, BatchError, ModelError, SimulationError, UnknownNameError
@@ -91,6 +93,7 @@ from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, p
 from .programs import cache
 from .questions import check, equilibrium, frequency_response, modes, reactions, simulate
 from .status import Status
+from .studies import sweep
 
 __all__ = [
     "dynamics",
@@ -125,6 +128,7 @@ __all__ = [
     "Harmonic",
     "ImplicitMidpoint",
     "KnifeEdge",
+    "Limit",
     "LinearSystem",
     "Linearisation",
     "ModelError",
@@ -210,6 +214,8 @@ __all__ = [
     "rotation",
     "simulate",
     "statics",
+    "studies",
+    "sweep",
     "stiffness",
     "velocity",
 ]

@@ -17,16 +17,20 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     ["joints", "forces", "elements", "model"],
     ["linear", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reductions", "coupling", "flexible"],
-    ["analysis", "motion", "experiment", "bondgraph", "design", "programs", "exported", "questions"],
+    ["analysis", "motion", "experiment", "bondgraph", "design", "studies", "programs", "exported", "questions"],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])
 HEIGHT = {room: (floor, place) for floor, rooms in enumerate(FLOORS) for place, room in enumerate(rooms)}
 EXTRAS = {
-    *("matplotlib", "networkx", "mujoco", "pinocchio", "xarray", "zarr", "dask"),
+    *("matplotlib", "networkx", "mujoco", "pinocchio", "xarray", "zarr", "filelock", "dask", "distributed"),
     *("pyyeti", "pyuff", "nlopt", "viser", "scipy.optimize"),
 }
-LAZY = {"bondgraph": {"networkx"}, "design": {"scipy.optimize", "nlopt"}}  # besides the doors
+LAZY = {
+    "bondgraph": {"networkx"},
+    "design": {"scipy.optimize", "nlopt"},
+    "studies": {"xarray", "zarr", "filelock", "distributed"},
+}  # besides the doors
 
 
 def _module_name(path):

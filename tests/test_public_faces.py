@@ -9,7 +9,7 @@ import pytest
 
 FACES = {
     "jaxmbs.dynamics": """
-        JointReaction Reactions acceleration angular_acceleration compliance_effort forward_dynamics
+        Actuation JointReaction Reactions acceleration angular_acceleration compliance_effort forward_dynamics
         generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes
         independent_rates inertia_field inverse_dynamics kinetic_energy mass_matrix potential_energy
         reaction_bonds reactions resistance_effort resistance_field source_effort spring_displacement
@@ -32,7 +32,7 @@ FACES = {
         AbstractBodyLaw AbstractClosure AbstractJoint AbstractLaw AbstractPoseLaw AbstractScalarLaw
         AbstractSignal AbstractSystemLaw Actuator AssemblyError Batch BatchError BumpStop Bushing Constant
         CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force Free Gauss4
-        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge LinearSystem Linearisation ModelError Motion
+        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Limit LinearSystem Linearisation ModelError Motion
         PD Peak Planar PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute RollingDisk
         RollingSphere Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State
         StateSpace Status Step System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld
@@ -41,7 +41,8 @@ FACES = {
         equilibrium experiment export fem flexible forces forward_dynamics frequency_response inertia
         inverse_dynamics io jacobian jit joints kic kic_rate kic_second kinematics kinetic_energy linear
         linearise load_program mass_matrix minimise modes peak point_kic position potential_energy
-        reaction_bonds reactions reductions report_compiles rotation simulate statics stiffness velocity viz
+        reaction_bonds reactions reductions report_compiles rotation simulate statics stiffness studies sweep velocity
+        viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium
@@ -66,7 +67,8 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        Batch History Optimum batch minimise
+        Batch Front History Limit LimitResult Optimum Scatter Tolerance batch minimise pareto scattered sensitivities
+        tolerances
     """,
     "jaxmbs.experiment": """
         Suspension TransferFunctions VirtualPoint check_suspension coherence_variance couple decouple
@@ -121,8 +123,11 @@ FACES = {
         BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions
         reaction_family reaction_matrix redundancy with_redundancy
     """,
+    "jaxmbs.studies": """
+        Plan StudyError grid latin_hypercube sobol sweep
+    """,
     "jaxmbs.viz": """
-        draw_bond_graph plot_coordinates plot_energy plot_limit_values plot_mechanism plot_power
+        draw_bond_graph plot_coordinates plot_energy plot_history plot_limit_values plot_mechanism plot_power
         plot_reactions
     """,
 }

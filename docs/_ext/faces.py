@@ -9,7 +9,7 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOMS = """
     analysis blocksparse bondgraph builder coupling demo design dynamics elements experiment fem flexible forces io
-    joints kinematics linear model motion reductions statics viz
+    joints kinematics linear model motion reductions statics studies viz
 """.split()
 
 

@@ -1,19 +1,23 @@
-"""Minimise an objective over a bounded design by SciPy's L-BFGS-B or any optax optimiser."""
+"""Minimise an objective over a bounded design that keeps limits, by optimisers of SciPy, nlopt and optax."""
 
-from collections.abc import Callable
+import functools
+from collections.abc import Callable, Sequence
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import optax
 from jaxtyping import PyTree
 from tqdm import tqdm
 
+from jaxmbs.design.constrained import ENGINES, NLOPT, nlopt_engine, run_limited
 from jaxmbs.design.drivers import lbfgsb, run_optax
+from jaxmbs.design.gradient_check import check_gradients
+from jaxmbs.design.limit import Limit
+from jaxmbs.design.limited import LimitedSearch
 from jaxmbs.design.optimum import Optimum
+from jaxmbs.design.program import program, value_alone
 from jaxmbs.design.search import Search
 from jaxmbs.design.starts import best_of, run_optax_together, stacked_variables
-from jaxmbs.design.variables import Variables, read_variables
+from jaxmbs.design.variables import read_variables
 from jaxmbs.math.jit import jit
 
 
@@ -28,19 +32,23 @@ def minimise(
     progress: bool = True,
     callback: Callable[[int, PyTree, float], Any] | None = None,
     starts: int | None = None,
+    limits: Sequence[Limit] = (),
+    check: bool = False,
 ) -> Optimum:
-    """Find a design that makes an objective small.
+    """Find a design that makes an objective small, and keeps limits.
 
     The search steps back from a trial design whose objective or gradient is not finite, and never loses the
     best design.
 
     Args:
-        objective: takes a design like `design0` (leaves as JAX arrays) to a real scalar; it is traced.
+        objective: takes a design like `design0` (leaves as JAX arrays) to a real scalar, or to one and a dict of
+            answers that `limits` name; it is traced.
         design0: first design, any pytree of numbers and arrays, typically a dict.
         bounds: None, or a pytree like `design0` with (lower, upper) or None in place of each leaf; each of
             the two is a number, an array in the shape of the leaf, or None.
-        optimiser: "L-BFGS-B" (the default; variables scaled by their bounds), or an optax optimiser in the
-            units of the design, projected on the bounds after each update.
+        optimiser: "L-BFGS-B" (the default without limits; variables scaled by their bounds), "SLSQP" (the default
+            with limits), "trust-constr", "MMA" or "CCSAQ" (where nlopt is installed), or an optax optimiser in the
+            units of the design, projected on the bounds after each update.  L-BFGS-B and optax know no limits.
         steps: largest number of steps.
         tolerance: the search has converged when the gradient norm (see `History`; a difference of objectives)
             is below `tolerance` times the larger of the objective and the first such norm, or (L-BFGS-B) when
@@ -50,7 +58,13 @@ def minimise(
         callback: called after each step with (step, design, objective); a true result stops the search.
         starts: search from so many first designs, stacked along a leading axis of every leaf of `design0` (`bounds`
             are those of one design).  An optax optimiser runs all of them together as one compiled program;
-            L-BFGS-B one after the other.  Starts whose objective is not finite are left out.
+            the others one after the other.  Starts whose objective is not finite are left out.  Where `design0` is
+            one design and every variable has two bounds, it is the first start and points of Sobol's sequence
+            between the bounds are the others.
+        limits: what a design keeps, see `Limit`.  Of many the search differentiates those that hold it and the worst.
+            A design that keeps them to 1e-7 of each is better than any that does not; where none is found, the one
+            that exceeds them least is the result.
+        check: compare the gradients with differences at the first design, which costs two evaluations a variable.
 
     Returns:
         The best design found, with the history of the search and a table; with `starts` that of the best start,
@@ -59,45 +73,52 @@ def minimise(
     Raises:
         TypeError: for a design leaf that is no number, or an optimiser of another type.
         ValueError: naming the variable, for a first design outside of its bounds or bounds that cross; for an
-            objective that is no real scalar, or not finite at the first design (at all of them); for unknown options.
+            objective that is no real scalar, or not finite at the first design (at all of them); for unknown options;
+            with `check`, for gradients that disagree with differences.
+        ImportError: for an optimiser of nlopt where that is not installed.
     """
-    optimiser = None if isinstance(optimiser, str) and optimiser == "L-BFGS-B" else optimiser
-    if optimiser is not None:
-        _check_optimiser(optimiser)
+    limits = tuple(limits)
+    optimiser = ("SLSQP" if limits else "L-BFGS-B") if optimiser is None else optimiser
+    engine = _engine(optimiser, functools.partial(value_alone, objective), limits)
     together = [read_variables(design0, bounds)] if starts is None else stacked_variables(design0, bounds, starts)
-    evaluate = _evaluator(objective, together[0], gradient)
+    asked = program(objective, together[0], gradient, limits)
     with tqdm(total=steps * len(together), disable=not progress, desc="minimise") as bar:
-        if starts is not None and optimiser is not None:
-            searches = run_optax_together(evaluate, objective, together, optimiser, steps, tolerance, callback, bar)
+        if starts is not None and not isinstance(optimiser, str):
+            value = functools.partial(value_alone, objective)
+            searches = run_optax_together(asked.alone, value, together, optimiser, steps, tolerance, callback, bar)
             return best_of(searches)
-        evaluate, searches = jit(evaluate), []
+        whole, alone, searches = jit(asked.run), jit(asked.alone), []
         for variables in together:
-            search = Search(evaluate, variables, tolerance, callback, bar, may_fail=starts is not None)
+            options = (variables, tolerance, callback, bar, starts is not None)
+            if isinstance(optimiser, str) and optimiser in _LIMITED:
+                search = LimitedSearch(asked, whole, *options)
+            else:
+                search = Search(alone, *options)
+            if check and not searches:
+                check_gradients(search)
             if steps > 0 and not search.reason:
-                lbfgsb(search, steps) if optimiser is None else run_optax(search, objective, steps, optimiser)
+                engine(search, steps)
             searches.append(search)
     return search.optimum() if starts is None else best_of(searches)
 
 
-def _check_optimiser(optimiser) -> None:
-    if isinstance(optimiser, str):
-        raise ValueError(f"the optimiser {optimiser!r} is not known: take 'L-BFGS-B' or an optax optimiser")
-    if not isinstance(optimiser, optax.GradientTransformation):
-        raise TypeError(f"an optimiser is 'L-BFGS-B' or an optax.GradientTransformation, not {optimiser!r}")
+_LIMITED = (*ENGINES, *NLOPT)
 
 
-def _evaluator(objective: Callable, variables: Variables, gradient: str) -> Callable:
-    """The function from a vector to the objective and its gradient."""
-    if gradient not in ("reverse", "forward"):
-        raise ValueError(f"gradient is 'reverse' or 'forward', not {gradient!r}")
-
-    def flat(x):
-        return objective(variables.unravel(x))
-
-    shape = jax.eval_shape(flat, variables.vector(variables.start))
-    if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
-        raise ValueError(f"the objective must be a real scalar, it is {shape}")
-    if gradient == "reverse":
-        return jax.value_and_grad(flat)
-    slopes = jax.jacfwd(lambda x: (flat(x),) * 2, has_aux=True)
-    return lambda x: slopes(x)[::-1]
+def _engine(optimiser, objective, limits) -> Callable:
+    """What runs a search so many steps."""
+    if isinstance(optimiser, str) and optimiser in _LIMITED:
+        engine = ENGINES[optimiser] if optimiser in ENGINES else nlopt_engine(optimiser)
+        return lambda search, steps: run_limited(search, steps, engine)
+    if isinstance(optimiser, str) and optimiser != "L-BFGS-B":
+        known = ", ".join(map(repr, ("L-BFGS-B", *_LIMITED)))
+        raise ValueError(f"the optimiser {optimiser!r} is not known: take one of {known} or an optax optimiser")
+    if not isinstance(optimiser, str | optax.GradientTransformation):
+        raise TypeError(
+            f"an optimiser is a name such as 'L-BFGS-B' or an optax.GradientTransformation: {optimiser!r}"
+        )
+    if limits:
+        raise ValueError("L-BFGS-B and optax know no limits: take 'SLSQP' (the default) or 'trust-constr'")
+    if optimiser == "L-BFGS-B":
+        return lbfgsb
+    return lambda search, steps: run_optax(search, objective, steps, optimiser)

@@ -7,6 +7,10 @@ import jax
 import numpy as np
 from jaxtyping import PyTree
 
+from jaxmbs.checks import no_such
+from jaxmbs.design.limit_result import LimitResult, limits_table
+from jaxmbs.errors import UnknownNameError
+
 
 class History(NamedTuple):
     """One entry for the first design and for every step taken.
@@ -14,7 +18,8 @@ class History(NamedTuple):
     Attributes:
         values: objective (steps + 1,).
         gradient_norms: the largest fall of the objective (steps + 1,) that its slope promises when one
-            variable moves by its scale (width of its bounds, else its first size or one), or up to its bound.
+            variable moves by its scale (width of its bounds, else its first size or one), or up to its bound; with
+            limits the same of what their multipliers leave.
         evaluations: objective evaluations so far (steps + 1,).
     """
 
@@ -36,9 +41,14 @@ class Optimum(eqx.Module):
         upper: upper bounds (n,).
         names: their names.
         reason: why the search ended: "converged", "step limit", "stopped by callback", "non-finite" (no
-            finite objective and gradient ahead) or "no further descent" (no lower value on the last line); of one
-            start among many also "no search can start ...", its value is then NaN.
+            finite objective and gradient ahead) or "no further descent" (no lower value on the last line); "no design
+            found that keeps all limits: ..." with the limits that are missed; of one start among many also "no search
+            can start ...", its value is then NaN.
         starts: the optima from all first designs, where there were many.
+        limits: values, margins and prices of the limits, in their order.
+        bound_prices: (n,) of the variables' bounds, with limits: what one unit more of an active bound adds to the
+            objective.
+        kkt: residual of the conditions of Karush, Kuhn and Tucker, as `History.gradient_norms`.
     """
 
     design: PyTree
@@ -51,6 +61,9 @@ class Optimum(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     reason: str = eqx.field(static=True)
     starts: "tuple[Optimum, ...]" = ()
+    limits: tuple[LimitResult, ...] = ()
+    bound_prices: np.ndarray | None = None
+    kkt: float | None = None
 
     @property
     def ok(self) -> bool:
@@ -64,7 +77,17 @@ class Optimum(eqx.Module):
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
             rows.append((name, *(f"{number:.6g}" for number in numbers), _mark(*numbers[1:])))
         rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
-        return _text(rows)
+        return _text(rows) + ("\n\n" + limits_table(self.limits) if self.limits else "")
+
+    def limit(self, name: str) -> LimitResult:
+        """The limit of a name.
+
+        Raises: UnknownNameError.
+        """
+        found = {limit.name: limit for limit in self.limits}
+        if name not in found:
+            raise UnknownNameError(no_such("limit", name, list(found)))
+        return found[name]
 
     def starts_table(self) -> str:
         """Every start with its objective before and after, steps and reason; the best one is marked."""

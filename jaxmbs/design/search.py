@@ -12,16 +12,25 @@ from jaxmbs.design.variables import Variables
 
 
 class Point(NamedTuple):
-    """Objective and gradient (n,) at the variables x (n,)."""
+    """Objective and gradient (n,) at the variables x (n,); with limits their excess (m,), its gradients (k, n) for
+    the rows that the search looks at, and the limits' values."""
 
     x: np.ndarray
     value: float
     gradient: np.ndarray
+    excess: np.ndarray
+    slopes: np.ndarray
+    values: tuple
 
     @property
     def finite(self) -> bool:
-        """Whether objective and gradient are finite."""
-        return bool(np.isfinite(self.value) and np.all(np.isfinite(self.gradient)))
+        """Whether objective, limits and gradients are finite."""
+        return all(bool(np.all(np.isfinite(part))) for part in self[1:5])
+
+    @property
+    def violation(self) -> float:
+        """The largest excess of a limit, zero where all are kept."""
+        return float(np.max(self.excess, initial=0.0))
 
 
 class Search:
@@ -58,6 +67,11 @@ class Search:
             self.reason = "converged"
 
     @property
+    def functions(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """Names of what the points have gradients of, and which entries of their excess these are."""
+        return ("objective",), np.zeros(0, int)
+
+    @property
     def gradient_norm(self) -> float:
         """Size of the projected gradient at the current point, as in `History`."""
         return self._history[-1][1]
@@ -68,12 +82,16 @@ class Search:
         x = np.asarray(vector, float)
         if self._evaluations and np.array_equal(x, self._last.x):
             return self._last
-        value, gradient = self._evaluate(vector)
-        self._last = Point(x, float(value), np.asarray(gradient, float))
+        value, gradient, excess, slopes, values = self._evaluate(vector)
+        gradient, excess, slopes = (np.asarray(part, float) for part in (gradient, excess, slopes))
+        self._last = Point(x, float(value), gradient, excess, slopes, tuple(np.asarray(v, float) for v in values))
         self._evaluations += 1
-        if self._evaluations > 1 and self._last.finite and self._last.value < self._best.value:
+        if self._evaluations > 1 and self._last.finite and self._is_better(self._last, self._best):
             self._best = self._last
         return self._last
+
+    def _is_better(self, point: Point, best: Point) -> bool:
+        return point.value < best.value
 
     def accept(self, point: Point, by_decrease: bool) -> bool:
         """Take a step to a finite point; whether to stop, by its gradient or also by its decrease."""
@@ -82,14 +100,21 @@ class Search:
         self._note()
         self._progress.set_postfix_str(f"objective {point.value:.6g}", refresh=False)
         self._progress.update()
-        size = max(abs(point.value), self._history[0][1])
         flat = by_decrease and 0 <= decrease <= self._tolerance * abs(point.value)
-        if flat or self.gradient_norm <= self._tolerance * size:
+        if flat or self.is_optimal(self._tolerance):
             self.reason = "converged"
-        step = len(self._history) - 1
-        if self._callback is not None and self._callback(step, self._tree(point), point.value):
+        if self._callback is not None and self._callback(self.steps, self._tree(point), point.value):
             self.reason = "stopped by callback"
         return bool(self.reason)
+
+    @property
+    def steps(self) -> int:
+        """How many were taken."""
+        return len(self._history) - 1
+
+    def is_optimal(self, tolerance: float) -> bool:
+        """Whether the gradient has vanished at the current point, but for `tolerance` of the objective."""
+        return self.gradient_norm <= tolerance * max(abs(self.current.value), self._history[0][1])
 
     def stuck(self) -> str:
         """The reason when a line search finds no lower value."""
@@ -115,8 +140,10 @@ class Search:
         return self.variables.unravel(self.variables.vector(point.x))
 
     def _note(self) -> None:
-        norm = np.max(self.variables.promise(self.current.x, self.current.gradient))
-        self._history.append((self.current.value, float(norm), self._evaluations))
+        self._history.append((self.current.value, self._norm(self.current), self._evaluations))
+
+    def _norm(self, point: Point) -> float:
+        return float(np.max(self.variables.promise(point.x, point.gradient)))
 
     def _complaint(self) -> str:
         slopes = zip(self.variables.names, self.current.gradient, strict=True)

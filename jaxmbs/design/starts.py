@@ -18,12 +18,18 @@ from jaxmbs.math.jit import jit
 
 
 def stacked_variables(designs: PyTree, bounds: PyTree | None, starts: int) -> list[Variables]:
-    """The variables of every one of the stacked designs.
+    """The variables of every one of the stacked designs; of one design and points spread between its bounds.
 
-    Raises: as `read_variables`, with the number of the start; ValueError for a leaf without that leading axis.
+    Raises: as `read_variables`, with the number of the start; ValueError for a leaf without the leading axis that
+        others have, and for variables without bounds where points are to be spread.
     """
+    stacked = [np.shape(leaf)[:1] == (starts,) for leaf in jax.tree.leaves(designs)]
+    if starts < 1:
+        raise ValueError(f"starts must be positive, got {starts}")
+    if not any(stacked):
+        return _spread(read_variables(designs, bounds), starts)
     for path, leaf in jax.tree_util.tree_flatten_with_path(designs)[0]:
-        if starts < 1 or np.shape(leaf)[:1] != (starts,):
+        if np.shape(leaf)[:1] != (starts,):
             name = jax.tree_util.keystr(path, simple=True, separator=".") or "design"
             raise ValueError(f"{name} has shape {np.shape(leaf)}: {starts} starts need a leading axis of that length")
     found = []
@@ -35,6 +41,20 @@ def stacked_variables(designs: PyTree, bounds: PyTree | None, starts: int) -> li
     return found
 
 
+def _spread(variables: Variables, starts: int) -> list[Variables]:
+    """The design itself, and points of Sobol's sequence between its bounds."""
+    from scipy.stats import qmc
+
+    open_ = [
+        name for name, *ends in zip(*variables[:1], *variables[2:4], strict=True) if not np.all(np.isfinite(ends))
+    ]
+    if open_:
+        raise ValueError(f"{starts} starts from one design need both bounds of every variable: {', '.join(open_)}")
+    sobol = qmc.Sobol(len(variables.start), seed=0).random_base2(max(0, int(np.ceil(np.log2(max(starts - 1, 1))))))
+    points = variables.lower + sobol[: starts - 1] * (variables.upper - variables.lower)
+    return [variables, *(variables._replace(start=point) for point in points)]
+
+
 def best_of(searches: list[Search]) -> Optimum:
     """The best optimum, with all of them in `starts`.
 
@@ -44,7 +64,11 @@ def best_of(searches: list[Search]) -> Optimum:
     values = np.array([optimum.value for optimum in found])
     if np.all(np.isnan(values)):
         raise ValueError(f"no search can start at any of the {len(found)} first designs: see `History` of one alone")
-    return dataclasses.replace(found[int(np.nanargmin(values))], starts=found)
+    missed = np.array(
+        [max((-limit.margin for limit in optimum.limits if not limit.ok), default=0.0) for optimum in found]
+    )
+    first = np.lexsort((values, np.where(np.isnan(values), np.inf, missed)))[0]
+    return dataclasses.replace(found[int(first)], starts=found)
 
 
 class _Together:
@@ -56,11 +80,11 @@ class _Together:
 
     def row(self, k: int) -> Callable:
         """What search k takes for its objective and gradient."""
-        return lambda vector: (self.values[k], self.slopes[k])
+        return lambda vector: (self.values[k], self.slopes[k], (), (), ())
 
     def at(self, x: np.ndarray) -> None:
         """Evaluate designs (starts, n)."""
-        values, slopes = self._evaluate(jnp.asarray(x, float))
+        values, slopes, *_ = self._evaluate(jnp.asarray(x, float))
         self.values, self.slopes = np.asarray(values, float), np.asarray(slopes, float)
 
 

@@ -1,5 +1,6 @@
 """Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
 
+from .actuation import Actuation, inverse_dynamics
 from .energy import kinetic_energy, potential_energy
 from .fields import (
     generalised_momentum,
@@ -10,7 +11,7 @@ from .fields import (
     state_equations,
 )
 from .joint_reactions import JointReaction, Reactions
-from .newton_euler import forward_dynamics, inverse_dynamics, mass_matrix
+from .newton_euler import forward_dynamics, mass_matrix
 from .phase_space import hamiltonian, hamiltonian_slopes
 from .points import acceleration, angular_acceleration
 from .ports import compliance_effort, gravity_effort, resistance_effort, resistance_field, source_effort, total_effort
@@ -19,6 +20,7 @@ from .springs import spring_displacement, spring_kic, spring_kic_second, spring_
 from .system_bonds import reaction_bonds
 
 __all__ = [
+    "Actuation",
     "JointReaction",
     "Reactions",
     "acceleration",

@@ -15,7 +15,6 @@ from ..kinematics.tree import solve
 from ..math.linalg import saddle_solve
 from ..model.question import question
 from ..model.system import System
-from ..typing import ArrayLike
 from .bodies import needed_loads
 from .efforts import efforts
 from .loads import Loads, on_columns
@@ -66,15 +65,6 @@ def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"],
     Source: S2 (28)-(29), (40) solved for accelerations.
     """
     return accelerations(system, _at(system, state))[:2]
-
-
-@question
-def inverse_dynamics(system: System, state: State, acceleration: ArrayLike) -> Float[Array, " nv"]:
-    """Efforts (nv,) on the tree's velocities that produce the accelerations (nv,), beside gravity and all force
-    elements; constraint multipliers are not subtracted.  Source: S2 (40)."""
-    at = _at(system, state)
-    V_dot = node_accelerations(system.topology, at, acceleration)
-    return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2])
 
 
 @question

@@ -126,7 +126,8 @@ class _Kinds(NamedTuple):
     others: np.ndarray
 
 
-def _kinds(system) -> _Kinds:
+def row_kinds(system: System) -> _Kinds:
+    """Which rows are those of closures, of drives, and others."""
     top = system.topology
     first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
     driven = {}
@@ -144,7 +145,7 @@ def _inverse(system, at, rows):
 
     Rows of couplers and of the user, which may read any column, border the graph: they should be few.
     """
-    top, graph, kinds, dtype = system.topology, body_graph(system), _kinds(system), at.psi.dtype
+    top, graph, kinds, dtype = system.topology, body_graph(system), row_kinds(system), at.psi.dtype
     parts = clusters(system, at)
     composite = subtrees(top.nodes, shared_inertia(system, at.J, parts))
     mobility = _mobility(system, at.S, composite, parts)

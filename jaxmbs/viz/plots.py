@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..design.optimum import Optimum
 from ..dynamics.joint_reactions import Reactions
 from ..model.system import System
 from ..motion.motion import Motion
@@ -104,3 +105,17 @@ def _check(joints, known):
     missing = [name for name in joints or () if name not in known]
     if missing:
         raise ValueError(f"nothing to plot for {', '.join(missing)}; the names are: {', '.join(known)}")
+
+
+def plot_history(optimum: Optimum, ax: Any = None) -> Any:
+    """The objective over the steps of a search and, below, how far it was from an optimum.
+
+    Args: ax: matplotlib axes to draw into (default: new ones); they become the upper ones.
+    """
+    history, ax = optimum.history, axes(ax, (8.0, 4.5))
+    rooms, steps = stacked(ax, [2, 1]), np.arange(len(optimum.history.values))
+    rooms[0].plot(steps, history.values, **curve(0))
+    finish(rooms[0], "", "objective", None)
+    rooms[1].semilogy(steps, np.where(history.gradient_norms > 0.0, history.gradient_norms, np.nan), **curve(1))
+    finish(rooms[1], "step", "slope left", None)
+    return ax

@@ -65,7 +65,7 @@ def test_moduli_that_differ_by_their_signs_are_independent():
 
 def test_an_elastic_body_is_an_inertia_on_its_flow(graphs):
     """Six rigid flows, six of the tip, one mode.  The carrier takes the state of its swing, the tool the four of tip
-    and wrist, the body that of its mode: what moves with swing, hinge and tip depends, what the tip is held in idles."""
+    and wrist, the body that of its mode: what moves with swing, hinge and tip depends, the rest idles."""
     graph = graphs["beam detailed"]
     assert graph["y:arm"].size == graph["I:arm.flow"].size == graph["GR:arm.flow"].size == 13
     assert graph["C:arm.strain"].size == graph["R:arm.strain"].size == 7

@@ -150,7 +150,7 @@ def test_progress_bar(capsys):
         ({"design0": {}}, ValueError, "no variables"),
         ({"objective": lambda d: jnp.stack([d["x"], d["y"]])}, ValueError, "real scalar"),
         ({"objective": lambda d: jnp.sqrt(d["x"]) + d["y"]}, ValueError, "nan, its gradient .* for x$"),
-        ({"optimiser": "SLSQP"}, ValueError, "'SLSQP' is not known"),
+        ({"optimiser": "Newton"}, ValueError, "'Newton' is not known"),
         ({"optimiser": 3}, TypeError, "optimiser"),
         ({"gradient": "central"}, ValueError, "'central'"),
     ],

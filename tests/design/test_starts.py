@@ -76,7 +76,7 @@ def test_all_starts_are_one_compiled_program():
 @pytest.mark.parametrize(
     ("design", "starts", "message"),
     [
-        (first([1.0, 2.0]), 3, r"x has shape \(2,\): 3 starts need"),
+        (first([1.0, 2.0]), 3, r"3 starts from one design need both bounds of every variable: y\[0,0\]"),
         ({"x": 1.0, "y": np.zeros((1, 2))}, 1, r"x has shape \(\): 1 starts need"),
         (first([1.0, 9.0]), 2, "start 1: x: 9 lies outside"),
     ],

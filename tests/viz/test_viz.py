@@ -99,3 +99,10 @@ def test_limit_values(ax):
     assert np.allclose(ax.lines[1].get_ydata(), 3.0 / truth)
     told = [text.get_text() for text in ax.get_legend().get_texts()]
     assert told == ["absolute: short in 0%, at worst by 0%", "squares: short in 50%, at worst by 40%"]
+
+
+def test_history(ax):
+    best = mbs.minimise(lambda d: (d["x"] - 1.0) ** 4, {"x": 3.0}, progress=False)
+    assert viz.plot_history(best, ax=ax) is ax
+    (values,) = ax.get_lines()
+    np.testing.assert_array_equal(values.get_ydata(), best.history.values)

@@ -1,0 +1,132 @@
+"""Efforts that a given motion needs: on every velocity of the tree, or of chosen actuators in closed loops."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from ..checks import place_of
+from ..errors import ModelError
+from ..kinematics import constraints
+from ..kinematics.assembly import metric
+from ..kinematics.configuration import at_state, moving, node_accelerations
+from ..kinematics.state import HasStates, State
+from ..math.jit import jit
+from ..math.linalg import RowScale, relative, saddle_solve
+from ..math.rows import over_rows
+from ..model.question import check_fits
+from ..model.system import System
+from ..typing import ArrayLike
+from .efforts import efforts
+from .newton_euler import accelerations, required_efforts
+from .sparse_saddle import row_kinds
+
+_GIVEN = {8: 1e-6, 4: 1e-2}  # of the efforts: what may be left over
+
+
+class Actuation(eqx.Module):
+    """What chosen actuators give for a motion.
+
+    Attributes:
+        efforts: (..., n) along the freedoms of each joint, by name [N or N m].
+        gap: (...) the largest part of the efforts needed that they cannot give, relative.
+        ok: (...) whether they can: `gap` is rounding.
+    """
+
+    efforts: dict[str, Float[Array, "... n"]]
+    gap: Float[Array, "..."]
+    ok: Bool[Array, "..."]
+
+    def __getitem__(self, name: str) -> Float[Array, "... n"]:
+        place_of("actuator", name, tuple(self.efforts))
+        return self.efforts[name]
+
+
+def inverse_dynamics(
+    system: System,
+    state: State | HasStates,
+    acceleration: ArrayLike | None = None,
+    actuators: Sequence[str] | None = None,
+) -> Array | Actuation:
+    """Efforts that produce accelerations, beside gravity and all force elements.
+
+    Args:
+        state: a State; with actuators also a Motion, or a State with one leading axis.
+        acceleration: (nv,), with the states' leading axis if they have one.  Default, with actuators: those of the
+            system with its drives, so that a model driven along a path says what other actuators need for it.
+        actuators: joints.  Their efforts replace all drives; what the loops need is balanced by the loops.  Of more
+            actuators than freedoms the efforts of least norm, forces times the system's `length`.
+
+    Returns: efforts (nv,) on the tree's velocities, multipliers not subtracted; with actuators an `Actuation`.
+
+    Raises: UnknownNameError; ModelError for an actuator without freedom or at a cut joint; TypeError without
+    acceleration and actuators.  Source: S2 (40), (6) with the loops' rows.
+    """
+    states = state if isinstance(state, State) else state.states
+    check_fits(system, states)
+    if actuators is None:
+        if acceleration is None:
+            raise TypeError("give the acceleration (nv,), or the actuators that keep the motion")
+        return _on_columns(system, states, acceleration)
+    columns = tuple(_columns(system, name) for name in actuators)
+    found, gap, ok = _chosen(system, states, acceleration, columns, states.coordinates.ndim == 2)
+    ends = np.cumsum([0, *(b - a for a, b in columns)])
+    named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
+    return Actuation(named, gap, ok)
+
+
+def _columns(system, name):
+    """First and last velocity of an actuator."""
+    top = system.topology
+    joint = top.joints[place_of("joint", name, top.joint_names)]
+    if joint.is_cut or joint.velocities.start == joint.velocities.stop:
+        raise ModelError([f"actuator {name!r}: this joint has no velocity of the tree; cut the loop at another one"])
+    return joint.velocities.start, joint.velocities.stop
+
+
+@jit
+def _on_columns(system, state, acceleration):
+    at = moving(system, at_state(system, state), state.velocities)
+    return _needed(system, at, jnp.asarray(acceleration, at.u.dtype))
+
+
+def _needed(system, at, acceleration):
+    V_dot = node_accelerations(system.topology, at, acceleration)
+    return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2])
+
+
+@jit
+def _chosen(system, states, acceleration, columns, batched):
+    def one(row):
+        state, a = row
+        at = moving(system, at_state(system, state), state.velocities)
+        return _least(system, at, _needed(system, at, accelerations(system, at)[0] if a is None else a), columns)
+
+    acceleration = None if acceleration is None else jnp.asarray(acceleration, states.coordinates.dtype)
+    return over_rows(one, (states, acceleration)) if batched else one((states, acceleration))
+
+
+def _least(system, at, need, columns):
+    """(efforts (k,) of the actuators' columns, gap, ok)."""
+    own = np.concatenate([np.arange(a, b) for a, b in columns])
+    kept = np.setdiff1d(np.arange(system.topology.num_rows), row_kinds(system).drives)
+    weight, dtype = metric(system), need.dtype
+    place = jnp.asarray(np.eye(len(need))[own], dtype)
+    parts = jnp.concatenate([need[None], place])
+    if len(kept):
+        A = constraints.jacobian(system, at)[kept]
+        scale = constraints.row_scale(system)
+        rows = RowScale(scale.unit[kept], np.unique(scale.block[kept], return_inverse=True)[1])
+        still = jnp.zeros(len(kept), dtype)
+        # the motion that efforts give where the loops take what they can
+        parts = jax.vmap(lambda b: saddle_solve(jnp.diag(weight), A, b, still, rows)[0] * weight)(parts)
+    spins = jnp.asarray(system.topology.spins, dtype)
+    unit = jnp.where(spins > 0.0, 1.0, system.length)  # forces count as moments at the system's length
+    free, each = parts[0], parts[1:].T
+    rows = RowScale(jax.lax.stop_gradient(unit), np.arange(len(need)))
+    found = saddle_solve(jnp.diag(unit[own] ** 2), each, jnp.zeros(len(own), dtype), free, rows)[0]
+    gap = relative(unit * (each @ found - free), unit * (jnp.abs(each) @ jnp.abs(found) + jnp.abs(free)))
+    return found, gap, gap <= _GIVEN[gap.dtype.itemsize]

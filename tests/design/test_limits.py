@@ -1,0 +1,284 @@
+"""`minimise` with limits, on optima that are known: in closed form, and published trusses of ten bars."""
+
+import functools
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.design import minimise as minimise_with_bar
+
+minimise = functools.partial(minimise_with_bar, progress=False)
+
+
+def sides(design):
+    return jnp.array([design["x"], design["y"]])
+
+
+CIRCLE = mbs.Limit("radius", lambda d: jnp.sum(sides(d) ** 2), upper=2.0)
+TALL = mbs.Limit("height", lambda d: d["y"], lower=1.2, scale=1.0)
+
+
+def sum_of(design):
+    return -design["x"] - 2.0 * design["y"]
+
+
+@pytest.mark.filterwarnings("ignore:delta_grad")  # SciPy's, of a linear objective
+@pytest.mark.parametrize(
+    ("optimiser", "gradient"), [(None, "reverse"), (None, "forward"), ("trust-constr", "forward")]
+)
+def test_a_line_over_a_circle(optimiser, gradient):
+    """-x - 2 y in x^2 + y^2 <= 2 is least at sqrt(2/5) (1, 2), and falls by sqrt(5/8) per unit of the limit."""
+    best = minimise(sum_of, {"x": 0.1, "y": 0.3}, None, optimiser, limits=[CIRCLE], gradient=gradient, steps=800)
+    assert best.ok, best.reason
+    np.testing.assert_allclose([best.design["x"], best.design["y"]], np.sqrt(0.4) * np.array([1, 2]), rtol=1e-5)
+    (radius,) = best.limits
+    assert radius.active and radius.ok and abs(radius.margin) < 1e-6 and best.limit("radius") is radius
+    assert radius.price == pytest.approx(-np.sqrt(5 / 8), rel=1e-4)
+    assert best.kkt < 1e-5
+    assert "active" in best.table() and "<= 2" in best.table()
+    with pytest.raises(mbs.UnknownNameError, match="did you mean 'radius'"):
+        best.limit("radios")
+
+
+def test_a_limit_that_is_not_active_has_no_price():
+    easy = mbs.Limit("height", lambda d: d["y"], lower=1.0)
+    best = minimise(sum_of, {"x": 0.1, "y": 0.3}, limits=[CIRCLE, easy])
+    assert best.ok and not best.limit("height").active and best.limit("height").price == 0.0
+    assert best.limit("height").margin == pytest.approx(np.sqrt(1.6) - 1.0, rel=1e-5)
+
+
+def test_bounds_have_prices_too():
+    best = minimise(sum_of, {"x": 0.1, "y": 0.3}, {"x": (0.0, 0.5), "y": None}, limits=[CIRCLE])
+    y = np.sqrt(1.75)
+    assert best.ok and best.design["x"] == 0.5 and best.design["y"] == pytest.approx(y, rel=1e-6)
+    assert best.limits[0].price == pytest.approx(-1.0 / y, rel=1e-4)
+    assert best.bound_prices[0] == pytest.approx(-1.0 + 1.0 / y, rel=1e-4)  # of x, along the circle
+    assert best.bound_prices[1] == 0.0
+
+
+def test_no_design_keeps_all_limits():
+    """Within the circle of radius sqrt(2), y >= 1.6 is missed; the result lies between, and says by how much."""
+    wide = mbs.Limit("height", lambda d: d["y"], lower=1.6)
+    best = minimise(sum_of, {"x": 0.1, "y": 0.3}, limits=[CIRCLE, wide], steps=200)
+    assert not best.ok and best.reason.startswith("no design found that keeps all limits: ")
+    assert "'height' by" in best.reason and "'radius' by" in best.reason
+    missed = -min(limit.margin for limit in best.limits)
+    y = 1.6 * (1 - missed)
+    assert y**2 == pytest.approx(2.0 * (1 + missed), rel=1e-3)  # both are missed alike, at x = 0
+    assert "missed" in best.table()
+
+
+def test_an_infeasible_start_comes_home():
+    best = minimise(sum_of, {"x": 4.0, "y": -5.0}, limits=[CIRCLE, TALL])
+    assert best.ok and best.value == pytest.approx(-np.sqrt(10.0), rel=1e-6)
+
+
+def test_answers_of_the_objective_serve_the_limits():
+    calls = []
+
+    def both(design):
+        calls.append(1)
+        return sum_of(design), {"radius": jnp.sum(sides(design) ** 2)}
+
+    limit = mbs.Limit("circle", "radius", upper=2.0)
+    best = minimise(both, {"x": 0.1, "y": 0.3}, limits=[limit])
+    assert best.ok and best.value == pytest.approx(-np.sqrt(10.0), rel=1e-6)
+    assert len(calls) == 2  # once for the shapes, once for the one program
+    assert minimise(lambda d: (jnp.sum(sides(d) ** 2), {}), {"x": 0.1, "y": 0.3}).value < 1e-9
+
+
+def rod_over_a_turn(design):
+    """Slider-crank of the published case: mass of the rod, pin force and compression at every degree of the crank."""
+    length, diameter = design["length"], design["diameter"]
+    radius, slider, rate, pull = 0.05, 1.2, 300.0, 1500.0
+    area = jnp.pi * diameter**2 / 4.0
+    mass = 7850.0 * area * length
+    angle = jnp.asarray(np.radians(np.arange(360.0)))
+
+    def place(t):
+        """Of the slider, and the angle of the rod."""
+        lean = jnp.arcsin(radius / length * jnp.sin(angle + rate * t))
+        return radius * jnp.cos(angle + rate * t) + length * jnp.cos(lean), lean
+
+    def twice(f):
+        velocity = lambda t: jax.jvp(f, (t,), (jnp.ones_like(t),))[1]  # noqa: E731
+        return jax.jvp(velocity, (0.0 * length,), (jnp.ones_like(length),))[1]
+
+    lean = place(0.0)[1]
+    along = slider * twice(lambda t: place(t)[0]) - pull  # force of the rod on the slider, along its way
+    centre = twice(lambda t: place(t)[0] - length / 2.0 * jnp.cos(place(t)[1]))
+    lift = twice(lambda t: length / 2.0 * jnp.sin(place(t)[1]))
+    turn = twice(lambda t: -place(t)[1])
+    # moments about the crank pin give the force across
+    c, s = jnp.cos(lean), jnp.sin(lean)
+    moment = mass * length**2 / 12.0 * turn + mass * length / 2.0 * (c * lift + s * centre)
+    across = (-along * s * length - moment) / (length * c)
+    force = jnp.sqrt(along**2 + across**2)
+    press = along * c - across * s
+    buckling = 5.0 * press / (jnp.pi**3 * 210e9 * diameter**4 / 64.0 / length**2)
+    return mass, {"pin": force, "buckling": buckling}
+
+
+PIN = mbs.Limit("wrist pin", "pin", upper=8000.0)
+STABLE = mbs.Limit("buckling", "buckling", upper=1.0)
+ROD = {"length": 0.3, "diameter": 0.012}, {"length": (0.12, 0.5), "diameter": (0.004, 0.02)}
+
+
+def test_the_rod_of_a_slider_crank():
+    """Of 720 limits the search differentiates 24; two hold the optimum, their prices are those of the case."""
+    best = minimise(rod_over_a_turn, *ROD, limits=[PIN, STABLE], gradient="forward")
+    assert best.ok, best.reason
+    np.testing.assert_allclose(best.design["length"], 0.24545454545454534, rtol=1e-6)
+    np.testing.assert_allclose(best.design["diameter"], 0.009542129664069593, rtol=1e-6)
+    assert best.value == pytest.approx(0.13779112454716813, rel=1e-6)
+    pin, stable = best.limits
+    assert pin.worst == (0,) and stable.worst == (180,)
+    assert pin.prices[0] == pytest.approx(-2.201079002506711 / 8000.0, rel=1e-4)
+    assert stable.prices[180] == pytest.approx(-0.0688955622735841, rel=1e-4)
+    assert np.count_nonzero(pin.prices) == np.count_nonzero(stable.prices) == 1
+
+
+def test_aggregated_limits_stay_on_the_safe_side():
+    soft = [mbs.Limit(limit.name, limit.value, upper=limit.upper, sharpness=400.0) for limit in (PIN, STABLE)]
+    best = minimise(rod_over_a_turn, *ROD, limits=soft, gradient="forward")
+    assert best.ok, best.reason
+    assert all(limit.ok and 0.0 < limit.gap <= np.log(360) / 400.0 for limit in best.limits)
+    assert best.limits[0].margin == pytest.approx(best.limits[0].gap, rel=1e-3)
+    dearer = 2.201079 * best.limits[0].gap + 0.068896 * best.limits[1].gap  # to first order, by the known prices
+    assert best.value == pytest.approx(0.13779112 + dearer, rel=5e-3)
+    assert best.limits[0].price == pytest.approx(-2.201079 / 8000.0, rel=0.15)
+
+
+NODES = np.array([[720.0, 360, 0], [720, 0, 0], [360, 360, 0], [360, 0, 0], [0, 360, 0], [0, 0, 0]])
+BARS = [(4, 2), (2, 0), (5, 3), (3, 1), (2, 3), (0, 1), (4, 3), (5, 2), (2, 1), (3, 0)]
+HELD = {"4": "x y z", "5": "x y z"} | {str(k): "z" for k in range(4)}
+LENGTHS = np.array([np.linalg.norm(NODES[a] - NODES[b]) for a, b in BARS])
+
+
+def truss(areas, nodes, young, density, masses=0.0):
+    rods = [mbs.elements.Rod(young, area, density) for area in areas]
+    elements = {"bars": (rods, BARS)}
+    if masses:
+        elements["masses"] = (mbs.elements.PointMass(masses), [(k,) for k in range(4)])
+    return mbs.fem.Structure(nodes, elements, HELD)
+
+
+def weight(areas):
+    """Of the loaded truss [lb, in, psi], with stresses and the displacements of its free nodes."""
+    structure = truss(areas, NODES, 1e7, 0.1)
+    system = mbs.fem.assemble(structure)
+    rest = mbs.equilibrium(system, {"1 y": -1e5, "3 y": -1e5})
+    stresses = mbs.fem.element_stresses(structure, rest.displacement)["bars"][..., 0]
+    return 0.1 * jnp.sum(areas * LENGTHS), {"stress": stresses, "displacements": rest.displacement}
+
+
+@pytest.mark.slow
+def test_ten_bars_under_stress_and_displacement():
+    """5 060.85 lb, published; the prices are the multipliers of the case over the limits."""
+    limits = [mbs.Limit("stress", "stress", -25e3, 25e3), mbs.Limit("displacement", "displacements", -2.0, 2.0)]
+    best = minimise(weight, np.full(10, 20.0), (0.1, None), limits=limits, steps=300)
+    assert best.ok, best.reason
+    assert best.value == pytest.approx(5060.853660338411, rel=1e-5)
+    areas = [30.5218068, 0.1, 23.1998879, 15.2229069, 0.1, 0.5513556, 7.4572003, 21.0364279, 21.5284417, 0.1]
+    np.testing.assert_allclose(best.design, areas, rtol=1e-3)
+    stress, moved = best.limits
+    assert stress.worst == (4,) and stress.price == pytest.approx(-123.2444862865154 / 25e3, rel=1e-3)
+    assert moved.price == pytest.approx(4882.979654308266 / 2.0, rel=1e-3)  # the lower limit: a larger one costs
+    assert best.bound_prices[[1, 4, 9]] == pytest.approx([96.1303897, 229.1786771, 220.9861134], rel=1e-3)
+    assert best.kkt < 1e-6 * best.value
+
+
+def mass(areas):
+    """Of the truss with masses [kg], and its frequencies [Hz]; areas in cm^2."""
+    nodes, lengths, areas = 9.144 / 360.0 * NODES, 9.144 / 360.0 * LENGTHS, areas * 1e-4
+    system = mbs.fem.assemble(truss(areas, nodes, 6.89e10, 2770.0, 454.0))
+    return 2770.0 * jnp.sum(areas * lengths), {"f": mbs.modes(system).frequencies}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sharpness", [None, 4000.0])
+def test_ten_bars_with_frequencies_that_meet(sharpness):
+    """532.03 kg, published; at the optimum two modes have 20 Hz and no gradient each, their smooth sum has one."""
+    lower = np.array([7.0, 15.0, *np.full(6, 20.0)])
+    limit = mbs.Limit("frequency", "f", lower, sharpness=sharpness)
+    best = minimise(mass, np.full(10, 20.0), (0.645, 50.0), limits=[limit], starts=8, steps=200)
+    assert best.value == pytest.approx(532.0298092157224, rel=5e-4 if sharpness else 1e-6)
+    if sharpness:
+        assert best.ok and best.kkt < 1e-6 * best.value
+    prices = best.limit("frequency").prices
+    assert prices[0] == pytest.approx(126.33497696800903, rel=1e-2)
+    assert prices[2] + prices[3] == pytest.approx(14.64372600323514, rel=2e-2)
+    values = np.array([found.value for found in best.starts])
+    assert len(values) == 8 and np.all(values > 532.029)
+
+
+@pytest.mark.parametrize("optimiser", ["MMA", "CCSAQ"])
+def test_the_optimisers_of_nlopt(optimiser):
+    pytest.importorskip("nlopt")
+    best = minimise(rod_over_a_turn, *ROD, optimiser, limits=[PIN, STABLE], gradient="forward", steps=300)
+    assert best.value == pytest.approx(0.13779112454716813, rel=1e-4)
+
+
+def test_nlopt_is_asked_for_by_name():
+    with pytest.raises(ImportError, match="pip install nlopt"), pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "nlopt", None)
+        minimise(sum_of, {"x": 0.1, "y": 0.3}, optimiser="MMA", limits=[CIRCLE])
+
+
+@pytest.mark.parametrize(
+    ("limit", "error", "message"),
+    [
+        (lambda: mbs.Limit("a", lambda d: d["x"]), ValueError, "neither lower nor upper"),
+        (lambda: mbs.Limit("a", lambda d: d["x"], 1.0, sharpness=-2.0), ValueError, "sharpness must be positive"),
+        (lambda: mbs.Limit("a", lambda d: d["x"], 1.0, 0.5), ValueError, "its bounds cross"),
+        (lambda: mbs.Limit("a", lambda d: d["x"], np.zeros(3)), ValueError, "does not fit a value of shape"),
+        (lambda: mbs.Limit("a", lambda d: "x", 1.0), TypeError, "real number or array"),
+        (lambda: mbs.Limit("a", "radius", 1.0), ValueError, "returns no dict of answers"),
+        (lambda: "radius", TypeError, "Limit"),
+    ],
+)
+def test_faults(limit, error, message):
+    with pytest.raises(error, match=message):
+        minimise(sum_of, {"x": 0.1, "y": 0.3}, limits=[limit()])
+
+
+def test_more_faults():
+    with pytest.raises(mbs.UnknownNameError, match="radios"):
+        limit = mbs.Limit("circle", "radios", upper=2.0)
+        minimise(lambda d: (sum_of(d), {"radius": d["x"]}), {"x": 0.1, "y": 0.3}, limits=[limit])
+    with pytest.raises(ValueError, match="know no limits"):
+        minimise(sum_of, {"x": 0.1, "y": 0.3}, optimiser="L-BFGS-B", limits=[CIRCLE])
+    with pytest.raises(ValueError, match="both bounds of every variable: y"):
+        minimise(sum_of, {"x": 0.1, "y": 0.3}, {"x": (0.0, 1.0), "y": (0.0, None)}, starts=4)
+
+
+def test_a_trial_without_values_is_a_step_back():
+    """log(x) has no value below zero; the first step goes there."""
+    limit = mbs.Limit("log", lambda d: jnp.log(d["x"]), lower=-3.0, scale=1.0)
+    best = minimise(lambda d: d["x"] ** 2 + d["y"] ** 2, {"x": 1.0, "y": 0.5}, limits=[limit])
+    assert best.ok, best.reason
+    assert best.design["x"] == pytest.approx(np.exp(-3.0), rel=1e-5)
+
+
+@jax.custom_jvp
+def wrong(x):
+    return x**2
+
+
+@wrong.defjvp
+def _wrong_jvp(primals, tangents):
+    return wrong(*primals), 3.0 * primals[0] * tangents[0]
+
+
+def test_gradients_are_checked_on_request():
+    start = {"x": 1.0, "y": 0.5}
+    assert minimise(sum_of, start, limits=[CIRCLE], check=True).ok
+    with pytest.raises(ValueError, match="objective by x: gradient 3, difference 2"):
+        minimise(lambda d: wrong(d["x"]) + d["y"] ** 2, start, check=True)
+    with pytest.raises(ValueError, match="tall by y: gradient .*, difference"):
+        limit = mbs.Limit("tall", lambda d: wrong(d["y"]), upper=2.0)
+        minimise(sum_of, start, limits=[CIRCLE, limit], check=True)

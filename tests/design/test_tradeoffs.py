@@ -1,0 +1,87 @@
+"""Fronts, scatter and tolerances against closed forms."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.design import pareto, scattered, sensitivities, tolerances
+
+
+def near(design):
+    return (design["x"] - 1.0) ** 2 + design["y"] ** 2
+
+
+def far(design):
+    return (design["x"] + 1.0) ** 2 + design["y"] ** 2
+
+
+def test_front_between_two_points():
+    """Squares of the distances to (1, 0) and (-1, 0): on the line between, sqrt f + sqrt g = 2."""
+    front = pareto(near, far, {"x": 0.3, "y": 0.5}, points=7, progress=False)
+    assert np.all(front.ok), front.table()
+    np.testing.assert_allclose(np.sqrt(front.first) + np.sqrt(front.second), 2.0, atol=1e-4)
+    np.testing.assert_allclose(np.diff(front.second), -4.0 / 6.0, atol=1e-5)
+    np.testing.assert_allclose(front.designs["y"], 0.0, atol=1e-3)
+    rate = np.sqrt(front.first / front.second)[1:-1]  # -df/dg along sqrt f + sqrt g = 2
+    np.testing.assert_allclose(front.exchange[1:-1], rate, rtol=1e-3)
+    assert "exchange" in front.table()
+    with pytest.raises(ValueError, match="three points"):
+        pareto(near, far, {"x": 0.3, "y": 0.5}, points=2)
+
+
+def test_a_front_that_bends_inwards():
+    """f = x, g = 1 - x^2 on [0, 1]: no weighted sum of them is least inside, limits find it."""
+    front = pareto(
+        lambda d: d["x"], lambda d: 1.0 - d["x"] ** 2, {"x": 0.5}, {"x": (0.0, 1.0)}, points=5, progress=False
+    )
+    np.testing.assert_allclose(front.second, 1.0 - front.first**2, atol=1e-6)
+    np.testing.assert_allclose(front.first, np.sqrt([0.0, 0.25, 0.5, 0.75, 1.0]), atol=1e-4)
+
+
+def product(design):
+    return design["a"] * design["b"]
+
+
+def test_scatter():
+    """a b of independent normal numbers: mean and variance in closed form, first order leaves the last term out."""
+    design, sigma = {"a": 3.0, "b": 2.0}, {"a": 0.3, "b": 0.1}
+    first = scattered(product, design, sigma)
+    variance = (2.0 * 0.3) ** 2 + (3.0 * 0.1) ** 2
+    np.testing.assert_allclose([first.mean, first.deviation], [6.0, np.sqrt(variance)], rtol=1e-12)
+    np.testing.assert_allclose(first.percentile, 6.0 + 1.6448536 * np.sqrt(variance), rtol=1e-6)
+    drawn = scattered(product, design, sigma, samples=4096)
+    np.testing.assert_allclose(drawn.mean, 6.0, rtol=1e-3)
+    np.testing.assert_allclose(drawn.deviation, np.sqrt(variance + (0.3 * 0.1) ** 2), rtol=1e-2)
+    assert drawn.failed == 0
+    lost = scattered(lambda d: jnp.sqrt(d["a"] - 3.0), design, sigma, samples=256)
+    assert 120 <= lost.failed <= 136 and np.isfinite(lost.mean)
+
+
+def test_tolerances_are_ranked():
+    rows = tolerances(product, {"a": 3.0, "b": 2.0}, {"a": 0.1, "b": 0.2})
+    assert [row.name for row in rows] == ["b", "a"]
+    np.testing.assert_allclose([row.change for row in rows], [0.6, 0.2])
+    np.testing.assert_allclose([row.share for row in rows], [0.9, 0.1])
+
+
+def test_global_sensitivities():
+    """Of a linear function: c_i^2 w_i^2 / pi^2 over the variance sum c_i^2 w_i^2 / 12."""
+    bounds = {"x": (0.0, 2.0), "y": (-1.0, 1.0), "z": (0.0, 1.0)}
+    found = sensitivities(lambda d: 3.0 * d["x"] + 1.0 * d["y"] + 0.0 * d["z"], bounds, samples=1024)
+    shares = np.array([36.0, 4.0, 0.0]) / 40.0
+    np.testing.assert_allclose(list(found.values()), 12.0 / np.pi**2 * shares, rtol=1e-2, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0}), "structure of the design"),
+        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": -1.0}), "must not be negative"),
+        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, percent=100.0), "between 0 and 100"),
+        (lambda: tolerances(product, {"a": 1.0, "b": 1.0}, {"a": np.nan, "b": 1.0}), "must not be negative"),
+        (lambda: sensitivities(product, {"a": (1.0, 0.0), "b": (0.0, 1.0)}), "bounds are finite"),
+    ],
+)
+def test_faults(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

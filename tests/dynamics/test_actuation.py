@@ -1,0 +1,101 @@
+"""Efforts of chosen actuators in closed loops: against drives, virtual work and the least norm in closed form."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from tests.mechanisms import DOWN_Y, PIN
+
+LENGTHS = 1.0, 0.3, 0.9, 0.7  # ground, crank, coupler, rocker
+
+
+def four_bar(mass=1.0, like=None, **drives):
+    ground, crank, coupler, rocker = LENGTHS
+    b, x = mbs.SystemBuilder(gravity=DOWN_Y), np.array([1.0, 0.0, 0.0])
+    for name, length in {"crank": crank, "coupler": coupler, "rocker": rocker}.items():
+        b.body(name, mass, x * length / 2.0, mbs.inertia.rod(1.0, length))
+    b.joint("A", PIN, "ground", "crank", drive=drives.get("A"))
+    b.joint("B", PIN, "crank", "coupler", parent_frame=x * crank)
+    b.joint("D", PIN, "ground", "rocker", parent_frame=x * ground)
+    b.joint("C", PIN, "coupler", "rocker", parent_frame=x * coupler, child_frame=x * rocker)
+    return b.build(like=like)
+
+
+DRIVEN = four_bar(A=mbs.Polynomial((0.7, 3.0, -1.0)))
+MOTION = mbs.simulate(DRIVEN, mbs.State.at(DRIVEN, guess={"B": -0.2, "D": 1.2}), ts=np.linspace(0.0, 0.5, 4))
+
+
+def test_one_actuator_is_the_drive():
+    found = mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["A"])
+    assert np.all(found.ok)
+    np.testing.assert_allclose(found["A"], mbs.reactions(DRIVEN, MOTION)["A"].effort, rtol=1e-8)
+
+
+def test_another_actuator_gives_the_same_power():
+    effort = mbs.reactions(DRIVEN, MOTION)["A"].effort[:, 0]
+    u = DRIVEN.velocities(MOTION.states)
+    found = mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["D"])
+    np.testing.assert_allclose(found["D"][:, 0] * u["D"], effort * u["A"], rtol=1e-8)
+
+
+def test_two_actuators_share_by_the_least_norm():
+    effort, u = mbs.reactions(DRIVEN, MOTION)["A"].effort[:, 0], DRIVEN.velocities(MOTION.states)
+    found, ratio = mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["A", "D"]), u["D"] / u["A"]
+    assert np.all(found.ok)
+    np.testing.assert_allclose(found["A"][:, 0], effort / (1.0 + ratio**2), rtol=1e-7)
+    np.testing.assert_allclose(found["D"][:, 0], effort * ratio / (1.0 + ratio**2), rtol=1e-7)
+
+
+def test_accelerations_given():
+    """Of a state at rest held where it is: the actuator carries the weights."""
+    state = mbs.State.at(four_bar(), A=0.7, guess={"B": -0.2, "D": 1.2})
+    found = mbs.inverse_dynamics(four_bar(), state, np.zeros(3), ["A"])
+
+    def potential(angle):
+        system = four_bar()
+        return mbs.potential_energy(system, mbs.State.at(system, A=angle, guess={"B": -0.2, "D": 1.2}))
+
+    slope = (potential(0.7 + 1e-5) - potential(0.7 - 1e-5)) / 2e-5
+    np.testing.assert_allclose(found["A"][0], slope, rtol=1e-6)
+
+
+def test_too_few_actuators_are_said():
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    for k in range(2):
+        b.body(f"link{k}", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
+        b.joint(f"pin{k}", PIN, f"link{k - 1}" if k else "ground", f"link{k}", parent_frame=(float(k > 0), 0.0, 0.0))
+    system = b.build()
+    state = mbs.State.at(system, pin0=0.3, pin1=0.4)
+    short, enough = (
+        mbs.inverse_dynamics(system, state, np.zeros(2), names) for names in (["pin1"], ["pin0", "pin1"])
+    )
+    assert not short.ok and short.gap > 0.1 and enough.ok
+    np.testing.assert_allclose(
+        np.concatenate(list(enough.efforts.values())), mbs.inverse_dynamics(system, state, np.zeros(2)), rtol=1e-9
+    )
+
+
+def test_slope_by_a_mass():
+    state = MOTION.states
+
+    def torque(mass):
+        system = four_bar(mass, like=DRIVEN, A=mbs.Polynomial((0.7, 3.0, -1.0)))
+        return mbs.inverse_dynamics(system, state, actuators=["A", "D"])["D"][1, 0]
+
+    value, slope = jax.jit(lambda m: (torque(m), jax.grad(torque)(m)))(1.0)
+    steps = jax.jit(jax.vmap(torque))(jnp.array([1.0 + 1e-5, 1.0 - 1e-5]))
+    np.testing.assert_allclose(slope, (steps[0] - steps[1]) / 2e-5, rtol=1e-6)
+    assert np.isfinite(value)
+
+
+def test_faults():
+    with pytest.raises(mbs.UnknownNameError, match="AA"):
+        mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["AA"])
+    with pytest.raises(mbs.ModelError, match="'C'.*cut the loop at another one"):
+        mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["C"])
+    with pytest.raises(TypeError, match="acceleration"):
+        mbs.inverse_dynamics(DRIVEN, MOTION.end)
+    with pytest.raises(mbs.UnknownNameError, match="actuator"):
+        mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["A"])["D"]
