@@ -11,7 +11,16 @@ PIN = mbs.Revolute(axis="z")
 LENGTHS = (1.0, 0.3, 0.9, 0.7)  # ground, crank, coupler, rocker [m]
 
 
-def four_bar(lengths=LENGTHS, masses=(1.0, 2.0, 1.5), stiffness=0.0, load=0.0, drive=None, like=None, cut=None):
+def four_bar(
+    lengths=LENGTHS,
+    masses=(1.0, 2.0, 1.5),
+    stiffness=0.0,
+    load=0.0,
+    drive=None,
+    like=None,
+    cut=None,
+    independent=None,
+):
     """Planar four-bar in the plane z = 0: pins A (crank), B, D (rocker); C closes the loop."""
     ground, *links = lengths
     b = mbs.SystemBuilder(gravity=DOWN_Y)
@@ -29,7 +38,7 @@ def four_bar(lengths=LENGTHS, masses=(1.0, 2.0, 1.5), stiffness=0.0, load=0.0, d
         mbs.Force(jnp.stack([0.0 * jnp.asarray(load, float), load, 0.0 * jnp.asarray(load, float)])),
         on=("coupler", coupler),
     )
-    return b.build(like=like, cut=cut)
+    return b.build(like=like, cut=cut, independent=independent)
 
 
 def four_bar_angles(crank_angle, lengths=LENGTHS):
@@ -80,3 +89,46 @@ def closed_chain(dimensions):
     last = mbs.Pose((-length, 0.0, 0.0), rotation_about((1, 0, 0), -twist))
     build.joint(f"J{n - 1}", PIN, previous, "ground", parent_frame=place, child_frame=last)
     return build
+
+
+class OnCart:
+    """A pendulum on a cart, by hand: coordinates x and the angle from hanging down; the places of its points."""
+
+    cart, mass, length, inertia, gravity = 2.0, 0.7, 0.4, 0.03, 9.81
+
+    def field(self, angle):
+        """I* (2, 2)."""
+        c, J = self.mass * self.length * np.cos(angle), self.mass * self.length**2 + self.inertia
+        return np.array([[self.cart + self.mass, c], [c, J]])
+
+    def weight(self, angle):
+        """Efforts (2,) of gravity."""
+        return np.array([0.0, -self.mass * self.gravity * self.length * np.sin(angle)])
+
+    def turned(self, angle):
+        """Rotation (3, 3) of the pendulum."""
+        return rotation_about((0, 0, 1), angle)
+
+    def place(self, phi, point):
+        """World place (3,) of a point of the pendulum."""
+        return np.array([phi[0], 0.0, 0.0]) + self.turned(phi[1]) @ np.asarray(point, float)
+
+    def build(self, drive=None, forces=(), weightless=False, like=None):
+        b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0) if weightless else (0.0, -self.gravity, 0.0))
+        b.body("cart", mass=self.cart)
+        b.body("bob", mass=self.mass, com=(0.0, -self.length, 0.0), inertia=self.inertia)
+        b.joint("slide", mbs.Prismatic("x"), "ground", "cart", drive=drive)
+        b.joint("swing", PIN, "cart", "bob")
+        for name, law, where in forces:
+            b.force(name, law, **where)
+        return b.build(like=like)
+
+
+def slopes(function, x, h=1e-4):
+    """Derivative (..., n) of a NumPy function by x (n,), of the fourth order in h."""
+    x = np.asarray(x, float)
+    columns = []
+    for e in np.eye(len(x)) * h:
+        near, far = (np.asarray(function(x + s * e)) - np.asarray(function(x - s * e)) for s in (1, 2))
+        columns.append((8 * near - far) / (12 * h))
+    return np.stack(columns, axis=-1)

@@ -37,7 +37,7 @@ CEILINGS = {  # equations, loops
         "simulate": (6000, 43),
         "reactions": (3720, 28),
         "linearise": (5940, 48),
-        "stiffness": (3340, 18),
+        "stiffness": (2400, 18),
         "kic": (540, 3),
     },
     "chain": {"forward dynamics": (1430, 20), "simulate": (4030, 45), "reactions": (2330, 25)},

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from jaxmbs.dynamics.efforts import efforts
-from jaxmbs.dynamics.hamiltonian import canonical_rate, momenta
+from jaxmbs.dynamics.hamilton import canonical_rate, momenta
 from jaxmbs.kinematics.configuration import at_state, elsewhere, moving
 from jaxmbs.kinematics.influence import independent_columns
 from jaxmbs.kinematics.poses import coordinate_rate

@@ -10,14 +10,15 @@ import pytest
 FACES = {
     "jaxmbs.dynamics": """
         Actuation JointReaction Reactions acceleration angular_acceleration compliance_effort forward_dynamics
-        generalised_momentum gravity_effort gyristor_field independent_rates inertia_field inverse_dynamics
-        kinetic_energy mass_matrix potential_energy reaction_bonds reactions resistance_effort
-        resistance_field source_effort state_equations total_effort
+        generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes
+        independent_rates inertia_field inverse_dynamics kinetic_energy mass_matrix potential_energy
+        reaction_bonds reactions resistance_effort resistance_field source_effort spring_displacement
+        spring_kic spring_kic_second spring_vector state_equations total_effort
     """,
     "jaxmbs.kinematics": """
         Kic SecondKic State angular_velocity constraint_jacobian constraint_residual internal_kic
-        internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second point_kic position
-        rotation velocity
+        internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second kic_second_vector
+        point_kic position rotation velocity
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint Coupler Cylindrical Distance Free KnifeEdge Planar PointOnLine

@@ -10,7 +10,8 @@ from jaxtyping import Array, Float
 
 from ..dynamics.bodies import bodies_of, total
 from ..dynamics.efforts import element_flows
-from ..dynamics.ports import efforts_at_rest
+from ..dynamics.ports import weights
+from ..dynamics.stored import source_pull, stored_pull
 from ..kinematics.configuration import Configuration, at_state, node_motion, resting
 from ..kinematics.influence import velocity_map
 from ..kinematics.influence_second import along_independent
@@ -44,32 +45,46 @@ class Stiffness(eqx.Module):
 def stiffness(system: System, state: State) -> Stiffness:
     """Local stiffness at a state, velocities taken as zero.
 
-    `-d e_C/dphi` has plus on both terms; S2 (71) prints a stray minus.  Loops, redundant springs and redundant
-    actuation included; for coordinates that are integrals of their velocities the spring shares are symmetric.
+    Every share is formed by itself: the antagonistic one is what the springs' efforts, held as they are, make of the
+    changing KIC.  `-d e_C/dphi` has plus on both terms; S2 (71) prints a stray minus.  Loops, redundant springs and
+    redundant actuation included; for coordinates that are integrals of their velocities the spring shares are
+    symmetric.
 
     Source: S2 (68)-(71).
     """
     at = at_state(system, state, inertias=False)
-    slopes = along_independent(system, at, lambda at: efforts_at_rest(system, at))
-    stored, gravity, sources = (-slope for slope in slopes)
-    elastic = elastic_stiffness(system, at)
-    return Stiffness(elastic, stored - elastic, gravity, sources)
+    pull = stored_pull(system, at)
+
+    def efforts(moved):
+        Gamma = velocity_map(system, moved)[0]
+        return Gamma.T @ pull(moved), weights(system, moved, Gamma), Gamma.T @ source_pull(system, moved)
+
+    held, gravity, sources = (-slope for slope in along_independent(system, at, efforts))
+    elastic, turning = spring_stiffness(system, at)
+    return Stiffness(elastic, held + turning, gravity, sources)
 
 
-def elastic_stiffness(system: System, at: Configuration):
-    """`sum K_i G_C^T G_C` (N, N): each law at the rate of what it stores, geometry frozen.
+def spring_stiffness(system: System, at: Configuration):
+    """(elastic, turning), each (N, N), at frozen KIC: `sum K_i G_C^T G_C`, each law at the rate of what it stores,
+    and what efforts do that turn with their element, as a spring's between two points.
 
-    Source: S2 (68)-(71), first term.
+    Source: S2 (68)-(70), first term.
     """
     Gamma = velocity_map(system, at)[0]
-    found = total(bodies.strain_stiffness(system, at, Gamma) for bodies in bodies_of(system))
+    elastic = total(bodies.strain_stiffness(system, at, Gamma) for bodies in bodies_of(system))
+    turning = jnp.zeros_like(elastic)
     if not system.forces:
-        return found
+        return elastic, turning
     twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), resting(system, at)
     for group in system.forces:
         flows = jax.vmap(lambda V, u, group=group: element_flows(system, group, at, V, u)[2], (0, 1), -1)
         G, (_, displacement, flow) = flows(twists, Gamma), element_flows(system, group, at, still.V, still.u)
-        stiffness = lambda law, x, f, port=group.port: port.stiffness(law, x, f, at.t)  # noqa: E731
-        K = jax.vmap(stiffness)(group.law, displacement, flow)
-        found = found + jnp.einsum("eka,ekl,elb->ab", G, K, G)
-    return found
+
+        def both(law, x, f, port=group.port):
+            K = port.stiffness(law, x, f, at.t)
+            return K, port.slope(law, x, f, at.t) - K
+
+        found = jax.vmap(both)(group.law, displacement, flow)
+        own, turned = (jnp.einsum("eka,ekl,elb->ab", G, K, G) for K in found)
+        elastic, turning = elastic + own, turning + turned
+    return elastic, turning

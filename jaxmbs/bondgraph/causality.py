@@ -19,6 +19,7 @@ from ..kinematics.state import State
 from ..math.jit import jit
 from ..model.question import check_fits, check_system
 from ..model.system import System
+from .elastic import RIGID, elastic_names
 from .elements import Storage
 from .graph import BondGraph
 from .moduli import body_moduli
@@ -36,10 +37,12 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
             "hamiltonian": the same with all ports summed to Q (Fig. 4).
         state: the pose at which dependent inertias are found (default: a pose in general position).
 
-    Strokes are left out while the system is traced.
+    An elastic body is an inertia on its flow, behind G_y in the detailed view, with a gyristor for what turns its
+    momenta (neither conserves alone), its weight, and its strains as C and R.  Strokes are left out while the system
+    is traced.
 
     Raises: ValueError for an unknown view, ModelError when nothing moves, AssemblyError when no pose can be found.
-    Source: S2 (28)-(44), Figs 2-4.
+    Source: S2 (28)-(44), (56)-(76), Figs 2-4.
     """
     check_system(system)
     if state is not None:
@@ -50,7 +53,7 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
     if view != "detailed":
         return assign_causality(graph, _field_storages(system, graph))
     state = general_pose(system) if state is None else state
-    return assign_causality(graph, _body_storages(system, graph, np.asarray(_moduli(system, state))))
+    return assign_causality(graph, _body_storages(system, graph, _moduli(system, state)))
 
 
 def general_pose(system: System) -> State:
@@ -91,18 +94,33 @@ def _field_storages(system, graph) -> tuple[Storage, ...]:
     )
 
 
+def _inertia_rows(system, moduli) -> dict:
+    """Rows (k, N + D) of the moduli by inertia, turning multiplied by the length of the system."""
+    rigid, elastic = moduli[0], moduli[1]
+    turning, rows = float(system.length), {}
+    for k, body in enumerate(system.topology.body_names):
+        rows |= {f"I:{body}": turning * np.asarray(rigid[k, :3]), f"m:{body}": np.asarray(rigid[k, 3:])}
+    for inertia, _, g, i in elastic_names(system):
+        unit = np.ones(len(elastic[g][i]))
+        others = len(system.elastic[g].frames[i]) - 1
+        unit[:3] = turning
+        unit[RIGID : RIGID + 6 * others].reshape(others, 2, 3)[:, 1] = turning
+        rows[inertia] = unit[:, None] * np.asarray(elastic[g][i])
+    return rows
+
+
 def _body_storages(system, graph, moduli) -> tuple[Storage, ...]:
-    """What the inertias of the bodies hold, from their moduli (bodies, 6, N + D)."""
-    N, top = root_sizes(system).get("phi_dot", 0), system.topology
-    moduli = moduli * np.repeat([float(system.length), 1.0], 3)[None, :, None]
-    small, basis, found = _RANK[moduli.dtype.itemsize], np.zeros((0, N)), []
+    """What the inertias of the bodies hold, from `body_moduli`."""
+    N, inertias = root_sizes(system).get("phi_dot", 0), _inertia_rows(system, moduli)
+    small, basis, found = _RANK[moduli[0].dtype.itemsize], np.zeros((0, N)), []
+    largest = max(np.max(np.abs(rows)) for rows in inertias.values())
     for element in (e for e in graph.elements if e.kind == "I"):
-        what, body = element.name.split(":", 1)
-        rows = moduli[top.body_names.index(body)][slice(0, 3) if what == "I" else slice(3, 6)]
-        moving = int(np.sum(np.max(np.abs(rows), axis=1) > small * np.max(np.abs(moduli))))
+        rows = inertias[element.name]
+        moving = int(np.sum(np.max(np.abs(rows), axis=1) > small * largest))
         before, basis = len(basis), _extend(basis, rows[:, :N], small)
         new = len(basis) - before
-        found.append(Storage(element.name, graph.inward(element.name)[0][1], new, moving - new, 3 - moving))
+        junction = graph.inward(element.name)[0][1]
+        found.append(Storage(element.name, junction, new, moving - new, len(rows) - moving))
     return tuple(found)
 
 

@@ -8,6 +8,7 @@ from ..kinematics.state import State
 from ..math.spd import spd_solve
 from ..model.question import question
 from ..model.system import System
+from .elastic import elastic_names
 from .moduli import numbers
 from .naming import named, split
 from .power import leaf_efforts, propagate
@@ -54,7 +55,14 @@ def _inertias(system, graph, values):
         rows = split(system, jnp.eye(values.inertia.shape[0], dtype=values.inertia.dtype))
         yield values.inertia, rows["phi_dot"], rows["drives"], jnp.zeros_like(rows["phi_dot"])
         return
+    elastic = {name: (g, i) for name, _, g, i in elastic_names(system)}
     for element in (e for e in graph.elements if e.kind == "I"):
+        if element.name in elastic:
+            g, i = elastic[element.name]
+            n = values.elastic[g]
+            G, G_dot = (split(system, x[i]) for x in (n.fields.modulus, n.modulus_rate))
+            yield n.fields.inertia[i], G["phi_dot"], G["drives"], G_dot["phi_dot"]
+            continue
         what, body = element.name.split(":", 1)
         k = system.topology.body_names.index(body)
         part = slice(0, 3) if what == "I" else slice(3, 6)

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..dynamics.bodies import inertial_loads
 from ..dynamics.efforts import efforts, element_efforts, element_flows
 from ..dynamics.loads import Loads, on_columns
 from ..kinematics import constraints
@@ -20,6 +19,7 @@ from ..kinematics.poses import body_frame, coordinate_rate, frame_twists
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
 from ..model.system import System
+from .elastic import elastic_fields, elastic_numbers, field_gyristor, field_inertia, field_weight
 from .views import drive_rows
 
 
@@ -70,19 +70,23 @@ def apply_inertia(system: System, inertia, flow):
 
 
 def _fields(system, P, psi, t):
-    """Body moduli G (bodies, 6, r) and I* (r, r), the drives' columns included; beside them the configuration, the
-    rate map, its twists (r, nodes, 6) and the world inertias.  Source: S2 (11)-(15), (35)."""
+    """Body moduli G (bodies, 6, r), those of elastic bodies and I* (r, r), the drives' columns included; beside them
+    the configuration, the rate map, its twists (r, nodes, 6), the world inertias and the fields of elastic bodies.
+    Source: S2 (11)-(15), (35)."""
     at = configuration(system, P, psi, t)
     L, inertia = rate_map(system, at), world_inertias(system, at)
     twists = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(L)
     G = jax.vmap(lambda V: body_flows(system, at, V), out_axes=-1)(twists)
-    I = jnp.einsum("bki,bkj->ij", G, apply_inertia(system, inertia, G))
-    return (G, I), (at, L, twists, inertia)
+    deforming = elastic_fields(system, at, L)
+    I = jnp.einsum("bki,bkj->ij", G, apply_inertia(system, inertia, G)) + field_inertia(deforming)
+    return (G, tuple(f.modulus for f in deforming), I), (at, L, twists, inertia, deforming)
 
 
 def body_moduli(system: System, P, psi, t):
-    """G (bodies, 6, N + D): flows of the bodies per root rate.  Source: S2 (11)-(15)."""
-    return _fields(system, P, psi, t)[0][0]
+    """G (bodies, 6, N + D), and by elastic group G_y (bodies, k, N + D): flows of the bodies per root rate.
+
+    Source: S2 (11)-(15)."""
+    return _fields(system, P, psi, t)[0][:2]
 
 
 class Numbers(NamedTuple):
@@ -94,7 +98,8 @@ class Numbers(NamedTuple):
         modulus, modulus_rate (bodies, 6, r), flow (bodies, 6), inertias (bodies, 3, 3): of the bodies.
         inertia, inertia_rate (r, r): I* and its rate; gyristor (r, r): GR.
         ports: by force group modulus (n, size, r), flow, stored and total effort (n, size).
-        total (r,): the effort Q of all ports and gravity.
+        elastic: by group of elastic bodies.
+        gravity (r,): its effort; total (r,): the effort Q of all ports and gravity.
     """
 
     at: Moving
@@ -108,6 +113,8 @@ class Numbers(NamedTuple):
     inertia_rate: Array
     gyristor: Array
     ports: list
+    elastic: tuple
+    gravity: Array
     total: Array
 
 
@@ -115,7 +122,7 @@ class Numbers(NamedTuple):
 def numbers(system: System, P, psi, u, t) -> Numbers:
     """Numbers of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
     rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
-    (G, I), (G_dot, I_dot), (at, L, twists, inertias) = jax.jvp(
+    (G, _, I), (G_dot, G_y_dot, I_dot), (at, L, twists, inertias, deforming) = jax.jvp(
         lambda psi, t: _fields(system, P, psi, t), (psi, t), rates, has_aux=True
     )
     at, ports = moving(system, at, u), []
@@ -127,6 +134,9 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
         )
         modulus = jax.vmap(of_flow, in_axes=(0, 1), out_axes=-1)(twists, L)
         ports.append((modulus, flow, stored, element_efforts(group, displacement, flow, t)))
+    elastic = elastic_numbers(system, at, deforming, G_y_dot)
+    gyristor = jnp.einsum("bki,bkj->ij", G_dot, apply_inertia(system, inertias, G))
+    gravity = jnp.einsum("b,bci,c->i", system.mass, G[:, 3:], system.gravity) + field_weight(elastic)
     return Numbers(
         at=at,
         rates=root_rates(system, psi, u, t),
@@ -137,13 +147,15 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
         inertias=inertias,
         inertia=I,
         inertia_rate=I_dot,
-        gyristor=jnp.einsum("bki,bkj->ij", G_dot, apply_inertia(system, inertias, G)),
+        gyristor=gyristor + field_gyristor(system, elastic),
         ports=ports,
-        total=L.T @ tree_loads(system, at),
+        elastic=elastic,
+        gravity=gravity,
+        total=L.T @ element_loads(system, at) + gravity,
     )
 
 
-def tree_loads(system: System, at: Moving):
-    """Efforts (nv,) of gravity and all force elements on the tree's velocities.  Source: S2 (76)."""
+def element_loads(system: System, at: Moving):
+    """Efforts (nv,) of all force elements and strains on the tree's velocities.  Source: S2 (76)."""
     F, Q, _ = efforts(system, at)
-    return on_columns(system, at, Loads(F, Q) + inertial_loads(system, at))
+    return on_columns(system, at, Loads(F, Q))

@@ -8,6 +8,7 @@ import numpy as np
 from ..forces.ports import JointPort, SystemPort
 from ..kinematics.influence import dependent_columns, independent_columns
 from ..model.system import System
+from .elastic import RIGID, elastic_names
 from .moduli import Numbers
 from .views import joint_junction, root_sizes
 
@@ -30,6 +31,7 @@ def named(system: System, numbers: Numbers) -> Named:
     result = Named({}, {}, {})
     _roots(system, numbers, result)
     _bodies(system, numbers, result)
+    _elastic_bodies(system, numbers, result)
     for group, values in zip(system.forces, numbers.ports, strict=True):
         _forces(system, group, values, result)
     return result
@@ -53,8 +55,7 @@ def _roots(system, numbers, result):
     result.flow["drive"] = result.flow["drives"]
     result.flow["q_dot"] = numbers.at.u[dependent]
     _store(system, result, "", numbers.map[dependent], "Gi", "B_q")
-    gravity = jnp.einsum("b,bci,c->i", system.mass, numbers.modulus[:, 3:], system.gravity)
-    result.effort.update({"GR": numbers.gyristor @ numbers.rates, "Q": numbers.total, "gravity": gravity})
+    result.effort.update({"GR": numbers.gyristor @ numbers.rates, "Q": numbers.total, "gravity": numbers.gravity})
 
 
 def _bodies(system, numbers, result):
@@ -64,6 +65,18 @@ def _bodies(system, numbers, result):
         _store(system, result, body, numbers.modulus[k, :3], "G_r", "B_r")
         _store(system, result, body, numbers.modulus[k, 3:], "G_t", "B_t")
         result.effort[f"mg:{body}"] = system.mass[k] * system.gravity
+
+
+def _elastic_bodies(system, numbers, result):
+    for inertia, name, g, i in elastic_names(system):
+        n = numbers.elastic[g]
+        y, G = n.state.flow[i], n.fields.modulus[i]
+        result.flow.update(dict.fromkeys((inertia, f"y:{name}", f"GR:{name}.flow", f"mg:{name}.flow"), y))
+        result.flow.update({f"{place}:{name}.strain": y[RIGID:] for place in ("rate", "C", "R")})
+        _store(system, result, name, G, "G_y", "B_y")
+        _store(system, result, name, G[RIGID:], "G_q", "B_q")
+        result.effort.update({f"GR:{name}.flow": -n.turning[i], f"mg:{name}.flow": n.weight[i]})
+        result.effort.update({f"C:{name}.strain": n.stored[i], f"R:{name}.strain": n.resisted[i]})
 
 
 def _forces(system, group, values, result):

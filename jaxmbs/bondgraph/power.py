@@ -12,6 +12,7 @@ from ..math.jit import jit
 from ..model.question import states_of
 from ..model.system import System
 from ..motion.motion import Motion
+from .elastic import elastic_names, momentum_rates
 from .graph import BondGraph
 from .moduli import apply_inertia, numbers, root_rates
 from .naming import named, split
@@ -121,6 +122,8 @@ def inertial_efforts(system: System, values) -> dict:
     effort = {"I*": values.inertia @ w_dot + values.inertia_rate @ values.rates}
     for k, body in enumerate(system.topology.body_names):
         effort.update({f"I:{body}": h_dot[k, :3], f"m:{body}": h_dot[k, 3:]})
+    rates = momentum_rates(system, values.elastic, values.rates, w_dot)
+    effort.update({inertia: rates[g][i] for inertia, _, g, i in elastic_names(system)})
     if system.has_constraints:
         pull = values.map.T @ (constraints.jacobian(system, at).T @ multipliers)
         effort["drive"] = split(system, pull)["drives"]

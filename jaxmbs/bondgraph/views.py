@@ -5,14 +5,16 @@ inertia      the equivalent inertia field I* and the gyristor GR at the junction
 hamiltonian  the same with all ports summed to Q, S2 Fig. 4
 """
 
+import functools
+
 import jax
 
 from ..checks import present
-from ..dynamics.elastic import refuse_elastic
 from ..errors import ModelError
 from ..forces.ports import JointPort, SystemPort
 from ..kinematics.influence import dependent_columns
 from ..model.system import System
+from .elastic import RIGID, num_flows, strain_parts
 from .elements import Bond, Element
 from .graph import BondGraph
 
@@ -35,11 +37,10 @@ def build_view(system: System, view: str) -> BondGraph:
     """The graph of a view without causal strokes.
 
     Raises: ValueError for an unknown view, ModelError when nothing moves.
-    Source: S2 (28)-(44), Figs 2-4, ports (56)-(76).
+    Source: S2 (28)-(44), (56)-(76), Figs 2-4.
     """
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
-    refuse_elastic(system, "bond graphs")
     sketch = _Sketch(system)
     if not sketch.roots:
         raise ModelError(["nothing moves: the mechanism has no freedom and no drive, so its bond graph is empty"])
@@ -47,6 +48,7 @@ def build_view(system: System, view: str) -> BondGraph:
         sketch.junction("q_dot", "q̇", len(dependent_columns(system)), "Gi", "B_q")
     if view == "detailed":
         sketch.bodies()
+        sketch.elastic_bodies()
     else:
         sketch.field("I", "I*", "[I*]")
         sketch.field("GR", "GR", "")
@@ -56,6 +58,7 @@ def build_view(system: System, view: str) -> BondGraph:
         if view == "inertia" and present(system.gravity):
             sketch.field("Se", "gravity", "gravity")
         sketch.forces()
+        sketch.strains()
     return BondGraph(view, tuple(sketch.elements), tuple(sketch.bonds))
 
 
@@ -105,8 +108,8 @@ class _Sketch:
             for transformer in into:
                 self.bond(transformer, total, size, outward=kind != "Se")
             into = [total]
-        self.add(kind, name, label, size)
-        self.bond(into[0], name, size, outward=kind != "Se")
+        self.bond(into[0], self.add(kind, name, label, size), size, outward=kind != "Se")
+        return name
 
     def bodies(self):
         """Rotational and translational inertia of every body with mass, and gravity on it."""
@@ -123,27 +126,47 @@ class _Sketch:
                 self.leaf("I", f"m:{body}", f"m {body}", f"v:{body}")
                 self.leaf("Se", f"mg:{body}", "m g", f"v:{body}")
 
+    def elastic_bodies(self):
+        """Inertia, gyristor and weight of every elastic body on its flow."""
+        for group in self.system.elastic:
+            for name in group.names:
+                flow = self.junction(f"y:{name}", f"y {name}", num_flows(group), f"G_y:{name}", f"B_y:{name}")
+                self.leaf("I", f"I:{name}.flow", f"[I] {name}", flow)
+                self.leaf("GR", f"GR:{name}.flow", name, flow)
+                if present(self.system.gravity):
+                    self.leaf("Se", f"mg:{name}.flow", "m g", flow)
+
     def forces(self):
         """Every force element: what it stores (C), dissipates (R) or feeds in (Se) behind its transformer."""
         for group in self.system.forces:
             for i, name in enumerate(group.names):
                 size = group.port.num_flows or self.system.topology.num_velocities
-                parts = law_parts(group, i)
-                if not parts:
-                    continue
-                if len(parts) == 1:
-                    self.port(group, i, f"{parts[0]}:{name}", name, size, parts[0])
-                    continue
-                self.port(group, i, f"rate:{name}", f"v {name}", size, "1")
-                for kind in parts:
-                    self.leaf(kind, f"{kind}:{name}", name, f"rate:{name}")
+                self.one_ports(name, law_parts(group, i), functools.partial(self.port, group, i, size))
 
-    def port(self, group, i, name, label, size, kind):
+    def strains(self):
+        """What the deformations of every elastic body store (C) and dissipate (R)."""
+        for group in self.system.elastic:
+            for i, name in enumerate(group.names):
+                moduli = {"modulus": f"G_q:{name}", "driven": f"B_q:{name}"}
+                place = functools.partial(self.junction, size=num_flows(group) - RIGID, **moduli)
+                self.one_ports(f"{name}.strain", strain_parts(group, i), place)
+
+    def one_ports(self, name, parts, place):
+        """One part alone where `place(element, label, kind=)` puts it, several at a junction there."""
+        if len(parts) == 1:
+            place(f"{parts[0]}:{name}", name, kind=parts[0])
+        elif parts:
+            place(f"rate:{name}", f"v {name}", kind="1")
+            for kind in parts:
+                self.leaf(kind, f"{kind}:{name}", name, f"rate:{name}")
+
+    def port(self, group, i, size, name, label, kind):
         """The junction or one-port of a force element; joint laws hang on their own coordinate."""
         element = group.names[i]
         if not isinstance(group.port, JointPort):
             symbol = "Gamma" if isinstance(group.port, SystemPort) else "G"
-            return self.junction(name, label, size, f"{symbol}:{element}", f"B:{element}", kind)
+            self.junction(name, label, size, f"{symbol}:{element}", f"B:{element}", kind)
+            return
         junction = joint_junction(self.system, group.first[i])
         outward = kind != "Se"
         self.add("TF", f"e:{element}", f"e {element}", 1)

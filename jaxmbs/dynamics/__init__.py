@@ -5,15 +5,18 @@ from .energy import kinetic_energy, potential_energy
 from .fields import (
     generalised_momentum,
     gyristor_field,
+    gyristor_field_direct,
     independent_rates,
     inertia_field,
     state_equations,
 )
 from .joint_reactions import JointReaction, Reactions
 from .newton_euler import forward_dynamics, mass_matrix
+from .phase_space import hamiltonian, hamiltonian_slopes
 from .points import acceleration, angular_acceleration
 from .ports import compliance_effort, gravity_effort, resistance_effort, resistance_field, source_effort, total_effort
 from .reaction_solve import reactions
+from .springs import spring_displacement, spring_kic, spring_kic_second, spring_vector
 from .system_bonds import reaction_bonds
 
 __all__ = [
@@ -27,6 +30,9 @@ __all__ = [
     "generalised_momentum",
     "gravity_effort",
     "gyristor_field",
+    "gyristor_field_direct",
+    "hamiltonian",
+    "hamiltonian_slopes",
     "independent_rates",
     "inertia_field",
     "inverse_dynamics",
@@ -38,6 +44,10 @@ __all__ = [
     "resistance_effort",
     "resistance_field",
     "source_effort",
+    "spring_displacement",
+    "spring_kic",
+    "spring_kic_second",
+    "spring_vector",
     "state_equations",
     "total_effort",
 ]

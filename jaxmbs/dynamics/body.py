@@ -4,11 +4,13 @@
 """
 
 import abc
+from collections.abc import Callable
 
 import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 
+from ..kinematics.configuration import Configuration
 from .loads import Loads
 
 
@@ -43,6 +45,10 @@ class AbstractBodies(eqx.Module):
     def strain_efforts(self, system, at, owners) -> tuple[Loads, tuple[Array, ...]]:
         """Loads of stiffness and damping inside the bodies, and the powers of their dampers, in one array or none."""
         return Loads(), ()
+
+    def held_strains(self, system, at) -> Callable[[Configuration], Loads]:
+        """What stiffness exerts at `at`, a `Configuration`, held: a function of another one to the loads there."""
+        return lambda moved: Loads()
 
     def strain_energy(self, system, at) -> Array:
         """[J]; `at` of a `Configuration`."""

@@ -73,6 +73,13 @@ class ElasticBodies(AbstractBodies):
         power = -jnp.einsum("ek,ekl,el->e", rates, self.group.body.damping, rates)
         return self._loads(lambda body, s: body.strain_loads(s.q, s.flow), system, at, owners), (power,)
 
+    def held_strains(self, system, at):
+        """Source: S2 (59), (69) with the strains in place of springs."""
+        s = elastic_state(system, self.group, resting(system, at))
+        held = jax.vmap(lambda body, s: body.strain_loads(s.q, s.flow))(self.group.body, s)
+        carry = lambda body, s, load: load  # noqa: E731
+        return lambda moved: self._loads(carry, system, resting(system, moved), None, held)
+
     def strain_energy(self, system, at):
         """Source: S2 (70)."""
         q = elastic_state(system, self.group, resting(system, at)).q

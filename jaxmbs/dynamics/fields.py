@@ -1,6 +1,6 @@
 """The inertia and gyristor fields of the paper in independent coordinates, and its state equations, term by term.
 
-For analysis and for reading the bond graph; simulations use the tensor-free forms of `hamiltonian.py`.
+For analysis and for reading the bond graph; simulations use the tensor-free forms of `hamilton.py`.
 """
 
 import jax
@@ -71,7 +71,7 @@ def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
 
 
 @question
-def gyristor_field_direct(system: System, state):
+def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
     """GR~ (N, N), second form: row k is `1/2 phi_dot^T P*_k` with `P*_kij = dI*_ij/dphi_k` (print drops the 1/2).
 
     Its matrix differs from `gyristor_field`; the efforts agree, `GR phi_dot = GR~ phi_dot`.  For coordinates that

@@ -59,6 +59,13 @@ class AbstractPort(abc.ABC):
         """The part (num_flows,) of the effort that the potential makes; of the flow only the shape counts."""
         return -jax.grad(lambda flow: self.storing(law, displacement, flow, t))(jnp.zeros_like(flow))
 
+    def slope(self, law, displacement, flow, t) -> Array:
+        """(num_flows, num_flows): how the stored effort falls as the element moves along its flows."""
+        effort = lambda *x: self.stored_effort(law, x, flow, t)  # noqa: E731
+        along = lambda column: jax.jvp(effort, displacement, self.rate(displacement, column))[1]  # noqa: E731
+        return -jax.vmap(along, 1, 1)(jnp.eye(flow.size, dtype=flow.dtype))
+
     def stiffness(self, law, displacement, flow, t) -> Array:
-        """(num_flows, num_flows) of the law at the rate of what it stores; none for loads, which are sources."""
+        """The part of `slope` that the law makes at the rate of what it stores, the rest being an effort that turns
+        with its element; none for loads, which are sources."""
         return jnp.zeros((flow.size, flow.size), flow.dtype)

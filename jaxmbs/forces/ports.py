@@ -1,4 +1,7 @@
-"""The ports: on points, frames, joints, and on the whole system; what they answer is said in `port.py`."""
+"""The ports: on points, frames, joints, and on the whole system; what they answer is said in `port.py`.
+
+Source: S2 (56)-(67), (72) on points, (76) at one frame.
+"""
 
 import abc
 from typing import NamedTuple
@@ -47,7 +50,7 @@ class _BetweenFrames(AbstractPort):
 
 
 class LinePort(_BetweenFrames):
-    """Two points: the flow is the velocity of B from A, the effort the force on B.  Source: S2 (56)-(67), (72)."""
+    """Two points: the flow is the velocity of B from A, the effort the force on B."""
 
     num_flows = 3
 
@@ -99,13 +102,11 @@ class PosePort(_BetweenFrames):
         return -wrench, wrench
 
     def stiffness(self, law, displacement, flow, t):
-        effort = lambda *x: self.stored_effort(law, x, flow, t)  # noqa: E731
-        slope = lambda column: jax.jvp(effort, displacement, self.rate(displacement, column))[1]  # noqa: E731
-        return -jax.vmap(slope, 1, 1)(jnp.eye(6, dtype=flow.dtype))
+        return self.slope(law, displacement, flow, t)
 
 
 class FramePort(_BetweenFrames):
-    """A load at one frame: the flow is its twist in world axes, rotation first.  Source: S2 (76), Q*."""
+    """A load at one frame: the flow is its twist in world axes, rotation first."""
 
     num_flows = 6
 

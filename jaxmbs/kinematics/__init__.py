@@ -7,6 +7,7 @@ from .influence_second import (
     internal_kic_second_printed,
     kic_rate,
     kic_second,
+    kic_second_vector,
     point_kic,
 )
 from .points import angular_velocity, jacobian, position, rotation, velocity
@@ -27,6 +28,7 @@ __all__ = [
     "kic",
     "kic_rate",
     "kic_second",
+    "kic_second_vector",
     "point_kic",
     "position",
     "rotation",

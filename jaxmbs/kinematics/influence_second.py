@@ -1,4 +1,4 @@
-"""Second-order kinematic influence coefficients: of the loops, and of every body, by `jacfwd` and in vector form.
+"""Second-order kinematic influence coefficients: of the loops, and of every body, by `jax.jacfwd` and in vector form.
 
 `H[n, :, m] = dG[:, n] / dphi_m`, the total derivative along the constraints: `G_dot[:, n] = H[n] phi_dot`.
 """
@@ -18,21 +18,22 @@ from . import constraints
 from .configuration import Configuration, at_state, elsewhere
 from .influence import body_kic, dependent_columns, independent_columns, velocity_map
 from .points import jacobian
-from .poses import coordinate_rate
+from .poses import step_coordinates
 from .state import State
 
 
 def along_independent(system: System, at: Configuration, function):
-    """Total derivative of `function(configuration)` by the independent coordinates: (..., N).
+    """Total derivative of `function(configuration)` by the independent coordinates: (..., N), by `jax.jacfwd`.
+
+    The others follow to first order, `psi (+) Gamma dphi`, which is all that the derivative sees: no root is sought.
 
     Source: S2 (7), (17)."""
     Gamma = velocity_map(system, at)[0]
 
-    def along(column):
-        rate = coordinate_rate(system.topology, at.psi, column)
-        return jax.jvp(lambda psi: function(elsewhere(system, at, psi)), (at.psi,), (rate,))[1]
+    def moved(dphi):
+        return function(elsewhere(system, at, step_coordinates(system.topology, at.psi, Gamma @ dphi)))
 
-    return jax.vmap(along, in_axes=1, out_axes=-1)(Gamma)
+    return jax.jacfwd(moved)(jnp.zeros(Gamma.shape[1], at.psi.dtype))
 
 
 def velocity_map_second(system: System, at: Configuration):
@@ -42,7 +43,7 @@ def velocity_map_second(system: System, at: Configuration):
 
 @question
 def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
-    """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jacfwd` of Gi along (I, Gi).
+    """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jax.jacfwd` of Gi along (1, Gi).
 
     No root is sought inside the derivative.  Source: S2 (7)-(9).
     """
@@ -53,7 +54,8 @@ def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
 def internal_kic_second_printed(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
 
-    For coordinates that are integrals of their velocities (no quaternions).  Source: S2 (8)-(9), products (77)-(84).
+    Planes of second derivatives are rows k of f, then `[k, i, j] = d2 f_k / dq_i dphi_j` as (10) orders them.  For
+    coordinates that are integrals of their velocities (no quaternions).  Source: S2 (8)-(10), products (77)-(84).
     """
     at = at_state(system, state, inertias=False)
     p, q = independent_columns(system), dependent_columns(system)
@@ -77,7 +79,7 @@ class SecondKic(eqx.Module):
 def body_kic_second(system: System, at: Configuration):
     """(bodies, 6, N, N) derivative of the external KIC by the independent coordinates, by forward mode.
 
-    Axes: body, component, n, m.  Source: S2 (17)-(18), (26).
+    Axes: body, component, n, m.  Source: S2 (17)-(18), (22)-(23), (26).
     """
     return along_independent(system, at, lambda at: body_kic(system, at, velocity_map(system, at)[0]))
 
@@ -86,7 +88,7 @@ def body_kic_second_vector(system: System, at: Configuration):
     """The same in vector form: every joint twist S_j turns with its frame, `dS_j/dphi_m = V_m x S_j`.
 
     Rotational part: `sum_i sum_{j before i} w_in w_jm (z_j x z_i) + sum_i Hi[s(i), n, m] z_i`; the translational
-    part, not printed, is its moment about the moving centre of mass.  Source: S2 (19)-(25), (26)-(27).
+    part, not printed, is its moment about the moving centre of mass.  Source: S2 (19)-(21), (24), (26).
     """
     top, S, R, x = system.topology, at.S, at.R, at.x
     Gamma, dGamma = velocity_map(system, at)[0], velocity_map_second(system, at)
@@ -114,14 +116,28 @@ def body_kic_second_vector(system: System, at: Configuration):
 
 @question
 def kic_second(system: System, state: State) -> SecondKic:
-    """Second-order KIC of a state, internal and of every body at its centre of mass, world axes.
+    """Second-order KIC of a state, internal and of every body at its centre of mass, world axes, by `jax.jacfwd` of
+    the first-order ones.
 
     H_t is symmetric in (n, m) for one-freedom joints and holonomic rows, H_r is not:
     `dg_n/dphi_m - dg_m/dphi_n = g_m x g_n`.  Source: S2 (7)-(9), (17)-(27).
     """
     at = at_state(system, state, inertias=False)
-    H = jnp.swapaxes(body_kic_second(system, at), 1, 2)
-    names = system.topology.body_names
+    return _by_name(system, at, body_kic_second(system, at))
+
+
+@question
+def kic_second_vector(system: System, state: State) -> SecondKic:
+    """The same as `kic_second` in the vector form of the paper: axes turned by the bodies that carry them.
+
+    Source: S2 (19)-(21), (24), (26).
+    """
+    at = at_state(system, state, inertias=False)
+    return _by_name(system, at, body_kic_second_vector(system, at))
+
+
+def _by_name(system, at, second):
+    H, names = jnp.swapaxes(second, 1, 2), system.topology.body_names
     return SecondKic(
         internal=velocity_map_second(system, at)[dependent_columns(system)],
         rotational={name: H[k, :, :3] for k, name in enumerate(names)},
@@ -134,7 +150,7 @@ def point_kic(system: System, state: State, frame: FrameLike) -> tuple[Float[Arr
     """First- and second-order KIC of a frame's origin or point: G (6, N) and H (N, 6, N), world axes.
 
     Translational rows before rotational ones; `frame` is a frame or body name, or (name, point).
-    Source: S2 (11)-(18).
+    Source: S2 (11)-(12), (14)-(15), (17)-(18).
     """
     at = at_state(system, state, inertias=False)
 
@@ -148,7 +164,7 @@ def point_kic(system: System, state: State, frame: FrameLike) -> tuple[Float[Arr
 def kic_rate(second: Array, phi_dot: Array) -> Float[Array, "c N"]:
     """G_dot (3, N) of a body from its H (N, 3, N) and phi_dot (N,): column n is `H[n] phi_dot`.
 
-    Source: S2 (10), (27).
+    Source: S2 (22), (25)-(27).
     """
     if second.ndim != 3 or second.shape[0] != second.shape[2] or phi_dot.shape != second.shape[2:]:
         raise ValueError(f"H of shape {second.shape} and rates of shape {phi_dot.shape} are not (N, 3, N) and (N,)")

@@ -1,4 +1,7 @@
-"""Which joints and constraints carry the wrenches of the loops' rows."""
+"""Which joints and constraints carry the wrenches of the loops' rows.
+
+Source: S1 (27)-(28), the homogeneous family of the loops.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -22,7 +25,7 @@ def reaction_map(system: System, at: Configuration):
     """Reactions per unit multiplier, (carriers, 6, rows): force then moment on the joint's child or on frame B.
 
     About the origin and in the axes of that frame.  Multipliers of drives and couplers act inside their joints and
-    load no body from outside.  Source: S1 (27)-(28), the homogeneous family of the loops.
+    load no body from outside.
     """
     top, names = system.topology, [name for name, *_ in carriers(system)]
     num = len(names)

@@ -26,7 +26,7 @@ def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the 
 
     Raises: ValueError for a matrix that is not square and, if concrete, where the held interface leaves the interior
     a mechanism; `what` it calls it.
-    Source: S1 (6).
+    Source: S1 (5)-(6).
     """
     if stiffness.ndim != 2 or stiffness.shape[0] != stiffness.shape[1]:
         raise ValueError(f"the stiffness must be square, not of shape {tuple(stiffness.shape)}")
@@ -40,7 +40,7 @@ def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the 
 
 
 def interface_basis(stiffness: AnyArray, interface: RowsLike) -> Float[Array, "n b"]:
-    """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (8)."""
+    """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (7)-(8)."""
     inner, outer = partition(stiffness.shape[0], interface)
     T = jnp.zeros((stiffness.shape[0], len(outer)), stiffness.dtype)
     return T.at[outer].set(jnp.eye(len(outer), dtype=T.dtype)).at[inner].set(constraint_modes(stiffness, interface))

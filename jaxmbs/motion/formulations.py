@@ -8,7 +8,7 @@ prescribed   (psi, nothing): systems without freedom, whose rows alone give the 
 
 import jax.numpy as jnp
 
-from ..dynamics import hamiltonian
+from ..dynamics import hamilton
 from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
@@ -36,13 +36,13 @@ class Canonical(Formulation):
         return M @ u, _seen_inertia(system, at, M)
 
     def velocities_of(self, at, second):
-        return hamiltonian.velocities(self.system, at, second)[0]
+        return hamilton.velocities(self.system, at, second)[0]
 
     def rates_of(self, at, second):
-        return Rates(*hamiltonian.canonical_rate(self.system, at, second))
+        return Rates(*hamilton.canonical_rate(self.system, at, second))
 
     def second_of(self, at, u):
-        return hamiltonian.momenta(self.system, moving(self.system, at, u))
+        return hamilton.momenta(self.system, moving(self.system, at, u))
 
 
 class Independent(Formulation):
@@ -56,10 +56,10 @@ class Independent(Formulation):
         return Gamma.T @ (M @ u), jnp.diagonal(Gamma.T @ M @ Gamma)
 
     def velocities_of(self, at, second):
-        return hamiltonian.independent_velocities(self.system, at, second)
+        return hamilton.independent_velocities(self.system, at, second)
 
     def rates_of(self, at, second):
-        return Rates(*hamiltonian.independent_rate(self.system, at, second))
+        return Rates(*hamilton.independent_rate(self.system, at, second))
 
 
 class Velocity(Formulation):
@@ -76,7 +76,7 @@ class Velocity(Formulation):
         return _of_accelerations(self.system, at, second)
 
     def momenta_of(self, at, second):
-        return hamiltonian.momenta(self.system, moving(self.system, at, second))
+        return hamilton.momenta(self.system, moving(self.system, at, second))
 
 
 class Prescribed(Formulation):

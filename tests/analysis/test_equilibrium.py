@@ -84,6 +84,17 @@ def test_steady_rotation_of_a_governor():
     np.testing.assert_allclose(found.efforts, 0.0, atol=1e-9)
 
 
+def test_efforts_that_hold_a_steady_motion():
+    """A shaft with friction in its bearing needs a torque along its speed, against that friction."""
+    b = mbs.SystemBuilder()
+    b.body("shaft", mass=1.0, inertia=0.05)
+    b.joint("spin", mbs.Revolute(axis="z"), "ground", "shaft")
+    b.force("bearing", mbs.SpringDamper(damping=0.3), joint="spin")
+    system = b.build()
+    found = mbs.equilibrium(system, mbs.State.at(system, velocities={"spin": 6.0}), moving=("spin",))
+    np.testing.assert_allclose(found.efforts, [0.3 * 6.0], rtol=1e-12)
+
+
 def test_no_equilibrium_is_said():
     """A sphere of no support falls for ever."""
     b = mbs.SystemBuilder()

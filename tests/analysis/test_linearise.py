@@ -225,3 +225,47 @@ def test_modes_and_responses_take_what_is_at_hand():
         mbs.frequency_response(linear, [1.0], into=["pin"])
     with pytest.raises(TypeError, match="about a state"):
         mbs.modes(system)
+
+
+def test_gyroscopic_part_of_a_spinning_rotor():
+    """Two gimbals and a spin W: `+-J W` between the gimbals' rates; the dampers are the other part of C."""
+    b, J, W = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 0.3, 20.0
+    for name, inertia in (("outer", 0.0), ("inner", 0.0), ("rotor", (0.2, 0.2, J))):
+        b.body(name, mass=float(name == "rotor"), inertia=inertia)
+    for name, axis, parent, child in (
+        ("a", "x", "ground", "outer"),
+        ("b", "y", "outer", "inner"),
+        ("c", "z", "inner", "rotor"),
+    ):
+        b.joint(name, mbs.Revolute(axis), parent, child)
+        b.force(f"damper {name}", mbs.SpringDamper(damping=0.1 if name == "a" else 0.2), joint=name)
+    system = b.build()
+    linear = mbs.linearise(system, mbs.State.at(system, velocities={"c": W}))
+    gyroscopic = np.array([[0.0, J * W, 0.0], [-J * W, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(linear.gyroscopic, gyroscopic, atol=1e-12)
+    np.testing.assert_allclose(linear.damping, gyroscopic + np.diag([0.1, 0.2, 0.2]), atol=1e-12)
+    np.testing.assert_allclose(linear.mass, np.diag([0.2, 0.2, J]), atol=1e-12)
+
+
+def test_a_support_that_accelerates():
+    """A pendulum on a driven lift weighs `m (g + a)`: the drive's second derivative is in the stiffness."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -G))
+    b.body("lift", mass=3.0)
+    b.body("bob", mass=2.0, com=(0.0, 0.0, -0.8), inertia=0.01)
+    b.joint("up", mbs.Prismatic("z"), "ground", "lift", drive=mbs.Polynomial([0.1, 0.5, 1.5]))
+    b.joint("swing", mbs.Revolute("y"), "lift", "bob")
+    system = b.build()
+    linear = mbs.linearise(system, mbs.State.at(system, t=0.4))
+    np.testing.assert_allclose(linear.stiffness, [[2.0 * (G + 3.0) * 0.8]], rtol=1e-12)
+    np.testing.assert_allclose(linear.mass, [[2.0 * 0.8**2 + 0.01]], rtol=1e-12)
+
+
+def test_ratio_and_frequency_of_a_damped_mass():
+    b, k, c, m = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 80.0, 3.0, 5.0
+    b.body("mass", mass=m)
+    b.joint("slide", mbs.Prismatic("x"), "ground", "mass")
+    b.force("mount", mbs.SpringDamper(k, c), joint="slide")
+    system = b.build()
+    modes = mbs.modes(system, mbs.State.at(system))
+    np.testing.assert_allclose(modes.damping_ratios, c / (2 * np.sqrt(k * m)), rtol=1e-9)
+    np.testing.assert_allclose(modes.frequencies, np.sqrt(k / m) / (2 * np.pi), rtol=1e-9)

@@ -16,5 +16,6 @@ def graphs():
         "points": cases.double_pendulum(0.0),
         "crank": cases.slider_crank(),
         "arm": cases.driven_arm(),
+        "beam": cases.elastic_arm(),
     }
     return {f"{name} {view}": mbs.bond_graph(system, view) for name, system in systems.items() for view in VIEWS}

@@ -9,7 +9,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.bondgraph import junction_residual, state_equations
 from jaxmbs.bondgraph.views import VIEWS
-from jaxmbs.dynamics import fields, hamiltonian
+from jaxmbs.dynamics import fields, hamilton
 from jaxmbs.dynamics.efforts import efforts, element_is_source, element_names, stored_energy
 from jaxmbs.dynamics.energy import energies
 from jaxmbs.kinematics.configuration import at_state, configuration, moving
@@ -50,7 +50,7 @@ def truth(system, state):
         return fields.state_equations(system, state)
     at = at_state(system, state)
     p = velocity_map(system, at)[0].T @ mbs.mass_matrix(system, state) @ state.velocities
-    _, p_dot, _, u = hamiltonian.independent_rate(system, at, p)
+    _, p_dot, _, u = hamilton.independent_rate(system, at, p)
     return p_dot, u[independent_columns(system)], u[dependent_columns(system)]
 
 
@@ -66,7 +66,15 @@ def arm():
     return everything(system, cases.driven_arm_state(system))
 
 
-@pytest.fixture(params=["crank", pytest.param("arm", marks=pytest.mark.slow)])
+@pytest.fixture(scope="module")
+def beam():
+    system = cases.elastic_arm()
+    return everything(system, cases.elastic_arm_state(system))
+
+
+@pytest.fixture(
+    params=["crank", pytest.param("arm", marks=pytest.mark.slow), pytest.param("beam", marks=pytest.mark.slow)]
+)
 def case(request):
     return request.getfixturevalue(request.param)
 
@@ -91,7 +99,7 @@ def test_stores_take_the_rates_of_the_energies(case):
     gravity = potential - springs
     ports = {view: powers[view].ports() for view in VIEWS}
     close = {"rtol": 1e-10, "atol": 1e-12}
-    detailed = sum(p for name, p in ports["detailed"].items() if name[:2] in ("I:", "m:"))
+    detailed = sum(p for name, p in ports["detailed"].items() if name.split(":")[0] in ("I", "m", "GR"))
     np.testing.assert_allclose(detailed, kinetic, **close)
     for view in ("inertia", "hamiltonian"):  # the bond of I* alone does not conserve
         np.testing.assert_allclose(ports[view]["I*"] + ports[view]["GR"], kinetic, **close)
@@ -103,9 +111,10 @@ def test_stores_take_the_rates_of_the_energies(case):
 
 def test_resistors_and_sources_pass_the_elements_powers(case):
     system, _, powers, _, _, elements, _ = case
-    ports = powers["detailed"].ports()
+    ports, elastic = powers["detailed"].ports(), {name for group in system.elastic for name in group.names}
     for name, is_source, power in zip(element_names(system), element_is_source(system), elements, strict=True):
-        found = ports.get(f"{'Se' if is_source else 'R'}:{name}", 0.0)
+        place = f"{name}.strain" if name in elastic else name
+        found = ports.get(f"{'Se' if is_source else 'R'}:{place}", 0.0)
         np.testing.assert_allclose(found, -power, rtol=1e-11, atol=1e-13)
 
 

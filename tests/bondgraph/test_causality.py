@@ -48,8 +48,41 @@ def test_drives_set_the_flow_of_their_inertias(graphs):
     assert [(s.junction, s.independent, s.dependent) for s in field.storages] == [("phi_dot", 3, 0), ("drives", 0, 1)]
 
 
+def test_moduli_that_differ_by_their_signs_are_independent():
+    """Two masses whose velocities are the sum and the difference of two rates hold two states, not one."""
+    b = mbs.SystemBuilder()
+    for name, mass in (("carrier", 0.0), ("sum", 1.0), ("difference", 2.0)):
+        b.body(name, mass=mass)
+    along = mbs.Prismatic("x")
+    b.joint("base", along, "ground", "carrier")
+    b.joint("plus", along, "carrier", "sum")
+    b.joint("minus", along, "carrier", "difference")
+    b.constraint("opposite", mbs.Coupler({"plus": 1.0, "minus": 1.0}))
+    graph = mbs.bond_graph(b.build(independent=["base", "plus"]), "detailed")
+    assert graph.dependent == ()
+    assert shares(graph) == {"m:sum": (1, 0, 2), "m:difference": (1, 0, 2)}
+
+
+def test_an_elastic_body_is_an_inertia_on_its_flow(graphs):
+    """Six rigid flows, six of the tip, one mode.  The carrier takes the state of its swing, the tool the four of tip
+    and wrist, the body that of its mode: what moves with swing, hinge and tip depends, the rest idles."""
+    graph = graphs["beam detailed"]
+    assert graph["y:arm"].size == graph["I:arm.flow"].size == graph["GR:arm.flow"].size == 13
+    assert graph["C:arm.strain"].size == graph["R:arm.strain"].size == 7
+    found = shares(graph)
+    assert found == {
+        "I:carrier": (1, 0, 2),
+        "m:carrier": (0, 0, 3),
+        "I:tool": (2, 1, 0),
+        "m:tool": (2, 1, 0),
+        "I:arm.flow": (1, 9, 3),
+    }
+    assert {"C:arm.strain", "R:arm.strain", "gravity", "I*", "GR"} <= set(graphs["beam inertia"].order)
+    assert {"y:arm", "GR:arm.flow"}.isdisjoint(graphs["beam inertia"].order)
+
+
 @pytest.mark.parametrize("view", VIEWS)
-@pytest.mark.parametrize("name", ["pendulum", "points", "crank", "arm"])
+@pytest.mark.parametrize("name", ["pendulum", "points", "crank", "arm", "beam"])
 def test_causal_rules(graphs, name, view):
     """One bond sets the flow of a 1-junction, one the effort of a 0-junction; transformers pass both on."""
     graph = graphs[f"{name} {view}"]

@@ -29,7 +29,7 @@ def swing():
     return system, motion, mbs.bond_powers(system, motion, "inertia")
 
 
-NAMES = [f"{system} {view}" for system in ("crank", "arm") for view in VIEWS]
+NAMES = [f"{system} {view}" for system in ("crank", "arm", "beam") for view in VIEWS]
 
 
 def test_graphs_are_large_enough_to_test(graphs):
@@ -50,7 +50,7 @@ def test_nothing_overlaps(graphs, name):
             assert not np.any(inside), f"{bond.name} crosses {other}"
 
 
-@pytest.mark.parametrize("name", ["crank detailed", "arm detailed"])
+@pytest.mark.parametrize("name", ["crank detailed", "arm detailed", "beam detailed"])
 def test_texts_fit_their_boxes(graphs, name):
     boxes = layout(graphs[name]).boxes
     for element in graphs[name].elements:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.dynamics import fields, hamiltonian, ports
+from jaxmbs.dynamics import fields, hamilton, ports, springs
 from jaxmbs.dynamics.newton_euler import accelerations
 from jaxmbs.kinematics.configuration import at_state, elsewhere, moving
 from jaxmbs.kinematics.influence import independent_columns, velocity_map
@@ -136,7 +136,7 @@ def test_the_hamiltonian_is_the_legendre_transform_of_the_lagrangian(name, reque
 @pytest.mark.parametrize("name", ["loop", "tree"])
 def test_independent_rate_equals_the_state_equations(name, request):
     (system, state), of = request.getfixturevalue(name), request.getfixturevalue(f"of_{name}")
-    rate = jax.jit(lambda system, state, p: hamiltonian.independent_rate(system, at_state(system, state), p))
+    rate = jax.jit(lambda system, state, p: hamilton.independent_rate(system, at_state(system, state), p))
     _, p_dot, _, u = rate(system, state, of.I_star @ of.phi_dot)
     np.testing.assert_allclose(u, state.velocities, atol=1e-9)
     np.testing.assert_allclose(p_dot, of.p_dot, rtol=1e-8, atol=1e-9)
@@ -146,8 +146,8 @@ def test_independent_rate_equals_the_state_equations(name, request):
 def _canonical(system, state):
     """The rate of the paper's momenta Gamma^T P, and the velocities."""
     at = at_state(system, state)
-    momenta = hamiltonian.momenta(system, moving(system, at, state.velocities))
-    psi_dot, rate, _, u = hamiltonian.canonical_rate(system, at, momenta)
+    momenta = hamilton.momenta(system, moving(system, at, state.velocities))
+    psi_dot, rate, _, u = hamilton.canonical_rate(system, at, momenta)
 
     def seen(psi):
         return velocity_map(system, elsewhere(system, at, psi))[0].T @ momenta
@@ -187,7 +187,7 @@ def test_conservative_ports_are_the_slope_of_the_potential(four_bar, loop):
 def test_spring_port_from_the_spring_vector(loop, of_loop):
     """(59) with G_hat (61) equals (64) with the derivative of the length, also off the free length."""
     system, state = loop
-    q_C, G_hat = ports.spring_vector(system, state, "arm", "block")
+    q_C, G_hat = springs.spring_vector(system, state, "arm", "block")
     length = jnp.linalg.norm(q_C)
     n, K, q0 = q_C / length, 80.0, 0.3
     e_C = -K * G_hat.T @ (q_C - q0 * n)
@@ -200,7 +200,7 @@ def test_spring_port_from_the_spring_vector(loop, of_loop):
 def test_resistance_takes_power(loop, of_loop):
     system, state = loop
     phi_dot, R, e_R = of_loop.phi_dot, of_loop.R, of_loop.e_R
-    q_C, G_hat = ports.spring_vector(system, state, "arm", "block")
+    q_C, G_hat = springs.spring_vector(system, state, "arm", "block")
     G_R = (q_C / jnp.linalg.norm(q_C)) @ G_hat
     np.testing.assert_allclose(R, 1.0 * jnp.outer(G_R, G_R), rtol=1e-8, atol=1e-10)
     np.testing.assert_allclose(e_R, -R @ phi_dot, rtol=1e-9)

@@ -18,6 +18,7 @@ from jaxmbs.math.rotation import quaternion_exp
 from jaxmbs.reductions import CraigBampton, reduce, rigid_node
 from jaxmbs.viz.mechanism import body_frames
 
+from ..mechanisms import slopes
 from .beams import beam_structure, elastic_beam, random_state
 
 RIGID_ROWS = 6
@@ -166,6 +167,39 @@ def test_sag_and_clamping_moment_of_a_cantilever():
     x = np.array([0.25, 0.5])
     exact = -weight * x**2 * (6 - 4 * x + x**2) / (24 * 7e10 * 1.2e-8)
     np.testing.assert_allclose(middle, exact, rtol=2e-3)  # element loads are lumped on the nodes' shapes
+
+
+@pytest.mark.slow
+def test_stiffness_of_a_bent_body_by_its_parts():
+    """A cantilever whose tip hangs on a rod: `G^T K G`, and what strains make of the circle that the tip moves on."""
+    body = elastic_beam(elements=1, num_modes=0).body
+    K, anchor = np.asarray(body.stiffness), np.array([0.6, -0.5])  # from the tip, undeformed
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    b.elastic("arm", body, motions={"1": mbs.Planar("z")})
+    b.joint("root", mbs.Weld(), "ground", "arm.0")
+    b.constraint(
+        "rod", mbs.Distance(np.hypot(*anchor)), between=(("ground", (1.0 + anchor[0], anchor[1], 0.0)), "arm.1")
+    )
+    system = b.build()
+    state = mbs.State.at(system, guess={"arm.1": (0.02, -0.03, 0.05)})
+    chosen = list(mbs.kic(system, state).independent)
+
+    def bent(phi):
+        tip = np.zeros(3)
+        tip[chosen] = phi
+        free = int(0 in chosen)  # x or y follows
+        sign = np.sign(anchor[free])
+        tip[free] = anchor[free] - sign * np.sqrt(anchor @ anchor - (tip[1 - free] - anchor[1 - free]) ** 2)
+        return np.array([tip[0], tip[1], 0.0, 0.0, 0.0, tip[2]])
+
+    phi = np.asarray(state.coordinates)[chosen]
+    G = slopes(bent, phi)
+    hessian = slopes(lambda phi: slopes(lambda phi: bent(phi) @ K @ bent(phi) / 2, phi, 1e-3), phi, 1e-3)
+    found, scale = mbs.stiffness(system, state), np.max(np.abs(hessian))
+    np.testing.assert_allclose(found.elastic, G.T @ K @ G, atol=1e-8 * scale)
+    np.testing.assert_allclose(found.antagonistic, hessian - G.T @ K @ G, atol=1e-6 * scale)
+    assert np.max(np.abs(found.antagonistic)) > 1e-3 * scale
+    np.testing.assert_allclose(mbs.potential_energy(system, state), bent(phi) @ K @ bent(phi) / 2, rtol=1e-9)
 
 
 def test_a_component_known_by_its_reduced_matrices_alone():

@@ -147,6 +147,11 @@ def test_numbers_and_signs():
     np.testing.assert_allclose(stop.effort(-0.3, -2.0, 0.0), 100 * 0.01 * 2.0)
     assert stop.effort(0.29, 5.0, 0.0) == 0.0
     np.testing.assert_allclose(F.CoulombFriction(5.0).effort(0.0, 1.0, 0.0), -5.0)
+    bump = F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.01, viscous=0.2, stribeck_speed=0.5)
+    by_hand = -5.0 * (1 + 0.4 * np.exp(-((0.3 / 0.5) ** 2))) * np.tanh(30.0) - 0.2 * 0.3
+    np.testing.assert_allclose(bump.effort(0.0, 0.3, 0.0), by_hand, rtol=1e-12)
+    by_default = F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.01).effort(0.0, 0.1, 0.0)
+    np.testing.assert_allclose(by_default, -5.0 * (1 + 0.4 * np.exp(-1.0)) * np.tanh(10.0), rtol=1e-12)
     np.testing.assert_allclose(F.PD(1.0, kp=2.0, kd=3.0).effort(0.5, 1.0, 0.0), 1.0 - 3.0)
     assert F.Actuator(torque_curve).is_source and not F.SpringDamper().is_source
 

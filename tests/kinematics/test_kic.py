@@ -1,5 +1,7 @@
 """First- and second-order KIC against derivatives of positions and against one another."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +15,7 @@ from jaxmbs.kinematics.configuration import at_state
 from jaxmbs.kinematics.poses import node_parameters
 
 from .. import systems
+from ..mechanisms import OnCart, slopes
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +55,21 @@ def moved(system, state, phi):
 
 def phi_of(system, state):
     return state.coordinates[np.asarray(first.independent_columns(system))]
+
+
+def test_rows_and_their_slopes(loop):
+    """Where the loop is closed the residual is zero, and the rows of velocity are its slopes; Gi keeps them."""
+    system, state = loop
+
+    @jax.jit
+    def residual(psi):
+        return mbs.constraint_residual(system, mbs.State(state.t, psi, state.velocities))
+
+    A = np.asarray(mbs.constraint_jacobian(system, state))
+    np.testing.assert_allclose(residual(state.coordinates), 0.0, atol=1e-10)
+    np.testing.assert_allclose(A, slopes(residual, state.coordinates), atol=1e-9)
+    p, q = first.independent_columns(system), first.dependent_columns(system)
+    np.testing.assert_allclose(A[:, q] @ first.internal_kic(system, state), -A[:, p], atol=1e-12)
 
 
 def test_internal_kic_is_the_derivative_of_the_closed_loop(four_bar):
@@ -157,8 +175,12 @@ def test_kic_rate_is_the_change_of_the_kic_along_the_motion(loop):
         mbs.State(state.t, place(phi_of(system, state) + s * h * phi_dot), state.velocities) for s in (1.0, -1.0)
     )
     for name in system.topology.body_names:
-        finite = (mbs.kic(system, ahead).translational[name] - mbs.kic(system, behind).translational[name]) / (2 * h)
-        np.testing.assert_allclose(mbs.kic_rate(H.translational[name], phi_dot), finite, atol=1e-7)
+        for kind in ("rotational", "translational"):  # the first is not symmetric in (n, m)
+            ends = (getattr(mbs.kic(system, place), kind)[name] for place in (ahead, behind))
+            finite = functools.reduce(np.subtract, ends) / (2 * h)
+            np.testing.assert_allclose(mbs.kic_rate(getattr(H, kind)[name], phi_dot), finite, atol=1e-7)
+    last = H.rotational[system.topology.body_names[-2]]
+    assert np.max(np.abs(last - np.swapaxes(last, 0, 2))) > 0.1
 
 
 _LEVI_CIVITA = np.zeros((3, 3, 3))
@@ -174,3 +196,19 @@ def test_point_kic_at_a_centre_of_mass_is_the_bodys(loop):
     np.testing.assert_allclose(G, np.concatenate([K.translational[name], K.rotational[name]]), atol=1e-12)
     both = np.concatenate([H.translational[name], H.rotational[name]], axis=1)
     np.testing.assert_allclose(second_order, both, atol=1e-11 * np.abs(both).max())
+
+
+def test_transposed_kic_of_a_body_carries_force_and_moment_without_loss_of_power():
+    """The efforts of a force at the centre of mass and of a moment, `G_t^T F` and `G_r^T T`: their power is that of
+    the force on the moving centre and of the moment on the turning body, by hand, and loads exert just these."""
+    hand, phi, phi_dot = OnCart(), np.array([0.3, 0.6]), np.array([1.1, -2.0])
+    F, T, com = np.array([3.0, -2.0, 1.0]), np.array([0.1, 0.2, 0.7]), (0.0, -hand.length, 0.0)
+    loads = [("push", mbs.Force(F), {"on": ("bob", com)}), ("turn", mbs.Torque(T), {"on": "bob"})]
+    system = hand.build(forces=loads)
+    state = mbs.State.at(system, slide=phi[0], swing=phi[1], velocities={"slide": phi_dot[0], "swing": phi_dot[1]})
+    K = mbs.kic(system, state)
+    velocity = slopes(lambda phi: hand.place(phi, com), phi) @ phi_dot
+    from_force, from_moment = K.translational["bob"].T @ F, K.rotational["bob"].T @ T
+    np.testing.assert_allclose(from_force @ phi_dot, F @ velocity, rtol=1e-9)  # (16)
+    np.testing.assert_allclose(from_moment @ phi_dot, T[2] * phi_dot[1], rtol=1e-12)  # (13)
+    np.testing.assert_allclose(mbs.dynamics.source_effort(system, state), from_force + from_moment, rtol=1e-12)

@@ -131,7 +131,7 @@ def test_general_eigenproblem():
 
     def response(t, kept):
         values, X, Y = eig(state(t))
-        return jnp.real(jnp.sum(values[:2]) + jnp.sum(values[:6] ** 2)) + jnp.imag((X * kept[None]) @ Y)[0, 12]
+        return jnp.real(jnp.sum(values[:2]) + jnp.sum(values[:6] ** 2)) + jnp.real((X * kept[None]) @ Y)[0, 12]
 
     t, whole = jnp.asarray(REPEATED), jnp.asarray([1.0 + 0j] * 2 + [0j] * 16)
     values, X, Y = map(np.asarray, eig(state(t)))
@@ -141,6 +141,21 @@ def test_general_eigenproblem():
     np.testing.assert_allclose(slope, differences(lambda t: value(t, whole), t, (1, 2)), rtol=1e-6, atol=1e-8)
     with pytest.raises((RuntimeError, ValueError), match="a group of equal eigenvalues has no derivative"):
         jax.block_until_ready(gradient(t, whole.at[2].set(1.0)))  # one of a pair, without its conjugate
+
+
+def test_residues_of_single_roots():
+    """Real and imaginary parts of x_k y_k, which no scale changes, by a real matrix with pairs and a real root."""
+    A, B = np.random.default_rng(4).normal(size=(2, 5, 5))
+
+    def residues(t):
+        _, X, Y = eig(jnp.asarray(A) + t * jnp.asarray(B))
+        products = jnp.einsum("ik,kj->kij", X, Y)
+        return jnp.stack([jnp.real(products), jnp.imag(products)])
+
+    value, h = jax.jit(residues), 1e-6
+    found = jax.jit(jax.jacfwd(residues))(0.0)
+    np.testing.assert_allclose(found, (value(h) - value(-h)) / (2 * h), atol=1e-7)
+    assert np.all(np.max(np.abs(found), axis=(1, 2, 3)) > 0.1)
 
 
 def test_single_precision_and_batches():

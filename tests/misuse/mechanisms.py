@@ -27,7 +27,7 @@ CASES = {
         f"kinematics.{name}": of_state()
         for name in (
             *("constraint_residual", "constraint_jacobian", "internal_kic", "internal_kic_second"),
-            *("internal_kic_second_printed", "kic", "kic_second"),
+            *("internal_kic_second_printed", "kic", "kic_second", "kic_second_vector"),
         )
     },
     "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
@@ -47,6 +47,18 @@ CASES = {
         )
     },
     "dynamics.independent_rates": of_state("system nan inside: rates are part of the state"),
+    "dynamics.gyristor_field_direct": of_state(),
+    **{
+        f"dynamics.{n}": case(lambda z: call(z.bars, z.state, np.ones(1)))
+        for n in ("hamiltonian", "hamiltonian_slopes")
+    },
+    **{
+        f"dynamics.{name}": case(lambda z: call(z.bars, z.state, "ground", "coupler"))
+        for name in ("spring_vector", "spring_kic", "spring_kic_second")
+    },
+    "dynamics.spring_displacement": case(
+        lambda z: call(z.bars, z.state, "ground", "coupler", 0.25), positive="free_length"
+    ),
     "dynamics.inverse_dynamics": case(lambda z: call(z.bars, z.state, np.array([1.0, 2.0, 3.0]))),
     "dynamics.acceleration": of_frame(),
     "dynamics.angular_acceleration": of_frame(),

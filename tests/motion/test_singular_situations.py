@@ -168,9 +168,15 @@ def test_redundant_drives_that_agree_are_followed():
 
 @pytest.mark.slow
 def test_an_independent_set_that_turns_singular_is_not_believed():
-    """The independent momenta alone through dead centres: a failure that says so, or energy kept."""
-    system = four_bar()
+    """The rocker stands still where it turns back: momenta of its angle end there, say so, and are right before."""
+    system = four_bar(independent=["D"])
     state = four_bar_state(system, rate=6.0)
-    motion = mbs.simulate(system, state, t1=1.5, formulation="independent", throw=False)
-    drift = np.nanmax(np.abs(np.asarray(motion.diagnostics.energy_residual)))
-    assert not bool(motion.ok) or drift < 1e-5 * np.nanmax(np.asarray(motion.diagnostics.kinetic))
+    options = {"t1": 1.5, "max_steps": 3000, "throw": False}
+    motion = mbs.simulate(system, state, formulation="independent", **options)
+    assert str(motion.status) == "maximum number of steps reached"
+    crank = np.asarray(motion.states.coordinates)[:, 0]
+    reached = np.isfinite(crank)
+    assert 0.2 < np.mean(reached) < 0.8
+    canonical = mbs.simulate(system, state, **options)
+    assert bool(canonical.ok)
+    np.testing.assert_allclose(crank[reached], np.asarray(canonical.states.coordinates)[reached, 0], atol=1e-6)

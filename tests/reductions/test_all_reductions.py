@@ -19,6 +19,7 @@ from jaxmbs.reductions import (
     Rubin,
     averaged_motion,
     reduce,
+    support_motions,
 )
 from tests.structural_matrices import beam, chain, component, double_cross
 
@@ -174,6 +175,14 @@ def test_hurty_connection():
     np.testing.assert_allclose(STATIC @ phi[:, :2], 0.0, atol=1e-8)
     expected = [[1, 0, 0, 0], [-1, 1, 1, 0], [0, 1, 0, 0], [-1, 1, 0, 1]]
     np.testing.assert_allclose(phi, expected, atol=1e-10)
+
+
+def test_motions_of_supports():
+    """A rigid beam with one end lifted by 1 and the other held: straight lines."""
+    x = np.linspace(0.0, 1.0, ELEMENTS + 1)
+    lifted = np.stack([1.0 - x, -np.ones_like(x)], axis=1).reshape(-1), np.stack([x, np.ones_like(x)], 1).reshape(-1)
+    found = support_motions(component(*WHOLE, INTERFACE), DETERMINATE)
+    np.testing.assert_allclose(found, np.stack(lifted, axis=1), atol=1e-9)
 
 
 @pytest.mark.parametrize("method", [CraigBampton(16), MacNeal(16, num_rigid=0)], ids=["held", "free"])

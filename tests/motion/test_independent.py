@@ -1,0 +1,61 @@
+"""The paper's own state equations, momenta of an independent set, against the canonical ones: motions, gradients."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from tests.mechanisms import OnCart, four_bar, four_bar_state
+
+HAND = OnCart()
+TS = np.linspace(0.0, 0.4, 5)
+
+
+def lift(t):
+    return 0.2 * t + 0.1 * jnp.sin(3.0 * t)
+
+
+def loop(stiffness, like=None):
+    system = four_bar(stiffness=stiffness, load=5.0, like=like)
+    return system, four_bar_state(system)
+
+
+def driven_cart(stiffness, like=None):
+    """A pendulum on a cart that a drive moves."""
+    spring = ("spring", mbs.SpringDamper(stiffness, 0.2), {"joint": "swing"})
+    system = HAND.build(drive=lift, forces=[spring], like=like)
+    return system, mbs.State.at(system, swing=0.6, velocities={"swing": -1.0})
+
+
+def sleigh(stiffness, like=None):
+    """A body on an edge that it cannot slip across, tied to a post by a spring."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    b.body("sleigh", mass=2.0, com=(0.2, 0.05, 0.0), inertia=0.1)
+    b.joint("plane", mbs.Planar("z"), "ground", "sleigh")
+    b.constraint("edge", mbs.KnifeEdge(), between=("ground", "sleigh"))
+    ends = ("ground", (0.4, 0.5, 0.0)), ("sleigh", (0.3, 0.0, 0.0))
+    b.force("tie", mbs.SpringDamper(stiffness, 0.1, 0.3), between=ends)
+    system = b.build(like=like)
+    speeds = 0.8 * np.array([np.cos(0.3), np.sin(0.3), 1.5])
+    return system, mbs.State.at(system, plane=(0.0, 0.1, 0.3), velocities={"plane": speeds})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mechanism", [loop, driven_cart, sleigh])
+def test_motions_and_gradients_are_the_canonical_ones(mechanism):
+    """After a fixed number of steps of an eighth-order rule, at the end and in its slope by a spring's stiffness."""
+    known, _ = mechanism(3.0)
+
+    def places(stiffness, formulation):
+        system, state = mechanism(stiffness, known)
+        motion = mbs.simulate(system, state, ts=TS, dt=5e-3, gradient="forward", formulation=formulation)
+        return jnp.concatenate([motion.states.coordinates[-1], motion.states.velocities[-1]])
+
+    def both(stiffness):
+        return [places(stiffness, name) for name in ("independent", "canonical")]
+
+    values, slopes = jax.jit(lambda k: jax.jvp(both, (k,), (1.0,)))(3.0)
+    for independent, canonical in (values, slopes):
+        np.testing.assert_allclose(independent, canonical, rtol=1e-9, atol=1e-9)
+        assert np.max(np.abs(canonical)) > 1e-3
