@@ -5,7 +5,6 @@ With `u = Gamma phi_dot + b` (b: what drives prescribe) the kinetic coenergy, th
 """
 
 import jax
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..kinematics.configuration import Configuration, at_state
@@ -13,6 +12,7 @@ from ..kinematics.elastic import mass_matrix
 from ..kinematics.influence import independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent
 from ..kinematics.state import State
+from ..math.host import typed
 from ..math.spd import spd_solve
 from ..model.question import question
 from ..model.system import System
@@ -56,7 +56,7 @@ def hamiltonian_slopes(
 def _momenta(system, at, state, given):
     if given is None:
         return velocity_map(system, at)[0].T @ (mass_matrix(system, at) @ state.velocities)
-    p, count = jnp.asarray(given, at.psi.dtype), len(independent_columns(system))
+    p, count = typed(given, at.psi.dtype), len(independent_columns(system))
     if p.shape != (count,):
         raise ValueError(f"momenta belong to the {count} independent velocities; their shape is {p.shape}")
     return p

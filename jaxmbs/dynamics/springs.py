@@ -6,6 +6,7 @@ World axes; a frame is a body or frame name, or (name, point).  Points that coin
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..checks import negative
 from ..kinematics.configuration import at_state
 from ..kinematics.influence import velocity_map
 from ..kinematics.influence_second import point_kic
@@ -45,6 +46,8 @@ def spring_displacement(
     Raises: UnknownNameError.  Source: S2 (58), (60), (66).
     """
     q_C, G_hat = spring_vector(system, state, frame_a, frame_b)
+    if negative(free_length):
+        raise ValueError(f"free_length = {free_length} must not be negative")
     n, length = direction(q_C), safe_norm(q_C)
     G_C = jnp.outer(n, n @ G_hat)
     turned = jnp.where(length > 0, 1.0 - free_length / jnp.where(length > 0, length, 1.0), 1.0)

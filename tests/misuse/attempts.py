@@ -91,7 +91,7 @@ def _of_arguments(example, bound):
 def _negative(example, bound):
     for name in example.positive:
         wrong = -0.5 - np.abs(np.asarray(bound.arguments[name]))
-        yield Attempt(name, "minus", _with(example.function, bound, name, wrong))
+        yield Attempt(name, "minus", _with(example.function, bound, name, wrong if wrong.ndim else float(wrong)))
 
 
 def _with(function, bound, name, value):
