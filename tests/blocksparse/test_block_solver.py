@@ -370,3 +370,24 @@ def test_unsymmetric_elements_are_told():
     pattern = bs.Pattern(2, 1, [(0, 1)])
     with pytest.raises(ValueError, match="elements are unsymmetric by 0.5"):
         bs.assemble(pattern, [[0, 1]], jnp.array([[1.0, -0.5], [-1.0, 1.0]]).reshape(1, 2, 2, 1, 1))
+
+
+@pytest.mark.parametrize("kind", ["lu", "ldl"])
+def test_sign_of_a_determinant_whose_rows_change_places(kind):
+    """Pivots off the diagonal of a block: each exchange of rows turns the sign."""
+    blocks = np.array([[[0.0, 2.0], [2.0, 0.0]], [[3.0, 0.0], [0.0, 1.0]]])
+    odd = bs.BlockMatrix(bs.Pattern(2, 2, []), jnp.asarray(blocks), jnp.zeros((0, 2, 2)))
+    even = bs.BlockMatrix(odd.pattern, jnp.asarray(blocks[[0, 0]]), odd.upper)
+    for A, sign, size in ((odd, -1.0, 12.0), (even, 1.0, 16.0)):
+        np.testing.assert_allclose(bs.log_determinant(bs.factor(A, kind)), (sign, np.log(size)), rtol=1e-12)
+
+
+def test_the_conjugate_operator():
+    """Of a complex matrix, as lineax asks for it: transposed and conjugate are two things."""
+    values = np.array([[[2.0 + 1.0j, 0.5j], [0.5j, 3.0 - 2.0j]]])
+    operator = bs.BlockOperator(
+        bs.BlockMatrix(bs.Pattern(1, 2, []), jnp.asarray(values), jnp.zeros((0, 2, 2), complex))
+    )
+    x = jnp.array([[1.0 + 2.0j, -1.0j]])
+    np.testing.assert_allclose(lx.conj(operator).mv(x)[0], values[0].conj() @ x[0], rtol=1e-12)
+    np.testing.assert_allclose(operator.T.mv(x)[0], values[0].T @ x[0], rtol=1e-12)
