@@ -18,9 +18,9 @@ def modes(mechanism: Linearisation | System, state: State | None = None) -> Mode
     entry 1, without derivative.  Roots have derivatives where they are simple or their vectors complete; at a
     defective one (a free motion's pair of zeros) none exists, and zero is returned.
     """
-    if isinstance(mechanism, System) and state is None:
-        raise TypeError("modes of a mechanism are those about a state: modes(system, state)")
     if not isinstance(mechanism, Linearisation):
+        if state is None:
+            raise TypeError("modes of a mechanism are those about a state: modes(system, state)")
         mechanism = linearise(mechanism, state)
     roots, shapes, _ = eig(mechanism.state_space.A)
     shapes = jax.lax.stop_gradient(shapes)

@@ -98,7 +98,7 @@ def value_faults(module: eqx.Module) -> list[str]:
             found += [f"{field.name}: {message}" for message in value.faults()]
         elif any(broken(np.isnan, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)):
             found.append(f"{field.name} is not a number")
-        elif field.name not in module.unbounded and any(
+        elif field.name not in getattr(module, "unbounded", ()) and any(
             broken(np.isinf, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)
         ):
             found.append(f"{field.name} is not finite")
