@@ -82,7 +82,7 @@ class Modes(eqx.Module):
         import xarray
 
         shapes = np.asarray(self.shapes)
-        rows = [str(k) for k in range(len(shapes))] if coordinates is None else [label(c) for c in coordinates]
+        rows = [str(k) for k in range(len(shapes))] if coordinates is None else [" ".join(filter(None, label(c))) for c in coordinates]
         data = {
             "frequency": ("mode", np.asarray(self.frequencies), {"units": "Hz"}),
             "damping_ratio": ("mode", np.asarray(self.damping_ratios)),

@@ -86,8 +86,8 @@ class TransferFunctions(eqx.Module):
         import xarray
 
         hertz = np.asarray(self.omega) / (2.0 * np.pi)
-        places = {"frequency": ("frequency", hertz, {"units": "Hz"})}
-        places |= {"output": ("output", list(self.outputs)), "input": ("input", list(self.inputs))}
+        places: dict[str, Any] = {"frequency": ("frequency", hertz, {"units": "Hz"})}
+        places |= {"output": list(self.outputs), "input": list(self.inputs)}
         return xarray.DataArray(np.asarray(self.values), places, tuple(places), self.kind)
 
     def to_pandas(self) -> Any:
