@@ -27,8 +27,9 @@ EXTRAS = {
     *("pyyeti", "pyuff", "nlopt", "viser", "scipy.optimize"),
 }
 LAZY = {
+    **{room: {"xarray"} for room in ("motion", "dynamics", "linear")},
     "bondgraph": {"networkx"},
-    "design": {"scipy.optimize", "nlopt"},
+    "design": {"scipy.optimize", "nlopt", "xarray"},
     "studies": {"xarray", "zarr", "filelock", "distributed"},
 }  # besides the doors
 

@@ -1,6 +1,6 @@
 """What an optimisation found, and how it went."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -88,6 +88,38 @@ class Optimum(eqx.Module):
         if name not in found:
             raise UnknownNameError(no_such("limit", name, list(found)))
         return found[name]
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by variable: before, after and bounds; see `limits_to_pandas`."""
+        import pandas
+
+        columns = {"before": _flat(self.initial_design), "after": _flat(self.design)}
+        return pandas.DataFrame(columns | {"lower": self.lower, "upper": self.upper}, pandas.Index(self.names))
+
+    def limits_to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by limit: its worst entry before and after, what bounds it, margin, price, active."""
+        import pandas
+
+        rows = [
+            {
+                "before": limit.before[limit.worst],
+                "after": limit.after[limit.worst],
+                "bound": limit.bound,
+                "margin": limit.margin,
+                "price": limit.price,
+                "active": limit.active,
+            }
+            for limit in self.limits
+        ]
+        return pandas.DataFrame(rows, pandas.Index([limit.name for limit in self.limits]))
+
+    def to_xarray(self) -> Any:
+        """An `xarray.Dataset` over `variable` and `limit`, of both tables; the objective is an attribute."""
+        import xarray
+
+        variables = xarray.Dataset.from_dataframe(self.to_pandas().rename_axis("variable"))
+        limits = xarray.Dataset.from_dataframe(self.limits_to_pandas().rename_axis("limit").add_prefix("limit "))
+        return variables.merge(limits).assign_attrs(objective=self.value, reason=self.reason)
 
     def starts_table(self) -> str:
         """Every start with its objective before and after, steps and reason; the best one is marked."""

@@ -1,11 +1,14 @@
 """What joints transmit, by their names: the result of `reactions`."""
 
+from typing import Any
+
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..checks import no_such
 from ..errors import UnknownNameError
+from ..typing import ArrayLike
 
 
 class JointReaction(eqx.Module):
@@ -59,3 +62,35 @@ class Reactions(eqx.Module):
     def items(self) -> list[tuple[str, JointReaction]]:
         """Pairs of name and reaction."""
         return [(name, self.joints[name]) for name in self]
+
+    def to_xarray(self, ts: ArrayLike | None = None) -> Any:
+        """An `xarray.Dataset` of `force` [N] and `moment` [N m] by joint and component, and by time along a motion.
+
+        Args: ts: its times [s] (default: their numbers).
+        """
+        import xarray
+
+        names = list(self)
+        force, moment = (np.stack([np.asarray(getattr(self[n], p)) for n in names], -2) for p in ("force", "moment"))
+        lead = ("time",) * (force.ndim - 2)
+        unique = [
+            np.stack([getattr(self[name], part) for name in names]) for part in ("unique_force", "unique_moment")
+        ]
+        data = {
+            "force": ((*lead, "joint", "component"), force, {"units": "N"}),
+            "moment": ((*lead, "joint", "component"), moment, {"units": "N m"}),
+            "unique_force": (("joint", "component"), unique[0]),
+            "unique_moment": (("joint", "component"), unique[1]),
+        }
+        places: dict = {"joint": names, "component": ["x", "y", "z"]}
+        if lead:
+            places["time"] = ("time", np.arange(len(force)) if ts is None else np.asarray(ts), {"units": "s"})
+        return xarray.Dataset(data, places)
+
+    def to_pandas(self, ts: ArrayLike | None = None) -> Any:
+        """A `pandas.DataFrame` by joint, and by time along a motion: "force x" to "moment z"."""
+        import pandas
+
+        found = self.to_xarray(ts)
+        parts = [found[part].to_dataframe()[part].unstack("component").add_prefix(f"{part} ") for part in found][:2]
+        return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)

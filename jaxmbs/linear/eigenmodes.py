@@ -1,5 +1,8 @@
 """Modes of linear systems, and the natural ones."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,7 +12,8 @@ from jaxtyping import Array, Complex, Float, Inexact, Int
 
 from ..checks import known
 from ..math.eigen import eigh, same
-from ..typing import AnyArray, ScalarLike
+from ..typing import AnyArray, CoordinateLike, ScalarLike
+from .labels import label
 from .symmetric import check_mass, symmetric
 
 
@@ -69,6 +73,30 @@ class Modes(eqx.Module):
             return jnp.zeros_like(self.values)
         size = self.omega
         return jnp.where(size > 0, -self.roots.real / jnp.where(size > 0, size, 1.0), 0.0)
+
+    def to_xarray(self, coordinates: Sequence[CoordinateLike] | None = None) -> Any:
+        """An `xarray.Dataset` over `mode`: `frequency` [Hz], `damping_ratio`, and `shape` by coordinate.
+
+        Args: coordinates: names of the rows, `system.coordinates` (default: their numbers).
+        """
+        import xarray
+
+        shapes = np.asarray(self.shapes)
+        rows = (
+            [str(k) for k in range(len(shapes))]
+            if coordinates is None
+            else [" ".join(filter(None, label(c))) for c in coordinates]
+        )
+        data = {
+            "frequency": ("mode", np.asarray(self.frequencies), {"units": "Hz"}),
+            "damping_ratio": ("mode", np.asarray(self.damping_ratios)),
+            "shape": (("coordinate", "mode"), shapes),
+        }
+        return xarray.Dataset(data, {"mode": np.arange(shapes.shape[1]), "coordinate": rows})
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by mode: frequency [Hz] and damping ratio."""
+        return self.to_xarray()[["frequency", "damping_ratio"]].to_dataframe()
 
     @property
     def groups(self) -> Int[Array, " m"]:

@@ -1,6 +1,7 @@
 """Transfer functions with named channels, measured or computed."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -79,6 +80,19 @@ class TransferFunctions(eqx.Module):
     def replace(self, values: ArrayLike) -> "TransferFunctions":
         """The same channels with other values."""
         return TransferFunctions(self.omega, values, self.outputs, self.inputs, self.kind)
+
+    def to_xarray(self) -> Any:
+        """An `xarray.DataArray` of complex values over `frequency` [Hz], `output` and `input`."""
+        import xarray
+
+        hertz = np.asarray(self.omega) / (2.0 * np.pi)
+        places: dict[str, Any] = {"frequency": ("frequency", hertz, {"units": "Hz"})}
+        places |= {"output": list(self.outputs), "input": list(self.inputs)}
+        return xarray.DataArray(np.asarray(self.values), places, tuple(places), self.kind)
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by frequency [Hz], its columns (output, input)."""
+        return self.to_xarray().to_series().unstack(["output", "input"])
 
     def to(self, kind: str) -> "TransferFunctions":
         """The same as receptance, mobility or accelerance: powers of `i w`.  Source: S1 (40)."""

@@ -1,5 +1,7 @@
 """What a simulation returns: states at the saved times, how it ended, and its accounts."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import numpy as np
@@ -55,3 +57,42 @@ class Motion(eqx.Module):
     def ok(self) -> jax.Array:
         """Whether the motion ended as asked (traceable)."""
         return succeeded(self.result)
+
+    def to_xarray(self) -> Any:
+        """An `xarray.Dataset` over `time`: coordinates and velocities by joint ("pin", or "ball 0" of one with
+        several), energies, and the work of every force element."""
+        import xarray
+
+        given = self.states.structure or ()
+        names = [_labels((name, size) for name, _, *sizes in given for size in (sizes[k],)) for k in (0, 1)]
+        psi, u = np.asarray(self.states.coordinates), np.asarray(self.states.velocities)
+        names = [own or [str(k) for k in range(x.shape[-1])] for own, x in zip(names, (psi, u), strict=True)]
+        found, energy = self.diagnostics, {"units": "J"}
+        work = np.stack([np.asarray(w) for w in found.work.values()], -1) if found.work else np.zeros((len(psi), 0))
+        data = {
+            "coordinates": (("time", "coordinate"), psi),
+            "velocities": (("time", "velocity"), u),
+            "kinetic": ("time", np.asarray(found.kinetic), energy),
+            "potential": ("time", np.asarray(found.potential), energy),
+            "work": (("time", "element"), work, energy),
+        }
+        places = {"coordinate": names[0], "velocity": names[1], "element": list(found.work)}
+        time = ("time", np.asarray(self.ts), {"units": "s"})
+        return xarray.Dataset(data, {"time": time, **places}, {"status": str(self.status)})
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by time: coordinates by joint, "velocity of ..." each, and energies [J]."""
+        import pandas
+
+        found = self.to_xarray()
+        parts = [
+            found["coordinates"].to_pandas(),
+            found["velocities"].to_pandas().add_prefix("velocity of "),
+            found[["kinetic", "potential"]].to_dataframe(),
+        ]
+        return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)
+
+
+def _labels(sizes):
+    """A name for every entry of joints of so many."""
+    return [name if size == 1 else f"{name} {k}" for name, size in sizes for k in range(size)]
