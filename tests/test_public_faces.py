@@ -124,7 +124,7 @@ FACES = {
         reaction_family reaction_matrix redundancy with_redundancy
     """,
     "jaxmbs.studies": """
-        Plan StudyError grid latin_hypercube sobol sweep
+        Designs StudyError grid latin_hypercube sobol sweep
     """,
     "jaxmbs.viz": """
         draw_bond_graph plot_coordinates plot_energy plot_history plot_limit_values plot_mechanism plot_power

@@ -1,10 +1,10 @@
 """Studies: a function of a design over a grid, a table or points spread over a box, written to disk as it runs."""
 
-from .plans import Plan, grid, latin_hypercube, sobol
+from .plans import Designs, grid, latin_hypercube, sobol
 from .study import StudyError, sweep
 
 __all__ = [
-    "Plan",
+    "Designs",
     "StudyError",
     "grid",
     "latin_hypercube",

@@ -11,7 +11,7 @@ from ..design.table import length, read_designs
 from ..typing import ArrayLike
 
 
-class Plan(NamedTuple):
+class Designs(NamedTuple):
     """The designs of a study.
 
     Attributes:
@@ -28,7 +28,7 @@ class Plan(NamedTuple):
         return tuple(len(values) for _, values in self.axes)
 
 
-def grid(**axes: ArrayLike) -> Plan:
+def grid(**axes: ArrayLike) -> Designs:
     """All combinations of values (n,) by name of the variable; the result has one dimension for each.
 
     Raises: ValueError without variables, or for values that are no row of numbers.
@@ -39,10 +39,10 @@ def grid(**axes: ArrayLike) -> Plan:
     if wrong or not rows:
         raise ValueError(f"a grid takes one row of numbers for each variable: {', '.join(wrong) or 'none are given'}")
     every = np.meshgrid(*rows.values(), indexing="ij")
-    return Plan({name: x.ravel() for name, x in zip(rows, every, strict=True)}, tuple(rows.items()))
+    return Designs({name: x.ravel() for name, x in zip(rows, every, strict=True)}, tuple(rows.items()))
 
 
-def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Plan:
+def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Designs:
     """Points of Sobol's sequence, scrambled, between (lower, upper) of every variable; even for powers of two.
 
     Raises: ValueError for bounds that cross or are not finite, or a number below one.
@@ -54,7 +54,7 @@ def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0)
     return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
 
 
-def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Plan:
+def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Designs:
     """Points of a Latin hypercube between (lower, upper) of every variable: one in every of `number` slices of each.
 
     Raises: as `sobol`.
@@ -66,17 +66,17 @@ def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed
     return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
 
 
-def plan_of(designs: Any) -> Plan:
+def plan_of(designs: Any) -> Designs:
     """A plan as it is, or one of columns, a list of dicts or a table, whose result has the dimension "design".
 
     Raises: as `mbs.batch`; TypeError for designs that have no names.
     """
-    if isinstance(designs, Plan):
+    if isinstance(designs, Designs):
         return designs
     designs = read_designs(designs)
     if not isinstance(designs, dict):
-        raise TypeError("a study names its variables: give a dict of columns, a list of dicts, a table or a Plan")
-    return Plan(designs, (("design", np.arange(length(designs))),))
+        raise TypeError("a study names its variables: give a dict of columns, a list of dicts, a table or a Designs")
+    return Designs(designs, (("design", np.arange(length(designs))),))
 
 
 def _box(bounds, number):

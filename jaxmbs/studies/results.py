@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from ..status import Status
-from .plans import Plan
+from .plans import Designs
 
 
 def dataset(
-    plan: Plan,
+    plan: Designs,
     answers: Mapping[str, np.ndarray],
     dims: Mapping[str, tuple[str, ...]],
     coords: Mapping[str, Any],

@@ -14,7 +14,7 @@ from ..design.batches import batch
 from ..design.table import row_shape, rows
 from ..errors import BatchError
 from ..typing import ArrayLike
-from .plans import Plan, plan_of
+from .plans import Designs, plan_of
 from .results import dataset
 from .store import Store, StudyError, digest
 
@@ -82,7 +82,7 @@ def computed(function: Callable, designs: dict, number: int) -> dict[str, np.nda
     return {name: np.asarray(values)[:count] for name, values in named.items()}
 
 
-def _answers(function, plan: Plan) -> dict:
+def _answers(function, plan: Designs) -> dict:
     """Shape and type of every answer to one design."""
     shape = jax.eval_shape(function, row_shape(plan.designs))
     found = _named(shape)
@@ -96,7 +96,7 @@ def _named(values) -> dict:
     return {jax.tree_util.keystr(path, simple=True, separator=".") or "value": leaf for path, leaf in paths}
 
 
-def _check_same(store: Store, function, plan: Plan, chunk: int) -> None:
+def _check_same(store: Store, function, plan: Designs, chunk: int) -> None:
     """The first design of a study that goes on must have the answers that stand in the store."""
     if 0 in store.left:
         return
@@ -110,7 +110,7 @@ def _check_same(store: Store, function, plan: Plan, chunk: int) -> None:
             )
 
 
-def _here(function, plan: Plan, store: Store) -> Callable:
+def _here(function, plan: Designs, store: Store) -> Callable:
     def run(left):
         for number in left:
             span = store.span(number)
@@ -123,7 +123,7 @@ def _here(function, plan: Plan, store: Store) -> Callable:
     return run
 
 
-def _there(function, plan: Plan, store: Store, client) -> Callable:
+def _there(function, plan: Designs, store: Store, client) -> Callable:
     from distributed import as_completed
 
     def run(left):

@@ -61,6 +61,7 @@ def pictured(fleet, motion):
     powers = SimpleNamespace(
         graph=graph, ports=lambda: {name: 500.0 * np.sin(TIMES + i) for i, name in enumerate(ports)}
     )
+    best = mbs.minimise(lambda d: (d["x"] - 1.0) ** 4, {"x": 3.0}, progress=False)
     limits = {"absolute sum": np.array([2.0, 2.0, 4.0, 6.0]), "root of squares": np.full(4, 3.0)}
     return {
         "plot_coordinates": lambda ax: viz.plot_coordinates(fleet, motion, ax=ax),
@@ -70,6 +71,7 @@ def pictured(fleet, motion):
         "plot_power": lambda ax: viz.plot_power(motion, powers, ax=ax),
         "plot_power kind": lambda ax: viz.plot_power(motion, powers, by="kind", ax=ax),
         "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, motion.states, plane="xz", ax=ax),
+        "plot_history": lambda ax: viz.plot_history(best, ax=ax),
         "plot_limit_values": lambda ax: viz.plot_limit_values(limits, np.array([1.0, 2.0, 4.0, 5.0]), ax=ax),
     }
 
@@ -100,7 +102,7 @@ def faults(figure) -> list[str]:
 
 
 NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_energy", "plot_power"]
-NAMES += ["plot_power kind", "plot_mechanism", "plot_limit_values"]
+NAMES += ["plot_power kind", "plot_mechanism", "plot_history", "plot_limit_values"]
 
 
 def test_every_picture_is_looked_at(pictured):
