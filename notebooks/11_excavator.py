@@ -107,9 +107,8 @@ assert motion.ok and loads.ok.all()
 lengths = {name: first.coordinates(motion.states)[name] for name in CYLINDERS}
 for name in CYLINDERS:
     effort = np.asarray(loads[name].effort[:, 0]) / 1e3
-    print(
-        f"{name}: {lengths[name].min():.3f} to {lengths[name].max():.3f} m, {effort.min():.0f} to {effort.max():.0f} kN"
-    )
+    stroke = lengths[name].min(), lengths[name].max()
+    print(f"{name}: {stroke[0]:.3f} to {stroke[1]:.3f} m, {effort.min():.0f} to {effort.max():.0f} kN")
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(9, 3), layout="constrained")
 for name in CYLINDERS:
@@ -137,9 +136,7 @@ def largest(places):
 slope = mbs.jit(jax.grad(largest))(PLACES)
 h, (foot, eye) = 1e-4, PLACES["boom_cyl"]
 up, down = (float(largest(PLACES | {"boom_cyl": (foot, (eye[0], eye[1] + s))})) for s in (h, -h))
-print(
-    f"eye of the boom's cylinder, up: {slope['boom_cyl'][1][1]:.3f} kN/m by gradient, {(up - down) / 2 / h:.3f} by difference"
-)
+print(f"its eye, up: {slope['boom_cyl'][1][1]:.3f} kN/m by gradient, {(up - down) / 2 / h:.3f} by difference")
 for name in CYLINDERS:
     print(name, "foot x, y and eye x, y [kN/m]:", np.round(np.ravel(slope[name]), 1))
 
