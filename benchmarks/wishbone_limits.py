@@ -33,11 +33,11 @@ POSES = np.array([-0.05, 0.0, 0.05])  # rebound, design, bump [m]
 MEMBERS = (*RODS, "strut")
 
 
-def points_of(moves):
-    """Hard points [m] with the free coordinates moved by `moves` (20,) [m]."""
+def points_of(design):
+    """Hard points [m] with the free coordinates moved, `design["LF y"]` [m]."""
     points = {name: jnp.asarray(x) for name, x in POINTS.items()}
-    for (name, axis), move in zip(COORDINATES, moves, strict=True):
-        points[name] = points[name].at["xyz".index(axis)].add(move)
+    for name, axis in COORDINATES:
+        points[name] = points[name].at["xyz".index(axis)].add(design[f"{name} {axis}"])
     return points
 
 
@@ -66,7 +66,7 @@ def curves(points):
 
 def study(design):
     """The largest member load [kN], and what has limits."""
-    points = points_of(design["move"])
+    points = points_of(design)
     camber, toe, caster, pin, scrub, track = curves(points)
     answers = {
         "member loads": member_loads(points) / (1e3 * design["load"]),  # of the largest one
@@ -96,14 +96,14 @@ LIMITS = (
 
 
 def first_design():
-    moves = np.zeros(len(COORDINATES))
-    return {"move": moves, "load": float(np.abs(jax.jit(member_loads)(points_of(moves))).max()) / 1e3}
+    moves = {f"{name} {axis}": 0.0 for name, axis in COORDINATES}
+    return moves | {"load": float(np.abs(jax.jit(member_loads)(points_of(moves))).max()) / 1e3}
 
 
-def improve(steps=200):
+def improve(steps=400):
     """(optimum, CPU seconds up to the first step, and from there to the end)."""
     first, clock = first_design(), [time.process_time()]
-    bounds = {"move": (-REACH, REACH), "load": (0.25 * first["load"], 1.25 * first["load"])}
+    bounds = dict.fromkeys(first, (-REACH, REACH)) | {"load": (0.25 * first["load"], 1.25 * first["load"])}
     best = mbs.minimise(
         study,
         first,
@@ -119,7 +119,7 @@ def improve(steps=200):
 
 def main():
     options = parser(__doc__).parse_args()
-    best, compiling, running = improve(3 if options.quick else 200)
+    best, compiling, running = improve(3 if options.quick else 400)
     print(best.table(), end="\n\n")
     entries = 42 + len(LIMITS) - 1
     excess = max(max(0.0, -limit.margin) for limit in best.limits)

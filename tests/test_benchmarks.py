@@ -21,8 +21,10 @@ PACKAGES = {
     "batch_of_motions": ("mujoco",),
     "cold_start": (),
     "saved_times": (),
+    "wishbone_limits": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
+LONG += ("wishbone_limits",)
 
 
 def _marked(name):

@@ -143,7 +143,7 @@ def balanced(system: System, at: Moving, need, columns) -> Balance:
         still = jnp.zeros(system.topology.num_rows, dtype)
         # the motion that efforts give where the loops take what they can, and what these take
         moved, held = jax.vmap(lambda b: saddle_solve(jnp.diag(weight), A, b, still, rows))(parts)
-        parts = moved * weight
+        parts = moved * weight[None]
     spins = jnp.asarray(system.topology.spins, dtype)
     unit = jnp.where(spins > 0.0, 1.0, system.length)  # forces count as moments at the system's length
     free, each = parts[0], parts[1:].T

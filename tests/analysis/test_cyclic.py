@@ -23,15 +23,13 @@ def test_a_pendulum_on_a_free_cart_in_closed_form():
 def test_the_spin_of_a_rotor_is_left_out():
     """A pendulum on a turning shaft: rotor and pendulum, roots against those of all modes without the two zeros."""
     b = mbs.SystemBuilder()
-    b.body("shaft", 1.0, inertia=(0.2, 0.2, 0.5))
+    b.body("shaft", 1.0, inertia=(0.3, 0.3, 0.5))
     b.body("bob", 1.0, (0.0, 0.0, -0.4), 0.01)
     b.joint("spin", mbs.Revolute("z"), "ground", "shaft")
     b.joint("swing", mbs.Revolute("y"), "shaft", "bob", parent_frame=(0.1, 0.0, 0.0))
     b.force("spring", mbs.SpringDamper(2.0), joint="swing")
     system = b.build()
-    rest = mbs.equilibrium(system, mbs.State.at(system))
     spinning = mbs.State.at(system, swing=_steady(system), velocities={"spin": 4.0})
-    assert rest.ok
     lin = mbs.linearise(system, spinning)
     every, left = mbs.modes(lin), mbs.modes(lin, without=["spin"])
     size = np.sort(np.abs(every.roots))

@@ -1,5 +1,6 @@
 """V1, V2: a double wishbone over wheel travel and rack: curves, loads of members and pick-ups, and their slopes."""
 
+import functools
 import json
 from pathlib import Path
 
@@ -57,17 +58,18 @@ def test_curves_and_their_slopes_by_travel_and_rack():
                 check(row, *values(V1, name.format(along, rack)))
 
 
-FIRST = {}
+@functools.cache
+def first(arms):
+    """The concrete build; ask for it outside of traces."""
+    return wishbone.suspension(POINTS, arms)
 
 
 def loads_of(H, travel, place, force, arms):
     """(state, loads) with the strut's effort holding the wheel at a travel [mm]."""
-    if arms not in FIRST:
-        FIRST[arms] = wishbone.suspension(POINTS, arms)
-    system = wishbone.suspension(H, arms, travel / 1e3, like=FIRST[arms])
+    system = wishbone.suspension(H, arms, travel / 1e3, like=first(arms))
     state = mbs.State.at(system)
     at = jnp.where(place, wishbone.contact(H, system, state), H["AO"])
-    loaded = wishbone.suspension(H, arms, travel / 1e3, force=force, place=at, like=FIRST[arms])
+    loaded = wishbone.suspension(H, arms, travel / 1e3, force=force, place=at, like=first(arms))
     return loaded, state, mbs.reactions(loaded, state, actuators=["strut"])
 
 
@@ -109,6 +111,7 @@ def slopes_of(answer):
 
 @pytest.mark.slow
 def test_members_of_links_and_their_slopes_by_every_hard_point():
+    first(False)
     grid, found = over_cases(link_answer)
     for (name, z), row in zip(grid, found, strict=True):
         quantity = f"links: tension N of lower_front, lower_rear, upper_front, upper_rear, tie_rod, strut; {name}"
@@ -125,6 +128,7 @@ def test_members_of_links_and_their_slopes_by_every_hard_point():
 
 @pytest.mark.slow
 def test_pickups_of_arms_and_their_slopes_by_every_hard_point():
+    first(True)
     grid, (balls, pairs, pickups) = over_cases(arm_answer)
     for i, (name, z) in enumerate(grid):
         tag = f"{name}, travel {z:g} mm"
