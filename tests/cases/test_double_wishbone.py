@@ -21,6 +21,7 @@ V1, V2 = (
 POINTS = {name: jnp.array(x, float) / 1e3 for name, x in V2["parameters"]["hardpoints_mm"].items()}
 CASES = {name: (c["at"], jnp.array(c["force_N"], float)) for name, c in V2["parameters"]["load_cases"].items()}
 TRAVELS = (-30.0, 0.0, 50.0)
+compiled = functools.partial(mbs.jit, compile="quick")  # each runs once
 
 
 def values(case, quantity):
@@ -39,7 +40,7 @@ def test_curves_and_their_slopes_by_travel_and_rack():
     travels, racks = [-60, -40, -30, -20, -10, 0, 10, 20, 30, 40, 50, 60], [0, -20, 20]
     grid = [(z, rack) for rack in racks for z in travels]
     at = [jnp.array(x, float) for x in zip(*grid, strict=True)]
-    found = jax.jit(jax.vmap(curve))(*at)
+    found = compiled(jax.vmap(curve))(*at)
     names = (
         "[camber, toe, caster, KPI] deg at travel {} mm, rack {} mm",
         "[wheel centre x,y,z, contact x,y,z] mm at travel {} mm, rack {} mm; half track is contact y",
@@ -47,7 +48,7 @@ def test_curves_and_their_slopes_by_travel_and_rack():
     for name, rows in zip(names, found, strict=True):
         for (z, rack), row in zip(grid, rows, strict=True):
             check(row, *values(V1, name.format(z, rack)))
-    slopes = jax.jit(jax.vmap(jax.jacfwd(curve, argnums=(0, 1)), (None, 0)))(0.0, jnp.array(racks, float))
+    slopes = compiled(jax.vmap(jax.jacfwd(curve, argnums=(0, 1)), (None, 0)))(0.0, jnp.array(racks, float))
     names = (
         "d[camber, toe, caster, KPI]/d({}) deg/mm at travel 0, rack {}",
         "d[wheel centre, contact point]/d({}) at travel 0, rack {}",
@@ -70,7 +71,8 @@ def loads_of(H, travel, place, force, arms):
     state = mbs.State.at(system)
     at = jnp.where(place, wishbone.contact(H, system, state), H["AO"])
     loaded = wishbone.suspension(H, arms, travel / 1e3, force=force, place=at, like=first(arms))
-    return loaded, state, mbs.reactions(loaded, state, actuators=["strut"])
+    still = jnp.zeros_like(state.velocities)
+    return loaded, state, mbs.reactions(loaded, state, accelerations=still, actuators=["strut"])
 
 
 def link_answer(H, travel, place, force):
@@ -95,7 +97,7 @@ def over_cases(answer):
     places = jnp.array([CASES[name][0] == "P" for name, _ in grid])
     forces = jnp.stack([CASES[name][1] for name, _ in grid])
     travels = jnp.array([z for _, z in grid])
-    return grid, jax.jit(jax.vmap(lambda *x: answer(POINTS, *x)))(travels, places, forces)
+    return grid, compiled(jax.vmap(lambda *x: answer(POINTS, *x)))(travels, places, forces)
 
 
 def slopes_of(answer):
@@ -105,7 +107,7 @@ def slopes_of(answer):
     def at(H, travel):
         return answer(H, travel, jnp.array(place == "P"), force)
 
-    found = jax.jit(jax.vmap(jax.jacfwd(at), (None, 0)))(POINTS, jnp.array([0.0, 50.0]))
+    found = compiled(jax.vmap(jax.jacfwd(at), (None, 0)))(POINTS, jnp.array([0.0, 50.0]))
     return jax.tree.map(lambda x: x / 1e3, found)
 
 
