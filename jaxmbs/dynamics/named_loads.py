@@ -18,7 +18,8 @@ def law_forces(system: System, acting: list[Acting]) -> dict[str, LawForce]:
     for group, found in zip(system.forces, acting, strict=True):
         read = jax.vmap(group.port.reading)(found.seen, found.effort)
         for i, name in enumerate(group.names):
-            named[name] = LawForce(*(None if x is None else x[i] for x in read))
+            effort, force, moment = (None if x is None else x[i] for x in read)
+            named[name] = LawForce(effort, force, moment)
     return named
 
 

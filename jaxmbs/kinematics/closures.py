@@ -49,12 +49,19 @@ def _ends(group: ClosureGroup, *arrays):
     return tuple(tuple(take(x, end) for x in arrays) for end in (group.first, group.second))
 
 
+def _group_rows(group, R, x, t):
+    """Rows (elements, k) of a group."""
+    a, b = _ends(group, R, x)
+    return jax.vmap(_rows, _IN_GROUP)(group.kind, group.basis, a, b, t)
+
+
 def closure_directions(group: ClosureGroup, R, x, t):
     """Derivative of each row with respect to a world twist of frame B relative to frame A: (elements, rows, 6).
 
     Its transpose turns multipliers into the wrench (moment about the world origin, force) on frame B's body.
     """
-    return jax.vmap(_directions, _IN_GROUP)(group.kind, group.basis, *_ends(group, R, x), t)
+    a, b = _ends(group, R, x)
+    return jax.vmap(_directions, _IN_GROUP)(group.kind, group.basis, a, b, t)
 
 
 def directions(system: System, at: Configuration):
@@ -96,8 +103,7 @@ def time_rates(system: System, at: Configuration, frame_rates=None):
     frames, what these rates change by as time goes on."""
 
     def rate(group, R, x, t):
-        rows = lambda t: jax.vmap(_rows, _IN_GROUP)(group.kind, group.basis, *_ends(group, R, x), t)  # noqa: E731
-        return jax.jvp(rows, (t,), (jnp.ones_like(t),))[1].reshape(-1)
+        return jax.jvp(lambda t: _group_rows(group, R, x, t), (t,), (jnp.ones_like(t),))[1].reshape(-1)
 
     parts = [jnp.zeros(0, at.psi.dtype)]
     for group in system.closures:
@@ -114,7 +120,7 @@ def time_rates(system: System, at: Configuration, frame_rates=None):
 def residual(system: System, at: Configuration):
     """Residuals of every group with rows of position, in one unit for each: lengths [m], tangents of half angles."""
     return [
-        jax.vmap(_rows, _IN_GROUP)(group.kind, group.basis, *_ends(group, at.R, at.x), at.t).reshape(-1)
+        _group_rows(group, at.R, at.x, at.t).reshape(-1)
         for group in system.closures
         if group.kind.num_rows > group.kind.num_slips
     ]
