@@ -139,7 +139,8 @@ for one in ranked[:6]:
 # %%
 value = mbs.jit(force, compile="quick")
 foot, (x, y) = PLACES["boom_cyl"]
-high, low = (value(PLACES | {"boom_cyl": (foot, (x, y + s))}) for s in (1e-4, -1e-4))
+shifted = [PLACES | {"boom_cyl": (foot, (x, y + s))} for s in (1e-4, -1e-4)]
+high, low = (value(jax.tree.map(jnp.asarray, places)) for places in shifted)  # arrays: one program for both
 print(f"the eye of the boom's cylinder, higher: {(high - low) / 2e-4:.1f} N/m by difference")
 print([f"{one.name}: {one.change / one.tolerance:.1f}" for one in ranked if one.name.startswith("boom_cyl")])
 

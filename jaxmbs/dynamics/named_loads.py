@@ -1,5 +1,7 @@
 """What force elements, couplers and rows of the user do, by their names."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,8 +20,8 @@ def law_forces(system: System, acting: list[Acting]) -> dict[str, LawForce]:
     for group, found in zip(system.forces, acting, strict=True):
         read = jax.vmap(group.port.reading)(found.seen, found.effort)
         for i, name in enumerate(group.names):
-            effort, force, moment = (None if x is None else x[i] for x in read)
-            named[name] = LawForce(effort, force, moment)
+            parts: list[Any] = [None if x is None else x[i] for x in read]
+            named[name] = LawForce(*parts)
     return named
 
 
