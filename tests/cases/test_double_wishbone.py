@@ -128,7 +128,7 @@ def test_members_of_links_and_their_slopes_by_every_hard_point():
                 check(slopes[point][k, j], expected, tol)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pickups_of_arms_and_their_slopes_by_every_hard_point():
     first(True)
     grid, (balls, pairs, pickups) = over_cases(arm_answer)
