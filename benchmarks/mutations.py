@@ -4,6 +4,8 @@ On copies of the tree in a temporary folder, never on the checkout.  Prints a ta
 writes all; fails where one in the physics or in a derivative rule survives.
 
     python benchmarks/mutations.py --only march --jobs 2
+
+A run of all takes hours; with `--go-on` it keeps what stands in `--json` of places that have not changed since.
 """
 
 import argparse
@@ -103,6 +105,12 @@ def run(entries, jobs, limit):
             yield from concurrent.futures.as_completed([pool.submit(one, entry) for entry in entries])
 
 
+def known(entries, file) -> list[dict]:
+    """Results in a file of these places as they stand; survivors and those out of time are tried again."""
+    rows = json.loads(Path(file).read_text(encoding="utf-8")) if Path(file).exists() else []
+    return [row for row in rows if row["result"] == "killed" and any(entry.items() <= row.items() for entry in entries)]
+
+
 def report(rows) -> str:
     """Counts by rule, and a line for every survivor."""
     counts = collections.Counter((row["rule"], row["result"]) for row in rows)
@@ -120,6 +128,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="copies worked on at once")
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds for the tests of one place")
     parser.add_argument("--json", help="write the results to this file")
+    parser.add_argument("--go-on", action="store_true", help="keep the results of the file of --json")
     options = parser.parse_args()
     entries = [
         entry for entry in mutants() if any(options.only in entry[k] for k in ("name", "new", "tests", "rule"))
@@ -128,8 +137,9 @@ def main() -> int:
     if wrong or not entries:
         print("\n".join(wrong) or f"no place contains {options.only!r}")
         return 2
-    rows = []
-    for future in run(entries, options.jobs, options.limit):
+    rows = known(entries, options.json) if options.go_on and options.json else []
+    left = [entry for entry in entries if entry["name"] not in {row["name"] for row in rows}]
+    for future in run(left, options.jobs, options.limit):
         rows.append(row := future.result())
         print(f"{len(rows):4d}/{len(entries)} {row['result']:<9}{row['seconds']:8.1f} s  {row['name']}", flush=True)
         if options.json:
