@@ -79,6 +79,7 @@ def of_case(request):
     return request.getfixturevalue(f"of_{request.param}")
 
 
+@pytest.mark.slow
 def test_inertia_field_is_the_projected_mass_matrix(of_case):
     Gamma, I_star, phi_dot = of_case.Gamma, of_case.I_star, of_case.phi_dot
     np.testing.assert_allclose(I_star, Gamma.T @ of_case.mass @ Gamma, rtol=1e-10, atol=1e-12)
