@@ -108,7 +108,9 @@ def run(entries, jobs, limit):
 def known(entries, file) -> list[dict]:
     """Results in a file of these places as they stand; survivors and those out of time are tried again."""
     rows = json.loads(Path(file).read_text(encoding="utf-8")) if Path(file).exists() else []
-    return [row for row in rows if row["result"] == "killed" and any(entry.items() <= row.items() for entry in entries)]
+    return [
+        row for row in rows if row["result"] == "killed" and any(entry.items() <= row.items() for entry in entries)
+    ]
 
 
 def report(rows) -> str:
