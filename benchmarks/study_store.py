@@ -40,7 +40,7 @@ def main():
     designs, answers = four_bars.table(number), question()
 
     def bare():
-        mbs.batch(answers, designs, progress=False, cost=lambda values: values["steps"])
+        mbs.batch(answers, designs, progress=False)
 
     def stored():
         with tempfile.TemporaryDirectory() as folder:
