@@ -1,4 +1,4 @@
-"""What ports between frames ask of the frames that move: rates of displacements, and wrenches that do the same power."""
+"""Ports between frames that move: the flow is the rate of the displacement, the wrenches do the power of the port."""
 
 import jax
 import jax.numpy as jnp
