@@ -26,7 +26,7 @@ ROOT = Path(__file__).parent.parent
 FATAL = ("physics", "derivative")
 NO_TESTS = 5  # how pytest ends where the marks choose none
 PYTEST = ("-x", "-q", "-p", "no:cacheprovider", "-n", "0", "--no-header", "--tb", "line")
-MARKS = ("not slow and not long", "slow")  # the quick tests first; apart, since these check types as well
+MARKS = ("not slow and not long", "slow", "long")  # the quick tests first; apart, since these check types as well
 
 
 def mutants():
@@ -68,7 +68,8 @@ def judged(entry, folder, limit) -> dict:
     try:
         path.write_text(right.replace(entry["old"], entry["new"]), encoding="utf-8")
         for mark in MARKS:
-            if result == "survived":
+            tests = [test for test in tests if mark != "long" or "::" in test]  # long ones only by their names
+            if tests and result == "survived":
                 command = [sys.executable, "-m", "pytest", *PYTEST, "-m", mark, *tests]
                 result, by = _read(subprocess.run(command, **options))
     except subprocess.TimeoutExpired:
