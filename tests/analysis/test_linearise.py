@@ -178,11 +178,13 @@ def test_gradient_of_an_eigenvalue():
 
 
 def test_effort_input_and_acceleration_output():
-    """A mass on a spring pushed by its joint's effort: D is 1/m."""
+    """Two masses pushed by a joint's effort: D is 1/m, C the efforts of springs and damper over the masses."""
     system = models.quarter_car(road=0.0)
     state = mbs.State.at(system)
     linear = mbs.linearise(system, state, inputs=("suspension",), outputs=lambda s, a: jnp.cumsum(a))
     np.testing.assert_allclose(linear.state_space.D[:, 0], [-1 / 60.0, 1 / 300.0], rtol=1e-12)
+    wheel, car = np.array([-190e3, 16e3, 0.0, 1e3]) / 60.0, np.array([0.0, -16e3, 0.0, -1e3]) / 300.0
+    np.testing.assert_allclose(linear.state_space.C, [wheel, car], rtol=1e-12, atol=1e-9)
 
 
 def test_unknown_names():
@@ -258,6 +260,19 @@ def test_a_support_that_accelerates():
     linear = mbs.linearise(system, mbs.State.at(system, t=0.4))
     np.testing.assert_allclose(linear.stiffness, [[2.0 * (G + 3.0) * 0.8]], rtol=1e-12)
     np.testing.assert_allclose(linear.mass, [[2.0 * 0.8**2 + 0.01]], rtol=1e-12)
+
+
+def test_a_bead_on_a_rotor_that_is_driven():
+    """Its spring holds it softer by `m Omega^2`: the rate of the drive is in the stiffness."""
+    b, k, m, rate = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 80.0, 2.0, 3.0
+    b.body("rotor", mass=1.0, inertia=0.1)
+    b.body("bead", mass=m, inertia=0.01)
+    b.joint("shaft", mbs.Revolute("z"), "ground", "rotor", drive=mbs.Ramp(0.0, rate))
+    b.joint("slide", mbs.Prismatic("x"), "rotor", "bead")
+    b.force("spring", mbs.SpringDamper(k), joint="slide")
+    system = b.build()
+    linear = mbs.linearise(system, mbs.State.at(system))
+    np.testing.assert_allclose(linear.stiffness, [[k - m * rate**2]], rtol=1e-12)
 
 
 def test_ratio_and_frequency_of_a_damped_mass():
