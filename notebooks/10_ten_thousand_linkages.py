@@ -124,11 +124,11 @@ def swing(design):
     return jnp.rad2deg(2.0 * jnp.mean((rocker - jnp.mean(rocker)) ** 8) ** (1 / 8))
 
 
-inside = {"coupler": (0.25, 0.35), "rocker": (0.16, 0.3), "ground": (0.25, 0.32)}
+inside = {"coupler": (0.27, 0.33), "rocker": (0.22, 0.3), "ground": (0.27, 0.32)}
 front = pareto(
     load,
     lambda design: -swing(design),
-    middle,
+    middle | {"rocker": 0.25},
     inside,
     points=3 if FAST else 7,
     steps=10 if FAST else 60,
