@@ -1,9 +1,14 @@
 """What the user declares, before it becomes a system."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..forces.base import AbstractLaw
+from ..joints import Coupler, Rows, VelocityRows
+from ..joints.base import AbstractJoint
 from ..model.frame import Pose
+from ..typing import ArrayLike, FrameLike
 
 GROUND = "ground"
 
@@ -13,9 +18,9 @@ class Body:
     """A rigid body as declared; pose is its world pose in the reference pose, or None."""
 
     name: str
-    mass: Any
-    com: Any
-    inertia: Any
+    mass: ArrayLike
+    com: ArrayLike
+    inertia: ArrayLike
     pose: Pose | None
 
 
@@ -33,13 +38,13 @@ class Joint:
     """A joint as declared; frames are references (None, point, Pose or frame name), `at` a world point."""
 
     name: str
-    kind: Any
+    kind: AbstractJoint
     parent: str
     child: str
-    parent_frame: Any
-    child_frame: Any
-    at: Any
-    drive: Any = None
+    parent_frame: str | Pose | ArrayLike | None
+    child_frame: str | Pose | ArrayLike | None
+    at: ArrayLike | None
+    drive: Callable | ArrayLike | None = None
     is_hidden: bool = False
 
 
@@ -48,10 +53,10 @@ class Force:
     """A force element as declared, with its port."""
 
     name: str
-    law: Any
-    between: tuple | None
+    law: AbstractLaw
+    between: tuple | list | None
     joint: str | None
-    on: Any
+    on: FrameLike | None
 
 
 @dataclass
@@ -59,15 +64,15 @@ class Constraint:
     """Rows between two frames, joint coordinates, or given by the user."""
 
     name: str
-    law: Any
-    between: tuple | None
+    law: AbstractJoint | Coupler | Rows | VelocityRows
+    between: tuple | list | None
 
 
 @dataclass
 class Model:
     """All that is declared, by name."""
 
-    gravity: Any
+    gravity: ArrayLike
     bodies: dict[str, Body] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)

@@ -1,0 +1,64 @@
+"""Public robots read from URDF and MJCF beside Pinocchio and MuJoCo: errors of masses, bias, poses; what was left.
+
+The URDF files are those of example-robot-data, the MJCF files those of dm_control's suite.  Where MuJoCo refuses the
+inertias of a URDF only Pinocchio is asked.
+"""
+
+import sys
+from pathlib import Path
+
+import common
+import mujoco
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import jaxmbs as mbs  # noqa: E402
+from tests.io.compared import against_mujoco, against_pinocchio, mujoco_of_urdf  # noqa: E402
+from tests.io.public_models import MJCF, URDF, dm_control_suite, robot_descriptions  # noqa: E402
+
+QUICK = ("double_pendulum_simple", "pendulum")
+
+
+def main() -> None:
+    options = common.parser(__doc__, *URDF, *MJCF).parse_args()
+    rows = []
+    for name in URDF:
+        if common.wanted(options, name) and (name in QUICK or not options.quick):
+            rows += urdf_rows(name, robot_descriptions() / URDF[name])
+    for name in MJCF:
+        if common.wanted(options, name) and (name in QUICK or not options.quick):
+            rows += mjcf_rows(name, dm_control_suite() / f"{name}.xml")
+    common.report(rows, options)
+
+
+def urdf_rows(name, path):
+    """Errors beside Pinocchio and, where it takes the file, MuJoCo; the laws of the file are no part of either."""
+    read = mbs.io.read_urdf(path)
+    read.builder.declared.forces.clear()
+    rows = [*_sizes(name, read)]
+    rows += _errors(name, against_pinocchio(read, path), "pinocchio")
+    model = mujoco_of_urdf(path)
+    return rows + (_errors(name, against_mujoco(read, model), "mujoco") if model is not None else [])
+
+
+def mjcf_rows(name, path):
+    """Errors beside MuJoCo, with springs, dampers and actuators."""
+    read = mbs.io.read_mjcf(path, tendons="drop")
+    return [
+        *_sizes(name, read),
+        *_errors(name, against_mujoco(read, mujoco.MjModel.from_xml_path(str(path))), "mujoco"),
+    ]
+
+
+def _sizes(name, read):
+    declared = read.builder.declared
+    sizes = f"{len(declared.bodies)} bodies, {len(declared.joints)} joints, {len(declared.frames)} frames"
+    yield common.row(name, "read", sizes)
+    yield common.row(name, "left out", "; ".join(read.dropped) or "nothing")
+
+
+def _errors(name, errors, peer):
+    return [common.row(name, f"{what} error beside {peer}", value, goal="1e-9") for what, value in errors.items()]
+
+
+if __name__ == "__main__":
+    main()

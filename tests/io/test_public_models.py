@@ -1,0 +1,35 @@
+"""Public robots beside Pinocchio and MuJoCo: mass matrix, bias efforts and poses at random states."""
+
+import mujoco
+import pytest
+
+import jaxmbs as mbs
+
+from .compared import against_mujoco, against_pinocchio, mujoco_of_urdf
+from .public_models import MJCF, URDF, dm_control_suite, robot_descriptions
+
+SLOW_URDF, SLOW_MJCF = ("panda", "double_pendulum_simple"), ("acrobot", "hopper")
+
+
+def _marked(names, slow):
+    return [pytest.param(name, marks=pytest.mark.slow if name in slow else pytest.mark.long) for name in names]
+
+
+@pytest.mark.parametrize("name", _marked(URDF, SLOW_URDF))
+def test_urdf(name):
+    path = robot_descriptions() / URDF[name]
+    read = mbs.io.read_urdf(path)
+    read.builder.declared.forces.clear()  # dampers are no part of Pinocchio's bias
+    errors = against_pinocchio(read, path)
+    assert max(errors.values()) < 1e-9, errors
+    model = mujoco_of_urdf(path)
+    if model is not None:
+        errors = against_mujoco(read, model)
+        assert max(errors.values()) < 1e-9, errors
+
+
+@pytest.mark.parametrize("name", _marked(MJCF, SLOW_MJCF))
+def test_mjcf(name):
+    path = dm_control_suite() / f"{name}.xml"
+    errors = against_mujoco(mbs.io.read_mjcf(path, tendons="drop"), mujoco.MjModel.from_xml_path(str(path)))
+    assert max(errors.values()) < 1e-9, errors
