@@ -47,6 +47,8 @@ MORE = {
     "physical": reductions.Physical(),
     "characteristic": reductions.Characteristic(4),
     "limit": mbs.Limit("bearing", "load", upper=np.array([4e3, np.inf])),
+    "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
+    "effort": mbs.GeneralisedEffort(gearing),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
 }
 THINGS = {
@@ -99,9 +101,8 @@ def test_every_thing_comes_back(tmp_path):
 
 
 def test_every_class_is_tried():
-    rooms = {forces: THINGS, joints: THINGS, elements: THINGS, reductions: THINGS}
     tried = {type(thing) for thing in THINGS.values()} | {reductions.Reduced, reductions.Family, reductions.Motions}
-    for room in rooms:
+    for room in (forces, joints, elements, reductions):
         for name in room.__all__:
             kind = getattr(room, name)
             if isinstance(kind, type) and dataclasses.is_dataclass(kind) and not name.startswith("Abstract"):
@@ -148,17 +149,18 @@ def random_builder(seed, kinds, name):
         b.joint(f"j{k}", link.kind, parent, f"b{k}", rs.as_pose(link.parent_frame), tuple(link.child_frame[1]))
     b.frame("eye", "b0", random.normal(size=3))
     b.joint("turn", mbs.Revolute(random.normal(size=3)), "ground", name, at=random.normal(size=3))
-    b.joint("push", mbs.Prismatic("x"), name, "b0", child_frame="eye")
+    b.joint("tie", mbs.Spherical(), "ground", name, at=random.normal(size=3))
     b.drive("turn", mbs.forces.Harmonic(amplitude=random.uniform(), omega=3))
     b.force(
         "spring", mbs.SpringDamper(*random.uniform(size=3)), between=("eye", (name, tuple(random.normal(size=3))))
     )
-    b.force("stop", mbs.BumpStop(1e4, lower=-random.uniform()), joint="push")
+    b.force("stop", mbs.BumpStop(1e4, lower=-random.uniform()), joint="turn")
     b.force("wind", mbs.Force(random.normal(size=3), axes="body"), on=name)
     b.constraint("rod", mbs.Distance(random.uniform(1, 2)), between=("ground", "eye"))
     return b
 
 
+@pytest.mark.slow
 def test_an_elastic_body_comes_back(tmp_path):
     from tests.misuse.zoo import Zoo
 

@@ -23,15 +23,15 @@ _OWN = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
 
 def _structure(given):
     """A structure from what it holds: elements of a group are one for all, or stacked."""
-    elements = {}
+    elements, names = {}, given["names"]
     for name, group in given["groups"].items():
         count = 0 if group.shared else len(group.nodes)
         each = [jax.tree.map(lambda x, k=k: x[k], group.element) for k in range(count)]
-        elements[name] = (group.element if group.shared else each, [tuple(map(int, row)) for row in group.nodes])
+        elements[name] = (group.element if group.shared else each, [[names[n] for n in row] for row in group.nodes])
     held: dict = {}
     for node, direction in given["held"]:
-        held.setdefault(given["names"][node], []).append(DIRECTIONS[direction])
-    return fem.Structure(dict(zip(given["names"], given["positions"], strict=True)), elements, held)
+        held.setdefault(names[node], []).append(DIRECTIONS[direction])
+    return fem.Structure(dict(zip(names, given["positions"], strict=True)), elements, held)
 
 
 def _linear_system(given):
@@ -102,16 +102,20 @@ def _spelled(value):
 
 
 def _object(value, where, faults):
-    if "mapping" in value:
-        return _pairs(value["mapping"], where, faults)
+    if "type" in value:
+        return _typed(value, where, faults)
     if "function" in value:
         return _function(value, where, faults)
+    if "mapping" in value:
+        return _pairs(value["mapping"], where, faults)
     if value.keys() == {"real", "imag"}:
         faults.append(f"{where}: a complex number has no place here")
         return LOST
-    if "type" not in value:
-        found = {key: decoded(item, Any, f"{where}.{key}", faults) for key, item in value.items()}
-        return LOST if any(item is LOST for item in found.values()) else found
+    found = {key: decoded(item, Any, f"{where}.{key}", faults) for key, item in value.items()}
+    return LOST if any(item is LOST for item in found.values()) else found
+
+
+def _typed(value, where, faults):
     if value["type"] == "SystemBuilder":
         return _builder(value, where, faults)
     kind = class_of(value["type"]) if isinstance(value["type"], str) else None

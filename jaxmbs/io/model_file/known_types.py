@@ -12,6 +12,7 @@ from ... import design, elements, fem, flexible, forces, joints, linear, model, 
 from ...builder import declarations
 from ...builder.elastic import Elastic
 from ...model.elastic import ElasticBody
+from ...typing import Explained
 from ..robots.equalities import PolynomialCoupling
 from ..robots.springs import ServoEffort
 
@@ -32,7 +33,7 @@ ROWS = {
 _registered: dict[str, Any] = {}
 
 
-def register(name: str, item: Callable) -> None:
+def register(name: str, item: Explained[Callable]) -> None:
     """Let model files speak of a function or class of yours by a name; under a name given before it replaces that.
 
     A function's own numbers are not in the file: make them fields of an `equinox.Module` class, register the class.

@@ -106,10 +106,11 @@ def _refuse(root, faults):
 def _left_out(root) -> list[str]:
     """What no mechanism here has and no picture needs."""
     found = []
-    for section, what in (("sensor", "sensor"), ("contact", "rule of contact"), ("custom", "custom datum")):
+    sections = (("sensor", "sensor", "sensors"), ("contact", "rule of contact", "rules of contact"))
+    for section, *words in (*sections, ("custom", "custom datum", "custom data")):
         number = sum(len(element) for element in root.findall(section))
         if number:
-            found.append(counted(number, what, "custom data" if section == "custom" else None))
+            found.append(counted(number, *words))
     for tag in ("camera", "light", "skin"):
         number = sum(
             1 for parent in root.iter() if parent.tag not in ("default", "sensor") for _ in parent.findall(tag)

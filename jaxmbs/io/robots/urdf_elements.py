@@ -105,9 +105,8 @@ def urdf_joint(name, element, faults) -> UrdfJoint:
         if not ends[-1]:
             faults.append(f"{where} has no <{end} link=...>")
     axis = _vector(where, element.find("axis"), "xyz", faults, (1.0, 0.0, 0.0))
-    if not np.any(axis):
+    if kind not in ("fixed", "floating") and not np.any(axis):
         faults.append(f"{where}: its axis is zero")
-        axis = np.array([1.0, 0.0, 0.0])
     made = {"fixed": Weld, "floating": Free, "planar": lambda: Planar(axis), "prismatic": lambda: Prismatic(axis)}
     limit, dynamics = element.find("limit"), element.find("dynamics")
     limits = JointLimits()
