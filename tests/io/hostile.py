@@ -81,7 +81,9 @@ def judged(path: Path, read) -> str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            read(path)
+            found = read(path)
+            if isinstance(found, mbs.io.Imported):
+                found.builder.faults()
     except (mbs.ModelFileError, mbs.ModelError):
         return "refused"
     return "model"

@@ -19,7 +19,7 @@ BOMB = "<!DOCTYPE a [<!ENTITY b 'bbbbbbbbbb'><!ENTITY c '&b;&b;&b;&b;&b;&b;&b;&b
 READERS = {".urdf": mbs.io.read_urdf, ".xml": mbs.io.read_mjcf, ".json": mbs.load_model}
 
 
-def refused(file, content, reason=""):
+def refused(file, content, reason="fault"):
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(mbs.ModelFileError, match=reason):
         READERS[file.suffix](file)

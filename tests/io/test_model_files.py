@@ -124,11 +124,20 @@ def test_structures_and_matrices(tmp_path):
 KINDS = st.sampled_from(sorted(set(EXAMPLES) - {"Weld"}))
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.slow
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     seed=st.integers(0, 10**6), kinds=st.lists(KINDS, min_size=1, max_size=6), name=st.text(min_size=1, max_size=8)
 )
 def test_random_systems_come_back(tmp_path, seed, kinds, name):
+    check_one(tmp_path, seed, kinds, name)
+
+
+def test_a_random_system_comes_back(tmp_path):
+    check_one(tmp_path, 7, ["Universal", "Free", "Screw", "Planar"], 'é"x\n')
+
+
+def check_one(tmp_path, seed, kinds, name):
     builder = random_builder(seed, [EXAMPLES[kind] for kind in kinds], name)
     if builder.faults():
         return  # a name that is taken

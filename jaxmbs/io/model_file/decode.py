@@ -14,7 +14,7 @@ from ...checks import no_such
 from ...elements import DIRECTIONS
 from ...linear import LinearSystem
 from ...math.host import as_array
-from .annotations import fits, is_array, spoken
+from .annotations import alternatives, fits, is_array, spoken
 from .known_types import ROWS, class_of, function_of, names
 
 _MOST_FAULTS = 50
@@ -49,15 +49,17 @@ class _LostType:
     """What could not be read; its fault is in the list."""
 
 
-LOST = _LostType()
+LOST, _NOTHING = _LostType(), _LostType()
 
 
 def decoded(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
     """The object that JSON value stands for, of the `wanted` annotation; LOST, and a fault, where it is none."""
     if len(faults) > _MOST_FAULTS:
         return LOST
-    if is_array(wanted) and (found := _array(value)) is not None:
-        own = as_array(found, None)
+    if is_array(wanted) and _is_numeric(value, wanted):
+        found = _array(value)
+        numeric = found is not None and (not np.iscomplexobj(found) or _has_shape(wanted))
+        own = as_array(found, None) if numeric else _NOTHING
     elif isinstance(value, dict):
         own = _object(value, where, faults)
     elif isinstance(value, list):
@@ -69,6 +71,20 @@ def decoded(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
         faults.append(f"{where}: {_short(value)} is no {spoken(wanted)}")
         return LOST
     return own
+
+
+def _is_numeric(value, wanted):
+    """Whether the value must be numbers if the annotation lets numbers stand there."""
+    if isinstance(value, str):
+        return value in _OWN and str not in alternatives(wanted)
+    if isinstance(value, dict):
+        return value.keys() == {"real", "imag"}
+    return isinstance(value, list | int | float) and not isinstance(value, bool)
+
+
+def _has_shape(wanted):
+    """Whether the annotation is of arrays of a shape and type, which tells whether they may be complex."""
+    return any(hasattr(one, "array_type") for one in alternatives(wanted))
 
 
 def _short(value):
