@@ -23,11 +23,21 @@ def main() -> None:
     rows = []
     for name in URDF:
         if common.wanted(options, name) and (name in QUICK or not options.quick):
-            rows += urdf_rows(name, robot_descriptions() / URDF[name])
+            rows += _judged(name, urdf_rows, robot_descriptions() / URDF[name])
     for name in MJCF:
         if common.wanted(options, name) and (name in QUICK or not options.quick):
-            rows += mjcf_rows(name, dm_control_suite() / f"{name}.xml")
+            rows += _judged(name, mjcf_rows, dm_control_suite() / f"{name}.xml")
     common.report(rows, options)
+
+
+def _judged(name, rows, path):
+    """The rows of a model; of one that is refused what is wrong with it."""
+    try:
+        found = rows(name, path)
+    except mbs.ModelError as error:
+        found = [common.row(name, "refused", "; ".join(error.faults))]
+    print(common.table(found), flush=True)
+    return found
 
 
 def urdf_rows(name, path):

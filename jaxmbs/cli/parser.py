@@ -3,7 +3,9 @@
 import argparse
 import importlib
 import importlib.metadata
+from pathlib import Path
 
+_TABLES, _PICTURES = (".csv", ".nc"), (".png", ".svg", ".pdf", ".html")
 _MODEL = "a .urdf, an .xml of MuJoCo or a .json of jaxmbs"
 
 
@@ -21,30 +23,30 @@ def parser() -> argparse.ArgumentParser:
     simulate.add_argument("--t1", type=float, required=True, metavar="SECONDS", help="end of the motion")
     simulate.add_argument("--steps", type=_count, default=100, metavar="N", help="times saved (default: %(default)s)")
     simulate.add_argument("--stiff", action="store_true", help="an implicit solver, for stiff springs and stops")
-    _out(simulate, "table of the motion, .csv or .nc (default: a summary is printed)")
+    _out(simulate, "table of the motion, .csv or .nc (default: a summary is printed)", _TABLES)
     simulate.set_defaults(run=_run("questions", "simulate"))
 
     reactions = _command(commands, "reactions", "what every joint carries in a pose")
     _pose(reactions)
-    _out(reactions, "table, .csv or .nc (default: it is printed)")
+    _out(reactions, "table, .csv or .nc (default: it is printed)", _TABLES)
     reactions.set_defaults(run=_run("questions", "reactions"))
 
     modes = _command(commands, "modes", "frequencies and damping about the equilibrium near a pose")
     _pose(modes)
     modes.add_argument("--here", action="store_true", help="about the pose itself, at rest there or not")
-    _out(modes, "table, .csv or .nc (default: it is printed)")
+    _out(modes, "table, .csv (default: it is printed)", _TABLES[:1])
     modes.set_defaults(run=_run("questions", "modes"))
 
     view = _command(commands, "view", "a picture of a pose, or a scene to turn round")
     _pose(view)
-    _out(view, "picture (.png, .svg, .pdf) or scene (.html)", required=True)
+    _out(view, "picture (.png, .svg, .pdf) or scene (.html)", _PICTURES, required=True)
     view.add_argument(
         "--plane", default="xz", help="of a picture: two world axes, right and up (default: %(default)s)"
     )
     view.set_defaults(run=_run("files", "view"))
 
     convert = _command(commands, "convert", "a model as a file of jaxmbs")
-    convert.add_argument("output", metavar="OUTPUT", help="the file to write, .json")
+    convert.add_argument("output", metavar="OUTPUT", type=_ending((".json",)), help="the file to write, .json")
     convert.set_defaults(run=_run("files", "convert"))
 
     demo = commands.add_parser("demo", help="simulate a slider-crank, check its joint loads, improve its design")
@@ -95,8 +97,17 @@ def _pose(command):
     )
 
 
-def _out(command, about, required=False):
-    command.add_argument("--out", "-o", metavar="FILE", help=about, required=required)
+def _out(command, about, endings, required=False):
+    command.add_argument("--out", "-o", metavar="FILE", type=_ending(endings), help=about, required=required)
+
+
+def _ending(endings):
+    def path(text):
+        if Path(text).suffix.lower() not in endings:
+            raise argparse.ArgumentTypeError(f"{text!r} does not end in {' or '.join(endings)}")
+        return text
+
+    return path
 
 
 def _assignment(text):

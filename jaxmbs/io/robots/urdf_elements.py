@@ -11,6 +11,10 @@ from .link_tree import LinkJoint
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
+#: Bodies of such a size [m] are points: programs of design write rounding of either sign for their inertia.
+_POINT = 1e-9
+
+
 class UrdfJoint(NamedTuple):
     """A joint: its child in its parent, and what moves between them."""
 
@@ -90,6 +94,8 @@ def inertial(where, element, faults):
         _number(f"{where}, inertia", own, f"i{axes}", faults) for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
     )
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if np.max(np.abs(inertia)) <= _POINT**2 * mass:
+        inertia = np.zeros((3, 3))
     return mass, at, R @ inertia @ R.T
 
 
