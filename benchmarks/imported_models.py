@@ -41,13 +41,12 @@ def _judged(name, rows, path):
 
 
 def urdf_rows(name, path):
-    """Errors beside Pinocchio and, where it takes the file, MuJoCo; the laws of the file are no part of either."""
-    read = mbs.io.read_urdf(path)
-    read.builder.declared.forces.clear()
+    """Errors beside MuJoCo, where it takes the file, and Pinocchio, whose bias has no dampers."""
+    read, model = mbs.io.read_urdf(path), mujoco_of_urdf(path)
     rows = [*_sizes(name, read)]
-    rows += _errors(name, against_pinocchio(read, path), "pinocchio")
-    model = mujoco_of_urdf(path)
-    return rows + (_errors(name, against_mujoco(read, model), "mujoco") if model is not None else [])
+    rows += _errors(name, against_mujoco(read, model), "mujoco") if model is not None else []
+    read.builder.declared.forces.clear()
+    return rows + _errors(name, against_pinocchio(read, path), "pinocchio")
 
 
 def mjcf_rows(name, path):

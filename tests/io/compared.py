@@ -122,15 +122,13 @@ def against_pinocchio(imported, path, seeds=(0, 1, 2)):
     for seed in seeds:
         q, v = random_values(system, seed)
         M, bias, R, x = map(np.asarray, ours(system, state_of(system, q, v)))
-        psi, u, order = pin.neutral(model), np.zeros(model.nv), []
-        for joint in system.topology.joints:
-            if joint.is_cut or not joint.num_velocities:
-                continue
-            own = model.joints[model.getJointId(joint.name)]
-            angle = q[joint.name][0]
+        M, bias, columns = without_rotors(system, M, bias)
+        psi, u = pin.neutral(model), np.zeros(model.nv)
+        for name, (angle,) in q.items():
+            own = model.joints[model.getJointId(name)]
             psi[own.idx_q : own.idx_q + own.nq] = angle if own.nq == 1 else (np.cos(angle), np.sin(angle))
-            u[own.idx_v] = v[joint.name][0]
-            order.append(own.idx_v)
+            u[own.idx_v] = v[name][0]
+        order = [model.joints[model.getJointId(name)].idx_v for name, _ in columns]
         theirs = np.triu(pin.crba(model, data, psi))
         theirs = theirs + np.triu(theirs, 1).T
         errors["mass"] = max(errors["mass"], relative(M, theirs[np.ix_(order, order)]))

@@ -12,7 +12,7 @@ _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
 #: Bodies of such a size [m] are points: programs of design write rounding of either sign for their inertia.
-_POINT = 1e-9
+_POINT = 1e-8
 
 
 class UrdfJoint(NamedTuple):
