@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from jax import Array
+
 from ..forces.base import AbstractLaw
 from ..joints import Coupler, Rows, VelocityRows
 from ..joints.base import AbstractJoint
@@ -72,7 +74,7 @@ class Constraint:
 class Model:
     """All that is declared, by name."""
 
-    gravity: ArrayLike
+    gravity: Array
     bodies: dict[str, Body] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)

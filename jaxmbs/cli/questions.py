@@ -26,8 +26,8 @@ def simulate(options: argparse.Namespace) -> int:
 
     system, state = posed(options)
     ts = np.linspace(float(state.t), options.t1, options.steps + 1)
-    solver = {"solver": diffrax.Kvaerno5()} if options.stiff else {}
-    motion = questions.simulate(system, state, ts=ts, progress=sys.stderr.isatty(), throw=False, **solver)
+    solver = diffrax.Kvaerno5() if options.stiff else None
+    motion = questions.simulate(system, state, ts=ts, solver=solver, progress=sys.stderr.isatty(), throw=False)
     if options.out:
         write_table(motion, options.out)
     else:

@@ -48,7 +48,7 @@ def mutated(text: str, random) -> bytes:
     for _ in range(random.integers(1, 4)):
         a = int(random.integers(0, len(content) + 1))
         b = min(len(content), a + int(random.geometric(0.05)))
-        kind = random.integers(0, 6)
+        kind = random.choice([0, 1, 2, 3, 4, 4, 4, 4, 5])
         if kind == 0 and a < len(content):
             content[a] = random.integers(0, 256)
         elif kind == 1:

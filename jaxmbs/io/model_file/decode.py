@@ -169,7 +169,7 @@ def record(kind: type, values: dict, where: str, faults: list[str]) -> Any:
     """An object of a class from its fields; the class's own checks are asked, its constructor only where it alone
     knows what belongs together."""
     if not dataclasses.is_dataclass(kind):
-        wanted = {name: kind.__annotations__.get(name, Any) for name in kind._fields}
+        wanted = {name: kind.__annotations__.get(name, Any) for name in getattr(kind, "_fields", ())}
         given = _fields(wanted, {}, values, where, faults)
         return LOST if given is LOST else kind(**given)
     fields = dataclasses.fields(kind)

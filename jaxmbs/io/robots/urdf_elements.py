@@ -1,10 +1,11 @@
 """Links and joints as URDF elements say them; what they cannot be goes to a list of faults."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from ...joints import Free, Planar, Prismatic, Revolute, Weld
+from ...joints import AbstractJoint, Free, Planar, Prismatic, Revolute, Weld
 from .imported import JointLimits
 from .link_tree import LinkJoint
 
@@ -104,16 +105,16 @@ def urdf_joint(name, element, faults) -> UrdfJoint:
     where, kind = f"joint {name!r}", element.get("type")
     if kind not in _KINDS:
         faults.append(f"{where}: type={kind!r} is none of {', '.join(_KINDS)}")
-    ends = []
-    for end in ("parent", "child"):
-        found = element.find(end)
-        ends.append("" if found is None else found.get("link", ""))
-        if not ends[-1]:
-            faults.append(f"{where} has no <{end} link=...>")
+    parent, child = (_end(where, end, element, faults) for end in ("parent", "child"))
     axis = _vector(where, element.find("axis"), "xyz", faults, (1.0, 0.0, 0.0))
     if kind not in ("fixed", "floating") and not np.any(axis):
         faults.append(f"{where}: its axis is zero")
-    made = {"fixed": Weld, "floating": Free, "planar": lambda: Planar(axis), "prismatic": lambda: Prismatic(axis)}
+    made: dict[str, Callable[[], AbstractJoint]] = {
+        "fixed": Weld,
+        "floating": Free,
+        "planar": lambda: Planar(axis),
+        "prismatic": lambda: Prismatic(axis),
+    }
     limit, dynamics = element.find("limit"), element.find("dynamics")
     limits = JointLimits()
     if limit is not None and kind in ("revolute", "continuous", "prismatic"):
@@ -125,7 +126,8 @@ def urdf_joint(name, element, faults) -> UrdfJoint:
             faults.append(f"{where}: its lower limit lies above its upper one")
     return UrdfJoint(
         name,
-        *ends,
+        parent,
+        child,
         _origin(where, element, faults),
         LinkJoint(name, made.get(kind, lambda: Revolute(axis))()),
         limits,
@@ -133,6 +135,14 @@ def urdf_joint(name, element, faults) -> UrdfJoint:
         _number(where, dynamics, "friction", faults, 0.0),
         _mimic(where, element.find("mimic"), faults),
     )
+
+
+def _end(where, end, element, faults) -> str:
+    found = element.find(end)
+    link = "" if found is None else found.get("link", "")
+    if not link:
+        faults.append(f"{where} has no <{end} link=...>")
+    return link
 
 
 def _mimic(where, element, faults):
