@@ -13,7 +13,7 @@ import mujoco
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import jaxmbs as mbs  # noqa: E402
 from tests.io.compared import against_mujoco, against_pinocchio, mujoco_of_urdf  # noqa: E402
-from tests.io.public_models import MJCF, URDF, dm_control_suite, robot_descriptions  # noqa: E402
+from tests.io.public_models import MJCF, URDF, public_models  # noqa: E402
 
 QUICK = ("double_pendulum_simple", "pendulum")
 
@@ -21,12 +21,9 @@ QUICK = ("double_pendulum_simple", "pendulum")
 def main() -> None:
     options = common.parser(__doc__, *URDF, *MJCF).parse_args()
     rows = []
-    for name in URDF:
+    for name, path in public_models().items():
         if common.wanted(options, name) and (name in QUICK or not options.quick):
-            rows += _judged(name, urdf_rows, robot_descriptions() / URDF[name])
-    for name in MJCF:
-        if common.wanted(options, name) and (name in QUICK or not options.quick):
-            rows += _judged(name, mjcf_rows, dm_control_suite() / f"{name}.xml")
+            rows += _judged(name, urdf_rows if path.suffix == ".urdf" else mjcf_rows, path)
     common.report(rows, options)
 
 

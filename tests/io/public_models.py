@@ -4,8 +4,6 @@ import importlib.util
 import sysconfig
 from pathlib import Path
 
-import pytest
-
 #: Arms, hands, quadrupeds, bipeds, humanoids; by name the file inside example-robot-data.
 URDF = {
     "double_pendulum_simple": "double_pendulum_description/urdf/double_pendulum_simple.urdf",
@@ -39,17 +37,20 @@ MJCF = (
 )
 
 
-def robot_descriptions() -> Path:
-    """The folder of example-robot-data; the test is skipped without it."""
+def robot_descriptions() -> Path | None:
+    """The folder of example-robot-data, None where it is not installed."""
     folder = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
-    if not folder.exists():
-        pytest.skip("example-robot-data is not installed")
-    return folder
+    return folder if folder.exists() else None
 
 
-def dm_control_suite() -> Path:
-    """The folder of dm_control's suite, found without importing it; the test is skipped without it."""
+def dm_control_suite() -> Path | None:
+    """The folder of dm_control's suite, found without importing it; None where it is not installed."""
     found = importlib.util.find_spec("dm_control")
-    if found is None or found.origin is None:
-        pytest.skip("dm_control is not installed")
-    return Path(found.origin).parent / "suite"
+    return None if found is None or found.origin is None else Path(found.origin).parent / "suite"
+
+
+def public_models() -> dict[str, Path]:
+    """Files by name, of the packages that are installed."""
+    robots, suite = robot_descriptions(), dm_control_suite()
+    found = {} if robots is None else {name: robots / file for name, file in URDF.items()}
+    return found | ({} if suite is None else {name: suite / f"{name}.xml" for name in MJCF})

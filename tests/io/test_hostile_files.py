@@ -100,12 +100,13 @@ def test_entities_and_depth(tmp_path):
     refused(tmp_path / "bad.json", '{"jaxmbs model": 1, "model": %s}' % ("[" * 900 + "]" * 900), "nested|no|JSON")
 
 
-def test_sizes(tmp_path, monkeypatch):
+def test_sizes(tmp_path):
     file = tmp_path / "large.urdf"
     with open(file, "wb") as handle:
         handle.truncate(40_000_000)
     with pytest.raises(mbs.ModelFileError, match="more than 32 megabytes"):
         mbs.io.read_urdf(file)
+    refused(tmp_path / "many.xml", f"<mujoco>{'<a/>' * 200_000}</mujoco>", "more than 200000 elements")
 
 
 def test_nothing_outside_the_folder_is_read(tmp_path, monkeypatch):

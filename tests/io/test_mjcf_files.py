@@ -125,6 +125,14 @@ def test_refused_by_name(message, tmp_path):
         mbs.io.read_mjcf(file)
 
 
+def test_warnings_go_to_the_report_and_to_no_file(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    file = written(tmp_path, f'<mujoco><compiler settotalmass="3"/><worldbody>{BODY}</worldbody></mujoco>')
+    found = mbs.io.read_mjcf(file)
+    assert any("MuJoCo warns" in sentence and "settotalmass" in sentence for sentence in found.dropped)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["model.xml"] and capfd.readouterr() == ("", "")
+
+
 def test_tendons_can_be_dropped(tmp_path):
     text = REFUSED["it has tendons, 'rope'"] + '<actuator><motor tendon="rope"/></actuator>'
     found = mbs.io.read_mjcf(written(tmp_path, f"<mujoco>{text}</mujoco>"), tendons="drop")

@@ -57,18 +57,24 @@ def read_mjcf(
         if given not in among:
             raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
     text = mjcf_text(path, tendons)
-    model = _compiled(path, text)
-    return _imported(model, text.dropped, fixed == "welds", stops, armature == "rotors", controls or {})
+    model, said = _compiled(path, text)
+    dropped = text.dropped + [f"MuJoCo warns: {' '.join(line.split())}" for line in said]
+    return _imported(model, dropped, fixed == "welds", stops, armature == "rotors", controls or {})
 
 
 def _compiled(path: Path, text: Text):
+    """The compiled model, and what MuJoCo warns of, which it would write to a file in the folder one works in."""
     import mujoco
 
+    said: list[str] = []
+    mujoco.set_mju_user_warning(said.append)
     try:
-        return mujoco.MjModel.from_xml_string(text.xml, text.assets)
+        return mujoco.MjModel.from_xml_string(text.xml, text.assets), said
     except (ValueError, mujoco.FatalError) as error:
-        first = str(error).strip().splitlines() or ["no reason given"]
-        raise ModelFileError(path, [f"MuJoCo refuses it: {' '.join(first)}"]) from error
+        lines = str(error).strip().splitlines() or ["no reason given"]
+        raise ModelFileError(path, [f"MuJoCo refuses it: {' '.join(lines)}"]) from error
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 def _imported(model, dropped, welds, stops, rotors, controls):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...errors import ModelFileError
 
-MOST_BYTES = 32_000_000
+MOST_BYTES, MOST_ELEMENTS = 32_000_000, 200_000
 DEEPEST = 200  # a chain of so many bodies is nested no deeper than MuJoCo's own limit
 _TYPES = re.compile(r"<!\s*(DOCTYPE|ENTITY|ELEMENT|ATTLIST|NOTATION)", re.IGNORECASE)
 
@@ -43,6 +43,8 @@ def parse_xml(path: Path, content: bytes) -> ET.Element:
         root = ET.fromstring(re.sub(r"^\s*<\?xml[^>]*\?>", "", text))
     except (ET.ParseError, ValueError) as error:
         raise ModelFileError(path, [f"it is not well-formed XML: {error}"]) from error
+    if sum(1 for _ in root.iter()) > MOST_ELEMENTS:
+        raise ModelFileError(path, [f"it has more than {MOST_ELEMENTS} elements"])
     if _depth(root) > DEEPEST:
         raise ModelFileError(path, [f"its elements are nested more than {DEEPEST} deep"])
     return root
