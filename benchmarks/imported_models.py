@@ -30,11 +30,9 @@ def main() -> None:
 def _judged(name, rows, path):
     """The rows of a model; of one that is refused what is wrong with it."""
     try:
-        found = rows(name, path)
+        return rows(name, path)
     except mbs.ModelError as error:
-        found = [common.row(name, "refused", "; ".join(error.faults))]
-    print(common.table(found), flush=True)
-    return found
+        return [common.row(name, "refused", len(error.faults), "; ".join(error.faults))]
 
 
 def urdf_rows(name, path):
@@ -57,9 +55,9 @@ def mjcf_rows(name, path):
 
 def _sizes(name, read):
     declared = read.builder.declared
-    sizes = f"{len(declared.bodies)} bodies, {len(declared.joints)} joints, {len(declared.frames)} frames"
-    yield common.row(name, "read", sizes)
-    yield common.row(name, "left out", "; ".join(read.dropped) or "nothing")
+    for what in ("bodies", "joints", "constraints", "forces", "frames"):
+        yield common.row(name, what, len(getattr(declared, what)))
+    yield common.row(name, "left out", len(read.dropped), "; ".join(read.dropped))
 
 
 def _errors(name, errors, peer):
