@@ -73,10 +73,14 @@ def relative(found, wanted):
 def against_mujoco(imported, model, seeds=(0, 1, 2)):
     """Largest relative errors {"mass", "bias", "poses"} over random states; joints, bodies and sites by name.
 
-    The fluid and what springs of tendons do, which are left out here, are switched off there.
+    What is left out here, the fluid, springs of tendons and some actuators, is switched off there.
     """
     model.opt.density = model.opt.viscosity = 0.0
     model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
+    kept = set(imported.builder.declared.forces)
+    for a in range(len(model.actuator_trntype)):
+        if (model.actuator(a).name or f"actuator{a}") not in kept:
+            model.actuator_gainprm[a] = model.actuator_biasprm[a] = 0.0
     system, data = imported.builder.build(), mujoco.MjData(model)
     errors = {"mass": 0.0, "bias": 0.0, "poses": 0.0}
     for seed in seeds:
