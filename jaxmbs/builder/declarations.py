@@ -1,8 +1,12 @@
-"""What the user declares, before it becomes a system."""
+"""What the user declares, before it becomes a system.
+
+`Annotated[Any, kind]`: what of another kind is declared is refused in words, by `validation`, and not as a type;
+model files read the kind.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 from jax import Array
 
@@ -20,9 +24,9 @@ class Body:
     """A rigid body as declared; pose is its world pose in the reference pose, or None."""
 
     name: str
-    mass: ArrayLike
-    com: ArrayLike
-    inertia: ArrayLike
+    mass: Annotated[Any, ArrayLike]
+    com: Annotated[Any, ArrayLike]
+    inertia: Annotated[Any, ArrayLike]
     pose: Pose | None
 
 
@@ -40,13 +44,13 @@ class Joint:
     """A joint as declared; frames are references (None, point, Pose or frame name), `at` a world point."""
 
     name: str
-    kind: AbstractJoint
+    kind: Annotated[Any, AbstractJoint]
     parent: str
     child: str
-    parent_frame: str | Pose | ArrayLike | None
-    child_frame: str | Pose | ArrayLike | None
-    at: ArrayLike | None
-    drive: Callable | ArrayLike | None = None
+    parent_frame: Annotated[Any, str | Pose | ArrayLike | None]
+    child_frame: Annotated[Any, str | Pose | ArrayLike | None]
+    at: Annotated[Any, ArrayLike | None]
+    drive: Annotated[Any, Callable | ArrayLike | None] = None
     is_hidden: bool = False
 
 
@@ -55,10 +59,10 @@ class Force:
     """A force element as declared, with its port."""
 
     name: str
-    law: AbstractLaw
-    between: tuple | list | None
+    law: Annotated[Any, AbstractLaw]
+    between: Annotated[Any, tuple | list | None]
     joint: str | None
-    on: FrameLike | None
+    on: Annotated[Any, FrameLike | None]
 
 
 @dataclass
@@ -66,8 +70,8 @@ class Constraint:
     """Rows between two frames, joint coordinates, or given by the user."""
 
     name: str
-    law: AbstractJoint | Coupler | Rows | VelocityRows
-    between: tuple | list | None
+    law: Annotated[Any, AbstractJoint | Coupler | Rows | VelocityRows]
+    between: Annotated[Any, tuple | list | None]
 
 
 @dataclass

@@ -10,8 +10,9 @@ import numpy as np
 
 def alternatives(wanted: Any) -> tuple:
     """The types of a union, or the one type."""
-    if get_origin(wanted) is Annotated:
-        return alternatives(get_args(wanted)[0])
+    if get_origin(wanted) is Annotated:  # of Any: what belongs there is said beside it
+        held, *said = get_args(wanted)
+        return alternatives(said[0] if held is Any else held)
     if get_origin(wanted) in (Union, types.UnionType):
         return tuple(one for part in get_args(wanted) for one in alternatives(part))
     return (wanted,)
