@@ -178,11 +178,13 @@ def test_gradient_of_an_eigenvalue():
 
 
 def test_effort_input_and_acceleration_output():
-    """A mass on a spring pushed by its joint's effort: D is 1/m."""
+    """Two masses pushed by a joint's effort: D is 1/m, C the efforts of springs and damper over the masses."""
     system = models.quarter_car(road=0.0)
     state = mbs.State.at(system)
     linear = mbs.linearise(system, state, inputs=("suspension",), outputs=lambda s, a: jnp.cumsum(a))
     np.testing.assert_allclose(linear.state_space.D[:, 0], [-1 / 60.0, 1 / 300.0], rtol=1e-12)
+    wheel, car = np.array([-190e3, 16e3, 0.0, 1e3]) / 60.0, np.array([0.0, -16e3, 0.0, -1e3]) / 300.0
+    np.testing.assert_allclose(linear.state_space.C, [wheel, car], rtol=1e-12, atol=1e-9)
 
 
 def test_unknown_names():

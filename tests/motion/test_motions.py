@@ -39,6 +39,19 @@ def test_semi_implicit_euler_is_that_of_mujoco(chain):
     np.testing.assert_allclose(euler(chain, 0.001), np.r_[data.qpos, data.qvel], rtol=1e-9, atol=1e-9)
 
 
+def test_semi_implicit_euler_sums_the_work():
+    """What a damper takes from a mass that glides."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    b.body("mass", mass=3.0)
+    b.joint("slide", mbs.Prismatic("x"), "ground", "mass")
+    b.force("damper", mbs.SpringDamper(stiffness=0.0, damping=1.5), joint="slide")
+    system = b.build()
+    start = mbs.State.at(system, velocities={"slide": 2.0})
+    motion = mbs.simulate(system, start, ts=jnp.array([0.4]), dt=1e-3, solver=mbs.SemiImplicitEuler())
+    lost = 0.5 * 3.0 * 2.0**2 * (np.exp(-2 * 1.5 / 3.0 * 0.4) - 1.0)
+    np.testing.assert_allclose(motion.diagnostics.work["damper"][-1], lost, rtol=2e-3)
+
+
 @pytest.mark.slow
 def test_semi_implicit_euler_is_of_first_order(chain):
     _, system, state = chain

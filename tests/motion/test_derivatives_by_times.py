@@ -1,0 +1,42 @@
+"""Derivatives by the time of the start, and of the time when an event ends a motion: a stone that is thrown up."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+
+G, HEIGHT, SPEED, START, SAVED = 9.81, 5.0, 1.0, 0.2, 0.9
+
+
+@pytest.fixture(scope="module")
+def stone():
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -G))
+    b.body("stone", mass=2.0, inertia=0.1)
+    b.joint("up", mbs.Prismatic("z"), "ground", "stone")
+    return b.build()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["forward", "reverse"])
+def test_a_stone_that_is_thrown(stone, mode):
+    """It hits the ground `(v + sqrt(v^2 + 2 g h)) / g` after its start."""
+
+    def asked(x):
+        height, speed, start = x
+        state = mbs.State(start, height[None], speed[None], structure=stone.topology.structure)
+        motion = mbs.simulate(
+            stone, state, ts=jnp.array([SAVED, 3.0]), event=lambda s: s.coordinates[0], gradient=mode
+        )
+        return jnp.stack([motion.states.coordinates[0, 0], motion.ts[1], motion.states.velocities[1, 0]])
+
+    x = jnp.array([HEIGHT, SPEED, START])
+    slopes = jax.jit((jax.jacfwd if mode == "forward" else jax.jacrev)(asked))(x)
+    for_s, root = SAVED - START, np.sqrt(SPEED**2 + 2 * G * HEIGHT)
+    expected = [
+        [1.0, for_s, -SPEED + G * for_s],  # the place at a saved time
+        [1.0 / root, (1.0 + SPEED / root) / G, 1.0],  # the time of the event
+        [-G / root, -SPEED / root, 0.0],  # the speed there
+    ]
+    np.testing.assert_allclose(slopes, expected, atol=1e-7)
