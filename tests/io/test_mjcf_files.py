@@ -39,7 +39,14 @@ def test_what_was_read_and_left_out(bench):
     assert bench.poses["up"]["lift"] == 0.2 and "neck" not in bench.poses["up"]
     assert bench.limits["yaw"].upper == pytest.approx(np.pi / 2)
     left = str(bench)
-    for part in ("1 camera", "1 light", "1 sensor", "contacts of 7 shapes", "'lag': it has a state of its own"):
+    for part in (
+        "1 camera",
+        "1 light",
+        "1 sensor",
+        "contacts of 7 shapes",
+        "'lag': it has a state of its own",
+        "force of the actuators 'push'",
+    ):
         assert part in left, left
 
 

@@ -66,7 +66,7 @@ BENCH_MJCF = """<mujoco model="bench">
   </worldbody>
   <sensor><framepos objtype="site" objname="nose"/></sensor>
   <actuator>
-    <motor name="push" joint="lift" gear="3"/>
+    <motor name="push" joint="lift" gear="3" ctrllimited="true" ctrlrange="-1 1"/>
     <position name="aim" joint="yaw" kp="7" kv="0.5" gear="2"/>
     <general name="lag" joint="yaw" dyntype="filter" dynprm="0.1"/>
   </actuator>

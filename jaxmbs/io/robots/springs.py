@@ -86,7 +86,7 @@ def add_actuators(builder, model, joints, controls) -> list[str]:
 
     Raises: UnknownNameError for controls of none of them.
     """
-    names, dropped, made = Names("drives"), [], set()
+    names, dropped, made, limited = Names("drives"), [], set(), []
     for a in range(len(model.actuator_trntype)):
         name = names(model.actuator(a).name or f"actuator{a}")
         why = _beyond(model, a)
@@ -98,9 +98,11 @@ def add_actuators(builder, model, joints, controls) -> list[str]:
         law = Actuator(ServoEffort(controls.get(name, 0.0), model.actuator_gainprm[a][0], bias, gear))
         builder.force(name, law, joint=joints[model.actuator_trnid[a][0]])
         made.add(name)
+        if model.actuator_forcelimited[a] or model.actuator_ctrllimited[a]:
+            limited.append(name)
     for name in controls:
         place_of("actuator", name, made)
-    return dropped
+    return dropped + ([f"limits of control and force of the actuators {listed(limited)}"] if limited else [])
 
 
 def _output(model, a):
