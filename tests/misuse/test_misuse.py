@@ -29,6 +29,7 @@ EXEMPT = {
         statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
         linear.ResonanceGains reductions.Family reductions.Motions
         design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation studies.Designs
+        io.Imported io.JointLimits
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
@@ -38,10 +39,11 @@ EXEMPT = {
     "no argument, a name, or a solver that simulate judges": """
         elements.DIRECTIONS motion.Gauss4 motion.ImplicitMidpoint motion.SemiImplicitEuler builder.SystemBuilder
         jaxmbs.AssemblyError studies.StudyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError
-        jaxmbs.UnknownNameError
+        jaxmbs.UnknownNameError jaxmbs.ModelFileError
     """,
     "files, programs and pictures, whose tests are their own": """
-        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff viz.draw_bond_graph
+        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
+        io.load_model io.save_model io.model_schema io.register viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_reactions viz.plot_history studies.sweep demo.run jaxmbs.cache jaxmbs.export
         jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
