@@ -11,7 +11,6 @@ from ..viz import scene
 from .loads import QUANTITIES, crank_angle
 from .pictures import draw
 
-
 _PLAYED = ("systems", "motions", "reactions")
 
 

@@ -40,8 +40,8 @@ def _told(motion):
     ts, psi, accounts = np.asarray(motion.ts), np.asarray(motion.states.coordinates), motion.diagnostics
     residual, drift = (np.nanmax(np.abs(x)) for x in (accounts.energy_residual, accounts.constraint_drift))
     summary = (
-        f"{len(ts)} instants from {short(ts[0])} to {short(ts[-1])} s, {motion.status}; {int(accounts.num_steps)} steps, "
-        f"energy residual {short(residual)} J, drift {short(drift)}"
+        f"{len(ts)} instants from {short(ts[0])} to {short(ts[-1])} s, {motion.status}; "
+        f"{int(accounts.num_steps)} steps, energy residual {short(residual)} J, drift {short(drift)}"
     )
     names = _labels((name, size) for name, _, size, _ in motion.states.structure or ())
     names = names or [str(k) for k in range(psi.shape[1])]

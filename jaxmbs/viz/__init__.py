@@ -1,16 +1,16 @@
-"""Pictures: scenes in three dimensions for a browser; by matplotlib (extra `viz`) films, and plots that are drawn into
-`ax` and never shown; bond graphs as SVG text."""
+"""Pictures: scenes in three dimensions for a browser; by matplotlib (extra `viz`) films, and plots drawn into `ax`
+and never shown; bond graphs as SVG text."""
 
 from ..bondgraph.drawing import draw_bond_graph
-from .films import animate
 from .designs import plot_front, plot_limits, plot_parallel, plot_scatter
 from .envelopes import plot_envelope, plot_polar
+from .films import animate
 from .limits import plot_limit_values
 from .mechanism import plot_mechanism, plot_views
+from .page import Scene, scene
 from .plots import plot_coordinates, plot_energy, plot_history, plot_reactions
 from .power import plot_power
 from .responses import plot_bode, plot_campbell, plot_mac, plot_nyquist
-from .page import Scene, scene
 from .solids import Solid
 from .structure import plot_modes, plot_structure
 from .swinging import Swing, swing

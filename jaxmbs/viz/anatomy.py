@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import jax
 import numpy as np
 
 from ..forces.ports import JointPort, LinePort, PosePort
@@ -33,8 +34,8 @@ def spans(system) -> list[Span]:
     top, found = system.topology, []
     sliding = {j.first_velocity: j.frames for j in top.joints if j.kind in SLIDES and j.num_velocities}
     for group in system.forces:
-        kind = _kind(group)
-        for name, a, b in zip(group.names, group.first, group.second, strict=True):
+        for k, (name, a, b) in enumerate(zip(group.names, group.first, group.second, strict=True)):
+            kind = _kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
             if isinstance(group.port, LinePort | PosePort):
                 found.append(Span(name, kind, (a, b)))
             elif isinstance(group.port, JointPort) and kind in ("spring", "damper") and a in sliding:
@@ -49,14 +50,13 @@ def spans(system) -> list[Span]:
     return found
 
 
-def _kind(group):
+def _kind(group, law):
     """How a law looks: a spring where it stores, a damper where it only dissipates."""
     if isinstance(group.port, PosePort):
         return "bushing"
-    stiffness = getattr(group.law, "stiffness", None)
-    if group.law.stores and (stiffness is None or np.any(np.asarray(stiffness))):
+    if law.stores:
         return "spring"
-    return "damper" if hasattr(group.law, "damping") else "actuator"
+    return "damper" if hasattr(law, "damping") else "actuator"
 
 
 def body_frames(topology, names=None) -> dict[int, list[int]]:

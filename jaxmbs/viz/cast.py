@@ -11,6 +11,7 @@ from ..flexible.recovery import deformations
 from ..linear.system import LinearSystem
 from ..model.system import System
 from ..palette import COLORS
+from ..typing import ScalarLike
 from .film import film
 from .mesh import Mesh, mesh_of, moving_meshes
 from .sets import Set, encoded, tracks
@@ -35,7 +36,7 @@ class Act:
         return None
 
 
-def act_of(system: Any, motion: Any, structures: Any, scale: float) -> Act:
+def act_of(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> Act:
     """The act of a mechanism or a linear system.  Raises: TypeError for anything else."""
     if isinstance(system, System):
         return MechanismAct(system, motion, structures, scale)
@@ -76,11 +77,17 @@ class MechanismAct(Act):
         done = Set(self.system, self.film, solids, radius, up, own)
         for k, name in enumerate(n for n in traces if n in top.frame_index):
             if len(self.ts) > 1:
-                done.trace(name, self.film.x[:, top.frame_index[name]], COLORS[(k + 1) % len(COLORS)])
+                done.trace(name, self.film.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
         bodies = ["ground", *top.body_names]
         meshes = [self._mesh(name, *given) for name, given in self.elastic.items()]
         numbers = tracks(self.film, top.bodies.size)
-        return {"bodies": bodies, "tracks": encoded(numbers), "items": done.items, "tags": done.tags, "meshes": meshes}
+        return {
+            "bodies": bodies,
+            "tracks": encoded(numbers),
+            "items": done.items,
+            "tags": done.tags,
+            "meshes": meshes,
+        }
 
     def _mesh(self, name, structure, frame, q):
         """Shapes by deformation, in the axes of the first interface."""
@@ -126,9 +133,7 @@ class LinearAct(Act):
         self.meshes = moving_meshes(system, x, structures)
         if not self.meshes:
             raise ModelError("no component has positions: give structures by component")
-        self.points = np.concatenate(
-            [(mesh.rest + scale * u).reshape(-1, 3) for mesh, u in self.meshes.values()]
-        )
+        self.points = np.concatenate([(mesh.rest + scale * u).reshape(-1, 3) for mesh, u in self.meshes.values()])
 
     def staged(self, solids, radius, up, shapes, traces, number):
         still = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(self.ts), 1, 1))
@@ -146,7 +151,9 @@ class LinearAct(Act):
         return {"bodies": ["ground"], "tracks": encoded(still), "items": [], "tags": tags[:200], "meshes": meshes}
 
 
-def packed_mesh(name: str, mesh: Mesh, basis: np.ndarray, amplitudes: np.ndarray, body: int, scale: float) -> dict:
+def packed_mesh(
+    name: str, mesh: Mesh, basis: np.ndarray, amplitudes: np.ndarray, body: int, scale: ScalarLike
+) -> dict:
     """A mesh on a body, moving by amplitudes (T, m) times shapes (m, nodes, 3)."""
     moved = np.einsum("tm,mvc->tvc", amplitudes, basis)
     return {

@@ -9,13 +9,14 @@ from ..design.front import Front
 from ..design.optimum import Optimum
 from ..palette import BLUE, GREY, RED
 from ..status import succeeded
+from ..typing import Explained
 from .canvas import axes, finish
 
 _ACCOUNTS = ("status", "reason")  # of a study, not of its designs
 _MAP = "viridis"
 
 
-def plot_front(front: Front, first: str = "first aim", second: str = "second aim", ax: Any = None) -> Any:
+def plot_front(front: Explained[Front], first: str = "first aim", second: str = "second aim", ax: Any = None) -> Any:
     """The designs of which none is better in both aims; hollow where a search did not converge.
 
     Args: first, second: what the aims are, with their units; ax: matplotlib axes to draw into (default: new ones).
@@ -28,7 +29,7 @@ def plot_front(front: Front, first: str = "first aim", second: str = "second aim
     return ax
 
 
-def plot_limits(optimum: Optimum, ax: Any = None) -> Any:
+def plot_limits(optimum: Explained[Optimum], ax: Any = None) -> Any:
     """How much of each limit a design uses, before (thin) and after the search; those that hold it are dark.
 
     Args: ax: matplotlib axes to draw into (default: new ones).
@@ -83,10 +84,14 @@ def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | N
     numbers, x = table[color], np.arange(len(table))
     order = np.argsort(numbers)
     lines = LineCollection(
-        [np.stack([x, row], axis=1) for row in scaled[order]], array=numbers[order], cmap=_MAP, linewidths=0.9, alpha=0.7
+        [np.stack([x, row], axis=1) for row in scaled[order]],
+        array=numbers[order],
+        cmap=_MAP,
+        linewidths=0.9,
+        alpha=0.7,
     )
     ax.add_collection(lines)
-    for k, name in enumerate(table):
+    for k in range(len(table)):
         ax.axvline(k, color="0.3", linewidth=0.8)
         for height, value in ((-0.02, low[k]), (1.02, high[k])):
             ax.text(k, height, f"{value:.3g}", ha="center", va="top" if height < 0 else "bottom", fontsize="small")

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..dynamics.joint_reactions import Reactions
 from ..palette import BLUE, RED
-from ..typing import ArrayLike, Explained
+from ..typing import ArrayLike, Explained, ScalarLike
 from .canvas import axes, curve, finish
 from .looking import looking
 from .plots import _check
@@ -64,7 +64,7 @@ def plot_envelope(
     values: ArrayLike,
     label: str = "",
     x_label: str = "time [s]",
-    limit: float | None = None,
+    limit: ScalarLike | None = None,
     ax: Any = None,
 ) -> Any:
     """The range of many cases or designs, their median, and the case that reaches furthest.

@@ -13,7 +13,7 @@ from ..model.system import System
 
 class Film(NamedTuple):
     """Times ts (T,), rotations R (T, frames, 3, 3) and positions x (T, frames, 3) of all frames, those of joints and
-    bodies included; `axes` (3,) by joint name, in the axes of its first frame: what it turns about or slides along."""
+    bodies included; `axes` (3,) by joint name, in axes of its first frame: what it turns about or slides along."""
 
     ts: np.ndarray
     R: np.ndarray

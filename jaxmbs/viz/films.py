@@ -8,6 +8,7 @@ import numpy as np
 
 from ..linear.system import LinearSystem
 from ..model.system import System
+from ..typing import ScalarLike
 from .canvas import axes
 from .film import film
 from .looking import looking
@@ -26,7 +27,7 @@ def animate(
     plane: str | None = None,
     *,
     fps: int = 20,
-    speed: float | None = None,
+    speed: ScalarLike | None = None,
     structures: Any = None,
     ax: Any = None,
     dpi: int = 90,
@@ -57,7 +58,9 @@ def animate(
     with writer.saving(ax.figure, str(path), dpi):
         for t in shares:
             show(int(np.argmin(np.abs(ts - t))))
-            text.set_text(f"{t:.3f} s" if getattr(motion, "frequency", None) is None else f"{motion.frequency:.4g} Hz")
+            text.set_text(
+                f"{t:.3f} s" if getattr(motion, "frequency", None) is None else f"{motion.frequency:.4g} Hz"
+            )
             writer.grab_frame()
     if new:
         from matplotlib import pyplot

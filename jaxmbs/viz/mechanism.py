@@ -100,7 +100,8 @@ def framed(ax, look):
     ax.set_aspect("equal", adjustable="datalim" if look.labels is None else "box")
     ax.margins(0.07)
     if look.labels is None:
-        ax.set_axis_off()
+        ax.set(xticks=[], yticks=[])
+        ax.spines[:].set_visible(False)
         return ax
     ax.set_xlabel(look.labels[0])
     ax.set_ylabel(look.labels[1])

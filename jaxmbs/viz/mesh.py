@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..checks import no_such
 from ..coupling.network import Network
 from ..elements.hexahedron import FACES
 from ..errors import ModelError, UnknownNameError
 from ..fem.structure import Structure
-from ..checks import no_such
 from ..linear.system import LinearSystem
 from ..reductions.base import Reduced
 

@@ -14,6 +14,7 @@ from ..checks import no_such
 from ..errors import ModelError, UnknownNameError
 from ..linear.system import LinearSystem
 from ..model.system import System
+from ..typing import ScalarLike
 from .cast import Act, act_of
 from .sets import Solids, encoded
 from .view import view_of
@@ -56,7 +57,7 @@ def scene(
     traces: Iterable[str] = (),
     shapes: Mapping | None = None,
     structures: Any = None,
-    scale: float = 1.0,
+    scale: ScalarLike = 1.0,
     title: str = "",
 ) -> Scene:
     """A scene to be turned, played and looked at, in a browser or a notebook, without network.
@@ -70,7 +71,7 @@ def scene(
         limits: force [N] that a joint may carry by name, or `Limit`s with an upper bound; arrows are then coloured by
             how much of it is used.
         traces: names of frames or bodies whose paths are drawn.
-        shapes: `Solid`s by body (or "ground"), in place of what its joints suggest: `{"ram": [Solid.stl("ram.stl")]}`.
+        shapes: `Solid`s by body (or "ground"), in place of what its joints suggest: `{"ram": [Solid.stl("a.stl")]}`.
         structures: the mesh of a linear system; of a network structures by component; of a mechanism `(structure,
             floating frame)` by elastic body.
         scale: what deformations of meshes are multiplied by.
@@ -171,10 +172,10 @@ def _floor(view, extent, count):
     half = np.hypot(view.half, 0.5 * 1.3 * view.width * (count - 1))
     wide = 2.6 * half
     step = 10.0 ** np.floor(np.log10(extent / 3))
-    step *= next(k for k in (1, 2, 5, 10) if wide / (k * step) <= 30)
+    step *= next(k for k in (1, 2, 5, 10) if wide / (k * step) <= 20)
     angle = 0.5
     camera = {"azimuth": view.azimuth, "elevation": view.elevation}
-    camera["distance"] = 1.02 * half / np.sin(angle / 2) if count == 1 else 0.9 * half / np.tan(angle / 2)
+    camera["distance"] = 0.84 * half / np.sin(angle / 2) if count == 1 else 0.76 * half / np.tan(angle / 2)
     return {"floor": wide, "cells": wide / step, "angle": angle, "camera": camera}
 
 

@@ -67,9 +67,9 @@ precision highp float;
 in vec2 q; out vec4 ink; uniform float cells;
 float lines(vec2 x, float w) { vec2 f = fwidth(x); vec2 d = abs(fract(x - .5) - .5) / f; return 1. - min(min(d.x, d.y) / w, 1.); }
 void main() {
-  float fade = smoothstep(1., .25, length(q));
-  float a = max(.32 * lines(q * cells, 1.2), .5 * lines(q * cells / 5., 1.4));
-  ink = vec4(.42, .47, .53, a * fade);
+  float fade = smoothstep(.95, .2, length(q));
+  float a = max(.17 * lines(q * cells, 1.1), .30 * lines(q * cells / 5., 1.2));
+  ink = vec4(.42, .48, .55, a * fade);
 }`];
 function program([vertex, fragment]) {
   const made = gl.createProgram();
@@ -199,8 +199,8 @@ function arrows(stage, when) {
     const color = [...heat(Math.min(share, 1)), 1], n = unit(f), head = Math.min(2.6 * film.radius, .6 * length);
     const tip = add(p, n, length), neck = add(tip, n, -head), told = name + ": " + spoken(newton)
       + (limit ? ", " + (100 * share).toFixed(0) + " % of its limit" : "");
-    found.push({ shape: shapes[film.cylinder], model: spanning(p, neck, .42 * film.radius), color, name: told });
-    found.push({ shape: shapes[film.cone], model: spanning(neck, tip, 1.05 * film.radius), color, name: told });
+    found.push({ shape: shapes[film.cylinder], model: spanning(p, neck, .5 * film.radius), color, name: told });
+    found.push({ shape: shapes[film.cone], model: spanning(neck, tip, 1.2 * film.radius), color, name: told });
   });
   return found;
 }
@@ -273,7 +273,7 @@ function floor(things, sight) {
     gl.useProgram(solid.made);
     gl.uniformMatrix4fv(solid.at.camera, false, sight.camera);
     gl.uniformMatrix4fv(solid.at.flat_, false, flattened(unit(add(film.up, sight.light, .35))));
-    gl.uniform4fv(solid.at.color, [.12, .16, .22, .15]); gl.uniform1i(solid.at.mode, 1);
+    gl.uniform4fv(solid.at.color, [.12, .16, .22, .17]); gl.uniform1i(solid.at.mode, 1);
     gl.enable(gl.STENCIL_TEST); gl.stencilFunc(gl.EQUAL, 0, 255); gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
     for (const thing of things) if (thing.shadow) {
       gl.uniformMatrix4fv(solid.at.model, false, thing.model);

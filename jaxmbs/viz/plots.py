@@ -133,7 +133,9 @@ def plot_reactions(
         if name in lines:
             ax.axhline(unit * limit, color=lines[name].get_color(), linewidth=0.8, linestyle=(0, (1, 2)))
     what = "joint moment" if moment else "joint force"
-    return finish(ax, "time [s]", f"{what}{f' {component}' if component else ''} [{'k' * kilo}N{' m' * moment}]", "ends")
+    return finish(
+        ax, "time [s]", f"{what}{f' {component}' if component else ''} [{'k' * kilo}N{' m' * moment}]", "ends"
+    )
 
 
 def plot_energy(motion: Explained[Motion], ax: Any = None) -> Any:

@@ -88,7 +88,7 @@ def plot_campbell(
 
 
 def _order_label(ax, speeds, order, top):
-    """"2×" where the line of an order leaves the axes."""
+    """ "2×" where the line of an order leaves the axes."""
     end = min(speeds[-1], 2 * np.pi * 0.93 * top / order) if order > 0 else speeds[-1]
     place = (end, order * end / (2 * np.pi))
     ax.annotate(f"{order:g}×", place, (-3, 2), textcoords="offset points", ha="right", fontsize="small", color="0.4")

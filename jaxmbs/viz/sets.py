@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..palette import COLORS
+from ..typing import ScalarLike
 from .anatomy import body_frames, distinct, slides, spans
 from .film import Film
 from .solids import Solid, icosphere, rounded_hull, swept, turned_to, unit_coil, unit_cone, unit_cylinder
@@ -24,7 +25,7 @@ def encoded(values: Any, kind: str = "<f4") -> str:
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
-def ink(color: str, alpha: float = 1.0) -> list[float]:
+def ink(color: str, alpha: ScalarLike = 1.0) -> list[float]:
     """A colour "#rrggbb" as numbers."""
     return [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)] + [alpha]
 
@@ -58,7 +59,7 @@ class Solids:
 class Set:
     """The items of one mechanism; `radius` [m] is that of its bars, `up` (3,) where no gravity pulls."""
 
-    def __init__(self, system, film: Film, solids: Solids, radius: float, up: np.ndarray, shapes: Mapping):
+    def __init__(self, system, film: Film, solids: Solids, radius: ScalarLike, up: np.ndarray, shapes: Mapping):
         self.system, self.top, self.film = system, system.topology, film
         self.solids, self.r, self.up, self.shapes = solids, radius, up, shapes
         self.items: list[dict] = []
@@ -192,7 +193,10 @@ class Set:
     def _spans(self):
         looks = {
             "spring": [(self.solids.coil, (0.0, 1.0), 1.1, BRASS)],
-            "damper": [(self.solids.cylinder, (0.0, 0.55), 0.8, STEEL), (self.solids.cylinder, (0.4, 1.0), 0.3, PALE)],
+            "damper": [
+                (self.solids.cylinder, (0.0, 0.55), 0.8, STEEL),
+                (self.solids.cylinder, (0.4, 1.0), 0.3, PALE),
+            ],
             "actuator": [
                 (self.solids.cylinder, (0.0, 0.5), 0.9, COLORS[1]),
                 (self.solids.cylinder, (0.4, 1.0), 0.4, PALE),
@@ -204,16 +208,14 @@ class Set:
             if span.name in self.shapes:  # an elastic body that is drawn as its mesh
                 continue
             points = [self.film.in_body(self.top, frame) for frame in span.frames]
-            ends = [
-                {"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)
-            ]
+            ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
             for solid, part, thick, color in looks[span.kind]:
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
                 self.items.append(item | {"color": ink(color)})
 
     def trace(self, name, points, color):
         """The path of points (T, 3) in the world, and a ball that runs along it is left to the body."""
-        solid = self.solids(swept(points, 0.16 * self.r, sides=5))
+        solid = self.solids(swept(points, 0.2 * self.r, sides=5))
         self.items.append({"name": f"path of {name}", "solid": solid, "body": 0, "color": ink(color), "trace": True})
 
 

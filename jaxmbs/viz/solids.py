@@ -1,7 +1,6 @@
 """Solids as triangles: what bodies, joints and springs look like in a scene."""
 
 import re
-from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -10,8 +9,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..math.rotation import axis_vector
+from ..typing import ArrayLike, Axis, ScalarLike
 
 _SIDES = 28
+_SLENDER = 12.0
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])  # a triangle of a binary STL
 _NUMBER = rb"([-+0-9.eE]+)"
 _CORNER = re.compile(rb"vertex\s+" + rb"\s+".join([_NUMBER] * 3))
@@ -29,7 +30,7 @@ class Solid(NamedTuple):
     color: str | None = None
 
     @classmethod
-    def box(cls, size: Sequence[float], color: str | None = None) -> "Solid":
+    def box(cls, size: ArrayLike, color: str | None = None) -> "Solid":
         """A box with edges (3,) along x, y, z about the body's origin; `placed` puts it elsewhere."""
         parts = []
         for axis in range(3):
@@ -42,20 +43,18 @@ class Solid(NamedTuple):
         return cls(*_joined(parts), color).scaled(size)
 
     @classmethod
-    def cylinder(
-        cls, radius: float, length: float, axis: str | Sequence[float] = "z", color: str | None = None
-    ) -> "Solid":
+    def cylinder(cls, radius: ScalarLike, length: ScalarLike, axis: Axis = "z", color: str | None = None) -> "Solid":
         """A cylinder about the body's origin, its middle there."""
         return unit_cylinder()._replace(color=color).placed((0, 0, -0.5)).scaled((radius, radius, length)).along(axis)
 
     @classmethod
-    def ball(cls, radius: float, color: str | None = None) -> "Solid":
+    def ball(cls, radius: ScalarLike, color: str | None = None) -> "Solid":
         """A ball about the body's origin."""
         points, faces = icosphere(3)
         return cls(radius * points, points, faces, color)
 
     @classmethod
-    def stl(cls, path: str | PathLike, scale: float = 1.0, color: str | None = None) -> "Solid":
+    def stl(cls, path: str | PathLike, scale: ScalarLike = 1.0, color: str | None = None) -> "Solid":
         """A surface from an STL file, text or binary; scale: metres per unit of the file.
 
         Raises: OSError; ValueError for a file that holds no triangles.
@@ -67,16 +66,16 @@ class Solid(NamedTuple):
         faces = np.arange(3 * len(corners)).reshape(-1, 3)
         return cls(corners.reshape(-1, 3), np.repeat(normals, 3, axis=0), faces, color)
 
-    def placed(self, position: Sequence[float] = (0.0, 0.0, 0.0), rotation: np.ndarray | None = None) -> "Solid":
+    def placed(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> "Solid":
         """The solid turned by a rotation matrix (3, 3), then moved to a position (3,) [m]."""
         R = np.eye(3) if rotation is None else np.asarray(rotation)
         return self._replace(vertices=self.vertices @ R.T + np.asarray(position), normals=self.normals @ R.T)
 
-    def along(self, axis: str | Sequence[float]) -> "Solid":
+    def along(self, axis: Axis) -> "Solid":
         """The solid with its z axis turned to another one."""
         return self.placed(rotation=turned_to(np.asarray(axis_vector(axis), float)))
 
-    def scaled(self, size: Sequence[float]) -> "Solid":
+    def scaled(self, size: ArrayLike) -> "Solid":
         """The solid stretched along x, y, z."""
         size = np.asarray(size, float)
         normals = self.normals / np.where(size == 0.0, 1.0, size)
@@ -119,7 +118,7 @@ def _ring(sides):
     return np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
 
 
-def unit_cone(top: float = 0.0, sides: int = _SIDES) -> Solid:
+def unit_cone(top: ScalarLike = 0.0, sides: int = _SIDES) -> Solid:
     """Radius one at z = 0, `top` at z = 1, closed."""
     ring, up, k = _ring(sides), np.array([0.0, 0.0, 1.0]), np.arange(sides)
     slope = ring + (1.0 - top) * up
@@ -130,7 +129,9 @@ def unit_cone(top: float = 0.0, sides: int = _SIDES) -> Solid:
     for height, radius in ((0.0, 1.0), (1.0, top)):
         if radius:
             cap = np.concatenate([radius * ring, np.zeros((1, 3))]) + height * up
-            parts.append((cap, np.tile((2 * height - 1) * up, (sides + 1, 1)), np.stack([k, after, 0 * k + sides], 1)))
+            parts.append(
+                (cap, np.tile((2 * height - 1) * up, (sides + 1, 1)), np.stack([k, after, 0 * k + sides], 1))
+            )
     return Solid(*_joined(parts))
 
 
@@ -139,7 +140,7 @@ def unit_cylinder(sides: int = _SIDES) -> Solid:
     return unit_cone(1.0, sides)
 
 
-def swept(points: np.ndarray, radius: float, sides: int = 6) -> Solid:
+def swept(points: ArrayLike, radius: ScalarLike, sides: int = 6) -> Solid:
     """A tube along points (n, 3)."""
     points = np.asarray(points, float)
     along = np.gradient(points, axis=0)
@@ -159,12 +160,13 @@ def swept(points: np.ndarray, radius: float, sides: int = 6) -> Solid:
     return Solid(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3))
 
 
-def unit_coil(turns: int = 7, wire: float = 0.13) -> Solid:
-    """A spring of radius one from z = 0 to z = 1."""
+def unit_coil(turns: int = 7, wire: ScalarLike = 0.13) -> Solid:
+    """A spring of radius one from z = 0 to z = 1, its wire round where it is stretched to `_SLENDER` times that."""
     s = np.linspace(0.0, 1.0, 16 * turns + 1)
     radius = np.minimum(1.0, 12.0 * np.minimum(s, 1.0 - s))  # its ends lead to the axis
     angle = 2 * np.pi * turns * s
-    return swept(np.stack([radius * np.cos(angle), radius * np.sin(angle), s], axis=1), wire)
+    path = np.stack([radius * np.cos(angle), radius * np.sin(angle), _SLENDER * s], axis=1)
+    return swept(path, wire).scaled((1.0, 1.0, 1.0 / _SLENDER))
 
 
 def icosphere(divisions: int) -> tuple[np.ndarray, np.ndarray]:
@@ -179,7 +181,7 @@ def icosphere(divisions: int) -> tuple[np.ndarray, np.ndarray]:
     return points, ConvexHull(points).simplices
 
 
-def rounded_hull(points: np.ndarray, radius: float, divisions: int = 3) -> Solid:
+def rounded_hull(points: ArrayLike, radius: ScalarLike, divisions: int = 3) -> Solid:
     """The hull of balls about points (n, 3): a capsule for two, a plate with round edges for more in a plane."""
     ball, _ = icosphere(divisions)
     cloud = (np.asarray(points, float)[:, None] + radius * ball[None]).reshape(-1, 3)

@@ -111,7 +111,10 @@ class Sketch:
         ground = [f for f in pins if self.top.frame_body[f] < 0]
         foot = dict(marker=6, color="0.35", markersize=9, zorder=1)
         ring = dict(marker="o", color="white", markeredgecolor=_DARK, markersize=5, zorder=4)
-        return [Stroke(points[ground].reshape(-1, 2), foot | open_), Stroke(points[pins].reshape(-1, 2), ring | open_)]
+        return [
+            Stroke(points[ground].reshape(-1, 2), foot | open_),
+            Stroke(points[pins].reshape(-1, 2), ring | open_),
+        ]
 
 
 def _outline(place):

@@ -8,6 +8,7 @@ import numpy as np
 from ..fem.structure import Structure
 from ..linear.eigenmodes import Modes
 from ..linear.system import LinearSystem
+from ..typing import ScalarLike
 from .canvas import axes, beside
 from .looking import looking
 from .mechanism import framed
@@ -26,7 +27,7 @@ def plot_structure(
     structures: Any = None,
     values: Any = None,
     label: str = "",
-    scale: float | None = None,
+    scale: ScalarLike | None = None,
 ) -> Any:
     """A mesh at rest, or moved by displacements and coloured by their size, the mesh at rest in grey behind it.
 
@@ -55,7 +56,9 @@ def plot_structure(
         if largest > 0 and scale:
             _ghost(ax, mesh, look)
         numbers = (np.linalg.norm(u, axis=-1) if values is None else np.asarray(values)) * unit
-        shown = _drawn(ax, mesh, mesh.rest + scale * u, look, numbers if colored else None, (low, top * unit)) or shown
+        shown = (
+            _drawn(ax, mesh, mesh.rest + scale * u, look, numbers if colored else None, (low, top * unit)) or shown
+        )
     if colored and shown is not None and text:
         bar = ax.figure.colorbar(shown, ax=ax, shrink=0.6, pad=0.02)
         bar.set_label(text)

@@ -16,6 +16,7 @@ from ..linear.eigenmodes import Modes
 from ..linear.system import LinearSystem
 from ..math.jit import jit
 from ..model.system import System
+from ..typing import ScalarLike
 from .film import film
 from .mesh import moving_meshes
 
@@ -37,7 +38,7 @@ def swing(
     modes: Modes,
     number: int = 0,
     state: State | None = None,
-    amplitude: float | None = None,
+    amplitude: ScalarLike | None = None,
     frames: int = 33,
 ) -> Swing:
     """One period of a mode, for `scene`, `animate` and the plots.
@@ -53,11 +54,15 @@ def swing(
     """
     if not -modes.shapes.shape[1] <= number < modes.shapes.shape[1]:
         raise ValueError(f"there are {modes.shapes.shape[1]} modes, none of number {number}")
-    root = modes.values[number] ** 0.5 * 1j if modes.roots is None else modes.roots[number]
-    omega = float(np.abs(np.imag(root)))
+    if modes.roots is None:
+        omega = float(np.sqrt(np.maximum(np.asarray(modes.values)[number], 0.0)))
+    else:
+        omega = float(np.abs(np.asarray(modes.roots)[number].imag))
     ts = np.linspace(0.0, 2 * np.pi / omega if omega > 0 else 1.0, frames)
     phase = np.exp(2j * np.pi * np.linspace(0.0, 1.0, frames))
     shape, frequency = np.asarray(modes.shapes)[:, number], omega / (2 * np.pi)
+    if isinstance(system, System):
+        shape = _of_positions(system, state, shape)
     waves = np.real(phase[:, None] * _aligned(shape))
     if isinstance(system, System):
         return Swing(ts, _states(system, state, waves, ts, amplitude), None, frequency)
@@ -66,6 +71,16 @@ def swing(
     if amplitude is None:
         amplitude = _fitting(system, waves)
     return Swing(ts, None, amplitude * waves, frequency)
+
+
+def _of_positions(system, state, shape):
+    """Of a mode of coordinates and velocities the former (n,)."""
+    n = len(independent_positions(system))
+    if state is None:
+        raise ModelError(["modes of a mechanism are those about a state: swing(system, modes, number, state)"])
+    if len(shape) <= n:
+        raise ModelError([f"the modes have {len(shape)} rows, those of this mechanism more than {n}"])
+    return shape[:n]
 
 
 def _aligned(shape):
@@ -83,19 +98,13 @@ def _fitting(system, waves):
 
 
 def _states(system, state, waves, ts, amplitude):
-    if state is None:
-        raise ModelError(["modes of a mechanism are those about a state: swing(system, modes, number, state)"])
-    n = len(independent_positions(system))
-    if waves.shape[1] <= n:
-        raise ModelError([f"the modes have {waves.shape[1]} rows, those of this mechanism more than {n}"])
-
     def at(scale):
-        moved = _moved(system, state, jnp.asarray(scale * waves[:, :n]))
+        moved = _moved(system, state, jnp.asarray(scale * waves))
         still = jnp.zeros((len(ts), state.velocities.shape[-1]), moved.dtype)
         return State(jnp.asarray(ts, moved.dtype), moved, still, structure=system.topology.structure)
 
     if amplitude is None:
-        small = 1e-6 / (np.max(np.abs(waves[:, :n])) or 1.0)
+        small = 1e-6 / (np.max(np.abs(waves)) or 1.0)
         seen = film(system, at(small))
         away = np.max(np.linalg.norm(seen.x - seen.x[:1], axis=-1)) / 2 or 1.0
         amplitude = small * LARGEST * seen.extent / away

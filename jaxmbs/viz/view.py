@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..typing import ScalarLike
+
 
 class View(NamedTuple):
     """Unit vectors up and front (towards the camera, level), angles of the camera [rad], the centre (3,) and the half
@@ -19,7 +21,7 @@ class View(NamedTuple):
     width: float
 
 
-def view_of(points: np.ndarray, gravity: np.ndarray | None = None, margin: float = 0.0) -> View:
+def view_of(points: np.ndarray, gravity: np.ndarray | None = None, margin: ScalarLike = 0.0) -> View:
     """The view of points (n, 3) that move about; up is against gravity, else the z axis, or y for what lies in x-y.
 
     What lies in a plane is seen from its side, all else over the corner.
@@ -42,7 +44,7 @@ def view_of(points: np.ndarray, gravity: np.ndarray | None = None, margin: float
     azimuth, elevation = (0.42, 0.24) if upright else (0.55, 0.38)
     half = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0))) + margin
     width = float(np.ptp(points @ right)) + 2 * margin
-    ground = float(np.min(points @ up)) - 1.6 * margin
+    ground = float(np.min(points @ up)) - 1.3 * margin
     return View(up, front, azimuth, elevation, middle, half or 1.0, ground, width)
 
 

@@ -4,6 +4,7 @@ import io
 from itertools import combinations
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -64,6 +65,7 @@ def pictured(fleet, motion):
     )
     best = mbs.minimise(lambda d: (d["x"] - 1.0) ** 4, {"x": 3.0}, progress=False)
     limits = {"absolute sum": np.array([2.0, 2.0, 4.0, 6.0]), "root of squares": np.full(4, 3.0)}
+    few = jax.tree.map(lambda x: x[::8], motion.states)
     load = np.stack([waves[f"bearing number {i}"] for i in range(3)])[..., 0]
     table = study()
     plate, modes, functions = vibrating()
@@ -71,7 +73,7 @@ def pictured(fleet, motion):
     limited = SimpleNamespace(limits=[limit("peak of the main bearing", 3.0, 4.0), limit("mass", 2.0, 1.9)])
     hertz = 40.0 + np.outer(np.arange(5.0), [3.0, -2.0, 0.1])
     extra = {
-        "plot_views": lambda ax: viz.plot_views(fleet, motion.states, ax=ax),
+        "plot_views": lambda ax: viz.plot_views(fleet, few, ax=ax),
         "plot_envelope": lambda ax: viz.plot_envelope(TIMES, load, "load [N]", limit=2e5, ax=ax),
         "plot_polar": lambda ax: viz.plot_polar(loads, list(loads)[:2], "xz", ax=ax, kilo=True),
         "plot_bode": lambda ax: viz.plot_bode(functions, ax=ax),
@@ -92,7 +94,7 @@ def pictured(fleet, motion):
         "plot_energy": lambda ax: viz.plot_energy(motion, ax=ax),
         "plot_power": lambda ax: viz.plot_power(motion, powers, ax=ax),
         "plot_power kind": lambda ax: viz.plot_power(motion, powers, by="kind", ax=ax),
-        "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, motion.states, plane="xz", ax=ax),
+        "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, few, plane="xz", ax=ax),
         "plot_history": lambda ax: viz.plot_history(best, ax=ax),
         "plot_limit_values": lambda ax: viz.plot_limit_values(limits, np.array([1.0, 2.0, 4.0, 5.0]), ax=ax),
     }

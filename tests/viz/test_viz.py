@@ -136,7 +136,7 @@ def test_curves_that_hide_one_another_are_told_apart(ax):
     lines = draw_curves(ax, x, {"one": wave, "same": wave + 1e-4, "other": -wave, "third": wave})
     styles = [line.get_linestyle() for line in lines]
     assert styles[0] == "-" == styles[2] and styles[1] == "--" == styles[3]
-    assert len({line._dash_pattern for line in (lines[1], lines[3])}) == 2
+    assert lines[1]._dash_pattern != lines[3]._dash_pattern
 
 
 def test_names_stand_where_curves_end():
@@ -153,7 +153,11 @@ def test_colours_are_told_apart_without_red_or_green():
     eyes = {
         "all": np.eye(3),
         "no red": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
-        "no green": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+        "no green": [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ],
     }
     linear = np.array([[int(c[k : k + 2], 16) / 255 for k in (1, 3, 5)] for c in COLORS]) ** 2.2
     to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
@@ -161,7 +165,7 @@ def test_colours_are_told_apart_without_red_or_green():
         x, y, z = np.cbrt(np.clip(linear @ np.asarray(eye).T, 1e-4, 1) @ to_xyz.T / [0.9505, 1.0, 1.089]).T
         lab = np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
         apart = np.linalg.norm(lab[:, None] - lab[None], axis=-1)[np.triu_indices(len(lab), 1)]
-        assert apart.min() > 12.0
+        assert apart.min() > 20.0
 
 
 def test_a_film_has_its_frames(pendulum, tmp_path):
