@@ -17,11 +17,12 @@ _MOST_BARS = 3  # stiff pairs for each node; more of them are no mesh but a redu
 
 
 class Mesh(NamedTuple):
-    """Nodes by name at rest (nodes, 3) [m]; triangles, edges of faces, bars and single nodes as numbers of nodes."""
+    """Nodes by name at rest (nodes, 3) [m]; cells (k, 4) with the last node twice where there are three, their edges,
+    bars and single nodes, as numbers of nodes."""
 
     names: tuple[str, ...]
     rest: np.ndarray
-    faces: np.ndarray
+    cells: np.ndarray
     edges: np.ndarray
     bars: np.ndarray
     balls: np.ndarray
@@ -35,6 +36,11 @@ class Mesh(NamedTuple):
             r, node, direction = np.array(rows).T
             found[..., node, direction] = x[..., r]
         return found
+
+    @property
+    def faces(self) -> np.ndarray:
+        """Triangles (n, 3) of all cells."""
+        return np.concatenate([self.cells[:, :3], self.cells[self.cells[:, 2] != self.cells[:, 3]][:, [0, 2, 3]]])
 
     @property
     def extent(self) -> float:
@@ -63,12 +69,11 @@ def _of_structure(structure):
         else:
             balls.append(k[:, :1])
     quads = _outer(np.concatenate([*quads, np.zeros((0, 4), int)]))
-    triangles = np.concatenate([quads[:, :3], quads[quads[:, 2] != quads[:, 3]][:, [0, 2, 3]]])
     edges = np.concatenate([quads[:, [i, (i + 1) % 4]] for i in range(4)])
     edges = np.unique(np.sort(edges[edges[:, 0] != edges[:, 1]], axis=1), axis=0)
     bars = np.concatenate([*bars, np.zeros((0, 2), int)])
     balls = np.unique(np.concatenate([*(b.ravel() for b in balls), bars.ravel()]).astype(int))
-    return Mesh(structure.names, np.asarray(structure.positions, float), triangles, edges, bars, balls)
+    return Mesh(structure.names, np.asarray(structure.positions, float), quads, edges, bars, balls)
 
 
 def _outer(quads):
@@ -82,7 +87,7 @@ def _outer(quads):
 def _of_system(system):
     if system.positions is None:
         raise ModelError("what has no positions cannot be drawn: give the structure, or LinearSystem(positions=...)")
-    none = np.zeros((0, 3), int)
+    none = np.zeros((0, 4), int)
     nodes = np.arange(len(system.nodes))
     return Mesh(system.nodes, np.asarray(system.positions, float), none, none[:, :2], _stiff_pairs(system), nodes)
 

@@ -174,8 +174,8 @@ def _floor(view, extent, count):
     step = 10.0 ** np.floor(np.log10(extent / 3))
     step *= next(k for k in (1, 2, 5, 10) if wide / (k * step) <= 20)
     angle = 0.5
-    camera = {"azimuth": view.azimuth, "elevation": view.elevation}
-    camera["distance"] = 0.84 * half / np.sin(angle / 2) if count == 1 else 0.76 * half / np.tan(angle / 2)
+    camera = {"azimuth": view.azimuth * (1.0 if count == 1 else 0.3), "elevation": view.elevation}
+    camera["distance"] = 0.84 * half / np.sin(angle / 2) if count == 1 else 0.8 * half / np.tan(angle / 2)
     return {"floor": wide, "cells": wide / step, "angle": angle, "camera": camera}
 
 

@@ -56,9 +56,9 @@ void main() {
   vec3 base = mode == 2 ? heat(clamp(v, 0., 1.)) : color.rgb;
   vec3 s = normalize(eye - p), m = normalize(n);
   if (dot(m, s) < 0.) m = -m;
-  float sky = .62 + .26 * dot(m, up), key = max(dot(m, light), 0.);
+  float sky = .62 + .26 * dot(m, up), key = max(dot(m, light), 0.), all = mode == 2 ? .8 : 1.;
   float shine = pow(max(dot(m, normalize(light + s)), 0.), 48.), rim = pow(1. - max(dot(m, s), 0.), 3.);
-  ink = vec4(base * (sky + .50 * key) + .22 * shine + .07 * rim, color.a);
+  ink = vec4(base * all * (sky + .50 * key) + .22 * shine + .07 * rim, color.a);
 }`];
 const GROUND = [`#version 300 es
 layout(location=0) in vec3 place; uniform mat4 model, camera; out vec2 q;
@@ -199,8 +199,8 @@ function arrows(stage, when) {
     const color = [...heat(Math.min(share, 1)), 1], n = unit(f), head = Math.min(2.6 * film.radius, .6 * length);
     const tip = add(p, n, length), neck = add(tip, n, -head), told = name + ": " + spoken(newton)
       + (limit ? ", " + (100 * share).toFixed(0) + " % of its limit" : "");
-    found.push({ shape: shapes[film.cylinder], model: spanning(p, neck, .5 * film.radius), color, name: told });
-    found.push({ shape: shapes[film.cone], model: spanning(neck, tip, 1.2 * film.radius), color, name: told });
+    found.push({ shape: shapes[film.cylinder], model: spanning(p, neck, .5 * film.radius), color, name: told, through: true });
+    found.push({ shape: shapes[film.cone], model: spanning(neck, tip, 1.2 * film.radius), color, name: told, through: true });
   });
   return found;
 }
@@ -256,6 +256,12 @@ function draw(things, sight, picking) {
     gl.bindVertexArray(thing.shape.own);
     gl.drawElements(thing.lines ? gl.LINES : gl.TRIANGLES, thing.shape.count, gl.UNSIGNED_INT, 0);
     gl.disable(gl.POLYGON_OFFSET_FILL);
+    if (thing.through && !picking) { // loads inside of a body shine through it
+      gl.enable(gl.BLEND); gl.depthFunc(gl.GREATER); gl.depthMask(false);
+      gl.uniform4fv(solid.at.color, [...thing.color.slice(0, 3), .38]);
+      gl.drawElements(gl.TRIANGLES, thing.shape.count, gl.UNSIGNED_INT, 0);
+      gl.depthFunc(gl.LESS); gl.depthMask(true);
+    }
   });
 }
 function floor(things, sight) {
@@ -375,7 +381,7 @@ setInterval(() => { // the name under the pointer: all is drawn once more, each 
   if (!playing) hit = null;
 }, 120);
 byId("title").textContent = film.title;
-byId("bar").hidden = last == 0;
+for (const part of [slider, clock, play, speed]) part.hidden = last == 0;
 byId("scale").hidden = !film.scale;
 if (film.scale) byId("most").textContent = film.scale;
 function address() {

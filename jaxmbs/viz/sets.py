@@ -39,7 +39,6 @@ class Solids:
         self.cylinder, self.cone = self(unit_cylinder()), self(unit_cone())
         points, faces = icosphere(3)
         self.ball = self(Solid(points, points, faces))
-        self.coil = self(unit_coil())
 
     def __call__(self, solid: Solid) -> int:
         """Its number."""
@@ -192,7 +191,7 @@ class Set:
 
     def _spans(self):
         looks = {
-            "spring": [(self.solids.coil, (0.0, 1.0), 1.1, BRASS)],
+            "spring": [(None, (0.0, 1.0), 1.25, BRASS)],
             "damper": [
                 (self.solids.cylinder, (0.0, 0.55), 0.8, STEEL),
                 (self.solids.cylinder, (0.4, 1.0), 0.3, PALE),
@@ -210,8 +209,15 @@ class Set:
             points = [self.film.in_body(self.top, frame) for frame in span.frames]
             ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
             for solid, part, thick, color in looks[span.kind]:
+                solid = self._coil(span, thick * self.r) if solid is None else solid
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
                 self.items.append(item | {"color": ink(color)})
+
+    def _coil(self, span, radius):
+        """A coil with about as many turns as its length asks for, of few kinds so that they are stored once."""
+        a, b = (self.film.x[:, frame] for frame in span.frames)
+        slender = max(float(np.max(np.linalg.norm(b - a, axis=-1))) / radius, 1.0)
+        return self.solids(unit_coil(2.0 ** np.clip(np.round(np.log2(slender)), 2, 6)))
 
     def trace(self, name, points, color):
         """The path of points (T, 3) in the world, and a ball that runs along it is left to the body."""
@@ -224,5 +230,5 @@ def tracks(film: Film, bodies: int) -> np.ndarray:
     R, x = film.R[:, : bodies + 1], film.x[:, : bodies + 1]
     q = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat().reshape(*R.shape[:2], 4)
     turned = np.sum(q[1:] * q[:-1], axis=-1) < 0
-    signs = np.concatenate([np.ones_like(turned[:1], float), np.cumprod(np.where(turned, -1.0, 1.0), axis=0)])
+    signs = np.concatenate([np.ones((1, bodies + 1)), np.cumprod(np.where(turned, -1.0, 1.0), axis=0)])
     return np.concatenate([x, q * signs[..., None]], axis=-1)

@@ -12,7 +12,6 @@ from ..math.rotation import axis_vector
 from ..typing import ArrayLike, Axis, ScalarLike
 
 _SIDES = 28
-_SLENDER = 12.0
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])  # a triangle of a binary STL
 _NUMBER = rb"([-+0-9.eE]+)"
 _CORNER = re.compile(rb"vertex\s+" + rb"\s+".join([_NUMBER] * 3))
@@ -160,13 +159,14 @@ def swept(points: ArrayLike, radius: ScalarLike, sides: int = 6) -> Solid:
     return Solid(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3))
 
 
-def unit_coil(turns: int = 7, wire: ScalarLike = 0.13) -> Solid:
-    """A spring of radius one from z = 0 to z = 1, its wire round where it is stretched to `_SLENDER` times that."""
+def unit_coil(slender: ScalarLike, wire: ScalarLike = 0.13) -> Solid:
+    """A spring of radius one from z = 0 to z = 1, its wire round where it is stretched to `slender` times that."""
+    turns = int(np.clip(0.6 * slender, 5, 16))
     s = np.linspace(0.0, 1.0, 16 * turns + 1)
     radius = np.minimum(1.0, 12.0 * np.minimum(s, 1.0 - s))  # its ends lead to the axis
     angle = 2 * np.pi * turns * s
-    path = np.stack([radius * np.cos(angle), radius * np.sin(angle), _SLENDER * s], axis=1)
-    return swept(path, wire).scaled((1.0, 1.0, 1.0 / _SLENDER))
+    path = np.stack([radius * np.cos(angle), radius * np.sin(angle), slender * s], axis=1)
+    return swept(path, wire).scaled((1.0, 1.0, 1.0 / slender))
 
 
 def icosphere(divisions: int) -> tuple[np.ndarray, np.ndarray]:

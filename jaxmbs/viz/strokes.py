@@ -96,7 +96,7 @@ class Sketch:
         thin = {"color": _DARK, "linewidth": 1.1, "zorder": 2.5}
         if span.kind == "spring":
             share = np.r_[0.0, np.linspace(0.2, 0.8, 13), 1.0]
-            swing = np.r_[0.0, 0.0, np.tile([1.0, -1.0], 6)[:11], 0.0, 0.0] * 0.8 * self.size
+            swing = np.r_[0.0, 0.0, np.tile([1.0, -1.0], 6)[:11], 0.0, 0.0] * 1.2 * self.size
             return [Stroke(a + share[:, None] * along + swing[:, None] * across, thin)]
         if span.kind in ("damper", "actuator"):
             box = {"color": _STEEL if span.kind == "damper" else COLORS[1], "linewidth": 5.0, "zorder": 2.6}
@@ -108,7 +108,8 @@ class Sketch:
         """Pins as circles, those of the ground on a triangle."""
         open_ = {"linestyle": "none", "clip_on": False}
         pins = sorted(self.pins)
-        ground = [f for f in pins if self.top.frame_body[f] < 0]
+        ends = {frame for span in self.spans for frame in span.frames}
+        ground = [f for f in sorted(self.pins | ends) if self.top.frame_body[f] < 0]
         foot = dict(marker=6, color="0.35", markersize=9, zorder=1)
         ring = dict(marker="o", color="white", markeredgecolor=_DARK, markersize=5, zorder=4)
         return [

@@ -90,7 +90,7 @@ def plot_modes(
     numbers = list(numbers)
     if not numbers:
         raise ValueError("there is no mode to show")
-    ax = axes(ax, (2.6 * len(numbers), 2.6))
+    ax = axes(ax, (2.6 * len(numbers), 1.9))
     for room, number in zip(beside(ax, len(numbers)), numbers, strict=True):
         mode = swing(system, modes, number, frames=2)
         meshes = moving_meshes(system, mode.displacement[:1], structures).values()
@@ -164,9 +164,9 @@ def _drawn(ax, mesh, places, look, numbers, limits):
 
     shown, options = None, {"cmap": _MAP, "clim": limits}
     flat = look(places)
-    if len(mesh.faces):
-        order = np.argsort((places @ look.depth)[mesh.faces].mean(axis=1))
-        faces = mesh.faces[order]
+    if len(mesh.cells):
+        order = np.argsort((places @ look.depth)[mesh.cells].mean(axis=1))
+        faces = mesh.cells[order]
         if numbers is None:
             shade = {"facecolors": "#c9d6e2", "edgecolors": "none"}
         else:
@@ -178,7 +178,7 @@ def _drawn(ax, mesh, places, look, numbers, limits):
         style = {"colors": "#1f5f8b"} if numbers is None else {"array": numbers[mesh.bars].mean(axis=1), **options}
         bars = LineCollection(flat[mesh.bars], linewidths=2.2, capstyle="round", zorder=2.4, **style)
         shown = ax.add_collection(bars)
-    elif len(mesh.balls) and not len(mesh.faces):
+    elif len(mesh.balls) and not len(mesh.cells):
         style = {"color": "#1f5f8b"} if numbers is None else {"c": numbers[mesh.balls], "cmap": _MAP}
         shown = ax.scatter(*flat[mesh.balls].T, s=18, zorder=3, **style)
         shown.set_clim(*limits)

@@ -222,7 +222,7 @@ def test_mesh_pictures():
     structure = plate()
     ax = viz.plot_structure(structure, ax=Figure().add_subplot())
     faces, edges, bars = ax.collections
-    assert len(faces.get_paths()) == 36 and len(bars.get_paths()) == 3  # 18 quadrilaterals in two triangles each
+    assert len(faces.get_paths()) == 18 and len(edges.get_paths()) == 45 and len(bars.get_paths()) == 3
     u = np.zeros((structure.num_nodes, 3))
     u[:, 2] = np.asarray(structure.positions[:, 0]) ** 2
     ax = viz.plot_structure(structure, u, "xz", ax=Figure().add_subplot(), scale=2.0)
