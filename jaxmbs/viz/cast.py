@@ -1,6 +1,6 @@
 """Who is on stage: a mechanism, a structure or a network with its motion, in the numbers that a scene plays."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..palette import COLORS
 from ..typing import ScalarLike
 from .film import film
 from .mesh import Mesh, mesh_of, moving_meshes
-from .sets import Set, encoded, tracks
+from .sets import Set, Solids, encoded, tracks
 
 _SAME = 1e-7  # singular values below this share of the largest are left out
 
@@ -30,6 +30,10 @@ class Act:
     gravity: np.ndarray | None = None
     frequency: float | None = None
     traceable: tuple[str, ...] = ()
+
+    def staged(self, solids: Solids, radius: Any, up: Any, shapes: Mapping, traces: Iterable[str]) -> dict:
+        """What stands on the stage, without the arrows."""
+        raise NotImplementedError
 
     def arrows(self, loads: Any, limits: Mapping) -> dict | None:
         """Places and forces (T, joints, 3) in the world, None where there are none."""
@@ -71,7 +75,7 @@ class MechanismAct(Act):
             q = np.atleast_2d(np.asarray(deformations(system, motion, name)[0]))
             self.elastic[name] = structure, frame, q[: len(self.ts)]
 
-    def staged(self, solids, radius, up, shapes, traces, number):
+    def staged(self, solids, radius, up, shapes, traces):
         top = self.system.topology
         own = dict(shapes) | dict.fromkeys(self.elastic)
         done = Set(self.system, self.film, solids, radius, up, own)
@@ -135,7 +139,7 @@ class LinearAct(Act):
             raise ModelError("no component has positions: give structures by component")
         self.points = np.concatenate([(mesh.rest + scale * u).reshape(-1, 3) for mesh, u in self.meshes.values()])
 
-    def staged(self, solids, radius, up, shapes, traces, number):
+    def staged(self, solids, radius, up, shapes, traces):
         still = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(self.ts), 1, 1))
         meshes = []
         for name, (mesh, u) in self.meshes.items():

@@ -92,7 +92,7 @@ def scene(
     view = view_of(points, acts[0].gravity, 4 * radius)
     right = np.cross(view.up, view.front)
     shift = (np.arange(len(acts)) - (len(acts) - 1) / 2) * 1.3 * view.width
-    made = [act.staged(solids, radius, view.up, shapes or {}, traces, k) for k, act in enumerate(acts)]
+    made = [act.staged(solids, radius, view.up, shapes or {}, traces) for act in acts]
     stages = []
     arrows = [act.arrows(own, limits or {}) for act, own in zip(acts, found, strict=True)]
     largest = max((float(np.max(np.linalg.norm(a["force"], axis=-1), initial=0.0)) for a in arrows if a), default=0.0)

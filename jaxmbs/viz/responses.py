@@ -70,9 +70,8 @@ def plot_campbell(
     Raises: ValueError for frequencies of another shape.
     """
     speeds = np.asarray(speeds, float)
-    if all(isinstance(one, Modes) for one in modes):
-        modes = [np.asarray(one.frequencies) for one in modes]
-    hertz = np.asarray(modes, float)
+    given = modes if isinstance(modes, list | tuple) else list(np.asarray(modes))
+    hertz = np.array([np.asarray(one.frequencies if isinstance(one, Modes) else one) for one in given], float)
     if hertz.ndim != 2 or len(hertz) != len(speeds):
         raise ValueError(f"frequencies have shape ({len(speeds)}, modes), not {hertz.shape}")
     ax = axes(ax)

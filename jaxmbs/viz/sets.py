@@ -25,7 +25,7 @@ def encoded(values: Any, kind: str = "<f4") -> str:
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
-def ink(color: str, alpha: ScalarLike = 1.0) -> list[float]:
+def ink(color: str, alpha=1.0) -> list[float]:
     """A colour "#rrggbb" as numbers."""
     return [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)] + [alpha]
 

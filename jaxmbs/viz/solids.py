@@ -39,7 +39,7 @@ class Solid(NamedTuple):
                 corners[:, (axis + 1) % 3] = (-1, 1, 1, -1)
                 corners[:, (axis + 2) % 3] = (-1, -1, 1, 1)
                 parts.append((0.5 * corners, np.tile(sign * np.eye(3)[axis], (4, 1)), [[0, 1, 2], [0, 2, 3]]))
-        return cls(*_joined(parts), color).scaled(size)
+        return cls(*_joined(parts))._replace(color=color).scaled(size)
 
     @classmethod
     def cylinder(cls, radius: ScalarLike, length: ScalarLike, axis: Axis = "z", color: str | None = None) -> "Solid":
@@ -50,7 +50,7 @@ class Solid(NamedTuple):
     def ball(cls, radius: ScalarLike, color: str | None = None) -> "Solid":
         """A ball about the body's origin."""
         points, faces = icosphere(3)
-        return cls(radius * points, points, faces, color)
+        return cls(np.asarray(radius * points), points, faces, color)
 
     @classmethod
     def stl(cls, path: str | PathLike, scale: ScalarLike = 1.0, color: str | None = None) -> "Solid":
@@ -183,8 +183,8 @@ def icosphere(divisions: int) -> tuple[np.ndarray, np.ndarray]:
 
 def rounded_hull(points: ArrayLike, radius: ScalarLike, divisions: int = 3) -> Solid:
     """The hull of balls about points (n, 3): a capsule for two, a plate with round edges for more in a plane."""
-    ball, _ = icosphere(divisions)
-    cloud = (np.asarray(points, float)[:, None] + radius * ball[None]).reshape(-1, 3)
+    points, (ball, _) = np.asarray(points, float), icosphere(divisions)
+    cloud = (points[:, None] + radius * ball[None]).reshape(-1, 3)
     hull = ConvexHull(cloud)
     kept = hull.vertices
     number = np.zeros(len(cloud), int)

@@ -93,7 +93,7 @@ def plot_modes(
     ax = axes(ax, (2.6 * len(numbers), 1.9))
     for room, number in zip(beside(ax, len(numbers)), numbers, strict=True):
         mode = swing(system, modes, number, frames=2)
-        meshes = moving_meshes(system, mode.displacement[:1], structures).values()
+        meshes = moving_meshes(system, np.asarray(mode.displacement)[:1], structures).values()
         look = looking(plane)
         largest = max(np.max(np.linalg.norm(u, axis=-1)) for _, u in meshes)
         for mesh, u in meshes:

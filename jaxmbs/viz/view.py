@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..typing import ScalarLike
-
 
 class View(NamedTuple):
     """Unit vectors up and front (towards the camera, level), angles of the camera [rad], the centre (3,) and the half
@@ -21,7 +19,7 @@ class View(NamedTuple):
     width: float
 
 
-def view_of(points: np.ndarray, gravity: np.ndarray | None = None, margin: ScalarLike = 0.0) -> View:
+def view_of(points, gravity=None, margin=0.0) -> View:
     """The view of points (n, 3) that move about; up is against gravity, else the z axis, or y for what lies in x-y.
 
     What lies in a plane is seen from its side, all else over the corner.
