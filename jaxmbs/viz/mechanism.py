@@ -25,6 +25,7 @@ def plot_mechanism(
     *,
     names: bool = False,
     traces: Iterable[str] = (),
+    poses: int | None = None,
 ) -> Any:
     """Bodies as lines through their joints and named frames, pins as circles, slides as blocks on rails, cylinders as
     barrel and rod, springs and dampers as such; the first pose is drawn strongest.
@@ -35,21 +36,26 @@ def plot_mechanism(
         frames: names of frames to show beside the joints (default: all that the user named).
         ax: matplotlib axes to draw into (default: new ones).
         names: write the names of joints beside them, at the first pose.
-        traces: names of frames or bodies whose path over all poses is drawn.
+        traces: names of frames or bodies whose path over all instants is drawn.
+        poses: how many instants are drawn, evenly spread (default: all).
 
-    Raises: ValueError for an unknown plane; UnknownNameError for traces.
+    Raises: ValueError for an unknown plane or no pose; UnknownNameError for traces.
     """
     look = looking(plane)
     known = system.topology.frame_index
     wrong = [no_such("frame or body", name, known) for name in traces if name not in known]
     if wrong:
         raise UnknownNameError("; ".join(wrong))
+    if poses is not None and poses < 1:
+        raise ValueError(f"poses = {poses}: one is needed at least")
     ax, seen = axes(ax), film(system, states)
     sketch = Sketch(system, seen, look, frames)
-    count = len(seen.ts)
-    strengths = np.linspace(1.0, 0.25, count) if count > 1 else [1.0]
-    for k in reversed(range(count)):
-        draw(ax, sketch.at(k), strengths[k])
+    instants = np.arange(len(seen.ts))
+    if poses is not None:
+        instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
+    strengths = np.linspace(1.0, 0.25, len(instants)) if len(instants) > 1 else [1.0]
+    for k, strength in reversed(list(zip(instants, strengths, strict=True))):
+        draw(ax, sketch.at(k), strength)
     for k, name in enumerate(traces):
         path = look(seen.x[:, known[name]])
         ax.plot(*path.T, color=COLORS[k % len(COLORS)], linewidth=1.0, linestyle=":", zorder=1.5)

@@ -208,6 +208,9 @@ class Set:
                 continue
             points = [self.film.in_body(self.top, frame) for frame in span.frames]
             ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
+            for body, point in ((end["body"], end["point"]) for end in ends):
+                if body == 0:
+                    self.solid(span.name, 0, self.solids.ball, point, (0, 0, 1), 0.9 * self.r, 0.9 * self.r, PALE)
             for solid, part, thick, color in looks[span.kind]:
                 solid = self._coil(span, thick * self.r) if solid is None else solid
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}

@@ -95,9 +95,9 @@ class Sketch:
         across = np.array([-along[1], along[0]]) / (length or 1.0)
         thin = {"color": _DARK, "linewidth": 1.1, "zorder": 2.5}
         if span.kind == "spring":
-            share = np.r_[0.0, np.linspace(0.2, 0.8, 13), 1.0]
-            swing = np.r_[0.0, 0.0, np.tile([1.0, -1.0], 6)[:11], 0.0, 0.0] * 1.2 * self.size
-            return [Stroke(a + share[:, None] * along + swing[:, None] * across, thin)]
+            share = np.r_[0.0, np.linspace(0.15, 0.85, 21), 1.0]
+            swing = np.r_[0.0, 0.0, np.tile([1.0, -1.0], 10)[:19], 0.0, 0.0] * 1.6 * self.size
+            return [Stroke(a + share[:, None] * along + swing[:, None] * across, thin | {"color": _STEEL})]
         if span.kind in ("damper", "actuator"):
             box = {"color": _STEEL if span.kind == "damper" else COLORS[1], "linewidth": 5.0, "zorder": 2.6}
             middle = np.stack([a + 0.3 * along, a + 0.65 * along])

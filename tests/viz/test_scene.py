@@ -12,7 +12,9 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from jaxmbs import fem, viz
+from jaxmbs.coupling import connect, rigid
 from jaxmbs.viz.film import film
+from jaxmbs.viz.mesh import moving_meshes
 from jaxmbs.viz.sets import tracks
 
 from .machines import everything, four_bar_angles, made_up_loads, plate, turning_four_bar
@@ -187,3 +189,25 @@ def test_a_mode_of_a_mechanism_keeps_its_loops_to_first_order(four_bar):
     assert gaps[1] < 0.02 * gaps[0] < 0.02 * 1e-3
     with pytest.raises(mbs.ModelError, match="about a state"):
         viz.swing(system, made, 0)
+
+
+def chain(start):
+    """Three masses in a row on springs, 1 m apart."""
+    K = 1e3 * np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    places = {f"n{k}": (start + k, 0.0, 0.0) for k in range(3)}
+    labels = [(name, "x") for name in places]
+    return mbs.LinearSystem(mass=np.eye(3), stiffness=K, coordinates=labels, positions=places, interface=["n0", "n2"])
+
+
+def test_a_mode_of_a_network_swings():
+    """Five masses in a row, free: the shapes are cosines, both components move alike where they meet."""
+    net = connect({"left": chain(0.0), "right": chain(2.0)}, {"weld": rigid("left.n2", "right.n0")})
+    mode = viz.swing(net, mbs.modes(net), 1)
+    left, right = moving_meshes(net, mode.displacement).values()
+    assert [len(mesh.bars) for mesh, _ in (left, right)] == [2, 2]
+    np.testing.assert_allclose(left[1][:, 2], right[1][:, 0], atol=1e-9)
+    assert np.isclose(max(np.abs(u).max() for _, u in (left, right)), 0.08 * 2.0)
+    names = [mesh["name"] for mesh in viz.scene(net, mode).data["stages"][0]["meshes"]]
+    assert names == ["left", "right"]
+    with pytest.raises(mbs.UnknownNameError, match="rigth"):
+        viz.scene(net, mode, structures={"rigth": plate()})

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 from matplotlib.figure import Figure
+from PIL import Image
 
 import jaxmbs as mbs
 from jaxmbs import viz
@@ -169,8 +170,6 @@ def test_colours_are_told_apart_without_red_or_green():
 
 
 def test_a_film_has_its_frames(pendulum, tmp_path):
-    from PIL import Image
-
     system, motion, _ = pendulum
     path = viz.animate(system, motion, tmp_path / "swing.gif", "xz", fps=5, speed=0.5, dpi=40)
     with Image.open(path) as film:
@@ -204,6 +203,8 @@ def test_sides_traces_and_names(pendulum):
     q = np.asarray(motion.states.coordinates[:, 0])
     assert np.allclose(path.get_xydata(), np.stack([-np.sin(q), -np.cos(q)], axis=1), atol=1e-9)
     assert [note.get_text() for note in rooms[0].texts] == ["pivot"]
+    count = len(viz.plot_mechanism(system, motion, "xz", ax=Figure().add_subplot()).lines)
+    assert len(viz.plot_mechanism(system, motion, "xz", poses=2, ax=Figure().add_subplot()).lines) == 2 * count // 5
     with pytest.raises(mbs.UnknownNameError, match="tpi"):
         viz.plot_mechanism(system, motion, traces=["tpi"], ax=ax)
 
@@ -213,7 +214,7 @@ def test_everything_is_drawn_as_what_it_is():
     ax = viz.plot_mechanism(system, jax.tree.map(lambda x: x[:1], states), "iso", ax=Figure().add_subplot())
     assert len(ax.patches) == 2  # blocks of ram and sleeve; the cylinder is barrel and rod
     zigzag = max((line.get_xydata() for line in ax.lines if line.get_marker() == "None"), key=len)
-    assert len(zigzag) == 15
+    assert len(zigzag) == 23
     barrel = [line for line in ax.lines if line.get_linewidth() == 6.0]
     assert len(barrel) == 1
 
@@ -247,3 +248,23 @@ def test_the_case_that_reaches_furthest_is_named(ax):
     told = [text.get_text() for text in ax.get_legend().get_texts()]
     assert told == ["3 cases, 1 failed", "median", "case 1", "limit"]
     assert np.allclose(ax.lines[0].get_ydata(), 2.0)
+
+
+def test_a_film_of_a_mesh(tmp_path):
+    structure = plate(3, 1)
+    x = np.zeros((3, len(structure.labels)))
+    x[1, [label == ("3.1", "z") for label in structure.labels]] = 0.1
+    whole = mbs.LinearSystem(
+        mass=np.eye(x.shape[1]),
+        stiffness=np.eye(x.shape[1]),
+        coordinates=structure.labels,
+        positions=dict(zip(structure.names, np.asarray(structure.positions), strict=True)),
+    )
+    path = viz.animate(whole, x, tmp_path / "bend.gif", fps=2, dpi=30, structures=structure)
+    with Image.open(path) as film:
+        assert film.n_frames == 4
+        pictures = []
+        for k in (0, 2):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("L"), float))
+    assert np.mean(np.abs(pictures[0] - pictures[1]) > 30) > 1e-3
