@@ -54,7 +54,7 @@ def plot_mechanism(
     if poses is not None:
         instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
     strengths = np.linspace(1.0, 0.25, len(instants)) if len(instants) > 1 else [1.0]
-    for k, strength in reversed(list(zip(instants, strengths, strict=True))):
+    for k, strength in reversed(list(zip(instants.tolist(), strengths, strict=True))):
         draw(ax, sketch.at(k), strength)
     for k, name in enumerate(traces):
         path = look(seen.x[:, known[name]])
