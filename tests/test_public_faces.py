@@ -128,8 +128,10 @@ FACES = {
         Designs StudyError grid latin_hypercube sobol sweep
     """,
     "jaxmbs.viz": """
-        draw_bond_graph plot_coordinates plot_energy plot_history plot_limit_values plot_mechanism plot_power
-        plot_reactions
+        Scene Solid Swing animate draw_bond_graph plot_bode plot_campbell plot_coordinates plot_energy
+        plot_envelope plot_front plot_history plot_limit_values plot_limits plot_mac plot_mechanism plot_modes
+        plot_nyquist plot_parallel plot_polar plot_power plot_reactions plot_scatter plot_structure plot_views
+        scene swing
     """,
 }
 

@@ -6,7 +6,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from ..math.host import as_array
-from .describe import describe, describe_html
+from .describe import describe, describe_html, summary
 from .elastic import ElasticGroup
 from .frame import Pose
 from .question import check_fits
@@ -84,6 +84,9 @@ class System(eqx.Module):
     def describe(self) -> str:
         """Bodies, joints, loops, freedoms and redundant constraints, as text."""
         return describe(self.topology)
+
+    def __repr__(self) -> str:
+        return f"System: {summary(self.topology)}"
 
     def _repr_html_(self) -> str:
         return describe_html(self.topology)
