@@ -62,40 +62,51 @@ def _upright(points, b):
         b.constraint(name, mbs.Distance(length), between=(("ground", inner), ("upright", outer - points["AO"])))
 
 
-def _free(points, like=None):
+def free(points, like=None):
+    """The upright on five rods, its travel open."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     _upright(points, b)
     return b.build(like=like)
 
 
-def _loaded(points, length, contact, like=None):
-    """As `_free`, with the strut of a given length and the load at a point of the upright."""
+def loaded(points, length, place, force=LOAD, like=None):
+    """As `free`, with the strut of a given length and a force [N] at a point of the upright."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     _upright(points, b)
     ends = (("ground", points["S"]), ("upright", points["LO"] - points["AO"]))
     b.constraint("strut", mbs.Distance(length), between=ends)
-    b.force("load", mbs.Force(LOAD), on=("upright", contact))
+    b.force("load", mbs.Force(force), on=("upright", place))
     return b.build(like=like)
 
 
 _DESIGN = {name: jnp.asarray(x) for name, x in POINTS.items()}
-_FREE = _free(_DESIGN)
-_LOADED = _loaded(_DESIGN, jnp.linalg.norm(_DESIGN["S"] - _DESIGN["LO"]), jnp.array([0.0, 0.0, -RADIUS]))
+FREE = free(_DESIGN)
+LOADED = loaded(_DESIGN, jnp.linalg.norm(_DESIGN["S"] - _DESIGN["LO"]), jnp.array([0.0, 0.0, -RADIUS]))
 
 
-def _tensions(points, travel):
-    """Tensions (6,) [N] of the rods and the strut at a travel of the wheel centre [m]."""
-    system = _free(points, like=_FREE)
+def pose(points, travel):
+    """State, rotation (3, 3) of the upright and place (3,) of the wheel centre at a travel of it [m]."""
+    system = free(points, like=FREE)
     state = mbs.State.at(system, {"slide z": travel})
-    R, centre = mbs.rotation(system, state, "upright"), mbs.position(system, state, "upright")
+    return state, mbs.rotation(system, state, "upright"), mbs.position(system, state, "upright")
+
+
+def contact(points, R):
+    """Lowest point of the wheel from its centre (3,), world axes."""
     axle = R @ (points["AO"] - points["AI"])
     axle = axle / jnp.linalg.norm(axle)
-    up = jnp.array([0.0, 0.0, 1.0])
-    down = axle * axle[2] - up
-    contact = R.T @ (RADIUS * down / jnp.linalg.norm(down))
+    down = axle * axle[2] - jnp.array([0.0, 0.0, 1.0])
+    return RADIUS * down / jnp.linalg.norm(down)
+
+
+def tensions(points, travel, force=LOAD, at_contact=1.0):
+    """Tensions (6,) [N] of the rods and the strut at a travel of the wheel centre [m], under a force (3,) [N] at the
+    contact point, or at the wheel centre where `at_contact` is 0."""
+    state, R, centre = pose(points, travel)
+    place = at_contact * (R.T @ contact(points, R))
     length = jnp.linalg.norm(centre + R @ (points["LO"] - points["AO"]) - points["S"])
-    loaded = mbs.reactions(_loaded(points, length, contact, like=_LOADED), state, frame="world")
-    return jnp.stack([_tension(points, loaded, name, R, centre) for name in (*RODS, "strut")])
+    loads = mbs.reactions(loaded(points, length, place, force, like=LOADED), state, frame="world")
+    return jnp.stack([_tension(points, loads, name, R, centre) for name in (*RODS, "strut")])
 
 
 def _tension(points, loads, name, R, centre):
@@ -107,7 +118,7 @@ def _tension(points, loads, name, R, centre):
 
 def study(travels=TRAVELS):
     """Function of hard points to the tensions (travels, 6) [N]."""
-    return lambda points: jax.vmap(lambda travel: _tensions(points, travel))(jnp.asarray(travels))
+    return lambda points: jax.vmap(lambda travel: tensions(points, travel))(jnp.asarray(travels))
 
 
 def check():

@@ -19,6 +19,7 @@ NAMES = (
     "cold_start",
     "saved_times",
     "imported_models",
+    "wishbone_limits",
 )
 
 

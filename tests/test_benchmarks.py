@@ -22,8 +22,10 @@ PACKAGES = {
     "cold_start": (),
     "saved_times": (),
     "imported_models": ("mujoco", "pinocchio"),
+    "wishbone_limits": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
+LONG += ("wishbone_limits",)
 
 
 def _marked(name):

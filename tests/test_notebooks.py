@@ -1,4 +1,4 @@
-"""Every notebook runs, in its fast mode (09 in `test_headlines`), and its executed copy belongs to its script."""
+"""Every notebook runs, in its fast mode (12 in `test_headlines`), and its executed copy belongs to its script."""
 
 import ast
 import json
@@ -12,14 +12,14 @@ FOLDER = Path(__file__).parent.parent / "notebooks"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
 
 
-LONG = ("04", "05", "06", "08")
+LONG = ("04", "05", "06", "08", "09", "10", "11")
 
 
 def _marked(script):
     return pytest.param(script, marks=pytest.mark.long if script.name[:2] in LONG else pytest.mark.slow)
 
 
-@pytest.mark.parametrize("script", [_marked(s) for s in SCRIPTS if s.name[:2] != "09"], ids=lambda path: path.stem)
+@pytest.mark.parametrize("script", [_marked(s) for s in SCRIPTS if s.name[:2] != "13"], ids=lambda path: path.stem)
 def test_notebook_runs(script, monkeypatch):
     plt.switch_backend("Agg")
     monkeypatch.setenv("JAXMBS_FAST", "1")

@@ -9,10 +9,10 @@ import pytest
 
 FACES = {
     "jaxmbs.dynamics": """
-        Actuation JointReaction Reactions acceleration angular_acceleration compliance_effort forward_dynamics
-        generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes
-        independent_rates inertia_field inverse_dynamics kinetic_energy mass_matrix potential_energy
-        reaction_bonds reactions resistance_effort resistance_field source_effort spring_displacement
+        Actuation JointReaction LawForce Reactions RowLoad acceleration angular_acceleration compliance_effort
+        forward_dynamics generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian
+        hamiltonian_slopes independent_rates inertia_field inverse_dynamics kinetic_energy mass_matrix
+        potential_energy reaction_bonds reactions resistance_effort resistance_field source_effort spring_displacement
         spring_kic spring_kic_second spring_vector state_equations total_effort
     """,
     "jaxmbs.kinematics": """
@@ -21,7 +21,7 @@ FACES = {
         point_kic position rotation velocity
     """,
     "jaxmbs.joints": """
-        AbstractClosure AbstractJoint Coupler Cylindrical Distance Free KnifeEdge Planar PointOnLine
+        AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Planar PointOnLine
         PointOnPlane Prismatic Revolute RollingDisk RollingSphere Rows Screw Spherical Universal
         VelocityRows Weld
     """,
@@ -31,7 +31,7 @@ FACES = {
     "jaxmbs": """
         AbstractBodyLaw AbstractClosure AbstractJoint AbstractLaw AbstractPoseLaw AbstractScalarLaw
         AbstractSignal AbstractSystemLaw Actuator AssemblyError Batch BatchError BumpStop Bushing Constant
-        CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force Free Gauss4
+        CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force FramePath Free Gauss4
         GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Limit LinearSystem Linearisation ModelError
         ModelFileError Motion PD Peak Planar PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute
         RollingDisk RollingSphere Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State

@@ -138,7 +138,7 @@ def local_efforts(system: System, at, w, a):
     """
     directions = closures.moving_directions(system, at)
     Gamma, B = motion_map(system, at, directions[0])
-    u = Gamma @ w - B @ constraints.time_rate(system, at.psi, at.t)
+    u = Gamma @ w - B @ constraints.time_rate(system, at)
     here = moving(system, at, u)
     unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
     u_dot = Gamma @ a + B @ constraints.acceleration_bias(system, here, unmoved, directions)

@@ -40,9 +40,10 @@ def rate_map(system: System, at: Configuration):
     return full_rank_lstsq(rows, jnp.asarray(right, at.psi.dtype))
 
 
-def root_rates(system: System, psi, u, t):
+def root_rates(system: System, P, psi, u, t):
     """w (N + D,): the independent velocities, then the prescribed rates s = -f_t."""
-    prescribed = -constraints.time_rate(system, psi, t)[np.asarray(drive_rows(system), int)]
+    at = configuration(system, P, psi, t, inertias=False)
+    prescribed = -constraints.time_rate(system, at)[np.asarray(drive_rows(system), int)]
     return jnp.concatenate([u[independent_columns(system)], prescribed])
 
 
@@ -139,7 +140,7 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
     gravity = jnp.einsum("b,bci,c->i", system.mass, G[:, 3:], system.gravity) + field_weight(elastic)
     return Numbers(
         at=at,
-        rates=root_rates(system, psi, u, t),
+        rates=root_rates(system, P, psi, u, t),
         map=L,
         modulus=G,
         modulus_rate=G_dot,

@@ -115,7 +115,7 @@ def inertial_efforts(system: System, values) -> dict:
     at = values.at
     u_dot, multipliers, _ = accelerations(system, at)
     moving = coordinate_rate(system.topology, at.psi, at.u), u_dot, jnp.ones_like(at.t)
-    w_dot = jax.jvp(lambda *x: root_rates(system, *x), (at.psi, at.u, at.t), moving)[1]
+    w_dot = jax.jvp(lambda *x: root_rates(system, at.P, *x), (at.psi, at.u, at.t), moving)[1]
     flow_dot = values.modulus_rate @ values.rates + values.modulus @ w_dot
     h, h_dot = (apply_inertia(system, values.inertias, f) for f in (values.flow, flow_dot))
     h_dot = h_dot.at[:, :3].add(jnp.cross(values.flow[:, :3], h[:, :3]))

@@ -23,7 +23,7 @@ VIEWS = ("detailed", "inertia", "hamiltonian")
 
 def drive_rows(system: System) -> list[int]:
     """Constraint rows that may prescribe a rate: drives, functions of time, the user's rows of velocity."""
-    names = {row.name for row in system.rows if row.may_depend_on_time}
+    names = {row.name for row in system.rows if row.may_depend_on_time} | set(system.paths)
     return [i for i, name in enumerate(system.topology.row_joint) if name in names]
 
 

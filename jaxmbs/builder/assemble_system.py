@@ -7,7 +7,7 @@ from ..checks import known
 from ..forces._fields import function
 from ..forces.ports import JointPort, port_of
 from ..forces.signals import as_signal
-from ..joints import AbstractClosure, Coupler, VelocityRows
+from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
 from ..model.frame import Pose
 from ..model.inertia import as_matrix
 from ..model.rows import CoupledJoints, Drive, UserRows, UserVelocityRows
@@ -190,7 +190,7 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
             for side, reference in zip("ab", item.between, strict=True):
                 body, pose = resolve(reference, bodies, named)
                 ends.append(frames.add(f"{item.name}.{side}", body, pair(pose)))
-            items.append((item.name, item.law, *ends, "closure"))
+            items.append((item.name, _as_pytree(item.law), *ends, "closure"))
         elif isinstance(item.law, Coupler):
             mine = [record[n] for n in item.law.joints]
             columns = tuple(r.first_velocity for r in mine)
@@ -211,6 +211,14 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         names += [row.name] * size
         slips += range(len(names) - size, len(names)) if row.restricts_velocity_alone else ()
     return tuple(groups), tuple(rows), tuple(names), tuple(slips)
+
+
+def _as_pytree(law):
+    """A constraint between frames whose functions of time are signals."""
+    if not isinstance(law, FramePath):
+        return law
+    signals = (None if path is None else as_signal(path) for path in (law.position, law.rotation))
+    return FramePath(*signals, law.hold)
 
 
 def _num_rows(row, record):

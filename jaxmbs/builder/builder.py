@@ -175,8 +175,8 @@ class SystemBuilder:
         law: Explained[AbstractClosure | Coupler | VelocityRows | Rows],
         between: tuple | list | None = None,
     ) -> None:
-        """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine` between two frames, `Coupler`
-        of joint coordinates, or `Rows` of the user."""
+        """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine`, or a `FramePath` in time between
+        two frames, `Coupler` of joint coordinates, or `Rows` of the user."""
         self._add("constraint", self._model.constraints, declared.Constraint(name, law, between))
 
     def faults(self) -> list[str]:

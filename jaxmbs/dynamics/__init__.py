@@ -10,7 +10,7 @@ from .fields import (
     inertia_field,
     state_equations,
 )
-from .joint_reactions import JointReaction, Reactions
+from .joint_reactions import JointReaction, LawForce, Reactions, RowLoad
 from .newton_euler import forward_dynamics, mass_matrix
 from .phase_space import hamiltonian, hamiltonian_slopes
 from .points import acceleration, angular_acceleration
@@ -22,7 +22,9 @@ from .system_bonds import reaction_bonds
 __all__ = [
     "Actuation",
     "JointReaction",
+    "LawForce",
     "Reactions",
+    "RowLoad",
     "acceleration",
     "angular_acceleration",
     "compliance_effort",

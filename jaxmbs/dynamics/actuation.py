@@ -1,6 +1,7 @@
 """Efforts that a given motion needs: on every velocity of the tree, or of chosen actuators in closed loops."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -12,7 +13,7 @@ from ..checks import place_of
 from ..errors import ModelError
 from ..kinematics import constraints
 from ..kinematics.assembly import metric
-from ..kinematics.configuration import at_state, moving, node_accelerations
+from ..kinematics.configuration import Moving, at_state, moving, node_accelerations
 from ..kinematics.state import HasStates, State
 from ..math.jit import jit
 from ..math.linalg import RowScale, relative, saddle_solve
@@ -22,7 +23,7 @@ from ..model.system import System
 from ..typing import ArrayLike
 from .efforts import efforts
 from .newton_euler import accelerations, required_efforts
-from .sparse_saddle import row_kinds
+from .undriven import undriven
 
 _GIVEN = {8: 1e-6, 4: 1e-2}  # of the efforts: what may be left over
 
@@ -48,17 +49,18 @@ class Actuation(eqx.Module):
 def inverse_dynamics(
     system: System,
     state: State | HasStates,
-    acceleration: ArrayLike | None = None,
+    acceleration: ArrayLike | Mapping[str, ArrayLike] | None = None,
     actuators: Sequence[str] | None = None,
 ) -> Array | Actuation:
     """Efforts that produce accelerations, beside gravity and all force elements.
 
     Args:
         state: a State; with actuators also a Motion, or a State with one leading axis.
-        acceleration: (nv,), with the states' leading axis if they have one.  Default, with actuators: those of the
-            system with its drives, so that a model driven along a path says what other actuators need for it.
-        actuators: joints.  Their efforts replace all drives; what the loops need is balanced by the loops.  Of more
-            actuators than freedoms the efforts of least norm, forces times the system's `length`.
+        acceleration: (nv,), with the states' leading axis if they have one, or by joint.
+            Default, with actuators: those of the system with its drives, so that a model driven along a path says
+            what other actuators need for it.
+        actuators: joints.  Their efforts replace all drives and frame paths; what the loops need is balanced by the
+            loops.  Of more actuators than freedoms the efforts of least norm, forces times the system's `length`.
 
     Returns: efforts (nv,) on the tree's velocities, multipliers not subtracted; with actuators an `Actuation`.
 
@@ -66,36 +68,46 @@ def inverse_dynamics(
     acceleration and actuators.  Source: S2 (40), (6) with the loops' rows.
     """
     states = states_of(system, state)
-    acceleration = None if acceleration is None else rates_of(states, acceleration, "acceleration")
+    acceleration = None if acceleration is None else rates_of(system, states, acceleration, "acceleration")
     if actuators is None:
         if acceleration is None:
             raise TypeError("give the acceleration (nv,), or the actuators that keep the motion")
         return _on_columns(system, states, acceleration)
-    columns = tuple(_columns(system, name) for name in actuators)
+    columns = actuated_columns(system, actuators)
     found, gap, ok = _chosen(system, states, acceleration, columns, states.coordinates.ndim == 2)
     ends = np.cumsum([0, *(b - a for a, b in columns)])
     named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
     return Actuation(named, gap, ok)
 
 
-def _columns(system, name):
-    """First and last velocity of an actuator."""
-    top = system.topology
-    joint = top.joints[place_of("joint", name, top.joint_names)]
-    if joint.is_cut or joint.velocities.start == joint.velocities.stop:
-        raise ModelError([f"actuator {name!r}: this joint has no velocity of the tree; cut the loop at another one"])
-    return joint.velocities.start, joint.velocities.stop
+def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[int, int], ...]:
+    """First and last velocity of every actuator.
+
+    Raises: UnknownNameError; ModelError for one without freedom or at a cut joint, and where none is named.
+    """
+    top, found = system.topology, []
+    if not actuators:
+        raise ModelError(["no actuator is named, so nothing can keep the motion"])
+    for name in actuators:
+        joint = top.joints[place_of("joint", name, top.joint_names)]
+        if joint.is_cut or joint.velocities.start == joint.velocities.stop:
+            raise ModelError(
+                [f"actuator {name!r}: this joint has no velocity of the tree; cut the loop at another one"]
+            )
+        found.append((joint.velocities.start, joint.velocities.stop))
+    return tuple(found)
 
 
 @jit
 def _on_columns(system, state, acceleration):
     at = moving(system, at_state(system, state), state.velocities)
-    return _needed(system, at, jnp.asarray(acceleration, at.u.dtype))
+    return needed(system, at, jnp.asarray(acceleration, at.u.dtype))
 
 
-def _needed(system, at, acceleration):
+def needed(system: System, at: Moving, acceleration, loads=None):
+    """`required_efforts` (nv,) at accelerations (nv,); loads: of the force elements, if known."""
     V_dot = node_accelerations(system.topology, at, acceleration)
-    return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2])
+    return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2] if loads is None else loads)
 
 
 @jit
@@ -103,30 +115,39 @@ def _chosen(system, states, acceleration, columns, batched):
     def one(row):
         state, a = row
         at = moving(system, at_state(system, state), state.velocities)
-        return _least(system, at, _needed(system, at, accelerations(system, at)[0] if a is None else a), columns)
+        a = accelerations(system, at)[0] if a is None else a
+        found = balanced(undriven(system), at, needed(system, at, a), columns)
+        return found.efforts, found.gap, found.gap <= _GIVEN[found.gap.dtype.itemsize]
 
     acceleration = None if acceleration is None else jnp.asarray(acceleration, states.coordinates.dtype)
     return over_rows(one, (states, acceleration)) if batched else one((states, acceleration))
 
 
-def _least(system, at, need, columns):
-    """(efforts (k,) of the actuators' columns, gap, ok)."""
+class Balance(NamedTuple):
+    """Efforts (k,) of the actuators' columns, the same on all columns (nv,), multipliers (rows,), and the gap."""
+
+    efforts: Array
+    columns: Array
+    multipliers: Array
+    gap: Array
+
+
+def balanced(system: System, at: Moving, need, columns) -> Balance:
+    """Actuators and rows that balance the efforts needed (nv,), `E tau + A^T lambda = need`, tau of least norm."""
     own = np.concatenate([np.arange(a, b) for a, b in columns])
-    kept = np.setdiff1d(np.arange(system.topology.num_rows), row_kinds(system).drives)
     weight, dtype = metric(system), need.dtype
     place = jnp.asarray(np.eye(len(need))[own], dtype)
-    parts = jnp.concatenate([need[None], place])
-    if len(kept):
-        A = constraints.jacobian(system, at)[kept]
-        scale = constraints.row_scale(system)
-        rows = RowScale(scale.unit[kept], np.unique(scale.block[kept], return_inverse=True)[1])
-        still = jnp.zeros(len(kept), dtype)
-        # the motion that efforts give where the loops take what they can
-        parts = jax.vmap(lambda b: saddle_solve(jnp.diag(weight), A, b, still, rows)[0] * weight)(parts)
+    parts, held = jnp.concatenate([need[None], place]), jnp.zeros((1 + len(own), system.topology.num_rows), dtype)
+    if system.has_constraints:
+        A, rows = constraints.jacobian(system, at), constraints.row_scale(system)
+        still = jnp.zeros(system.topology.num_rows, dtype)
+        # the motion that efforts give where the loops take what they can, and what these take
+        moved, held = jax.vmap(lambda b: saddle_solve(jnp.diag(weight), A, b, still, rows))(parts)
+        parts = moved * weight[None]
     spins = jnp.asarray(system.topology.spins, dtype)
     unit = jnp.where(spins > 0.0, 1.0, system.length)  # forces count as moments at the system's length
     free, each = parts[0], parts[1:].T
     rows = RowScale(jax.lax.stop_gradient(unit), np.arange(len(need)))
     found = saddle_solve(jnp.diag(unit[own] ** 2), each, jnp.zeros(len(own), dtype), free, rows)[0]
     gap = relative(unit * (each @ found - free), unit * (jnp.abs(each) @ jnp.abs(found) + jnp.abs(free)))
-    return found, gap, gap <= _GIVEN[gap.dtype.itemsize]
+    return Balance(found, found @ place, held[0] - found @ held[1:], gap)

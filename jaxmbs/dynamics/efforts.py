@@ -4,8 +4,11 @@ Every law is carried to its nodes as a world wrench or to its own velocity colum
 kinematics.  Source: S2 (56)-(76), total `Q = Q* + e_C + e_R + e_G`.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from ..kinematics.configuration import Configuration, Moving, resting
 from ..kinematics.owners import nodes
@@ -26,11 +29,20 @@ def element_efforts(group, displacement, flow, t):
     return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.law, displacement, flow)
 
 
-def efforts(system: System, at: Moving, owners=None):
+class Acting(NamedTuple):
+    """What the elements of a group see, and their efforts (n, size)."""
+
+    seen: tuple
+    effort: Array
+
+
+def efforts(system: System, at: Moving, owners=None, found: list[Acting] | None = None):
     """All force elements: wrench on every node (nodes, 6), or on other owners; effort on every column (nv,); powers.
 
     The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
     sources that drive; in the order of `element_names`.  Gravity is not included.
+
+    Args: found: a list that takes what acts, group by group.
     """
     owners = owners or nodes(system)
     loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
@@ -38,6 +50,8 @@ def efforts(system: System, at: Moving, owners=None):
         port = group.port
         seen, displacement, flow = element_flows(system, group, at, at.V, at.u)
         effort = element_efforts(group, displacement, flow, at.t)
+        if found is not None:
+            found.append(Acting(seen, effort))
         loads = loads + Loads(*port.spread(group, seen, effort, owners, at.u.size))
         storing = jax.vmap(lambda law, x, f, port=port: port.storing(law, x, f, at.t))(group.law, displacement, flow)
         powers.append(jnp.sum(effort * flow, axis=1) + storing)

@@ -79,7 +79,7 @@ def velocities(system: System, at: Configuration, p, known=None):
     if system.is_rigid_tree:
         return solve(system.topology.nodes, at.S, at.J, p), None
     A = constraints.jacobian(system, at, known)
-    M, f_t = mass_matrix(system, at), constraints.time_rate(system, at.psi, at.t)
+    M, f_t = mass_matrix(system, at), constraints.time_rate(system, at)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 
 

@@ -6,7 +6,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..checks import no_such
+from ..checks import no_such, place_of
 from ..errors import UnknownNameError
 from ..model.describe import COMPONENTS
 from ..tables import short, told
@@ -51,8 +51,37 @@ def _told(loads):
     return summary, [("joint", "force [N]", "moment [N m]", "effort", "undetermined"), *rows]
 
 
+class LawForce(eqx.Module):
+    """What a force element does at its place.
+
+    Attributes:
+        effort: (..., n) between two points one number, positive pushes them apart [N]; on a joint that along its
+            freedom [N or N m]; of a `Bushing` force and moment in the axes of its first frame; of a load force and
+            moment in world axes; of a law of the whole system that on every velocity.
+        force [N], moment [N m]: (..., 3) world axes, on the second of two frames or on the loaded one, the moment
+            about its origin; None where it acts on a joint or the whole system.
+    """
+
+    effort: Float[Array, "... n"]
+    force: Float[Array, "... 3"] | None
+    moment: Float[Array, "... 3"] | None
+
+
+class RowLoad(eqx.Module):
+    """What a coupler or rows of the user do.
+
+    Attributes:
+        multipliers: (..., k) of its rows, in units of work over the unit of the row.
+        efforts: (..., n) by joint: what they exert along its freedoms [N or N m].
+    """
+
+    multipliers: Float[Array, "... k"]
+    efforts: dict[str, Float[Array, "... n"]]
+
+
 class Reactions(eqx.Module):
-    """Reactions by joint or constraint name, `loads["main"].force`.
+    """Reactions by joint or constraint name, `loads["main"].force`; of force elements `loads.law("spring").effort`,
+    of couplers and rows of the user `loads.row("gear").efforts["pinion"]`.
 
     Attributes:
         multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
@@ -67,13 +96,30 @@ class Reactions(eqx.Module):
     residual: Float[Array, "..."]
     ok: Bool[Array, "..."]
     hidden: tuple[str, ...] = eqx.field(static=True, default=())
+    laws: dict[str, LawForce] = eqx.field(default_factory=dict)
+    rows: dict[str, RowLoad] = eqx.field(default_factory=dict)
 
     __repr__, _repr_html_ = told(_told)
 
     def __getitem__(self, name: str) -> JointReaction:
         if name not in self.joints:
-            raise UnknownNameError(no_such("joint or constraint", name, self))
+            raise UnknownNameError(no_such("joint or constraint", name, self) + self._elsewhere(name))
         return self.joints[name]
+
+    def _elsewhere(self, name):
+        """Where else a name is known."""
+        found = [kind for kind, names in (("law", self.laws), ("row", self.rows)) if name in names]
+        return "".join(f"; it is a {kind}: loads.{kind}({name!r})" for kind in found)
+
+    def law(self, name: str) -> LawForce:
+        """What a force element does, by its name.  Raises: UnknownNameError."""
+        place_of("force element", name, self.laws)
+        return self.laws[name]
+
+    def row(self, name: str) -> RowLoad:
+        """What a `Coupler`, `Rows` or `VelocityRows` does, by its name.  Raises: UnknownNameError."""
+        place_of("coupler or rows", name, self.rows)
+        return self.rows[name]
 
     def __iter__(self):
         return (name for name in self.joints if name not in self.hidden)

@@ -3,7 +3,8 @@
 Source: S1 (26)-(29); the wrench a joint carries is the momentum rate of all that hangs on it, less other loads.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,7 +12,7 @@ from jax import lax
 
 from ..checks import known, no_such
 from ..errors import UnknownNameError
-from ..kinematics import closures, coordinate_rows, reaction_map
+from ..kinematics import closures, constraints, coordinate_rows, reaction_map
 from ..kinematics.configuration import at_state, moving, node_accelerations
 from ..kinematics.owners import single_bodies
 from ..kinematics.state import HasStates, State
@@ -19,33 +20,40 @@ from ..math.host import typed
 from ..math.jit import jit
 from ..math.linalg import relative
 from ..math.rows import over_rows, summed, take
-from ..model.question import states_of
+from ..model.question import rates_of, states_of
 from ..model.system import System
+from ..typing import ArrayLike
+from .actuation import actuated_columns, balanced, needed
 from .bodies import needed_loads
 from .distribution import distributed
 from .efforts import efforts
 from .joint_reactions import JointReaction, Reactions
 from .joint_wrenches import at_frames, joint_wrenches
 from .loads import Loads
+from .named_loads import law_forces, row_loads
 from .newton_euler import accelerations
 from .sparse_saddle import constraint_rows
+from .undriven import undriven
 
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
 
 
-def _reactions(system: System, state: State, frame: str, side: str, compliance, method: str) -> Reactions:
-    top, owners = system.topology, single_bodies(system)
+def _reactions(system: System, state: State, a, options: "_Options") -> Reactions:
+    owners, acting = single_bodies(system), []
     at = moving(system, at_state(system, state), state.velocities)
-    F, Q, _ = efforts(system, at, owners)
-    known, _ = directions = closures.moving_directions(system, at)
-    a, multipliers, gaps = accelerations(system, at, method, (_on_nodes(top, F), Q), directions)
+    F, Q, _ = efforts(system, at, owners, acting)
+    on_nodes = (_on_nodes(system.topology, F), Q)
+    system, a, multipliers, gaps, given, known = _balance(system, at, a, on_nodes, options)
+    top = system.topology
     V_dot = node_accelerations(top, at, a)
     lack = needed_loads(system, at, V_dot, a, owners) - Loads(F)
     wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
     if top.analysis is not None and top.analysis.redundant:
-        multipliers = distributed(system, at, wrench, multipliers, compliance, known)
+        multipliers = distributed(system, at, wrench, multipliers, options.compliance, known)
         wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
-    gap = (lack + Loads(column=effort - Q)).column - coordinate_rows.efforts(system, at.psi, at.t, multipliers)
+    gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
+        system, at.psi, at.t, multipliers
+    )
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     hidden = tuple(joint.name for joint in top.joints if joint.is_hidden)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
@@ -54,8 +62,41 @@ def _reactions(system: System, state: State, frame: str, side: str, compliance, 
     missed = _missed(system, constraint_rows(system, at, known), V_dot, a, gaps, rate)
     # 1e-3 N: a mechanism at rest without loads has nothing to measure its residual by
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
-    named = _named(system, wrench, effort, at, frame, side)
-    return Reactions(named, multipliers, residual, state.ok & balanced, hidden)
+    named, laws = _named(system, wrench, effort, at, options), law_forces(system, acting)
+    return Reactions(
+        named, multipliers, residual, state.ok & balanced, hidden, laws, row_loads(system, at, multipliers)
+    )
+
+
+class _Options(NamedTuple):
+    """What `reactions` is asked; `columns` of the actuators, None where the drives do it."""
+
+    frame: str
+    side: str
+    compliance: dict
+    method: str
+    columns: tuple | None
+
+
+def _balance(system, at, a, loads, options):
+    """What balances the accelerations a (nv,), None: those of the system itself: the drives, or actuators instead.
+
+    Returns: the system whose rows carry, accelerations, multipliers (rows,), gaps (rows,) of the accelerations,
+    efforts (nv,) of the actuators, and `closures.directions`.
+    """
+    directions = closures.moving_directions(system, at)
+    if a is None:
+        a, multipliers, gaps = accelerations(system, at, options.method, loads, directions)
+        if options.columns is None:
+            return system, a, multipliers, gaps, jnp.zeros_like(at.u), directions[0]
+    released = undriven(system)
+    if released is not system:
+        directions = closures.moving_directions(released, at)
+    found = balanced(released, at, needed(released, at, a, loads), options.columns)
+    rest = node_accelerations(released.topology, at, jnp.zeros_like(at.u))
+    gamma = constraints.acceleration_bias(released, at, rest, directions)
+    gaps = constraints.jacobian(released, at, directions[0]) @ a - gamma
+    return released, a, found.multipliers, gaps, found.columns, directions[0]
 
 
 def _on_nodes(topology, wrenches):
@@ -80,21 +121,21 @@ def _missed(system, rows, V_dot, a, gaps, rate):
     return relative(rows.unit * gaps, rows.sizes(V_dot, a) + lax.stop_gradient(rate))
 
 
-def _named(system, wrench, effort, at, frame, side):
+def _named(system, wrench, effort, at, options):
     """`JointReaction` by name from the wrenches (carriers, 6): of joints and of two-frame constraints."""
-    top, (sign, end) = system.topology, (1.0, 1) if side == "child" else (-1.0, 0)
+    top, (sign, end) = system.topology, (1.0, 1) if options.side == "child" else (-1.0, 0)
     carriers = reaction_map.carriers(system)
     efforts = [effort[j.velocities] for j in top.joints] + [jnp.zeros(0)] * (len(carriers) - len(top.joints))
     marks = top.analysis.undetermined if top.analysis else [(False,) * 6] * len(carriers)
     own = [c[1 + end] for c in carriers]
-    force, moment = at_frames(wrench, take(at.R, own), take(at.x, own), frame, sign)
+    force, moment = at_frames(wrench, take(at.R, own), take(at.x, own), options.frame, sign)
     return {name: JointReaction(force[i], moment[i], efforts[i], marks[i]) for i, (name, *_) in enumerate(carriers)}
 
 
 @jit
-def _reactions_jit(system, states, frame, side, batched, compliance, method):
-    one = lambda s: _reactions(system, s, frame, side, compliance, method)  # noqa: E731
-    return over_rows(one, states) if batched else one(states)
+def _reactions_jit(system, states, accelerations, batched, options):
+    one = lambda row: _reactions(system, *row, options)  # noqa: E731
+    return over_rows(one, (states, accelerations)) if batched else one((states, accelerations))
 
 
 def _compliance(name, value, dtype):
@@ -114,6 +155,8 @@ def reactions(
     side: str = "child",
     compliance: Mapping | None = None,
     method: str = "dense",
+    accelerations: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    actuators: Sequence[str] | None = None,
 ) -> Reactions:
     """Reactions of all joints at a state or along a motion.
 
@@ -125,6 +168,10 @@ def reactions(
             [rad/(N m)] in their own axes on the child's side; default 1 and 1 / length^2 for those not named.
         method: how loops and drives are solved, with equal results: "dense" in the tree's velocities, or
             "block-sparse" on the graph of bodies, linear in their number.
+        accelerations: (nv,) along a given trajectory, with the states' leading axis if they have one, or by joint;
+            default those that the drives and force elements make.
+        actuators: joints whose efforts keep the motion, in place of all drives and frame paths, see
+            `inverse_dynamics`; default the drives, or every joint of the tree where accelerations are given.
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
 
@@ -132,7 +179,8 @@ def reactions(
     shared so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least
     norm, moments over the system's characteristic length `system.length`.
 
-    Raises: ValueError for an unknown frame, side, method or name.  Source: S1 (26)-(29).
+    Raises: ValueError for an unknown frame, side, method or name, and accelerations of another shape; ModelError for
+    an actuator without freedom.  Source: S1 (26)-(29).
     """
     if frame not in ("world", "joint") or side not in ("child", "parent"):
         raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
@@ -145,4 +193,10 @@ def reactions(
         if name not in names:
             raise UnknownNameError(f"compliance: {no_such('joint or constraint', name, names)}")
     compliance = {name: _compliance(name, c, states.coordinates.dtype) for name, c in compliance.items()}
-    return _reactions_jit(system, states, frame, side, states.coordinates.ndim == 2, compliance, method)
+    if accelerations is not None:
+        accelerations = typed(rates_of(system, states, accelerations, "accelerations"), states.coordinates.dtype)
+        every = [name for name, *_ in system.topology.structure]
+        actuators = every if actuators is None else actuators
+    columns = None if actuators is None else actuated_columns(system, actuators)
+    options = _Options(frame, side, compliance, method, columns)
+    return _reactions_jit(system, states, accelerations, states.coordinates.ndim == 2, options)

@@ -46,6 +46,11 @@ class AbstractPort(abc.ABC):
         """What efforts (n, num_flows) do: wrenches about the origin, summed on `kinematics.owners`, and efforts
         (nv,); None where there are none."""
 
+    def reading(self, seen, effort) -> tuple[Array, Array | None, Array | None]:
+        """What a user reads of an effort (num_flows,): it in public order; force and moment (3,) in world axes on the
+        frame that it acts on, the moment about its origin; None where it acts on no frame."""
+        return effort, None, None
+
     def potential(self, law, displacement, t) -> Array:
         """Stored energy [J]."""
         return law.potential(*displacement, t)

@@ -69,6 +69,10 @@ class LinePort(_BetweenFrames):
     def potential(self, law, displacement, t):
         return law.line_potential(*displacement, t)
 
+    def reading(self, seen, effort):
+        a, b = seen
+        return jnp.dot(direction(b.x - a.x), effort)[None], effort, jnp.zeros_like(effort)
+
     def wrench(self, a, b, effort):
         wrench = _wrench_at(b.x, jnp.zeros_like(effort), effort)
         return -wrench, wrench
@@ -97,6 +101,10 @@ class PosePort(_BetweenFrames):
     def effort(self, law, displacement, flow, t):
         return _moment_first(law.wrench(*displacement, flow[:3], flow[3:], t))
 
+    def reading(self, seen, effort):
+        R = seen[0].R
+        return jnp.roll(effort, 3), R @ effort[3:], R @ effort[:3]
+
     def wrench(self, a, b, effort):
         wrench = _wrench_at(b.x, a.R @ effort[:3], a.R @ effort[3:])
         return -wrench, wrench
@@ -124,6 +132,9 @@ class FramePort(_BetweenFrames):
 
     def effort(self, law, displacement, flow, t):
         return _moment_first(law.wrench(*displacement, flow[:3], flow[3:], t))
+
+    def reading(self, seen, effort):
+        return jnp.roll(effort, 3), effort[3:], effort[:3]
 
     def wrench(self, a, place, effort):
         wrench = _wrench_at(a.x, effort[:3], effort[3:])

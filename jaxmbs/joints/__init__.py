@@ -9,6 +9,7 @@ from .closures import PointOnPlane as PointOnPlane
 from .closures import Rows as Rows
 from .closures import VelocityRows as VelocityRows
 from .cylindrical import Cylindrical as Cylindrical
+from .frame_path import FramePath as FramePath
 from .free import Free as Free
 from .modal import Modal as Modal
 from .planar import Planar as Planar
@@ -30,6 +31,7 @@ __all__ = [
     "Coupler",
     "Cylindrical",
     "Distance",
+    "FramePath",
     "Free",
     "KnifeEdge",
     "Planar",

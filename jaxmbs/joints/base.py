@@ -11,7 +11,7 @@ from jaxtyping import Array
 
 from ..checks import known
 from ..math.host import as_array
-from ..typing import Matrix3, Scalar
+from ..typing import Matrix3, Scalar, ScalarLike
 
 
 class Node(NamedTuple):
@@ -30,7 +30,8 @@ class AbstractJoint(eqx.Module):
     the canonical axes of the parent frame.  Kinds that roll or slide add `num_slips` rows `slip(R, d, omega, v)`,
     speeds that vanish though no coordinate does.  `labels` names the coordinates, `row_units` gives each row's unit,
     closure rows before slips.  `is_reversible`: whether the run of nodes with its axis turned round is the same joint
-    walked from child to parent, so that the tree may take it either way.
+    walked from child to parent, so that the tree may take it either way.  `may_depend_on_time`: whether the rows
+    are those of `closure_at`, which follow a path in time.
 
     Coordinates are those of the child frame in the parent frame, positive along the axis or right-handed about it,
     and zero (a quaternion one) where the two frames agree: the zero pose of a mechanism is drawn by its frames alone.
@@ -42,6 +43,7 @@ class AbstractJoint(eqx.Module):
     row_units: ClassVar[tuple[str, ...]] = ()
     num_slips: ClassVar[int] = 0
     is_reversible: ClassVar[bool] = False
+    may_depend_on_time: ClassVar[bool] = False
 
     @property
     def num_rows(self) -> int:
@@ -59,6 +61,10 @@ class AbstractJoint(eqx.Module):
     def closure(self, R: Array, d: Array) -> Array:
         """Rows (num_rows - num_slips,) that vanish when closed: lengths [m] or tangents of half angles."""
         raise NotImplementedError(f"a {type(self).__name__} joint leaves all motions free, so it cannot close a loop")
+
+    def closure_at(self, R: Array, d: Array, t: ScalarLike) -> Array:
+        """`closure` at a time [s]."""
+        return self.closure(R, d)
 
     def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
         """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity omega [rad/s] and velocity v

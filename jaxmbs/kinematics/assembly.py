@@ -116,7 +116,7 @@ def consistent_velocities(system: System, P, psi, u, t, free):
     if not system.has_constraints:
         return u
     at = configuration(system, P, psi, t, inertias=False)
-    A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at.psi, at.t)
+    A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at)
     return _nearest_velocities(system, A, f_t, u, free)
 
 
@@ -132,7 +132,7 @@ def assembled(system: System, psi, u, t, free_position, free_velocity):
     P = node_parameters(system)
     psi = assemble(system, P, psi, t, free_position)
     at = configuration(system, P, psi, t, inertias=False)
-    f, f_t = constraints.residual(system, at), constraints.time_rate(system, psi, t)
+    f, f_t = constraints.residual(system, at), constraints.time_rate(system, at)
     A = constraints.jacobian(system, at)
     if system.has_constraints:
         u = _nearest_velocities(system, A, f_t, u, free_velocity)

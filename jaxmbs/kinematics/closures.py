@@ -1,5 +1,7 @@
 """Rows of cut joints and two-frame constraints, group by group: residuals, directions, wrenches along them."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,25 +20,28 @@ def _relative(basis, a, b):
     return axes, axes.T @ R_b @ basis, axes.T @ (x_b - x_a)
 
 
-def _rows(kind, basis, a, b):
+def _rows(kind, basis, a, b, t):
     _, R, d = _relative(basis, a, b)
-    return kind.closure(R, d)
+    return kind.closure_at(R, d, t)
 
 
-def _row_rates(kind, basis, a, b, twist):
-    """Rates of the rows while B moves with the world `twist` relative to A."""
+def _row_rates(kind, basis, a, b, t, twist):
+    """Rates of the rows while B moves with the world `twist` relative to A, time held."""
     axes, R, d = _relative(basis, a, b)
     omega, v = axes.T @ twist[:3], axes.T @ (twist[3:] + skew(twist[:3]) @ b[1])
     rates = []
     if kind.num_rows > kind.num_slips:
-        rates.append(jax.jvp(kind.closure, (R, d), (skew(omega) @ R, v))[1])
+        rates.append(jax.jvp(lambda R, d: kind.closure_at(R, d, t), (R, d), (skew(omega) @ R, v))[1])
     if kind.num_slips:
         rates.append(kind.slip(R, d, omega, v))
     return jnp.concatenate(rates)
 
 
-def _directions(kind, basis, a, b):
-    return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, twist), out_axes=1)(jnp.eye(6, dtype=basis.dtype))
+def _directions(kind, basis, a, b, t):
+    return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, t, twist), out_axes=1)(jnp.eye(6, dtype=basis.dtype))
+
+
+_IN_GROUP = (0, 0, 0, 0, None)  # axes of kind, basis, frames A and B, time
 
 
 def _ends(group: ClosureGroup, *arrays):
@@ -44,17 +49,24 @@ def _ends(group: ClosureGroup, *arrays):
     return tuple(tuple(take(x, end) for x in arrays) for end in (group.first, group.second))
 
 
-def closure_directions(group: ClosureGroup, R, x):
+def _group_rows(group, R, x, t):
+    """Rows (elements, k) of a group."""
+    a, b = _ends(group, R, x)
+    return jax.vmap(_rows, _IN_GROUP)(group.kind, group.basis, a, b, t)
+
+
+def closure_directions(group: ClosureGroup, R, x, t):
     """Derivative of each row with respect to a world twist of frame B relative to frame A: (elements, rows, 6).
 
     Its transpose turns multipliers into the wrench (moment about the world origin, force) on frame B's body.
     """
-    return jax.vmap(_directions)(group.kind, group.basis, *_ends(group, R, x))
+    a, b = _ends(group, R, x)
+    return jax.vmap(_directions, _IN_GROUP)(group.kind, group.basis, a, b, t)
 
 
 def directions(system: System, at: Configuration):
     """`closure_directions` of every group, for the functions that take them where they are known already."""
-    return tuple(closure_directions(group, at.R, at.x) for group in system.closures)
+    return tuple(closure_directions(group, at.R, at.x, at.t) for group in system.closures)
 
 
 def wrenches(system: System, known, multipliers):
@@ -77,18 +89,38 @@ def sum_on(owners: Owners, system: System, wrenches):
 
 
 def moving_directions(system: System, at: Configuration):
-    """`directions`, and the function of (R_dot, x_dot) that gives their rates."""
+    """`directions`, and the function of (R_dot, x_dot) that gives their rates as time goes on."""
 
-    def of_frames(R, x):
-        return tuple(closure_directions(group, R, x) for group in system.closures)
+    def of_frames(R, x, t):
+        return tuple(closure_directions(group, R, x, t) for group in system.closures)
 
-    return jax.linearize(of_frames, at.R, at.x)
+    known, along = jax.linearize(of_frames, at.R, at.x, at.t)
+    return known, lambda R_dot, x_dot: along(R_dot, x_dot, jnp.ones_like(at.t))
+
+
+def time_rates(system: System, at: Configuration, frame_rates=None):
+    """(rows,) rates of all closures' rows at rest, those of paths in time; or, with the rates (R_dot, x_dot) of the
+    frames, what these rates change by as time goes on."""
+
+    def rate(group, R, x, t):
+        return jax.jvp(lambda t: _group_rows(group, R, x, t), (t,), (jnp.ones_like(t),))[1].reshape(-1)
+
+    parts = [jnp.zeros(0, at.psi.dtype)]
+    for group in system.closures:
+        one = functools.partial(rate, group)
+        if not group.kind.may_depend_on_time:
+            parts.append(jnp.zeros(len(group.names) * group.kind.num_rows, at.psi.dtype))
+        elif frame_rates is None:
+            parts.append(one(at.R, at.x, at.t))
+        else:
+            parts.append(jax.jvp(one, (at.R, at.x, at.t), (*frame_rates, jnp.ones_like(at.t)))[1])
+    return jnp.concatenate(parts)
 
 
 def residual(system: System, at: Configuration):
     """Residuals of every group with rows of position, in one unit for each: lengths [m], tangents of half angles."""
     return [
-        jax.vmap(_rows)(group.kind, group.basis, *_ends(group, at.R, at.x)).reshape(-1)
+        _group_rows(group, at.R, at.x, at.t).reshape(-1)
         for group in system.closures
         if group.kind.num_rows > group.kind.num_slips
     ]

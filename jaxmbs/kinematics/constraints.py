@@ -50,12 +50,13 @@ def row_scale(system: System) -> RowScale:
     return RowScale(lax.stop_gradient(unit), np.unique(np.array(top.row_joint, str), return_inverse=True)[1])
 
 
-def time_rate(system: System, psi, t):
-    """f_t (rows,): the rates of the rows at rest, nonzero for drives and moving supports."""
-    if not system.rows:
-        return jnp.zeros(system.topology.num_rows, psi.dtype)
-    rate = coordinate_rows.time_rates(system, psi, t)
-    return jnp.concatenate([jnp.zeros(system.topology.num_rows - rate.shape[0], psi.dtype), rate])
+def time_rate(system: System, at: Configuration):
+    """f_t (rows,): the rates of the rows at rest, nonzero for drives, paths and moving supports."""
+    if not system.rows and not system.paths:
+        return jnp.zeros(system.topology.num_rows, at.psi.dtype)
+    rates = coordinate_rows.time_rates(system, at.psi, at.t)
+    still = jnp.zeros(system.topology.num_rows - rates.shape[0], rates.dtype)
+    return jnp.concatenate([closures.time_rates(system, at) if system.paths else still, rates])
 
 
 def _frame_rates(system, at):
@@ -77,6 +78,8 @@ def acceleration_bias(system: System, at: Moving, V_dot, moving=None):
         relative, relative_dot = (take(v, group.second) - take(v, group.first) for v in (twist, twist_dot))
         rate = jnp.einsum("erk,ek->er", D_dot, relative) + jnp.einsum("erk,ek->er", D, relative_dot)
         parts.append(rate.reshape(-1))
+    if system.paths:
+        parts = [jnp.concatenate(parts) + closures.time_rates(system, at, (R_dot, x_dot))]
     if system.rows:
 
         def row_speed(psi, t):

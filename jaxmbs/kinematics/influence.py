@@ -38,7 +38,7 @@ def velocity_map(system: System, at: Configuration):
     pick = np.eye(n, dtype=dtype)[chosen]
     if not system.has_constraints:
         return jnp.asarray(pick.T), jnp.zeros(n, dtype)
-    A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at.psi, at.t)
+    A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at)
     picked = np.eye(len(chosen), len(chosen) + 1, dtype=dtype)
     upper = -f_t[:, None] * np.eye(1, len(chosen) + 1, len(chosen), dtype=dtype)
     solution = full_rank_lstsq(jnp.concatenate([A, pick]), jnp.concatenate([upper, picked]))

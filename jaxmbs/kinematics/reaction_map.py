@@ -34,7 +34,7 @@ def reaction_map(system: System, at: Configuration):
         return out
     parts = []
     for group in system.closures:
-        D = closure_directions(group, at.R, at.x)
+        D = closure_directions(group, at.R, at.x, at.t)
         weight = jnp.asarray(_reaction_weights(top, group, names), D.dtype)
         parts.append(jnp.einsum("ej,erk->jker", weight, D).reshape(num, 6, -1))
     known = sum(part.shape[2] for part in parts)

@@ -1,9 +1,12 @@
 """`question`: what every public function of a system and a state shares: the state must fit, and it runs compiled."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
+import jax.numpy as jnp
+
+from ..checks import place_of
 from ..errors import ModelError
 from ..math.host import as_array
 from ..math.jit import jit
@@ -58,12 +61,34 @@ def states_of(system, motion):
     return states
 
 
-def rates_of(states, rates, what: str):
-    """Numbers as an array; ValueError unless there is one for every velocity of the states."""
-    rates, shape = as_array(rates), states.velocities.shape
+def rates_of(system, states, rates, what: str):
+    """Rates (..., nv), or by joint, as an array.
+
+    Raises: ValueError unless there is one for every velocity of the states; UnknownNameError.
+    """
+    shape = states.velocities.shape
+    rates = _stacked(system, shape, rates, what) if isinstance(rates, Mapping) else as_array(rates)
     if rates.shape != shape:
         raise ValueError(f"{what}: shape {rates.shape}, not {shape} as that of the velocities")
     return rates
+
+
+def _stacked(system, shape, rates, what):
+    """One array from the rates by joint."""
+    moving = {name: size for name, _, _, size in system.topology.structure}
+    for name in rates:
+        place_of("joint with velocities", name, moving)
+    missing = [repr(name) for name in moving if name not in rates]
+    if missing:
+        raise ValueError(f"{what}: none given for {', '.join(missing)}")
+    parts = []
+    for name, size in moving.items():
+        part = as_array(rates[name])
+        wanted = (*shape[:-1], size)
+        if part.shape != wanted and (size > 1 or part.shape != shape[:-1]):
+            raise ValueError(f"{what}: joint {name!r} takes shape {wanted}, got {part.shape}")
+        parts.append(jnp.reshape(part, wanted))
+    return jnp.concatenate(parts, axis=-1)
 
 
 def _list(owner) -> str:

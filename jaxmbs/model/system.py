@@ -3,9 +3,13 @@
 from typing import Any
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import place_of
+from ..errors import ModelError
 from ..math.host import as_array
+from ..typing import ArrayLike
 from .describe import describe, describe_html, summary
 from .elastic import ElasticGroup
 from .frame import Pose
@@ -67,6 +71,11 @@ class System(eqx.Module):
         return self.topology.num_rows > 0
 
     @property
+    def paths(self) -> tuple[str, ...]:
+        """Names of the constraints between frames that follow a path in time."""
+        return tuple(name for group in self.closures if group.kind.may_depend_on_time for name in group.names)
+
+    @property
     def is_rigid_tree(self) -> bool:
         """Whether no row restricts the tree and no body deforms: it is solved body by body, without a matrix."""
         return not self.has_constraints and not self.elastic
@@ -80,6 +89,30 @@ class System(eqx.Module):
         """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_fits(self, state)
         return _by_joint(self.topology, state.velocities, lambda j: j.velocities)
+
+    def by_joint(self, values: ArrayLike) -> dict:
+        """Rates, accelerations, efforts or rows of a matrix (..., nv) by joint name: (..., ) for one freedom, else
+        (..., n); tree joints only.
+
+        Raises: ValueError for another number of values.
+        """
+        values = as_array(values)
+        if values.shape[-1:] != (self.topology.num_velocities,):
+            raise ValueError(f"the last axis must be the {self.topology.num_velocities} velocities: {values.shape}")
+        return _by_joint(self.topology, values, lambda j: j.velocities)
+
+    def columns(self, *names: str) -> np.ndarray:
+        """Where the velocities of joints stand, `mass_matrix(system, state)[:, system.columns("crank")]`.
+
+        Raises: UnknownNameError; ModelError for a joint without velocities: a weld, or one that closes a loop.
+        """
+        found = [np.zeros(0, int)]
+        for name in names:
+            joint = self.topology.joints[place_of("joint", name, self.topology.joint_names)]
+            if not joint.num_velocities:
+                raise ModelError([f"joint {name!r} has no velocities of its own in the tree"])
+            found.append(np.arange(joint.velocities.start, joint.velocities.stop))
+        return np.concatenate(found)
 
     def describe(self) -> str:
         """Bodies, joints, loops, freedoms and redundant constraints, as text."""

@@ -31,7 +31,7 @@ def observe(system, at: Moving):
     if not system.has_constraints:
         return kinetic, potential, jnp.zeros_like(at.t), jnp.zeros_like(at.t)
     drift = jnp.max(jnp.abs(constraints.residual(system, at)), initial=0.0)
-    speed = constraints.jacobian(system, at) @ at.u + constraints.time_rate(system, at.psi, at.t)
+    speed = constraints.jacobian(system, at) @ at.u + constraints.time_rate(system, at)
     return kinetic, potential, drift, jnp.max(jnp.abs(speed))
 
 

@@ -96,7 +96,7 @@ class Formulation(eqx.Module):
         if is_rheonomic(system):
             if multipliers is None:
                 multipliers = accelerations(system, moving(system, at, u))[1]
-            drive = -jnp.dot(multipliers, constraints.time_rate(system, psi, t))
+            drive = -jnp.dot(multipliers, constraints.time_rate(system, at))
             powers = jnp.concatenate([powers, drive[None]])
         return psi_dot, rate / self.scale, powers
 
@@ -123,7 +123,7 @@ class Formulation(eqx.Module):
         def once(psi, last):
             at = configuration(system, P, psi, t)
             A, f = constraints.jacobian(system, at), constraints.residual(system, at)
-            f_t = constraints.time_rate(system, psi, t)
+            f_t = constraints.time_rate(system, at)
             momentum = self.momenta_of(at, p * self.scale)
             K = jnp.where(last, mass_matrix(system, at), weight)
             gap = jnp.where(last, f_t, jnp.zeros_like(f_t).at[system.topology.position_rows].set(f))
@@ -154,7 +154,7 @@ def _nearly_closed(gaps):
 
 def is_rheonomic(system: System) -> bool:
     """Whether some row may depend on time."""
-    return any(row.may_depend_on_time for row in system.rows)
+    return bool(system.paths) or any(row.may_depend_on_time for row in system.rows)
 
 
 def num_powers(system: System) -> int:

@@ -91,7 +91,7 @@ class Prescribed(Formulation):
 
     def velocities_of(self, at, second):
         rows, A = constraints.row_scale(self.system), constraints.jacobian(self.system, at)
-        f_t, weight = constraints.time_rate(self.system, at.psi, at.t), jnp.diag(metric(self.system))
+        f_t, weight = constraints.time_rate(self.system, at), jnp.diag(metric(self.system))
         return saddle_solve(weight, A, jnp.zeros(A.shape[1], A.dtype), -f_t, rows)[0]
 
     def rates_of(self, at, second):

@@ -118,6 +118,12 @@ CASES = {
     "joints.Universal": joint(lambda z: call(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))),
     **{f"joints.{name}": joint(lambda z: call()) for name in ("Spherical", "Free", "Weld")},
     "joints.Distance": tie(lambda z: call(0.5), positive="length"),
+    "joints.FramePath": tie(
+        lambda z: call(np.array([0.5, 0.25, 0.0]), np.array([0.0, 0.0, 0.5]), ("x", "rz")),
+        "position none: held without it",
+        "rotation none: held without it",
+        "hold none: all of them",
+    ),
     "joints.PointOnPlane": tie(lambda z: call()),
     "joints.PointOnLine": tie(lambda z: call()),
     "joints.RollingSphere": tie(lambda z: call(0.5), positive="radius"),

@@ -28,7 +28,8 @@ EXEMPT = {
         reductions.Reduced statics.BondReaction statics.BondReactions statics.ReactionFamily statics.ReactionMatrix
         statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
         linear.ResonanceGains reductions.Family reductions.Motions
-        design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation studies.Designs
+        design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
+        dynamics.LawForce dynamics.RowLoad studies.Designs
         io.Imported io.JointLimits
     """,
     "what users derive from": """

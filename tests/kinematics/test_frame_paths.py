@@ -1,0 +1,150 @@
+"""Frames led along paths: a two-link arm in closed form, orientations in space, and the excavator's question."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import jaxmbs as mbs
+from tests.mechanisms import DOWN_Y, PIN
+
+UPPER, LOWER = 0.5, 0.4  # [m]
+TS = np.linspace(0.0, 1.0, 6)
+CORNERS = np.array([[0.6, 0.2, 0.0], [0.5, 0.45, 0.0], [0.3, 0.5, 0.0]])
+
+
+def path(corners=CORNERS):
+    return mbs.Spline(jnp.array([0.0, 0.4, 1.0]), corners)
+
+
+def arm(corners=None, upper=UPPER, like=None):
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    for name, length, mass in (("upper", upper, 2.0), ("lower", LOWER, 1.0)):
+        b.body(name, mass, (0.5 * length, 0.0, 0.0), mbs.inertia.rod(mass, LOWER))
+    b.joint("shoulder", PIN, "ground", "upper")
+    b.joint("elbow", PIN, "upper", "lower", parent_frame=(upper, 0.0, 0.0))
+    b.frame("tip", "lower", (LOWER, 0.0, 0.0))
+    if corners is not None:
+        b.constraint("lead", mbs.FramePath(path(corners), hold=("x", "y")), between=("ground", "tip"))
+    return b.build(like=like)
+
+
+def angles(place, upper=UPPER):
+    """Shoulder and elbow, elbow below: the law of cosines."""
+    x, y = place[0], place[1]
+    elbow = jnp.arccos((x * x + y * y - upper**2 - LOWER**2) / (2.0 * upper * LOWER))
+    return jnp.stack([jnp.arctan2(y, x) - jnp.arctan2(LOWER * jnp.sin(elbow), upper + LOWER * jnp.cos(elbow)), elbow])
+
+
+def closed_form(t):
+    """Angles, rates, accelerations (2,) at a time."""
+    one = lambda t: angles(path()(t))  # noqa: E731
+    rate = jax.jacfwd(one)
+    return one(t), rate(t), jax.jacfwd(rate)(t)
+
+
+LED = arm(CORNERS)
+GUESS = {"shoulder": -0.2, "elbow": 1.2}
+MOTION = mbs.simulate(LED, mbs.State.at(LED, guess=GUESS), ts=TS)
+
+
+def test_the_tip_takes_the_path_in_closed_form():
+    q, u, a = jax.jit(jax.vmap(closed_form))(TS)
+    np.testing.assert_allclose(MOTION.states.coordinates, q, atol=1e-9)
+    np.testing.assert_allclose(MOTION.states.velocities, u, atol=1e-8)
+    found = mbs.reactions(LED, MOTION)
+    assert np.all(found.ok) and LED.paths == ("lead",) and LED.topology.mobility == 0
+    rates = jax.jit(jax.vmap(lambda s: mbs.forward_dynamics(LED, s)[0]))(MOTION.states)
+    np.testing.assert_allclose(rates, a, atol=1e-7)
+
+
+def test_what_leads_carries_the_force_of_the_inverse_dynamics():
+    """`J^T f` of the force that leads is what motors would give; and motors that do carry no force at the tip."""
+    a = jax.jit(jax.vmap(closed_form))(TS)[2]
+    free, states = arm(), MOTION.states
+    needs = lambda s, a: (mbs.jacobian(free, s, "tip"), mbs.inverse_dynamics(free, s, a))  # noqa: E731
+    J, need = jax.jit(jax.vmap(needs))(states, a)
+    led = mbs.reactions(LED, MOTION)["lead"]
+    np.testing.assert_allclose(jnp.einsum("tkj,tk->tj", J[:, :3], led.force), need, atol=1e-7)
+    motors = mbs.inverse_dynamics(LED, MOTION, actuators=["shoulder", "elbow"])
+    assert np.all(motors.ok)
+    np.testing.assert_allclose(jnp.concatenate([motors["shoulder"], motors["elbow"]], 1), need, atol=1e-7)
+    loads = mbs.reactions(LED, MOTION, actuators=["shoulder", "elbow"])
+    assert np.all(loads.ok) and "lead" not in list(loads)
+    np.testing.assert_allclose(loads["elbow"].effort[:, 0], need[:, 1], atol=1e-7)
+
+
+@pytest.mark.slow
+def test_slopes_by_the_path_and_by_a_length():
+    def torque(numbers):
+        corners, upper = numbers
+        system = arm(corners, upper, like=LED)
+        state = mbs.State.at(system, guess=GUESS, t=0.3)
+        return mbs.inverse_dynamics(system, state, actuators=["shoulder", "elbow"])["shoulder"][0]
+
+    at = jnp.asarray(CORNERS), jnp.asarray(UPPER)
+    value, (by_path, by_length) = jax.jit(jax.value_and_grad(torque))(at)
+    plain = jax.jit(jax.vmap(torque))
+    h = 1e-5
+    one = jnp.zeros((3, 3)).at[1, 0].set(h)
+    moved = plain(
+        (at[0][None] + jnp.stack([one, -one, 0 * one, 0 * one]), at[1] + h * jnp.array([0.0, 0.0, 1.0, -1.0]))
+    )
+    np.testing.assert_allclose(by_path[1, 0], (moved[0] - moved[1]) / (2 * h), rtol=1e-6)
+    np.testing.assert_allclose(by_length, (moved[2] - moved[3]) / (2 * h), rtol=1e-6)
+    assert np.all(np.asarray(by_path)[:, 2] == 0.0) and np.isfinite(value)
+
+
+def test_work_of_what_leads_is_in_the_account():
+    dense = mbs.simulate(LED, mbs.State.at(LED, guess=GUESS), ts=TS)
+    account = dense.diagnostics
+    total = account.kinetic + account.potential
+    np.testing.assert_allclose(account.work["drives"] - account.work["drives"][0], total - total[0], atol=1e-5)
+
+
+def test_a_frame_is_turned_along_a_path_in_space():
+    turn = mbs.Polynomial(jnp.array([[0.1, 0.2, -0.3], [0.5, -0.2, 0.4], [0.0, 0.3, 0.1]]))
+    place = mbs.Polynomial(jnp.array([[1.0, 0.0, 0.5], [0.0, 0.3, 0.0]]))
+    b = mbs.SystemBuilder()
+    b.body("part", 2.0, (0.1, 0.0, 0.0), (0.02, 0.03, 0.04))
+    b.joint("float", mbs.Free(), "ground", "part")
+    b.frame("grip", "part", (0.2, 0.1, 0.0))
+    b.constraint("robot", mbs.FramePath(place, turn), between=("ground", "grip"))
+    system = b.build()
+    t = 0.7
+    state = mbs.State.at(system, t=t)
+    R = lambda t: Rotation.from_rotvec(np.array(turn(t))).as_matrix()  # noqa: E731
+    np.testing.assert_allclose(mbs.rotation(system, state, "grip"), R(t), atol=1e-9)
+    np.testing.assert_allclose(mbs.position(system, state, "grip"), place(t), atol=1e-9)
+    spin = (R(t + 1e-5) - R(t - 1e-5)) / 2e-5 @ R(t).T
+    omega = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
+    np.testing.assert_allclose(mbs.angular_velocity(system, state, "grip"), omega, atol=1e-8)
+    later, before = (mbs.State.at(system, t=t + h) for h in (1e-5, -1e-5))
+    slope = (mbs.angular_velocity(system, later, "grip") - mbs.angular_velocity(system, before, "grip")) / 2e-5
+    np.testing.assert_allclose(mbs.angular_acceleration(system, state, "grip"), slope, atol=1e-5)
+    load = mbs.reactions(system, state)["robot"]  # of a body in the hand: Newton and Euler about its centre of mass
+    com = ("part", (0.1, 0.0, 0.0))
+    force = 2.0 * (mbs.acceleration(system, state, com) + jnp.array([0.0, 0.0, 9.81]))
+    np.testing.assert_allclose(load.force, force, atol=1e-6)
+    W = mbs.rotation(system, state, "part")
+    inertia = W @ jnp.diag(jnp.array([0.02, 0.03, 0.04])) @ W.T
+    w, dw = mbs.angular_velocity(system, state, "part"), mbs.angular_acceleration(system, state, "part")
+    arm_ = mbs.position(system, state, "grip") - mbs.position(system, state, com)
+    np.testing.assert_allclose(
+        load.moment + jnp.cross(arm_, force), inertia @ dw + jnp.cross(w, inertia @ w), atol=1e-6
+    )
+
+
+def test_improper_paths_are_said_in_one_report():
+    b = mbs.SystemBuilder()
+    b.body("part", 1.0)
+    b.joint("float", mbs.Free(), "ground", "part")
+    b.constraint("a", mbs.FramePath((0.0, 0.0, 0.0), hold=("x", "rr")), between=("ground", "part"))
+    b.constraint("b", mbs.FramePath(), between=("ground", "part"))
+    b.constraint("c", mbs.FramePath(lambda t: t, hold=("x", "rz")), between=("ground", "part"))
+    with pytest.raises(mbs.ModelError) as raised:
+        b.build()
+    text = str(raised.value)
+    for part in ("'rr'", "leads nothing", "rz are held without rotation", "gives shape ()"):
+        assert part in text, text
