@@ -1,0 +1,125 @@
+"""Which coordinates of a deck are free, and how all displacements follow from them."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...typing import AnyArray
+from .context import Context
+from .frames import Frame
+from .ties import AbstractTie, Pair, Rigid
+
+WEAK = 1e-8  # of a node's largest stiffness, below which PARAM AUTOSPC holds a direction
+
+
+class Coordinates(eqx.Module):
+    """Free coordinates, and the nodes that move otherwise than by free coordinates of their own in basic axes.
+
+    Attributes:
+        free: (node, direction), in the order of the rows.
+        turned: by node, its displacement frame, where the deck holds or ties something there.
+        others: nodes that are turned or that depend on others.
+        ties: by name.
+    """
+
+    free: tuple[Pair, ...] = eqx.field(static=True)
+    turned: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    others: tuple[int, ...] = eqx.field(static=True)
+    ties: dict[str, AbstractTie]
+    frames: dict[int, Frame]
+
+    @property
+    def plain(self) -> bool:
+        """Whether no node moves otherwise than by its own coordinates."""
+        return not self.others
+
+    def motions(self, positions: AnyArray) -> Float[Array, "others 6 free"]:
+        """Displacements and rotations of `others` in basic axes by the free coordinates."""
+        column = {pair: k for k, pair in enumerate(self.free)}
+        place = {node: k for k, node in enumerate(self.others)}
+        own = [(place[pair[0]], pair[1], k) for pair, k in column.items() if pair[0] in place]
+        found = np.zeros((len(self.others), 6, len(self.free)))
+        if own:
+            found[tuple(np.array(own).T)] = 1.0
+        motions = jnp.asarray(found, positions.dtype)
+        if self.ties:
+            dependent, given = self._dependent(positions, column)
+            at = np.array([(place[node], d) for node, d in dependent])
+            motions = motions.at[at[:, 0], at[:, 1]].set(given)
+        axes = self.axes(positions, self.others)
+        turned = jnp.einsum("nab,nkaq->nkbq", axes, motions.reshape(-1, 2, 3, len(self.free)))
+        return turned.reshape(motions.shape)
+
+    def _dependent(self, positions, column):
+        """Directions that ties give, and (dependent, free) how."""
+        touched = list(dict.fromkeys(pair for tie in self.ties.values() for pair in tie.pairs))
+        place = {pair: k for k, pair in enumerate(touched)}
+        dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
+        R, row = jnp.zeros((len(dependent), len(touched)), positions.dtype), 0
+        for tie in self.ties.values():
+            rows = np.arange(row, row + len(tie.dependent))
+            columns = np.array([place[pair] for pair in tie.pairs])
+            R = R.at[rows[:, None], columns[None]].add(tie.equations(positions, lambda n: self.axes(positions, n)))
+            row += len(rows)
+        mine = [pair for pair in touched if pair in column]
+        given = -R[:, np.array([place[pair] for pair in mine], int)]
+        if not uncoupled(self.ties):
+            given = jnp.linalg.solve(R[:, np.array([place[pair] for pair in dependent])], given)
+        whole = jnp.zeros((len(dependent), len(column)), R.dtype)
+        return dependent, whole.at[:, np.array([column[pair] for pair in mine], int)].set(given)
+
+    def axes(self, positions: AnyArray, nodes: tuple[int, ...]) -> Float[Array, "nodes 3 3"]:
+        """Rows: the axes of the nodes' displacements."""
+        turned = dict(self.turned)
+        found = jnp.asarray(np.broadcast_to(np.eye(3), (len(nodes), 3, 3)), positions.dtype)
+        for one in sorted({turned[node] for node in nodes if node in turned}):
+            at = np.array([k for k, node in enumerate(nodes) if turned.get(node) == one])
+            here = positions[np.array(nodes)[at]]
+            found = found.at[at].set(jax.vmap(self.frames[one].at)(here).astype(found.dtype))
+        return found
+
+
+def uncoupled(ties: dict[str, AbstractTie]) -> bool:
+    """Whether every tie gives its directions by none that another tie gives."""
+    dependent = {pair for tie in ties.values() for pair in tie.dependent}
+    free = all(not dependent & (set(tie.pairs) - set(tie.dependent)) for tie in ties.values())
+    return free and all(tie.explicit for tie in ties.values())
+
+
+def coordinates_of(
+    deck: Context, ties: dict[str, AbstractTie], held: set[Pair], sizes: np.ndarray, weak: set[Pair]
+) -> Coordinates:
+    """From what is held, what the elements give each node (0, 3 or 6 coordinates), and what AUTOSPC holds."""
+    masters = {tie.master for tie in ties.values() if isinstance(tie, Rigid)}
+    present = {(n, d) for n, size in enumerate(sizes.tolist()) for d in range(6 if n in masters else size)}
+    dependent = {pair for tie in ties.values() for pair in tie.dependent}
+    touched = held | weak | {pair for tie in ties.values() for pair in tie.pairs}
+    turned = {n: deck.turned[n] for n in sorted({n for n, _ in touched}) if deck.turned[n]}
+    free = sorted(present - held - weak - dependent)
+    others = sorted({*turned, *(n for n, _ in dependent), *(n for n in masters if sizes[n] < 6)})
+    frames = {one: deck.frames[one] for one in sorted(set(turned.values()))}
+    return Coordinates(tuple(free), tuple(turned.items()), tuple(others), ties, frames)
+
+
+def weakly_held(deck: Context, strained: np.ndarray, sizes: np.ndarray, ties: dict[str, AbstractTie]) -> set[Pair]:
+    """Directions that no element stiffens, as PARAM AUTOSPC holds them.
+
+    Args: strained: (nodes, 2, 3, 3) sums of products of the directions that elements stiffen, basic axes.
+    """
+    masters = {tie.master for tie in ties.values() if isinstance(tie, Rigid)}
+    found = set()
+    values = np.linalg.eigvalsh(strained)
+    suspect = values[..., 0] <= WEAK * np.maximum(values[..., -1], 1e-300)
+    for n, kind in np.argwhere(suspect).tolist():
+        if n in masters or sizes[n] <= 3 * kind:
+            continue
+        own, axes = strained[n, kind], deck.axes(n)
+        size, shapes = np.linalg.eigh(axes @ own @ axes.T)
+        missing = [shapes[:, k] for k in range(3) if size[k] <= WEAK * max(size[-1], 1e-300)]
+        taken: set[int] = set()
+        for shape in missing:  # the direction of the node that is nearest to each
+            taken.add(max((d for d in range(3) if d not in taken), key=lambda d: abs(shape[d])))
+        found |= {(n, 3 * kind + d) for d in taken}
+    return found
