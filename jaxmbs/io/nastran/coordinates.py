@@ -45,15 +45,16 @@ class Coordinates(eqx.Module):
             found[tuple(np.array(own).T)] = 1.0
         motions = jnp.asarray(found, positions.dtype)
         if self.ties:
-            dependent, given = self._dependent(positions, column)
+            dependent, given = self.tied(positions)
             at = np.array([(place[node], d) for node, d in dependent])
             motions = motions.at[at[:, 0], at[:, 1]].set(given)
         axes = self.axes(positions, self.others)
         turned = jnp.einsum("nab,nkaq->nkbq", axes, motions.reshape(-1, 2, 3, len(self.free)))
         return turned.reshape(motions.shape)
 
-    def _dependent(self, positions, column):
-        """Directions that ties give, and (dependent, free) how."""
+    def tied(self, positions: AnyArray) -> tuple[list[Pair], Float[Array, "dependent free"]]:
+        """Directions that ties give, and how the free coordinates give them, in the nodes' own axes."""
+        column = {pair: k for k, pair in enumerate(self.free)}
         touched = list(dict.fromkeys(pair for tie in self.ties.values() for pair in tie.pairs))
         place = {pair: k for k, pair in enumerate(touched)}
         dependent = [pair for tie in self.ties.values() for pair in tie.dependent]

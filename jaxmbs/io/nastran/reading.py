@@ -45,8 +45,8 @@ def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None =
 
     Read are GRID, GRDSET and the coordinate systems CORD1 and CORD2 of kind R, C, S; CBAR, CBEAM (of one section),
     CROD, CQUAD4, CTRIA3, CHEXA (8 nodes), CONM2, CELAS1, CELAS2, CBUSH; MAT1, PBAR, PBEAM, PROD, PSHELL, PSOLID,
-    PELAS, PBUSH; RBE2, RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS and AUTOSPC.  Loads and requests are listed in
-    `Deck.ignored`.
+    PELAS, PBUSH; RBE2, RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS and AUTOSPC.  `Deck.ignored` lists loads
+    and requests.
 
     Masses are always consistent (PARAM COUPMASS 1).  Bars, rods, springs, masses and ties are Nastran's; plates and
     solids are our `Quadrilateral`, `Triangle` and `Hexahedron`, which converge to the same answers by other numbers.
