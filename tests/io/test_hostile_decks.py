@@ -66,6 +66,9 @@ $Elements
 $EndElements
 """
 
+CHAIN = "".join(f"CORD2R,{k},{k + 1},,,,,,1.\n,1.\n" for k in range(1, 3000))
+ROD = "GRID,1\nGRID,2,,1.,,\nMAT1,1,1.,,.3\nPROD,1,1,1.\nCROD,1,1,1,2\n"
+
 READERS = {
     "decks": (lambda: [text.encode() for text in ZOO.values()], read_nastran, "deck.bdf"),
     "meshes": (lambda: [MSH4.encode(), MSH2.encode()], read_mesh, "mesh.msh"),
@@ -100,7 +103,7 @@ def test_twenty_thousand_spoilt_files(name):
     [
         ("", "has no GRID"),
         ("\x00\xff" * 1000, "no name of a card"),
-        ("GRID,1\n" * 3 + "," * 10_000, "more than ten fields"),
+        ("GRID,1\n" * 3 + ",1" * 10_000, "more than ten fields"),
         ("RBE2,1,1,123,1,THRU,99999999\nGRID,1\nGRID,2,,1.,,\n", "no element"),
         ("CORD2R,1,2,,,,,,1.\n,1.\nCORD2R,2,1,,,,,,1.\n,1.\nGRID,1,1\n", "in a ring"),
         (
@@ -109,7 +112,7 @@ def test_twenty_thousand_spoilt_files(name):
         ),
         (
             "JUNK\n" * 100_000 + "GRID,1\n",
-            "JUNK is not read: deck.bdf:1, deck.bdf:2, deck.bdf:3, deck.bdf:4 and 99996",
+            "JUNK is not read: deck.bdf:1, .* and 99996",
         ),
         ("".join(f"GRID,{k},x,y,z\n" for k in range(1, 1000)), "more faults follow"),
         (

@@ -60,8 +60,9 @@ def test_cards_that_pyyeti_writes(tmp_path_factory, rows, large):
     """Random cards in its small or large fields come back as it reads them."""
     bulk = pytest.importorskip("pyyeti.nastran").bulk
     file = io.StringIO()
+    write, name = (bulk.wtcard16, "ABCD*") if large else (bulk.wtcard8, "ABCD")
     for row in rows:
-        (bulk.wtcard16 if large else bulk.wtcard8)(file, ["ABCD", *("" if x is None else x for x in row)])
+        write(file, [name, *("" if x is None else x for x in row)])
     theirs = bulk.rdcards(io.StringIO(file.getvalue()), "ABCD", return_var="list", blank=None)
     found, faults = read(file.getvalue(), tmp_path_factory.mktemp("cards"))
     assert not faults and len(found) == len(rows)

@@ -55,21 +55,31 @@ class Coordinates(eqx.Module):
     def tied(self, positions: AnyArray) -> tuple[list[Pair], Float[Array, "dependent free"]]:
         """Directions that ties give, and how the free coordinates give them, in the nodes' own axes."""
         column = {pair: k for k, pair in enumerate(self.free)}
-        touched = list(dict.fromkeys(pair for tie in self.ties.values() for pair in tie.pairs))
-        place = {pair: k for k, pair in enumerate(touched)}
         dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
-        R, row = jnp.zeros((len(dependent), len(touched)), positions.dtype), 0
+        R, own = self.equations(positions)
+        touched = self._touched
+        mine = [k for k, pair in enumerate(touched) if pair in column]
+        given = -R[:, np.array(mine, int)]
+        if not uncoupled(self.ties):
+            given = jnp.linalg.solve(R[:, own], given)
+        whole = jnp.zeros((len(dependent), len(column)), R.dtype)
+        return dependent, whole.at[:, np.array([column[touched[k]] for k in mine], int)].set(given)
+
+    @property
+    def _touched(self):
+        return list(dict.fromkeys(pair for tie in self.ties.values() for pair in tie.pairs))
+
+    def equations(self, positions: AnyArray) -> tuple[Array, np.ndarray]:
+        """Coefficients (dependent, touched) of all ties, and the columns of the dependent directions."""
+        place = {pair: k for k, pair in enumerate(self._touched)}
+        dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
+        R, row = jnp.zeros((len(dependent), len(place)), positions.dtype), 0
         for tie in self.ties.values():
             rows = np.arange(row, row + len(tie.dependent))
             columns = np.array([place[pair] for pair in tie.pairs])
             R = R.at[rows[:, None], columns[None]].add(tie.equations(positions, lambda n: self.axes(positions, n)))
             row += len(rows)
-        mine = [pair for pair in touched if pair in column]
-        given = -R[:, np.array([place[pair] for pair in mine], int)]
-        if not uncoupled(self.ties):
-            given = jnp.linalg.solve(R[:, np.array([place[pair] for pair in dependent])], given)
-        whole = jnp.zeros((len(dependent), len(column)), R.dtype)
-        return dependent, whole.at[:, np.array([column[pair] for pair in mine], int)].set(given)
+        return R, np.array([place[pair] for pair in dependent], int)
 
     def axes(self, positions: AnyArray, nodes: tuple[int, ...]) -> Float[Array, "nodes 3 3"]:
         """Rows: the axes of the nodes' displacements."""
@@ -93,13 +103,13 @@ def coordinates_of(
     deck: Context, ties: dict[str, AbstractTie], held: set[Pair], sizes: np.ndarray, weak: set[Pair]
 ) -> Coordinates:
     """From what is held, what the elements give each node (0, 3 or 6 coordinates), and what AUTOSPC holds."""
-    masters = {tie.master for tie in ties.values() if isinstance(tie, Rigid)}
-    present = {(n, d) for n, size in enumerate(sizes.tolist()) for d in range(6 if n in masters else size)}
+    present = {(n, d) for n, size in enumerate(sizes.tolist()) for d in range(size)}
+    present |= {pair for tie in ties.values() for pair in tie.raised}
     dependent = {pair for tie in ties.values() for pair in tie.dependent}
     touched = held | weak | {pair for tie in ties.values() for pair in tie.pairs}
     turned = {n: deck.turned[n] for n in sorted({n for n, _ in touched}) if deck.turned[n]}
     free = sorted(present - held - weak - dependent)
-    others = sorted({*turned, *(n for n, _ in dependent), *(n for n in masters if sizes[n] < 6)})
+    others = sorted({*turned, *(n for n, _ in dependent), *(n for n, d in free if d >= sizes[n])})
     frames = {one: deck.frames[one] for one in sorted(set(turned.values()))}
     return Coordinates(tuple(free), tuple(turned.items()), tuple(others), ties, frames)
 

@@ -91,10 +91,10 @@ def _deck(deck, elements, tied, on_hold, settings, ignored):
     weak = weakly_held(deck, strained, sizes, tied) if settings["AUTOSPC"] else set()
     weak = (weak | _unheard(tied, sizes)) - on_hold - {pair for tie in tied.values() for pair in tie.dependent}
     coordinates = coordinates_of(deck, tied, on_hold, sizes, weak)
-    if not coordinates.free:
-        raise ModelError(["nothing is free to move"])
     if not uncoupled(tied):
         _refuse_rings(coordinates, numbers.positions)
+    if not coordinates.free:
+        raise ModelError(["nothing is free to move"])
     turned, still = dict(coordinates.turned), on_hold | weak
     fixed = [(n, d) for n, d in still if n not in turned or {(n, 3 * (d // 3) + k) for k in range(3)} <= still]
     names = tuple(f"GRID {one}" for one in deck.ids)
@@ -138,7 +138,8 @@ def _settings(found, deck):
 def _unheard(tied: dict[str, AbstractTie], sizes) -> set[Pair]:
     """Directions that an RBE3 averages and that no element has: they stay where they are."""
     averaged = {pair for tie in tied.values() if isinstance(tie, Mean) for pair in tie.averaged}
-    return {(n, d) for n, d in averaged if d >= sizes[n]}
+    raised = {pair for tie in tied.values() for pair in tie.raised}
+    return {(n, d) for n, d in averaged - raised if d >= sizes[n]}
 
 
 def _clashes(tied, on_hold, deck):
@@ -156,8 +157,9 @@ def _clashes(tied, on_hold, deck):
 
 
 def _refuse_rings(coordinates, positions):
-    motions = np.asarray(coordinates.motions(positions))
-    if not np.all(np.isfinite(motions)) or np.max(np.abs(motions), initial=0.0) > 1e12:
+    R, columns = coordinates.equations(positions)
+    own = np.asarray(R)[:, columns]
+    if not np.all(np.isfinite(own)) or np.linalg.cond(own) > 1e12:
         raise ModelError(["the ties depend on one another in a ring"])
 
 

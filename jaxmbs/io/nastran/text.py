@@ -84,5 +84,5 @@ class Text:
         self._bytes += path.stat().st_size
         if self._bytes > MAX_BYTES or self._files > MAX_FILES:
             raise ModelError([f"{path.name}: more than {MAX_BYTES} bytes or {MAX_FILES} files of a deck"])
-        text = path.read_text(encoding="latin-1", newline="\n")
+        text = path.read_bytes().decode("latin-1")
         return [line.split("$", 1)[0].expandtabs(8).rstrip() for line in text.split("\n")]

@@ -30,6 +30,11 @@ class AbstractTie(eqx.Module):
         raise NotImplementedError
 
     @property
+    def raised(self) -> tuple[Pair, ...]:
+        """Those of `pairs` that can move even where no element gives the node such a coordinate."""
+        return self.pairs
+
+    @property
     def explicit(self) -> bool:
         """Whether equation k has 1 at `dependent[k]` and 0 at the others of them: nothing need be solved."""
         return True
@@ -74,6 +79,11 @@ class Mean(AbstractTie):
     def pairs(self) -> tuple[Pair, ...]:
         """The directions of the reference, then those that are averaged."""
         return (*((self.reference, d) for d in self.directions), *self.averaged)
+
+    @property
+    def raised(self) -> tuple[Pair, ...]:
+        """The directions of the reference: what is averaged must have its coordinates from elements."""
+        return self.pairs[: len(self.directions)]
 
     @property
     def explicit(self) -> bool:
