@@ -134,7 +134,7 @@ def _read(path):
     except ImportError as error:
         raise ImportError("meshes of Gmsh are read by meshio: pip install 'jaxmbs[io]'") from error
     try:
-        with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+        with warnings.catch_warnings(), contextlib.redirect_stderr(io.StringIO()):
             warnings.simplefilter("ignore")
             return gmsh.read(path)
     except Exception as error:  # meshio lets through whatever a broken file makes of it

@@ -53,7 +53,8 @@ def bars(cards: list[Card], deck: Context) -> Groups:
         offsets = np.array([_offsets(card, deck, ends) for card, ends in zip(own, nodes, strict=True)])
         name = " ".join([own[0].name, owner.partition(" ")[2], *(["without", *pins] if pins else [])])
         given = offsets if np.any(offsets) else None
-        made[name] = Bars(tuple(nodes), numbers_of(own), owner, np.array(vectors), third, given, pins)
+        polar = deck.polar or own[0].name == "CBEAM"
+        made[name] = Bars(tuple(nodes), numbers_of(own), owner, np.array(vectors), third, given, pins, polar)
     return made
 
 

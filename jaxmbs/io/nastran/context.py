@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .cards import Card
-from .frames import Frame, axes_at, frames_of, known_frame, place
+from .frames import Frame, frames_of, known_frame, place
 from .properties import READ
 
 
@@ -20,10 +20,12 @@ class Context:
         materials, properties: by name, "MAT1 3", "PBAR 100".
         held: (node, direction) of the permanent constraints on GRIDs.
         notes: what is read over, in words, with the number of times.
+        polar: whether CBARs have inertia about their own axis.
     """
 
-    def __init__(self, found: dict[str, list[Card]]) -> None:
+    def __init__(self, found: dict[str, list[Card]], polar: bool) -> None:
         self.notes: dict[str, int] = {}
+        self.polar = polar
         default = _default(found)
         grids = {}
         for card in found.get("GRID", ()):
@@ -91,7 +93,7 @@ class Context:
         return known_frame(one, self.frames, card)
 
     def _axes(self, node: int) -> np.ndarray:
-        return axes_at(self.frames.get(self.turned[node], self.frames[0]), self.positions[node])
+        return self.frames.get(self.turned[node], self.frames[0]).at(self.positions[node], np)
 
     def _place(self, card, frame, given):
         found = place(known_frame(frame, self.frames, card), given)

@@ -9,9 +9,7 @@ from jaxtyping import Array, Float
 from ...typing import AnyArray
 from .context import Context
 from .frames import Frame
-from .ties import AbstractTie, Pair, Rigid
-
-WEAK = 1e-8  # of a node's largest stiffness, below which PARAM AUTOSPC holds a direction
+from .ties import AbstractTie, Pair
 
 
 class Coordinates(eqx.Module):
@@ -112,25 +110,3 @@ def coordinates_of(
     others = sorted({*turned, *(n for n, _ in dependent), *(n for n, d in free if d >= sizes[n])})
     frames = {one: deck.frames[one] for one in sorted(set(turned.values()))}
     return Coordinates(tuple(free), tuple(turned.items()), tuple(others), ties, frames)
-
-
-def weakly_held(deck: Context, strained: np.ndarray, sizes: np.ndarray, ties: dict[str, AbstractTie]) -> set[Pair]:
-    """Directions that no element stiffens, as PARAM AUTOSPC holds them.
-
-    Args: strained: (nodes, 2, 3, 3) sums of products of the directions that elements stiffen, basic axes.
-    """
-    masters = {tie.master for tie in ties.values() if isinstance(tie, Rigid)}
-    found = set()
-    values = np.linalg.eigvalsh(strained)
-    suspect = values[..., 0] <= WEAK * np.maximum(values[..., -1], 1e-300)
-    for n, kind in np.argwhere(suspect).tolist():
-        if n in masters or sizes[n] <= 3 * kind:
-            continue
-        own, axes = strained[n, kind], deck.axes(n)
-        size, shapes = np.linalg.eigh(axes @ own @ axes.T)
-        missing = [shapes[:, k] for k in range(3) if size[k] <= WEAK * max(size[-1], 1e-300)]
-        taken: set[int] = set()
-        for shape in missing:  # the direction of the node that is nearest to each
-            taken.add(max((d for d in range(3) if d not in taken), key=lambda d: abs(shape[d])))
-        found |= {(n, 3 * kind + d) for d in taken}
-    return found

@@ -28,6 +28,7 @@ class Deck(eqx.Module):
         materials, properties: by name of their card.
         elements: groups of elements; each has `ids`, the numbers of its elements.
         mass: PARAM WTMASS.
+        massless: rows of `system` without mass.
         held: labels that SPC and GRID hold; weak: those that PARAM AUTOSPC holds, as no element stiffens them.
         ignored: what of the deck is not used, one sentence each.
     """
@@ -40,6 +41,7 @@ class Deck(eqx.Module):
     mass: Converted[Float[Array, ""]] = eqx.field(converter=number)
     coordinates: Coordinates
     fixed: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    massless: tuple[int, ...] = eqx.field(static=True)
     held: tuple[str, ...] = eqx.field(static=True)
     weak: tuple[str, ...] = eqx.field(static=True)
     ignored: tuple[str, ...] = eqx.field(static=True)
@@ -75,7 +77,8 @@ class Deck(eqx.Module):
         """
         structure = self.structure
         if self.coordinates.plain:
-            return assemble(structure, interface, blocks)
+            found = assemble(structure, interface, blocks)
+            return found if blocks else found.changed(massless=self.massless)
         if blocks:
             raise ValueError("block matrices need a deck without ties and without supports in turned frames")
         damped = any(group.element.damps for group in structure.groups.values())
@@ -83,9 +86,8 @@ class Deck(eqx.Module):
         motions = self.coordinates.motions(self.positions)
         found = assemble_dense(structure, kinds)
         made: dict[str, Any] = {k: self._reduced(structure, A, motions) for k, A in zip(kinds, found, strict=True)}
-        return LinearSystem(
-            **made, interface=interface, coordinates=self._labels, positions=(self.names, self.positions)
-        )
+        made |= dict(interface=interface, coordinates=self._labels, massless=self.massless)
+        return LinearSystem(**made, positions=(self.names, self.positions))
 
     def displacements(self, x: AnyArray) -> Float[Array, "nodes 6"]:
         """Displacements and rotations of all nodes in basic axes, from x (rows,) of `system`.

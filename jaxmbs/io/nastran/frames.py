@@ -6,11 +6,9 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-from ...elements.base import number
-from ...math.host import typed
-from ...typing import Converted
+from ...typing import AnyArray
 from .cards import Card
 
 _KINDS = {f"CORD{n}{kind}": (n, kind) for n in "12" for kind in "RCS"}
@@ -25,26 +23,27 @@ class Frame(eqx.Module):
         kind: "R" rectangular, "C" cylindrical (r, theta, z), "S" spherical (r, theta, phi); angles in degrees.
     """
 
-    origin: Converted[Float[Array, "3"]] = eqx.field(converter=number)
-    axes: Converted[Float[Array, "3 3"]] = eqx.field(converter=number)
+    origin: Float[AnyArray, "3"]
+    axes: Float[AnyArray, "3 3"]
     kind: str = eqx.field(static=True, default="R")
 
-    def at(self, point: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """Rows: the directions 1 2 3 at a point (3,) in basic axes."""
+    def at(self, point: AnyArray, xp: Any = jnp) -> AnyArray:
+        """Rows (3, 3): the directions 1 2 3 at a point (3,) in basic axes.  Args: xp: `jnp` or `np`."""
+        axes = xp.asarray(self.axes, point.dtype)
         if self.kind == "R":
-            return self.axes
-        x, y, z = self.axes @ (point - typed(self.origin, point.dtype))
-        across = jnp.hypot(x, y)
-        one = jnp.where(across > 0, across, 1.0)  # on the axis, r points along x
-        c, s = jnp.where(across > 0, x / one, 1.0), y / one
-        zero = jnp.zeros_like(c)
-        radial, turned, up = jnp.stack([c, s, zero]), jnp.stack([-s, c, zero]), jnp.stack([zero, zero, zero + 1.0])
+            return axes
+        x, y, z = axes @ (point - xp.asarray(self.origin, point.dtype))
+        across = xp.hypot(x, y)
+        one = xp.where(across > 0, across, 1.0)  # on the axis, r points along x
+        c, s = xp.where(across > 0, x / one, 1.0), y / one
+        zero = xp.zeros_like(c)
+        radial, turned, up = xp.stack([c, s, zero]), xp.stack([-s, c, zero]), xp.stack([zero, zero, zero + 1.0])
         if self.kind == "C":
-            return jnp.stack([radial, turned, up]) @ self.axes
-        length = jnp.hypot(across, z)
-        one = jnp.where(length > 0, length, 1.0)
-        along, flat = jnp.where(length > 0, z / one, 1.0), across / one
-        return jnp.stack([flat * radial + along * up, along * radial - flat * up, turned]) @ self.axes
+            return xp.stack([radial, turned, up]) @ axes
+        length = xp.hypot(across, z)
+        one = xp.where(length > 0, length, 1.0)
+        along, flat = xp.where(length > 0, z / one, 1.0), across / one
+        return xp.stack([flat * radial + along * up, along * radial - flat * up, turned]) @ axes
 
 
 BASIC = Frame(np.zeros(3), np.eye(3))
@@ -58,12 +57,7 @@ def place(frame: Frame, given: list[float]) -> np.ndarray:
     if frame.kind == "S":
         theta, phi = np.radians([b, c])
         a, b, c = a * np.sin(theta) * np.cos(phi), a * np.sin(theta) * np.sin(phi), a * np.cos(theta)
-    return np.asarray(frame.origin) + np.array([a, b, c]) @ np.asarray(frame.axes)
-
-
-def axes_at(frame: Frame, point: np.ndarray) -> np.ndarray:
-    """`frame.at(point)` in NumPy."""
-    return np.asarray(frame.axes) if frame.kind == "R" else np.asarray(frame.at(jnp.asarray(point)))
+    return frame.origin + np.array([a, b, c]) @ frame.axes
 
 
 def frames_of(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, list[float]]]) -> dict[int, Frame]:

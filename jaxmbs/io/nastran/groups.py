@@ -36,15 +36,22 @@ class AbstractCards(eqx.Module):
         whole = np.broadcast_to(np.eye(3), (len(self.nodes), element.num_nodes, 3, 3))
         return whole, whole if element.coordinates == 6 else whole[:, :, :0]
 
+    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+        """Directions in which the elements have mass at their nodes, likewise."""
+        density = np.broadcast_to(getattr(element, "density", 0.0), (len(self.nodes),)) > 0
+        whole = density[:, None, None, None] * np.broadcast_to(np.eye(3), (len(self.nodes), element.num_nodes, 3, 3))
+        return whole, whole if element.coordinates == 6 else whole[:, :, :0]
+
     def _all(self, value: Array) -> Array:
         """A number for each element."""
         return jnp.broadcast_to(value, (len(self.nodes), *jnp.shape(value)))
 
 
 class Bars(AbstractCards):
-    """CBAR and CBEAM.  A CBAR has no inertia about its own axis, nor of its turning sections.
+    """CBAR and CBEAM.
 
     Attributes:
+        polar: whether sections have inertia in turning; a CBAR of Nastran has none by default.
         vectors: (elements, 3) in plane 1, basic axes; where `third` is the place of a node, not -1, towards it.
         offsets: (elements, 2, 3) in basic axes [m], or None.
     """
@@ -54,6 +61,7 @@ class Bars(AbstractCards):
     third: tuple[int, ...] = eqx.field(static=True)
     offsets: Converted[Float[Array, "elements 2 3"] | None] = eqx.field(converter=optional)
     releases: tuple[str, ...] = eqx.field(static=True)
+    polar: bool = eqx.field(static=True)
 
     def element(self, numbers: Numbers) -> AbstractElement:
         """Beams; the shear factors K1 and K2 make them Timoshenko's."""
@@ -61,7 +69,7 @@ class Bars(AbstractCards):
         stuff = numbers.materials[own.material]
         line = own.line_mass * numbers.mass
         density = stuff.density * numbers.mass
-        if self.property.startswith("PBAR"):
+        if not self.polar:
             line, density = line + density * own.area, 0.0 * density
         third, first = np.array(self.third), np.array(self.nodes)[:, 0]
         towards = numbers.positions[np.maximum(third, 0)] - numbers.positions[first]
@@ -83,27 +91,32 @@ class Bars(AbstractCards):
 
     def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
         """The axes of the section along which it is stiff and that no pin frees."""
-        assert isinstance(element, Beam)
-        ends = np.asarray(numbers.positions)[np.array(self.nodes)]
-        line = (
-            ends[:, 1]
-            - ends[:, 0]
-            + (0 if self.offsets is None else np.asarray(jnp.diff(self.offsets, axis=1))[:, 0])
+        bent = "inertia_z", "inertia_y"
+        held = self._positive(element, "area", *bent, "torsion", *bent[::-1])
+        names = [[f"{name}{end}" for name in ("x", "y", "z", "rx", "ry", "rz")] for end in (1, 2)]
+        return self._along(element, numbers, held & ~np.isin(names, self.releases)[None])
+
+    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+        """All but turning about the axis where there is no polar inertia."""
+        heavy = self._positive(element, "density") | self._positive(element, "line_mass")
+        about = self._positive(element, "density") & np.any(
+            self._positive(element, "inertia_y", "inertia_z"), axis=2, keepdims=True
         )
-        axes = np.stack(_axes(line, np.asarray(element.reference)), axis=1)
-        stiff = [
-            element.area,
-            element.inertia_z,
-            element.inertia_y,
-            element.torsion,
-            element.inertia_y,
-            element.inertia_z,
-        ]
-        held = np.stack([np.asarray(value) > 0 for value in stiff], axis=1)[:, None].repeat(2, axis=1)
-        names = ("x", "y", "z", "rx", "ry", "rz")
-        free = np.array([[f"{name}{end}" in self.releases for name in names] for end in (1, 2)])
-        held = held & ~free[None]
-        return held[:, :, :3, None] * axes[:, None], held[:, :, 3:, None] * axes[:, None]
+        return self._along(element, numbers, np.concatenate([heavy] * 3 + [about] + [heavy] * 2, axis=2))
+
+    def _positive(self, element, *names):
+        """(elements, 2, names): which numbers are more than zero, for both ends."""
+        values = np.stack([np.asarray(getattr(element, name)) > 0 for name in names], axis=1)
+        return values[:, None].repeat(2, axis=1)
+
+    def _along(self, element, numbers, which):
+        """Axes of the section at both ends, for translations and rotations, zero where `which` (.., 2, 6) is not."""
+        ends = np.asarray(numbers.positions)[np.array(self.nodes)]
+        line = ends[:, 1] - ends[:, 0]
+        if self.offsets is not None:
+            line = line + np.asarray(self.offsets)[:, 1] - np.asarray(self.offsets)[:, 0]
+        axes = np.stack(_axes(line, np.asarray(element.reference)), axis=1)[:, None]
+        return which[:, :, :3, None] * axes, which[:, :, 3:, None] * axes
 
 
 class Rods(AbstractCards):

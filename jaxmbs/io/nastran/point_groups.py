@@ -35,6 +35,19 @@ class Masses(AbstractCards):
         nothing = np.zeros((len(self.nodes), 1, 0, 3))
         return nothing, nothing
 
+    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+        """All directions, and those about which the inertia and the offset count."""
+        mass = (np.asarray(self.mass) > 0)[:, None, None, None] * np.eye(3)
+        if self.inertia is None or self.offset is None:
+            return mass, mass[:, :, :0]
+        square = np.einsum("ea,ea,bc->ebc", self.offset, self.offset, np.eye(3))
+        about = np.asarray(self.inertia) + np.asarray(self.mass)[:, None, None] * (
+            square - np.einsum("eb,ec->ebc", self.offset, self.offset)
+        )
+        values, axes = np.linalg.eigh(about)
+        values = values > 1e-12 * np.maximum(values[:, -1:], 1e-300)
+        return mass, (values[:, :, None] * np.swapaxes(axes, 1, 2))[:, None]
+
 
 class ScalarSpring(AbstractElement):
     """`rate (a . u1 - b . u2)`, whatever lies between the nodes: as a CELAS is, no bushing.

@@ -5,7 +5,6 @@ import numpy as np
 from .cards import Card
 from .connections import Groups, gathered, joined, numbers_of
 from .context import Context
-from .frames import axes_at
 from .point_groups import Bushes, Masses, ScalarSprings
 
 
@@ -30,7 +29,7 @@ def masses(cards: list[Card], deck: Context) -> Groups:
 def _about(card, deck, node):
     """Offset (3,) and inertia (3, 3) about the centre of mass, basic axes."""
     one, point = card.integer(3, "CID", 0, low=-1), deck.positions[node]
-    axes = axes_at(deck.frame(card, max(one, 0)), point)
+    axes = deck.frame(card, max(one, 0)).at(point, np)
     offset = np.array(card.reals(5, 3, "X"))
     xx, yx, yy, zx, zy, zz = card.reals(9, 6, "I")
     inertia = np.array([[xx, -yx, -zx], [-yx, yy, -zy], [-zx, -zy, zz]])
@@ -119,7 +118,7 @@ def _kind(card):
 
 
 def _frame(card, deck, node):
-    return axes_at(deck.frame(card, card.integer(8, "CID", low=0)), deck.positions[node])
+    return deck.frame(card, card.integer(8, "CID", low=0)).at(deck.positions[node], np)
 
 
 def _line(card, deck, row):

@@ -13,10 +13,11 @@ from .cards import Card, cards
 from .connections import Groups, bars, plates, rods, solids
 from .constraints import chosen, held, ties
 from .context import Context
-from .coordinates import coordinates_of, uncoupled, weakly_held
+from .coordinates import coordinates_of, uncoupled
 from .deck import Deck
 from .frames import NAMES
 from .groups import Numbers
+from .nodal import massless, nodal_sums, weakly_held
 from .points import bushes, masses, springs
 from .properties import READ
 from .text import Text
@@ -40,7 +41,7 @@ _HARMLESS = {
 }
 
 
-def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None = None) -> Deck:
+def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None = None, polar: bool = True) -> Deck:
     """A structure from Nastran bulk data, small, large or free fields; INCLUDE inside the folder of the deck.
 
     Read are GRID, GRDSET and the coordinate systems CORD1 and CORD2 of kind R, C, S; CBAR, CBEAM (of one section),
@@ -51,7 +52,9 @@ def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None =
     Masses are always consistent (PARAM COUPMASS 1).  Bars, rods, springs, masses and ties are Nastran's; plates and
     solids are our `Quadrilateral`, `Triangle` and `Hexahedron`, which converge to the same answers by other numbers.
 
-    Args: spc, mpc: sets that act; by default those that the case control chooses, or the only ones.
+    Args:
+        spc, mpc: sets that act; by default those that the case control chooses, or the only ones.
+        polar: whether CBARs have inertia about their own axis, as CBEAMs have; Nastran's have none unless asked for.
 
     Raises: ModelError with every fault: cards that are not read, by name and line, wrong fields, what is missing;
     OSError where there is no file.
@@ -65,7 +68,7 @@ def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None =
     faults += [f"{name} is not read: {_places(found[name])}" for name in strange]
     if not found.get("GRID"):
         raise ModelError([*faults, f"{text.name} has no GRID"])
-    deck = Context(found)
+    deck = Context(found, polar)
     elements = {
         name: own for kind, read in ELEMENTS.items() if kind in found for name, own in read(found[kind], deck).items()
     }
@@ -83,14 +86,14 @@ def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None =
 
 def _deck(deck, elements, tied, on_hold, settings, ignored):
     numbers = Numbers(number(deck.positions), deck.materials, deck.properties, number(settings["WTMASS"]))
-    sizes, strained = _strained(deck, elements, numbers)
+    nodal = nodal_sums(deck, elements, numbers)
     for tie in tied.values():
         for n, d in tie.pairs if isinstance(tie, Combined) else ():
             axis = deck.axes(n)[d % 3]
-            strained[n, d // 3] += np.outer(axis, axis)
-    weak = weakly_held(deck, strained, sizes, tied) if settings["AUTOSPC"] else set()
-    weak = (weak | _unheard(tied, sizes)) - on_hold - {pair for tie in tied.values() for pair in tie.dependent}
-    coordinates = coordinates_of(deck, tied, on_hold, sizes, weak)
+            nodal.strained[n, d // 3] += np.outer(axis, axis)
+    weak = weakly_held(deck, nodal, tied) if settings["AUTOSPC"] else set()
+    weak = (weak | _unheard(tied, nodal.sizes)) - on_hold - {pair for tie in tied.values() for pair in tie.dependent}
+    coordinates = coordinates_of(deck, tied, on_hold, nodal.sizes, weak)
     if not uncoupled(tied):
         _refuse_rings(coordinates, numbers.positions)
     if not coordinates.free:
@@ -100,22 +103,8 @@ def _deck(deck, elements, tied, on_hold, settings, ignored):
     names = tuple(f"GRID {one}" for one in deck.ids)
     labels = [tuple(f"{names[n]} {DIRECTIONS[d]}" for n, d in sorted(pairs)) for pairs in (on_hold, weak)]
     parts = deck.materials, deck.properties, elements, numbers.mass, coordinates
-    return Deck(names, numbers.positions, *parts, tuple(sorted(fixed)), *labels, ignored)
-
-
-def _strained(deck, elements, numbers):
-    """Coordinates that elements give each node, and sums (nodes, 2, 3, 3) of the directions that they stiffen."""
-    sizes, strained, faults = np.zeros(len(deck.ids), int), np.zeros((len(deck.ids), 2, 3, 3)), []
-    for name, own in elements.items():
-        element, nodes = own.element(numbers), np.array(own.nodes)
-        bad = np.nonzero(element.misplaced(deck.positions[nodes]))[0]
-        faults += [f"{name.split()[0]} {own.ids[k]}: {element.misplacement}" for k in bad[:50]]
-        np.maximum.at(sizes, nodes.ravel(), element.coordinates)
-        for kind, directions in enumerate(own.strained(element, numbers) if not faults else ()):
-            np.add.at(strained[:, kind], nodes, np.einsum("eknx,ekny->ekxy", directions, directions))
-    if faults:
-        raise ModelError(faults)
-    return sizes, strained
+    light = massless(coordinates, nodal, numbers.positions)
+    return Deck(names, numbers.positions, *parts, tuple(sorted(fixed)), light, *labels, ignored)
 
 
 def _settings(found, deck):
