@@ -18,6 +18,7 @@ NAMES = (
     "batch_of_motions",
     "cold_start",
     "saved_times",
+    "published_decks",
 )
 
 

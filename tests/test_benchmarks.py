@@ -21,6 +21,7 @@ PACKAGES = {
     "batch_of_motions": ("mujoco",),
     "cold_start": (),
     "saved_times": (),
+    "published_decks": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 

@@ -90,7 +90,7 @@ FACES = {
         Ramp Spline SpringDamper Step Table Torque Wrench
     """,
     "jaxmbs.io": """
-        read_dmig read_matrix_market read_op4 read_uff write_uff
+        Deck Mesh read_dmig read_matrix_market read_mesh read_nastran read_op4 read_uff write_uff
     """,
     "jaxmbs.linear": """
         Check HarmonicResponse LinearMotion LinearSystem Link Modal ModalMotion Modes ResonanceGains

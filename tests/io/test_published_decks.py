@@ -7,7 +7,7 @@ import scipy.linalg
 
 from jaxmbs.io import read_nastran
 
-from .published import PUBLISHED, Published
+from .published import PUBLISHED, Published, rhombic_plate
 
 QUICK = ("FV4 off-centre masses",)
 
@@ -32,3 +32,12 @@ def errors(case: Published, tmp_path):
 def test_published_frequencies(name, tmp_path):
     case = PUBLISHED[name]
     assert np.max(np.abs(errors(case, tmp_path))) < case.tolerance
+
+
+@pytest.mark.slow
+def test_finer_meshes_of_the_rhombic_plate_come_nearer(tmp_path):
+    """The worst of our decks: errors fall as the square of the mesh, what they fall to is published."""
+    case = PUBLISHED["FV22 rhombic plate"]
+    coarse, fine = (1 + errors(case._replace(deck=rhombic_plate(n)), tmp_path) for n in (8, 16))
+    assert np.all(np.abs(fine - 1) < np.abs(coarse - 1) / 3)
+    np.testing.assert_allclose(fine + (fine - coarse) / 3, 1.0, atol=0.02)

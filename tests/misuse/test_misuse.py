@@ -29,6 +29,7 @@ EXEMPT = {
         statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
         linear.ResonanceGains reductions.Family reductions.Motions
         design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation studies.Designs
+        io.Deck io.Mesh
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
@@ -41,7 +42,8 @@ EXEMPT = {
         jaxmbs.UnknownNameError
     """,
     "files, programs and pictures, whose tests are their own": """
-        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff viz.draw_bond_graph
+        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_mesh io.read_nastran
+        viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_reactions viz.plot_history studies.sweep demo.run jaxmbs.cache jaxmbs.export
         jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
