@@ -89,13 +89,13 @@ def test_two_hundred_spoilt_files(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
 def test_two_thousand_spoilt_files(name):
-    spoilt(name, 1000, 2)
+    spoilt(name, 2000, 2)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", READERS)
 def test_twenty_thousand_spoilt_files(name):
-    spoilt(name, 10_000, 3)
+    spoilt(name, 20_000, 3)
 
 
 @pytest.mark.parametrize(

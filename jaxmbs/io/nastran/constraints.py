@@ -121,11 +121,11 @@ def _weighed(card, deck, end):
 
 def _pairs(card, deck, first, end):
     given = [k for k in range(first, end) if card.text(k)]
-    return [
-        (deck.node(card, a, "UM"), d)
-        for a, b in zip(given[::2], given[1::2], strict=False)
-        for d in card.directions(b, "UM")
-    ]
+    if len(given) % 2:
+        card.fault("UM needs pairs of a node and its directions")
+        return []
+    named = zip(given[::2], given[1::2], strict=True)
+    return [(deck.node(card, a, "UM"), d) for a, b in named for d in card.directions(b, "UM")]
 
 
 def _combined(card, deck):
@@ -138,8 +138,9 @@ def _combined(card, deck):
             directions = (0,)
         pair = node, directions[0]
         terms[pair] = terms.get(pair, 0.0) + card.real(k + 2, "A", 0.0)
-    (first, scale), *_ = [*terms.items(), ((0, 0), 0.0)]
+    first = next(iter(terms), (0, 0))
+    scale = terms.setdefault(first, 0.0)
     if scale == 0:
         card.fault("its first coefficient must not be zero")
         scale = 1.0
-    return Combined((first,), tuple(terms) or (first,), np.array(list(terms.values()) or [1.0]) / scale)
+    return Combined((first,), tuple(terms), np.array(list(terms.values())) / scale)

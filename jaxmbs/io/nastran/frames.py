@@ -27,7 +27,7 @@ class Frame(eqx.Module):
     axes: Float[AnyArray, "3 3"]
     kind: str = eqx.field(static=True, default="R")
 
-    def at(self, point: AnyArray, xp: Any = jnp) -> AnyArray:
+    def at(self, point: AnyArray, xp: Any = jnp) -> Any:
         """Rows (3, 3): the directions 1 2 3 at a point (3,) in basic axes.  Args: xp: `jnp` or `np`."""
         axes = xp.asarray(self.axes, point.dtype)
         if self.kind == "R":
@@ -57,7 +57,7 @@ def place(frame: Frame, given: list[float]) -> np.ndarray:
     if frame.kind == "S":
         theta, phi = np.radians([b, c])
         a, b, c = a * np.sin(theta) * np.cos(phi), a * np.sin(theta) * np.sin(phi), a * np.cos(theta)
-    return frame.origin + np.array([a, b, c]) @ frame.axes
+    return np.asarray(frame.origin) + np.array([a, b, c]) @ np.asarray(frame.axes)
 
 
 def frames_of(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, list[float]]]) -> dict[int, Frame]:

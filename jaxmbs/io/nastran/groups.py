@@ -149,11 +149,11 @@ class Plates(AbstractCards):
         own = numbers.properties[self.property]
         stuff = numbers.materials[own.material]
         density = (stuff.density + own.area_mass / own.thickness) * numbers.mass
-        values = [self._all(x) for x in (stuff.young, stuff.contraction, own.thickness, density)]
+        E, nu, t, rho = (self._all(x) for x in (stuff.young, stuff.contraction, own.thickness, density))
         if len(self.nodes[0]) == 3:
-            return Triangle(*values)
-        drilling = jnp.full(len(self.nodes), 0.1, values[0].dtype)
-        return Quadrilateral(*values, shear_factor=self._all(own.shear_factor), drilling=drilling)
+            return Triangle(E, nu, t, rho)
+        drilling = jnp.full(len(self.nodes), 0.1, E.dtype)
+        return Quadrilateral(E, nu, t, rho, self._all(own.shear_factor), drilling)
 
 
 class Solids(AbstractCards):
