@@ -243,3 +243,59 @@ def test_deck_answers_the_questions_of_a_structure(tmp_path):
         "CBAR 1: 4 elements",
         "ignored: FORCE: deck.bdf:13",
     ]
+
+
+@pytest.mark.slow
+def test_rigid_body_in_turned_frames(tmp_path):
+    """Frames of displacement change names, not the structure: all frequencies of a tied frame stay."""
+    text = BAR + "GRID,1\nGRID,2,,1.,0.,0.{0}\nGRID,3,,1.,.3,.2{0}\nCBAR,1,1,1,2,{1}\nRBE2,5,3,123456,2\n"
+    text += "CONM2,2,3,,50.\nSPC1,1,123456,1\nCORD2C,4,,.3,.1,0.,.5,.2,1.\n,2.,.4,.1\n"
+    plain = frequencies(deck(text.format("", "0.,1.,0."), tmp_path))
+    turned = deck(text.format(",4", "0.,1.,0."), tmp_path)
+    assert turned.system.coordinates[0] == ("GRID 3, 1 of frame 4", "")
+    np.testing.assert_allclose(frequencies(turned), plain, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_mass_with_products_of_inertia(tmp_path):
+    """CONM2 takes off-diagonal terms as products of inertia, whose signs the tensor reverses; CID turns them."""
+    text = (
+        BAR
+        + "GRID,1\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\nSPC1,1,123456,1\nCORD2R,5,,0.,0.,0.,1.,0.,0.\n,0.,1.,0.\n"
+    )
+    text += "CONM2,9,2,{},7.,.1,.2,.3\n,4.,.5,5.,.6,.7,6.\n"
+    for frame, turn in (("", np.eye(3)), ("5", np.eye(3)[[1, 2, 0]])):
+        model = deck(text.format(frame), tmp_path)
+        c, I = turn.T @ [0.1, 0.2, 0.3], np.array([[4.0, -0.5, -0.6], [-0.5, 5.0, -0.7], [-0.6, -0.7, 6.0]])
+        about = turn.T @ I @ turn + 7.0 * (c @ c * np.eye(3) - np.outer(c, c))
+        light = deck(text.split("CONM2")[0], tmp_path)
+        found = np.asarray(matrices(model)[1]) - np.asarray(matrices(light)[1])
+        np.testing.assert_allclose(found[3:, 3:], about, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_mass_that_is_no_structure(tmp_path):
+    """NSM of bars, rods and plates, times WTMASS; the inertia of a CBAR about its axis, and none without `polar`."""
+    text = "MAT1,1,2.+11,,.3,7850.\nGRID,1\nGRID,2,,2.,0.,0.\nGRID,3,,2.,1.,0.\nGRID,4,,0.,1.,0.\nPARAM,WTMASS,.5\n"
+    text += "PBAR,1,1,1.-3,2.-7,1.-7,3.-7,3.\nCBAR,1,1,1,2,0.,1.,0.\nPROD,2,1,2.-3,,,4.\nCROD,2,2,2,3\n"
+    text += "PSHELL,3,1,.01,1,,1,,5.\nCQUAD4,3,3,1,2,3,4\n"
+    exact = 0.5 * (2 * (7.85 + 3.0) + (2 * 7.85 + 4.0) + 2 * (78.5 + 5.0))
+    np.testing.assert_allclose(linear.check(deck(text, tmp_path).system).mass, exact, rtol=1e-9)
+    bar = BAR + "GRID,1\nGRID,2,,2.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\nSPC1,1,123456,1\n"
+    np.testing.assert_allclose(matrices(deck(bar, tmp_path))[1][3, 3], 7850.0 * 3e-7 * 2 / 3, rtol=1e-9)
+    light = read_nastran(tmp_path / "deck.bdf", polar=False)
+    assert light.massless == (3,) and matrices(light)[1][3, 3] == 0
+
+
+def test_springs_and_bushes(tmp_path):
+    """CELAS2 between turned directions, CELAS1, a grounded and a free CBUSH with dampers, by hand."""
+    text = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\nGRID,1,,0.,0.,0.,,13456\nGRID,2,,3.,0.,0.,5,23456\n"
+    text += "CELAS2,1,700.,1,2,2,1\nPELAS,2,50.\nCELAS1,2,2,1,2\nPBUSH,3,K,90.,80.\n,,B,9.\nCBUSH,3,3,2,,,,,5\n"
+    model = deck(text + "CONM2,7,1,,1.\nCONM2,8,2,,1.\n", tmp_path)
+    system = model.system
+    assert system.coordinates == (("GRID 1", "y"), ("GRID 2, 1 of frame 5", ""))
+    np.testing.assert_allclose(system.stiffness, [[750.0, -700.0], [-700.0, 790.0]], rtol=1e-12)
+    np.testing.assert_allclose(system.damping, [[0.0, 0.0], [0.0, 9.0]], rtol=1e-12)
+    between = "GRID,1\nGRID,2,,0.,2.,0.\nPBUSH,3,K,90.,80.,70.\nCBUSH,3,3,1,2,0.,0.,1.\nSPC1,1,456,2\n"
+    found = deck(between + "CONM2,8,2,,1.\nSPC1,1,123456,1\n", tmp_path).system
+    np.testing.assert_allclose(found.stiffness, np.diag([70.0, 90.0, 80.0]), atol=1e-12)  # x along y, y along z
