@@ -211,6 +211,7 @@ def test_gradients_by_every_number(tmp_path):
         return jnp.sum(shapes * (K @ shapes)) + 1e3 * jnp.sum(shapes * (M @ shapes))
 
     slope = jax.jit(jax.grad(energy))(model)
+    forward = jax.jit(lambda at, along: jax.jvp(energy, (at,), (along,))[1])
     chance = np.random.default_rng(0)
     for name, leaf in LEAVES.items():
         value = np.asarray(leaf(model))
@@ -218,6 +219,8 @@ def test_gradients_by_every_number(tmp_path):
         ends = [energy(eqx.tree_at(leaf, model, jnp.asarray(value + sign * step))) for sign in (1, -1)]
         found = np.sum(np.asarray(leaf(slope)) * step)
         np.testing.assert_allclose(found, (ends[0] - ends[1]) / 2, rtol=2e-4, err_msg=name)
+        tangent = eqx.tree_at(leaf, jax.tree.map(jnp.zeros_like, model), jnp.asarray(step))
+        np.testing.assert_allclose(forward(model, tangent), found, rtol=1e-8, err_msg=name)
         assert found != 0, name
 
 
@@ -299,3 +302,25 @@ def test_springs_and_bushes(tmp_path):
     between = "GRID,1\nGRID,2,,0.,2.,0.\nPBUSH,3,K,90.,80.,70.\nCBUSH,3,3,1,2,0.,0.,1.\nSPC1,1,456,2\n"
     found = deck(between + "CONM2,8,2,,1.\nSPC1,1,123456,1\n", tmp_path).system
     np.testing.assert_allclose(found.stiffness, np.diag([70.0, 90.0, 80.0]), atol=1e-12)  # x along y, y along z
+
+
+def test_places_in_coordinate_systems(tmp_path):
+    """CORD1S on three nodes, one of which stands in a cylindrical system behind it in the deck; GRDSET; by hand."""
+    text = "GRID,4,1,2.,90.,90.\nCORD1S,1,1,2,3\nGRID,1,5,1.,90.,0.\nGRID,2,,0.,1.,3.\nGRID,3,,7.,1.,0.\n"
+    text += "CORD2C,5,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRDSET,,,,,,5,456\nELEMENTS\n"
+    text = text.replace("ELEMENTS", "MAT1,1,1.,,.3\nPROD,1,1,1.\nCROD,1,1,1,4\nCROD,2,1,2,3")
+    model = deck(text, tmp_path)
+    np.testing.assert_allclose(model.positions[0], [0.0, 1.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(model.positions[3], [0.0, 3.0, 0.0], atol=1e-15)  # theta from z, phi from x
+    assert [name for name in model.held if name.startswith("GRID 4")] == ["GRID 4 rx", "GRID 4 ry", "GRID 4 rz"]
+    assert model.weak  # each rod holds one direction only
+
+
+def test_planar_truss_keeps_its_plane(tmp_path):
+    """A tilted triangle of rods, 9 directions, 3 stiff: AUTOSPC holds what no rod stiffens, in basic axes."""
+    text = "MAT1,1,2.+11,,.3,7850.\nPROD,1,1,1.-4\nGRID,1\nGRID,2,,1.,0.,0.\nGRID,3,,.5,.6,.8\n"
+    text += "CROD,1,1,1,2\nCROD,2,1,2,3\nCROD,3,1,3,1\n"
+    model = deck(text, tmp_path)
+    assert model.weak == ("GRID 1 y", "GRID 2 y", "GRID 3 y")
+    free = deck(text + "PARAM,AUTOSPC,NO\n", tmp_path)
+    assert len(free.coordinates.free) == 9 and not free.weak

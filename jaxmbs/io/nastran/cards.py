@@ -135,7 +135,7 @@ def cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
                 return
             card = Card(name, place, faults)
             if not re.fullmatch(r"[A-Z][A-Z0-9]{0,7}", name):
-                card.fault("this is no name of a card")
+                card.fault("replication of cards is not read" if name[:1] == "=" else "this is no name of a card")
         if row == 8 and (len(card.fields) - 1) % 8:
             card.fields += [""] * 4
         card.fields += data + [""] * (row - len(data))
