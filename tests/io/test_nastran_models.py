@@ -252,7 +252,7 @@ def test_deck_answers_the_questions_of_a_structure(tmp_path):
 def test_rigid_body_in_turned_frames(tmp_path):
     """Frames of displacement change names, not the structure: all frequencies of a tied frame stay."""
     text = BAR + "GRID,1\nGRID,2,,1.,0.,0.{0}\nGRID,3,,1.,.3,.2{0}\nCBAR,1,1,1,2,{1}\nRBE2,5,3,123456,2\n"
-    text += "CONM2,2,3,,50.\nSPC1,1,123456,1\nCORD2C,4,,.3,.1,0.,.5,.2,1.\n,2.,.4,.1\n"
+    text += "CONM2,2,3,,50.,.1,.2,.05\n,1.,,2.,,,3.\nSPC1,1,123456,1\nCORD2C,4,,.3,.1,0.,.5,.2,1.\n,2.,.4,.1\n"
     plain = frequencies(deck(text.format("", "0.,1.,0."), tmp_path))
     turned = deck(text.format(",4", "0.,1.,0."), tmp_path)
     assert turned.system.coordinates[0] == ("GRID 3, 1 of frame 4", "")
