@@ -4,6 +4,8 @@ On copies of the tree in a temporary folder, never on the checkout.  Prints a ta
 writes all; fails where one in the physics or in a derivative rule survives.
 
     python benchmarks/mutations.py --only march --jobs 2
+
+A run of all takes hours; with `--go-on` it keeps what stands in `--json` of places that have not changed since.
 """
 
 import argparse
@@ -24,7 +26,7 @@ ROOT = Path(__file__).parent.parent
 FATAL = ("physics", "derivative")
 NO_TESTS = 5  # how pytest ends where the marks choose none
 PYTEST = ("-x", "-q", "-p", "no:cacheprovider", "-n", "0", "--no-header", "--tb", "line")
-MARKS = ("not slow and not long", "slow")  # the quick tests first; apart, since these check types as well
+MARKS = ("not slow and not long", "slow", "long")  # the quick tests first; apart, since these check types as well
 
 
 def mutants():
@@ -66,7 +68,8 @@ def judged(entry, folder, limit) -> dict:
     try:
         path.write_text(right.replace(entry["old"], entry["new"]), encoding="utf-8")
         for mark in MARKS:
-            if result == "survived":
+            tests = [test for test in tests if mark != "long" or "::" in test]  # long ones only by their names
+            if tests and result == "survived":
                 command = [sys.executable, "-m", "pytest", *PYTEST, "-m", mark, *tests]
                 result, by = _read(subprocess.run(command, **options))
     except subprocess.TimeoutExpired:
@@ -103,6 +106,14 @@ def run(entries, jobs, limit):
             yield from concurrent.futures.as_completed([pool.submit(one, entry) for entry in entries])
 
 
+def known(entries, file) -> list[dict]:
+    """Results in a file of these places as they stand; survivors and those out of time are tried again."""
+    rows = json.loads(Path(file).read_text(encoding="utf-8")) if Path(file).exists() else []
+    return [
+        row for row in rows if row["result"] == "killed" and any(entry.items() <= row.items() for entry in entries)
+    ]
+
+
 def report(rows) -> str:
     """Counts by rule, and a line for every survivor."""
     counts = collections.Counter((row["rule"], row["result"]) for row in rows)
@@ -120,6 +131,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="copies worked on at once")
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds for the tests of one place")
     parser.add_argument("--json", help="write the results to this file")
+    parser.add_argument("--go-on", action="store_true", help="keep the results of the file of --json")
     options = parser.parse_args()
     entries = [
         entry for entry in mutants() if any(options.only in entry[k] for k in ("name", "new", "tests", "rule"))
@@ -128,8 +140,9 @@ def main() -> int:
     if wrong or not entries:
         print("\n".join(wrong) or f"no place contains {options.only!r}")
         return 2
-    rows = []
-    for future in run(entries, options.jobs, options.limit):
+    rows = known(entries, options.json) if options.go_on and options.json else []
+    left = [entry for entry in entries if entry["name"] not in {row["name"] for row in rows}]
+    for future in run(left, options.jobs, options.limit):
         rows.append(row := future.result())
         print(f"{len(rows):4d}/{len(entries)} {row['result']:<9}{row['seconds']:8.1f} s  {row['name']}", flush=True)
         if options.json:

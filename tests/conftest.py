@@ -44,9 +44,9 @@ def _count(event, seconds, **_):
     _compiled[event] += 1
 
 
-@pytest.fixture(autouse=True, scope="module")
+@pytest.fixture(autouse=True)
 def _forget_compiled_functions():
-    """Modules share what is compiled, until thousands of executables exhaust a process's memory maps."""
+    """Tests share what is compiled, until thousands of executables exhaust a process's memory maps."""
     yield
     if _compiled["/jax/core/compile/backend_compile_duration"] > MOST_PROGRAMS:
         _compiled.clear()

@@ -54,6 +54,16 @@ def test_design_improves_within_its_bounds(results):
     assert np.mean(after**2) < 0.5 * np.mean(before**2)
 
 
+@pytest.mark.slow
+def test_limits_of_the_design_are_kept(results):
+    wrist, torque = results["optimum"].limits
+    before, after = (np.linalg.norm(loads.wrist, axis=1) for loads in results["loads"])
+    assert wrist.ok and torque.ok and (wrist.active or torque.active)
+    assert np.max(after) <= 1.05 * np.max(before) * (1 + 1e-6)
+    np.testing.assert_allclose(wrist.after, after, rtol=1e-9)
+    assert "wrist pin" in results["optimum"].table()
+
+
 def test_grid_holds_the_reference_times():
     every, even, at_reference = grid(24)
     assert np.all(np.diff(every) > 0) and len(even) == 24

@@ -166,7 +166,7 @@ def check_forward(derivatives, design):
 @pytest.mark.parametrize(
     "derivatives",
     [
-        pytest.param("tree", marks=pytest.mark.slow),
+        pytest.param("tree", marks=pytest.mark.long),
         pytest.param("loop", marks=pytest.mark.slow),
         pytest.param("driven", marks=pytest.mark.long),
     ],

@@ -31,7 +31,7 @@ WRONG = [
     "mbs.reactions(system, 3.0)",
     "mbs.position(system, state, 3)",
     "mbs.stiffness(state, system)",
-    "mbs.inverse_dynamics(system, state)",
+    "mbs.inverse_dynamics(system, 3.0)",
     "mbs.kinetic_energy(system, motion)",
     "builder.body('leg', mass='heavy')",
     "builder.joint('knee', 'revolute', 'arm', 'leg')",

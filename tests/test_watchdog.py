@@ -16,14 +16,17 @@ def _environment():
     return {name: value for name, value in os.environ.items() if name not in ("XLA_FLAGS", "PJRT_NPROC")}
 
 
+def _marked(name):
+    return pytest.param(name, marks=pytest.mark.long if name == "driven" else pytest.mark.slow)
+
+
 def _watch(name, lanes, calls):
     command = [sys.executable, "-m", "tests.watchdog", name, str(lanes), str(calls)]
     done = subprocess.run(command, cwd=ROOT, env=_environment(), capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["motion", "driven", "modes"])
+@pytest.mark.parametrize("name", [_marked(name) for name in ("motion", "driven", "modes")])
 def test_no_hang(name):
     _watch(name, 64, 30)
 

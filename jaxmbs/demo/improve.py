@@ -1,14 +1,18 @@
-"""Counterweight and proportions that shake less and load the main bearing less, found by gradients."""
+"""Counterweight and proportions that shake less and load the main bearing less, found by gradients under limits."""
 
+import jax.numpy as jnp
 import numpy as np
 
-from ..design import minimise
+from ..design import Limit, minimise
 from .loads import drive, rms, smooth_peak
 from .mechanism import BOUNDS, DESIGN, TURN
 
+#: What the wrist pin and the motor can bear, over the peaks of the first design.
+WRIST, TORQUE = 1.05, 1.05
+
 
 def improve(system, before, size, steps):
-    """The optimum over one turn at `size` crank angles.
+    """The optimum over one turn at `size` crank angles, where wrist pin and motor are not overloaded.
 
     Args:
         system: a concrete build of the mechanism.
@@ -19,6 +23,13 @@ def improve(system, before, size, steps):
 
     def objective(design):
         loads = drive(design, ts, like=system)[-1]
-        return 0.5 * rms(loads.shaking) / shaking + 0.5 * smooth_peak(loads.main) / bearing
+        aim = 0.5 * rms(loads.shaking) / shaking + 0.5 * smooth_peak(loads.main) / bearing
+        return aim, {"wrist": jnp.linalg.norm(loads.wrist, axis=1), "torque": loads.torque[:, 0]}
 
-    return minimise(objective, DESIGN, bounds=BOUNDS, steps=steps, tolerance=1e-5, gradient="forward")
+    torque = TORQUE * float(np.max(np.abs(before.torque)))
+    limits = [
+        Limit("wrist pin [N]", "wrist", upper=WRIST * float(np.max(np.linalg.norm(before.wrist, axis=1)))),
+        Limit("driving torque [N m]", "torque", lower=-torque, upper=torque),
+    ]
+    options = {"bounds": BOUNDS, "limits": limits, "steps": steps, "tolerance": 1e-5, "gradient": "forward"}
+    return minimise(objective, DESIGN, **options)

@@ -58,15 +58,15 @@ def study(size: int, steps: int, step=lambda text: None) -> dict:
     deviations["free run"] = tables.free_deviation(angle)
     print(tables.audit(run_free, deviations["free run"]))
 
-    step("counterweight, rod length and rod balance, by gradients through motion and reactions")
+    step("counterweight, rod length and rod balance under limits, by gradients through motion and reactions")
     before = take(every, even)
     optimum = improve(system, before, size, steps)
     after_system, after_motion, every_after = drive(optimum.design, ts, like=system)
     after = take(every_after, even)
     print("\n" + optimum.table())
     print("\n" + tables.before_after(before, after))
-    print("The aim is the mean of RMS shaking force and main bearing peak, each over its first value; masses added")
-    print("and a shorter rod load pins and guide more, as the table shows: add them to the aim where they matter.")
+    print("The aim is the mean of RMS shaking force and main bearing peak, each over its first value.  Wrist pin and")
+    print("motor are limits: a price says what one unit more of a limit would change the aim by.")
     return {
         "deviations": deviations,
         "optimum": optimum,

@@ -58,13 +58,9 @@ def motion_map(system: System, at: Configuration, known=None):
 
 
 def position_map(system: System, at: Configuration):
-    """(nv, n): displacements of all columns per independent coordinate, rows of position alone.
-
-    Equals Gamma unless rolling or blades restrict velocities further.
-    """
+    """(nv, n): displacements of all columns per independent coordinate, rows of position alone: what Gamma is for
+    rates, and differs from it where rolling or blades restrict velocities further."""
     top = system.topology
-    if not top.slip_rows:
-        return velocity_map(system, at)[0]
     pick = np.eye(top.num_velocities)[list(top.analysis.independent_positions)]
     A = constraints.jacobian(system, at)[top.position_rows]
     right = np.concatenate([np.zeros((A.shape[0], len(pick))), np.eye(len(pick))])

@@ -173,6 +173,7 @@ def test_receptances_and_loads_where_modes_repeat():
     lattice_slopes().check(LATTICES)
 
 
+@pytest.mark.slow
 @FEW
 @given(seed=SEEDS)
 def test_receptances_drawn(seed):
@@ -216,6 +217,7 @@ def check_viscous(places):
         np.testing.assert_allclose(a, b, rtol=1e-7, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_viscous_receptances():
     check_viscous(
         {

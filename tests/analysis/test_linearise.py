@@ -260,6 +260,19 @@ def test_a_support_that_accelerates():
     np.testing.assert_allclose(linear.mass, [[2.0 * 0.8**2 + 0.01]], rtol=1e-12)
 
 
+def test_a_bead_on_a_rotor_that_is_driven():
+    """Its spring holds it softer by `m Omega^2`: the rate of the drive is in the stiffness."""
+    b, k, m, rate = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 80.0, 2.0, 3.0
+    b.body("rotor", mass=1.0, inertia=0.1)
+    b.body("bead", mass=m, inertia=0.01)
+    b.joint("shaft", mbs.Revolute("z"), "ground", "rotor", drive=mbs.Ramp(0.0, rate))
+    b.joint("slide", mbs.Prismatic("x"), "rotor", "bead")
+    b.force("spring", mbs.SpringDamper(k), joint="slide")
+    system = b.build()
+    linear = mbs.linearise(system, mbs.State.at(system))
+    np.testing.assert_allclose(linear.stiffness, [[k - m * rate**2]], rtol=1e-12)
+
+
 def test_ratio_and_frequency_of_a_damped_mass():
     b, k, c, m = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 80.0, 3.0, 5.0
     b.body("mass", mass=m)

@@ -13,6 +13,7 @@ def shares(graph):
     return {s.name: (s.independent, s.dependent, s.idle) for s in graph.storages}
 
 
+@pytest.mark.slow
 def test_dependent_inertias_of_a_double_pendulum(graphs):
     """Two angular momenta are states, and in the plane the two linear ones follow from them."""
     graph = graphs["pendulum detailed"]

@@ -99,6 +99,17 @@ def test_parallelogram_with_an_extra_rocker_moves():
     assert marks["head_1"][0] or marks["head_1"][1]
 
 
+def test_two_balls_on_one_axis():
+    """A bar away from the origin: they share the force along their axis, and neither takes a moment."""
+    b = mbs.SystemBuilder()
+    b.body("bar", mass=1.0, inertia=0.1)
+    for name, z in (("low", -0.5), ("high", 0.5)):
+        b.joint(name, mbs.Spherical(), "ground", "bar", parent_frame=(1.0, 2.0, z), child_frame=(0.0, 0.0, z))
+    top = b.build().topology
+    assert (top.mobility, top.analysis.redundant) == (1, 1)
+    assert top.analysis.undetermined == ((False, False, True, False, False, False),) * 2
+
+
 def test_a_truss_is_locked():
     """Two bars pinned to the ground and to each other."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)

@@ -76,6 +76,7 @@ def test_windows_fall_as_one_pendulum(n):
     assert all(np.all(np.asarray(loads[name].unique_force)[..., :2]) for name in ("A0", "A1", f"A{n}"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 10])
 def test_start_has_the_acceleration_of_the_exact_equation(n):
     system = models.n_four_bar(n)

@@ -104,6 +104,7 @@ def by_scipy():
     return y[:, :13].T, np.array(force)
 
 
+@pytest.mark.slow
 def test_a_gap_and_a_hardening_spring():
     (_, (motion, parts, found)), _ = run(P)
     exact, force = by_scipy()
@@ -140,6 +141,7 @@ def test_linear_motion_in_modes():
         mbs.simulate(built(1.0), ts=TIMES, forces=loads(), solver=Modal())
 
 
+@pytest.mark.slow
 def test_loads_of_a_motion_damped_by_ratios():
     """They balance; without a component's own damping; what is free accelerates by the bonds' forces alone."""
     ratio = 0.2

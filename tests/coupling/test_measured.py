@@ -33,6 +33,7 @@ def measured(name, *nodes, kind="receptance"):
 RIG = measured("mast", "root", "end", "middle x", kind="accelerance")
 
 
+@pytest.mark.slow
 def test_a_measured_component_among_models():
     """A mast between a bushing with axes and mass and a hinge with axes; the ground; another frequency order."""
     whole = mbs.frequency_response(connect(MODELS, BONDS), OMEGA, **ASKED, loss=0.02)
@@ -51,6 +52,7 @@ def test_a_measured_component_among_models():
     assert loads.ok and loads["pin"].labels == ("x", "y", "z", "rx", "ry", "rz")
 
 
+@pytest.mark.slow
 def test_two_measured_ones_and_one_direction():
     """One channel is tied, to a mechanism's coordinate; inputs and outputs that are not the same."""
     b = mbs.SystemBuilder()
@@ -87,6 +89,7 @@ def test_gradient_by_a_model_beside_a_measurement():
     np.testing.assert_allclose(slope, difference, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_asked_is_told():
     net = connect({"mast": RIG, "panel": MODELS["panel"]}, {"pin": BONDS["pin"]})
     for question, ask in (

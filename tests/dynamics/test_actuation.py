@@ -27,6 +27,7 @@ DRIVEN = four_bar(A=mbs.Polynomial((0.7, 3.0, -1.0)))
 MOTION = mbs.simulate(DRIVEN, mbs.State.at(DRIVEN, guess={"B": -0.2, "D": 1.2}), ts=np.linspace(0.0, 0.5, 4))
 
 
+@pytest.mark.slow
 def test_one_actuator_is_the_drive():
     found = mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["A"])
     assert np.all(found.ok)
@@ -77,6 +78,7 @@ def test_too_few_actuators_are_said():
     )
 
 
+@pytest.mark.slow
 def test_slope_by_a_mass():
     state = MOTION.states
 

@@ -10,9 +10,11 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.dynamics import fields, hamilton, ports, springs
 from jaxmbs.dynamics.newton_euler import accelerations
-from jaxmbs.kinematics.configuration import at_state, elsewhere, moving
+from jaxmbs.kinematics import closures, constraints
+from jaxmbs.kinematics.configuration import at_state, configuration, elsewhere, moving
 from jaxmbs.kinematics.influence import independent_columns, velocity_map
 from jaxmbs.kinematics.influence_second import along_independent
+from jaxmbs.kinematics.poses import coordinate_rate
 
 from .. import systems
 
@@ -79,6 +81,7 @@ def of_case(request):
     return request.getfixturevalue(f"of_{request.param}")
 
 
+@pytest.mark.slow
 def test_inertia_field_is_the_projected_mass_matrix(of_case):
     Gamma, I_star, phi_dot = of_case.Gamma, of_case.I_star, of_case.phi_dot
     np.testing.assert_allclose(I_star, Gamma.T @ of_case.mass @ Gamma, rtol=1e-10, atol=1e-12)
@@ -205,3 +208,22 @@ def test_resistance_takes_power(loop, of_loop):
     np.testing.assert_allclose(R, 1.0 * jnp.outer(G_R, G_R), rtol=1e-8, atol=1e-10)
     np.testing.assert_allclose(e_R, -R @ phi_dot, rtol=1e-9)
     assert e_R @ phi_dot < 0.0
+
+
+def test_multipliers_of_the_momentum_pull_with_the_rate_of_their_rows(loop):
+    """`A_dot^T sigma`, by the derivative of the rows along the motion."""
+    system, state = loop
+
+    @jax.jit
+    def both(state):
+        at, u = at_state(system, state), state.velocities
+        sigma = jnp.arange(1.0, 1.0 + system.topology.num_rows)
+        here, directions = moving(system, at, u), closures.moving_directions(system, at)
+        rates = [hamilton.tree_momentum_rate(system, here, *more)[0] for more in ((sigma, directions), ())]
+        row_force = lambda psi: constraints.jacobian(system, configuration(system, at.P, psi, at.t)).T @ sigma  # noqa: E731
+        along = coordinate_rate(system.topology, at.psi, u)
+        return rates[0] - rates[1], jax.jvp(row_force, (at.psi,), (along,))[1]
+
+    found, expected = both(state)
+    assert np.max(np.abs(expected)) > 0.1
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.max(np.abs(expected)))

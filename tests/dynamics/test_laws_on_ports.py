@@ -188,6 +188,7 @@ def hold(x):
 parametrise = pytest.mark.parametrize("name", LAWS)
 
 
+@pytest.mark.slow
 @parametrise
 def test_accelerations_of_blocks(system, answers, name):
     joint, line, a, b = (float(answers["accelerations"][i]) for i in columns(system, name))

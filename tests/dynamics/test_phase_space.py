@@ -67,6 +67,7 @@ def field_of_four_bar(angle):
     return np.sum(weights * rates**2)
 
 
+@pytest.mark.slow
 def test_a_loop_takes_its_dependent_coordinates_along():
     """H = p^2 / 2 I*(phi), I* by plane geometry; and p_dot = -dH/dphi + Q = GR phi_dot + Q."""
     system = four_bar(stiffness=3.0, load=5.0, independent=["A"])

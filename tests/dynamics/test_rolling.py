@@ -221,3 +221,16 @@ def test_wrong_contacts_are_refused(law, words):
     b.constraint("contact", law, between=("ground", "body"))
     with pytest.raises(mbs.ModelError, match=words):
         b.build()
+
+
+def test_rows_of_velocity_that_depend_on_time():
+    """A belt whose speed swings carries a block along."""
+    b = mbs.SystemBuilder()
+    b.body("block", mass=2.0, inertia=0.1)
+    b.joint("slide", mbs.Prismatic("x"), "ground", "block")
+    b.constraint("belt", mbs.VelocityRows(lambda psi, u, t: u - 0.5 * jnp.sin(2.0 * t)))
+    system = b.build()
+    state = mbs.State.at(system, t=0.4)
+    np.testing.assert_allclose(state.velocities, 0.5 * np.sin(0.8), rtol=1e-12)
+    acceleration, push = mbs.forward_dynamics(system, state)
+    np.testing.assert_allclose([acceleration, push], [[np.cos(0.8)], [2.0 * np.cos(0.8)]], rtol=1e-12)

@@ -8,10 +8,12 @@ import pytest
 import scipy.linalg
 
 import jaxmbs as mbs
+from jaxmbs.dynamics import hamilton
 from jaxmbs.dynamics.ports import resistance_field
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble, element_forces
 from jaxmbs.flexible import deformations, displacements, floating_frame, interface_loads
+from jaxmbs.kinematics.configuration import at_state, configuration, moving
 from jaxmbs.kinematics.poses import coordinate_rate
 from jaxmbs.linear import LinearSystem
 from jaxmbs.math.rotation import quaternion_exp
@@ -123,6 +125,27 @@ def test_power_of_the_loads_is_the_change_of_energy(whole, flying, state):
     lost = q_dot @ whole.body.damping @ q_dot
     assert lost > 1.0
     np.testing.assert_allclose(rate, -lost, atol=1e-10 * abs(parts))
+
+
+@pytest.mark.slow
+def test_rates_of_momenta_are_those_of_the_accelerations(whole, flying, state):
+    """Hamilton's equations against the derivative of the momenta along Newton's; the power of the damping."""
+    (psi, u), at = (state.coordinates, state.velocities), at_state(flying, state)
+    u_dot, _ = mbs.forward_dynamics(flying, state)
+
+    def momenta(psi, u):
+        return hamilton.momenta(flying, moving(flying, configuration(flying, at.P, psi, state.t), u))
+
+    @jax.jit
+    def both(psi, u):
+        psi_dot = coordinate_rate(flying.topology, psi, u)
+        here = moving(flying, at_state(flying, state), u)
+        return jax.jvp(momenta, (psi, u), (psi_dot, u_dot))[1], hamilton.tree_momentum_rate(flying, here)
+
+    expected, (found, powers) = both(psi, u)
+    np.testing.assert_allclose(found, expected, atol=1e-10 * np.max(np.abs(expected)))
+    q_dot = deformations(flying, state, "arm")[1]
+    np.testing.assert_allclose(powers, [-q_dot @ whole.body.damping @ q_dot], rtol=1e-12)
 
 
 @jax.jit

@@ -369,7 +369,7 @@ def test_derivatives_are_finite_at_zero(tree):
     assert finite(gradient) > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_closed_loops_are_finite_at_rest(loops):
     """Forward mode along a step of every number of the model and the state."""
     system, state = loops

@@ -120,3 +120,14 @@ def test_second_derivatives_of_assembled_coordinates(system):
     line = [truth(POINT + k * h * direction) for k in (-1, 0, 1)]
     np.testing.assert_allclose(slope, (line[2] - line[0]) / (2 * h), rtol=1e-6)
     np.testing.assert_allclose(curvature, (line[2] - 2 * line[1] + line[0]) / h**2, rtol=1e-5, atol=1e-5)
+
+
+def test_traced_states_have_the_rates_of_their_drives():
+    """In a trace as on the host: `A u = -f_t`."""
+    b = mbs.SystemBuilder()
+    b.body("block", mass=2.0, inertia=0.1)
+    b.joint("slide", mbs.Prismatic("x"), "ground", "block", drive=mbs.Polynomial([0.1, 0.7, 0.5]))
+    driven = b.build()
+    for state in (jax.jit(lambda t: mbs.State.at(driven, t=t))(0.3), mbs.State.at(driven, t=0.3)):
+        np.testing.assert_allclose(state.coordinates, 0.1 + 0.7 * 0.3 + 0.5 * 0.3**2, rtol=1e-12)
+        np.testing.assert_allclose(state.velocities, 0.7 + 0.3, rtol=1e-12)

@@ -70,6 +70,7 @@ def test_value_and_gradient_where_modes_repeat():
     np.testing.assert_allclose(found[1], expected[1], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_second_derivatives_where_modes_repeat():
     found, expected = (jax.jit(jax.hessian(f))(T0) for f in (modal_size, direct_size))
     np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)
@@ -80,6 +81,7 @@ def some_modes(t, residual=True):
     return size(receptance(K=K, M=M, omega=OMEGA[:1], out=OUT, into=INTO, C=C, loss=loss, num=3, residual=residual))
 
 
+@pytest.mark.slow
 def test_some_modes_with_residual_terms():
     """Three of nine modes (a single one and a pair): what residual terms bring; derivatives through the cut."""
     exact = float(size(direct(*plate(T0), OMEGA[:1], parameters(T0)[2], 0.02)))
@@ -173,6 +175,7 @@ def test_rates():
     np.testing.assert_allclose(accelerance(B, jnp.array([2.0, 3.0])), [[[-4.0 - 8.0j]], [[-27.0]]])
 
 
+@pytest.mark.slow
 def test_transmissibility():
     """A mass on a spring and damper in closed form; a chain between two bases against the partitioned inverse."""
     k, c, m, w = 5.0, 0.3, 2.0, np.array([0.5, 1.6, 4.0])
@@ -218,6 +221,7 @@ def test_superposition_of_a_free_motion():
 SLICOT = np.load(Path(__file__).parent / "slicot.npz")
 
 
+@pytest.mark.slow
 def test_building_of_slicot():
     """Published magnitudes to 1e-8; its unsymmetric stiffness is noticed."""
     K, C, load, omega, magnitude = (

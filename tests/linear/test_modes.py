@@ -205,6 +205,7 @@ def test_bad_input(wrong, said):
         wrong(*chain(3))
 
 
+@pytest.mark.slow
 def test_single_precision_and_batches():
     scales = jnp.array([1.0, 2.0], jnp.float32)
     K, M = (a.astype(jnp.float32) for a in chain(6))

@@ -65,6 +65,7 @@ def test_modes_of_damped_and_undamped_systems():
     np.testing.assert_array_equal(again.values, real.values)
 
 
+@pytest.mark.slow
 def test_modes_in_every_storage():
     K, M = chain(12)
     pattern = bs.Pattern(6, 2, [(i, i + 1) for i in range(5)])
@@ -85,6 +86,7 @@ def test_modes_in_every_storage():
         mbs.modes(system)
 
 
+@pytest.mark.slow
 def test_a_structure_in_blocks():
     """The same reduced mast, whatever the storage of what it was made of; names are the same."""
     reduced = eqx.filter_jit(lambda blocks: reduce(mast(blocks=blocks), CraigBampton(2)))

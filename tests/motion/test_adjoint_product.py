@@ -19,6 +19,7 @@ def chain_state(system):
 MODELS = {"tree": (chain, chain_state), "loop": (lambda: four_bar(LENGTHS), begin)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", [mbs.Gauss4, mbs.ImplicitMidpoint])
 @pytest.mark.parametrize("model", MODELS)
 def test_product_of_variation_and_adjoint(model, solver):

@@ -31,12 +31,8 @@ def rotating(link, start, rate):
     return b.build(cut=["C"])
 
 
-def _slow_or_long(name):
-    """The cheapest one is enough for every day."""
-    return pytest.param(name, marks=pytest.mark.slow if name == "drag link" else pytest.mark.long)
-
-
-@pytest.mark.parametrize("name", [_slow_or_long(name) for name in CASE["linkages"]])
+@pytest.mark.long
+@pytest.mark.parametrize("name", CASE["linkages"])
 def test_a_thousand_turns_on_one_branch(name):
     """Case G4: angles of coupler and follower from Freudenstein's equation, whole turns of the drag link included."""
     linkage = CASE["linkages"][name]

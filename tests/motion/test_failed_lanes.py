@@ -84,7 +84,7 @@ def test_the_other_lanes_do_not_notice(study):
             np.testing.assert_array_equal(mixed[name][k], good[name][k])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_lanes_equal_the_design_alone(study):
     batch = study(jnp.array([GOOD[0], SHORT, *GOOD[1:]]))
     alone = study(jnp.array([GOOD[1]]))

@@ -41,8 +41,14 @@ def sleigh(stiffness, like=None):
     return system, mbs.State.at(system, plane=(0.0, 0.1, 0.3), velocities={"plane": speeds})
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("mechanism", [loop, driven_cart, sleigh])
+@pytest.mark.parametrize(
+    "mechanism",
+    [
+        pytest.param(loop, marks=pytest.mark.slow),
+        pytest.param(driven_cart, marks=pytest.mark.long),
+        pytest.param(sleigh, marks=pytest.mark.long),
+    ],
+)
 def test_motions_and_gradients_are_the_canonical_ones(mechanism):
     """After a fixed number of steps of an eighth-order rule, at the end and in its slope by a spring's stiffness."""
     known, _ = mechanism(3.0)

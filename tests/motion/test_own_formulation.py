@@ -41,7 +41,7 @@ def loop():
     return system, four_bar_state(system)
 
 
-@pytest.mark.parametrize("model", [pendulum, pytest.param(loop, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("model", [pendulum, pytest.param(loop, marks=pytest.mark.long)])
 def test_a_motion_and_its_gradient(model):
     system, state = model()
 

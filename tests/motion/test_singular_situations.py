@@ -166,7 +166,7 @@ def test_redundant_drives_that_agree_are_followed():
     np.testing.assert_allclose(motion.states.coordinates[:, 0], 0.5 + 2.0 * np.asarray(motion.ts), atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_independent_set_that_turns_singular_is_not_believed():
     """The rocker stands still where it turns back: momenta of its angle end there, say so, and are right before."""
     system = four_bar(independent=["D"])

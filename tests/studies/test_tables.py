@@ -41,6 +41,20 @@ def test_motion(swinging, tmp_path):
     assert (tmp_path / "motion.csv").read_text().startswith("time,pin,socket 0")
 
 
+def test_files(swinging, tmp_path):
+    """NetCDF and Parquet give back what was written."""
+    xarray, pandas = pytest.importorskip("xarray"), pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    _, motion, loads = swinging
+    for name, found in {"motion": motion.to_xarray(), "loads": loads.to_xarray(motion.ts)}.items():
+        found.to_netcdf(tmp_path / f"{name}.nc")
+        with xarray.open_dataset(tmp_path / f"{name}.nc") as again:
+            xarray.testing.assert_equal(again.astype({v: found[v].dtype for v in found}), found)
+    for name, frame in {"motion": motion.to_pandas(), "loads": loads.to_pandas(motion.ts)}.items():
+        frame.to_parquet(tmp_path / f"{name}.parquet")
+        pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / f"{name}.parquet"), frame)
+
+
 def test_reactions(swinging):
     _, motion, loads = swinging
     found = loads.to_xarray(motion.ts)
