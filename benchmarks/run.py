@@ -20,6 +20,7 @@ NAMES = (
     "saved_times",
     "imported_models",
     "wishbone_limits",
+    "published_decks",
 )
 
 

@@ -24,7 +24,7 @@ DOORS = set(FLOORS[-1])
 HEIGHT = {room: (floor, place) for floor, rooms in enumerate(FLOORS) for place, room in enumerate(rooms)}
 EXTRAS = {
     *("matplotlib", "networkx", "mujoco", "pinocchio", "xarray", "zarr", "filelock", "dask", "distributed"),
-    *("pyyeti", "pyuff", "nlopt", "viser", "scipy.optimize"),
+    *("pyyeti", "pyuff", "meshio", "skfem", "nlopt", "viser", "scipy.optimize"),
 }
 LAZY = {
     **{room: {"xarray"} for room in ("motion", "dynamics", "linear")},

@@ -23,6 +23,7 @@ PACKAGES = {
     "saved_times": (),
     "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),
+    "published_decks": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("wishbone_limits",)

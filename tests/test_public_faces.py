@@ -90,8 +90,8 @@ FACES = {
         Ramp Spline SpringDamper Step Table Torque Wrench
     """,
     "jaxmbs.io": """
-        Imported JointLimits load_model model_schema read_dmig read_matrix_market read_mjcf read_op4 read_uff
-        read_urdf register save_model write_uff
+        Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh read_mjcf
+        read_nastran read_op4 read_uff read_urdf register save_model write_uff
     """,
     "jaxmbs.linear": """
         Check HarmonicResponse LinearMotion LinearSystem Link Modal ModalMotion Modes ResonanceGains

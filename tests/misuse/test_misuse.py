@@ -30,7 +30,7 @@ EXEMPT = {
         linear.ResonanceGains reductions.Family reductions.Motions
         design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
         dynamics.LawForce dynamics.RowLoad studies.Designs
-        io.Imported io.JointLimits
+        io.Deck io.Imported io.JointLimits io.Mesh
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
@@ -44,7 +44,7 @@ EXEMPT = {
     """,
     "files, programs and pictures, whose tests are their own": """
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
-        io.load_model io.save_model io.model_schema io.register viz.draw_bond_graph
+        io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.Swing viz.animate viz.plot_bode viz.plot_campbell
         viz.plot_envelope viz.plot_front viz.plot_limits viz.plot_mac viz.plot_modes viz.plot_nyquist
