@@ -73,13 +73,14 @@ def test_reactions_and_modes(folder, capsys):
 def test_view(folder, capsys):
     said(capsys, "view", "pendulum.urdf", "-o", "arm.png", "-s", "pin=0.5")
     assert (folder / "arm.png").read_bytes()[:4] == b"\x89PNG"
+    said(capsys, "view", "pendulum.urdf", "-o", "arm.html", "-s", "pin=0.5")
+    assert "</html>" in (folder / "arm.html").read_text()
 
 
 FAULTS = {
     ("check", "none.urdf"): "none.urdf has 1 fault:\n  1. it cannot be read: No such file or directory",
     ("check", "model.step"): "a model is a .urdf, .xml or .json, not '.step'",
     ("reactions", "pendulum.urdf", "-s", "pinn=1"): "no joint 'pinn'",
-    ("view", "pendulum.urdf", "-o", "arm.html"): "this release draws no scenes (.html): take a picture",
     ("convert", "pendulum.urdf", "none/arm.json"): "No such file or directory",
 }
 

@@ -12,13 +12,10 @@ from .models import posed, read
 
 def view(options: argparse.Namespace) -> int:
     """A picture of a pose by matplotlib, or a scene."""
-    is_scene = Path(options.out).suffix.lower() == ".html"
-    if is_scene and not hasattr(viz, "scene"):
-        raise ValueError("this release draws no scenes (.html): take a picture, .png, .svg or .pdf")
     system, state = posed(options)
     with whole_path(options.out) as part:
-        if is_scene:
-            getattr(viz, "scene")(system, state, path=part)  # noqa: B009 - not in every release
+        if Path(options.out).suffix.lower() == ".html":
+            viz.scene(system, state, path=part)
             return 0
         import matplotlib
 
