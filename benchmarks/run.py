@@ -18,7 +18,9 @@ NAMES = (
     "batch_of_motions",
     "cold_start",
     "saved_times",
+    "imported_models",
     "wishbone_limits",
+    "published_decks",
 )
 
 

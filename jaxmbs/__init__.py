@@ -30,7 +30,7 @@ from .dynamics.energy import kinetic_energy, potential_energy
 from .dynamics.newton_euler import forward_dynamics, mass_matrix
 from .dynamics.points import acceleration, angular_acceleration
 from .dynamics.system_bonds import reaction_bonds
-from .errors import AssemblyError, BatchError, ModelError, SimulationError, UnknownNameError
+from .errors import AssemblyError, BatchError, ModelError, ModelFileError, SimulationError, UnknownNameError
 from .exported import Program, export, load_program
 from .forces import (
     PD,
@@ -57,6 +57,7 @@ from .forces import (
     Torque,
     Wrench,
 )
+from .io import load_model, register, save_model
 from .joints import (
     AbstractClosure,
     AbstractJoint,
@@ -134,6 +135,7 @@ __all__ = [
     "LinearSystem",
     "Linearisation",
     "ModelError",
+    "ModelFileError",
     "Motion",
     "PD",
     "Peak",
@@ -201,6 +203,7 @@ __all__ = [
     "kinetic_energy",
     "linear",
     "linearise",
+    "load_model",
     "load_program",
     "mass_matrix",
     "minimise",
@@ -212,8 +215,10 @@ __all__ = [
     "reaction_bonds",
     "reactions",
     "reductions",
+    "register",
     "report_compiles",
     "rotation",
+    "save_model",
     "simulate",
     "statics",
     "studies",

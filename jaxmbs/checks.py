@@ -46,11 +46,14 @@ def not_increasing(points: Any) -> bool:
 
 
 def are_axes(rows: Any) -> bool:
-    """Whether (3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
+    """Whether (..., 3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
     if not known(rows):
         return True
     rows = np.asarray(rows)
-    return bool(np.allclose(rows @ rows.T, np.eye(3), rtol=0, atol=1e-5) and np.linalg.det(rows) > 0)
+    if rows.shape[-2:] != (3, 3):
+        return False
+    unit = np.allclose(rows @ np.swapaxes(rows, -1, -2), np.eye(3), rtol=0, atol=1e-5)
+    return bool(unit and np.all(np.linalg.det(rows) > 0))
 
 
 def refuse_complex(value: Any) -> None:

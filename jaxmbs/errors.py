@@ -11,14 +11,30 @@ class ModelError(ValueError):
         faults: one sentence for each fault.
     """
 
-    def __init__(self, faults: Sequence[str]) -> None:
+    def __init__(self, faults: Sequence[str], what: str = "the model") -> None:
         self.faults = [faults] if isinstance(faults, str) else list(faults)
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         lines = [f"  {number}. {fault}" for number, fault in enumerate(self.faults, start=1)]
-        super().__init__("\n".join([f"the model has {count}:", *lines]))
+        super().__init__("\n".join([f"{what} has {count}:", *lines]))
 
     def __reduce__(self):
         return type(self), (self.faults,)
+
+
+class ModelFileError(ModelError):
+    """A file that is no model, with every fault found in one report.
+
+    Attributes:
+        path: of the file.
+        faults: one sentence for each fault.
+    """
+
+    def __init__(self, path: Any, faults: Sequence[str]) -> None:
+        self.path = str(path)
+        super().__init__(faults, what=self.path)
+
+    def __reduce__(self):
+        return type(self), (self.path, self.faults)
 
 
 class UnknownNameError(ValueError, KeyError):

@@ -1,3 +1,3 @@
-"""The colours of all drawings."""
+"""The colours of all drawings, apart to colour-blind eyes too."""
 
-BLUE, ORANGE, GREEN, VIOLET, RED, GREY = COLORS = ("#1f5f8b", "#c7752b", "#3f8f5b", "#7a4d8f", "#b0413e", "#5b6770")
+BLUE, ORANGE, GREEN, VIOLET, RED, GREY = COLORS = ("#1b5a99", "#e0901f", "#35a577", "#b084c4", "#a3352a", "#4d5861")

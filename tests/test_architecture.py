@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "jaxmbs"
 FLOORS = [  # a room imports rooms of lower floors, and of its own floor those to its left
-    ["typing", "errors", "palette", "status", "checks", "math", "blocksparse"],
+    ["typing", "errors", "palette", "status", "checks", "tables", "math", "blocksparse"],
     ["joints", "forces", "elements", "model"],
     ["linear", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reductions", "coupling", "flexible"],
@@ -24,7 +24,7 @@ DOORS = set(FLOORS[-1])
 HEIGHT = {room: (floor, place) for floor, rooms in enumerate(FLOORS) for place, room in enumerate(rooms)}
 EXTRAS = {
     *("matplotlib", "networkx", "mujoco", "pinocchio", "xarray", "zarr", "filelock", "dask", "distributed"),
-    *("pyyeti", "pyuff", "nlopt", "viser", "scipy.optimize"),
+    *("pyyeti", "pyuff", "meshio", "skfem", "nlopt", "viser", "scipy.optimize"),
 }
 LAZY = {
     **{room: {"xarray"} for room in ("motion", "dynamics", "linear")},

@@ -21,7 +21,9 @@ PACKAGES = {
     "batch_of_motions": ("mujoco",),
     "cold_start": (),
     "saved_times": (),
+    "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),
+    "published_decks": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("wishbone_limits",)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parent.parent
-NOTEBOOK = FOLDER / "notebooks" / "12_designs_in_batches.py"
+NOTEBOOK = FOLDER / "notebooks" / "13_designs_in_batches.py"
 
 
 @pytest.fixture(scope="module")

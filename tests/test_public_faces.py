@@ -32,17 +32,17 @@ FACES = {
         AbstractBodyLaw AbstractClosure AbstractJoint AbstractLaw AbstractPoseLaw AbstractScalarLaw
         AbstractSignal AbstractSystemLaw Actuator AssemblyError Batch BatchError BumpStop Bushing Constant
         CoulombFriction Coupler Cylindrical Distance ElasticBody Equilibrium Force FramePath Free Gauss4
-        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Limit LinearSystem Linearisation ModelError Motion
-        PD Peak Planar PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute RollingDisk
-        RollingSphere Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State
+        GeneralisedEffort Harmonic ImplicitMidpoint KnifeEdge Limit LinearSystem Linearisation ModelError
+        ModelFileError Motion PD Peak Planar PointOnLine PointOnPlane Polynomial Pose Prismatic Program Ramp Revolute
+        RollingDisk RollingSphere Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State
         StateSpace Status Step System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld
         Wrench acceleration analysis angular_acceleration angular_velocity batch blocksparse bond_graph
         bond_powers cache check constraint_jacobian constraint_residual coupling dynamics elements
         equilibrium experiment export fem flexible forces forward_dynamics frequency_response inertia
         inverse_dynamics io jacobian jit joints kic kic_rate kic_second kinematics kinetic_energy linear
-        linearise load_program mass_matrix minimise modes peak point_kic position potential_energy
-        reaction_bonds reactions reductions report_compiles rotation simulate statics stiffness studies sweep velocity
-        viz
+        linearise load_model load_program mass_matrix minimise modes peak point_kic position potential_energy
+        reaction_bonds reactions reductions register report_compiles rotation save_model simulate statics stiffness
+        studies sweep velocity viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium
@@ -90,7 +90,8 @@ FACES = {
         Ramp Spline SpringDamper Step Table Torque Wrench
     """,
     "jaxmbs.io": """
-        read_dmig read_matrix_market read_op4 read_uff write_uff
+        Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh read_mjcf
+        read_nastran read_op4 read_uff read_urdf register save_model write_uff
     """,
     "jaxmbs.linear": """
         Check HarmonicResponse LinearMotion LinearSystem Link Modal ModalMotion Modes ResonanceGains
@@ -127,8 +128,10 @@ FACES = {
         Designs StudyError grid latin_hypercube sobol sweep
     """,
     "jaxmbs.viz": """
-        draw_bond_graph plot_coordinates plot_energy plot_history plot_limit_values plot_mechanism plot_power
-        plot_reactions
+        Scene Solid Swing animate draw_bond_graph plot_bode plot_campbell plot_coordinates plot_energy
+        plot_envelope plot_front plot_history plot_limit_values plot_limits plot_mac plot_mechanism plot_modes
+        plot_nyquist plot_parallel plot_polar plot_power plot_reactions plot_scatter plot_structure plot_views
+        scene swing
     """,
 }
 

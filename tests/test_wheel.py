@@ -28,3 +28,4 @@ def test_a_wheel_outside_the_checkout_runs_the_demo(tmp_path):
     assert run("-c", "import jaxmbs; print(jaxmbs.__file__)").startswith(str(site))
     assert "reference" in run("-m", "jaxmbs", "demo", "--quick", "--output", "demo")
     assert (tmp_path / "demo" / "loads.csv").exists()
+    assert (tmp_path / "demo" / "scene.html").stat().st_size > 1e5  # with the player that it plays in

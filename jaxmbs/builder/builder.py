@@ -32,6 +32,16 @@ class SystemBuilder:
         self._model = declared.Model(as_array(gravity))
         self._faults: list[str] = []
 
+    @property
+    def declared(self) -> declared.Model:
+        """All that was declared, by name; to be read, not changed."""
+        return self._model
+
+    def __repr__(self) -> str:
+        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames")
+        counts = [f"{len(getattr(self._model, kind))} {kind}" for kind in kinds if getattr(self._model, kind)]
+        return f"SystemBuilder({', '.join(counts)})"
+
     def _add(self, what, table, item):
         names = {**self._model.bodies, **self._model.frames} if what in ("body", "frame") else table
         if what in ("joint", "constraint"):

@@ -1,9 +1,20 @@
-"""What the user declares, before it becomes a system."""
+"""What the user declares, before it becomes a system.
 
+`Annotated[Any, kind]`: what of another kind is declared is refused in words, by `validation`, and not as a type;
+model files read the kind.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
+from jax import Array
+
+from ..forces.base import AbstractLaw
+from ..joints import Coupler, Rows, VelocityRows
+from ..joints.base import AbstractJoint
 from ..model.frame import Pose
+from ..typing import ArrayLike, FrameLike
 
 GROUND = "ground"
 
@@ -13,9 +24,9 @@ class Body:
     """A rigid body as declared; pose is its world pose in the reference pose, or None."""
 
     name: str
-    mass: Any
-    com: Any
-    inertia: Any
+    mass: Annotated[Any, ArrayLike]
+    com: Annotated[Any, ArrayLike]
+    inertia: Annotated[Any, ArrayLike]
     pose: Pose | None
 
 
@@ -33,13 +44,13 @@ class Joint:
     """A joint as declared; frames are references (None, point, Pose or frame name), `at` a world point."""
 
     name: str
-    kind: Any
+    kind: Annotated[Any, AbstractJoint]
     parent: str
     child: str
-    parent_frame: Any
-    child_frame: Any
-    at: Any
-    drive: Any = None
+    parent_frame: Annotated[Any, str | Pose | ArrayLike | None]
+    child_frame: Annotated[Any, str | Pose | ArrayLike | None]
+    at: Annotated[Any, ArrayLike | None]
+    drive: Annotated[Any, Callable | ArrayLike | None] = None
     is_hidden: bool = False
 
 
@@ -48,10 +59,10 @@ class Force:
     """A force element as declared, with its port."""
 
     name: str
-    law: Any
-    between: tuple | None
+    law: Annotated[Any, AbstractLaw]
+    between: Annotated[Any, tuple | list | None]
     joint: str | None
-    on: Any
+    on: Annotated[Any, FrameLike | None]
 
 
 @dataclass
@@ -59,15 +70,15 @@ class Constraint:
     """Rows between two frames, joint coordinates, or given by the user."""
 
     name: str
-    law: Any
-    between: tuple | None
+    law: Annotated[Any, AbstractJoint | Coupler | Rows | VelocityRows]
+    between: Annotated[Any, tuple | list | None]
 
 
 @dataclass
 class Model:
     """All that is declared, by name."""
 
-    gravity: Any
+    gravity: Array
     bodies: dict[str, Body] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)

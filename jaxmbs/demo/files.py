@@ -1,4 +1,4 @@
-"""What the demo writes: a table of the loads before and after, and plots where matplotlib is installed."""
+"""What the demo writes: a table of the loads before and after, a scene, and plots where matplotlib is installed."""
 
 import csv
 import sys
@@ -7,8 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ..viz import scene
 from .loads import QUANTITIES, crank_angle
 from .pictures import draw
+
+_PLAYED = ("systems", "motions", "reactions")
 
 
 def open_folder(output) -> Path:
@@ -21,7 +24,7 @@ def open_folder(output) -> Path:
 
 def write(folder: Path, results: dict) -> list[Path]:
     """Write everything; returns the files.  Without matplotlib there are no plots, and a line says so."""
-    written = [_loads_table(folder / "loads.csv", results["loads"])]
+    written = [_loads_table(folder / "loads.csv", results["loads"]), _scene(folder / "scene.html", results)]
     try:
         return written + draw(folder, results)
     except ModuleNotFoundError as error:
@@ -29,6 +32,14 @@ def write(folder: Path, results: dict) -> list[Path]:
             raise
         print("demo: no plots, matplotlib is missing: pip install -e '.[viz]'", file=sys.stderr)
         return written
+
+
+def _scene(path: Path, results) -> Path:
+    """Both designs side by side with the loads of their joints, for a browser."""
+    names = ("before", "after")
+    systems, motions, reactions = (dict(zip(names, results[key], strict=True)) for key in _PLAYED)
+    scene(systems, motions, path, loads=reactions, traces=["rod_tail"], title="Slider-crank before and after")
+    return path
 
 
 def _loads_table(path: Path, pair) -> Path:

@@ -6,7 +6,7 @@ from os import PathLike
 
 import numpy as np
 
-from .. import simulate
+from .. import reactions, simulate
 from . import files, tables
 from .improve import improve
 from .loads import drive, grid, take
@@ -73,6 +73,7 @@ def study(size: int, steps: int, step=lambda text: None) -> dict:
         "free": run_free,
         "systems": (system, after_system),
         "motions": (motion, after_motion),
+        "reactions": (reactions(system, motion), reactions(after_system, after_motion)),
         "loads": (before, after),
     }
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..tables import aligned
 from .loads import rms
 from .reference import FREE_ANGLE, FREE_TOLERANCE, LOADS, SOURCE, TIMES
 
@@ -32,7 +33,7 @@ def against_reference(loads, deviation) -> str:
             rows.append((label, f"{t:g}", _numbers(found[i]), _numbers(reference.values[i]), f"{gap:.1e}", mark))
     worst = max(deviation[name] / reference.tolerance for name, reference in LOADS.items())
     verdict = "all within tolerance" if worst <= 1 else "NOT within tolerance"
-    return f"{_table(rows, left=1)}\nreference: {SOURCE}; {verdict}"
+    return f"{aligned(rows, left=1)}\nreference: {SOURCE}; {verdict}"
 
 
 def audit(motion, deviation) -> str:
@@ -68,17 +69,8 @@ def before_after(before, after) -> str:
     rows = [("over one turn", "before", "after", "change")]
     for (label, first), last in zip(measures(before).items(), measures(after).values(), strict=True):
         rows.append((label, f"{first:.1f}", f"{last:.1f}", f"{100 * (last / first - 1):+.1f} %"))
-    return _table(rows, left=1)
+    return aligned(rows, left=1)
 
 
 def _numbers(values) -> str:
     return "  ".join(f"{value:12.6f}" for value in values)
-
-
-def _table(rows, left) -> str:
-    """Rows of text with aligned columns; the first `left` columns start at the left, the others end at the right."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    justify = [str.ljust if i < left else str.rjust for i in range(len(widths))]
-    return "\n".join(
-        "  ".join(side(cell, w) for side, cell, w in zip(justify, row, widths, strict=True)).rstrip() for row in rows
-    )

@@ -8,6 +8,8 @@ from jaxtyping import Array, Bool, Float
 
 from ..checks import no_such, place_of
 from ..errors import UnknownNameError
+from ..model.describe import COMPONENTS
+from ..tables import short, told
 from ..typing import ArrayLike
 
 
@@ -32,6 +34,21 @@ class JointReaction(eqx.Module):
     @property
     def unique_moment(self) -> np.ndarray:
         return ~np.array(self.undetermined[3:])
+
+
+def _told(loads):
+    """Every joint in a row: the largest sizes, and what statics leaves open."""
+    size = lambda x: short(np.max(np.linalg.norm(np.asarray(x), axis=-1)))  # noqa: E731
+    rows = []
+    for name, load in loads.items():
+        effort = np.abs(np.asarray(load.effort))
+        marks = [c for c, open_ in zip(COMPONENTS, load.undetermined, strict=True) if open_]
+        cells = (size(load.force), size(load.moment), short(effort.max()) if effort.size else "-")
+        rows.append((name, *cells, ", ".join(marks) or "-"))
+    ok = np.asarray(loads.ok)
+    summary = f"{len(rows)} joints" + (f", {ok.size} instants" if ok.ndim else "")
+    summary += ", ok" if ok.all() else f", {np.count_nonzero(~ok)} not ok"
+    return summary, [("joint", "force [N]", "moment [N m]", "effort", "undetermined"), *rows]
 
 
 class LawForce(eqx.Module):
@@ -81,6 +98,8 @@ class Reactions(eqx.Module):
     hidden: tuple[str, ...] = eqx.field(static=True, default=())
     laws: dict[str, LawForce] = eqx.field(default_factory=dict)
     rows: dict[str, RowLoad] = eqx.field(default_factory=dict)
+
+    __repr__, _repr_html_ = told(_told)
 
     def __getitem__(self, name: str) -> JointReaction:
         if name not in self.joints:

@@ -46,6 +46,7 @@ class Beam(AbstractElement):
         offsets: (2, 3) from the nodes to the beam's ends, world axes [m], or None.
         releases: names of end coordinates that carry no force: "rz1", "ry2", "x1", ...
         fibres: (p, 2) points y, z of the section whose stress is asked [m].
+        line_mass: mass that is no part of the section, on its axis [kg/m].
     """
 
     young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
@@ -60,12 +61,14 @@ class Beam(AbstractElement):
     offsets: Converted[Float[Array, "... 2 3"] | None] = eqx.field(converter=optional, default=None)
     releases: tuple[str, ...] = eqx.field(static=True, default=())
     fibres: Converted[Float[Array, "... p 2"]] = eqx.field(converter=number, default=((0.0, 0.0),))
+    line_mass: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
     num_nodes = 2
     has_ends = True
     force_labels = tuple(f"{name}{end}" for end in (1, 2) for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"))
     stress_labels = ("axial stress of each fibre at end 1, then at end 2",)
     nonnegative = ("young", "shear_modulus", "area", "inertia_y", "inertia_z", "torsion", "density", "shear")
+    nonnegative += ("line_mass",)
 
     def __check_init__(self):
         possible = {f"{d}{end}" for end in (1, 2) for d in DIRECTIONS}
@@ -119,14 +122,14 @@ class Beam(AbstractElement):
 
     def _local_mass(self, length):
         bar = np.array([[1 / 3, 1 / 6], [1 / 6, 1 / 3]])
-        line = self.density * length
+        line, mass = self.density * length, (self.density * self.area + self.line_mass) * length
         M = jnp.zeros((12, 12), length.dtype)
-        M = _add(M, [0, 6], line * self.area * jnp.asarray(bar, M.dtype))
+        M = _add(M, [0, 6], mass * jnp.asarray(bar, M.dtype))
         M = _add(M, [3, 9], line * (self.inertia_y + self.inertia_z) * jnp.asarray(bar, M.dtype))
         inertias = (self.inertia_z, self.inertia_y)
         for i, (plane, sign) in enumerate(((_PLANE_Y, 1.0), (_PLANE_Z, _SIGN_Z))):
             ratio, scale = self._planes(length)[i][1], _scale(length, sign)
-            M = _add(M, plane, line * self.area * jnp.outer(scale, scale) * _square(_DEFLECTION, ratio))
+            M = _add(M, plane, mass * jnp.outer(scale, scale) * _square(_DEFLECTION, ratio))
             if self.shear is not None:
                 scale = scale / length
                 M = _add(M, plane, line * inertias[i] * jnp.outer(scale, scale) * _square(_SLOPE, ratio))

@@ -48,7 +48,7 @@ class Spring(AbstractElement):
         """Also matrices that are not symmetric, and axes that are not."""
         named = {"matrix": self.matrix, "damper": self.damper}
         given = {n: np.asarray(v) for n, v in named.items() if v is not None and known(v)}
-        uneven = [name for name, v in given.items() if not np.allclose(v, v.T, rtol=0, atol=1e-6 * np.abs(v).max())]
+        uneven = [name for name, v in given.items() if not _even(v)]
         fine = self.axes is None or are_axes(self.axes)
         skewed = [] if fine else ["axes must be three unit vectors, square to each other and right-handed"]
         return super().faults() + [f"{name} must be symmetric" for name in uneven] + skewed
@@ -94,6 +94,10 @@ class GroundSpring(Spring):
     def relative(self, nodes: Float[Array, "k 3"]) -> Array:
         """(6, 6): motion of the node in the spring's axes."""
         return _turn(self.axes, jnp.eye(6, dtype=nodes.dtype))
+
+
+def _even(matrix):
+    return np.allclose(matrix, np.swapaxes(matrix, -1, -2), rtol=0, atol=1e-6 * np.abs(matrix).max())
 
 
 def _turn(axes, motion):

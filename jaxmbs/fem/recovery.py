@@ -32,7 +32,8 @@ def element_forces(
     them here and the end forces are right for any mesh.  Other elements state forces in their middle, which need no
     such part.
 
-    Raises: ValueError for a line load on elements that take none; KeyError for an unknown group.  Source: S1 (30).
+    Raises: ValueError for x of another shape, or a line load on elements that take none; KeyError for an unknown
+    group.  Source: S1 (30).
     """
     return _recovered(structure, x, "forces", line_loads, acceleration)
 
@@ -48,6 +49,17 @@ def element_stresses(
     return _recovered(structure, x, "stresses", line_loads, acceleration)
 
 
+def _check_size(structure, x):
+    """Raises: ValueError for displacements that are not those of the structure."""
+    n, nodes = structure.index.num_rows, structure.num_nodes
+    if x.shape not in ((n,), (nodes, structure.size), (nodes, 6)):
+        raise ValueError(
+            f"the structure has {n} coordinates and {nodes} nodes, x has the shape {x.shape}; displacements of what "
+            "was reduced, or joined by rigid nodes, go through its `expand` first, those of many instants through "
+            "jax.vmap"
+        )
+
+
 def _recovered(structure, x, what, line_loads, acceleration):
     if not jnp.iscomplexobj(x):
         return _of_real(structure, x, what, line_loads, acceleration)
@@ -60,6 +72,7 @@ def _recovered(structure, x, what, line_loads, acceleration):
 
 def _of_real(structure, x, what, line_loads, acceleration):
     x = number(x)
+    _check_size(structure, x)
     u = spread(structure, x) if x.ndim == 1 else x
     spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
     found = {}

@@ -32,9 +32,10 @@ class Structure(eqx.Module):
     """Finite elements on named nodes; numbers of elements and positions of nodes are leaves, topology is static.
 
     Args:
-        nodes: positions (3,) [m] by name, or an array (nodes, 3), whose names are their numbers.
+        nodes: positions (3,) [m] by name, or the names and an array (nodes, 3), or the array alone, whose names are
+            numbers.
         elements: by name of the group, `(element, connections)`: a connection lists node names or numbers; the
-            element is one for all, or a sequence of one per connection with equal settings.
+            element is one for all, or a sequence of one per connection with equal settings.  Or a `Group`.
         held: by node, the directions held to ground: "x ry", a sequence of them, or "all".
 
     Raises: ModelError with every fault: no nodes or elements, unknown nodes, wrong counts, nodes met twice, values
@@ -49,12 +50,13 @@ class Structure(eqx.Module):
     def __init__(self, nodes: Mapping | Sequence | AnyArray, elements: Mapping, held: Mapping | None = None) -> None:
         if len(nodes) == 0:
             raise ModelError(["a structure needs nodes: none are given"])
-        self.names = tuple(str(name) for name in (nodes if isinstance(nodes, Mapping) else range(len(nodes))))
-        self.positions = number(jnp.stack([*map(number, nodes.values())]) if isinstance(nodes, Mapping) else nodes)
+        names, places = _named(nodes)
+        self.names = tuple(str(name) for name in names)
+        self.positions = number(places)
         if self.positions.shape[1:] != (3,):
             raise ModelError(f"positions of nodes have three components each, not the shape {self.positions.shape}")
         index, faults = {name: i for i, name in enumerate(self.names)}, []
-        made = {name: group(name, kind, joined, index, faults) for name, (kind, joined) in elements.items()}
+        made = {name: _grouped(name, given, index, faults) for name, given in elements.items()}
         self.groups = {name: g for name, g in made.items() if g is not None}
         if not any(g is None or g.nodes for g in made.values()):
             faults.append("a structure needs elements: none are given")
@@ -116,3 +118,19 @@ def spread(structure: Structure, x: AnyArray) -> Array:
     """(nodes, 6) displacements and rotations from x (rows,); zero where held."""
     index = structure.index
     return jnp.zeros((structure.num_nodes, 6), x.dtype).at[index.nodes, index.directions].set(x)
+
+
+def _named(nodes):
+    if isinstance(nodes, Mapping):
+        return nodes, jnp.stack([*map(number, nodes.values())])
+    if isinstance(nodes, tuple) and len(nodes) == 2 and np.ndim(nodes[1]) == 2:
+        return nodes
+    return range(len(nodes)), nodes
+
+
+def _grouped(name, given, index, faults):
+    if not isinstance(given, Group):
+        return group(name, *given, index, faults)
+    faults += [f"{name}: {fault}" for fault in given.element.faults()]
+    faults += [f"{name}: there is no node {k}" for k in np.unique(given.connections) if not 0 <= k < len(index)]
+    return given

@@ -16,9 +16,9 @@ from ..linear.system import LinearSystem
 from ..math import square
 from ..math.linalg import skew
 from ..model.elastic import ElasticBody
-from ..reductions.base import AbstractReduction, Physical, check_num_modes
+from ..reductions.base import AbstractReduction, Physical, Reduced, check_num_modes
 from ..reductions.craig_bampton import CraigBampton
-from ..typing import ArrayLike
+from ..typing import AnyArray, ArrayLike
 
 _STRAINED = {8: 1e-6, 4: 1e-2}  # strain of rigid motions, over that of unit displacements, that counts as none
 
@@ -37,6 +37,16 @@ class FloatingFrame(eqx.Module):
     shapes: Float[Array, "n m"]
     rigid: Float[Array, "n 6"]
     system: LinearSystem
+
+    def expand(self, x: AnyArray) -> Array:
+        """Displacements (..., whole) of the coordinates of the structure, from those of the substructure (..., n):
+        through rigid nodes and earlier reductions, if it had any; what `fem.element_stresses` takes."""
+        return self.system.expand(x) if isinstance(self.system, Reduced) else jnp.asarray(x)
+
+    @property
+    def whole(self) -> tuple[tuple[str, str], ...]:
+        """The labels of what `expand` returns."""
+        return self.system.whole if isinstance(self.system, Reduced) else self.system.coordinates
 
 
 def floating_frame(

@@ -52,7 +52,8 @@ def displacements(
     Args: method: "acceleration": the interior from the balance of forces, inertia of the whole motion included, or
         "displacement": what the kept shapes show.
 
-    `fem.element_forces` and `element_stresses` take them.
+    `frame.expand` leads them back through rigid nodes to the structure, whose `fem.element_forces` and
+    `element_stresses` take them.
 
     Raises: UnknownNameError, ValueError for an unknown method.  Source: S1 (31).
     """

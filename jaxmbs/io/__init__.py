@@ -1,12 +1,28 @@
 """Files in and out; each format imports what it needs when it is called."""
 
 from .matrices import read_dmig, read_matrix_market, read_op4
+from .meshes import Mesh, read_mesh
+from .model_file import load_model, model_schema, register, save_model
+from .nastran import Deck, read_nastran
+from .robots import Imported, JointLimits, read_mjcf, read_urdf
 from .uff import read_uff, write_uff
 
 __all__ = [
+    "Deck",
+    "Imported",
+    "JointLimits",
+    "Mesh",
+    "load_model",
+    "model_schema",
     "read_dmig",
     "read_matrix_market",
+    "read_mesh",
+    "read_mjcf",
+    "read_nastran",
     "read_op4",
     "read_uff",
+    "read_urdf",
+    "register",
+    "save_model",
     "write_uff",
 ]

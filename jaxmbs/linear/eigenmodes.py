@@ -12,9 +12,27 @@ from jaxtyping import Array, Complex, Float, Inexact, Int
 
 from ..checks import known
 from ..math.eigen import eigh, same
+from ..tables import short, told
 from ..typing import AnyArray, CoordinateLike, ScalarLike
 from .labels import label
 from .symmetric import check_mass, symmetric
+
+
+def _told(modes):
+    """Every mode in a row, a pair of conjugates in one."""
+    hertz, ratios = np.asarray(modes.frequencies), np.asarray(modes.damping_ratios)
+    rigid, unstable = np.asarray(modes.is_rigid), np.asarray(modes.is_unstable)
+    roots = None if modes.roots is None else np.asarray(modes.roots)
+    rows = []
+    for k in range(len(hertz)):
+        pair = roots is not None and roots[k].imag != 0 and k + 1 < len(roots) and roots[k + 1] == np.conj(roots[k])
+        if roots is not None and k and roots[k].imag < 0 and roots[k - 1] == np.conj(roots[k]):
+            continue
+        mark = "rigid" if rigid[k] else "unstable" if unstable[k] else ""
+        rows.append((f"{k}, {k + 1}" if pair else str(k), short(hertz[k]), short(ratios[k]), mark))
+    kind = "natural" if roots is None else "complex"
+    summary = f"{len(hertz)} {kind} modes of {modes.shapes.shape[0]} coordinates"
+    return summary, [("mode", "frequency [Hz]", "damping ratio", ""), *rows]
 
 
 class Modes(eqx.Module):
@@ -39,6 +57,8 @@ class Modes(eqx.Module):
     is_rigid: Array
     roots: Complex[Array, " m"] | None = None
     left: Complex[Array, "m n"] | None = None
+
+    __repr__, _repr_html_ = told(_told)
 
     @property
     def is_complex(self) -> bool:

@@ -1,15 +1,15 @@
 """A system in words: what `system.describe()` prints and a notebook shows."""
 
-from html import escape
+from ..tables import aligned, as_html
 
-_AXES = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 
 def _rows(topology):
     bodies = ("ground", *topology.body_names)
     for index, joint in enumerate(topology.joints):
         undetermined = topology.analysis.undetermined[index] if topology.analysis else ()
-        marks = [name for name, mark in zip(_AXES, undetermined, strict=False) if mark]
+        marks = [name for name, mark in zip(COMPONENTS, undetermined, strict=False) if mark]
         yield (
             joint.name,
             joint.kind,
@@ -19,7 +19,7 @@ def _rows(topology):
         )
 
 
-def _summary(topology):
+def _lines(topology):
     lines = [
         f"{len(topology.body_names)} bodies, {len(topology.joints)} joints, "
         f"{len(topology.cut_joints)} loops, {topology.num_rows} constraint rows"
@@ -39,16 +39,16 @@ def _summary(topology):
 _HEAD = ("joint", "kind", "parent -> child", "coordinates", "undetermined reactions")
 
 
+def summary(topology) -> str:
+    """One line: how many bodies, joints and freedoms."""
+    return f"{_lines(topology)[0]}, mobility {topology.mobility}"
+
+
 def describe(topology) -> str:
     """Bodies, joints, loops, mobility and redundancy of a topology, as aligned text."""
-    rows = [_HEAD, *_rows(topology)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(_HEAD))]
-    table = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join(_summary(topology) + [""] + table)
+    return "\n".join([*_lines(topology), "", aligned([_HEAD, *_rows(topology)], left=len(_HEAD))])
 
 
 def describe_html(topology) -> str:
     """The same as an HTML table, for notebooks."""
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in _HEAD)
-    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in _rows(topology))
-    return "<p>" + "<br>".join(map(escape, _summary(topology))) + f"</p><table><tr>{head}</tr>{body}</table>"
+    return as_html(_lines(topology), [_HEAD, *_rows(topology)])

@@ -8,11 +8,11 @@ from collections.abc import Iterable, Sequence
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike
+from jaxtyping import Array
 
 from jaxmbs.math.host import as_array
 from jaxmbs.math.rotation import axis_vector
-from jaxmbs.typing import Axis, Matrix3, ScalarLike
+from jaxmbs.typing import ArrayLike, Axis, Matrix3, ScalarLike
 
 from ..checks import are_axes, broken, known, negative, refuse_complex
 

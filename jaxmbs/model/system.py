@@ -10,7 +10,7 @@ from ..checks import place_of
 from ..errors import ModelError
 from ..math.host import as_array
 from ..typing import ArrayLike
-from .describe import describe, describe_html
+from .describe import describe, describe_html, summary
 from .elastic import ElasticGroup
 from .frame import Pose
 from .question import check_fits
@@ -117,6 +117,9 @@ class System(eqx.Module):
     def describe(self) -> str:
         """Bodies, joints, loops, freedoms and redundant constraints, as text."""
         return describe(self.topology)
+
+    def __repr__(self) -> str:
+        return f"System: {summary(self.topology)}"
 
     def _repr_html_(self) -> str:
         return describe_html(self.topology)

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float, Int
 
 from ..kinematics.state import State
 from ..status import Status, succeeded
+from ..tables import short, span, told
 
 
 class Diagnostics(eqx.Module):
@@ -34,6 +35,20 @@ class Diagnostics(eqx.Module):
     num_rejected: Int[Array, ""]
 
 
+def _told(motion):
+    """Every coordinate in a row; how the motion ended and its accounts in the summary."""
+    ts, psi, accounts = np.asarray(motion.ts), np.asarray(motion.states.coordinates), motion.diagnostics
+    residual, drift = (np.nanmax(np.abs(x)) for x in (accounts.energy_residual, accounts.constraint_drift))
+    summary = (
+        f"{len(ts)} instants from {short(ts[0])} to {short(ts[-1])} s, {motion.status}; "
+        f"{int(accounts.num_steps)} steps, energy residual {short(residual)} J, drift {short(drift)}"
+    )
+    names = _labels((name, size) for name, _, size, _ in motion.states.structure or ())
+    names = names or [str(k) for k in range(psi.shape[1])]
+    rows = [(name, *span(psi[:, k])) for k, name in enumerate(names)]
+    return summary, [("coordinate", "first", "last", "least", "largest"), *rows]
+
+
 class Motion(eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
@@ -47,6 +62,8 @@ class Motion(eqx.Module):
     result: Int[Array, "..."]
     diagnostics: Diagnostics
     end: State
+
+    __repr__, _repr_html_ = told(_told)
 
     @property
     def status(self) -> Status:

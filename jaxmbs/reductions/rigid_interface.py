@@ -100,7 +100,8 @@ def on_interface(system: LinearSystem, W: Array, num: int) -> Reduced:
 
     `reduce(on_interface(s, W, 6), CraigBampton(20))` is Craig and Bampton's on a rigid or averaged interface.
     """
-    return project(system, W, (*numbered("interface", num), *numbered("inner", W.shape[1] - num)), num)
+    made = project(system, W, (*numbered("interface", num), *numbered("inner", W.shape[1] - num)), num)
+    return made.within(system) if isinstance(system, Reduced) else made
 
 
 def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: ArrayLike | None = None) -> Reduced:
@@ -128,4 +129,5 @@ def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: Array
     places = {name: place} | {n: p for n, p in zip(s.nodes, s.positions, strict=True) if n not in nodes}
     M, K, C = (None if A is None else W.T @ A @ W for A in (s.mass, s.stiffness, s.damping))
     made = Reduced(s, W, mass=M, stiffness=K, damping=C, coordinates=labels, positions=places)
+    made = made.within(s) if isinstance(s, Reduced) else made
     return made.with_interface(name, *(s.coordinates[i] for i in s.interface if i in set(kept)))

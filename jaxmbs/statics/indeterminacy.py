@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..math.jit import jit
+from ..tables import told
 from .bonds import Bonds
 from .cycles import cycle_pattern
 from .least_compliance import least_compliance
@@ -22,7 +23,14 @@ _MARK = {8: 1e-6, 4: 1e-3}  # relative to the largest component of a self-stress
 _MOST_PROBES = 512  # random vectors at most, doubled until some of what they span is not redundant
 
 
-@dataclass(frozen=True, eq=False)
+def _told(found):
+    """The bonds that have undetermined components, in a row each."""
+    summary = f"{found.redundant} redundant of rank {found.rank}, mobility {found.mobility}, by {found.method}"
+    rows = [(name, ", ".join(components)) for name, components in found.components.items()]
+    return summary, [("bond", "undetermined"), *rows]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Redundancy:
     """What the count at one configuration found.  Source: S1 (26), q = 6p - N + r unknowns of rank 6p - N.
 
@@ -40,6 +48,8 @@ class Redundancy:
     undetermined: tuple[tuple[bool, ...], ...]
     self_stress: np.ndarray | None
     method: str
+
+    __repr__, _repr_html_ = told(_told)
 
     @property
     def components(self) -> dict[str, tuple[str, ...]]:

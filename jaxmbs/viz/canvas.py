@@ -1,12 +1,19 @@
-"""Axes to draw into, in the look of the house."""
+"""Axes to draw into, in the look of the house: curves that can be told apart, named where they end."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from ..palette import COLORS
 
-_DASHES = ("-", "--", ":", "-.")
+_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.2, 1.2, 1.2)))
 _FEW = 6  # names that a legend within the axes may hold
+_DIRECT = 7  # curves that are named where they end
+_SAME = 3e-3  # of the height of the axes: curves nearer than that hide one another
 
 
-def axes(ax=None, size=None):
+def axes(ax=None, size=None, **options):
     """The axes given, or new ones in a figure of this size [inch]; matplotlib is loaded here and not before.
 
     Raises: ModuleNotFoundError without matplotlib; it is in the extra `viz`.
@@ -14,28 +21,41 @@ def axes(ax=None, size=None):
     if ax is None:
         from matplotlib import pyplot
 
-        _, ax = pyplot.subplots(figsize=size, layout="constrained")
+        _, ax = pyplot.subplots(figsize=size, layout="constrained", subplot_kw=options)
     return ax
 
 
 def stacked(ax, heights) -> list:
     """Axes of these relative heights one above the other, with one time axis, in the room of `ax`, the first."""
-    place, figure = ax.get_subplotspec(), ax.figure
-    if place is not None:
-        rooms = place.subgridspec(len(heights), 1, height_ratios=heights)
-        ax.set_subplotspec(rooms[0])
-        panels = [ax, *(figure.add_subplot(rooms[i], sharex=ax) for i in range(1, len(heights)))]
-    else:  # placed by hand
-        left, bottom, width, height = ax.get_position().bounds
-        unit, panels = 0.9 * height / sum(heights), [ax]
-        gap = 0.1 * height / max(len(heights) - 1, 1)
-        top = bottom + height
-        ax.set_position((left, top - unit * heights[0], width, unit * heights[0]))
-        for i in range(1, len(heights)):
-            low = top - unit * sum(heights[: i + 1]) - gap * i
-            panels.append(figure.add_axes((left, low, width, unit * heights[i]), sharex=ax))
+    panels = _split(ax, heights, True, True)
     for panel in panels[:-1]:
         panel.tick_params(labelbottom=False)
+    return panels
+
+
+def beside(ax, count: int) -> list:
+    """So many axes beside each other in the room of `ax`, the first."""
+    return _split(ax, [1] * count, False, False)
+
+
+def _split(ax, parts, down, share):
+    place, figure, count = ax.get_subplotspec(), ax.figure, len(parts)
+    options = {"sharex": ax} if share else {}
+    if place is not None:
+        shape, ratio = ((count, 1), "height_ratios") if down else ((1, count), "width_ratios")
+        rooms = place.subgridspec(*shape, **{ratio: parts})
+        ax.set_subplotspec(rooms[0])
+        return [ax, *(figure.add_subplot(rooms[k], **options) for k in range(1, count))]
+    left, bottom, width, height = ax.get_position().bounds  # placed by hand
+    whole = height if down else width
+    gap = (0.1 if down else 0.25) * whole / max(count - 1, 1) * (count > 1)
+    unit, at, panels = (whole - gap * (count - 1)) / sum(parts), 0.0, []
+    for part in parts:
+        size = unit * part
+        box = (left, bottom + height - at - size, width, size) if down else (left + at, bottom, size, height)
+        panels.append(figure.add_axes(box, **options) if panels else ax)
+        panels[-1].set_position(box)
+        at += size + gap
     return panels
 
 
@@ -44,28 +64,96 @@ def curve(i: int) -> dict:
     return {"color": COLORS[i % len(COLORS)], "linestyle": _DASHES[i // len(COLORS) % len(_DASHES)]}
 
 
+def draw_curves(ax, x, curves: Mapping[str, Any], first: int = 0, **options) -> list:
+    """Curves (T,) by name; one that hides another is dashed, so that both show.  Returns the lines."""
+    drawn: list = []
+    data = {name: np.asarray(values, float) for name, values in curves.items()}
+    finite = [v[np.isfinite(v)] for v in data.values()]
+    height = max((float(np.ptp(np.concatenate(finite))) if any(map(len, finite)) else 0.0), 1e-300) if data else 1.0
+    for k, (name, values) in enumerate(data.items()):
+        style = curve(first + k)
+        hidden = sum(_hides(values, line.get_ydata(), height) for line in drawn)
+        if hidden:
+            style["linestyle"] = (3.0 * hidden, (4, 4 + 2 * hidden))
+            style["zorder"] = 2.5 + hidden
+        drawn += ax.plot(x, values, label=name, **{**style, **options})
+    return drawn
+
+
+def _hides(values, others, height):
+    apart = np.abs(values - others)
+    return bool(np.size(apart) and np.nanmedian(apart) < _SAME * height) if np.any(np.isfinite(apart)) else False
+
+
 def finish(ax, x_label, y_label, legend="inside"):
     """Labels, a light grid, a legend where there is something to tell apart; returns the axes.
 
     Args:
-        legend: "inside" the axes, unless there are many names, "beside" them, or None.
+        legend: "inside" the axes, unless there are many names, "beside" them, "ends" at the ends of curves, unless
+            there are many or the figure has no layout that makes room for them; or None.
     """
     ax.set_xlabel(x_label)
     ax.set_ylabel(y_label)
     ax.grid(alpha=0.3)
     ax.spines[["top", "right"]].set_visible(False)
-    if legend:
-        _name_curves(ax, legend)
+    names = ax.get_legend_handles_labels()[1]
+    if legend == "ends" and len(names) <= _DIRECT and ax.figure.get_layout_engine() is not None:
+        _name_ends(ax)
+    elif legend:
+        _name_curves(ax, "beside" if legend == "ends" else legend)
     return ax
+
+
+def _name_ends(ax):
+    """The name of every curve to the right of the axes at the height where it ends, moved apart."""
+    lines, names = ax.get_legend_handles_labels()
+    if len(names) < 2:
+        return
+    ends = np.array([_end(line) for line in lines])
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high)
+    heights = spread_apart((ends - low) / (high - low), 0.075 * _room(ax))
+    for line, name, height in zip(lines, names, heights, strict=True):
+        note = ax.annotate(
+            name, (1.0, height), (6, 0), "axes fraction", "offset points", color=line.get_color(), va="center"
+        )
+        note.set_fontsize("small")
+
+
+def _room(ax):
+    """How much taller a line of text is here than in axes of 3 inch."""
+    return 3.0 / max(ax.get_position().height * ax.figure.get_size_inches()[1], 0.5)
+
+
+def _end(line):
+    y = np.asarray(line.get_ydata(), float)
+    y = y[np.isfinite(y)]
+    return y[-1] if len(y) else 0.0
+
+
+def spread_apart(heights, gap) -> np.ndarray:
+    """Heights (n,) moved as little as it takes to lie a gap apart, in their order."""
+    order = np.argsort(heights, kind="stable")
+    placed = np.asarray(heights, float)[order]
+    for _ in range(100):
+        short = gap - np.diff(placed)
+        if np.all(short <= 1e-9):
+            break
+        push = np.maximum(short, 0.0) / 2
+        placed[:-1] -= push
+        placed[1:] += push
+    found = np.empty_like(placed)
+    found[order] = placed
+    return found
 
 
 def _name_curves(ax, where):
     """A legend; one beside the axes needs a figure that makes room for it, by a layout."""
     count = len(ax.get_legend_handles_labels()[0])
     if count and (where == "beside" or count > _FEW) and ax.figure.get_layout_engine() is not None:
-        beside = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.02), "borderaxespad": 0.0}
+        beside_it = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.02), "borderaxespad": 0.0}
         rows = 8 if where == "beside" else 20
-        ax.legend(frameon=False, fontsize="small", ncols=1 + (count - 1) // rows, **beside)
+        ax.legend(frameon=False, fontsize="small", ncols=1 + (count - 1) // rows, **beside_it)
     elif count:
         size = "small" if where == "beside" or count > _FEW else None
         ax.legend(framealpha=0.6, edgecolor="none", fontsize=size, ncols=1 + (count - 1) // _FEW)

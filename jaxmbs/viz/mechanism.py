@@ -1,105 +1,132 @@
-"""A stick picture of a mechanism: the frames on each body joined, at one pose or several."""
+"""Stick pictures of a mechanism: at one pose or several, from one side or three."""
 
 from collections.abc import Iterable
 from typing import Any
 
-import jax
 import numpy as np
-from scipy.spatial import ConvexHull
 
-from ..kinematics.poses import frame_poses, node_parameters, node_poses
+from ..checks import no_such
+from ..errors import UnknownNameError
 from ..kinematics.state import State
-from ..math.jit import jit
-from ..model.question import check_fits
 from ..model.system import System
 from ..palette import COLORS
-from .canvas import axes
+from .canvas import axes, beside
+from .film import film
+from .looking import looking
+from .strokes import Sketch
 
 
 def plot_mechanism(
-    system: System, states: State, plane: str = "xy", frames: Iterable[str] | None = None, ax: Any = None
+    system: System,
+    states: Any,
+    plane: str = "xy",
+    frames: Iterable[str] | None = None,
+    ax: Any = None,
+    *,
+    names: bool = False,
+    traces: Iterable[str] = (),
+    poses: int | None = None,
 ) -> Any:
-    """Bodies as lines through their joints and named frames, pins as circles; the first pose is drawn strongest.
+    """Bodies as lines through their joints and named frames, pins as circles, slides as blocks on rails, cylinders as
+    barrel and rod, springs and dampers as such; the first pose is drawn strongest.
 
     Args:
-        states: a State, or several with one leading axis.
-        plane: the two world axes to look at, "xy", "xz", "yz", in the order right, up.
+        states: a State, several with one leading axis, a motion, or a mode by `swing`.
+        plane: the two world axes to look at, "xy", "xz", "yz", in the order right, up; or "iso", over the corner.
         frames: names of frames to show beside the joints (default: all that the user named).
         ax: matplotlib axes to draw into (default: new ones).
+        names: write the names of joints beside them, at the first pose.
+        traces: names of frames or bodies whose path over all instants is drawn.
+        poses: how many instants are drawn, evenly spread (default: all).
 
-    Raises: ValueError for an unknown plane.
+    Raises: ValueError for an unknown plane or no pose; UnknownNameError for traces.
     """
-    if len(plane) != 2 or not set(plane) < set("xyz") or plane[0] == plane[1]:
-        raise ValueError(f"plane must name two different axes, such as 'xy', not {plane!r}")
-    ax, view = axes(ax), ["xyz".index(letter) for letter in plane]
-    points = frame_positions(system, states)[..., view]  # (poses, frames, 2)
-    shown = body_frames(system.topology, frames)
-    strengths = np.linspace(1.0, 0.25, len(points)) if len(points) > 1 else [1.0]
-    for pose, strength in reversed(list(zip(points, strengths, strict=True))):
-        _draw(ax, system.topology, shown, pose, strength)
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel(f"{plane[0]} [m]")
-    ax.set_ylabel(f"{plane[1]} [m]")
+    look = looking(plane)
+    known = system.topology.frame_index
+    wrong = [no_such("frame or body", name, known) for name in traces if name not in known]
+    if wrong:
+        raise UnknownNameError("; ".join(wrong))
+    if poses is not None and poses < 1:
+        raise ValueError(f"poses = {poses}: one is needed at least")
+    ax, seen = axes(ax), film(system, states)
+    sketch = Sketch(system, seen, look, frames)
+    instants = np.arange(len(seen.ts))
+    if poses is not None:
+        instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
+    strengths = np.linspace(1.0, 0.25, len(instants)) if len(instants) > 1 else [1.0]
+    for k, strength in reversed(list(zip(instants.tolist(), strengths, strict=True))):
+        draw(ax, sketch.at(k), strength)
+    for k, name in enumerate(traces):
+        path = look(seen.x[:, known[name]])
+        ax.plot(*path.T, color=COLORS[k % len(COLORS)], linewidth=1.0, linestyle=":", zorder=1.5)
+    if names:
+        _write_names(ax, system.topology, look(seen.x[0]))
+    return framed(ax, look)
+
+
+def plot_views(
+    system: System, states: Any, planes: Iterable[str] = ("xz", "yz", "xy"), ax: Any = None, **options: Any
+) -> Any:
+    """`plot_mechanism` from several sides at once, beside each other.
+
+    Args:
+        planes: of each picture, as of `plot_mechanism`, which takes the other options too.
+        ax: matplotlib axes to draw into (default: new ones); they become the leftmost.
+
+    Raises: ValueError for an unknown plane or none.
+    """
+    planes = list(planes)
+    if not planes:
+        raise ValueError("there is no plane to look at")
+    ax = axes(ax, (3.2 * len(planes), 3.2))
+    for room, plane in zip(beside(ax, len(planes)), planes, strict=True):
+        plot_mechanism(system, states, plane, ax=room, **options)
+    return ax
+
+
+def draw(ax, strokes, strength=1.0) -> list:
+    """Draw strokes; returns what was drawn, for `redraw`."""
+    drawn = []
+    for points, style, fill in strokes:
+        if fill:
+            drawn += ax.fill(*points.T, alpha=strength, **style)
+        else:
+            drawn += ax.plot(*points.T, alpha=strength, **style)
+    return drawn
+
+
+def redraw(drawn, strokes) -> None:
+    """Move what was drawn to other strokes."""
+    for artist, stroke in zip(drawn, strokes, strict=True):
+        artist.set_xy(stroke.points) if stroke.fill else artist.set_data(*stroke.points.T)
+
+
+def framed(ax, look):
+    """Equal scales, labels where the view is along an axis."""
+    ax.set_aspect("equal", adjustable="datalim" if look.labels is None else "box")
+    ax.margins(0.07)
+    if look.labels is None:
+        ax.set(xticks=[], yticks=[])
+        ax.spines[:].set_visible(False)
+        return ax
+    ax.set_xlabel(look.labels[0])
+    ax.set_ylabel(look.labels[1])
     ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
-def frame_positions(system, states) -> np.ndarray:
-    """World positions (poses, frames, 3) [m] of all frames, those of joints included, at a state or several."""
-    check_fits(system, states)
-    if states.coordinates.ndim == 1:
-        states = jax.tree.map(lambda x: x[None], states)
-    return np.asarray(_positions(system, states.coordinates))
-
-
-@jit(compile="quick")
-def _positions(system, coordinates):
-    P = node_parameters(system)
-    return jax.vmap(lambda psi: frame_poses(system, node_poses(system.topology, P, psi))[1])(coordinates)
-
-
-def body_frames(topology, names=None) -> dict[int, list[int]]:
-    """Frames that show on each body (-1 ground): its ends of joints, then the named ones (default: all)."""
-    shown: dict[int, list[int]] = {body: [] for body in (-1, *range(topology.bodies.size))}
+def _write_names(ax, topology, points):
+    """Names of joints, those at one place in one text."""
+    found: dict = {}
+    size = np.ptp(points, axis=0).max() or 1.0
     for joint in topology.joints:
-        if joint.kind == "Modal":  # moves no frame
-            continue
-        for body, frame in zip((joint.parent, joint.child), joint.frames, strict=True):
-            shown[body].append(frame)
-    ends = {frame for joint in topology.joints for frame in joint.frames}
-    for frame, (name, body) in enumerate(zip(topology.frame_names, topology.frame_body, strict=True)):
-        named = name and frame > topology.bodies.size and frame not in ends
-        if named and (names is None or name in names):
-            shown[body].append(frame)
-    return shown
+        if joint.kind not in ("Modal", "Free"):
+            place = points[joint.frames[0]]
+            found.setdefault(tuple(np.round(place / size, 2)), (place, []))[1].append(joint.name)
+    for place, names in found.values():
+        ax.annotate(", ".join(names), place, (5, 5), textcoords="offset points", fontsize=8, zorder=5)
 
 
-def _draw(ax, topology, shown, points, strength):
-    """One pose: ground joints as triangles, a body of one point as a square, others as lines with pins."""
-    pins = {frame for joint in topology.joints for frame in joint.frames}
-    for body, frames in shown.items():
-        if not frames:
-            continue
-        place = points[frames]
-        if body < 0:
-            ax.plot(*place.T, "^", color="0.35", markersize=9, zorder=1, alpha=strength)
-            continue
-        color = COLORS[body % len(COLORS)]
-        if np.ptp(place, axis=0).max() < 1e-9:
-            ax.plot(*place[0], "s", color=color, markersize=14, alpha=strength, zorder=2)
-            continue
-        ax.plot(*_outline(place).T, color=color, linewidth=3.0, alpha=strength, solid_capstyle="round", zorder=3)
-        joints = points[[frame for frame in frames if frame in pins]]
-        ax.plot(*joints.T, "o", color="white", markeredgecolor="0.2", markersize=5.5, alpha=strength, zorder=4)
-
-
-def _outline(place):
-    """Points (n, 2) of a body as a line: a stick along its largest spread, or the hull of those that spread wide."""
-    if not np.all(np.isfinite(place)):  # a state that was never reached: nothing shows
-        return place
-    centred = place - place.mean(axis=0)
-    _, size, axis = np.linalg.svd(centred)
-    if len(place) < 3 or size[1] < 0.05 * size[0]:
-        return place[np.argsort(centred @ axis[0], kind="stable")]
-    hull = ConvexHull(place).vertices
-    return place[np.append(hull, hull[0])]
+def frame_positions(system: System, states: State) -> np.ndarray:
+    """World positions (poses, frames, 3) [m] of all frames, those of joints included, at a state or several."""
+    return film(system, states).x

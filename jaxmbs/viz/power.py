@@ -6,12 +6,13 @@ import numpy as np
 
 from ..bondgraph.power import BondPowers
 from ..motion.motion import Motion
-from ..palette import COLORS, RED
+from ..palette import COLORS
 from ..typing import Explained
 from .canvas import axes, finish, stacked
 
 _SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
-_HATCHES = (None, "////", "....")
+_FAMILIES = ("kinetic", "springs", "dissipated", "sources", "drives", "others")
+_HATCHES = (None, "////", "....", "xxxx")
 _MOST = 11  # elements told apart
 
 
@@ -23,7 +24,8 @@ def plot_power(motion: Explained[Motion], powers: Explained[BondPowers], by: str
 
     Args:
         motion: the simulated motion; powers: its `bond_powers`, of any view (gravity is a source).
-        by: "element" for the eleven of the largest peaks, the others summed, or "kind" to sum by what they do.
+        by: "element" for the eleven of the largest peaks, the others summed, a family in one colour; or
+            "kind" to sum by what they do.
         ax: matplotlib axes to draw into (default: new ones); the energies take the lower part of their room.
 
     Raises: ValueError for another `by`.
@@ -37,15 +39,16 @@ def plot_power(motion: Explained[Motion], powers: Explained[BondPowers], by: str
     by_kind = {}
     for name, power in fed.items():
         by_kind[kinds[name]] = by_kind.get(kinds[name], 0.0) + power
-    _stack(ax, ts, _largest(fed) if by == "element" else by_kind)
+    parts = _largest(fed) if by == "element" else by_kind
+    _stack(ax, ts, parts, {name: kinds.get(name, name if name in by_kind else "others") for name in parts})
     finish(ax, "", "power fed in [W]", "beside")
     energies = {kind: energy_since_start(ts, power) for kind, power in by_kind.items()}
-    for i, (kind, energy) in enumerate(energies.items()):
+    for kind, energy in energies.items():
         sign = 1.0 if kind in ("sources", "drives") else -1.0
-        below.plot(ts, sign * energy, label=kind, color=COLORS[i % len(COLORS)])
+        below.plot(ts, sign * energy, label=kind, color=COLORS[_FAMILIES.index(kind)])
     gained = np.asarray(motion.diagnostics.kinetic) - np.asarray(motion.diagnostics.kinetic)[0]
     others = sum((energy for kind, energy in energies.items() if kind != "kinetic"), np.zeros_like(ts))
-    below.plot(ts, others - gained, label="missing", color=RED, linestyle=":")
+    below.plot(ts, others - gained, label="missing", color="0.2", linestyle=":")
     finish(below, "time [s]", "energy [J]", "beside")
     return ax
 
@@ -65,15 +68,19 @@ def _largest(parts):
     return shown | ({f"{len(rest)} others": sum(rest[1:], rest[0])} if rest else {})
 
 
-def _stack(ax, ts, parts):
-    """Positive parts stacked upwards, negative ones downwards."""
+def _stack(ax, ts, parts, families):
+    """Positive parts stacked upwards, negative ones downwards; a family has one colour, its members hatches."""
     top, bottom = np.zeros_like(ts), np.zeros_like(ts)
     least = 1e-9 * max((np.max(np.abs(power)) for power in parts.values()), default=0.0)
-    for i, (name, power) in enumerate(parts.items()):
+    members = dict.fromkeys(_FAMILIES, 0)
+    for name, power in sorted(parts.items(), key=lambda part: _FAMILIES.index(families[part[0]])):
         if np.max(np.abs(power)) <= least:
             continue
-        color, hatch = COLORS[i % len(COLORS)], _HATCHES[i // len(COLORS) % len(_HATCHES)]
-        style = {"facecolor": color, "edgecolor": "white", "hatch": hatch, "alpha": 0.85, "linewidth": 0}
+        family = families[name]
+        number, color = members[family], COLORS[_FAMILIES.index(family)]
+        members[family] += 1
+        hatch, strength = _HATCHES[number % len(_HATCHES)], 0.9 - 0.16 * min(number, 4)
+        style = {"facecolor": color, "edgecolor": "white", "hatch": hatch, "alpha": strength, "linewidth": 0}
         up, down = np.maximum(power, 0.0), np.minimum(power, 0.0)
         ax.fill_between(ts, top, top + up, label=name, **style)
         ax.fill_between(ts, bottom, bottom + down, **style)

@@ -22,9 +22,9 @@ CASES = {  # element, positions, mass
     "rod": (el.Rod(2.0, 0.3, 1.5), LINE, 0.45 * np.linalg.norm(LINE[1] - LINE[0])),
     "lumped_rod": (el.Rod(2.0, 0.3, 1.5, lumped=True), LINE, 0.45 * np.linalg.norm(LINE[1] - LINE[0])),
     "beam": (
-        el.Beam(2.0, 0.8, 0.3, 0.4, 0.5, 0.6, 1.5, fibres=((0.1, 0.2),)),
+        el.Beam(2.0, 0.8, 0.3, 0.4, 0.5, 0.6, 1.5, fibres=((0.1, 0.2),), line_mass=0.2),
         LINE,
-        0.45 * np.linalg.norm(LINE[1] - LINE[0]),
+        0.65 * np.linalg.norm(LINE[1] - LINE[0]),
     ),
     "thick_beam": (
         el.Beam(2.0, 0.8, 0.3, 0.4, 0.5, 0.6, 1.5, shear=(0.8, 0.7), reference=(0.0, 0, 1), offsets=BUMPS[:2]),

@@ -18,7 +18,7 @@ from jaxmbs.kinematics.poses import coordinate_rate
 from jaxmbs.linear import LinearSystem
 from jaxmbs.math.rotation import quaternion_exp
 from jaxmbs.reductions import CraigBampton, reduce, rigid_node
-from jaxmbs.viz.mechanism import body_frames
+from jaxmbs.viz.anatomy import body_frames
 
 from ..mechanisms import slopes
 from .beams import beam_structure, elastic_beam, random_state

@@ -168,10 +168,10 @@ CASES = {
     "elements.Beam": element(
         lambda z: call(
             *(8.0, 4.0, 2.0, 1.0, 1.0, 2.0, 1.0, np.array([1.0, 1.0]), np.array([0.0, 1.0, 0.0])),
-            *(np.zeros((2, 3)), ("rz1",), np.zeros((2, 2))),
+            *(np.zeros((2, 3)), ("rz1",), np.zeros((2, 2)), 0.5),
         ),
         "fibres *: matrices do not depend on it",
-        positive="young shear_modulus area inertia_y inertia_z torsion density",
+        positive="young shear_modulus area inertia_y inertia_z torsion density line_mass",
     ),
     "elements.Rod": element(lambda z: call(8.0, 2.0, 1.0), positive="young area density"),
     "elements.Triangle": element(lambda z: call(8.0, 0.25, 0.5, 1.0), positive="young thickness density"),

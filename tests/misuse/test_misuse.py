@@ -30,6 +30,7 @@ EXEMPT = {
         linear.ResonanceGains reductions.Family reductions.Motions
         design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
         dynamics.LawForce dynamics.RowLoad studies.Designs
+        io.Deck io.Imported io.JointLimits io.Mesh
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
@@ -39,12 +40,16 @@ EXEMPT = {
     "no argument, a name, or a solver that simulate judges": """
         elements.DIRECTIONS motion.Gauss4 motion.ImplicitMidpoint motion.SemiImplicitEuler builder.SystemBuilder
         jaxmbs.AssemblyError studies.StudyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError
-        jaxmbs.UnknownNameError
+        jaxmbs.UnknownNameError jaxmbs.ModelFileError
     """,
     "files, programs and pictures, whose tests are their own": """
-        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff viz.draw_bond_graph
+        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
+        io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
-        viz.plot_reactions viz.plot_history studies.sweep demo.run jaxmbs.cache jaxmbs.export
+        viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.Swing viz.animate viz.plot_bode viz.plot_campbell
+        viz.plot_envelope viz.plot_front viz.plot_limits viz.plot_mac viz.plot_modes viz.plot_nyquist
+        viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views viz.scene viz.swing
+        studies.sweep demo.run jaxmbs.cache jaxmbs.export
         jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
     """,
 }

@@ -4,9 +4,11 @@ import io
 from itertools import combinations
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import xarray
 from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -63,17 +65,68 @@ def pictured(fleet, motion):
     )
     best = mbs.minimise(lambda d: (d["x"] - 1.0) ** 4, {"x": 3.0}, progress=False)
     limits = {"absolute sum": np.array([2.0, 2.0, 4.0, 6.0]), "root of squares": np.full(4, 3.0)}
-    return {
+    few = jax.tree.map(lambda x: x[::8], motion.states)
+    load = np.stack([waves[f"bearing number {i}"] for i in range(3)])[..., 0]
+    table = study()
+    plate, modes, functions = vibrating()
+    front = SimpleNamespace(first=np.arange(4.0), second=np.arange(4.0)[::-1] ** 2, ok=np.array([1, 1, 0, 1]))
+    limited = SimpleNamespace(limits=[limit("peak of the main bearing", 3.0, 4.0), limit("mass", 2.0, 1.9)])
+    hertz = 40.0 + np.outer(np.arange(5.0), [3.0, -2.0, 0.1])
+    extra = {
+        "plot_views": lambda ax: viz.plot_views(fleet, few, ax=ax),
+        "plot_envelope": lambda ax: viz.plot_envelope(TIMES, load, "load [N]", limit=2e5, ax=ax),
+        "plot_polar": lambda ax: viz.plot_polar(loads, list(loads)[:2], "xz", ax=ax, kilo=True),
+        "plot_bode": lambda ax: viz.plot_bode(functions, ax=ax),
+        "plot_nyquist": lambda ax: viz.plot_nyquist(functions, ax=ax),
+        "plot_campbell": lambda ax: viz.plot_campbell(np.arange(5.0) * 40, hertz, ax=ax),
+        "plot_mac": lambda ax: viz.plot_mac(np.eye(4), ax=ax),
+        "plot_front": lambda ax: viz.plot_front(front, "peak [kN]", "mass [kg]", ax=ax),
+        "plot_limits": lambda ax: viz.plot_limits(limited, ax=ax),
+        "plot_parallel": lambda ax: viz.plot_parallel(table, ax=ax),
+        "plot_scatter": lambda ax: viz.plot_scatter(table, ax=ax),
+        "plot_structure": lambda ax: viz.plot_structure(plate, modes.shapes[:, 0], ax=ax),
+        "plot_modes": lambda ax: viz.plot_modes(plate, modes, range(3), ax=ax),
+    }
+    return extra | {
         "plot_coordinates": lambda ax: viz.plot_coordinates(fleet, motion, ax=ax),
         "plot_reactions": lambda ax: viz.plot_reactions(loads, TIMES, ax=ax),
         "plot_reactions moment": lambda ax: viz.plot_reactions(loads, TIMES, list(loads)[:3], moment=True, ax=ax),
         "plot_energy": lambda ax: viz.plot_energy(motion, ax=ax),
         "plot_power": lambda ax: viz.plot_power(motion, powers, ax=ax),
         "plot_power kind": lambda ax: viz.plot_power(motion, powers, by="kind", ax=ax),
-        "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, motion.states, plane="xz", ax=ax),
+        "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, few, plane="xz", ax=ax),
         "plot_history": lambda ax: viz.plot_history(best, ax=ax),
         "plot_limit_values": lambda ax: viz.plot_limit_values(limits, np.array([1.0, 2.0, 4.0, 5.0]), ax=ax),
     }
+
+
+def limit(name, after, bound):
+    """A limit of an optimum; the design used twice as much before."""
+    row = {"name": name, "before": np.array([2 * after]), "after": np.array([after]), "worst": (0,), "bound": bound}
+    return SimpleNamespace(**row, side="<=", ok=after <= bound, active=True)
+
+
+def study():
+    """Forty designs, one of which failed."""
+    random = np.random.default_rng(0)
+    columns = {name: ("design", random.random(40), {"units": "mm"}) for name in ("crank", "rod", "offset")}
+    peak = 3e3 + 1e3 * columns["crank"][1] - 500 * columns["rod"][1]
+    status = np.where(np.arange(40) == 7, 4, 0)
+    return xarray.Dataset({**columns, "peak": ("design", peak, {"units": "N"}), "status": ("design", status)})
+
+
+def vibrating():
+    """A beam of masses on springs at places, its modes and responses."""
+    n = 6
+    K = 1e4 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    places = {f"n{i}": (0.2 * i, 0.0, 0.0) for i in range(n)}
+    labels = [(name, "z") for name in places]
+    system = mbs.LinearSystem(mass=np.eye(n), stiffness=K, damping=1e-4 * K, coordinates=labels, positions=places)
+    modes = mbs.linear.natural_modes(K=jnp.asarray(K), M=jnp.eye(n))
+    omega = np.linspace(20.0, 250.0, 300)
+    dynamic = K - omega[:, None, None] ** 2 * np.eye(n) + 1e-4j * omega[:, None, None] * K
+    values = np.linalg.inv(dynamic)[:, :2, :1]
+    return system, modes, mbs.linear.TransferFunctions(omega, values, ("n0 z", "n1 z"), ("n0 z",))
 
 
 def texts(figure) -> list:
@@ -103,14 +156,16 @@ def faults(figure) -> list[str]:
 
 NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_energy", "plot_power"]
 NAMES += ["plot_power kind", "plot_mechanism", "plot_history", "plot_limit_values"]
+OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
+OTHERS += ["plot_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
 
 
 def test_every_picture_is_looked_at(pictured):
-    assert set(NAMES) == set(pictured)
-    assert {name.split()[0] for name in NAMES} == {name for name in vars(viz) if name.startswith("plot_")}
+    assert {*NAMES, *OTHERS} == set(pictured)
+    assert {name.split()[0] for name in (*NAMES, *OTHERS)} == {name for name in vars(viz) if name.startswith("plot_")}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NAMES + OTHERS)
 def test_in_new_axes(pictured, name):
     pyplot.switch_backend("agg")
     figure = pictured[name](None).figure
@@ -124,6 +179,13 @@ def test_in_new_axes(pictured, name):
 @pytest.mark.parametrize("name", NAMES)
 def test_in_axes_given(pictured, name, layout):
     figure = Figure((7.0, 4.6), layout=layout)
+    pictured[name](figure.add_subplot())
+    assert faults(figure) == []
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_others_in_axes_given(pictured, name):
+    figure = Figure((7.0, 4.6), layout="constrained")
     pictured[name](figure.add_subplot())
     assert faults(figure) == []
 

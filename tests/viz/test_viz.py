@@ -5,10 +5,18 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 from matplotlib.figure import Figure
+from PIL import Image
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.viz.mechanism import body_frames, frame_positions
+from jaxmbs.palette import COLORS
+from jaxmbs.viz import film as film_module
+from jaxmbs.viz.anatomy import body_frames
+from jaxmbs.viz.canvas import draw_curves, finish
+from jaxmbs.viz.mechanism import frame_positions
+
+from .machines import everything, plate
+from .test_labels import study
 
 
 @pytest.fixture(scope="module")
@@ -106,3 +114,157 @@ def test_history(ax):
     assert viz.plot_history(best, ax=ax) is ax
     (values,) = ax.get_lines()
     np.testing.assert_array_equal(values.get_ydata(), best.history.values)
+
+
+def test_curves_over_a_coordinate_in_degrees(pendulum, ax):
+    system, motion, _ = pendulum
+    viz.plot_coordinates(system, motion, ["pivot"], ax=ax, over="pivot", degrees=True, velocities=True)
+    assert ax.get_xlabel() == "angle of pivot [deg]" and ax.get_ylabel() == "rate [deg/s]"
+    assert np.allclose(ax.lines[0].get_xdata(), np.degrees(motion.states.coordinates[:, 0]))
+    assert np.allclose(ax.lines[0].get_ydata(), np.degrees(motion.states.velocities[:, 0]))
+
+
+def test_components_in_kilonewtons_beside_their_limit(pendulum, ax):
+    _, motion, loads = pendulum
+    viz.plot_reactions(loads, motion.ts, ["pivot"], ax=ax, component="z", kilo=True, limits={"pivot": 30.0})
+    assert ax.get_ylabel() == "joint force z [kN]"
+    assert np.allclose(ax.lines[0].get_ydata(), 1e-3 * loads["pivot"].force[:, 2])
+    assert np.allclose(ax.lines[1].get_ydata(), 0.03)
+
+
+def test_curves_that_hide_one_another_are_told_apart(ax):
+    x, wave = np.linspace(0.0, 1.0, 50), np.sin(np.linspace(0.0, 6.0, 50))
+    lines = draw_curves(ax, x, {"one": wave, "same": wave + 1e-4, "other": -wave, "third": wave})
+    styles = [line.get_linestyle() for line in lines]
+    assert styles[0] == "-" == styles[2] and styles[1] == "--" == styles[3]
+    assert lines[1]._dash_pattern != lines[3]._dash_pattern
+
+
+def test_names_stand_where_curves_end():
+    figure = Figure((6.0, 3.0), layout="constrained")
+    room, x = figure.add_subplot(), np.linspace(0.0, 1.0, 5)
+    draw_curves(room, x, {"low": 0 * x, "high": 0 * x + 1.0, "higher": 0 * x + 1.01})
+    finish(room, "x", "y", "ends")
+    heights = {note.get_text(): note.xy[1] for note in room.texts}
+    assert heights["low"] < heights["high"] < heights["higher"] - 0.05
+
+
+def test_colours_are_told_apart_without_red_or_green():
+    """Colours as two kinds of colour-blind eyes see them (Machado, Oliveira and Fernandes 2009, complete)."""
+    eyes = {
+        "all": np.eye(3),
+        "no red": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+        "no green": [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ],
+    }
+    linear = np.array([[int(c[k : k + 2], 16) / 255 for k in (1, 3, 5)] for c in COLORS]) ** 2.2
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    for eye in eyes.values():
+        x, y, z = np.cbrt(np.clip(linear @ np.asarray(eye).T, 1e-4, 1) @ to_xyz.T / [0.9505, 1.0, 1.089]).T
+        lab = np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
+        apart = np.linalg.norm(lab[:, None] - lab[None], axis=-1)[np.triu_indices(len(lab), 1)]
+        assert apart.min() > 20.0
+
+
+def test_a_film_has_its_frames(pendulum, tmp_path):
+    system, motion, _ = pendulum
+    path = viz.animate(system, motion, tmp_path / "swing.gif", "xz", fps=5, speed=0.5, dpi=40)
+    with Image.open(path) as film:
+        assert film.n_frames == 10
+        pictures = []
+        for k in (0, 5):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("L"), float))
+    assert np.mean(np.abs(pictures[0] - pictures[1]) > 50) > 1e-3
+    with pytest.raises(ValueError, match=".gif or .mp4"):
+        viz.animate(system, motion, tmp_path / "swing.avi")
+
+
+def test_all_poses_are_one_program(pendulum, monkeypatch):
+    system, motion, _ = pendulum
+    traced, walk = [], film_module.frame_poses
+    monkeypatch.setattr(film_module, "frame_poses", lambda *given: traced.append(1) or walk(*given))
+    four = jax.tree.map(lambda x: x[:4], motion.states)
+    for _ in range(2):
+        viz.plot_mechanism(system, four, "xz", ax=Figure().add_subplot())
+    assert len(traced) == 1
+
+
+def test_sides_traces_and_names(pendulum):
+    system, motion, _ = pendulum
+    ax = Figure((9.0, 3.0), layout="constrained").add_subplot()
+    viz.plot_views(system, motion, ("xz", "yz", "iso"), ax=ax, traces=["tip"], names=True)
+    rooms = ax.figure.axes
+    assert [room.get_xlabel() for room in rooms] == ["x [m]", "y [m]", ""]
+    path = next(line for line in rooms[0].lines if line.get_linestyle() == ":")
+    q = np.asarray(motion.states.coordinates[:, 0])
+    assert np.allclose(path.get_xydata(), np.stack([-np.sin(q), -np.cos(q)], axis=1), atol=1e-9)
+    assert [note.get_text() for note in rooms[0].texts] == ["pivot"]
+    count = len(viz.plot_mechanism(system, motion, "xz", ax=Figure().add_subplot()).lines)
+    assert len(viz.plot_mechanism(system, motion, "xz", poses=2, ax=Figure().add_subplot()).lines) == 2 * count // 5
+    with pytest.raises(mbs.UnknownNameError, match="tpi"):
+        viz.plot_mechanism(system, motion, traces=["tpi"], ax=ax)
+
+
+def test_everything_is_drawn_as_what_it_is():
+    system, states = everything()
+    ax = viz.plot_mechanism(system, jax.tree.map(lambda x: x[:1], states), "iso", ax=Figure().add_subplot())
+    assert len(ax.patches) == 2  # blocks of ram and sleeve; the cylinder is barrel and rod
+    zigzag = max((line.get_xydata() for line in ax.lines if line.get_marker() == "None"), key=len)
+    assert len(zigzag) == 23
+    barrel = [line for line in ax.lines if line.get_linewidth() == 6.0]
+    assert len(barrel) == 1
+
+
+def test_mesh_pictures():
+    structure = plate()
+    ax = viz.plot_structure(structure, ax=Figure().add_subplot())
+    faces, edges, bars = ax.collections
+    assert len(faces.get_paths()) == 18 and len(edges.get_paths()) == 45 and len(bars.get_paths()) == 3
+    u = np.zeros((structure.num_nodes, 3))
+    u[:, 2] = np.asarray(structure.positions[:, 0]) ** 2
+    ax = viz.plot_structure(structure, u, "xz", ax=Figure().add_subplot(), scale=2.0)
+    top = max(path.vertices[:, 1].max() for path in ax.collections[-1].get_paths())
+    assert np.isclose(top, 2.0 * 0.25)
+    with pytest.raises(ValueError, match="28 nodes"):
+        viz.plot_structure(structure, np.zeros(7), ax=ax)
+
+
+def test_only_designs_that_are_ok_are_compared(ax):
+    table = study()
+    viz.plot_parallel(table, ["crank", "peak"], ax=ax)
+    (lines,) = [c for c in ax.collections if len(c.get_paths()) > 1]
+    assert len(lines.get_paths()) == 39
+    with pytest.raises(ValueError, match="craank; the names are: crank, rod, offset, peak"):
+        viz.plot_scatter(table, ["craank"])
+
+
+def test_the_case_that_reaches_furthest_is_named(ax):
+    x, values = np.linspace(0.0, 1.0, 4), np.outer([1.0, 3.0, np.nan, 2.0], np.ones(4))
+    viz.plot_envelope(x, values, limit=2.5, ax=ax)
+    told = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert told == ["3 cases, 1 failed", "median", "case 1", "limit"]
+    assert np.allclose(ax.lines[0].get_ydata(), 2.0)
+
+
+def test_a_film_of_a_mesh(tmp_path):
+    structure = plate(3, 1)
+    x = np.zeros((3, len(structure.labels)))
+    x[1, [label == ("3.1", "z") for label in structure.labels]] = 0.1
+    whole = mbs.LinearSystem(
+        mass=np.eye(x.shape[1]),
+        stiffness=np.eye(x.shape[1]),
+        coordinates=structure.labels,
+        positions=dict(zip(structure.names, np.asarray(structure.positions), strict=True)),
+    )
+    path = viz.animate(whole, x, tmp_path / "bend.gif", fps=2, dpi=30, structures=structure)
+    with Image.open(path) as film:
+        assert film.n_frames == 4
+        pictures = []
+        for k in (0, 2):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("L"), float))
+    assert np.mean(np.abs(pictures[0] - pictures[1]) > 30) > 1e-3

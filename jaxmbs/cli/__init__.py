@@ -1,0 +1,41 @@
+"""The command line: `python -m jaxmbs --help`.
+
+Results go to the standard output, all that is said about them to the error stream.  Exit statuses: 0, 1 for a fault
+of the model or of a file, 2 for a command that cannot be understood, 130 after an interrupt, 141 when the reader of
+the output has gone.
+"""
+
+import os
+import sys
+
+from .parser import parser
+
+__all__ = ["main"]
+
+FAULT, INTERRUPTED, NO_READER = 1, 130, 141
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one command; returns the exit status."""
+    options = parser().parse_args(argv)
+    try:
+        status = options.run(options)
+        sys.stdout.flush()
+        return status
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python's own flush at the end is quiet too
+        return NO_READER
+    except (ValueError, TypeError, RuntimeError, OSError, ImportError) as error:
+        print(f"error: {_words(error)}", file=sys.stderr)
+        return FAULT
+
+
+def _words(error) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    if isinstance(error, ModuleNotFoundError):
+        return f"{error.name} is not installed: pip install 'jaxmbs[io,viz,studies]'"
+    return str(error) or type(error).__name__

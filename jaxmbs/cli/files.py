@@ -1,0 +1,39 @@
+"""Commands that write files, each as a whole or not at all."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from .. import viz
+from ..io.model_file import save_model
+from ..io.whole_file import whole_path
+from .models import posed, read
+
+
+def view(options: argparse.Namespace) -> int:
+    """A picture of a pose by matplotlib, or a scene."""
+    system, state = posed(options)
+    with whole_path(options.out) as part:
+        if Path(options.out).suffix.lower() == ".html":
+            viz.scene(system, state, path=part)
+            return 0
+        import matplotlib
+
+        matplotlib.use("Agg")
+        viz.plot_mechanism(system, state, plane=options.plane).figure.savefig(part, dpi=200)
+    return 0
+
+
+def convert(options: argparse.Namespace) -> int:
+    """A model as one of our files."""
+    save_model(read(options).builder, options.output)
+    return 0
+
+
+def write_table(result: Any, path: str) -> None:
+    """A motion, reactions or modes as .csv (`to_pandas`) or .nc (`to_xarray`)."""
+    with whole_path(path) as part:
+        if Path(path).suffix.lower() == ".csv":
+            result.to_pandas().to_csv(part)
+        else:
+            result.to_xarray().to_netcdf(part, engine="h5netcdf")

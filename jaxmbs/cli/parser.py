@@ -1,0 +1,127 @@
+"""What can be said on the command line; the commands import what they need when they run."""
+
+import argparse
+import importlib
+import importlib.metadata
+from pathlib import Path
+
+_TABLES, _PICTURES = (".csv", ".nc"), (".png", ".svg", ".pdf", ".html")
+_MODEL = "a .urdf, an .xml of MuJoCo or a .json of jaxmbs"
+
+
+def parser() -> argparse.ArgumentParser:
+    """Of the whole command line; `options.run(options)` runs the command."""
+    whole = argparse.ArgumentParser(prog="python -m jaxmbs", description="Differentiable multibody dynamics in JAX.")
+    whole.add_argument("--version", action="version", version=f"jaxmbs {importlib.metadata.version('jaxmbs')}")
+    commands = whole.add_subparsers(metavar="command", required=True)
+
+    check = _command(commands, "check", "every fault, mobility, redundancy, and what was left out of a file")
+    check.set_defaults(run=_run("questions", "check"))
+
+    simulate = _command(commands, "simulate", "the motion from a pose, as a table or a file")
+    _pose(simulate)
+    simulate.add_argument("--t1", type=float, required=True, metavar="SECONDS", help="end of the motion")
+    simulate.add_argument("--steps", type=_count, default=100, metavar="N", help="times saved (default: %(default)s)")
+    simulate.add_argument("--stiff", action="store_true", help="an implicit solver, for stiff springs and stops")
+    _out(simulate, "table of the motion, .csv or .nc (default: a summary is printed)", _TABLES)
+    simulate.set_defaults(run=_run("questions", "simulate"))
+
+    reactions = _command(commands, "reactions", "what every joint carries in a pose")
+    _pose(reactions)
+    _out(reactions, "table, .csv or .nc (default: it is printed)", _TABLES)
+    reactions.set_defaults(run=_run("questions", "reactions"))
+
+    modes = _command(commands, "modes", "frequencies and damping about the equilibrium near a pose")
+    _pose(modes)
+    modes.add_argument("--here", action="store_true", help="about the pose itself, at rest there or not")
+    _out(modes, "table, .csv (default: it is printed)", _TABLES[:1])
+    modes.set_defaults(run=_run("questions", "modes"))
+
+    view = _command(commands, "view", "a picture of a pose, or a scene to turn round")
+    _pose(view)
+    _out(view, "picture (.png, .svg, .pdf) or scene (.html)", _PICTURES, required=True)
+    view.add_argument(
+        "--plane", default="xz", help="of a picture: two world axes, right and up (default: %(default)s)"
+    )
+    view.set_defaults(run=_run("files", "view"))
+
+    convert = _command(commands, "convert", "a model as a file of jaxmbs")
+    convert.add_argument("output", metavar="OUTPUT", type=_ending((".json",)), help="the file to write, .json")
+    convert.set_defaults(run=_run("files", "convert"))
+
+    demo = commands.add_parser("demo", help="simulate a slider-crank, check its joint loads, improve its design")
+    demo.add_argument("--output", default="jaxmbs-demo", help="folder for plots and tables (default: %(default)s)")
+    demo.add_argument("--quick", action="store_true", help="fewer crank angles and steps")
+    demo.set_defaults(run=_run("installation", "demo"))
+    doctor = commands.add_parser("doctor", help="print versions, devices, precision and known-bad releases")
+    doctor.set_defaults(run=_run("installation", "doctor"))
+    return whole
+
+
+def _run(module, name):
+    def run(options):
+        return getattr(importlib.import_module(f".{module}", __package__), name)(options)
+
+    return run
+
+
+def _command(commands, name, about):
+    """A command on a model, with what can be said of reading it."""
+    made = commands.add_parser(name, help=about, description=f"{about[0].upper()}{about[1:]}.")
+    made.add_argument("model", metavar="MODEL", help=_MODEL)
+    made.add_argument("--free", action="store_true", help="URDF: the root link floats")
+    made.add_argument("--welds", action="store_true", help="keep bodies on fixed joints as bodies")
+    made.add_argument("--stops", type=float, metavar="K", help="limits of joints as bump stops of this stiffness")
+    made.add_argument("--drop-tendons", action="store_true", help="MJCF: leave tendons out")
+    return made
+
+
+def _pose(command):
+    command.add_argument(
+        *("--set", "-s"),
+        action="append",
+        default=[],
+        dest="values",
+        metavar="JOINT=VALUE",
+        type=_assignment,
+        help="a joint's coordinate [m, rad], of several numbers with commas between; may be repeated",
+    )
+    command.add_argument(
+        *("--velocity", "-v"),
+        action="append",
+        default=[],
+        dest="velocities",
+        metavar="JOINT=VALUE",
+        type=_assignment,
+        help="a joint's velocity [m/s, rad/s], likewise",
+    )
+
+
+def _out(command, about, endings, required=False):
+    command.add_argument("--out", "-o", metavar="FILE", type=_ending(endings), help=about, required=required)
+
+
+def _ending(endings):
+    def path(text):
+        if Path(text).suffix.lower() not in endings:
+            raise argparse.ArgumentTypeError(f"{text!r} does not end in {' or '.join(endings)}")
+        return text
+
+    return path
+
+
+def _assignment(text):
+    name, sign, numbers = text.partition("=")
+    try:
+        values = [float(word) for word in numbers.split(",")]
+    except ValueError:
+        values = []
+    if not (name and sign and values):
+        raise argparse.ArgumentTypeError(f"{text!r} is not JOINT=NUMBER")
+    return name, values[0] if len(values) == 1 else values
+
+
+def _count(text):
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of times")
+    return int(text)

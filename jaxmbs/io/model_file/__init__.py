@@ -1,0 +1,7 @@
+"""The model file of the library: JSON that a person can read, exact in every number, without code in it."""
+
+from .files import load_model, save_model
+from .known_types import register
+from .schema import model_schema
+
+__all__ = ["load_model", "model_schema", "register", "save_model"]

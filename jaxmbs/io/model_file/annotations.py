@@ -1,0 +1,72 @@
+"""What the annotation of a field says: whether arrays may stand there, and whether a value does."""
+
+import types
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Union, get_args, get_origin
+
+import jax
+import numpy as np
+
+
+def alternatives(wanted: Any) -> tuple:
+    """The types of a union, or the one type."""
+    if get_origin(wanted) is Annotated:  # of Any: what belongs there is said beside it
+        held, *said = get_args(wanted)
+        return alternatives(said[0] if held is Any else held)
+    if get_origin(wanted) in (Union, types.UnionType):
+        return tuple(one for part in get_args(wanted) for one in alternatives(part))
+    return (wanted,)
+
+
+def is_array(wanted: Any) -> bool:
+    """Whether an array may stand there."""
+    return any(_is_array_type(one) for one in alternatives(wanted))
+
+
+def _is_array_type(one) -> bool:
+    if hasattr(one, "array_type"):  # of jaxtyping, with a shape
+        return one.array_type is not Any
+    return isinstance(one, type) and issubclass(one, jax.Array | np.ndarray)
+
+
+def fits(value: Any, wanted: Any) -> bool:
+    """Whether a value is what the annotation says."""
+    return any(_fits(value, one) for one in alternatives(wanted))
+
+
+def _fits(value, one) -> bool:
+    if one is Any or not (isinstance(one, type) or get_origin(one) or one is None or one is Callable):
+        return True
+    if one is None or one is type(None):
+        return value is None
+    if one is Callable or get_origin(one) is Callable or get_origin(one) is type(Callable):
+        return callable(value)
+    inside = get_args(one)
+    if get_origin(one) is tuple:
+        if not isinstance(value, tuple):
+            return False
+        if len(inside) == 2 and inside[1] is Ellipsis:
+            return all(fits(item, inside[0]) for item in value)
+        return len(value) == len(inside) and all(map(fits, value, inside))
+    if get_origin(one) in (dict, Mapping):
+        return isinstance(value, dict) and all(fits(k, inside[0]) and fits(v, inside[1]) for k, v in value.items())
+    if get_origin(one) is not None:
+        return True
+    if one is float:
+        return isinstance(value, float | int) and not isinstance(value, bool)
+    if one is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    return isinstance(value, one)
+
+
+def spoken(wanted: Any) -> str:
+    """An annotation in words."""
+    return " or ".join(dict.fromkeys(_spoken(one) for one in alternatives(wanted)))
+
+
+def _spoken(one):
+    if hasattr(one, "array_type"):
+        return f"array ({one.dim_str})" if one.dim_str else "number"
+    if one is type(None):
+        return "null"
+    return getattr(one, "__name__", str(one))

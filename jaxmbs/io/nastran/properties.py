@@ -1,0 +1,235 @@
+"""Materials and properties: the numbers of a deck that many elements share."""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...elements.base import number, optional
+from ...typing import Converted
+from .cards import Card
+
+Scalar = Converted[Float[Array, ""]]
+OptionalScalar = Converted[Float[Array, ""] | None]
+
+
+class Material(eqx.Module):
+    """MAT1, two of E, G, nu or all three.
+
+    Attributes:
+        young [Pa]; shear_modulus [Pa] and poisson, each as the card has it or None; density, in units that
+            PARAM WTMASS makes masses of.
+    """
+
+    young: Scalar = eqx.field(converter=number)
+    shear_modulus: OptionalScalar = eqx.field(converter=optional)
+    poisson: OptionalScalar = eqx.field(converter=optional)
+    density: Scalar = eqx.field(converter=number)
+
+    @property
+    def shear(self) -> Array:
+        """G [Pa]: the card's, or E / 2(1 + nu)."""
+        if self.shear_modulus is not None:
+            return self.shear_modulus
+        return 0.0 * self.young if self.poisson is None else self.young / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def contraction(self) -> Array:
+        """Poisson's ratio: the card's, or E / 2G - 1."""
+        if self.poisson is not None:
+            return self.poisson
+        return 0.0 * self.young if self.shear_modulus is None else self.young / (2.0 * self.shear_modulus) - 1.0
+
+
+class Section(eqx.Module):
+    """PBAR, PBEAM or PROD.
+
+    Attributes:
+        area [m^2]; inertia_1, inertia_2: I1 and I2, bending in planes 1 and 2 [m^4]; torsion: J [m^4].
+        line_mass: NSM [kg/m]; shear: (2,) K1 and K2, or None for none.
+        material: name, "MAT1 3".
+    """
+
+    area: Scalar = eqx.field(converter=number)
+    inertia_1: Scalar = eqx.field(converter=number)
+    inertia_2: Scalar = eqx.field(converter=number)
+    torsion: Scalar = eqx.field(converter=number)
+    line_mass: Scalar = eqx.field(converter=number)
+    shear: Converted[Float[Array, "2"] | None] = eqx.field(converter=optional)
+    material: str = eqx.field(static=True)
+
+
+class Plate(eqx.Module):
+    """PSHELL, homogeneous.
+
+    Attributes:
+        thickness [m]; area_mass: NSM [kg/m^2].
+        shear_factor: TS/T, of the transverse shear.
+        material: name, "MAT1 3".
+    """
+
+    thickness: Scalar = eqx.field(converter=number)
+    area_mass: Scalar = eqx.field(converter=number)
+    shear_factor: Scalar = eqx.field(converter=number)
+    material: str = eqx.field(static=True)
+
+
+class Solid(eqx.Module):
+    """PSOLID: no number of its own.
+
+    Attributes:
+        material: name, "MAT1 3".
+    """
+
+    material: str = eqx.field(static=True)
+
+
+class Bush(eqx.Module):
+    """PBUSH.
+
+    Attributes:
+        stiffness: (6,) [N/m, N m/rad]; damping: (6,) [N s/m, N m s/rad], or None.
+    """
+
+    stiffness: Converted[Float[Array, "6"]] = eqx.field(converter=number)
+    damping: Converted[Float[Array, "6"] | None] = eqx.field(converter=optional)
+
+
+class ScalarProperty(eqx.Module):
+    """PELAS.
+
+    Attributes:
+        stiffness: [N/m or N m/rad].
+    """
+
+    stiffness: Scalar = eqx.field(converter=number)
+
+
+def material(card: Card, note: Callable[[str], None]) -> Material:
+    """MAT1."""
+    E, G, nu = (card.real(k, name, None) for k, name in ((2, "E"), (3, "G"), (4, "NU")))
+    density = card.real(5, "RHO", 0.0)
+    if E is None and G is not None:
+        E = 2.0 * G * (1.0 + (nu or 0.0))
+    if E is None:
+        card.fault("E is missing")
+        E = 1.0
+    _positive(card, E=E, nonnegative={"G": G or 0.0, "RHO": density})
+    ratio = nu if nu is not None else E / (2.0 * G) - 1.0 if G else 0.0
+    if not -1.0 < ratio < 0.5:
+        card.fault(f"Poisson's ratio {ratio:g} does not lie between -1 and 1/2")
+    if card.real(8, "GE", 0.0):
+        note("structural damping GE of MAT1")
+    return Material(E, G, nu, density)
+
+
+def section(card: Card, note: Callable[[str], None]) -> Section:
+    """PBAR, PBEAM of one section along its length, or PROD without torsion."""
+    mid = f"MAT1 {card.integer(2, 'MID')}"
+    A, I1, I2 = (card.real(k, name, 0.0) for k, name in ((3, "A"), (4, "I1"), (5, "I2")))
+    if card.name == "PROD":
+        card.refuse("torsion J", 4)
+        _positive(card, A=A, nonnegative={"NSM": card.real(6, "NSM", 0.0)})
+        return Section(A, 0.0, 0.0, 0.0, card.real(6, "NSM", 0.0), None, mid)
+    bar = card.name == "PBAR"
+    J, nsm = card.real(6 if bar else 7, "J", 0.0), card.real(7 if bar else 8, "NSM", 0.0)
+    card.refuse("the product of inertia I12", 19 if bar else 6)
+    K = _shear_of_bar(card) if bar else _shear_of_beam(card)
+    _positive(card, A=A, nonnegative=dict(I1=I1, I2=I2, J=J, NSM=nsm, K1=K[0], K2=K[1]))
+    if (K[0] > 0) != (K[1] > 0):
+        card.fault("K1 and K2 must both be given, or both be zero")
+    return Section(A, I1, I2, J, nsm, K if K[0] > 0 and K[1] > 0 else None, mid)
+
+
+def _shear_of_bar(card):
+    return [card.real(k, name, 0.0) for k, name in ((17, "K1"), (18, "K2"))]
+
+
+def _shear_of_beam(card):
+    """K1 and K2 of a PBEAM, whose further stations must repeat the first one."""
+    stations = ("YES", "YESA", "NO")
+    first = [card.real(k, "A, I, J or NSM", None) for k in (3, 4, 5, 7, 8)]
+    row = 9 if card.text(9).upper() in stations else 17  # the row of stress points may be left out
+    while card.text(row).upper() in stations:
+        step = 16 if card.text(row).upper() == "YES" else 8
+        at = [card.real(row + k, "A, I, J or NSM", None) for k in (2, 3, 4, 6, 7)]
+        if any(b is not None and b != (a or 0.0) for a, b in zip(first, at, strict=True)):
+            card.fault("a section that changes along the beam is not read")
+        row += step
+    card.refuse("S1 and S2", row + 2, row + 3)
+    card.refuse("NSI and CW", *range(row + 4, row + 8))
+    card.refuse("M1, M2, N1, N2 beside the centroid", *range(row + 8, row + 16))
+    return [card.real(row, "K1", 1.0), card.real(row + 1, "K2", 1.0)]
+
+
+def plate(card: Card, note: Callable[[str], None]) -> Plate:
+    """PSHELL of one material."""
+    mid, bending, across = card.integer(2, "MID1"), card.integer(4, "MID2", 0), card.integer(6, "MID3", 0)
+    t, nsm = card.real(3, "T"), card.real(8, "NSM", 0.0)
+    if bending != mid:
+        card.fault("MID2 must be MID1: plates of one material that bend are read")
+    if across not in (0, mid):
+        card.fault("MID3 must be MID1 or blank")
+    if not across:
+        note("blank MID3 of PSHELL: the transverse shear of quadrilaterals stays, with 5/6")
+    card.refuse("12I/T^3", 5, harmless=(1.0,))
+    card.refuse("the material MID4 that couples", 11)
+    _positive(card, T=t, nonnegative={"NSM": nsm})
+    factor = card.real(7, "TS/T", 5 / 6)
+    if not factor > 0:
+        card.fault("TS/T must be positive")
+    return Plate(t, nsm, factor, f"MAT1 {mid}")
+
+
+def solid(card: Card, note: Callable[[str], None]) -> Solid:
+    """PSOLID; how it integrates (IN, ISOP) is noted."""
+    if any(card.text(k) for k in (4, 6)):
+        note("integration IN, ISOP of PSOLID")
+    if card.text(7).upper() not in ("", "SMECH"):
+        card.fault(f"FCTN {card.text(7)[:16]!r} is not read")
+    return Solid(f"MAT1 {card.integer(2, 'MID')}")
+
+
+def bush(card: Card, note: Callable[[str], None]) -> Bush:
+    """PBUSH with K and B; GE and stress recovery are noted."""
+    values = {"K": [0.0] * 6, "B": [0.0] * 6}
+    for row in range(2, max(len(card), 2) + 1, 8):
+        what = card.text(row).upper()
+        if what in values:
+            values[what] = card.reals(row + 1, 6, what)
+        elif what in ("GE", "RCV"):
+            note(f"{what} of PBUSH")
+        elif what:
+            card.fault(f"{what[:16]!r} is none of K, B, GE, RCV")
+    _positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
+    return Bush(values["K"], values["B"] if any(values["B"]) else None)
+
+
+def scalar(card: Card, note: Callable[[str], None]) -> ScalarProperty:
+    """PELAS."""
+    if card.real(3, "GE", 0.0):
+        note("structural damping GE of PELAS")
+    card.refuse("a second spring on one PELAS", *range(5, 9))
+    return ScalarProperty(card.real(2, "K"))
+
+
+READ: dict[str, Callable[..., Any]] = {
+    **dict(MAT1=material, PBAR=section, PBEAM=section, PROD=section),
+    **dict(PSHELL=plate, PSOLID=solid, PBUSH=bush, PELAS=scalar),
+}
+
+
+def _positive(card, nonnegative, **positive):
+    for name, value in positive.items():
+        if not value > 0:
+            card.fault(f"{name} must be positive")
+    for name, value in nonnegative.items():
+        if value < 0:
+            card.fault(f"{name} must not be negative")
+
+
+def spread_over(count: int, value: Array) -> Array:
+    """One value for each of many elements."""
+    return number(value)[None] * np.ones((count,) + (1,) * np.ndim(value), number(value).dtype)

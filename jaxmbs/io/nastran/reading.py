@@ -1,0 +1,164 @@
+"""From the cards of a deck to its structure."""
+
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ...elements import DIRECTIONS
+from ...elements.base import number
+from ...errors import ModelError
+from .cards import Card, cards
+from .connections import Groups, bars, plates, rods, solids
+from .constraints import chosen, held, ties
+from .context import Context
+from .coordinates import coordinates_of, uncoupled
+from .deck import Deck
+from .frames import NAMES
+from .groups import Numbers
+from .nodal import massless, nodal_sums, weakly_held
+from .points import bushes, masses, springs
+from .properties import READ
+from .text import Text
+from .ties import AbstractTie, Combined, Mean, Pair
+
+ELEMENTS: dict[str, Callable[[list[Card], Context], Groups]] = {
+    **dict(CBAR=bars, CBEAM=bars, CROD=rods, CQUAD4=plates, CTRIA3=plates, CHEXA=solids),
+    **dict(CONM2=masses, CELAS1=springs, CELAS2=springs, CBUSH=bushes),
+}
+CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3")
+_USED = {"GRID", "GRDSET", "PARAM", *NAMES, *READ, *ELEMENTS, *CONSTRAINTS}
+#: Loads, requests for solutions, output, reduction: none of them changes mass, stiffness or supports.
+_HARMLESS = {
+    *("EIGR", "EIGRL", "EIGB", "EIGC", "EIGP", "FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5"),
+    *("TSTEP", "TSTEPNL", "TIC", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "LOAD", "GRAV"),
+    *("PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "RFORCE", "SLOAD", "DAREA", "DLOAD", "DELAY", "DPHASE", "LSEQ"),
+    *("RLOAD1", "RLOAD2", "TLOAD1", "TLOAD2", "TEMP", "TEMPD", "TABLED1", "TABLED2", "TABLED3", "TABLED4"),
+    *("TABDMP1", "TABRND1", "RANDPS", "SPCD", "SET", "DTI", "MAT4", "PLOTEL", "SUPORT", "SUPORT1", "ASET", "ASET1"),
+    *("BSET", "BSET1", "CSET", "CSET1", "QSET", "QSET1", "OMIT", "OMIT1", "USET", "USET1", "RVDOF", "RVDOF1"),
+    *("DESVAR", "DVPREL1", "DRESP1", "DCONSTR", "ECHOON", "ECHOOFF", "MONPNT1", "MDLPRM"),
+}
+
+
+def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None = None, polar: bool = True) -> Deck:
+    """A structure from Nastran bulk data, small, large or free fields; INCLUDE inside the folder of the deck.
+
+    Read are GRID, GRDSET and the coordinate systems CORD1 and CORD2 of kind R, C, S; CBAR, CBEAM (of one section),
+    CROD, CQUAD4, CTRIA3, CHEXA (8 nodes), CONM2, CELAS1, CELAS2, CBUSH; MAT1, PBAR, PBEAM, PROD, PSHELL, PSOLID,
+    PELAS, PBUSH; RBE2, RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS and AUTOSPC.  `Deck.ignored` lists loads
+    and requests.
+
+    Masses are always consistent (PARAM COUPMASS 1).  Bars, rods, springs, masses and ties are Nastran's; plates and
+    solids are our `Quadrilateral`, `Triangle` and `Hexahedron`, which converge to the same answers by other numbers.
+
+    Args:
+        spc, mpc: sets that act; by default those that the case control chooses, or the only ones.
+        polar: whether CBARs have inertia about their own axis, as CBEAMs have; Nastran's have none unless asked for.
+
+    Raises: ModelError with every fault: cards that are not read, by name and line, wrong fields, what is missing;
+    OSError where there is no file.
+    """
+    faults: list[str] = []
+    text = Text(Path(path), faults)
+    found: dict[str, list[Card]] = {}
+    for card in cards(text.lines(), faults):
+        found.setdefault(card.name, []).append(card)
+    strange = [name for name in found if name not in _USED | _HARMLESS and name]
+    faults += [f"{name} is not read: {_places(found[name])}" for name in strange]
+    if not found.get("GRID"):
+        raise ModelError([*faults, f"{text.name} has no GRID"])
+    deck = Context(found, polar)
+    elements = {
+        name: own for kind, read in ELEMENTS.items() if kind in found for name, own in read(found[kind], deck).items()
+    }
+    if not elements:
+        faults.append(f"{text.name} has no element")
+    sets = [chosen(kind, found, one, text.choices[kind], faults) for kind, one in (("SPC", spc), ("MPC", mpc))]
+    tied = ties(found, sets[1], deck)
+    on_hold = deck.held | held(found, sets[0], deck)
+    settings = _settings(found, deck)
+    faults += _clashes(tied, on_hold, deck)
+    if faults:
+        raise ModelError(faults)
+    return _deck(deck, elements, tied, on_hold, settings, _ignored(found, text, deck))
+
+
+def _deck(deck, elements, tied, on_hold, settings, ignored):
+    numbers = Numbers(number(deck.positions), deck.materials, deck.properties, number(settings["WTMASS"]))
+    nodal = nodal_sums(deck, elements, numbers)
+    for tie in tied.values():
+        for n, d in tie.pairs if isinstance(tie, Combined) else ():
+            axis = deck.axes(n)[d % 3]
+            nodal.strained[n, d // 3] += np.outer(axis, axis)
+    weak = weakly_held(deck, nodal, tied) if settings["AUTOSPC"] else set()
+    weak = (weak | _unheard(tied, nodal.sizes)) - on_hold - {pair for tie in tied.values() for pair in tie.dependent}
+    coordinates = coordinates_of(deck, tied, on_hold, nodal.sizes, weak)
+    if not uncoupled(tied):
+        _refuse_rings(coordinates, numbers.positions)
+    if not coordinates.free:
+        raise ModelError(["nothing is free to move"])
+    turned, still = dict(coordinates.turned), on_hold | weak
+    fixed = [(n, d) for n, d in still if n not in turned or {(n, 3 * (d // 3) + k) for k in range(3)} <= still]
+    names = tuple(f"GRID {one}" for one in deck.ids)
+    labels = [tuple(f"{names[n]} {DIRECTIONS[d]}" for n, d in sorted(pairs)) for pairs in (on_hold, weak)]
+    parts = deck.materials, deck.properties, elements, numbers.mass, coordinates
+    light = massless(coordinates, nodal, numbers.positions)
+    return Deck(names, numbers.positions, *parts, tuple(sorted(fixed)), light, *labels, ignored)
+
+
+def _settings(found, deck):
+    settings = {"WTMASS": 1.0, "AUTOSPC": True}
+    for card in found.get("PARAM", ()):
+        name = card.text(1).upper()
+        if name == "WTMASS":
+            settings["WTMASS"] = card.real(2, "WTMASS")
+            if not settings["WTMASS"] > 0:
+                card.fault("WTMASS must be positive")
+        elif name == "AUTOSPC":
+            settings["AUTOSPC"] = card.text(2).upper() != "NO"
+        elif name != "COUPMASS":
+            deck.note(f"PARAM {name[:16]}")
+        elif card.text(2) in ("0", "-1"):
+            deck.note("PARAM COUPMASS: masses are consistent")
+    return settings
+
+
+def _unheard(tied: dict[str, AbstractTie], sizes) -> set[Pair]:
+    """Directions that an RBE3 averages and that no element has: they stay where they are."""
+    averaged = {pair for tie in tied.values() if isinstance(tie, Mean) for pair in tie.averaged}
+    raised = {pair for tie in tied.values() for pair in tie.raised}
+    return {(n, d) for n, d in averaged - raised if d >= sizes[n]}
+
+
+def _clashes(tied, on_hold, deck):
+    """Directions that depend on two ties, or on a tie and a support."""
+    faults, taken = [], {}
+    for name, tie in tied.items():
+        for n, d in tie.dependent:
+            what = f"GRID {deck.ids[n]}, direction {d + 1}"
+            if (n, d) in taken:
+                faults.append(f"{what}: depends on {taken[n, d]} and on {name}")
+            if (n, d) in on_hold:
+                faults.append(f"{what}: depends on {name} and is held")
+            taken[n, d] = name
+    return faults[:50]
+
+
+def _refuse_rings(coordinates, positions):
+    R, columns = coordinates.equations(positions)
+    own = np.asarray(R)[:, columns]
+    if not np.all(np.isfinite(own)) or np.linalg.cond(own) > 1e12:
+        raise ModelError(["the ties depend on one another in a ring"])
+
+
+def _ignored(found, text, deck):
+    lines = [f"{text.skipped} lines before the bulk data"] if text.skipped else []
+    lines += [f"{name}: {_places(own)}" for name, own in found.items() if name in _HARMLESS]
+    lines += [f"{what}, {times} times" if times > 1 else what for what, times in deck.notes.items()]
+    return tuple(lines)
+
+
+def _places(own):
+    shown = ", ".join(card.place for card in own[:4])
+    return shown if len(own) < 5 else f"{shown} and {len(own) - 4} more"

@@ -1,0 +1,90 @@
+"""Tables in words and for notebooks: what results show of themselves."""
+
+from collections.abc import Callable, Iterable, Sequence
+from html import escape
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+
+from .checks import known
+
+Rows = Sequence[Sequence[str]]
+_MOST = 24  # rows that are shown
+
+
+def aligned(rows: Rows, left: int = 1) -> str:
+    """Rows of text, their columns aligned: the first `left` to the left, the others to the right."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [c.ljust(w) if k < left else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def as_html(summary: Iterable[str], rows: Rows) -> str:
+    """Lines, then the rows as a table whose first row is its head."""
+    head, *body = (("th", rows[0]), *(("td", row) for row in rows[1:]))
+    cells = ["".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in row) for tag, row in (head, *body)]
+    table = "".join(f"<tr>{row}</tr>" for row in cells)
+    return "<p>" + "<br>".join(map(escape, summary)) + f"</p><table>{table}</table>"
+
+
+def shortened(rows: Rows) -> Rows:
+    """The rows, of many the first and a line that says how many follow."""
+    if len(rows) <= _MOST + 1:
+        return rows
+    more = (f"... {len(rows) - 1 - _MOST} more", *[""] * (len(rows[0]) - 1))
+    return [*rows[: _MOST + 1], more]
+
+
+def short(value: Any) -> str:
+    """A number with four digits."""
+    return f"{float(value):.4g}"
+
+
+def shapes(value: Any) -> str:
+    """A result whose numbers are not known, or not those of one: the kinds and shapes of its arrays."""
+    return eqx.tree_pformat(value, short_arrays=True)
+
+
+def told(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any], str], Callable[[Any], str]]:
+    """`__repr__` and `_repr_html_` of a class from a summary and rows, the first of which is the head.
+
+    What is traced, or has axes that the table does not know, shows its shapes: a debugger asks at any time, so this
+    never raises.
+    """
+
+    def found(self):
+        try:
+            if known(self):
+                summary, rows = parts(self)
+                return summary, shortened([[str(cell) for cell in row] for row in rows])
+        except Exception:  # whatever a half-made or foreign value does
+            pass
+        return None
+
+    def __repr__(self) -> str:
+        shown = found(self)
+        if shown is None:
+            return shapes(self)
+        summary, rows = shown
+        return f"{type(self).__name__}: {summary}" + (f"\n{aligned(rows)}" if len(rows) > 1 else "")
+
+    def _repr_html_(self) -> str:
+        shown = found(self)
+        if shown is None:
+            return f"<pre>{escape(shapes(self))}</pre>"
+        return as_html([f"{type(self).__name__}: {shown[0]}"], shown[1])
+
+    return __repr__, _repr_html_
+
+
+def span(values: Any) -> tuple[str, str, str, str]:
+    """First, last, least and largest of a column (T,)."""
+    values = np.asarray(values, float)
+    kept = values[np.isfinite(values)]
+    if len(kept) == 0:
+        return ("nan",) * 4
+    return short(values[0]), short(kept[-1]), short(kept.min()), short(kept.max())

@@ -1,0 +1,36 @@
+"""From where flat pictures look: along an axis, or over the corner."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Looking(NamedTuple):
+    """Rows (2, 3) to the right and up of the picture, (3,) towards the eye, and the labels of its axes, if any."""
+
+    rows: np.ndarray
+    depth: np.ndarray
+    labels: tuple[str, str] | None
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) in the picture, (..., 2)."""
+        return np.asarray(points) @ self.rows.T
+
+
+def looking(plane: str, azimuth: float = 0.6, elevation: float = 0.4) -> Looking:
+    """A view by the world axes that point to the right and up, "xy", "xz", ..., or "iso": z up, over the corner
+    between the x axis and the reverse of y.
+
+    Args: azimuth, elevation: of "iso", how far round the eye has gone from the reverse of y, and how high [rad].
+
+    Raises: ValueError for another one.
+    """
+    if plane == "iso":
+        c, s = np.cos(azimuth), np.sin(azimuth)
+        right, level = np.array([c, s, 0.0]), np.array([s, -c, 0.0])
+        eye = np.cos(elevation) * level + np.sin(elevation) * np.array([0.0, 0.0, 1.0])
+        return Looking(np.stack([right, np.cross(eye, right)]), eye, None)
+    if len(plane) != 2 or not set(plane) < set("xyz") or plane[0] == plane[1]:
+        raise ValueError(f"plane must name two different axes, such as 'xy', or be 'iso', not {plane!r}")
+    rows = np.eye(3)[["xyz".index(letter) for letter in plane]]
+    return Looking(rows, np.cross(*rows), (f"{plane[0]} [m]", f"{plane[1]} [m]"))

@@ -1,0 +1,206 @@
+"""Imported models beside MuJoCo and Pinocchio at random states: mass matrix, bias efforts, poses; and loops beside a
+hard constraint solved in NumPy."""
+
+import xml.etree.ElementTree as ET
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+import pinocchio as pin
+from scipy.spatial.transform import Rotation
+
+import jaxmbs as mbs
+from jaxmbs.kinematics.poses import frame_poses, node_parameters, node_poses
+
+
+@jax.jit
+def ours(system, state):
+    """Mass matrix of the tree, efforts at no acceleration, rotation and position of every frame."""
+    rest = jnp.zeros(system.topology.num_velocities)
+    poses = frame_poses(system, node_poses(system.topology, node_parameters(system), state.coordinates))
+    return mbs.mass_matrix(system, state), mbs.inverse_dynamics(system, state, rest), *poses
+
+
+def random_values(system, seed, spread=1.0):
+    """Coordinates and velocities by joint; those of rotors follow their joints."""
+    random, q, v = np.random.default_rng(seed), {}, {}
+    for joint in system.topology.joints:
+        if joint.is_cut or joint.name.endswith(".rotor") or not joint.num_velocities:
+            continue
+        q[joint.name] = spread * random.normal(size=joint.num_coordinates)
+        if joint.num_coordinates > joint.num_velocities:
+            q[joint.name][-4:] = Rotation.random(random_state=random).as_quat()[[3, 0, 1, 2]]
+        v[joint.name] = spread * random.normal(size=joint.num_velocities)
+    return q, v
+
+
+def state_of(system, q, v):
+    """The state of these coordinates and velocities, no loops closed."""
+    top = system.topology
+    psi, u = np.zeros(top.num_coordinates), np.zeros(top.num_velocities)
+    for joint in top.joints:
+        if not joint.is_cut:
+            own = joint.name.removesuffix(".rotor")
+            psi[joint.coordinates], u[joint.velocities] = q.get(own, 0.0), v.get(own, 0.0)
+    return mbs.State(0.0, psi, u)
+
+
+def without_rotors(system, M, bias):
+    """Mass matrix and bias on the joints' velocities alone, rotors turning with them; names of the columns."""
+    columns, T = [], []
+    for joint in system.topology.joints:
+        for k in range(joint.num_velocities if not joint.is_cut else 0):
+            if joint.name.endswith(".rotor"):
+                continue
+            unit = np.zeros(len(M))
+            unit[joint.first_velocity + k] = 1.0
+            rotor = system.topology.joint_index.get(f"{joint.name}.rotor")
+            if rotor is not None:
+                unit[system.topology.joints[rotor].first_velocity] = 1.0
+            columns.append((joint.name, k))
+            T.append(unit)
+    T = np.array(T).T
+    return T.T @ M @ T, T.T @ bias, columns
+
+
+def relative(found, wanted):
+    """The largest difference over the largest entry, or over one where all are smaller."""
+    found, wanted = np.asarray(found), np.asarray(wanted)
+    return float(np.max(np.abs(found - wanted), initial=0.0) / max(1.0, np.max(np.abs(wanted), initial=0.0)))
+
+
+def against_mujoco(imported, model, seeds=(0, 1, 2)):
+    """Largest relative errors {"mass", "bias", "poses"} over random states; joints, bodies and sites by name.
+
+    What is left out here, the fluid, springs of tendons and some actuators, is switched off there.
+    """
+    model.opt.density = model.opt.viscosity = 0.0
+    model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
+    kept = set(imported.builder.declared.forces)
+    for a in range(len(model.actuator_trntype)):
+        if (model.actuator(a).name or f"actuator{a}") not in kept:
+            model.actuator_gainprm[a] = model.actuator_biasprm[a] = 0.0
+    system, data = imported.builder.build(), mujoco.MjData(model)
+    errors = {"mass": 0.0, "bias": 0.0, "poses": 0.0}
+    for seed in seeds:
+        q, v = random_values(system, seed)
+        M, bias, R, x = map(np.asarray, ours(system, state_of(system, q, v)))
+        M, bias, columns = without_rotors(system, M, bias)
+        for name in q:
+            joint = model.joint(name)
+            data.qpos[joint.qposadr[0] :][: len(q[name])] = q[name]
+            data.qvel[joint.dofadr[0] :][: len(v[name])] = v[name]
+        mujoco.mj_forward(model, data)
+        order = [model.joint(name).dofadr[0] + k for name, k in columns]
+        forces = data.qfrc_bias - data.qfrc_passive - data.qfrc_actuator
+        errors["mass"] = max(errors["mass"], relative(M, full_mass(model, data)[np.ix_(order, order)]))
+        errors["bias"] = max(errors["bias"], relative(bias, forces[order]))
+        errors["poses"] = max(errors["poses"], _poses(system, model, data, R, x))
+    return errors
+
+
+def full_mass(model, data):
+    """(nv, nv), whichever way this release of MuJoCo hands it out."""
+    M = np.zeros((model.nv, model.nv))
+    try:
+        mujoco.mj_fullM(model, M, data.qM)
+    except (TypeError, AttributeError):
+        mujoco.mj_fullM(model, data, M)
+    return M
+
+
+def _poses(system, model, data, R, x):
+    worst, index = 0.0, system.topology.frame_index
+    things = [(model.body(k).name, data.xmat[k], data.xpos[k]) for k in range(1, model.nbody)]
+    things += [(model.site(k).name, data.site_xmat[k], data.site_xpos[k]) for k in range(model.nsite)]
+    seen = set()
+    for name, turned, place in things:
+        if name and name in index and name not in seen:
+            seen.add(name)
+            worst = max(worst, relative(R[index[name]], turned.reshape(3, 3)), relative(x[index[name]], place))
+    assert seen
+    return worst
+
+
+def against_pinocchio(imported, path, seeds=(0, 1, 2)):
+    """The same errors of a URDF on a fixed base whose joints have one coordinate each."""
+    system, model = imported.builder.build(), pin.buildModelFromUrdf(str(path))
+    model.gravity.linear = np.asarray(system.gravity)
+    data, errors = model.createData(), {"mass": 0.0, "bias": 0.0, "poses": 0.0}
+    for seed in seeds:
+        q, v = random_values(system, seed)
+        M, bias, R, x = map(np.asarray, ours(system, state_of(system, q, v)))
+        M, bias, columns = without_rotors(system, M, bias)
+        psi, u = pin.neutral(model), np.zeros(model.nv)
+        for name, (angle,) in q.items():
+            own = model.joints[model.getJointId(name)]
+            psi[own.idx_q : own.idx_q + own.nq] = angle if own.nq == 1 else (np.cos(angle), np.sin(angle))
+            u[own.idx_v] = v[name][0]
+        order = [model.joints[model.getJointId(name)].idx_v for name, _ in columns]
+        theirs = np.triu(pin.crba(model, data, psi))
+        theirs = theirs + np.triu(theirs, 1).T
+        errors["mass"] = max(errors["mass"], relative(M, theirs[np.ix_(order, order)]))
+        errors["bias"] = max(errors["bias"], relative(bias, pin.rnea(model, data, psi, u, 0.0 * u)[order]))
+        pin.framesForwardKinematics(model, data, psi)
+        for name, k in system.topology.frame_index.items():
+            if model.existBodyName(name):
+                place = data.oMf[model.getFrameId(name, pin.FrameType.BODY)]
+                worst = max(relative(R[k], place.rotation), relative(x[k], place.translation))
+                errors["poses"] = max(errors["poses"], worst)
+    return errors
+
+
+def mujoco_of_urdf(path):
+    """MuJoCo's own reading of a URDF without its shapes; None where it refuses the inertias."""
+    root = ET.fromstring(path.read_text(encoding="utf-8"))
+    for link in root.findall("link"):
+        for shape in [*link.findall("visual"), *link.findall("collision")]:
+            link.remove(shape)
+    ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", fusestatic="false", discardvisual="false")
+    try:
+        return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+    except ValueError:
+        return None
+
+
+def hard_accelerations(model, data):
+    """Accelerations (nv,) of MuJoCo's tree with its equalities held exactly: `M a + bias = J^T f`, `J a = gamma`."""
+    nv = model.nv
+    rows = [_rows(model, data, e) for e in range(model.neq) if model.eq_active0[e]]
+    J, gamma = np.concatenate([r[0] for r in rows]), np.concatenate([r[1] for r in rows])
+    M = full_mass(model, data)
+    K = np.block([[M, J.T], [J, np.zeros((len(J), len(J)))]])
+    load = data.qfrc_passive + data.qfrc_actuator - data.qfrc_bias
+    return np.linalg.lstsq(K, np.concatenate([load, gamma]), rcond=1e-12)[0][:nv]
+
+
+def _rows(model, data, e):
+    """Jacobian (m, nv) and right-hand side (m,) of one equality."""
+    kind, one, two, parts = model.eq_type[e], model.eq_obj1id[e], model.eq_obj2id[e], model.eq_data[e]
+    if kind == mujoco.mjtEq.mjEQ_JOINT:
+        return _coupled(model, data, one, two, parts)
+    weld = kind == mujoco.mjtEq.mjEQ_WELD
+    points = (parts[3:6], parts[:3]) if weld else (parts[:3], parts[3:6])
+    J, rates = [], []
+    for body, local in zip((one, two), points, strict=True):
+        point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ local
+        own = np.zeros((2, 3, model.nv))
+        mujoco.mj_jac(model, data, own[0], own[1], point, body)
+        moved = np.zeros((2, 3, model.nv))
+        mujoco.mj_jacDot(model, data, moved[0], moved[1], point, body)
+        J.append(own)
+        rates.append(moved @ data.qvel)
+    kept = slice(0, 2 if weld else 1)
+    return (J[0] - J[1])[kept].reshape(-1, model.nv), (rates[1] - rates[0])[kept].reshape(-1)
+
+
+def _coupled(model, data, one, two, parts):
+    J, gamma = np.zeros((1, model.nv)), np.zeros(1)
+    J[0, model.jnt_dofadr[one]] = 1.0
+    if two >= 0:
+        x = data.qpos[model.jnt_qposadr[two]] - model.qpos0[model.jnt_qposadr[two]]
+        curve = np.polynomial.Polynomial(parts[:5])
+        J[0, model.jnt_dofadr[two]] = -curve.deriv()(x)
+        gamma[0] = curve.deriv(2)(x) * data.qvel[model.jnt_dofadr[two]] ** 2
+    return J, gamma

@@ -1,0 +1,50 @@
+"""Makes the pictures of the manual anew: `python -m tests.viz.gallery` from the root of the repository.
+
+The Python on the page makes the plots, a browser photographs the scenes.
+"""
+
+import os
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE, IMAGES = DOCS / "guide" / "pictures.md", DOCS / "images"
+SCENES = {"scene.png": ("motion.html", "#t=0.42"), "mode.png": ("mode.html", "#t=0")}
+_BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_SIZE = (900, 520)
+
+
+def shown() -> set[str]:
+    """Names of the pictures on the page."""
+    return set(re.findall(r"\]\(\.\./images/([\w.]+)\)", PAGE.read_text("utf-8")))
+
+
+def saved() -> set[str]:
+    """Names of the pictures that its Python writes, or a browser takes."""
+    return set(re.findall(r'savefig\("([\w.]+)"', PAGE.read_text("utf-8"))) | set(SCENES)
+
+
+def main() -> None:
+    """Run the page in a folder of its own and keep the pictures."""
+    from matplotlib import pyplot
+
+    from .test_browser import photographed
+
+    pyplot.switch_backend("Agg")
+    IMAGES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        names: dict = {}
+        for code in _BLOCK.findall(PAGE.read_text("utf-8")):
+            exec(compile(code, str(PAGE), "exec"), names)
+        for picture, (page, address) in SCENES.items():
+            photographed(Path(folder, page), Path(folder, picture), address, _SIZE)
+        for name in sorted(saved()):
+            shutil.copy(name, IMAGES / name)
+            print(f"{name}: {Path(name).stat().st_size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,13 @@
+"""The pictures of the manual are those that its page makes, all there and small."""
+
+from .gallery import IMAGES, saved, shown
+
+
+def test_the_page_makes_what_it_shows():
+    assert shown() == saved() and len(shown()) > 8
+
+
+def test_pictures_are_there_and_small():
+    sizes = {name: (IMAGES / name).stat().st_size for name in shown()}
+    assert max(sizes.values()) < 150e3
+    assert not {path.name for path in IMAGES.iterdir()} - shown()
