@@ -86,11 +86,32 @@ def test_bad_input():
         interface_rows(padded, [3, 4])
 
 
-def test_lowest_modes_in_single_precision_and_where_they_do_not_converge():
-    K, M = matrices(jnp.asarray(1.2))
+def held_matrices(stretch):
+    """With springs at the face."""
+    K, M = matrices(stretch)
     held = np.zeros(K.pattern.num_blocks)
     held[FACE] = 1e3
-    K = bs.BlockMatrix(K.pattern, K.diagonal + jnp.asarray(held)[:, None, None] * jnp.eye(3)[None], K.upper)
+    return bs.BlockMatrix(K.pattern, K.diagonal + jnp.asarray(held)[:, None, None] * jnp.eye(3)[None], K.upper), M
+
+
+@pytest.mark.slow
+def test_every_shape_has_its_derivative_where_values_differ():
+    """Central differences of shapes times their own largest entries, which have no sign of their own."""
+
+    def shapes(stretch):
+        K, M = held_matrices(stretch)
+        return lowest_modes(bs.factor(K), M, NUM).shapes
+
+    at, h = jnp.asarray(1.2), 1e-4
+    largest = np.argmax(np.abs(shapes(at)), axis=0)
+    own = jax.jit(lambda s: (lambda X: X * X[largest, np.arange(NUM)][None])(shapes(s)))
+    slope = jax.jvp(own, (at,), (jnp.ones(()),))[1]
+    expected = (own(at + h) - own(at - h)) / (2 * h)
+    np.testing.assert_allclose(slope, expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_lowest_modes_in_single_precision_and_where_they_do_not_converge():
+    K, M = held_matrices(jnp.asarray(1.2))
     exact = natural_modes(K=K.dense(), M=M.dense(), num=NUM).frequencies
     K, M = K.astype(jnp.float32), M.astype(jnp.float32)
     modes = jax.jit(lambda K, M, sweeps: lowest_modes(bs.factor(K), M, NUM, sweeps), static_argnums=2)
