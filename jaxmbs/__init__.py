@@ -88,11 +88,10 @@ from .kinematics.rows import constraint_jacobian, constraint_residual
 from .kinematics.state import State
 from .linear.system import LinearSystem
 from .math.compile_notes import report_compiles
-from .math.jit import jit
 from .model import Pose, System, inertia
 from .model.elastic import ElasticBody
 from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak
-from .programs import cache
+from .programs import cache, jit
 from .questions import check, equilibrium, frequency_response, modes, reactions, simulate
 from .status import Status
 from .studies import sweep

@@ -80,3 +80,17 @@ def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
     else:
         raise AssertionError("no error")
     assert jax.config.jax_compilation_cache_dir == before
+
+
+def test_another_number_is_not_traced_again():
+    """Floats and arrays are traced, names are not."""
+    seen = []
+
+    @mbs.jit
+    def shifted(design, name):
+        seen.append(name)
+        return design["length"] + len(name)
+
+    assert [float(shifted({"length": x}, "arm")) for x in (1.0, 2.5)] == [4.0, 5.5] and seen == ["arm"]
+    assert float(shifted({"length": 1.0}, "leg!")) == 5.0 and seen == ["arm", "leg!"]
+    assert float(jax.jit(jax.grad(lambda x: mbs.jit(jax.numpy.square, compile="quick")(x)))(3.0)) == 6.0
