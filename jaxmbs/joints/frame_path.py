@@ -45,7 +45,7 @@ class FramePath(AbstractClosure):
         rotation: Callable | ArrayLike | None = None,
         hold: Sequence[str] | None = None,
     ) -> None:
-        self.position, self.rotation = position, rotation
+        self.position, self.rotation = map(_path, (position, rotation))
         given = (_PLACES if position is not None else ()) + (_TURNS if rotation is not None else ())
         self.hold = given if hold is None else tuple(hold)
 
@@ -81,6 +81,11 @@ class FramePath(AbstractClosure):
             elif path is not None:
                 found += [f"{what}: {fault}" for fault in _path_faults(path)]
         return found
+
+
+def _path(given):
+    """A function as it is, a place as an array, which is a number of the model."""
+    return given if given is None or callable(given) else as_array(given)
 
 
 def _value(path: Any, t: ScalarLike):

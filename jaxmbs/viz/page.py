@@ -27,7 +27,7 @@ _SECONDS = (3.0, 10.0)  # what a film lasts on the screen, unless real time is w
 class Scene:
     """A scene: `html` is the whole page, `data` what it plays; a notebook shows it."""
 
-    def __init__(self, data: dict):
+    def __init__(self, data: dict) -> None:
         self.data = data
         page, player = (resources.files(__package__).joinpath(f"player.{end}") for end in ("html", "js"))
         text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")

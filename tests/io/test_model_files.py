@@ -37,6 +37,7 @@ MORE = {
     "sphere": mbs.RollingSphere(1 / 3),
     "disk": mbs.RollingDisk(0.2, "x"),
     "knife": mbs.KnifeEdge("y"),
+    "tool": mbs.FramePath(mbs.forces.Spline([0.0, 1.0, 2.0], np.eye(3)), (0.0, 0.0, 0.1), ("x", "y", "rz")),
     "coupler": mbs.Coupler({"a": 1.0, "b": -0.7}, 0.1),
     "cam": mbs.Coupler({"a": 1.0, "b": 0.0}, function=gearing),
     "rows": mbs.Rows(gearing),
