@@ -117,6 +117,7 @@ def test_a_gap_and_a_hardening_spring():
     assert float(found.residual) < 1e-9 and found.ok and motion.ok
 
 
+@pytest.mark.slow
 def test_gradient_against_differences():
     _, slope = run(P)
     for i, h in enumerate((1e-5, 1e-2, 1e-4, 1e-4)):
@@ -172,6 +173,7 @@ def test_loads_of_a_motion_damped_by_ratios():
     np.testing.assert_allclose(slope, difference, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_rest_and_a_start_from_it():
     """A constant force from its rest moves nothing; the bonds carry at rest what they carry in that motion."""
     net, push = built(1.0), {f"left.{TIP}": 2.0, "right": -np.eye(8)[4]}

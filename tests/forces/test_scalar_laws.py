@@ -106,6 +106,7 @@ def test_derivatives_with_respect_to_numbers(name):
         np.testing.assert_allclose(slope, (ends[0] - ends[1]) / 2e-6, rtol=2e-6, atol=2e-6)
 
 
+@pytest.mark.slow
 @parametrise
 def test_laws_stack(name):
     law = LAWS[name]

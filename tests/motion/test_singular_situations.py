@@ -123,6 +123,7 @@ def test_a_failed_motion_says_where():
     assert caught.value.motion is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("situation, error, words", RAISING, ids=[s.__name__ for s, *_ in RAISING])
 def test_situations_that_are_refused(situation, error, words):
     with pytest.raises(error, match=words):
