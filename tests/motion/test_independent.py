@@ -41,10 +41,28 @@ def sleigh(stiffness, like=None):
     return system, mbs.State.at(system, plane=(0.0, 0.1, 0.3), velocities={"plane": speeds})
 
 
+def stretched(psi, t):
+    """A gear between two slides whose ratio grows."""
+    return psi[:1] - (1.0 + 0.5 * t) * psi[1:2]
+
+
+def growing_gear(stiffness, like=None):
+    """Rows whose Jacobian has time in it."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    for name, axis, mass in (("near", "x", 2.0), ("far", "y", 1.5)):
+        b.body(name, mass=mass, inertia=0.1)
+        b.joint(name, mbs.Prismatic(axis), "ground", name)
+    b.constraint("gear", mbs.Rows(stretched))
+    b.force("spring", mbs.SpringDamper(stiffness, 0.2), joint="far")
+    system = b.build(like=like)
+    return system, mbs.State.at(system, far=0.3, velocities={"far": 1.0})
+
+
 @pytest.mark.parametrize(
     "mechanism",
     [
         pytest.param(loop, marks=pytest.mark.slow),
+        pytest.param(growing_gear, marks=pytest.mark.slow),
         pytest.param(driven_cart, marks=pytest.mark.long),
         pytest.param(sleigh, marks=pytest.mark.long),
     ],
