@@ -55,7 +55,7 @@ def test_ten_sets_of_numbers_share_one_set_of_programs(programs):
     assert len(np.unique(forces[:, 0])) == 10 and np.all(np.isfinite(forces))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fixed_step_of_another_size(programs):
     system = four_bar(1.0, 0.3, 0.9, 0.7, 1.0, 3.0)
     state = mbs.State.at(system, A=0.7, guess={"B": -0.3, "D": 1.2})

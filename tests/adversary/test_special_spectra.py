@@ -173,7 +173,7 @@ def test_receptances_and_loads_where_modes_repeat():
     lattice_slopes().check(LATTICES)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @FEW
 @given(seed=SEEDS)
 def test_receptances_drawn(seed):

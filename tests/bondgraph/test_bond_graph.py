@@ -73,7 +73,7 @@ def beam():
 
 
 @pytest.fixture(
-    params=["crank", pytest.param("arm", marks=pytest.mark.slow), pytest.param("beam", marks=pytest.mark.slow)]
+    params=["crank", pytest.param("arm", marks=pytest.mark.long), pytest.param("beam", marks=pytest.mark.slow)]
 )
 def case(request):
     return request.getfixturevalue(request.param)

@@ -77,7 +77,7 @@ def pins(system, state):
     "variant",
     [
         pytest.param("full", marks=pytest.mark.long),
-        pytest.param("massless coupler", marks=pytest.mark.slow),
+        pytest.param("massless coupler", marks=pytest.mark.long),
         pytest.param("stiff", marks=pytest.mark.slow),
     ],
 )

@@ -52,7 +52,7 @@ def test_a_measured_component_among_models():
     assert loads.ok and loads["pin"].labels == ("x", "y", "z", "rx", "ry", "rz")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_measured_ones_and_one_direction():
     """One channel is tied, to a mechanism's coordinate; inputs and outputs that are not the same."""
     b = mbs.SystemBuilder()

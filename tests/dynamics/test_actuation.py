@@ -78,7 +78,7 @@ def test_too_few_actuators_are_said():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slope_by_a_mass():
     state = MOTION.states
 

@@ -88,8 +88,8 @@ def test_two_hundred_spoilt_files(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
-def test_two_thousand_spoilt_files(name):
-    spoilt(name, 2000, 2)
+def test_a_thousand_spoilt_files(name):
+    spoilt(name, 1000, 2)
 
 
 @pytest.mark.long

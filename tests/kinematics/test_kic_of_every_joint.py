@@ -84,7 +84,7 @@ def loops():
     return _tensors(system, mbs.State.at(system, shoulder=(0.4, -0.7)))[1:]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("joint", CLOSING)
 def test_as_closure_of_a_loop(loops, joint):
     jacfwd, vector = loops

@@ -123,7 +123,7 @@ def exact_undamped(K, M, C):
     return np.linalg.inv(K + 0.7j * C - 0.49 * M)[10, 0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_memory_does_not_grow_with_frequencies():
     """Room the compiled functions ask for beside their results, at 64 and at 4096 frequencies; gradients too."""
     K, M = beam(5, fixed=2)

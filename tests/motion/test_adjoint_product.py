@@ -19,9 +19,15 @@ def chain_state(system):
 MODELS = {"tree": (chain, chain_state), "loop": (lambda: four_bar(LENGTHS), begin)}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("solver", [mbs.Gauss4, mbs.ImplicitMidpoint])
-@pytest.mark.parametrize("model", MODELS)
+def _cases():
+    """Trees by Gauss's rule are slow, the others long."""
+    for model in MODELS:
+        for solver in (mbs.Gauss4, mbs.ImplicitMidpoint):
+            mark = pytest.mark.slow if (model, solver) == ("tree", mbs.Gauss4) else pytest.mark.long
+            yield pytest.param(model, solver, marks=mark, id=f"{model}-{solver.__name__}")
+
+
+@pytest.mark.parametrize("model, solver", list(_cases()))
 def test_product_of_variation_and_adjoint(model, solver):
     build, start = MODELS[model]
     system = build()

@@ -57,7 +57,7 @@ def test_a_state_that_cannot_be_assembled_says_so_under_jit(like):
         assert np.all(np.isfinite(value[0])) and np.all(np.isnan(value[1]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_gradient_of_a_state_that_cannot_be_assembled_is_nan(like):
     def height(coupler):
         system, state = assembled(coupler, like)

@@ -61,7 +61,7 @@ def growing_gear(stiffness, like=None):
 @pytest.mark.parametrize(
     "mechanism",
     [
-        pytest.param(loop, marks=pytest.mark.slow),
+        pytest.param(loop, marks=pytest.mark.long),
         pytest.param(growing_gear, marks=pytest.mark.slow),
         pytest.param(driven_cart, marks=pytest.mark.long),
         pytest.param(sleigh, marks=pytest.mark.long),
