@@ -223,6 +223,14 @@ def test_wrong_contacts_are_refused(law, words):
         b.build()
 
 
+def test_a_ball_rolls_the_way_it_turns():
+    """Spin about +y carries it along +x, spin about +x along -y."""
+    system = sphere(radius=0.2)
+    state = mbs.State.at(system, free=upright((0.0, 0.0, 0.2)))
+    np.testing.assert_allclose(rolling_rates(system, state, np.array([0.0, 3.0, 0.0]))[:3], [0.6, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(rolling_rates(system, state, np.array([3.0, 0.0, 0.0]))[:3], [0, -0.6, 0], atol=1e-12)
+
+
 def test_rows_of_velocity_that_depend_on_time():
     """A belt whose speed swings carries a block along."""
     b = mbs.SystemBuilder()
