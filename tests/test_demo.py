@@ -19,7 +19,7 @@ README = Path(__file__).parent.parent / "README.md"
 
 @pytest.fixture(scope="module")
 def results():
-    return story.study(size=24, steps=8)
+    return story.study(size=24, steps=25)
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_limits_of_the_design_are_kept(results):
     wrist, torque = results["optimum"].limits
     before, after = (np.linalg.norm(loads.wrist, axis=1) for loads in results["loads"])
     assert wrist.ok and torque.ok and (wrist.active or torque.active)
-    assert np.max(after) <= 1.05 * np.max(before) * (1 + 1e-6)
+    assert np.max(after) <= np.max(before) * (1 + 1e-6)
     np.testing.assert_allclose(wrist.after, after, rtol=1e-9)
     assert "wrist pin" in results["optimum"].table()
 

@@ -7,8 +7,8 @@ from ..design import Limit, minimise
 from .loads import drive, rms, smooth_peak
 from .mechanism import BOUNDS, DESIGN, TURN
 
-#: What the wrist pin and the motor can bear, over the peaks of the first design.
-WRIST, TORQUE = 1.05, 1.05
+#: What the wrist pin and the motor can bear, over the peaks of the first design: no more than now.
+WRIST, TORQUE = 1.0, 1.0
 
 
 def improve(system, before, size, steps):

@@ -27,7 +27,7 @@ def run(output: str | PathLike, quick: bool = False) -> int:
         print(f"demo: cannot write to the folder {str(output)!r}: {error.strerror or error}", file=sys.stderr)
         return 2
     step = _Steps(4)
-    results = study(24 if quick else 72, 8 if quick else 40, step)
+    results = study(24 if quick else 72, 25 if quick else 40, step)
     step("writing tables and plots")
     for path in files.write(folder, results):
         print(f"  {path}")

@@ -68,10 +68,11 @@ def scene(
             of several systems one for each.
         path: the file to write, "motion.html".
         loads: `reactions` of the motion (of each): forces of joints as arrows.
-        limits: force [N] that a joint may carry by name, or `Limit`s with an upper bound; arrows are then coloured by
-            how much of it is used.
+        limits: force [N] that a joint may carry by name, or objects of `Limit` with an upper bound; arrows are then
+            coloured by how much of it is used.
         traces: names of frames or bodies whose paths are drawn.
-        shapes: `Solid`s by body (or "ground"), in place of what its joints suggest: `{"ram": [Solid.stl("a.stl")]}`.
+        shapes: lists of `Solid` by body (or "ground"), in place of what its joints suggest:
+            `{"ram": [Solid.stl("a.stl")]}`.
         structures: the mesh of a linear system; of a network structures by component; of a mechanism `(structure,
             floating frame)` by elastic body.
         scale: what deformations of meshes are multiplied by.
