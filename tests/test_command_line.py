@@ -1,5 +1,6 @@
 """Commands on models: what they print, write and refuse, as a shell sees it."""
 
+import gc
 import json
 import os
 import signal
@@ -7,10 +8,11 @@ import subprocess
 import sys
 import time
 
+import pandas
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.cli import main
+from jaxmbs.cli import files, main
 from tests.io.texts import ARM_URDF, LOOPS_MJCF
 
 PENDULUM = """<robot name="pendulum"><link name="base"/>
@@ -126,6 +128,29 @@ def test_an_interrupt_leaves_no_half_file(folder):
     assert process.returncode == 130 and told.splitlines()[-1] == "interrupted", told
     assert (folder / "motion.csv").read_text() == "old"
     assert sorted(os.listdir(folder)) == ["arm.urdf", "loops.xml", "motion.csv", "pendulum.urdf"]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_interrupt_that_python_drops_still_counts(tmp_path, monkeypatch):
+    """Raised in a callback of the garbage collector, where Python drops exceptions; nothing is written after it."""
+
+    def interrupted(phase, info):
+        gc.callbacks.remove(interrupted)
+        signal.raise_signal(signal.SIGINT)
+
+    class Result:
+        def to_pandas(self):
+            gc.callbacks.append(interrupted)
+            gc.collect()
+            return pandas.Series([1.0])
+
+    def run(options):
+        files.write_table(Result(), str(tmp_path / "a.csv"))
+        return 0
+
+    monkeypatch.setattr(files, "convert", run)
+    assert main(["convert", "a.urdf", "b.json"]) == 130
+    assert os.listdir(tmp_path) == []
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ the output has gone.
 import os
 import sys
 
+from . import interrupts
 from .parser import parser
 
 __all__ = ["main"]
@@ -19,8 +20,9 @@ def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit status."""
     options = parser().parse_args(argv)
     try:
-        status = options.run(options)
-        sys.stdout.flush()
+        with interrupts.remembered():
+            status = options.run(options)
+            sys.stdout.flush()
         return status
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

@@ -26,7 +26,8 @@ class HasSystem(Protocol):
 @overload
 def connect(  # type: ignore[overload-overlap]
     components: Mapping[str, LinearSystem | HasSystem], bonds: Mapping[str, Bond], places: bool = True
-) -> Network: ...
+) -> Network:
+    """Models alone: a linear system."""
 
 
 @overload
@@ -34,7 +35,8 @@ def connect(
     components: Mapping[str, LinearSystem | HasSystem | TransferFunctions],
     bonds: Mapping[str, Bond],
     places: bool = True,
-) -> MeasuredNetwork: ...
+) -> MeasuredNetwork:
+    """With measured ones: receptances alone."""
 
 
 def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True) -> Network | MeasuredNetwork:

@@ -30,7 +30,7 @@ class FramePath(AbstractClosure):
 
     Its rows stand like those of a cut joint: `State.at` closes them, and `reactions` names the wrench on frame B.
     `inverse_dynamics(..., actuators=)` and `reactions(..., actuators=)` let actuators take its place.  Paths need two
-    derivatives.
+    derivatives.  Source: S2 (3), (5), rows with time in them.
     """
 
     may_depend_on_time: ClassVar[bool] = True

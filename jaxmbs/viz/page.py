@@ -82,27 +82,31 @@ def scene(
     Raises: UnknownNameError; ModelError for what has no positions, no instants or other instants than its neighbours.
     """
     systems, motions, found = (_listed(x, system) for x in (system, motion, loads))
-    names = list(system) if isinstance(system, Mapping) else [""] * len(systems)
-    solids = Solids()
+    names, traces = list(system) if isinstance(system, Mapping) else [""] * len(systems), list(traces)
     acts = [act_of(*pair, structures, scale) for pair in zip(systems, motions, strict=True)]
     if any(len(act.ts) != len(acts[0].ts) for act in acts):
         raise ModelError("motions side by side need the same number of instants")
-    points = np.concatenate([act.points for act in acts])
+    _check_traces(traces, acts)
+    made = Scene({"title": title} | _film(acts, names, found, limits or {}, traces, shapes or {}))
+    if path is not None:
+        made.save(path)
+    return made
+
+
+def _film(acts, names, loads, limits, traces, shapes):
+    """All that is played: the stages of all acts, the solids they share, and from where they are seen."""
+    points, solids = np.concatenate([act.points for act in acts]), Solids()
     extent = float(np.max(np.ptp(points, axis=0), initial=0.0)) or 1.0
     radius = _THICK * extent
     view = view_of(points, acts[0].gravity, 4 * radius)
-    right = np.cross(view.up, view.front)
-    shift = (np.arange(len(acts)) - (len(acts) - 1) / 2) * 1.3 * view.width
-    made = [act.staged(solids, radius, view.up, shapes or {}, traces) for act in acts]
-    stages = []
-    arrows = [act.arrows(own, limits or {}) for act, own in zip(acts, found, strict=True)]
+    arrows = [act.arrows(own, limits) for act, own in zip(acts, loads, strict=True)]
     largest = max((float(np.max(np.linalg.norm(a["force"], axis=-1), initial=0.0)) for a in arrows if a), default=0.0)
-    _check_traces(traces, acts)
-    for name, stage, arrow, along in zip(names, made, arrows, shift, strict=True):
-        packed = None if arrow is None else _packed(arrow, largest)
-        stages.append(stage | {"name": str(name), "offset": (along * right).tolist(), "arrows": packed})
-    data = {
-        "title": title,
+    stages = [
+        act.staged(solids, radius, view.up, shapes, traces)
+        | {"name": str(name), "offset": offset.tolist(), "arrows": None if a is None else _packed(a, largest)}
+        for act, name, a, offset in zip(acts, names, arrows, _offsets(view, len(acts)), strict=True)
+    ]
+    return {
         "ts": encoded(acts[0].ts),
         "stages": stages,
         "solids": solids.stored,
@@ -121,15 +125,17 @@ def scene(
         "scale": _legend(largest, limits) if largest > 0 else None,
         "has": {
             "loads": largest > 0,
-            "traces": bool(list(traces)),
+            "traces": bool(traces),
             "rest": any(s["meshes"] for s in stages),
             "names": True,
         },
     }
-    made_scene = Scene(data)
-    if path is not None:
-        made_scene.save(path)
-    return made_scene
+
+
+def _offsets(view, count):
+    """Where acts stand side by side, (count, 3)."""
+    along = (np.arange(count) - (count - 1) / 2) * 1.3 * view.width
+    return along[:, None] * np.cross(view.up, view.front)[None]
 
 
 def _listed(x, systems):
