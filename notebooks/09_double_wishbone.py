@@ -226,6 +226,7 @@ best = mbs.minimise(
         mbs.Limit("steering [deg]", "steering", lower=3.2),
     ],
     gradient="forward",
+    compile="quick",
     steps=40,
     progress=False,
 )

@@ -97,7 +97,8 @@ box = {"coupler": (0.15, 0.45), "rocker": (0.12, 0.4), "ground": (0.15, 0.45)}
 plan = mbs.studies.sobol(box, 64 if FAST else 8192, 0)
 units = {"swing": "deg", "load": "N", **dict.fromkeys(box, "m")}
 with tempfile.TemporaryDirectory() as folder:
-    cloud = mbs.sweep(answers, plan, folder, chunk=64 if FAST else 1024, units=units, progress=False)
+    how = {"chunk": 64, "compile": "quick"} if FAST else {"chunk": 1024}
+    cloud = mbs.sweep(answers, plan, folder, units=units, progress=False, **how)
 turning = cloud.where(cloud["status"] == 0, drop=True)
 print(f"{cloud.sizes['design']} designs, {turning.sizes['design']} turn")
 reasons, counts = np.unique(cloud["reason"], return_counts=True)
@@ -133,6 +134,7 @@ front = pareto(
     points=3 if FAST else 7,
     steps=10 if FAST else 60,
     gradient="forward",
+    compile="quick",
     progress=False,
 )
 print(front.table())

@@ -77,24 +77,12 @@ def _command(commands, name, about):
 
 
 def _pose(command):
-    command.add_argument(
-        *("--set", "-s"),
-        action="append",
-        default=[],
-        dest="values",
-        metavar="JOINT=VALUE",
-        type=_assignment,
-        help="a joint's coordinate [m, rad], of several numbers with commas between; may be repeated",
-    )
-    command.add_argument(
-        *("--velocity", "-v"),
-        action="append",
-        default=[],
-        dest="velocities",
-        metavar="JOINT=VALUE",
-        type=_assignment,
-        help="a joint's velocity [m/s, rad/s], likewise",
-    )
+    for words, dest, about in (
+        (("--set", "-s"), "values", "a joint's coordinate [m, rad], of several numbers with commas between"),
+        (("--velocity", "-v"), "velocities", "a joint's velocity [m/s, rad/s], likewise"),
+    ):
+        options = {"dest": dest, "metavar": "JOINT=VALUE", "type": _assignment, "help": f"{about}; may be repeated"}
+        command.add_argument(*words, action="append", default=[], **options)
 
 
 def _out(command, about, endings, required=False):

@@ -54,6 +54,7 @@ def pareto(
     tolerance: float = 1e-8,
     gradient: str = "reverse",
     progress: bool = True,
+    compile: str = "full",
 ) -> Front:
     """The front of two aims, both to be small: the best of each alone, and between them the first aim under limits
     on the second in equal steps, each search from where its neighbour ended; parts of it that bend inwards are found
@@ -65,14 +66,15 @@ def pareto(
     """
     if points < 3:
         raise ValueError(f"a front has three points at least, not {points}")
-    ends = [minimise(aim, design0, bounds, None, steps, tolerance, gradient, False) for aim in (first, second)]
-    values = jax.jit(lambda design: jnp.stack([first(design), second(design)]))
+    compiled, options = jit(compile=compile), {"gradient": gradient, "progress": False, "compile": compile}
+    ends = [minimise(aim, design0, bounds, None, steps, tolerance, **options) for aim in (first, second)]
+    values = compiled(lambda design: jnp.stack([first(design), second(design)]))
     (_, high), (_, low) = (np.asarray(values(_floats(end.design)), float) for end in ends)
     variables = read_variables((design0, np.zeros(())), None if bounds is None else (bounds, None))
     span = max(high - low, 1e-12 * (1.0 + abs(high)))
     limit = Limit("second aim", lambda both: second(both[0]) - both[1], upper=0.0, scale=span)
     asked = program(lambda both: first(both[0]), variables, gradient, [limit])
-    run, found, start = jit(asked.run), [], ends[0].design
+    run, found, start = compiled(asked.run), [], ends[0].design
     with tqdm(total=steps * (points - 2), disable=not progress, desc="pareto") as bar:
         for level in np.linspace(high, low, points)[1:-1]:
             for begin in (start, ends[1].design):  # where the limit has no slope there, from the other end

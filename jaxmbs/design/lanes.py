@@ -14,6 +14,7 @@ from jaxtyping import PyTree
 
 from jaxmbs.design.outcome import lane_cost, lane_status
 from jaxmbs.design.table import length, row_shape, rows
+from jaxmbs.math.jit import options
 
 from ..checks import known
 
@@ -28,7 +29,7 @@ class Lanes:
         shape: (values, status, cost) of one design as abstract arrays.
     """
 
-    def __init__(self, function: Callable, cost: Callable, design: PyTree):
+    def __init__(self, function: Callable, cost: Callable, design: PyTree, compile: str = "full"):
         def lane(design):
             values = function(design)
             work = lax.stop_gradient(jnp.nan_to_num(jnp.asarray(cost(values), float)))
@@ -36,7 +37,7 @@ class Lanes:
 
         self.__name__ = getattr(function, "__name__", "batch")  # of the compiled program, in the messages of XLA
         self._jaxpr, self.shape = jax.make_jaxpr(lane, return_shape=True)(design)
-        self._row, self._programs = jax.tree.leaves(design), {}
+        self._row, self._programs, self._kind = jax.tree.leaves(design), {}, compile
 
     @property
     def is_traced(self) -> bool:
@@ -82,19 +83,19 @@ class Lanes:
             # Each device ends its own loops: sharding the whole would make them agree after every step.
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
-        return jax.jit(function).lower(*columns).compile()
+        return jax.jit(function).lower(*columns).compile(options(self._kind, jax.default_backend()))
 
 
-def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost) -> Lanes:
+def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, compile: str = "full") -> Lanes:
     """The lanes of a function and of the cost of its values, from the cache if it met designs of this kind before."""
     row = row_shape(designs)
     leaves, structure = jax.tree.flatten(row)
-    key = cost, structure, tuple((x.shape, x.dtype) for x in leaves)
+    key = cost, compile, structure, tuple((x.shape, x.dtype) for x in leaves)
     try:
         known = _CACHE.setdefault(function, {})
     except TypeError:  # neither hashable nor weakly held
         known = {}
-    lanes = known.get(key) or Lanes(function, cost, row)
+    lanes = known.get(key) or Lanes(function, cost, row, compile)
     if not lanes.is_traced:
         known[key] = lanes
     return lanes

@@ -51,6 +51,7 @@ def scattered(
     percent: float = 95.0,
     samples: int | None = None,
     seed: int = 0,
+    compile: str = "full",
 ) -> Scatter:
     """An answer where every parameter scatters normally about the design, on its own.
 
@@ -59,6 +60,7 @@ def scattered(
         deviations: standard deviations, like `design`; zero for what does not scatter.
         percent: of the percentile.
         samples: so many designs are drawn (Sobol's sequence); default: to first order, by the gradient.
+        compile: "full", or "quick", as of `minimise`.
 
     Raises: ValueError for deviations that do not fit the design or are negative, or `percent` outside of 0 to 100.
     """
@@ -69,25 +71,28 @@ def scattered(
         raise ValueError(f"percent lies between 0 and 100, got {percent}")
     flat = lambda x: function(unravel(x))  # noqa: E731
     if samples is None:
-        value, slopes = jit(lambda x: (flat(x), jax.jacfwd(flat)(x)))(jnp.asarray(x, float))
+        value, slopes = jit(lambda x: (flat(x), jax.jacfwd(flat)(x)), compile=compile)(jnp.asarray(x, float))
         deviation = np.sqrt(np.sum((np.asarray(slopes) * sigma) ** 2, axis=-1))
         return Scatter(np.asarray(value), deviation, np.asarray(value) + norm.ppf(percent / 100.0) * deviation, 0)
     points = norm.ppf(np.clip(qmc.Sobol(len(x), seed=seed).random(samples), 1e-12, 1.0 - 1e-12))
-    found = batch(flat, x + sigma * points, progress=False)
+    found = batch(flat, x + sigma * points, progress=False, compile=compile)
     values = np.asarray(found.values)[found.ok]
     spread = np.std(values, axis=0, ddof=1), np.percentile(values, percent, axis=0)
     return Scatter(np.mean(values, axis=0), *spread, int(np.sum(~found.ok)))
 
 
-def tolerances(function: Callable[[PyTree], Any], design: PyTree, widths: PyTree) -> list[Tolerance]:
+def tolerances(
+    function: Callable[[PyTree], Any], design: PyTree, widths: PyTree, compile: str = "full"
+) -> list[Tolerance]:
     """Which parameter's tolerance drives a number, the strongest first; to first order.
 
-    Args: function: of a design to one number; widths: half widths of the tolerances, like `design`.
+    Args: function: of a design to one number; widths: half widths of the tolerances, like `design`; compile: as of
+    `minimise`.
 
     Raises: ValueError for widths that do not fit the design or are negative, or an answer that is no number.
     """
     x, width, unravel = _spread(design, widths, "widths")
-    slopes = np.asarray(jit(jax.grad(lambda x: function(unravel(x))))(jnp.asarray(x, float)))
+    slopes = np.asarray(jit(jax.grad(lambda x: function(unravel(x))), compile=compile)(jnp.asarray(x, float)))
     changes = slopes * width
     whole = np.sum(changes**2) or 1.0
     names = read_variables(design, None).names
@@ -96,10 +101,16 @@ def tolerances(function: Callable[[PyTree], Any], design: PyTree, widths: PyTree
 
 
 def sensitivities(
-    function: Callable[[PyTree], Any], bounds: Mapping[str, tuple[float, float]], samples: int = 256, seed: int = 0
+    function: Callable[[PyTree], Any],
+    bounds: Mapping[str, tuple[float, float]],
+    samples: int = 256,
+    seed: int = 0,
+    compile: str = "full",
 ) -> dict[str, float]:
     """Mean square of the slope by every parameter over a box, times the square of its width over pi^2 and over the
     answer's variance: above the share of the variance that the parameter takes part in (its total Sobol index).
+
+    Args: compile: as of `minimise`.
 
     Source: Sobol and Kucherenko's derivative-based global sensitivity measures.
 
@@ -113,7 +124,7 @@ def sensitivities(
         raise ValueError(f"bounds are finite, (lower, upper), for one parameter at least: {dict(bounds)}")
     points = lower + qmc.Sobol(len(lower), seed=seed).random(samples) * (upper - lower)
     columns = dict(zip(bounds, points.T, strict=True))
-    found = batch(jax.value_and_grad(function), columns, progress=False)
+    found = batch(jax.value_and_grad(function), columns, progress=False, compile=compile)
     values, slopes = found.values
     good = found.ok
     variance = np.var(values[good], ddof=1) or 1.0

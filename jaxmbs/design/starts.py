@@ -14,7 +14,6 @@ from jaxmbs.design.drivers import HALVINGS, usual_promotion
 from jaxmbs.design.optimum import Optimum
 from jaxmbs.design.search import Search
 from jaxmbs.design.variables import Variables, read_variables
-from jaxmbs.math.jit import jit
 
 
 def stacked_variables(designs: PyTree, bounds: PyTree | None, starts: int) -> list[Variables]:
@@ -75,7 +74,7 @@ class _Together:
     """Evaluates a trial design of every start at once and hands each search its own row."""
 
     def __init__(self, evaluate: Callable):
-        self._evaluate = jit(jax.vmap(evaluate))
+        self._evaluate = evaluate
         self.values = self.slopes = np.zeros(0)
 
     def row(self, k: int) -> Callable:
@@ -98,7 +97,10 @@ def run_optax_together(
     callback: Callable | None,
     progress,
 ) -> list[Search]:
-    """Run an optax optimiser from all starts in step; each stops, steps back and keeps its best for itself."""
+    """Run an optax optimiser from all starts in step; each stops, steps back and keeps its best for itself.
+
+    `evaluate` takes all designs (starts, n).
+    """
     batch, unravel = _Together(evaluate), variables[0].unravel
     batch.at(np.stack([v.start for v in variables]))
     searches = [

@@ -1,4 +1,4 @@
-"""`jit`: the library's programs compiled with the options that suit their kind (those of `design` have none yet)."""
+"""`jit`: the library's programs compiled with the options that suit their kind."""
 
 import contextlib
 import functools
@@ -42,8 +42,7 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
     """
     if function is None:
         return functools.partial(jit, compile=compile)
-    if compile not in ("full", "quick"):
-        raise ValueError(f"compile must be 'full' or 'quick', got {compile!r}")
+    _check_kind(compile)
 
     @functools.wraps(function)
     def traced(*args, **kwargs):
@@ -80,9 +79,18 @@ def _collector_at_rest():
 
 @functools.cache
 def options(compile: str, backend: str) -> dict:
-    """The compiler's options for programs of a kind; those that this version of JAX does not know are left out."""
+    """The compiler's options for programs of a kind; those that this version of JAX does not know are left out.
+
+    Raises: ValueError for another `compile`.
+    """
+    _check_kind(compile)
     wanted = _QUICK if compile == "quick" else _FULL
     return {name: value for name, value in wanted.items() if name in _known(backend)}
+
+
+def _check_kind(compile):
+    if compile not in ("full", "quick"):
+        raise ValueError(f"compile must be 'full' or 'quick', got {compile!r}")
 
 
 @functools.cache

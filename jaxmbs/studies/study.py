@@ -1,6 +1,7 @@
 """`sweep`: a function over many designs, chunk by chunk into a store, on this machine or on the workers of dask."""
 
 import contextlib
+import functools
 import os
 import tempfile
 from collections.abc import Callable, Mapping
@@ -31,6 +32,7 @@ def sweep(
     coords: Mapping[str, ArrayLike] | None = None,
     units: Mapping[str, str] | None = None,
     key: str = "",
+    compile: str = "full",
 ) -> Any:
     """The answers of a function for many designs as an `xarray.Dataset`, written to disk as they come.
 
@@ -46,6 +48,7 @@ def sweep(
         coords: values along such a dimension, `{"time": ts}`.
         units: of answers, variables and coordinates, by name.
         key: anything that tells this study from others with the same designs and answers, a version for example.
+        compile: "full", or "quick" for few designs, as of `mbs.batch`.
 
     Returns: a Dataset with one dimension for every axis of the grid, or "design"; beside the answers `status` (codes
     of `mbs.Status`) and `reason`.  Designs that fail keep their row.
@@ -62,8 +65,9 @@ def sweep(
         chunk = min(chunk, len(next(iter(plan.designs.values()))))
         size = int(np.prod(plan.shape))
         store = stack.enter_context(Store(folder, size, chunk, one, {**about, "key": key}))
-        _check_same(store, function, plan, chunk)
-        run = _here(function, plan, store) if client is None else _there(function, plan, store, client)
+        compute = functools.partial(computed, function, compile=compile)
+        _check_same(store, compute, plan, chunk)
+        run = _here(compute, plan, store) if client is None else _there(compute, plan, store, client)
         left = store.left
         done = size - sum(store.span(k).stop - store.span(k).start for k in left)
         with tqdm(total=size, initial=done, desc="sweep", unit=" designs", disable=not progress) as bar:
@@ -73,11 +77,11 @@ def sweep(
         return dataset(plan, {name: store.read(name) for name in one}, dims, coords, units or {})
 
 
-def computed(function: Callable, designs: dict, number: int) -> dict[str, np.ndarray]:
+def computed(function: Callable, designs: dict, number: int, compile: str = "full") -> dict[str, np.ndarray]:
     """The answers and `status` of designs, filled up to a number so that one program serves all chunks."""
     count = len(next(iter(designs.values())))
     filled = rows(designs, np.minimum(np.arange(number), count - 1))
-    found = batch(function, filled, progress=False)
+    found = batch(function, filled, progress=False, compile=compile)
     named = _named(found.values) | {"status": np.asarray(found.status)}
     return {name: np.asarray(values)[:count] for name, values in named.items()}
 
@@ -96,11 +100,11 @@ def _named(values) -> dict:
     return {jax.tree_util.keystr(path, simple=True, separator=".") or "value": leaf for path, leaf in paths}
 
 
-def _check_same(store: Store, function, plan: Designs, chunk: int) -> None:
+def _check_same(store: Store, compute, plan: Designs, chunk: int) -> None:
     """The first design of a study that goes on must have the answers that stand in the store."""
     if 0 in store.left:
         return
-    again = computed(function, rows(plan.designs, np.arange(1)), chunk)
+    again = compute(rows(plan.designs, np.arange(1)), chunk)
     for name, values in again.items():
         before = store.group[name][:1]
         if not np.allclose(before, values, rtol=1e-6, atol=1e-9, equal_nan=True):
@@ -110,12 +114,12 @@ def _check_same(store: Store, function, plan: Designs, chunk: int) -> None:
             )
 
 
-def _here(function, plan: Designs, store: Store) -> Callable:
+def _here(compute, plan: Designs, store: Store) -> Callable:
     def run(left):
         for number in left:
             span = store.span(number)
             try:
-                found = computed(function, rows(plan.designs, np.arange(span.start, span.stop)), store.chunk)
+                found = compute(rows(plan.designs, np.arange(span.start, span.stop)), store.chunk)
             except BatchError as error:
                 raise StudyError(f"{store.path}: designs {span.start} to {span.stop - 1} failed: {error}") from error
             yield number, found
@@ -123,7 +127,7 @@ def _here(function, plan: Designs, store: Store) -> Callable:
     return run
 
 
-def _there(function, plan: Designs, store: Store, client) -> Callable:
+def _there(compute, plan: Designs, store: Store, client) -> Callable:
     from distributed import as_completed
 
     def run(left):
@@ -131,7 +135,7 @@ def _there(function, plan: Designs, store: Store, client) -> Callable:
         for number in left:
             span = store.span(number)
             designs = rows(plan.designs, np.arange(span.start, span.stop))
-            tasks[client.submit(_on_worker, function, designs, store.chunk, x64, pure=False)] = number
+            tasks[client.submit(_on_worker, compute, designs, store.chunk, x64, pure=False)] = number
         try:
             for task in as_completed(tasks):
                 try:
@@ -144,6 +148,6 @@ def _there(function, plan: Designs, store: Store, client) -> Callable:
     return run
 
 
-def _on_worker(function, designs, chunk, x64):
+def _on_worker(compute, designs, chunk, x64):
     jax.config.update("jax_enable_x64", x64)
-    return computed(function, designs, chunk)
+    return compute(designs, chunk)

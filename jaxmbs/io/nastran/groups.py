@@ -111,12 +111,17 @@ class Bars(AbstractCards):
 
     def _along(self, element, numbers, which):
         """Axes of the section at both ends, for translations and rotations, zero where `which` (.., 2, 6) is not."""
-        ends = np.asarray(numbers.positions)[np.array(self.nodes)]
-        line = ends[:, 1] - ends[:, 0]
+        line = _lines(self.nodes, numbers)
         if self.offsets is not None:
             line = line + np.asarray(self.offsets)[:, 1] - np.asarray(self.offsets)[:, 0]
         axes = np.stack(_axes(line, np.asarray(element.reference)), axis=1)[:, None]
         return which[:, :, :3, None] * axes, which[:, :, 3:, None] * axes
+
+
+def _lines(nodes, numbers):
+    """From the first node to the second, (elements, 3)."""
+    ends = np.asarray(numbers.positions)[np.array(nodes)]
+    return ends[:, 1] - ends[:, 0]
 
 
 class Rods(AbstractCards):
@@ -133,8 +138,7 @@ class Rods(AbstractCards):
 
     def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
         """Their line."""
-        ends = np.asarray(numbers.positions)[np.array(self.nodes)]
-        line = ends[:, 1] - ends[:, 0]
+        line = _lines(self.nodes, numbers)
         line = (line / np.linalg.norm(line, axis=1, keepdims=True))[:, None, None].repeat(2, axis=1)
         return line, line[:, :, :0]
 

@@ -1,0 +1,78 @@
+"""`compile="quick"` of the questions of design: it reaches the compiler, and the answers stay."""
+
+import jax.numpy as jnp
+import numpy as np
+import optax
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.design import lanes, pareto, scattered, sensitivities, tolerances
+from jaxmbs.math import jit as compiling
+
+DESIGN, BOX = {"a": 1.0, "b": 2.0}, {"a": (0.1, 3.0), "b": (0.1, 3.0)}
+
+
+def bowl(design):
+    return (design["a"] - 0.5) ** 2 + jnp.exp(design["b"]) / design["b"]
+
+
+def slope(design):
+    return (design["a"] - 1.5) ** 2 + design["b"] ** 2
+
+
+def rows(number):
+    return {"a": np.linspace(0.2, 2.0, number), "b": np.linspace(0.5, 1.5, number)}
+
+
+QUESTIONS = {
+    "batch": lambda kind: mbs.batch(lambda d: bowl(d), rows(5), progress=False, compile=kind).values,
+    "sweep": lambda kind: mbs.sweep(lambda d: {"x": bowl(d)}, rows(5), progress=False, compile=kind)["x"].values,
+    "L-BFGS-B": lambda kind: mbs.minimise(bowl, DESIGN, BOX, progress=False, compile=kind).design,
+    "SLSQP": lambda kind: (
+        mbs.minimise(
+            bowl, DESIGN, BOX, limits=[mbs.Limit("a", slope, upper=2.0)], progress=False, compile=kind
+        ).design
+    ),
+    "optax": lambda kind: (
+        mbs.minimise(bowl, rows(3), BOX, optax.adam(0.1), 5, starts=3, progress=False, compile=kind).design
+    ),
+    "pareto": lambda kind: pareto(bowl, slope, DESIGN, BOX, 3, progress=False, compile=kind).designs,
+    "first order": lambda kind: scattered(bowl, DESIGN, {"a": 0.1, "b": 0.2}, compile=kind).deviation,
+    "samples": lambda kind: scattered(bowl, DESIGN, {"a": 0.1, "b": 0.2}, samples=16, compile=kind).deviation,
+    "tolerances": lambda kind: [one.change for one in tolerances(bowl, DESIGN, DESIGN, compile=kind)],
+    "sensitivities": lambda kind: sensitivities(bowl, BOX, samples=16, compile=kind),
+}
+
+
+@pytest.fixture
+def kinds(monkeypatch):
+    """The kinds that the compiler was asked for."""
+    asked, before = set(), compiling.options
+
+    def options(kind, backend):
+        asked.add(kind)
+        return before(kind, backend)
+
+    for module in (compiling, lanes):
+        monkeypatch.setattr(module, "options", options)
+    return asked
+
+
+@pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
+def test_both_kinds_give_the_same_answer(question, kinds):
+    found = question("quick")
+    assert kinds == {"quick"}
+    again = question("full")
+    assert kinds == {"quick", "full"}
+    for one, other in zip(_leaves(found), _leaves(again), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-5)
+
+
+def _leaves(found):
+    return list(found.values()) if isinstance(found, dict) else [found]
+
+
+@pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
+def test_another_kind_is_refused(question):
+    with pytest.raises(ValueError, match="'full' or 'quick', got 'fast'"):
+        question("fast")
