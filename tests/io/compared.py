@@ -73,14 +73,9 @@ def relative(found, wanted):
 def against_mujoco(imported, model, seeds=(0, 1, 2)):
     """Largest relative errors {"mass", "bias", "poses"} over random states; joints, bodies and sites by name.
 
-    What is left out here, the fluid, springs of tendons and some actuators, is switched off there.
+    What is left out here is switched off there.
     """
-    model.opt.density = model.opt.viscosity = 0.0
-    model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
-    kept = set(imported.builder.declared.forces)
-    for a in range(len(model.actuator_trntype)):
-        if (model.actuator(a).name or f"actuator{a}") not in kept:
-            model.actuator_gainprm[a] = model.actuator_biasprm[a] = 0.0
+    _leave_out(model, imported)
     system, data = imported.builder.build(), mujoco.MjData(model)
     errors = {"mass": 0.0, "bias": 0.0, "poses": 0.0}
     for seed in seeds:
@@ -98,6 +93,19 @@ def against_mujoco(imported, model, seeds=(0, 1, 2)):
         errors["bias"] = max(errors["bias"], relative(bias, forces[order]))
         errors["poses"] = max(errors["poses"], _poses(system, model, data, R, x))
     return errors
+
+
+def _leave_out(model, imported):
+    """The fluid, compensated gravity, tendons, some actuators and the limits of the others."""
+    model.actuator_forcelimited[:] = model.actuator_ctrllimited[:] = 0
+    model.opt.density = model.opt.viscosity = 0.0
+    model.body_gravcomp[:] = 0.0
+    model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
+    model.eq_active0[model.eq_type == mujoco.mjtEq.mjEQ_TENDON] = 0
+    kept = set(imported.builder.declared.forces)
+    for a in range(len(model.actuator_trntype)):
+        if (model.actuator(a).name or f"actuator{a}") not in kept:
+            model.actuator_gainprm[a] = model.actuator_biasprm[a] = 0.0
 
 
 def full_mass(model, data):
@@ -164,6 +172,47 @@ def mujoco_of_urdf(path):
         return None
 
 
+def mujoco_without_meshes(text):
+    """MuJoCo's own reading of an MJCF text whose bodies have inertias, without shapes of meshes and tendons; its free
+    joints are named as ours."""
+    root = ET.fromstring(text)
+    for k, body in enumerate(root.iter("body"), start=1):
+        for joint in body.findall("freejoint"):
+            joint.set("name", joint.get("name", f"{body.get('name', f'body{k}')}.free"))
+    for parent in list(root.iter()):
+        for child in list(parent):
+            shape = child.tag == "mesh" or (child.tag == "geom" and child.get("mesh"))
+            tendon = child.tag == "tendon" or child.get("tendon") or child.get("tendon1")
+            if shape or tendon:
+                parent.remove(child)
+    return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+
+
+def against_hard_constraint(imported, model, q, v, guess):
+    """Relative errors {"closing", "accelerations"} of a model with loops in the state of some joints' values: how far
+    MuJoCo's equalities are from zero there, and our accelerations beside `hard_accelerations`."""
+    system = imported.builder.build()
+    state = mbs.State.at(system, q, v, guess=guess)
+    assert state.ok
+    _leave_out(model, imported)
+    data = mujoco.MjData(model)
+    q, v = system.coordinates(state), system.velocities(state)
+    order, own = [], []
+    u_dot = np.asarray(mbs.forward_dynamics(system, state)[0])
+    for joint in system.topology.joints:
+        if joint.is_cut or joint.name.endswith(".rotor") or not joint.num_velocities:
+            continue
+        theirs = model.joint(joint.name)
+        data.qpos[theirs.qposadr[0] :][: np.size(q[joint.name])] = q[joint.name]
+        data.qvel[theirs.dofadr[0] :][: np.size(v[joint.name])] = v[joint.name]
+        order += range(theirs.dofadr[0], theirs.dofadr[0] + joint.num_velocities)
+        own += [*u_dot[joint.velocities]]
+    mujoco.mj_forward(model, data)
+    residuals = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    accelerations = relative(own, hard_accelerations(model, data)[order])
+    return {"closing": relative(residuals, 0.0 * residuals), "accelerations": accelerations}
+
+
 def hard_accelerations(model, data):
     """Accelerations (nv,) of MuJoCo's tree with its equalities held exactly: `M a + bias = J^T f`, `J a = gamma`."""
     nv = model.nv
@@ -181,10 +230,13 @@ def _rows(model, data, e):
     if kind == mujoco.mjtEq.mjEQ_JOINT:
         return _coupled(model, data, one, two, parts)
     weld = kind == mujoco.mjtEq.mjEQ_WELD
-    points = (parts[3:6], parts[:3]) if weld else (parts[:3], parts[3:6])
+    if model.eq_objtype[e] == mujoco.mjtObj.mjOBJ_SITE:
+        ends = [(model.site_bodyid[site], data.site_xpos[site]) for site in (one, two)]
+    else:
+        points = (parts[3:6], parts[:3]) if weld else (parts[:3], parts[3:6])
+        ends = [(k, data.xpos[k] + data.xmat[k].reshape(3, 3) @ x) for k, x in zip((one, two), points, strict=True)]
     J, rates = [], []
-    for body, local in zip((one, two), points, strict=True):
-        point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ local
+    for body, point in ends:
         own = np.zeros((2, 3, model.nv))
         mujoco.mj_jac(model, data, own[0], own[1], point, body)
         moved = np.zeros((2, 3, model.nv))

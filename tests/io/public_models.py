@@ -1,6 +1,7 @@
 """Where the public models lie that ship in Python packages, and which of them are compared."""
 
 import importlib.util
+import re
 import sysconfig
 from pathlib import Path
 
@@ -35,6 +36,17 @@ MJCF = (
     *("acrobot", "cartpole", "pendulum", "reacher", "hopper", "walker", "cheetah", "humanoid", "humanoid_CMU"),
     *("swimmer", "finger", "fish", "manipulator", "stacker", "quadruped", "dog"),
 )
+#: Models with loops: package and file, the values and velocities of some joints, and bodies whose masses are those of
+#: meshes that are not in the package.
+LOOPS = {
+    "panda with Robotiq 2F-85": (
+        *("mujoco_playground", "_src/manipulation/franka_emika_panda_robotiq/xmls/panda_updated_robotiq_2f85.xml"),
+        {"joint2": 0.3, "joint4": -1.2, "left_driver_joint": 0.4},
+        {"joint1": 0.7, "joint4": -0.5, "left_driver_joint": 1.1},
+        ("base_mount", "fts300_sensor_body"),
+    ),
+    "constraints of MJX": ("mujoco.mjx", "test_data/constraints.xml", {"joint4": 0.1}, {"joint4": 0.7}, ()),
+}
 
 
 def robot_descriptions() -> Path | None:
@@ -43,14 +55,28 @@ def robot_descriptions() -> Path | None:
     return folder if folder.exists() else None
 
 
-def dm_control_suite() -> Path | None:
-    """The folder of dm_control's suite, found without importing it; None where it is not installed."""
-    found = importlib.util.find_spec("dm_control")
-    return None if found is None or found.origin is None else Path(found.origin).parent / "suite"
+def package_folder(name: str) -> Path | None:
+    """The folder of a package, found without importing it; None where it is not installed."""
+    found = importlib.util.find_spec(name)
+    return None if found is None or found.origin is None else Path(found.origin).parent
+
+
+def looped_text(name: str) -> str | None:
+    """The text of one of `LOOPS`, an inertia given to bodies without their meshes; None where it is not installed."""
+    package, file, _, _, light = LOOPS[name]
+    folder = package_folder(package)
+    if folder is None:
+        return None
+    text = (folder / file).read_text(encoding="utf-8")
+    for body in light:
+        inertia = '<inertial mass="0.1" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>'
+        text, count = re.subn(rf'(<body[^>]*name="{body}"[^>]*>)', rf"\1{inertia}", text)
+        assert count == 1
+    return text
 
 
 def public_models() -> dict[str, Path]:
     """Files by name, of the packages that are installed."""
-    robots, suite = robot_descriptions(), dm_control_suite()
+    robots, control = robot_descriptions(), package_folder("dm_control")
     found = {} if robots is None else {name: robots / file for name, file in URDF.items()}
-    return found | ({} if suite is None else {name: suite / f"{name}.xml" for name in MJCF})
+    return found | ({} if control is None else {name: control / "suite" / f"{name}.xml" for name in MJCF})

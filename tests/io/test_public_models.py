@@ -5,8 +5,14 @@ import pytest
 
 import jaxmbs as mbs
 
-from .compared import against_mujoco, against_pinocchio, mujoco_of_urdf
-from .public_models import MJCF, URDF, public_models
+from .compared import (
+    against_hard_constraint,
+    against_mujoco,
+    against_pinocchio,
+    mujoco_of_urdf,
+    mujoco_without_meshes,
+)
+from .public_models import LOOPS, MJCF, URDF, looped_text, public_models
 
 SLOW_URDF, SLOW_MJCF = ("panda", "double_pendulum_simple"), ("acrobot", "hopper")
 #: Files whose inertias no body can have, and what is said of them.
@@ -45,3 +51,17 @@ def test_mjcf(name):
     path = _installed(name)
     errors = against_mujoco(mbs.io.read_mjcf(path, tendons="drop"), mujoco.MjModel.from_xml_path(str(path)))
     assert max(errors.values()) < 1e-9, errors
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", LOOPS)
+def test_loops(name, tmp_path):
+    text = looped_text(name)
+    if text is None:
+        pytest.skip("mujoco_playground or MJX is not installed")
+    file = tmp_path / "model.xml"
+    file.write_text(text)
+    *_, q, v, _ = LOOPS[name]
+    read = mbs.io.read_mjcf(file, tendons="drop")
+    errors = against_hard_constraint(read, mujoco_without_meshes(text), q, v, {})
+    assert max(errors.values()) < 1e-8, errors
