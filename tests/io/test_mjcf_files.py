@@ -97,8 +97,9 @@ def test_includes_and_meshes_inside_the_folder(tmp_path):
     found = mbs.io.read_mjcf(written(tmp_path, asset % light))
     assert float(found.builder.declared.bodies["bob"].mass) == 2.0 and "the shapes of 1 mesh" in found.dropped
     heavy = '<body name="bob"><joint/><geom type="mesh" mesh="gone"/></body>'
-    with pytest.raises(mbs.ModelFileError, match="body 'bob' takes its mass from the mesh 'gone.stl'"):
+    with pytest.raises(mbs.ModelFileError, match="body 'bob' takes its mass from the mesh 'gone.stl'") as told:
         mbs.io.read_mjcf(written(tmp_path, asset % heavy))
+    assert len(told.value.faults) == 1
 
 
 BODY = '<body name="b"><joint name="j"/><geom size=".1"/></body>'

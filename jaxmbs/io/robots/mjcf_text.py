@@ -217,6 +217,7 @@ def _assets(path, root, compiler, needed, faults):
                     f"body {needed[name]!r} takes its mass from the mesh {file!r}, which is not in the folder: "
                     "give the body an <inertial>"
                 )
+                section.remove(mesh)  # it is told once
                 continue
             content = read_bytes(found, left)
             left -= len(content)
