@@ -27,6 +27,11 @@ def question():
     return answers
 
 
+def steps(found):
+    """What a motion has cost."""
+    return found["steps"]
+
+
 def timed(call):
     """(wall seconds, CPU seconds) of a call."""
     wall, spent = time.perf_counter(), time.process_time()
@@ -40,11 +45,11 @@ def main():
     designs, answers = four_bars.table(number), question()
 
     def bare():
-        mbs.batch(answers, designs, progress=False)
+        mbs.batch(answers, designs, progress=False, cost=steps)
 
     def stored():
         with tempfile.TemporaryDirectory() as folder:
-            mbs.sweep(answers, designs, Path(folder) / "study", progress=False)
+            mbs.sweep(answers, designs, Path(folder) / "study", progress=False, cost=steps)
 
     ways = {"bare": bare, "stored": stored}
     times = {name: [] for name in ways}

@@ -25,8 +25,8 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Any:
 
     Args:
         function: None makes a decorator.
-        compile: "full", or "quick" for programs that run a few times: compiled in half the time, run up to twice as
-            long.
+        compile: "full", or "quick" for programs that run a few times: compiled in half the time, run two to
+            four times as long.
 
     Raises: ValueError for another `compile`.
     """

@@ -91,7 +91,7 @@ def batch(
         cost: function of one result to the work it took; by default the steps of all motions in it.  A chunk is as
             dear as its dearest design, so designs are grouped by what those like them have cost.  Where no motion is
             returned, return its steps: `cost=lambda values: values["steps"]`.
-        compile: "full", or "quick" for few designs: compiled in half the time, run up to twice as long.
+        compile: "full", or "quick" for few designs: compiled in half the time, run two to four times as long.
 
     Raises:
         TypeError, ValueError: naming the column, for designs that are no numbers or differ in length; no designs.

@@ -1,7 +1,8 @@
 """Chunks of designs through a compiled program on several threads, their results gathered on the host."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
 import jax
 import numpy as np
@@ -30,39 +31,40 @@ class Chunks:
         self.status[:] = Status.NOT_RUN
 
     def run(self, feasible, bar):
-        """Run the feasible designs; the error or interrupt that ended it, else None."""
+        """Run the feasible designs; the error or interrupt that ended it, after the calls under way ended, else None.
+
+        A part is ordered by what has run until a thread would be idle without it: no thread waits for the others.
+        """
         self.status[~feasible] = Status.INFEASIBLE
         bar.update(int(np.sum(~feasible)))
-        ran, error = np.arange(0), None
-        for part in parts(np.flatnonzero(feasible), _FIRST * self.threads * self.chunk):
-            if error is None:
-                error = self._run_part(dearest_first(self.designs, part, ran, self.costs), bar)
-                ran = np.concatenate([ran, part])
-        return error
-
-    def _run_part(self, index, bar):
-        """Run the designs at `index`; the first error or interrupt, after the calls under way ended, else None."""
+        left = deque(parts(np.flatnonzero(feasible), _FIRST * self.threads * self.chunk))
+        ran, calls = [np.arange(0)], set()
         with ThreadPoolExecutor(self.threads) as pool:
-            starts = range(0, len(index), self.chunk)
-            calls = [pool.submit(self._run_chunk, index[k : k + self.chunk]) for k in starts]
             try:
-                for call in as_completed(calls):
-                    number, computed = call.result()
-                    self.computed += computed
-                    bar.update(number)
+                while left or calls:
+                    if left and len(calls) < self.threads:
+                        order = dearest_first(self.designs, left.popleft(), np.concatenate(ran), self.costs)
+                        starts = range(0, len(order), self.chunk)
+                        calls |= {pool.submit(self._run_chunk, order[k : k + self.chunk]) for k in starts}
+                    done, calls = wait(calls, return_when=FIRST_COMPLETED)
+                    for call in done:
+                        index, computed = call.result()
+                        ran.append(index)
+                        self.computed += computed
+                        bar.update(len(index))
             except (Exception, KeyboardInterrupt) as error:
                 pool.shutdown(wait=True, cancel_futures=True)
                 return error
         return None
 
     def _run_chunk(self, index):
-        """Run one chunk, filled up with its last design; (its number of designs, cost of its lanes)."""
+        """Run one chunk, filled up with its last design; (its designs, cost of its lanes)."""
         filled = np.pad(index, (0, self.chunk - len(index)), "edge")
         found = self.program(*jax.tree.leaves(rows(self.designs, filled)))
         for column, part in zip(self.results, found, strict=True):
             column[index] = np.asarray(part)[: len(index)]
         together = np.asarray(found[-1]).reshape(self.shares, -1)
-        return len(index), float(np.sum(together.max(axis=1)) * together.shape[1])
+        return index, float(np.sum(together.max(axis=1)) * together.shape[1])
 
 
 def _empty(number: int, one) -> np.ndarray:

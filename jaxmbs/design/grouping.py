@@ -19,7 +19,7 @@ def parts(index: Int[np.ndarray, " B"], first: int) -> list[np.ndarray]:
     if len(index) < 2 * first:
         return [index]
     ends = first * 2 ** np.arange(int(np.log2(len(index) / first)))
-    # one seed: a batch asked again runs in the same order
+    # one seed: a batch asked again runs in nearly the same order
     return np.split(np.random.default_rng(0).permutation(index), ends)
 
 

@@ -67,8 +67,8 @@ def minimise(
             A design that keeps them to 1e-7 of each is better than any that does not; where none is found, the one
             that exceeds them least is the result.
         check: compare the gradients with differences at the first design, which costs two evaluations a variable.
-        compile: "full", or "quick" for searches of some dozen evaluations: compiled in half the time, run up to twice
-            as long.
+        compile: "full", or "quick" for searches of some dozen evaluations: compiled in half the time, run two to four
+            times as long.
 
     Returns:
         The best design found, with the history of the search and a table; with `starts` that of the best start,

@@ -33,8 +33,8 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
     """`function` compiled, arrays traced and all else static, as `equinox.filter_jit` does it.
 
     Args:
-        compile: "full", or "quick" for programs that run a few times: compiled in half the time, run up to twice as
-            long.
+        compile: "full", or "quick" for programs that run a few times: compiled in half the time, run two to
+            four times as long.
 
     Raises: ValueError for another `compile`.
 

@@ -11,7 +11,8 @@ import jax
 import numpy as np
 from tqdm import tqdm
 
-from ..design.batches import batch
+from ..design.batches import CHUNK, batch
+from ..design.outcome import lane_cost
 from ..design.table import row_shape, rows
 from ..errors import BatchError
 from ..typing import ArrayLike
@@ -25,13 +26,14 @@ def sweep(
     designs: Any,
     path: str | os.PathLike | None = None,
     *,
-    chunk: int = 512,
+    chunk: int = 1024,
     client: Any = None,
     progress: bool = True,
     dims: Mapping[str, tuple[str, ...]] | None = None,
     coords: Mapping[str, ArrayLike] | None = None,
     units: Mapping[str, str] | None = None,
     key: str = "",
+    cost: Callable[[dict], float] = lane_cost,
     compile: str = "full",
 ) -> Any:
     """The answers of a function for many designs as an `xarray.Dataset`, written to disk as they come.
@@ -48,7 +50,8 @@ def sweep(
         coords: values along such a dimension, `{"time": ts}`.
         units: of answers, variables and coordinates, by name.
         key: anything that tells this study from others with the same designs and answers, a version for example.
-        compile: "full", or "quick" for few designs, as of `mbs.batch`.
+        cost, compile: as of `mbs.batch`; `cost=lambda answers: answers["steps"]` puts designs of like cost side by
+            side.
 
     Returns: a Dataset with one dimension for every axis of the grid, or "design"; beside the answers `status` (codes
     of `mbs.Status`) and `reason`.  Designs that fail keep their row.
@@ -65,7 +68,7 @@ def sweep(
         chunk = min(chunk, len(next(iter(plan.designs.values()))))
         size = int(np.prod(plan.shape))
         store = stack.enter_context(Store(folder, size, chunk, one, {**about, "key": key}))
-        compute = functools.partial(computed, function, compile=compile)
+        compute = functools.partial(computed, function, cost=cost, compile=compile)
         _check_same(store, compute, plan, chunk)
         run = _here(compute, plan, store) if client is None else _there(compute, plan, store, client)
         left = store.left
@@ -77,11 +80,15 @@ def sweep(
         return dataset(plan, {name: store.read(name) for name in one}, dims, coords, units or {})
 
 
-def computed(function: Callable, designs: dict, number: int, compile: str = "full") -> dict[str, np.ndarray]:
-    """The answers and `status` of designs, filled up to a number so that one program serves all chunks."""
+def computed(
+    function: Callable, designs: dict, number: int, cost: Callable = lane_cost, compile: str = "full"
+) -> dict[str, np.ndarray]:
+    """The answers and `status` of designs, of which there are `number` in most chunks; few are filled up so that one
+    program serves all chunks."""
     count = len(next(iter(designs.values())))
-    filled = rows(designs, np.minimum(np.arange(number), count - 1))
-    found = batch(function, filled, progress=False, compile=compile)
+    least = min(number, CHUNK * (os.cpu_count() or 1))
+    filled = rows(designs, np.minimum(np.arange(max(count, least)), count - 1))
+    found = batch(function, filled, progress=False, cost=cost, compile=compile)
     named = _named(found.values) | {"status": np.asarray(found.status)}
     return {name: np.asarray(values)[:count] for name, values in named.items()}
 

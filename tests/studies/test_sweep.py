@@ -190,3 +190,21 @@ def test_workers_of_dask(tmp_path):
             patch.setattr(Store, "write", lambda *args: (next(kill, lambda: None)(), write(*args)))
             found = sweep(answers, plan, tmp_path / "study", **slow)
     assert found.identical(sweep(answers, plan, dims={"powers": ("exponent",)}))
+
+
+def test_designs_of_like_cost_are_told_apart(tmp_path, monkeypatch):
+    """`cost=` reaches the batch: dear designs run first once some have run."""
+    from jaxmbs.design import chunks
+
+    orders, before = [], chunks.dearest_first
+
+    def watched(designs, asked, ran, costs):
+        orders.append((asked, costs[ran]))
+        return before(designs, asked, ran, costs)
+
+    monkeypatch.setattr(chunks, "dearest_first", watched)
+    n = np.arange(4096.0)
+    found = sweep(lambda d: {"n": 2.0 * d["n"]}, {"n": n}, tmp_path / "s", chunk=4096, cost=lambda a: a["n"])
+    np.testing.assert_array_equal(found["n"], 2.0 * n)
+    assert len(orders) > 1 and all(np.all(np.isin(costs, 2.0 * n)) for _, costs in orders)
+    assert np.ptp(orders[-1][1]) > 0.0
