@@ -17,7 +17,7 @@ from ..design.table import row_shape, rows
 from ..errors import BatchError
 from ..typing import ArrayLike
 from .plans import Designs, plan_of
-from .results import dataset
+from .results import dataset, dimensions
 from .store import Store, StudyError, digest
 
 
@@ -60,8 +60,9 @@ def sweep(
     answers now), or is being written; for a full disk or a worker that raises, with what was written kept.  As
     `mbs.batch` for designs that are no numbers.
     """
-    plan, dims, coords = plan_of(designs), dict(dims or {}), dict(coords or {})
+    plan, coords, units = plan_of(designs), dict(coords or {}), dict(units or {})
     one = _answers(function, plan)
+    behind = dimensions(plan, one, dims or {}, coords, units)
     about = {"designs": digest(plan.designs), "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()}}
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory()) if path is None else path
@@ -77,7 +78,7 @@ def sweep(
             for number, arrays in run(left):
                 store.write(number, arrays)
                 bar.update(store.span(number).stop - store.span(number).start)
-        return dataset(plan, {name: store.read(name) for name in one}, dims, coords, units or {})
+        return dataset(plan, {name: store.read(name) for name in one}, behind, coords, units)
 
 
 def computed(

@@ -85,6 +85,16 @@ def test_faults(tmp_path):
         sweep(lambda d: {}, {"x": np.arange(3.0)})
     with pytest.raises(ValueError, match="dims of 'y'"):
         sweep(lambda d: {"y": d["x"]}, {"x": np.arange(3.0)}, dims={"y": ("time",)})
+    for options, message in (
+        ({"dims": {"z": ()}}, "no answer 'z'"),
+        ({"coords": {"time": [1.0]}}, "no dimension 'time'"),
+        ({"dims": {"y": ("time",)}, "coords": {"time": [1.0]}}, "coords of 'time' have the shape"),
+        ({"units": {"yy": "m"}}, "no answer, variable or coordinate 'yy': did you mean 'y'"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            sweep(lambda d: {"y": jnp.stack([d["x"], d["x"]])}, {"x": np.arange(3.0)}, **options)
+    with pytest.raises(ValueError, match="the answer 'x' has the name of a variable"):
+        sweep(lambda d: {"x": 2.0 * d["x"]}, {"x": np.arange(3.0)})
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(StudyError, match="is no study"):
         sweep(lambda d: {"y": d["x"]}, {"x": np.arange(3.0)}, tmp_path)
@@ -204,7 +214,7 @@ def test_designs_of_like_cost_are_told_apart(tmp_path, monkeypatch):
 
     monkeypatch.setattr(chunks, "dearest_first", watched)
     n = np.arange(4096.0)
-    found = sweep(lambda d: {"n": 2.0 * d["n"]}, {"n": n}, tmp_path / "s", chunk=4096, cost=lambda a: a["n"])
-    np.testing.assert_array_equal(found["n"], 2.0 * n)
+    found = sweep(lambda d: {"work": 2.0 * d["n"]}, {"n": n}, tmp_path / "s", chunk=4096, cost=lambda a: a["work"])
+    np.testing.assert_array_equal(found["work"], 2.0 * n)
     assert len(orders) > 1 and all(np.all(np.isin(costs, 2.0 * n)) for _, costs in orders)
     assert np.ptp(orders[-1][1]) > 0.0
