@@ -5,17 +5,17 @@ from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 from tqdm import tqdm
 
 from jaxmbs.design.constrained import run_limited, slsqp
+from jaxmbs.design.drivers import lbfgsb
 from jaxmbs.design.limit import Limit
 from jaxmbs.design.limited import KEPT, LimitedSearch
-from jaxmbs.design.optimise import minimise
 from jaxmbs.design.optimum import Optimum
-from jaxmbs.design.program import program
+from jaxmbs.design.program import Program, program
+from jaxmbs.design.search import Search
 from jaxmbs.design.variables import Variables, read_variables
 from jaxmbs.math.jit import jit
 
@@ -60,55 +60,73 @@ def pareto(
     on the second in equal steps, each search from where its neighbour ended; parts of it that bend inwards are found
     too.
 
-    Args: points: how many, three at least; the others as of `minimise`.  All of them run one compiled program.
+    Args: points: how many, three at least; the others as of `minimise`.  All searches run one compiled program.
 
     Raises: ValueError as `minimise`, or for fewer than three points.
     """
     if points < 3:
         raise ValueError(f"a front has three points at least, not {points}")
-    compiled, options = jit(compile=compile), {"gradient": gradient, "progress": False, "compile": compile}
-    ends = [minimise(aim, design0, bounds, None, steps, tolerance, **options) for aim in (first, second)]
-    values = compiled(lambda design: jnp.stack([first(design), second(design)]))
-    (_, high), (_, low) = (np.asarray(values(_floats(end.design)), float) for end in ends)
-    variables = read_variables((design0, np.zeros(())), None if bounds is None else (bounds, None))
-    span = max(high - low, 1e-12 * (1.0 + abs(high)))
-    limit = Limit("second aim", lambda both: second(both[0]) - both[1], upper=0.0, scale=span)
-    asked = program(lambda both: first(both[0]), variables, gradient, [limit])
-    run, found, start = compiled(asked.run), [], ends[0].design
-    with tqdm(total=steps * (points - 2), disable=not progress, desc="pareto") as bar:
+    limit = Limit("second aim", lambda held: (second(held[0]) - held[1]) / held[2], upper=0.0, scale=1.0)
+    outer = (design0, 0.0, 1.0), None if bounds is None else (bounds, None, None)
+    aims = _Aims(program(lambda held: first(held[0]), read_variables(*outer), gradient, [limit]), compile, outer)
+    with tqdm(total=steps * points, disable=not progress, desc="pareto") as bar:
+        ends = [aims.alone(which, steps, tolerance, bar) for which in (0, 1)]
+        (_, high), (_, low) = (aims.values(end.design[0]) for end in ends)
+        span = max(high - low, 1e-12 * (1.0 + abs(high)))
+        found, start = [], ends[0].design[0]
         for level in np.linspace(high, low, points)[1:-1]:
-            for begin in (start, ends[1].design):  # where the limit has no slope there, from the other end
-                search = LimitedSearch(asked, run, _at_level(variables, begin, level), tolerance, None, bar)
+            for begin in (start, ends[1].design[0]):  # where the limit has no slope there, from the other end
+                search = aims.search(begin, level, span, tolerance, bar)
                 run_limited(search, steps, slsqp)
                 if search.best.violation <= KEPT:
                     break
             found.append(search.optimum())
             start = found[-1].design[0]
-    return _front(ends, found, values)
+    every = [ends[0], *found, ends[1]]
+    values = np.array([aims.values(optimum.design[0]) for optimum in every])
+    exchange = [np.nan, *(-optimum.limits[0].price / span for optimum in found), np.nan]
+    designs = [optimum.design[0] for optimum in every]
+    stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)
+    return Front(*values.T, stacked, np.array(exchange), np.array([optimum.ok for optimum in every]))
 
 
-def _at_level(variables: Variables, design: PyTree, level: float) -> Variables:
-    """The variables of a search with the level of the second aim, which is last, held."""
-    x = np.concatenate([*(np.ravel(leaf) for leaf in jax.tree.leaves(design)), [level]])
-    lower, upper = variables.lower.copy(), variables.upper.copy()
-    lower[-1] = upper[-1] = level
-    scale = variables.scale.copy()
-    scale[-1] = 1.0
-    return variables._replace(start=np.clip(x, lower, upper), lower=lower, upper=upper, scale=scale)
+class _Aims:
+    """Both aims and their gradients as one compiled program of (design, level, span), and the searches that use it.
+
+    Level and span of the second aim are variables that bounds hold, so that one program serves all levels.
+    """
+
+    def __init__(self, asked: Program, compile: str, outer):
+        self._asked, self._run, self._outer = asked, jit(asked.run, compile=compile), outer
+
+    def alone(self, which: int, steps: int, tolerance: float, bar) -> Optimum:
+        """The best of one aim."""
+        first = Search(lambda x: self._alone(x, which), self._held(self._outer[0][0], 0.0, 1.0), tolerance, None, bar)
+        if steps > 0 and not first.reason:
+            lbfgsb(first, steps)
+        return first.optimum()
+
+    def _alone(self, x, which):
+        value, slopes, excess, rows, _ = self._run(x, _ROW)
+        return (value, slopes, (), (), ()) if which == 0 else (excess[0], rows[0], (), (), ())
+
+    def values(self, design: PyTree) -> tuple[float, float]:
+        """Both aims of a design."""
+        variables = self._held(design, 0.0, 1.0)
+        value, _, excess, *_ = self._run(variables.vector(variables.start), _ROW)
+        return float(value), float(excess[0])
+
+    def search(self, begin: PyTree, level: float, span: float, tolerance: float, bar) -> LimitedSearch:
+        """Of the first aim where the second is a level at most."""
+        return LimitedSearch(self._asked, self._run, self._held(begin, level, span), tolerance, None, bar)
+
+    def _held(self, design, level, span) -> Variables:
+        variables = read_variables(*self._outer)
+        x = np.concatenate([*(np.ravel(np.asarray(leaf)) for leaf in jax.tree.leaves(design)), [level, span]])
+        lower, upper, scale = (part.copy() for part in variables[2:5])
+        lower[-2:] = upper[-2:] = x[-2:]
+        scale[-2:] = 1.0
+        return variables._replace(start=np.clip(x, lower, upper), lower=lower, upper=upper, scale=scale)
 
 
-def _front(ends: list[Optimum], found: list[Optimum], values: Callable) -> Front:
-    designs = [ends[0].design, *(optimum.design[0] for optimum in found), ends[1].design]
-    aims = np.array([np.asarray(values(_floats(design)), float) for design in designs])
-    exchange = [np.nan, *(-optimum.limits[0].price for optimum in found), np.nan]
-    return Front(
-        aims[:, 0],
-        aims[:, 1],
-        jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs),
-        np.array(exchange),
-        np.array([optimum.ok for optimum in (ends[0], *found, ends[1])]),
-    )
-
-
-def _floats(design):
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf, float), design)
+_ROW = np.zeros(1, np.int32)  # the one limit

@@ -85,3 +85,18 @@ def test_global_sensitivities():
 def test_faults(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_one_program_for_all_points():
+    traced = []
+
+    def near_and_counted(design):
+        traced.append(1)
+        return near(design)
+
+    counts = []
+    for points in (3, 9):
+        traced.clear()
+        pareto(near_and_counted, far, {"x": 0.3, "y": 0.5}, points=points, progress=False)
+        counts.append(len(traced))
+    assert counts[0] == counts[1] == 2  # shapes, then the program
