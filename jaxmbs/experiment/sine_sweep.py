@@ -9,7 +9,7 @@ from jaxtyping import Array, Complex, Float
 from ..elements.base import number
 from ..math import square
 from ..math.host import typed
-from ..typing import ArrayLike
+from ..typing import AnyArray, ArrayLike
 
 
 def sweep_phase(time: ArrayLike, start: ArrayLike, end: ArrayLike, duration: ArrayLike) -> tuple[Array, Array]:
@@ -24,8 +24,8 @@ def sweep_phase(time: ArrayLike, start: ArrayLike, end: ArrayLike, duration: Arr
 
 
 def swept_amplitudes(
-    signals: Float[Array, "channels samples"],
-    phase: Float[Array, " samples"],
+    signals: Float[AnyArray, "channels samples"],
+    phase: Float[AnyArray, " samples"],
     centres: ArrayLike,
     width: int,
 ) -> Complex[Array, "centres channels"]:
@@ -47,6 +47,7 @@ def swept_amplitudes(
     if np.any(centres < width) or np.any(centres + width >= phase.shape[0]):
         raise ValueError(f"centres must be at least {width} samples from both ends of {phase.shape[0]}")
     offset = np.arange(-width, width + 1)
+    signals, phase = jnp.asarray(signals), jnp.asarray(phase)
     tau = jnp.asarray(offset / max(width, 1), phase.dtype)
     window = jnp.asarray(_window(width), phase.dtype)
 

@@ -13,7 +13,7 @@ from ..math.linalg import full_rank_lstsq
 from ..math.tensor import left_product, plane_mix, right_product
 from ..model.question import question
 from ..model.system import System
-from ..typing import FrameLike
+from ..typing import AnyArray, FrameLike
 from . import constraints
 from .configuration import Configuration, at_state, elsewhere
 from .influence import body_kic, dependent_columns, independent_columns, velocity_map
@@ -161,7 +161,7 @@ def point_kic(system: System, state: State, frame: FrameLike) -> tuple[Float[Arr
     return G(at), jnp.swapaxes(along_independent(system, at, G), 0, 1)
 
 
-def kic_rate(second: Array, phi_dot: Array) -> Float[Array, "c N"]:
+def kic_rate(second: AnyArray, phi_dot: AnyArray) -> Float[Array, "c N"]:
     """G_dot (3, N) of a body from its H (N, 3, N) and phi_dot (N,): column n is `H[n] phi_dot`.
 
     Source: S2 (22), (25)-(27).

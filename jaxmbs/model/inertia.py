@@ -12,7 +12,7 @@ from jaxtyping import Array
 
 from jaxmbs.math.host import as_array
 from jaxmbs.math.rotation import axis_vector
-from jaxmbs.typing import ArrayLike, Axis, Matrix3, ScalarLike
+from jaxmbs.typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
 
 from ..checks import are_axes, broken, known, negative, refuse_complex
 
@@ -28,7 +28,7 @@ def rod(mass: ScalarLike, length: ScalarLike, axis: Axis = "x") -> Matrix3:
     return _symmetric(0.0, mass * length**2 / 12, axis)
 
 
-def box(mass: ScalarLike, size: Sequence[ScalarLike] | Array) -> Matrix3:
+def box(mass: ScalarLike, size: Sequence[ScalarLike] | AnyArray) -> Matrix3:
     """Inertia of a solid box with the edges `size` (3,) along x, y, z."""
     if len(size) != 3:
         raise ValueError(f"a box has three edges, got {len(size)}")
@@ -63,8 +63,9 @@ def spherical_shell(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     return jnp.eye(3) * (mass * radius**2 * (2 / 3))
 
 
-def turned(inertia: ArrayLike, rotation: Matrix3) -> Matrix3:
+def turned(inertia: ArrayLike, rotation: ArrayLike) -> Matrix3:
     """Inertia in other axes: `rotation` takes components in the axes of `inertia` to the new ones."""
+    rotation = jnp.asarray(rotation)
     if not are_axes(rotation):
         raise ValueError("the rotation is no rotation matrix")
     return rotation @ as_matrix(inertia) @ rotation.T

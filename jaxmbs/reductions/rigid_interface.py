@@ -95,11 +95,12 @@ def averaged_transformation(
     return W.at[others, k + np.arange(len(others))].set(1.0)
 
 
-def on_interface(system: LinearSystem, W: Array, num: int) -> Reduced:
+def on_interface(system: LinearSystem, W: AnyArray, num: int) -> Reduced:
     """The component in the coordinates `x = W y`, the first `num` its interface, the others "inner 0", "inner 1", ...
 
     `reduce(on_interface(s, W, 6), CraigBampton(20))` is Craig and Bampton's on a rigid or averaged interface.
     """
+    W = jnp.asarray(W)
     made = project(system, W, (*numbered("interface", num), *numbered("inner", W.shape[1] - num)), num)
     return made.within(system) if isinstance(system, Reduced) else made
 

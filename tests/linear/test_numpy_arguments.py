@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs import linear, reductions
+import jaxmbs as mbs
+from jaxmbs import experiment, linear, reductions
 
 K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
 M, C, OMEGA, X = np.eye(3), 0.01 * K, np.array([0.3, 2.5]), np.arange(12.0).reshape(4, 3)
@@ -33,6 +34,13 @@ CALLS = {
     "harmonic": lambda K, M, C, w, x: reductions.harmonic(x[:2].astype(complex), w)[2],
     "element_loads": lambda K, M, C, w, x: reductions.element_loads(K, C, x),
     "averaged_motion": lambda K, M, C, w, x: reductions.averaged_motion(POINTS, (0.0, 0.0, 0.0), K[0] + 2, False),
+    "on_interface": lambda K, M, C, w, x: reductions.on_interface(WHOLE, M[:, ::-1], 1).mass,
+    "kic_rate": lambda K, M, C, w, x: mbs.kic_rate(x[:1, :, None], w[:1]),
+    "inertia.box": lambda K, M, C, w, x: mbs.inertia.box(2.0, x[1]),
+    "inertia.turned": lambda K, M, C, w, x: mbs.inertia.turned(M + 1.0, M),
+    "swept_amplitudes": lambda K, M, C, w, x: experiment.swept_amplitudes(
+        x.T.repeat(9, 1), x[:, 0].repeat(9), [15], 9
+    ),
 }
 
 
