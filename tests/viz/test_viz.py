@@ -1,5 +1,9 @@
 """Pictures go into the axes given, hold what they should, and never open a window."""
 
+import re
+import shutil
+import subprocess
+
 import jax
 import numpy as np
 import pytest
@@ -181,6 +185,15 @@ def test_a_film_has_its_frames(pendulum, tmp_path):
     assert np.mean(np.abs(pictures[0] - pictures[1]) > 50) > 1e-3
     with pytest.raises(ValueError, match=".gif or .mp4"):
         viz.animate(system, motion, tmp_path / "swing.avi")
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+def test_an_mp4_has_its_frames(pendulum, tmp_path):
+    system, motion, _ = pendulum
+    path = viz.animate(system, motion, tmp_path / "swing.mp4", "xz", fps=5, speed=0.5, dpi=40)
+    command = ["ffmpeg", "-i", str(path), "-map", "0:v:0", "-c", "copy", "-f", "null", "-"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    assert re.findall(r"frame=\s*(\d+)", told)[-1] == "10"
 
 
 def test_all_poses_are_one_program(pendulum, monkeypatch):
