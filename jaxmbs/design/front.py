@@ -87,7 +87,7 @@ def pareto(
     exchange = [np.nan, *(-optimum.limits[0].price / span for optimum in found), np.nan]
     designs = [optimum.design[0] for optimum in every]
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)
-    return Front(*values.T, stacked, np.array(exchange), np.array([optimum.ok for optimum in every]))
+    return Front(values[:, 0], values[:, 1], stacked, np.array(exchange), np.array([optimum.ok for optimum in every]))
 
 
 class _Aims:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
+import numpy as np
 import optax
 from jaxtyping import PyTree
 from tqdm import tqdm
@@ -14,6 +15,7 @@ from jaxmbs.design.drivers import lbfgsb, run_optax
 from jaxmbs.design.gradient_check import check_gradients
 from jaxmbs.design.limit import Limit
 from jaxmbs.design.limited import LimitedSearch
+from jaxmbs.design.meeting import search_together
 from jaxmbs.design.optimum import Optimum
 from jaxmbs.design.program import program, value_alone
 from jaxmbs.design.search import Search
@@ -59,10 +61,9 @@ def minimise(
         progress: whether to show a progress bar.
         callback: called after each step with (step, design, objective); a true result stops the search.
         starts: search from so many first designs, stacked along a leading axis of every leaf of `design0` (`bounds`
-            are those of one design).  An optax optimiser runs all of them together as one compiled program;
-            the others one after the other.  Starts whose objective is not finite are left out.  Where `design0` is
-            one design and every variable has two bounds, it is the first start and points of Sobol's sequence
-            between the bounds are the others.
+            are those of one design), side by side in one compiled program.  Starts whose objective is not finite are
+            left out.  Where `design0` is one design and every variable has two bounds, it is the first start and
+            points of Sobol's sequence between the bounds are the others.
         limits: what a design keeps, see `Limit`.  Of many the search differentiates those that hold it and the worst.
             A design that keeps them to 1e-7 of each is better than any that does not; where none is found, the one
             that exceeds them least is the result.
@@ -87,23 +88,29 @@ def minimise(
     together = [read_variables(design0, bounds)] if starts is None else stacked_variables(design0, bounds, starts)
     asked = program(objective, together[0], gradient, limits)
     with tqdm(total=steps * len(together), disable=not progress, desc="minimise") as bar:
-        compiled = jit(compile=compile)
+        options = (tolerance, callback, bar, starts is not None)
         if starts is not None and not isinstance(optimiser, str):
-            value, every = functools.partial(value_alone, objective), compiled(jax.vmap(asked.alone))
-            return best_of(run_optax_together(every, value, together, optimiser, steps, tolerance, callback, bar))
-        whole, alone, searches = compiled(asked.run), compiled(asked.alone), []
-        for variables in together:
-            options = (variables, tolerance, callback, bar, starts is not None)
-            if isinstance(optimiser, str) and optimiser in _LIMITED:
-                search = LimitedSearch(asked, whole, *options)
+            value, every = functools.partial(value_alone, objective), jit(jax.vmap(asked.alone), compile=compile)
+            ended = run_optax_together(every, value, together, optimiser, steps, *options[:3])
+            return best_of([search.optimum() for search in ended])
+        limited = isinstance(optimiser, str) and optimiser in _LIMITED
+
+        def searched(variables, first, evaluate):
+            """What the search from one design ends with, of what evaluates (x, rows)."""
+            if limited:
+                search: Search = LimitedSearch(asked, evaluate, variables, *options)
             else:
-                search = Search(alone, *options)
-            if check and not searches:
+                search = Search(lambda x: evaluate(x, np.zeros(0, np.int32)), variables, *options)
+            if check and first:
                 check_gradients(search)
             if steps > 0 and not search.reason:
                 engine(search, steps)
-            searches.append(search)
-    return search.optimum() if starts is None else best_of(searches)
+            return search.optimum()
+
+        if starts is None:
+            return searched(together[0], True, jit(asked.run, compile=compile))
+        searches = [functools.partial(searched, variables, k == 0) for k, variables in enumerate(together)]
+        return best_of(search_together(searches, asked.run, compile))
 
 
 _LIMITED = (*ENGINES, *NLOPT)

@@ -1,7 +1,7 @@
 """Searches from many first designs: together as one compiled program, and the best of them."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -54,12 +54,11 @@ def _spread(variables: Variables, starts: int) -> list[Variables]:
     return [variables, *(variables._replace(start=point) for point in points)]
 
 
-def best_of(searches: list[Search]) -> Optimum:
+def best_of(found: Sequence[Optimum]) -> Optimum:
     """The best optimum, with all of them in `starts`.
 
     Raises: ValueError when no search could start.
     """
-    found = tuple(search.optimum() for search in searches)
     values = np.array([optimum.value for optimum in found])
     if np.all(np.isnan(values)):
         raise ValueError(f"no search can start at any of the {len(found)} first designs: see `History` of one alone")
@@ -67,7 +66,7 @@ def best_of(searches: list[Search]) -> Optimum:
         [max((-limit.margin for limit in optimum.limits if not limit.ok), default=0.0) for optimum in found]
     )
     first = np.lexsort((values, np.where(np.isnan(values), np.inf, missed)))[0]
-    return dataclasses.replace(found[int(first)], starts=found)
+    return dataclasses.replace(found[int(first)], starts=tuple(found))
 
 
 class _Together:

@@ -1,6 +1,7 @@
 """`minimise` from many first designs at once."""
 
 import functools
+import threading
 
 import jax
 import numpy as np
@@ -8,6 +9,7 @@ import optax
 import pytest
 from jax import numpy as jnp
 
+from jaxmbs.design import Limit, meeting
 from jaxmbs.design import minimise as minimise_with_bar
 
 minimise = functools.partial(minimise_with_bar, progress=False)
@@ -62,15 +64,51 @@ def test_steps_into_a_region_without_values_are_halved_for_that_start_alone():
     assert np.isfinite(best.starts[0].history.values).all() and len(best.starts[0].history.values) == 4
 
 
-def test_all_starts_are_one_compiled_program():
+@pytest.mark.parametrize("optimiser", [None, optax.sgd(0.1)])
+def test_all_starts_are_one_compiled_program(optimiser):
     traced = []
 
     def objective(x):
         traced.append(1)
         return jnp.sum((x - 1.0) ** 2)
 
-    minimise(objective, np.zeros((5, 2)), optimiser=optax.sgd(0.1), steps=10, starts=5)
+    minimise(objective, np.zeros((5, 2)), optimiser=optimiser, steps=10, starts=5)
     assert len(traced) <= 3
+
+
+@pytest.mark.parametrize("optimiser", ["SLSQP", "trust-constr"])
+def test_searches_with_limits_side_by_side(optimiser):
+    """Each as it would alone, though one ends long before the others."""
+    inside = Limit("distance", lambda d: d["x"] ** 2 + jnp.sum(d["y"] ** 2), upper=0.5)
+    designs, steps = first([0.9, -0.5, 0.70710678]), 60
+    together = minimise(two_wells, designs, None, optimiser, steps, starts=3, limits=[inside])
+    for k, found in enumerate(together.starts):
+        one = jax.tree.map(lambda leaf, k=k: leaf[k], designs)
+        alone = minimise(two_wells, one, None, optimiser, steps, limits=[inside])
+        np.testing.assert_allclose(found.design["x"], alone.design["x"], rtol=1e-6)
+        assert found.reason == alone.reason and found.limits[0].ok
+    assert together.design["x"] == pytest.approx(-np.sqrt(0.5), abs=1e-4)
+
+
+def test_an_error_in_one_search_ends_all():
+    """Of the user's callback, in the thread of a search; nothing waits for ever."""
+
+    def callback(step, design, value):
+        if step == 2:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        minimise(two_wells, first([1.5, -0.5, 0.4]), starts=3, callback=callback)
+    assert threading.active_count() < 10
+
+
+def test_an_error_of_the_batch_ends_all(monkeypatch):
+    def fails(*args, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(meeting, "batch", fails)
+    with pytest.raises(KeyboardInterrupt):
+        minimise(two_wells, first([1.5, -0.5, 0.4]), starts=3)
 
 
 @pytest.mark.parametrize(
