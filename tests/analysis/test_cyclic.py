@@ -7,6 +7,7 @@ import jaxmbs as mbs
 from tests.mechanisms import OnCart
 
 
+@pytest.mark.slow
 def test_a_pendulum_on_a_free_cart_in_closed_form():
     """Free in x: the cart's momentum stays, and the pendulum swings against the reduced mass (Routh)."""
     cart = OnCart()

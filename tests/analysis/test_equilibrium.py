@@ -68,6 +68,7 @@ def test_a_loop_hangs_in_its_lowest_position():
     np.testing.assert_allclose(mbs.forward_dynamics(system, found.state)[0], 0.0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_steady_rotation_of_a_governor():
     """A bob hinged on a shaft that spins at w stands at cos x = g / (w^2 l); it needs no driving torque."""
     b = mbs.SystemBuilder()
@@ -84,6 +85,7 @@ def test_steady_rotation_of_a_governor():
     np.testing.assert_allclose(found.efforts, 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_efforts_that_hold_a_steady_motion():
     """A shaft with friction in its bearing needs a torque along its speed, against that friction."""
     b = mbs.SystemBuilder()

@@ -164,6 +164,7 @@ def test_state_matrix_is_the_derivative_of_the_motion():
     np.testing.assert_allclose(A[:nv], expected, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_gradient_of_an_eigenvalue():
     """d(Im lambda)/dk of the quarter car against central differences, and no NaN at a free mass."""
 
@@ -205,6 +206,7 @@ def test_the_drive_of_a_planar_loop_is_released():
     np.testing.assert_allclose(space.A, [[0.0, 1.0], [0.0, 0.0]], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_modes_and_responses_take_what_is_at_hand():
     """A mechanism and a state, or what `linearise` made of them."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))

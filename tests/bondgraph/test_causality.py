@@ -36,6 +36,7 @@ def test_dependent_inertias_depend_on_the_pose():
     assert aligned == {"m:upper": (1, 0, 2), "m:lower": (1, 0, 2)}
 
 
+@pytest.mark.slow
 def test_one_freedom_leaves_one_state(graphs):
     graph = graphs["crank detailed"]
     assert graph.dependent == ("m:crank", "I:rod", "m:rod", "m:slider")

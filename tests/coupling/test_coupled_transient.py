@@ -125,6 +125,7 @@ def test_gradient_against_differences():
         np.testing.assert_allclose(slope[i], (run(P + step)[0][0] - run(P - step)[0][0]) / (2 * h), rtol=2e-4)
 
 
+@pytest.mark.slow
 def test_linear_motion_in_modes():
     """Without links: exact in the modes; a static start stays where the load is constant; a damper couples modes."""
     net = built(1.0, damper=jnp.array(RISE * 30.0))

@@ -34,6 +34,7 @@ def test_one_actuator_is_the_drive():
     np.testing.assert_allclose(found["A"], mbs.reactions(DRIVEN, MOTION)["A"].effort, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_another_actuator_gives_the_same_power():
     effort = mbs.reactions(DRIVEN, MOTION)["A"].effort[:, 0]
     u = DRIVEN.velocities(MOTION.states)

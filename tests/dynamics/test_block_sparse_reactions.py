@@ -211,6 +211,7 @@ def _marked(name):
     return pytest.param(name, marks=pytest.mark.slow if name in KEPT else pytest.mark.long)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*QUICK, *(_marked(name) for name in SLOW)])
 def test_as_the_dense_way(name):
     assert_same(*(QUICK | SLOW)[name](), rtol=LOOSER.get(name, 1e-9))

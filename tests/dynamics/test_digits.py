@@ -51,6 +51,7 @@ def test_a_satellite_far_out_moves_as_at_home(distance, digits):
     )
 
 
+@pytest.mark.slow
 def test_slopes_by_place_are_those_of_the_world():
     """The point that all refers to stands still in derivatives; weight and its energy know where it is."""
     system = satellite((0.0, 0.0, -9.81))
@@ -78,6 +79,7 @@ def test_a_motion_far_out_takes_the_steps_of_home():
     np.testing.assert_allclose(motions[1].states.coordinates[:, 3:], motions[0].states.coordinates[:, 3:], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_body_force_sees_its_place_in_the_world():
     """A spring to the world origin, written by the user as a load at a frame."""
 

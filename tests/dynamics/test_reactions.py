@@ -124,6 +124,7 @@ def test_two_pins_share_what_statics_cannot_tell():
         np.testing.assert_array_equal(loads[name].unique_force, [False, True, False])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("right", ["pin", "rod"])
 def test_compliant_joints_take_less(right):
     """A bar between two bearings: the pull along it is shared as 1 : 3 where one is three times as soft.
@@ -315,6 +316,7 @@ def random_tree():
     return links, system, rs.random_state(system, 2)
 
 
+@pytest.mark.slow
 def test_every_body_of_a_random_tree_is_in_equilibrium(random_tree):
     _, system, state = random_tree
     assert newton_euler(system, state, mbs.reactions(system, state)) < 1e-10

@@ -60,6 +60,7 @@ def test_rigid_inertia_is_that_of_a_rod(whole):
     np.testing.assert_allclose(inertia, expected, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_kinetic_energy_is_that_of_the_nodes(whole, flying, state):
     """World positions of all nodes by hand, their velocities by jvp, the element's mass matrix in floating axes."""
     s = whole.system
@@ -84,6 +85,7 @@ def test_kinetic_energy_is_that_of_the_nodes(whole, flying, state):
     np.testing.assert_allclose(0.5 * u @ M @ u, expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_reactions_are_what_the_elements_feel(whole, flying, state):
     """The wrist from the multibody equations against the equilibrium of the finite elements under their inertia."""
     loads = mbs.reactions(flying, state)
@@ -170,6 +172,7 @@ def test_frequencies_of_a_cantilever_are_those_of_its_elements():
     np.testing.assert_allclose(damped, np.diag(0.04 * np.sqrt(values)), rtol=1e-6, atol=1e-6 * damped.max())
 
 
+@pytest.mark.slow
 def test_sag_and_clamping_moment_of_a_cantilever():
     """Closed forms `q L^4 / 8 E I` and `q L^2 / 2`."""
     frame = elastic_beam(elements=4, num_modes=0)
@@ -225,6 +228,7 @@ def test_stiffness_of_a_bent_body_by_its_parts():
     np.testing.assert_allclose(mbs.potential_energy(system, state), bent(phi) @ K @ bent(phi) / 2, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_component_known_by_its_reduced_matrices_alone():
     """Interface and modal coordinates only, as delivered by a partner: small vibrations are those of the full one."""
     full = elastic_beam(elements=4, num_modes=3)
@@ -250,6 +254,7 @@ def test_a_component_known_by_its_reduced_matrices_alone():
         np.testing.assert_allclose(a, b, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_block_of_solids_held_by_its_faces():
     """Eight bricks between two rigid faces: mass, centre and inertia of the box; it stretches as `E A / l` says."""
     x, y, z = np.meshgrid([0.0, 0.3, 0.6], [-0.1, 0.0, 0.1], [-0.05, 0.0, 0.05], indexing="ij")

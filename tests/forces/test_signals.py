@@ -35,6 +35,7 @@ def test_derivatives_in_time(name):
         np.testing.assert_allclose(acceleration, (above[1] - below[1]) / (2 * h), rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 @parametrise
 def test_derivatives_in_the_numbers_and_stacking(name):
     signal, t = SIGNALS[name], jnp.array(0.7)

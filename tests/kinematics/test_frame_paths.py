@@ -59,6 +59,7 @@ def test_the_tip_takes_the_path_in_closed_form():
     np.testing.assert_allclose(rates, a, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_what_leads_carries_the_force_of_the_inverse_dynamics():
     """`J^T f` of the force that leads is what motors would give; and motors that do carry no force at the tip."""
     a = jax.jit(jax.vmap(closed_form))(TS)[2]

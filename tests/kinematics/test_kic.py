@@ -133,6 +133,7 @@ def test_internal_kic_second_forms_agree(four_bar, loop):
         np.testing.assert_allclose(forward, printed, atol=1e-11 * np.max(np.abs(forward)))
 
 
+@pytest.mark.slow
 def test_internal_kic_second_is_the_second_derivative_of_the_loop(four_bar):
     system, state = four_bar
     q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])

@@ -52,6 +52,7 @@ def test_critical_damping(distance):
     np.testing.assert_allclose(critical(jnp.asarray(c)), wanted, rtol=1e-12)  # not traced
 
 
+@pytest.mark.slow
 def test_critical_damping_in_a_batch():
     """One frequency after the other, and designs of which one only is defective."""
     c = jnp.array([0.5, 2.0, 3.0])
@@ -112,6 +113,7 @@ def coupling():
     return K, M, jnp.diag(jnp.array([0.4, 0.0, 0.1, 0.9]))
 
 
+@pytest.mark.slow
 def test_damping_that_couples_the_modes_under_tracing():
     """The direct solution, with its derivatives; concrete it is refused as before."""
     K, M, C = coupling()

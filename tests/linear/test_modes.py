@@ -134,6 +134,7 @@ def viscous(t):
     return K, M * 1.5, t[0] * jnp.eye(5).at[0, 0].set(3.0) + t[1] * K
 
 
+@pytest.mark.slow
 def test_general_viscous_damping():
     """Roots against SciPy's pencil, receptance and free motion against direct formulas, derivatives of the roots."""
     design = jnp.array([0.1, 0.05])
@@ -165,6 +166,7 @@ def test_general_viscous_damping():
     np.testing.assert_allclose(slope[:, 0], (plus - minus) / 2e-6, rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_proportional_and_modal_damping():
     """Ratios that come back from the complex roots; two rigid modes stay undamped, a frequency that repeats too."""
     a, b = proportional_from_ratios((1.0, 0.02), (3.0, 0.05))

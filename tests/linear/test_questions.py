@@ -111,6 +111,7 @@ def test_coordinates_without_mass_are_condensed():
     np.testing.assert_allclose(found.frequencies, natural_modes(K=K, M=M, num=3).frequencies, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_names_of_what_was_reduced():
     """A node inside a reduced mast answers by its name."""
     omega = jnp.array([3.0, 40.0])
@@ -128,6 +129,7 @@ def test_names_of_what_was_reduced():
     assert made.inputs == ("normal 0",) and made.outputs[0] == "tip x"
 
 
+@pytest.mark.slow
 def test_front_door():
     """One verb for a mechanism and for a linear system."""
     b = mbs.SystemBuilder(gravity=(0, 0, -9.81))

@@ -97,6 +97,7 @@ def loss(ys):
     return jnp.sum(weights[:, None] * jnp.sin(ys[0])) + jnp.sum(weights[:, None] * ys[1] ** 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver, dt, lands", cases(), ids=name)
 def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
     found = jax.jit(lambda: ours(walked, STIFFNESS, START, march(solver, dt, lands), dt))()

@@ -56,6 +56,7 @@ def test_a_narrow_elbow_is_passed_on_its_branch(rate):
     assert np.abs((difference + np.pi) % (2.0 * np.pi) - np.pi).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_drive_that_jumps_is_a_failure_at_its_time():
     system, state = driven(drive=lambda t: jnp.where(t < 0.5, 0.7, 3.9))
     motion = mbs.simulate(system, state, t1=1.0, throw=False)
@@ -88,6 +89,7 @@ def test_an_event_ends_a_driven_motion():
     np.testing.assert_allclose(motion.states.coordinates[last], four_bar_angles(1.5), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_bound_on_steps_is_kept():
     system, state = driven(drive=mbs.Ramp(0.7, 1.0))
     motion = mbs.simulate(system, state, t1=100.0, max_steps=5, throw=False)

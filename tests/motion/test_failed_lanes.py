@@ -44,6 +44,7 @@ def study(like):
     return jax.jit(jax.vmap(run))
 
 
+@pytest.mark.slow
 def test_a_state_that_cannot_be_assembled_says_so_under_jit(like):
     def at(coupler):
         system, state = assembled(coupler, like)
@@ -68,6 +69,7 @@ def test_the_gradient_of_a_state_that_cannot_be_assembled_is_nan(like):
         assert np.isfinite(gradient[0]) and np.isnan(gradient[1])
 
 
+@pytest.mark.slow
 def test_a_failed_lane_is_nan_and_takes_no_step(study):
     found = study(jnp.array([GOOD[0], SHORT, *GOOD[1:]]))
     assert list(np.asarray(found["result"])) == [Status.SUCCESS, Status.NOT_ASSEMBLED] + 2 * [Status.SUCCESS]
@@ -116,6 +118,7 @@ def test_a_lane_that_locks_keeps_what_came_before(like):
     assert np.isfinite(value[0]) and np.isfinite(gradient[0]) and np.isnan(value[1]) and np.isnan(gradient[1])
 
 
+@pytest.mark.slow
 def test_nothing_runs_from_a_state_of_nan(like):
     state = mbs.State(jnp.zeros(()), jnp.full(3, jnp.nan), jnp.zeros(3))
     motion = mbs.simulate(like, state, t1=0.3, throw=False)

@@ -87,6 +87,7 @@ def test_an_event_that_never_comes(ball):
     np.testing.assert_allclose(motion.ts, [0.2, 0.4, 0.4])
 
 
+@pytest.mark.slow
 def test_status_of_too_few_steps(ball):
     with pytest.raises(mbs.SimulationError, match="maximum number of steps reached") as caught:
         mbs.simulate(*ball, t1=1.0, max_steps=2)

@@ -5,6 +5,7 @@ from functools import lru_cache
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from jaxmbs.coupling.primal import interface_reactions, join
 from jaxmbs.elements import Beam
@@ -65,6 +66,7 @@ def forces(x, x_ddot):
     return interface_forces(BEAM, x, x_ddot, LOAD)
 
 
+@pytest.mark.slow
 def test_mode_acceleration_beats_mode_displacement():
     """Base reactions with three modes: 5 % off by displacement, 0.3 % by acceleration."""
     reduced, rho, exact = harmonic_case(3)
@@ -204,6 +206,7 @@ def test_rigid_and_averaged_interfaces():
     np.testing.assert_allclose(modes_of(whole.stiffness, whole.mass).values[6:], exact, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_stresses_of_elements_over_frequencies_and_times():
     """Stress at the root of a shaken beam by three modes: 1.5 % off by displacement, 1e-5 by acceleration.
 
