@@ -47,7 +47,7 @@ def stored(tmp_path_factory):
     return mbs.export(loads, example, tmp_path_factory.mktemp("stored") / "loads.mbs")  # noqa: F821
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_another_process_asks_it_with_another_mass_and_traces_no_model(stored):
     system = pendulum(3.0)  # noqa: F821
     state = mbs.State.at(system, pin=0.7)

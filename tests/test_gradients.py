@@ -183,7 +183,7 @@ def test_forward_equals_reverse(derivatives):
 
 
 @pytest.mark.parametrize("derivatives", ["tree"], indirect=True)
-@pytest.mark.slow
+@pytest.mark.long
 def test_finite_at_zero(derivatives):
     """Zero angles and rates, unit quaternion, a spring of no length: as smooth as elsewhere."""
     found = check_reverse(derivatives, AT_ZERO, ("mass", "turn", "anchor", "start", "rates", "force", "position"))

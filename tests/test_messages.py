@@ -179,7 +179,7 @@ def test_a_cut_joint_has_its_angle(loop):
         mbs.State.at(loop, C=np.ones(2))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_angle_of_a_cut_joint_has_derivatives(loop):
     angle, start = angle_of_C(loop, four_bar_state(loop)), four_bar_state(loop).coordinates
     guess = dict(zip("ABD", start, strict=True))
@@ -225,7 +225,7 @@ def test_steps_that_run_out(force, light, message):
         mbs.simulate(system, mbs.State.at(system, pin=0.3), t1=100.0, max_steps=20)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_driven_through_a_dead_position():
     """The rocker cannot follow the crank: where it locks, when, and which joint."""
     lengths = (1.0, 0.3, 0.9, 0.35)

@@ -26,7 +26,7 @@ def balance(k):
     return low
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_sprung_pendulum_and_its_derivative():
     def angle(k):
         system = pendulum(k)

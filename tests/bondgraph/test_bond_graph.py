@@ -83,7 +83,7 @@ def largest(powers):
     return max(float(np.max(np.abs(p))) for p in powers.power.values())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_junction_passes_its_power_on(case):
     for powers in case[2].values():
         for name, power in junction_residual(powers).items():

@@ -45,7 +45,7 @@ def test_bodies_are_numbered_depth_first():
     np.testing.assert_array_equal(top.bodies.end, [4, 3, 3, 4, 6, 6])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("cut", ["B", "A"])
 def test_any_cut_gives_the_same_motion(cut, reference):
     system = four_bar(cut=(cut,))

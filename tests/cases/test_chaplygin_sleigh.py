@@ -29,7 +29,7 @@ CONTACT = np.array(
 SIDE_FORCE = np.array((0.791746817670531, 0.32410950183536186, 0.04881866430113081, 0.0010858213570045716))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sleigh():
     system = models.chaplygin_sleigh()
     state = mbs.State.at(system, plane=np.zeros(3), velocities={"plane": np.array((1.0, 0.0, 2.0))})

@@ -104,7 +104,7 @@ def by_scipy():
     return y[:, :13].T, np.array(force)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_gap_and_a_hardening_spring():
     (_, (motion, parts, found)), _ = run(P)
     exact, force = by_scipy()
@@ -125,7 +125,7 @@ def test_gradient_against_differences():
         np.testing.assert_allclose(slope[i], (run(P + step)[0][0] - run(P - step)[0][0]) / (2 * h), rtol=2e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_linear_motion_in_modes():
     """Without links: exact in the modes; a static start stays where the load is constant; a damper couples modes."""
     net = built(1.0, damper=jnp.array(RISE * 30.0))
@@ -143,7 +143,7 @@ def test_linear_motion_in_modes():
         mbs.simulate(built(1.0), ts=TIMES, forces=loads(), solver=Modal())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loads_of_a_motion_damped_by_ratios():
     """They balance; without a component's own damping; what is free accelerates by the bonds' forces alone."""
     ratio = 0.2

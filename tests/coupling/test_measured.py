@@ -33,7 +33,7 @@ def measured(name, *nodes, kind="receptance"):
 RIG = measured("mast", "root", "end", "middle x", kind="accelerance")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_measured_component_among_models():
     """A mast between a bushing with axes and mass and a hinge with axes; the ground; another frequency order."""
     whole = mbs.frequency_response(connect(MODELS, BONDS), OMEGA, **ASKED, loss=0.02)

@@ -113,7 +113,7 @@ def test_every_bond_against_one_dense_model():
     assert found.ok and found.residual < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_amplitudes_are_those_of_the_transfer_functions():
     """By the same names; complex amplitudes, one for each frequency; a loss factor; block matrices."""
     net, omega, push = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[2], [20.0, 90.0], np.array([1.0, 2.0 - 1j])

@@ -89,7 +89,7 @@ def test_inertia_field_is_the_projected_mass_matrix(of_case):
     np.testing.assert_allclose(0.5 * phi_dot @ I_star @ phi_dot, of_case.kinetic, rtol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gyristor_fields_differ_and_their_efforts_agree(of_loop, of_tree):
     for of in (of_loop, of_tree):
         assert np.max(np.abs(of.GR - of.direct)) > 1e-3

@@ -188,7 +188,7 @@ def hold(x):
 parametrise = pytest.mark.parametrize("name", LAWS)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 def test_accelerations_of_blocks(system, answers, name):
     joint, line, a, b = (float(answers["accelerations"][i]) for i in columns(system, name))
@@ -197,7 +197,7 @@ def test_accelerations_of_blocks(system, answers, name):
     np.testing.assert_allclose(M * np.array([a, b]), [hold(0.2) - force, hold(0.2 + X) + force], rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_stored_energy(answers):
     held = sum(HOLD / 2 * (x - HOME) ** 2 for x in (X, X, 0.2, 0.2 + X))
     struts = sum(energy(name, strut(0.3)[0]) for name in LAWS)

@@ -124,7 +124,7 @@ def test_two_pins_share_what_statics_cannot_tell():
         np.testing.assert_array_equal(loads[name].unique_force, [False, True, False])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("right", ["pin", "rod"])
 def test_compliant_joints_take_less(right):
     """A bar between two bearings: the pull along it is shared as 1 : 3 where one is three times as soft.

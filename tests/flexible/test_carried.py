@@ -109,7 +109,7 @@ def test_mass_properties_against_the_check_of_the_substructure():
     np.testing.assert_allclose(inertia, report.inertia, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_load_along_a_motion_and_its_gradient():
     def bending(scale):
         component = assembled(scale)

@@ -110,7 +110,7 @@ def test_recovery_by_accelerations_is_that_by_displacements(whole, flying, state
     assert np.all(np.isfinite(tip)) and np.abs(tip).max() > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_power_of_the_loads_is_the_change_of_energy(whole, flying, state):
     """Along the motion of the accelerations, kinetic and potential energy lose what the damping takes."""
     u_dot, _ = mbs.forward_dynamics(flying, state)
@@ -195,7 +195,7 @@ def test_sag_and_clamping_moment_of_a_cantilever():
     np.testing.assert_allclose(middle, exact, rtol=2e-3)  # element loads are lumped on the nodes' shapes
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_stiffness_of_a_bent_body_by_its_parts():
     """A cantilever whose tip hangs on a rod: `G^T K G`, and what strains make of the circle that the tip moves on."""
     body = elastic_beam(elements=1, num_modes=0).body

@@ -197,7 +197,7 @@ LEAVES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradients_by_every_number(tmp_path):
     """The lowest eigenvalues by thickness, E, rho, section, masses, springs, nodes: against differences."""
     model = deck(PLATE, tmp_path)

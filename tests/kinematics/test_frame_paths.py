@@ -76,7 +76,7 @@ def test_what_leads_carries_the_force_of_the_inverse_dynamics():
     np.testing.assert_allclose(loads["elbow"].effort[:, 0], need[:, 1], atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slopes_by_the_path_and_by_a_length():
     def torque(numbers):
         corners, upper = numbers

@@ -76,7 +76,7 @@ def by_inverse(K, M, C, omega=OMEGA):
     return jnp.stack([jnp.linalg.inv(lax.complex(K - w**2 * M, w * C)) for w in omega])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_defective_roots_and_free_motion():
     """A free chain, every elastic mode critical; two free chains side by side, damped by unlike dampers."""
     K, M = chain(5, 3.0, 1.5, ends=0)

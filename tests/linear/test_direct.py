@@ -90,7 +90,7 @@ def wing():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_transfer_functions_of_components():
     """From a substructure and from it reduced (all modes): the inverse of the dynamic stiffness, channels by name."""
     component, omega = wing(), jnp.array([0.7, 4.0, 21.0])

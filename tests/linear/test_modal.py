@@ -176,7 +176,7 @@ def test_rates():
     np.testing.assert_allclose(accelerance(B, jnp.array([2.0, 3.0])), [[[-4.0 - 8.0j]], [[-27.0]]])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_transmissibility():
     """A mass on a spring and damper in closed form; a chain between two bases against the partitioned inverse."""
     k, c, m, w = 5.0, 0.3, 2.0, np.array([0.5, 1.6, 4.0])

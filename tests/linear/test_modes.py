@@ -134,7 +134,7 @@ def viscous(t):
     return K, M * 1.5, t[0] * jnp.eye(5).at[0, 0].set(3.0) + t[1] * K
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_general_viscous_damping():
     """Roots against SciPy's pencil, receptance and free motion against direct formulas, derivatives of the roots."""
     design = jnp.array([0.1, 0.05])

@@ -86,7 +86,7 @@ def test_modes_in_every_storage():
         mbs.modes(system)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_structure_in_blocks():
     """The same reduced mast, whatever the storage of what it was made of; names are the same."""
     reduced = eqx.filter_jit(lambda blocks: reduce(mast(blocks=blocks), CraigBampton(2)))

@@ -152,7 +152,7 @@ def test_pendulums_stay_together(started, motion):
     assert np.ptp(np.asarray(place)[:, 0]) > 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_free_symmetric_top(started, motion):
     """The centre of mass flies a parabola; the body spins steadily seen from axes that precess in the body."""
     system = started[0]

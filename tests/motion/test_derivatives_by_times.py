@@ -18,7 +18,7 @@ def stone():
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["forward", "reverse"])
 def test_a_stone_that_is_thrown(stone, mode):
     """It hits the ground `(v + sqrt(v^2 + 2 g h)) / g` after its start."""

@@ -79,7 +79,7 @@ def test_a_mechanism_that_locks_says_when():
     np.testing.assert_allclose(failure.value.motion.end.t, limit - 0.7, atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_event_ends_a_driven_motion():
     system, state = driven(drive=mbs.Ramp(0.7, 1.0))
     motion = mbs.simulate(system, state, t1=2.0, event=lambda s: s.coordinates[0] - 1.5)

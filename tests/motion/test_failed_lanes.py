@@ -69,7 +69,7 @@ def test_the_gradient_of_a_state_that_cannot_be_assembled_is_nan(like):
         assert np.isfinite(gradient[0]) and np.isnan(gradient[1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_failed_lane_is_nan_and_takes_no_step(study):
     found = study(jnp.array([GOOD[0], SHORT, *GOOD[1:]]))
     assert list(np.asarray(found["result"])) == [Status.SUCCESS, Status.NOT_ASSEMBLED] + 2 * [Status.SUCCESS]

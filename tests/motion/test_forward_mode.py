@@ -32,7 +32,7 @@ def shake(gradient):
     return moved
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("question", [swing, shake])
 def test_the_default_is_refused_by_name(question):
     for forward in (jax.jacfwd(question("reverse")), jax.jit(jax.jacfwd(question("reverse")))):

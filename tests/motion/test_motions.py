@@ -103,7 +103,7 @@ def loop():
     return system, four_bar_state(system)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_formulations_agree(loop):
     """The momenta of the independent set give the same motion as those of all velocities."""
     ts = jnp.array([0.1, 0.3])
@@ -142,7 +142,7 @@ def test_batches_of_designs_and_states_are_single_runs(loop):
         np.testing.assert_allclose(batch[k], closed, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("gradient", ["reverse", "forward"])
 def test_gradient_modes_change_no_value(loop, gradient):
     motion = mbs.simulate(*loop, ts=jnp.array([0.1]), gradient=gradient, **STEPS)

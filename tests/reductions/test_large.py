@@ -95,7 +95,7 @@ def held_matrices(stretch):
     return bs.BlockMatrix(K.pattern, K.diagonal + jnp.asarray(held)[:, None, None] * jnp.eye(3)[None], K.upper), M
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_shape_has_its_derivative_where_values_differ():
     """Central differences of shapes times their own largest entries, which have no sign of their own."""
 

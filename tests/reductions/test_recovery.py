@@ -66,7 +66,7 @@ def forces(x, x_ddot):
     return interface_forces(BEAM, x, x_ddot, LOAD)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_mode_acceleration_beats_mode_displacement():
     """Base reactions with three modes: 5 % off by displacement, 0.3 % by acceleration."""
     reduced, rho, exact = harmonic_case(3)
