@@ -5,7 +5,6 @@ Each search has a thread, of which one runs at a time; the caller's thread evalu
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import jax
 import numpy as np
@@ -27,9 +26,8 @@ def search_together(
     meeting = _Meeting(evaluate, compile)
     threads = [threading.Thread(target=meeting.attend, args=(k, search)) for k, search in enumerate(searches)]
     meeting.lead(threads)
-    errors = [meeting.found[k] for k in range(len(searches)) if isinstance(meeting.found[k], BaseException)]
-    if errors:
-        raise next((error for error in errors if not isinstance(error, _Over)), errors[0])
+    if meeting.error is not None:
+        raise meeting.error
     return [meeting.found[k] for k in range(len(searches))]
 
 
@@ -45,7 +43,8 @@ class _Meeting:
         self._asked: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._answers: dict[int, tuple] = {}
         self._running, self._over = 0, False
-        self.found: dict[int, Any] = {}
+        self.found: dict[int, Optimum] = {}
+        self.error: BaseException | None = None
 
     def lead(self, threads) -> None:
         """Answer until all searches have ended."""
@@ -73,7 +72,7 @@ class _Meeting:
             try:
                 self.found[k] = search(lambda x, rows: self._ask(k, x, rows))
             except BaseException as error:  # told in the caller's thread
-                self.found[k], self._over = error, True
+                self.error, self._over = self.error or error, True  # the first is the cause of the others
             self._running -= 1
             self._turn.notify_all()
 
