@@ -12,14 +12,18 @@ _JAX_VERSION = tuple(int(part) for part in importlib.metadata.version("jax").spl
 if _JAX_VERSION < (0, 12) and _SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
     # Small loops as one kernel (docs/start/sharp-bits.md); the others make compilation half as long, and runs slower.
     _flags = f"--xla_backend_extra_options={_SMALL_LOOPS}=100000000,xla_cpu_disable_loop_unrolling"
+    # Two workers have two cores: a program is compiled in one piece by one thread.
     os.environ["XLA_FLAGS"] = (
         f"{os.environ.get('XLA_FLAGS', '')} {_flags} --xla_cpu_use_fusion_emitters=false"
         " --xla_cpu_enable_concurrency_optimized_scheduler=false --xla_backend_optimization_level=0"
+        " --xla_cpu_parallel_codegen_split_count=1"
     )
 
 import jax
 import pytest
 from jaxtyping import install_import_hook
+
+gc.set_threshold(5_000, 20, 200)  # of what tracing makes hardly a thing is garbage; looking for it took a twentieth
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")

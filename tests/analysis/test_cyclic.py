@@ -21,6 +21,7 @@ def test_a_pendulum_on_a_free_cart_in_closed_form():
     np.testing.assert_allclose(np.sort(np.abs(every.roots))[2:], np.sqrt(k / m), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_spin_of_a_rotor_is_left_out():
     """A pendulum on a turning shaft: rotor and pendulum, roots against those of all modes without the two zeros."""
     b = mbs.SystemBuilder()

@@ -97,6 +97,7 @@ def test_efforts_that_hold_a_steady_motion():
     np.testing.assert_allclose(found.efforts, [0.3 * 6.0], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_no_equilibrium_is_said():
     """A sphere of no support falls for ever."""
     b = mbs.SystemBuilder()

@@ -43,6 +43,7 @@ def test_one_freedom_leaves_one_state(graphs):
     assert graphs["crank hamiltonian"].dependent == ()
 
 
+@pytest.mark.slow
 def test_drives_set_the_flow_of_their_inertias(graphs):
     graph = graphs["arm detailed"]
     assert shares(graph)["I:tip"] == (3, 0, 0)

@@ -1,6 +1,7 @@
 """D5, chain of ten slender links with hinges about y and x by turns: Pinocchio and MuJoCo."""
 
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 
@@ -92,6 +93,7 @@ def test_accelerations_at_the_start():
     check(accelerations, ACCELERATIONS, 1e-8)
 
 
+@pytest.mark.slow
 def test_swing():
     system = models.chain_10()
     motion = run(system, mbs.State.at(system, START), TIMES, rtol=1e-12, atol=1e-12)

@@ -217,6 +217,7 @@ def test_reactions_by_the_block_sparse_engine():
     assert found.residual < 1e-9
 
 
+@pytest.mark.slow
 def test_elastic_bonds_with_mass():
     """A chain cut at a spring, the spring put back as a bond: the whole chain's frequencies; mass adds up."""
     left, right = (
@@ -236,6 +237,7 @@ def determinacy(parts, **bonds):
     return connect(parts, bonds).determinacy()
 
 
+@pytest.mark.slow
 def test_redundant_bonds_are_counted_and_named():
     """Clamped, propped beam with a free one welded to its end: what holds the free one is determinate."""
     whole, end = (reduce(component(K, M, at), Guyan()) for at in (ENDS, (0, 1)))

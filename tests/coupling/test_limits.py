@@ -144,6 +144,7 @@ def cases():
     return all_ways(jnp.asarray(LENGTHS))
 
 
+@pytest.mark.slow
 def test_every_sum_against_the_transient(cases):
     """Payload's first mode under 8 pulses: the absolute sum holds, roots of squares fall short in half of them.
 

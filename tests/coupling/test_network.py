@@ -148,6 +148,7 @@ def test_gradient_and_batch_by_a_mount():
     np.testing.assert_allclose(slope[0], (value[2] - value[1]) / 2e-4, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_loads_of_a_network_that_nothing_holds():
     """Pushed through the middle of two equal parts, the first takes half: inertia relief."""
     half = {"a": PARTS["mast"], "b": PARTS["mast"]}

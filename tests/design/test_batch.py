@@ -139,6 +139,7 @@ np.testing.assert_array_equal(one.values, mbs.batch(f, d, progress=False, device
 """
 
 
+@pytest.mark.slow
 def test_devices_of_one_host():
     environment = {"XLA_FLAGS": "--xla_force_host_platform_device_count=2", "JAX_PLATFORMS": "cpu"}
     root = Path(__file__).parent.parent.parent
@@ -154,6 +155,7 @@ def test_a_design_that_is_not_finite():
     assert "3 designs, 2 ok" in found.summary() and "not finite" in found.summary()
 
 
+@pytest.mark.slow
 def test_status_is_the_worst_of_the_motions():
     def fake(result):
         return eqx.tree_at(lambda m: m.result, _motion(), jnp.asarray(result))

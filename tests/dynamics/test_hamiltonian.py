@@ -118,11 +118,13 @@ def test_state_equations_have_plus_before_the_gyristor(case):
     np.testing.assert_allclose(q_dot, state.velocities[dependent], atol=1e-10)
 
 
+@pytest.mark.slow
 def test_printed_second_gyristor_misses_a_half(of_loop):
     twice = 2.0 * of_loop.direct @ of_loop.phi_dot
     assert np.max(np.abs(twice - of_loop.GR @ of_loop.phi_dot)) > 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["loop", "tree"])
 def test_the_hamiltonian_is_the_legendre_transform_of_the_lagrangian(name, request):
     """p = dL/d(phi_dot) = I* phi_dot, and H = p.phi_dot - L = 1/2 p.I*^-1 p, with p and not its rate."""
@@ -174,6 +176,7 @@ def test_ports_sum_to_the_total(of_case):
     np.testing.assert_allclose(total, of_case.total, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_conservative_ports_are_the_slope_of_the_potential(four_bar, loop):
     @jax.jit
     def both(system, state):

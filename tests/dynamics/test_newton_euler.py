@@ -41,6 +41,7 @@ def test_random_trees_against_pinocchio(kinds, seed):
     np.testing.assert_allclose(mass, M + np.triu(M, 1).T, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_inverse_dynamics_undoes_forward_dynamics_with_forces():
     """Applied efforts move the tree by M^-1 times themselves; springs and loads enter both alike."""
     links = rs.random_links(0, KINDS["simple"])

@@ -150,6 +150,7 @@ def test_compliant_joints_take_less(right):
         mbs.reactions(system, mbs.State.at(system), compliance={"middle": np.ones(6)})
 
 
+@pytest.mark.slow
 def test_redundant_drives_share_the_torque():
     """Two motors on one shaft, one declared from the shaft to the ground: the halves have opposite signs."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)

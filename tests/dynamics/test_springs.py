@@ -55,6 +55,7 @@ def along(phi):
     return np.outer(vector(phi) / length(phi), slopes(length, phi))
 
 
+@pytest.mark.slow
 def test_vector_and_displacement(on_cart):
     q_C, G_hat = on_cart["vector"]
     np.testing.assert_allclose(q_C, vector(PHI), rtol=1e-12)

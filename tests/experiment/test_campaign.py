@@ -51,6 +51,7 @@ def drive(force, rate):
     return jnp.concatenate([start[None], lax.scan(advance, start, (force[:-1], force[1:]))[1]])
 
 
+@pytest.mark.slow
 def test_amplitudes_of_a_known_sweep():
     """Amplitudes that change linearly along the sweep come out exactly; noise as predicted."""
     t = jnp.asarray(np.arange(4000) / 200.0)
@@ -124,6 +125,7 @@ def recovered(values):
     return free_response(values[:, :N], values[:, N : N + 2], values[:, N + 2 :]).receptance
 
 
+@pytest.mark.slow
 def test_error_bars_of_the_free_structure():
     """Noise on every signal: predicted variances against 400 samples, and the truth inside three of them."""
     omega, clean = measurements()

@@ -169,6 +169,7 @@ def test_weights_of_runs():
     close(free_response(spoiled, F, weights=w).receptance, np.stack(exact))
 
 
+@pytest.mark.slow
 def test_known_rig_is_taken_out():
     free, rig = net(5, 4), np.diag([0.0, 30.0, 0.0, 40.0, 0.0])
     Z_rig = rig[None] * (1 + 0.02j) - OMEGA[:, None, None] ** 2 * 0.1 * (rig > 0)

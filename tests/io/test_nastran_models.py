@@ -137,6 +137,7 @@ def test_zoo_of_cards(tmp_path):
     np.testing.assert_allclose(motion.T @ M @ motion, mass * np.eye(3), rtol=1e-12, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_rigid_body_is_a_beam_with_an_offset(tmp_path):
     """RBE2 and the offsets of CBAR say the same; a node that only the RBE2 joins moves as it must."""
     held = "SPC1,1,123456,1\n"
@@ -224,6 +225,7 @@ def test_gradients_by_every_number(tmp_path):
         assert found != 0, name
 
 
+@pytest.mark.slow
 def test_deck_answers_the_questions_of_a_structure(tmp_path):
     """Interface by name, check, modes, blocks where nothing is tied, forces of elements, a description."""
     text = BAR + "".join(f"GRID,{k + 1},,{0.5 * k},0.,0.\n" for k in range(5))

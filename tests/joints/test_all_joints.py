@@ -291,6 +291,7 @@ def test_accelerations_are_those_of_mujoco(name, tree, tree_outcome, mujoco_acce
     np.testing.assert_allclose(ours, mujoco_accelerations[name], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_joints_walked_backwards_mirror_those_walked_forwards(back, mirror):
     """Accelerations change sign; the reaction on the child is that on the parent of the mirror."""
     accelerations, loads = outcome(*back)

@@ -95,6 +95,7 @@ def central(f, h):
     return np.stack([(f(POINT + s) - f(POINT - s)) / (2 * h) for s in h * np.eye(5)], axis=-1)
 
 
+@pytest.mark.slow
 def test_derivatives_of_assembled_coordinates(system):
     """Reverse mode for both angles, so vmap of the adjoint too."""
     both = jax.jit(lambda x: (solved(system, x), jax.jacrev(lambda y: solved(system, y))(x)))

@@ -49,6 +49,7 @@ GUESS = {"shoulder": -0.2, "elbow": 1.2}
 MOTION = mbs.simulate(LED, mbs.State.at(LED, guess=GUESS), ts=TS)
 
 
+@pytest.mark.slow
 def test_the_tip_takes_the_path_in_closed_form():
     q, u, a = jax.jit(jax.vmap(closed_form))(TS)
     np.testing.assert_allclose(MOTION.states.coordinates, q, atol=1e-9)
@@ -97,6 +98,7 @@ def test_slopes_by_the_path_and_by_a_length():
     assert np.all(np.asarray(by_path)[:, 2] == 0.0) and np.isfinite(value)
 
 
+@pytest.mark.slow
 def test_work_of_what_leads_is_in_the_account():
     dense = mbs.simulate(LED, mbs.State.at(LED, guess=GUESS), ts=TS)
     account = dense.diagnostics

@@ -124,6 +124,7 @@ def test_translational_kic_is_the_derivative_of_positions(case):
     np.testing.assert_allclose(mbs.kic(system, state).translational[name], np.stack(finite, 1), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_internal_kic_second_forms_agree(four_bar, loop):
     forms = (second.internal_kic_second, second.internal_kic_second_printed)
     both = jax.jit(lambda system, state: [form(system, state) for form in forms])

@@ -31,6 +31,7 @@ def mast(held=("foot",), **options):
     )
 
 
+@pytest.mark.slow
 def test_rest_by_name():
     """Closed form of a cantilever; two cases at once; a free mast is pushed by its mass."""
     system, force = mast(), 5.0
@@ -50,6 +51,7 @@ def test_rest_by_name():
             mbs.equilibrium(system, forces)
 
 
+@pytest.mark.slow
 def test_modes_of_damped_and_undamped_systems():
     K, M = chain(5)
     plain = LinearSystem(mass=M, stiffness=K)
@@ -103,6 +105,7 @@ def test_a_structure_in_blocks():
         mbs.modes(mast(blocks=True), 17)
 
 
+@pytest.mark.slow
 def test_coordinates_without_mass_are_condensed():
     """MacNeal's interface has no mass: its modes are those of the free chain, nearly."""
     K, M = chain(8, ends=1)

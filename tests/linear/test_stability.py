@@ -43,6 +43,7 @@ def test_negative_stiffness_is_marked():
     assert modes.is_unstable.tolist() == [True] + [False] * 5
 
 
+@pytest.mark.slow
 def test_derivatives_of_frequencies():
     """At zero, at repeated values and across zero: finite, and those of the roots where there are some."""
 
@@ -74,6 +75,7 @@ def test_a_soft_mount_of_a_stiff_mesh(n):
     np.testing.assert_allclose(modes.frequencies[0], 0.1, rtol=0.2)
 
 
+@pytest.mark.slow
 def test_soft_mounts_beside_a_stiff_mesh():
     """Three mounts and a rigid body, coupled to nothing stiff, mixed by the first look: all told apart."""
     k = (np.pi * 2.2e6) ** 2
@@ -109,12 +111,14 @@ def shell_turn():
     return np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("structure", [shell(3), shell(6), frame(12), frame(60)], ids=["3", "6", "12", "60"])
 def test_free_structures_have_six_rigid_motions(structure):
     modes = natural_modes(**kw(assemble_dense(structure)))
     assert modes.num_rigid == 6 and not np.any(modes.is_unstable)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [4, 20, 80])
 def test_free_beams_in_both_precisions(n):
     K, M = beam(n, EI=3.0, rhoA=0.7)

@@ -58,6 +58,7 @@ def test_one_mass_in_closed_form():
     np.testing.assert_allclose(alone, 1 / (m * (r[0] - r[1])), rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_natural_modes_without_damping():
     """`sum shapes shapes^T / (s^2 + w^2)`, a free beam's rigid motions among them; at `s = i w` the receptance."""
     K, M = beam(3)

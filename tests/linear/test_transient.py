@@ -42,6 +42,7 @@ def test_rough_loads_at_a_coarse_step():
             )
 
 
+@pytest.mark.slow
 def test_gradient_and_single_precision():
     def energy(s):
         return jnp.sum(modal_motion(s * W, Z, LOADS, 0.5, Q0, V0).displacement ** 2)
@@ -54,6 +55,7 @@ def test_gradient_and_single_precision():
     np.testing.assert_allclose(found.displacement, modal_motion(W, Z, LOADS, 0.5).displacement, rtol=1e-3, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_base_that_jumps():
     """A mass whose base takes a constant acceleration swings from rest to twice its static sag."""
     K, M = chain(1, 4.0, 1.0, 1)

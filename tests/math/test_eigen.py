@@ -158,6 +158,7 @@ def test_residues_of_single_roots():
     assert np.all(np.max(np.abs(found), axis=(1, 2, 3)) > 0.1)
 
 
+@pytest.mark.slow
 def test_single_precision_and_batches():
     t = jnp.asarray(np.stack([REPEATED, REPEATED + 0.1]), jnp.float32)
     slopes = jax.jit(jax.vmap(jax.grad(lambda t: jnp.sum(eigh(*lattice(t))[0][:3]))))(t)

@@ -136,6 +136,7 @@ def test_a_full_log_takes_steps_again(solver, lands):
         np.testing.assert_allclose(c[0], a, rtol=1e-10, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_second_derivatives_forward_over_reverse():
     def value(way):
         return lambda k: loss(ours(way, k, START, march(diffrax.Tsit5())).ys)
@@ -146,6 +147,7 @@ def test_second_derivatives_forward_over_reverse():
     np.testing.assert_allclose(mixed, mixed.T, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_too_few_steps_and_nothing_to_do():
     short = eqx.tree_at(lambda m: m.max_steps, march(diffrax.Tsit5()), jnp.asarray(7, jnp.int32))
     walk = ours(walked, STIFFNESS, START, short)

@@ -115,6 +115,7 @@ def test_stiff_linear_system(solver):
         mbs.simulate(system, start, solver=solver(), **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", MIDPOINT_SLOW)
 def test_between_steps(solver):
     """Under a constant force both methods and their dense output are exact; the work account too."""

@@ -69,6 +69,7 @@ def _height(state):
     return state.coordinates[0]
 
 
+@pytest.mark.slow
 def test_an_event_ends_the_motion(ball):
     """It hits the ground at (v + sqrt(v^2 + 2 g h)) / g; that state is saved last, later times are not filled."""
     hit = (1.0 + np.sqrt(1.0 + 2 * 9.81 * 5.0)) / 9.81
@@ -81,6 +82,7 @@ def test_an_event_ends_the_motion(ball):
     assert np.isinf(np.asarray(motion.ts[4:])).all() and np.isnan(np.asarray(motion.states.coordinates[4:])).all()
 
 
+@pytest.mark.slow
 def test_an_event_that_never_comes(ball):
     motion = mbs.simulate(*ball, ts=[0.2, 0.4], event=_height)
     assert motion.status is mbs.Status.SUCCESS

@@ -41,7 +41,9 @@ def loop():
     return system, four_bar_state(system)
 
 
-@pytest.mark.parametrize("model", [pendulum, pytest.param(loop, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "model", [pytest.param(pendulum, marks=pytest.mark.slow), pytest.param(loop, marks=pytest.mark.long)]
+)
 def test_a_motion_and_its_gradient(model):
     system, state = model()
 

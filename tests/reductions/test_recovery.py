@@ -84,6 +84,7 @@ def test_mode_acceleration_beats_mode_displacement():
     assert np.max(np.abs(better - exact)) < 1e-2 * np.max(np.abs(x - exact))
 
 
+@pytest.mark.slow
 def test_bond_reactions_are_those_of_mode_acceleration():
     reduced, rho, _ = harmonic_case(3)
     x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
@@ -94,6 +95,7 @@ def test_bond_reactions_are_those_of_mode_acceleration():
     np.testing.assert_allclose(found.forces[0].T, forces(better, x_ddot), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_free_component_by_inertia_relief():
     """Five modes, two of them rigid: shape and curvature at the root of the loaded element."""
     reduced, rho, exact = harmonic_case(5, held=False)

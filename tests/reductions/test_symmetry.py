@@ -119,6 +119,7 @@ def test_mirror_image_joined_to_the_half():
     np.testing.assert_allclose(squared([net]), squared([whole]), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_subsystems_of_one_family_joined():
     """The column does not reach the plane; both families joined are the whole portal."""
     column, girder = half(groups=[("a", "b")]), half(groups=[("b", "p")])
@@ -318,6 +319,7 @@ def test_a_ring_of_masses_in_closed_form():
     np.testing.assert_allclose(motion[:, 1], np.roll(motion[:, 0], -1), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_reduced_sector_has_its_way_back():
     """Fixed-interface modes of a sector first, all of them kept: the ring's frequencies; inner motions come back."""
     N, part = 4, sector(4)
@@ -333,6 +335,7 @@ def test_a_reduced_sector_has_its_way_back():
         np.testing.assert_allclose(*moved, rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_turned_sector_is_one_made_in_its_new_place():
     """Matrices and places by NumPy; of a reduced one the interface turns, and the way back leads to the old axes."""
     Q, part = scipy.spatial.transform.Rotation.from_rotvec([0.3, -0.5, 0.9]).as_matrix(), sector(5)

@@ -148,6 +148,7 @@ def test_a_notebook_shows_it(shown):
     assert "<A & B>" in repr(shown[0])
 
 
+@pytest.mark.slow
 def test_a_mode_of_a_structure_swings():
     structure = plate()
     clamped = fem.assemble(structure)

@@ -39,6 +39,7 @@ def ax():
     return Figure().add_subplot()
 
 
+@pytest.mark.slow
 def test_coordinates(pendulum, ax):
     system, motion, _ = pendulum
     assert viz.plot_coordinates(system, motion, ax=ax) is ax
