@@ -39,6 +39,12 @@ def pytest_configure(config):
         install_import_hook("jaxmbs", "beartype.beartype")
 
 
+def pytest_collection_modifyitems(items):
+    both = [item.nodeid for item in items if item.get_closest_marker("slow") and item.get_closest_marker("long")]
+    if both:
+        raise pytest.UsageError(f"a long test is never also slow: {', '.join(both)}")
+
+
 MOST_MAPS = 25_000  # Linux gives a process 65 530 memory maps and ends one that asks for more; a program has 3 to 100
 LOOK_EVERY = 50  # programs
 _compiled = collections.Counter()

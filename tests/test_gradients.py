@@ -167,7 +167,7 @@ def check_forward(derivatives, design):
     "derivatives",
     [
         pytest.param("tree", marks=pytest.mark.long),
-        pytest.param("loop", marks=pytest.mark.slow),
+        pytest.param("loop", marks=pytest.mark.long),
         pytest.param("driven", marks=pytest.mark.long),
     ],
     indirect=True,

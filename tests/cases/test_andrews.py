@@ -139,7 +139,6 @@ def result():
     return system, start, motion, mbs.reactions(system, last)
 
 
-@pytest.mark.long
 def test_loops_close_at_the_published_start(result):
     system, start, *_ = result
     values = system.coordinates(start)

@@ -111,7 +111,7 @@ def slopes_of(answer):
     return jax.tree.map(lambda x: x / 1e3, found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_members_of_links_and_their_slopes_by_every_hard_point():
     first(False)
     grid, found = over_cases(link_answer)

@@ -78,7 +78,7 @@ def pins(system, state):
     [
         pytest.param("full", marks=pytest.mark.long),
         pytest.param("massless coupler", marks=pytest.mark.long),
-        pytest.param("stiff", marks=pytest.mark.slow),
+        pytest.param("stiff", marks=pytest.mark.long),
     ],
 )
 def test_motion_and_loads(variant):

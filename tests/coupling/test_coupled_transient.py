@@ -117,7 +117,7 @@ def test_a_gap_and_a_hardening_spring():
     assert float(found.residual) < 1e-9 and found.ok and motion.ok
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_against_differences():
     _, slope = run(P)
     for i, h in enumerate((1e-5, 1e-2, 1e-4, 1e-4)):

@@ -150,11 +150,9 @@ def rolling(make):
     return system, mbs.State.at(system, velocities={"plane": jnp.array([0.7, 0.0, 0.4])})
 
 
-QUICK = {
+SYSTEMS = {
     "four-bar in motion": lambda: planar_loop(),
     "drives that share": two_motors,
-}
-SLOW = {
     "geared": geared_loop,
     "massless": massless_cross,
     "driven": lambda: planar_loop(drive=mbs.Polynomial([0.7, 2.0, 1.5])),
@@ -183,7 +181,7 @@ SLOW = {
     "ring of 12": lambda: closed_ring(12),
     "beams that fly": lambda: _with(chain_of_beams(3, mbs.Spherical(), gravity=DOWN_Y, elements=2)[0]),
 }
-KEPT = ("driven", "geared", "massless", "beams")
+KEPT = ("four-bar in motion", "drives that share", "driven", "geared", "massless", "beams")
 
 #: Where the dense way itself has fewer digits: its residual there is 1e-7 of the load on the ring, ours 1e-14.
 LOOSER = {"singular pose": 1e-8, "ring of 12": 1e-6}
@@ -211,10 +209,9 @@ def _marked(name):
     return pytest.param(name, marks=pytest.mark.slow if name in KEPT else pytest.mark.long)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [*QUICK, *(_marked(name) for name in SLOW)])
+@pytest.mark.parametrize("name", [*(_marked(name) for name in SYSTEMS)])
 def test_as_the_dense_way(name):
-    assert_same(*(QUICK | SLOW)[name](), rtol=LOOSER.get(name, 1e-9))
+    assert_same(*SYSTEMS[name](), rtol=LOOSER.get(name, 1e-9))
 
 
 def test_unknown_method():

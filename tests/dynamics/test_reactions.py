@@ -317,7 +317,7 @@ def random_tree():
     return links, system, rs.random_state(system, 2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_body_of_a_random_tree_is_in_equilibrium(random_tree):
     _, system, state = random_tree
     assert newton_euler(system, state, mbs.reactions(system, state)) < 1e-10

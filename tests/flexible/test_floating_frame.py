@@ -60,7 +60,7 @@ def test_rigid_inertia_is_that_of_a_rod(whole):
     np.testing.assert_allclose(inertia, expected, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_kinetic_energy_is_that_of_the_nodes(whole, flying, state):
     """World positions of all nodes by hand, their velocities by jvp, the element's mass matrix in floating axes."""
     s = whole.system
@@ -156,7 +156,7 @@ def _matrices(system, state):
     return mbs.mass_matrix(system, state), mbs.stiffness(system, state).total, resistance_field(system, state)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_frequencies_of_a_cantilever_are_those_of_its_elements():
     frame = elastic_beam(elements=4, num_modes=18, damping_ratio=0.02)
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
@@ -255,7 +255,7 @@ def test_a_component_known_by_its_reduced_matrices_alone():
         np.testing.assert_allclose(a, b, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_block_of_solids_held_by_its_faces():
     """Eight bricks between two rigid faces: mass, centre and inertia of the box; it stretches as `E A / l` says."""
     x, y, z = np.meshgrid([0.0, 0.3, 0.6], [-0.1, 0.0, 0.1], [-0.05, 0.0, 0.05], indexing="ij")

@@ -29,7 +29,7 @@ def test_mutated_files(tmp_path):
     assert sum(tried(300, 1, tmp_path).values()) == 300
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_thousand_mutated_files(tmp_path):
     found = tried(2000, 2, tmp_path)
     assert {kind for _, kind in found} == {"model", "refused"}

@@ -106,7 +106,7 @@ def test_work_of_what_leads_is_in_the_account():
     np.testing.assert_allclose(account.work["drives"] - account.work["drives"][0], total - total[0], atol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_frame_is_turned_along_a_path_in_space():
     turn = mbs.Polynomial(jnp.array([[0.1, 0.2, -0.3], [0.5, -0.2, 0.4], [0.0, 0.3, 0.1]]))
     place = mbs.Polynomial(jnp.array([[1.0, 0.0, 0.5], [0.0, 0.3, 0.0]]))

@@ -52,7 +52,7 @@ def test_critical_damping(distance):
     np.testing.assert_allclose(critical(jnp.asarray(c)), wanted, rtol=1e-12)  # not traced
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_critical_damping_in_a_batch():
     """One frequency after the other, and designs of which one only is defective."""
     c = jnp.array([0.5, 2.0, 3.0])

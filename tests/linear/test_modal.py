@@ -81,7 +81,7 @@ def some_modes(t, residual=True):
     return size(receptance(K=K, M=M, omega=OMEGA[:1], out=OUT, into=INTO, C=C, loss=loss, num=3, residual=residual))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_some_modes_with_residual_terms():
     """Three of nine modes (a single one and a pair): what residual terms bring; derivatives through the cut."""
     exact = float(size(direct(*plate(T0), OMEGA[:1], parameters(T0)[2], 0.02)))
@@ -223,7 +223,7 @@ def test_superposition_of_a_free_motion():
 SLICOT = np.load(Path(__file__).parent / "slicot.npz")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_building_of_slicot():
     """Published magnitudes to 1e-8; its unsymmetric stiffness is noticed."""
     K, C, load, omega, magnitude = (

@@ -116,7 +116,7 @@ def test_tracking_turns_modes_of_equal_frequency():
         track(reference, found.part(slice(0, 4)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_string_with_viscous_and_structural_damping():
     """S5: the published complex roots; g = 0.1, b = 6.28318, on the 40 lowest natural modes."""
     K, M = chain(499, 1e7, 10.0)

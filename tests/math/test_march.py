@@ -51,8 +51,8 @@ ADAPTIVE += [diffrax.Dopri5(), diffrax.Kvaerno3(root_finder=NEWTON), diffrax.Kva
 FIXED = [diffrax.Euler(), diffrax.Tsit5(), diffrax.ImplicitEuler(root_finder=NEWTON), Verlet()]
 FIXED += [diffrax.LeapfrogMidpoint(), diffrax.ReversibleHeun()]
 CASES = [(solver, None) for solver in ADAPTIVE] + [(solver, 0.07) for solver in FIXED]
-QUICK = {"Tsit5 None True", "Verlet 0.07 False", "LeapfrogMidpoint 0.07 False"}
-SLOW = {"Dopri8 None False", "Bosh3 None False", "Kvaerno3 None True"}
+QUICK = {"Verlet 0.07 False", "LeapfrogMidpoint 0.07 False"}
+SLOW = {"Tsit5 None True", "Dopri8 None False", "Bosh3 None False", "Kvaerno3 None True"}
 
 
 def name(value):
@@ -97,8 +97,7 @@ def loss(ys):
     return jnp.sum(weights[:, None] * jnp.sin(ys[0])) + jnp.sum(weights[:, None] * ys[1] ** 2)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("solver, dt, lands", cases(), ids=name)
+@pytest.mark.parametrize("solver, dt, lands", [*cases()], ids=name)
 def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
     found = jax.jit(lambda: ours(walked, STIFFNESS, START, march(solver, dt, lands), dt))()
     wanted = jax.jit(lambda: theirs(solver, dt, lands, STIFFNESS, START))()

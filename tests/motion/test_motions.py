@@ -81,7 +81,7 @@ def test_a_stiff_spring_needs_few_steps_of_an_implicit_solver():
 
 
 # ---------------------------------------------------------------------------------------------------- loops
-@pytest.mark.slow
+@pytest.mark.long
 def test_slider_crank_turns_through_dead_centre():
     """Many turns; the energy after 3 s is that of the start."""
     system = models.slider_crank()
