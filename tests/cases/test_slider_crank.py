@@ -58,7 +58,6 @@ def driven():
     return system, motion, mbs.reactions(system, motion)
 
 
-@pytest.mark.long
 def test_prescribed_motion(driven):
     system, motion, _ = driven
     check(coordinates(system, motion, "main")[:, 0], START + OMEGA * TIMES, 1e-12)

@@ -33,7 +33,6 @@ def payload():
     return read_op4(FILES / "outboard.op4", interface=range(NUM_BOUNDARY))
 
 
-@pytest.mark.long
 def test_frequencies_of_the_payload(payload):
     inner = np.array(payload.interior)
     fixed = natural_modes(K=payload.stiffness[inner][:, inner], M=payload.mass[inner][:, inner], num=4).frequencies

@@ -38,7 +38,6 @@ def held_by_hand(structure):
     return x
 
 
-@pytest.mark.long
 def test_stresses_through_two_rigid_nodes(body):
     structure, free, frame = body
     q = np.r_[NUDGE, 0.0, 0.0]
