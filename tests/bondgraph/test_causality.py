@@ -67,6 +67,7 @@ def test_moduli_that_differ_by_their_signs_are_independent():
     assert shares(graph) == {"m:sum": (1, 0, 2), "m:difference": (1, 0, 2)}
 
 
+@pytest.mark.slow
 def test_an_elastic_body_is_an_inertia_on_its_flow(graphs):
     """Six rigid flows, six of the tip, one mode.  The carrier takes the state of its swing, the tool the four of tip
     and wrist, the body that of its mode: what moves with swing, hinge and tip depends, the rest idles."""

@@ -139,7 +139,7 @@ def test_the_hamiltonian_is_the_legendre_transform_of_the_lagrangian(name, reque
     np.testing.assert_allclose(p @ phi_dot - L, 0.5 * p @ np.linalg.solve(I_star, p), rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["loop", "tree"])
+@pytest.mark.parametrize("name", [pytest.param("loop", marks=pytest.mark.slow), "tree"])
 def test_independent_rate_equals_the_state_equations(name, request):
     (system, state), of = request.getfixturevalue(name), request.getfixturevalue(f"of_{name}")
     rate = jax.jit(lambda system, state, p: hamilton.independent_rate(system, at_state(system, state), p))

@@ -25,7 +25,9 @@ def shaft(drives=(), springs=(), swap=False):
     return system, mbs.reactions(system, mbs.State.at(system))
 
 
-@pytest.mark.parametrize("swap", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "swap", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.slow)]
+)
 def test_two_drives_share_weight_and_torque(swap):
     system, loads = shaft(drives=("front", "back"), swap=swap)
     torque = 2.0 * 9.81 * 0.3 - 1.0
@@ -43,7 +45,9 @@ def test_one_drive_takes_the_torque():
     np.testing.assert_allclose([loads[n].moment[2] for n in ("front", "back")], [4.886, 0.0], atol=1e-9)
 
 
-@pytest.mark.parametrize("swap", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "swap", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.slow)]
+)
 def test_springs_without_stiffness_change_nothing(swap):
     """The shaft swings down; both bearings carry the half."""
     _, plain = shaft(swap=swap)

@@ -86,7 +86,7 @@ def test_two_hundred_spoilt_files(name):
     spoilt(name, 100, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", READERS)
 def test_a_thousand_spoilt_files(name):
     spoilt(name, 1000, 2)
