@@ -71,21 +71,21 @@ def force(system, state):
     return jnp.sum(mbs.reactions(system, mbs.simulate(system, state, t1=1.0))["A"].force ** 2)
 
 
-def answers(system, state):
+def answers(system, state, jit):
     """Laps of the questions up to the reactions; their motion."""
-    motion = jax.block_until_ready(mbs.simulate(system, state, t1=1.0))
+    motion = jax.block_until_ready(jit(lambda system, state: mbs.simulate(system, state, t1=1.0))(system, state))
     lap("simulate")
-    jax.block_until_ready(mbs.reactions(system, motion))
+    jax.block_until_ready(jit(mbs.reactions)(system, motion))
     lap("reactions")
     return motion
 
 
-def value(begin=begin, build=lambda: four_bar(NUMBERS)):
+def value(begin=begin, build=lambda: four_bar(NUMBERS), jit=lambda function: function):
     system = build()
     lap("build")
     state = begin(system)
     lap("State.at")
-    motion = answers(system, state)
+    motion = answers(system, state, jit)
     found["import to reactions: CPU"] = sum(seconds for name, seconds in found.items() if name.endswith(": CPU"))
     found["programs from import to reactions"] = programs[COMPILED]
     return system, state, motion
@@ -169,11 +169,15 @@ def main(case, folder=None):
     elif case == "stored":
         stored(folder)
     else:
-        system = value()[0]
+        jit = (
+            functools.partial(mbs.jit, compile="quick" if case == "quick" else "full")
+            if hasattr(mbs, "jit")
+            else jax.jit
+        )
+        system = (value(jit=jit) if case == "quick" else value())[0]
         if case == "four-bar":
             another_length(system)
-        kind = "quick" if case == "quick" else "full"
-        gradient(system, functools.partial(mbs.jit, compile=kind) if hasattr(mbs, "jit") else jax.jit)
+        gradient(system, jit)
 
 
 def stored(folder):

@@ -14,7 +14,7 @@ from jaxtyping import PyTree
 
 from jaxmbs.design.outcome import lane_cost, lane_status
 from jaxmbs.design.table import length, row_shape, rows
-from jaxmbs.math.jit import options
+from jaxmbs.math.jit import SMALL, options
 
 from ..checks import known
 
@@ -83,7 +83,9 @@ class Lanes:
             # Each device ends its own loops: sharding the whole would make them agree after every step.
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
-        return jax.jit(function).lower(*columns).compile(options(self._kind, jax.default_backend()))
+        with SMALL(self._kind == "quick"):
+            lowered = jax.jit(function).lower(*columns)
+        return lowered.compile(options(self._kind, jax.default_backend()))
 
 
 def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, compile: str = "full") -> Lanes:

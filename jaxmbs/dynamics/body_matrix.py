@@ -15,8 +15,8 @@ import numpy as np
 from jax import Array
 
 from .. import blocksparse
+from ..math.components import UPPER, pack, symmetric_matrix, unpack
 from ..math.linalg import skew
-from ..math.spatial import UPPER, pack, symmetric_matrix, unpack
 from ..math.spd import spd_inverse
 from .body_graph import BodyGraph
 

@@ -22,7 +22,7 @@ from ..kinematics.poses import (
 )
 from ..kinematics.tree import solve, subtrees
 from ..math.linalg import saddle_solve
-from ..math.spatial import cross_motion, dot, momentum, pack, unpack
+from ..math.spatial import cross_motion, dot, momentum
 from ..math.spd import spd_solve
 from ..model.system import System
 from ..model.topology import Topology
@@ -38,9 +38,8 @@ def momentum_rate(topology: Topology, S, V, h, F):
     Equals `GR phi_dot + Q` of S2 (42) without forming a tensor, O(nodes); columns fixed in the child, so it holds
     for quaternion velocities too.  Source: S2 (38)-(42).
     """
-    s, v = unpack(S), unpack(column_twists(topology, V))
-    total = unpack(subtrees(topology.nodes, jnp.concatenate([h, F], axis=1)))
-    return dot(total[:6], cross_motion(v, s)) + dot(total[6:], s)
+    total = subtrees(topology.nodes, jnp.concatenate([h, F], axis=1))
+    return dot(total[:, :6], cross_motion(column_twists(topology, V), S)) + dot(total[:, 6:], S)
 
 
 def tree_state_rate(topology: Topology, P, psi, p, gravity):
@@ -54,8 +53,7 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
     S, J = joint_twists(topology, P, W), node_inertias(P, W)
     u = solve(topology.nodes, S, J, p)
     V = node_motion(topology, S, u)
-    h = pack(momentum(unpack(J), unpack(V)))
-    return u, momentum_rate(topology, S, V, h, gravity_wrench(J, gravity))
+    return u, momentum_rate(topology, S, V, momentum(J, V), gravity_wrench(J, gravity))
 
 
 def tree_momentum_rate(system: System, at: Moving, sigma=None, directions=None):

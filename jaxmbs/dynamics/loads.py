@@ -4,7 +4,7 @@ import equinox as eqx
 from jax import Array
 
 from ..kinematics.tree import subtrees
-from ..math.spatial import dot, unpack
+from ..math.spatial import dot
 from ..model.system import System
 
 
@@ -31,5 +31,5 @@ def _minus(a, b):
 
 def on_columns(system: System, at, loads: Loads) -> Array:
     """Loads on nodes as entries (nv,) of the columns: `S . subtrees(wrench)` and what acts on them already."""
-    efforts = dot(unpack(at.S), unpack(subtrees(system.topology.nodes, loads.wrench)))
+    efforts = dot(at.S, subtrees(system.topology.nodes, loads.wrench))
     return efforts if loads.column is None else efforts + loads.column

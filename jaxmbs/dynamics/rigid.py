@@ -3,21 +3,15 @@
 import jax.numpy as jnp
 
 from ..kinematics.influence import body_kic
-from ..math.spatial import add, cross, cross_force, dot, momentum, pack, scale, unpack
+from ..math.spatial import cross, dot, momentum, momentum_rate, scale
 from .body import AbstractBodies
 from .loads import Loads
 
 
 def gravity_wrench(J, gravity):
     """Wrench (nodes, 6, ...) of gravity on inertias J (nodes, 10, ...).  Source: S2 (75)."""
-    j, g = unpack(J), tuple(gravity)
-    return pack(cross(j[1:4], g) + scale(g, j[0]))
-
-
-def momentum_rates(J, V, V_dot):
-    """h_dot (nodes, 6) = J V_dot + V x* J V."""
-    j, v = unpack(J), unpack(V)
-    return pack(add(momentum(j, unpack(V_dot)), cross_force(v, momentum(j, v))))
+    g = jnp.broadcast_to(gravity.reshape((1, 3) + (1,) * (J.ndim - 2)), J[:, 1:4].shape)
+    return jnp.concatenate([cross(J[:, 1:4], g), scale(g, J[:, 0])], axis=1)
 
 
 class RigidBodies(AbstractBodies):
@@ -27,18 +21,17 @@ class RigidBodies(AbstractBodies):
         return jnp.sum(system.mass)
 
     def momenta(self, system, at):
-        return Loads(pack(momentum(unpack(at.J), unpack(at.V))))
+        return Loads(momentum(at.J, at.V))
 
     def inertial_loads(self, system, at):
         return Loads(gravity_wrench(at.J, system.gravity))
 
     def needed_loads(self, system, at, V_dot, u_dot, owners):
         J, V, V_dot = owners.masses(at, V_dot)
-        return Loads(momentum_rates(J, V, V_dot) - gravity_wrench(J, system.gravity))
+        return Loads(momentum_rate(J, V, V_dot) - gravity_wrench(J, system.gravity))
 
     def energies(self, system, at):
-        v = unpack(at.V)
-        kinetic = 0.5 * jnp.sum(dot(v, momentum(unpack(at.J), v)))
+        kinetic = 0.5 * jnp.sum(dot(at.V, momentum(at.J, at.V)))
         return kinetic, jnp.sum(at.J[:, 1:4], axis=0) + jnp.sum(at.J[:, 0]) * at.origin
 
     def weight(self, system, at, Gamma):

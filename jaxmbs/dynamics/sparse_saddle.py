@@ -19,7 +19,7 @@ from ..kinematics.poses import frame_twists
 from ..kinematics.tree import ancestors, subtrees
 from ..math.linalg import proximal_rounds
 from ..math.rows import take
-from ..math.spatial import dot, momentum, unpack
+from ..math.spatial import dot, momentum
 from ..math.spd import spd_inverse
 from ..model.rows import Drive
 from ..model.system import System
@@ -189,7 +189,7 @@ def _by_group(rows, values):
 
 def _mobility(system, S, composite, parts):
     """Inverse diagonal (nv,) of the mass matrix; zero for columns without inertia, which must not set a scale."""
-    size = dot(unpack(S), momentum(unpack(composite), unpack(S)))
+    size = dot(S, momentum(composite, S))
     for group, part in zip(system.elastic, parts, strict=True):
         size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
     # as `math.linalg.saddle_solve` has it; sizes of 1e-30 and less are those of models without any mass

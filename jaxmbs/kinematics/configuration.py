@@ -10,7 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..math.spatial import add, cross_motion, pack, scale, unpack
+from ..math.spatial import cross_motion, scale
 from ..model.system import System
 from .poses import first_place, frame_poses, joint_twists, node_inertias, node_parameters, node_poses, referred
 from .tree import ancestors
@@ -84,10 +84,10 @@ def column_twists(topology, V):
 
 def node_motion(topology, S, u):
     """World twists (nodes, 6, ...) of all nodes at velocities u (nv, ...)."""
-    return ancestors(topology.nodes, pack(scale(unpack(S), u)))
+    return ancestors(topology.nodes, scale(S, u))
 
 
 def node_accelerations(topology, at: Moving, a):
     """World twist rates (nodes, 6) at accelerations a (nv,): ancestor sum of `S a + S_dot u`."""
-    s, v = unpack(at.S), unpack(column_twists(topology, at.V))
-    return ancestors(topology.nodes, pack(add(scale(s, a), scale(cross_motion(v, s), at.u))))
+    turned = cross_motion(column_twists(topology, at.V), at.S)
+    return ancestors(topology.nodes, scale(at.S, a) + scale(turned, at.u))

@@ -7,10 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..math.rows import summed, take
-from ..math.spatial import pack, world_inertia
+from ..math.spatial import TRIANGLE, rows, world_inertia
 from ..model.system import System
-
-_UPPER = np.array([0, 1, 2, 4, 5, 8])  # of a symmetric (3, 3), row by row
 
 
 class Owners(NamedTuple):
@@ -38,9 +36,9 @@ def single_bodies(system: System) -> Owners:
     own, node = slice(1, top.bodies.size + 1), np.asarray(top.body_node, int)
 
     def masses(at, V_dot):
-        inertia = system.inertia.reshape(-1, 9)[:, _UPPER]
-        place = tuple(at.R[own].reshape(-1, 9).T), tuple(at.x[own].T)
-        J = pack(world_inertia(*place, system.mass, tuple(system.com.T), tuple(inertia.T)))
+        inertia = system.inertia.reshape(-1, 9)[:, TRIANGLE]
+        W = jnp.concatenate([rows(at.R[own]), at.x[own]], axis=1)
+        J = world_inertia(W, system.mass[:, None], system.com, inertia)
         pad = jnp.zeros((1, 6), V_dot.dtype)
         return J, *(take(jnp.concatenate([v, pad]), node % (len(v) + 1)) for v in (at.V, V_dot))
 

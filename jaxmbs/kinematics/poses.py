@@ -6,7 +6,17 @@ from jax import lax
 
 from ..math.rotation import quaternion_exp, quaternion_product, quaternion_rate
 from ..math.rows import take
-from ..math.spatial import add, compose, cross, pack, quaternion_rotation, scale, unpack, world_inertia
+from ..math.spatial import (
+    TRIANGLE,
+    compose,
+    quaternion_rotations,
+    rotations,
+    rows,
+    scale,
+    screw_twists,
+    turned,
+    world_inertia,
+)
 from ..model.system import System
 from ..model.topology import Topology
 from .tree import poses
@@ -32,7 +42,7 @@ def node_parameters(system: System):
         mass, com, inertia = _combine(n, np.where(node < 0, n, node), system.mass, com, inertia)
     else:
         mass = system.mass
-    upper = inertia.reshape(n, 9)[:, np.array([0, 1, 2, 4, 5, 8])]
+    upper = inertia.reshape(n, 9)[:, TRIANGLE]
     rotation = system.placement.rotation.reshape(n, 9)
     columns = [rotation, system.placement.position, system.lead[:, None], mass[:, None], com, upper]
     return jnp.concatenate(columns, axis=1)
@@ -54,30 +64,19 @@ def _combine(n, node, mass, com, inertia):
 
 def local_transforms(topology: Topology, P, psi):
     """Pose of each node in its parent, (nodes, 12, ...), at coordinates psi (nq[, batch])."""
-    prm = unpack(P)
-    R, x, lead = prm[:9], prm[9:12], prm[12]
+    R, x, lead = rotations(P), P[:, 9:12], P[:, 12]
     simple = topology.is_simple
     start = np.asarray(topology.node_coordinate)
     q = psi if simple else psi[start]
     angle = q if all(topology.turns) else q * per_node(topology.turns, q)
-    c, s = jnp.cos(angle), jnp.sin(angle)
-    turned = sum(
-        (
-            (c * R[3 * i] + s * R[3 * i + 1], c * R[3 * i + 1] - s * R[3 * i], R[3 * i + 2] + 0.0 * c)
-            for i in range(3)
-        ),
-        (),
-    )
-    moved = add(x, scale((R[2], R[5], R[8]), lead * q))
-    local = pack(turned + moved)
+    local = jnp.concatenate([rows(turned(R, angle)), x + scale(P[:, 2:9:3], lead * q)], axis=1)
     if simple:
         return local
     first = topology.balls
-    turn = quaternion_rotation(tuple(psi[start[first] + i] for i in range(4)))
-    cycled = sum(((turn[3 * i + 1], turn[3 * i + 2], turn[3 * i]) for i in range(3)), ())
-    ball = compose(tuple(r[first] for r in R), cycled)
-    position = tuple(jnp.broadcast_to(c[first], ball[0].shape) for c in x)
-    return local.at[first].set(pack(ball + position))
+    turn = quaternion_rotations(jnp.stack([psi[start[first] + i] for i in range(4)], axis=1))
+    ball = rows(compose(R[first], jnp.roll(turn, -1, axis=2)))
+    position = jnp.broadcast_to(x[first], ball[:, :3].shape)
+    return local.at[first].set(jnp.concatenate([ball, position], axis=1))
 
 
 def match_batch(P, psi):
@@ -94,21 +93,15 @@ def node_poses(topology: Topology, P, psi):
 
 def joint_twists(topology: Topology, P, W):
     """World twist (nodes, 6, ...) of a unit rate of each column, about the world origin.  Source: S2 (11), (14)."""
-    w = unpack(W)
-    z, X, lead = (w[2], w[5], w[8]), w[9:], match_batch(P, W[:, 0])[:, 12]
-    spins = per_node(topology.spins, w[0])
-    if all(topology.spins):
-        spin = tuple(c + 0.0 * lead for c in z)
-    else:
-        spin = scale(z, spins + 0.0 * lead)
-    return pack(spin + add(cross(X, spin), scale(z, lead)))
+    z, X, lead = W[:, 2:9:3], W[:, 9:], match_batch(P, W[:, 0])[:, 12]
+    turn = None if all(topology.spins) else per_node(topology.spins, W[:, 0])
+    return screw_twists(z, X, turn, jnp.broadcast_to(lead, W[:, 0].shape))
 
 
 def node_inertias(P, W):
     """World inertia (nodes, 10, ...) of every node about the world origin."""
-    w, prm = unpack(W), unpack(match_batch(P, W[:, 0]))
-    mass = jnp.broadcast_to(prm[13], w[0].shape)  # parameters may serve a batch of states
-    return pack(world_inertia(w[:9], w[9:], mass, prm[14:17], prm[17:23]))
+    P = match_batch(P, W[:, 0])
+    return world_inertia(W, P[:, 13:14], P[:, 14:17], P[:, 17:23])
 
 
 def coordinate_rate(topology: Topology, psi, u):

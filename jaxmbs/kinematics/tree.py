@@ -14,26 +14,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..math import components
 from ..math.rows import take
-from ..math.spatial import (
-    UPPER,
-    add,
-    compose,
-    cross,
-    dot,
-    momentum,
-    pack,
-    rotate,
-    scale,
-    symmetric_matrix,
-    symmetric_product,
-    transpose,
-    unpack,
-)
+from ..math.spatial import axial, compose, cross, dot, less, momentum, pose_rate, rotate, rotations, scale
 from ..model.tree import Tree
 
 _IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
-_ROW, _COLUMN = (np.array(index) for index in zip(*UPPER, strict=True))
+_ROW, _COLUMN = (np.array(index) for index in zip(*components.UPPER, strict=True))
 
 
 def _walk_down(tree: Tree, step, x, start):
@@ -118,8 +105,8 @@ def poses(tree: Tree, local):
     position.  Rotations must stay rotations under perturbation (the derivative rule drops any other part)."""
 
     def step(above, below):
-        R, X = tuple(above[:9]), tuple(above[9:])
-        pose = jnp.stack(compose(R, tuple(below[:9])) + add(X, rotate(R, tuple(below[9:]))))
+        # by components: a product of matrices would be a call in every pass of the loop
+        pose = jnp.stack(components.moved(tuple(above), tuple(below)))
         return pose, pose
 
     start = jnp.broadcast_to(
@@ -132,33 +119,24 @@ def poses(tree: Tree, local):
 def _poses_jvp(tree, primals, tangents):
     (local,), (local_dot,) = primals, tangents
     world = poses(tree, local)
-    w, l, d = unpack(world), unpack(local), unpack(local_dot)
-    R, X = w[:9], w[9:]
-    R_parent = compose(R, transpose(l[:9]))
-    spin = compose(compose(R_parent, d[:9]), transpose(R))
-    omega = tuple(0.5 * s for s in (spin[7] - spin[5], spin[2] - spin[6], spin[3] - spin[1]))
-    twist = pack(omega + add(rotate(R_parent, d[9:]), cross(X, omega)))
+    R, X = rotations(world), world[:, 9:]
+    R_parent = less(R, rotations(local))
+    omega = axial(less(compose(R_parent, rotations(local_dot)), R))
+    twist = jnp.concatenate([omega, rotate(R_parent, local_dot[:, 9:]) + cross(X, omega)], axis=1)
     return world, pose_rate(world, ancestors(tree, twist))
-
-
-def pose_rate(world, twist):
-    """Rate of world poses (nodes, 12, ...) that move with world twists (nodes, 6, ...)."""
-    w, v = unpack(world), unpack(twist)
-    columns = sum((cross(v[:3], w[i:9:3]) for i in range(3)), ())
-    return pack(transpose(columns) + add(v[3:], cross(v[:3], w[9:])))
 
 
 # --------------------------------------------------------------------------------------------------------- solve
 # What two results of a step share stands behind a barrier: XLA would compute it anew in the loop of each of them.
 def _factor(tree, S, J):
     """Articulated inertias, leaf to root: (U, 1/D) of each node, U = A S, D = S . U."""
-    matrix = pack(symmetric_matrix(unpack(J)))
+    matrix = components.pack(components.symmetric_matrix(components.unpack(J)))
 
     def step(below, row):
         s, j = row
         A = below + j
-        U = lax.optimization_barrier(jnp.stack(symmetric_product(tuple(A), tuple(s))))
-        inverse = lax.optimization_barrier(1.0 / dot(tuple(s), tuple(U)))
+        U = lax.optimization_barrier(jnp.stack(components.symmetric_product(tuple(A), tuple(s))))
+        inverse = lax.optimization_barrier(1.0 / components.dot(tuple(s), tuple(U)))
         return A - U[_ROW] * (U * inverse[None])[_COLUMN], (U, inverse)
 
     zero = jnp.zeros((21, *S.shape[2:]), S.dtype)
@@ -171,12 +149,12 @@ def _substitute(tree, S, factors, p):
 
     def up(below, row):
         s, U, inverse, p = row
-        u = lax.optimization_barrier(p - dot(tuple(s), tuple(below)))
+        u = lax.optimization_barrier(p - components.dot(tuple(s), tuple(below)))
         return below + U * (inverse * u)[None], u
 
     def down(above, row):
         s, U, inverse, u = row
-        rate = lax.optimization_barrier((u[0] - dot(tuple(U), tuple(above))) * inverse[0])
+        rate = lax.optimization_barrier((u[0] - components.dot(tuple(U), tuple(above))) * inverse[0])
         return above + s * rate[None], rate
 
     zero = jnp.zeros((6, *S.shape[2:]), S.dtype)
@@ -186,9 +164,7 @@ def _substitute(tree, S, factors, p):
 
 def apply_mass(tree: Tree, S, J, x):
     """Mass matrix times `x` (nodes, ...), O(nodes): `S . subtrees(J ancestors(S x))`."""
-    s = unpack(S)
-    twist = ancestors(tree, pack(scale(s, x)))
-    return dot(s, unpack(subtrees(tree, pack(momentum(unpack(J), unpack(twist))))))
+    return dot(S, subtrees(tree, momentum(J, ancestors(tree, scale(S, x)))))
 
 
 def solve(tree: Tree, S, J, p):
@@ -206,8 +182,7 @@ def solve(tree: Tree, S, J, p):
 
 def mass_matrix(tree: Tree, S, J):
     """The mass matrix (..., nodes, nodes) by composite inertias: `M_ij = S_i . (Jc_j S_j)` for i above j."""
-    composite = unpack(subtrees(tree, J))
-    F = pack(momentum(composite, unpack(S)))
+    F = momentum(subtrees(tree, J), S)
     lower = jnp.einsum("kc...,jc...->...kj", F, S)
     path = tree.path.reshape((1,) * (lower.ndim - 2) + tree.path.shape)
     lower = lower * jnp.asarray(path, S.dtype)

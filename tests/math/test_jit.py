@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.math import jit as module
-from jaxmbs.math.jit import jit, options
+from jaxmbs.math.jit import SMALL, jit, options
 
 X = jnp.array([0.3, 1.2])
 
@@ -38,6 +38,18 @@ def test_unknown_options_are_left_out(monkeypatch):
     assert options.__wrapped__("full", "cpu") == {"xla_backend_optimization_level": 1}
     assert options.__wrapped__("full", "gpu") == {}
     assert set(options("full", "cpu")) < set(options("quick", "cpu"))
+
+
+def test_quick_programs_are_small_ones():
+    """Whatever was traced before, and whichever kind a part of them has of itself."""
+    part = jit(lambda x: x + (100.0 if SMALL.value else 0.0))
+    quick, full = (
+        jit(lambda x: part(x) + (10.0 if SMALL.value else 1.0), compile=kind) for kind in ("quick", "full")
+    )
+    for _ in range(2):
+        assert float(part(1.0)) == 1.0 and float(full(1.0)) == 2.0 and float(quick(1.0)) == 111.0
+    assert float(jax.jit(quick)(1.0)) == 2.0  # part of a program of the user's
+    assert not SMALL.value
 
 
 def test_unknown_kind():
