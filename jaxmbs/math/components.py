@@ -1,7 +1,7 @@
-"""The algebra of `spatial` component by component, for batches of states whose axes are last.
+"""The algebra of `spatial` component by component, for loops that should be fast.
 
-A quantity is a tuple of its components, each an array over (bodies, batch); XLA fuses such expressions into one
-loop over the batch.  Rotations are 9 numbers row by row.  `unpack` and `pack` go to and from arrays whose axis 1
+A quantity is a tuple of its components, each an array over (bodies[, batch]); XLA fuses such expressions into one
+loop.  Rotations are 9 numbers row by row.  `unpack` and `pack` go to and from arrays whose axis 1
 holds the components.
 """
 

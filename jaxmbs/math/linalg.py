@@ -192,11 +192,12 @@ def direction(x):
     return x * jnp.where(positive, lax.rsqrt(jnp.where(positive, square, 1.0)), 0.0)
 
 
-_LEVI_CIVITA = np.zeros((3, 3, 3))
+#: Matrix (3, 3) of the vector product by a vector: this times the vector, over the last axis.
+CROSS = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    _LEVI_CIVITA[_i, _k, _j], _LEVI_CIVITA[_i, _j, _k] = 1.0, -1.0
+    CROSS[_i, _k, _j], CROSS[_i, _j, _k] = 1.0, -1.0
 
 
 def skew(a):
     """Matrix (3, 3) of the vector product: `skew(a) @ b = a x b`; also `skew(a) @ R` for columns."""
-    return jnp.tensordot(jnp.asarray(_LEVI_CIVITA, a.dtype), a, axes=([2], [0]))
+    return jnp.tensordot(jnp.asarray(CROSS, a.dtype), a, axes=([2], [0]))

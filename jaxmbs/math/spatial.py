@@ -16,28 +16,27 @@ from jax import lax
 from . import components
 from .components import pack, unpack
 from .jit import SMALL
+from .linalg import CROSS
 
-# Constant tensors (a, b, k) of matrices linear in k numbers: the vector product by a vector; `v x` and `v x*` by a
-# twist; an inertia's matrix by its 10 numbers; a symmetric matrix by the 6 of its upper triangle.
-_CROSS, _MOTION, _FORCE = np.zeros((3, 3, 3)), np.zeros((6, 6, 6)), np.zeros((6, 6, 6))
+# Constant tensors (a, b, k) of matrices linear in k numbers, like CROSS: `v x` and `v x*` by a twist; an inertia's
+# matrix by its 10 numbers; a symmetric matrix by the 6 of its upper triangle.
+_MOTION, _FORCE = np.zeros((6, 6, 6)), np.zeros((6, 6, 6))
 _INERTIA, _SYMMETRIC = np.zeros((6, 6, 10)), np.zeros((3, 3, 6))
-for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    _CROSS[_i, _k, _j], _CROSS[_i, _j, _k] = 1.0, -1.0
-_MOTION[:3, :3, :3] = _MOTION[3:, 3:, :3] = _MOTION[3:, :3, 3:] = _CROSS
-_FORCE[:3, :3, :3] = _FORCE[3:, 3:, :3] = _FORCE[:3, 3:, 3:] = _CROSS
+_MOTION[:3, :3, :3] = _MOTION[3:, 3:, :3] = _MOTION[3:, :3, 3:] = CROSS
+_FORCE[:3, :3, :3] = _FORCE[3:, 3:, :3] = _FORCE[:3, 3:, 3:] = CROSS
 for _k, (_i, _j) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
     _SYMMETRIC[_i, _j, _k] = _SYMMETRIC[_j, _i, _k] = 1.0
 _INERTIA[:3, :3, 4:], _INERTIA[3:, 3:, 0] = _SYMMETRIC, np.eye(3)
-_INERTIA[:3, 3:, 1:4], _INERTIA[3:, :3, 1:4] = _CROSS, -_CROSS
+_INERTIA[:3, 3:, 1:4], _INERTIA[3:, :3, 1:4] = CROSS, -CROSS
 _ABOUT_Z = np.zeros((3, 3, 3))  # by cosine, sine and one
 _ABOUT_Z[[0, 1, 2, 1, 0], [0, 1, 2, 0, 1], [0, 0, 2, 1, 1]] = 1.0, 1.0, 1.0, 1.0, -1.0
 #: Places of the upper triangle's 6 numbers among the 9 of a symmetric matrix.
 TRIANGLE = np.array([0, 1, 2, 4, 5, 8])
 
 
-def _fused(*arrays):
-    """Whether the algebra goes by components."""
-    return not SMALL.value or any(x.ndim > 2 for x in arrays)
+def _fused(*arrays, axes=1):
+    """Whether the algebra of arrays with so many axes behind that of the bodies goes by components."""
+    return not SMALL.value or any(x.ndim > 1 + axes for x in arrays)
 
 
 def _by_components(function, *arrays):
@@ -85,7 +84,7 @@ def cross(a, b):
     """Vector products of 3-vectors (n, 3, ...)."""
     if _fused(a, b):
         return _by_components(components.cross, a, b)
-    return _cycled(a * _cycled(b) - _cycled(a) * b)  # two products with `_CROSS` would be slower
+    return _cycled(a * _cycled(b) - _cycled(a) * b)  # two products with `CROSS` would be slower
 
 
 def _cycled(x):
@@ -100,12 +99,12 @@ def rotate(R, x):
 
 def compose(A, B):
     """Products of rotations (n, 3, 3, ...)."""
-    return _three(_by_components(components.compose, rows(A), rows(B))) if _fused(rows(A)) else _times(A, B)
+    return _three(_by_components(components.compose, rows(A), rows(B))) if _fused(A, axes=2) else _times(A, B)
 
 
 def less(A, B):
     """`A B^-1` of rotations (n, 3, 3, ...)."""
-    return compose(A, jnp.swapaxes(B, 1, 2)) if _fused(rows(A)) else _times(A, B, 2)
+    return compose(A, jnp.swapaxes(B, 1, 2)) if _fused(A, axes=2) else _times(A, B, 2)
 
 
 def _three(nine):
@@ -119,15 +118,15 @@ def quaternion_rotations(q):
 
 def axial(R):
     """Vectors (n, 3, ...) of the skew parts of matrices (n, 3, 3, ...): `v` of `v x`."""
-    if _fused(rows(R)):
+    if _fused(R, axes=2):
         return _by_components(components.axial, rows(R))
-    return 0.5 * jnp.tensordot(R, jnp.asarray(_CROSS, R.dtype), 2, precision=lax.Precision.HIGHEST)
+    return 0.5 * jnp.tensordot(R, jnp.asarray(CROSS, R.dtype), 2, precision=lax.Precision.HIGHEST)
 
 
 def turned(R, angle):
     """Rotations R (n, 3, 3, ...) turned by angles (n, ...) about their own z."""
     c, s = jnp.cos(angle), jnp.sin(angle)
-    if not _fused(angle[:, None]):
+    if not _fused(angle, axes=0):
         return _times(R, _matrix(_ABOUT_Z, jnp.stack([c, s, jnp.ones_like(c)], axis=1)))
     return _three(_by_components(components.turned, rows(R), jnp.stack([c, s], axis=1)))
 
@@ -136,7 +135,7 @@ def pose_rate(world, twist):
     """Rates of world poses (n, 12, ...) that move with world twists (n, 6, ...)."""
     if _fused(world):
         return _by_components(components.pose_rate, world, twist)
-    spin = _matrix(_CROSS, twist[:, :3])
+    spin = _matrix(CROSS, twist[:, :3])
     return jnp.concatenate([rows(_times(spin, rotations(world))), twist[:, 3:] + _times(spin, world[:, 9:])], axis=1)
 
 
@@ -189,5 +188,5 @@ def world_inertia(W, m, c, I):
     R = rotations(W)
     C = W[:, 9:] + rotate(R, c)
     h = m * C
-    about = less(_times(R, _matrix(_SYMMETRIC, I)), R) - _times(_matrix(_CROSS, h), _matrix(_CROSS, C))
+    about = less(_times(R, _matrix(_SYMMETRIC, I)), R) - _times(_matrix(CROSS, h), _matrix(CROSS, C))
     return jnp.concatenate([m, h, rows(about)[:, TRIANGLE]], axis=1)
