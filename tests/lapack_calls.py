@@ -20,7 +20,7 @@ from jaxmbs.math import square
 from jaxmbs.math.interpolation import spline_slopes
 from jaxmbs.math.regular_inverse import regular_inverse
 from tests.structural_matrices import beam, component
-from tests.systems import four_bar, four_bar_state
+from tests.zoo.mechanisms import four_bar, four_bar_state
 
 _CALL = re.compile(r"custom_call @(?:lapack|blas)_([a-z0-9]+?)(?:_ffi)?\(.*?\) .*?: \((.*?)\) ->")
 _COMPILED = re.compile(r"= \(?([^=]*?) custom-call\(.*?custom_call_target=\"(?:lapack|blas)_([a-z0-9]+?)(?:_ffi)?\"")

@@ -117,7 +117,9 @@ def gaps(system, state):
     }
 
 
-@pytest.mark.parametrize("model", [tree, pytest.param(loop, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "model", [pytest.param(tree, marks=pytest.mark.slow), pytest.param(loop, marks=pytest.mark.long)]
+)
 @MANY
 @given(seed=SEEDS)
 def test_power_momentum_and_influence_coefficients(model, seed):

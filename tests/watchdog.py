@@ -18,7 +18,7 @@ from jaxmbs.linear.eigenmodes import natural_modes
 from .mechanisms import four_bar as planar_four_bar
 from .mechanisms import four_bar_angles
 from .structural_matrices import beam
-from .systems import four_bar, four_bar_state
+from .zoo.mechanisms import four_bar, four_bar_state
 
 PATIENCE = 120.0  # seconds without a finished call
 

@@ -5,6 +5,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.bondgraph.views import VIEWS
 
+from ..zoo import SPECIMENS
 from . import cases
 
 
@@ -15,7 +16,7 @@ def graphs():
         "pendulum": cases.double_pendulum(),
         "points": cases.double_pendulum(0.0),
         "crank": cases.slider_crank(),
-        "arm": cases.driven_arm(),
-        "beam": cases.elastic_arm(),
+        "arm": SPECIMENS["driven"].system,
+        "beam": SPECIMENS["elastic"].system,
     }
     return {f"{name} {view}": mbs.bond_graph(system, view) for name, system in systems.items() for view in VIEWS}

@@ -7,10 +7,10 @@ import pytest
 
 import jaxmbs as mbs
 from tests import random_systems as rs
-from tests import systems
 from tests.cases import models
 from tests.flexible.beams import chain_of_beams, random_state
 from tests.mechanisms import DOWN_Y, PIN, bennett, four_bar, four_bar_angles, four_bar_state
+from tests.zoo import SPECIMENS
 
 
 def planar_loop(**options):
@@ -159,9 +159,9 @@ SYSTEMS = {
     "singular pose": flat_four_bar,
     "random": random_loop,
     "beams": lambda: _with(chain_of_beams(2, PIN, gravity=DOWN_Y, drive=lambda t: t * t, elements=2)[0]),
-    "springs and motor": lambda: (lambda s: (s, systems.four_bar_state(s)))(systems.four_bar()),
-    "spatial": lambda: (lambda s: (s, mbs.State.at(s, velocities={"slide": 0.3})))(systems.spatial_loop()),
-    "open tree": lambda: (lambda s: (s, systems.general_state(s)))(systems.spatial_tree()),
+    "springs and motor": lambda: (SPECIMENS["four_bar"].system, SPECIMENS["four_bar"].state),
+    "spatial": lambda: (SPECIMENS["spatial_loop"].system, SPECIMENS["spatial_loop"].state),
+    "open tree": lambda: (SPECIMENS["tree"].system, SPECIMENS["tree"].state),
     "Bennett": lambda: (lambda s: (s, mbs.State.at(s, J0=0.8, velocities={"J0": 1.0}, guess={"J1": 0.5})))(
         bennett().build()
     ),

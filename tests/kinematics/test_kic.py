@@ -11,38 +11,13 @@ import jaxmbs as mbs
 from jaxmbs.kinematics import influence as first
 from jaxmbs.kinematics import influence_second as second
 from jaxmbs.kinematics.assembly import assemble
-from jaxmbs.kinematics.configuration import at_state
 from jaxmbs.kinematics.poses import node_parameters
 
-from .. import systems
 from ..mechanisms import OnCart, slopes
+from ..zoo import SPECIMENS, of_all
+from ..zoo.probes import kinematics
 
-
-@pytest.fixture(scope="module")
-def four_bar():
-    system = systems.four_bar()
-    return system, systems.four_bar_state(system)
-
-
-@pytest.fixture(scope="module")
-def loop():
-    system = systems.spatial_loop()
-    guess = {"cross": (0.2, -0.3), "elbow": (0.1, 0.4)}
-    return system, mbs.State.at(system, cross=(0.2, -0.3), velocities={"cross": (0.7, -0.4)}, guess=guess)
-
-
-@pytest.fixture(scope="module")
-def tree():
-    system = systems.spatial_tree()
-    return system, systems.general_state(system)
-
-
-ALL = ["four_bar", "loop", "tree"]
-
-
-@pytest.fixture(params=ALL)
-def case(request):
-    return request.getfixturevalue(request.param)
+FOUR_BAR, LOOP = SPECIMENS["four_bar"], SPECIMENS["spatial_loop"]
 
 
 def moved(system, state, phi):
@@ -57,9 +32,9 @@ def phi_of(system, state):
     return state.coordinates[np.asarray(first.independent_columns(system))]
 
 
-def test_rows_and_their_slopes(loop):
+def test_rows_and_their_slopes():
     """Where the loop is closed the residual is zero, and the rows of velocity are its slopes; Gi keeps them."""
-    system, state = loop
+    system, state = LOOP.system, LOOP.state
 
     @jax.jit
     def residual(psi):
@@ -72,8 +47,8 @@ def test_rows_and_their_slopes(loop):
     np.testing.assert_allclose(A[:, q] @ first.internal_kic(system, state), -A[:, p], atol=1e-12)
 
 
-def test_internal_kic_is_the_derivative_of_the_closed_loop(four_bar):
-    system, state = four_bar
+def test_internal_kic_is_the_derivative_of_the_closed_loop():
+    system, state = FOUR_BAR.system, FOUR_BAR.state
     q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])
     phi = phi_of(system, state)
     finite = (q(phi + 1e-6) - q(phi - 1e-6)) / 2e-6
@@ -85,8 +60,8 @@ def test_internal_kic_is_the_derivative_of_the_closed_loop(four_bar):
     )
 
 
-def test_internal_kic_transposed_carries_efforts_without_loss_of_power(loop):
-    system, state = loop
+def test_internal_kic_transposed_carries_efforts_without_loss_of_power():
+    system, state = LOOP.system, LOOP.state
     tau = jnp.arange(1.0, 1.0 + len(first.dependent_columns(system)))
     Gi = first.internal_kic(system, state)
     phi_dot = state.velocities[first.independent_columns(system)]
@@ -94,24 +69,17 @@ def test_internal_kic_transposed_carries_efforts_without_loss_of_power(loop):
     np.testing.assert_allclose((Gi.T @ tau) @ phi_dot, tau @ q_dot, rtol=1e-10)
 
 
-def test_body_kic_gives_the_bodies_velocities(case):
-    system, state = case
-    names = system.topology.body_names
-
-    @jax.jit
-    def motions(system, state):
-        velocities = [mbs.velocity(system, state, (name, system.com[k])) for k, name in enumerate(names)]
-        return velocities, [mbs.angular_velocity(system, state, name) for name in names]
-
-    K = mbs.kic(system, state)
-    phi_dot = state.velocities[np.asarray(K.independent)]
-    for name, velocity, angular_velocity in zip(names, *motions(system, state), strict=True):
-        np.testing.assert_allclose(K.translational[name] @ phi_dot, velocity, atol=1e-10)
-        np.testing.assert_allclose(K.rotational[name] @ phi_dot, angular_velocity, atol=1e-10)
+@of_all(without=("drive", "elastic"))
+def test_body_kic_gives_the_bodies_velocities(specimen):
+    found = kinematics(specimen)
+    for name in specimen.system.topology.body_names:
+        for kind, expected in (("translational", found.velocities), ("rotational", found.turning)):
+            np.testing.assert_allclose(found.K[kind][name] @ found.phi_dot, expected[name], atol=1e-10)
 
 
-def test_translational_kic_is_the_derivative_of_positions(case):
-    system, state = case
+@pytest.mark.parametrize("specimen", [FOUR_BAR, LOOP, SPECIMENS["tree"]], ids=lambda s: s.name)
+def test_translational_kic_is_the_derivative_of_positions(specimen):
+    system, state = specimen.system, specimen.state
     name, com = system.topology.body_names[-1], system.com[-1]
 
     @jax.jit
@@ -125,18 +93,18 @@ def test_translational_kic_is_the_derivative_of_positions(case):
 
 
 @pytest.mark.slow
-def test_internal_kic_second_forms_agree(four_bar, loop):
+def test_internal_kic_second_forms_agree():
     forms = (second.internal_kic_second, second.internal_kic_second_printed)
     both = jax.jit(lambda system, state: [form(system, state) for form in forms])
-    for system, state in (four_bar, loop):
-        forward, printed = both(system, state)
+    for specimen in (FOUR_BAR, LOOP):
+        forward, printed = both(specimen.system, specimen.state)
         assert np.max(np.abs(forward)) > 0.1
         np.testing.assert_allclose(forward, printed, atol=1e-11 * np.max(np.abs(forward)))
 
 
 @pytest.mark.slow
-def test_internal_kic_second_is_the_second_derivative_of_the_loop(four_bar):
-    system, state = four_bar
+def test_internal_kic_second_is_the_second_derivative_of_the_loop():
+    system, state = FOUR_BAR.system, FOUR_BAR.state
     q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])
     phi, h = phi_of(system, state), 1e-4
     finite = (q(phi + h) - 2 * q(phi) + q(phi - h)) / h**2
@@ -145,31 +113,26 @@ def test_internal_kic_second_is_the_second_derivative_of_the_loop(four_bar):
     np.testing.assert_allclose(second.internal_kic_second(system, state), exact, rtol=1e-10)
 
 
-def test_body_kic_second_vector_form_equals_forward_mode(case):
-    system, state = case
-
-    @jax.jit
-    def both(system, state):
-        at = at_state(system, state)
-        return second.body_kic_second(system, at), second.body_kic_second_vector(system, at)
-
-    forward, vector = both(system, state)
+@of_all()
+def test_body_kic_second_vector_form_equals_forward_mode(specimen):
+    forward, vector = kinematics(specimen).forward, kinematics(specimen).vector
     assert np.max(np.abs(forward)) > 0.1
     np.testing.assert_allclose(forward, vector, atol=1e-12 * np.max(np.abs(forward)))
 
 
-def test_second_kic_symmetries(case):
-    system, state = case
-    K, H = mbs.kic(system, state), mbs.kic_second(system, state)
-    for name in system.topology.body_names:
-        t, r, g = H.translational[name], H.rotational[name], K.rotational[name]
+@of_all(without=("ball", "rolling"))
+def test_second_kic_symmetries(specimen):
+    """Of independent velocities that are rates of coordinates."""
+    found = kinematics(specimen)
+    for name in specimen.system.topology.body_names:
+        t, r, g = found.H["translational"][name], found.H["rotational"][name], found.K["rotational"][name]
         np.testing.assert_allclose(t, np.swapaxes(t, 0, 2), atol=1e-11)
         turn = np.einsum("abc,bm,cn->nam", np.array(_LEVI_CIVITA), g, g)  # g_m x g_n
         np.testing.assert_allclose(r - np.swapaxes(r, 0, 2), turn, atol=1e-11)
 
 
-def test_kic_rate_is_the_change_of_the_kic_along_the_motion(loop):
-    system, state = loop
+def test_kic_rate_is_the_change_of_the_kic_along_the_motion():
+    system, state = LOOP.system, LOOP.state
     K, H = mbs.kic(system, state), mbs.kic_second(system, state)
     phi_dot, h = state.velocities[np.asarray(K.independent)], 1e-6
     place = jax.jit(lambda phi: moved(system, state, phi))
@@ -190,8 +153,8 @@ for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _LEVI_CIVITA[i, j, k], _LEVI_CIVITA[i, k, j] = 1.0, -1.0
 
 
-def test_point_kic_at_a_centre_of_mass_is_the_bodys(loop):
-    system, state = loop
+def test_point_kic_at_a_centre_of_mass_is_the_bodys():
+    system, state = LOOP.system, LOOP.state
     K, H = mbs.kic(system, state), mbs.kic_second(system, state)
     name = system.topology.body_names[-1]
     G, second_order = mbs.point_kic(system, state, (name, system.com[-1]))

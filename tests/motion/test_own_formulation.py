@@ -8,7 +8,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.motion import Formulation, Rates
 from tests.cases import models
-from tests.systems import four_bar, four_bar_state
+from tests.zoo.mechanisms import four_bar, four_bar_state
 
 
 class Slowness(Formulation):

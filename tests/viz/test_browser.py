@@ -23,10 +23,10 @@ _OPTIONS = (
 ).split()
 
 
-def ask(page, options, size=(640, 420), address=""):
-    """What the browser prints of a page; fails where the page complained."""
+def ask(page, options, size=(640, 420), address="", lasting=2500):
+    """What the browser prints of a page after so many ms of its own clock; fails where the page complained."""
     where = f"--window-size={size[0]},{size[1]}"
-    command = [BROWSER, *_OPTIONS, where, "--virtual-time-budget=2500", *options, f"{page.as_uri()}{address}"]
+    command = [BROWSER, *_OPTIONS, where, f"--virtual-time-budget={lasting}", *options, f"{page.as_uri()}{address}"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     complaints = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     assert not complaints, complaints
@@ -48,9 +48,13 @@ def page(tmp_path_factory):
 
 
 def test_it_plays(page):
-    """Without a time in the address it runs from the start."""
-    ready = re.search(r'data-ready="([-0-9.e]+)"', ask(page, ["--dump-dom"]))
-    assert ready and float(ready.group(1)) > 0.02
+    """Without a time in the address it runs from the start; a busy machine draws few pictures."""
+    for lasting in (2_500, 10_000, 40_000):
+        ready = re.search(r'data-ready="([-0-9.e]+)"', ask(page, ["--dump-dom"], lasting=lasting))
+        assert ready
+        if float(ready.group(1)) > 0.02:
+            return
+    raise AssertionError(f"it stands at {ready.group(1)} s")
 
 
 def test_the_address_sets_the_time(page):
