@@ -38,6 +38,12 @@ def said(capsys, *arguments, status=0):
     return capsys.readouterr()
 
 
+def test_commands_solve_once_and_so_trace_small_programs():
+    code = "from jaxmbs import cli; from jaxmbs.math import jit; cli.installation.prepare(); print(jit.SMALL.value)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.split() == ["True"]
+
+
 def test_check(folder, capsys):
     told = said(capsys, "check", "pendulum.urdf")
     assert "1 bodies, 1 joints, 0 loops" in told.out and "mobility: 1" in told.out and told.err == ""

@@ -24,10 +24,12 @@ def doctor(options: argparse.Namespace) -> int:
 
 
 def prepare() -> None:
-    """Double precision and compiler flags for this process; flags count only before the first compilation."""
+    """Double precision, small programs and compiler flags for this process; flags count only before the first
+    compilation."""
     import jax
 
     from .. import doctor, programs
+    from ..math.jit import SMALL
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     given = os.environ.get("XLA_FLAGS", "")
@@ -38,5 +40,6 @@ def prepare() -> None:
         flags.append(doctor.SMALL_LOOPS_FLAG)
     os.environ["XLA_FLAGS"] = " ".join(flags)
     jax.config.update("jax_enable_x64", True)
+    SMALL.set_global(True)
     with contextlib.suppress(OSError):  # no folder to write to: every process compiles for itself
         programs.cache()

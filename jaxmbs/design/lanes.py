@@ -83,7 +83,7 @@ class Lanes:
             # Each device ends its own loops: sharding the whole would make them agree after every step.
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
-        with SMALL(self._kind == "quick"):
+        with SMALL(self._kind == "quick" or SMALL.value):
             lowered = jax.jit(function).lower(*columns)
         return lowered.compile(options(self._kind, jax.default_backend()))
 

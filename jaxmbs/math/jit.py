@@ -62,7 +62,7 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
         listen()
         if not is_outside():
             return inner(*args, **kwargs)
-        with SMALL(compile == "quick"):
+        with SMALL(compile == "quick" or SMALL.value):
             return outer(jax.default_backend())(*args, **kwargs)
 
     return compiled

@@ -50,6 +50,8 @@ def test_quick_programs_are_small_ones():
         assert float(part(1.0)) == 1.0 and float(full(1.0)) == 2.0 and float(quick(1.0)) == 111.0
     assert float(jax.jit(quick)(1.0)) == 2.0  # part of a program of the user's
     assert not SMALL.value
+    with SMALL(True):  # a process whose programs are all to be small, as those of the command line
+        assert float(full(1.0)) == 111.0
 
 
 def test_unknown_kind():
