@@ -39,7 +39,7 @@ def said(capsys, *arguments, status=0):
 
 
 def test_commands_solve_once_and_so_trace_small_programs():
-    code = "from jaxmbs import cli; from jaxmbs.math import jit; cli.installation.prepare(); print(jit.SMALL.value)"
+    code = "from jaxmbs.cli.installation import *; prepare(); from jaxmbs.math import jit; print(jit.SMALL.value)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.split() == ["True"]
 

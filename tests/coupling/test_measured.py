@@ -1,5 +1,7 @@
 """Measured transfer functions among the components of `connect`, against networks in which all are modelled."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,32 +22,38 @@ BONDS = {
     "stay": joint("panel.far", free="rx ry rz"),
     "leg": bushing("panel.far", stiffness=[0, 0, 0, 4e2, 5e2, 6e2]),
 }
-MODELS = PARTS | {"panel": reduce(PARTS["panel"], CraigBampton(6)), "mast": PARTS["mast"]}
 ASKED = {"into": ["mast.middle x", "panel.edge"], "out": ["stage.knee y", "mast.root", ("panel", "edge z")]}
+
+
+@functools.cache
+def models():
+    return PARTS | {"panel": reduce(PARTS["panel"], CraigBampton(6)), "mast": PARTS["mast"]}
 
 
 def measured(name, *nodes, kind="receptance"):
     """A model asked at nodes, as if it had been measured."""
-    found = frequency_response(MODELS[name], OMEGA, into=nodes, out=nodes, loss=0.02)
+    found = frequency_response(models()[name], OMEGA, into=nodes, out=nodes, loss=0.02)
     return found.to(kind)
 
 
-RIG = measured("mast", "root", "end", "middle x", kind="accelerance")
+@pytest.fixture(scope="module")
+def rig():
+    return measured("mast", "root", "end", "middle x", kind="accelerance")
 
 
 @pytest.mark.long
-def test_a_measured_component_among_models():
+def test_a_measured_component_among_models(rig):
     """A mast between a bushing with axes and mass and a hinge with axes; the ground; another frequency order."""
-    whole = mbs.frequency_response(connect(MODELS, BONDS), OMEGA, **ASKED, loss=0.02)
-    net = connect(MODELS | {"mast": RIG}, BONDS)
+    whole = mbs.frequency_response(connect(models(), BONDS), OMEGA, **ASKED, loss=0.02)
+    net = connect(models() | {"mast": rig}, BONDS)
     assert isinstance(net, MeasuredNetwork)
     found = mbs.frequency_response(net, OMEGA[::-1], **ASKED, loss=0.02)
     assert (found.outputs, found.inputs, found.kind) == (whole.outputs, whole.inputs, "receptance")
     np.testing.assert_allclose(found.values[::-1], whole.values, atol=1e-7 * np.abs(whole.values).max())
     np.testing.assert_allclose(net.omega, OMEGA)
     loads = mbs.reactions(net, found, loss=0.02)
-    push = mbs.linear.harmonic_response(connect(MODELS, BONDS), OMEGA[::-1], {"panel.edge rx": 1.0}, loss=0.02)
-    for name, exact in mbs.reactions(connect(MODELS, BONDS), push).items():
+    push = mbs.linear.harmonic_response(connect(models(), BONDS), OMEGA[::-1], {"panel.edge rx": 1.0}, loss=0.02)
+    for name, exact in mbs.reactions(connect(models(), BONDS), push).items():
         for side in ("on_first", "on_second"):
             one, other = getattr(loads[name], side)[:, found.inputs.index("panel.edge rx")], getattr(exact, side)
             np.testing.assert_allclose(one, other, atol=1e-7 * np.abs(other).max())
@@ -66,21 +74,21 @@ def test_two_measured_ones_and_one_direction():
     bonds = {"tie": rigid("mast.end z", "slide.slide")}
     asked = {"into": ["slide.slide"], "out": ["mast.root y", "slide.slide"]}
     found = mbs.frequency_response(connect(arms | {"slide": slide}, bonds), OMEGA[1:2], **asked, loss=0.02)
-    whole = connect({"mast": MODELS["mast"], "slide": slide}, bonds)
+    whole = connect({"mast": models()["mast"], "slide": slide}, bonds)
     exact = mbs.frequency_response(whole, OMEGA[1:2], **asked, loss=0.02)
     np.testing.assert_allclose(found.values, exact.values, rtol=1e-7)
     noisy = mbs.frequency_response(connect(arms | {"slide": slide}, bonds), OMEGA, **asked, rcond=1e-9)
     assert noisy.values.shape == (3, 2, 1)
 
 
-def test_gradient_by_a_model_beside_a_measurement():
+def test_gradient_by_a_model_beside_a_measurement(rig):
     """Jitted, by the stiffness of the stage, against differences."""
 
     @jax.jit
     @jax.value_and_grad
     def level(scale):
-        stage = MODELS["stage"].changed(stiffness=scale * MODELS["stage"].stiffness)
-        net = connect({"stage": stage, "mast": RIG}, {n: BONDS[n] for n in ("bolts", "mount")})
+        stage = models()["stage"].changed(stiffness=scale * models()["stage"].stiffness)
+        net = connect({"stage": stage, "mast": rig}, {n: BONDS[n] for n in ("bolts", "mount")})
         found = mbs.frequency_response(net, OMEGA, into=["mast.middle x"], out=["stage.knee x"])
         return jnp.sum(jnp.abs(found.values) ** 2) * 1e12
 
@@ -90,8 +98,8 @@ def test_gradient_by_a_model_beside_a_measurement():
 
 
 @pytest.mark.slow
-def test_what_cannot_be_asked_is_told():
-    net = connect({"mast": RIG, "panel": MODELS["panel"]}, {"pin": BONDS["pin"]})
+def test_what_cannot_be_asked_is_told(rig):
+    net = connect({"mast": rig, "panel": models()["panel"]}, {"pin": BONDS["pin"]})
     for question, ask in (
         ("modes", lambda: mbs.modes(net)),
         ("equilibrium", lambda: mbs.equilibrium(net, {"panel.edge z": 1.0})),
@@ -108,12 +116,12 @@ def test_what_cannot_be_asked_is_told():
     ):
         with pytest.raises(error, match=told):
             mbs.frequency_response(net, **{"omega": OMEGA, "into": ["mast.end x"], "out": ["mast.end x"]} | options)
-    one_way = TransferFunctions(OMEGA, RIG.values[:, :, :5], RIG.outputs, RIG.inputs[:5])
-    other = TransferFunctions(OMEGA + 1.0, RIG.values, RIG.outputs, RIG.inputs)
+    one_way = TransferFunctions(OMEGA, rig.values[:, :, :5], rig.outputs, rig.inputs[:5])
+    other = TransferFunctions(OMEGA + 1.0, rig.values, rig.outputs, rig.inputs)
     for parts, bond, told in (
         ({"a": one_way}, rigid("a.root"), None),
         ({"a": one_way}, rigid("a.end"), "interface of 'a': there is no coordinate or node 'end'"),
-        ({"a": RIG, "b": other}, rigid("a.end", "b.end"), "at different frequencies"),
+        ({"a": rig, "b": other}, rigid("a.end", "b.end"), "at different frequencies"),
     ):
         if told is None:
             assert len(connect(parts, {"bond": bond}).ties[0][1].labels) == 5

@@ -23,28 +23,35 @@ def four_bar(mass=1.0, like=None, **drives):
     return b.build(like=like)
 
 
-DRIVEN = four_bar(A=mbs.Polynomial((0.7, 3.0, -1.0)))
-MOTION = mbs.simulate(DRIVEN, mbs.State.at(DRIVEN, guess={"B": -0.2, "D": 1.2}), ts=np.linspace(0.0, 0.5, 4))
+@pytest.fixture(scope="module")
+def driven():
+    return four_bar(A=mbs.Polynomial((0.7, 3.0, -1.0)))
+
+
+@pytest.fixture(scope="module")
+def motion(driven):
+    start = mbs.State.at(driven, guess={"B": -0.2, "D": 1.2})
+    return mbs.simulate(driven, start, ts=np.linspace(0.0, 0.5, 4))
 
 
 @pytest.mark.slow
-def test_one_actuator_is_the_drive():
-    found = mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["A"])
+def test_one_actuator_is_the_drive(driven, motion):
+    found = mbs.inverse_dynamics(driven, motion, actuators=["A"])
     assert np.all(found.ok)
-    np.testing.assert_allclose(found["A"], mbs.reactions(DRIVEN, MOTION)["A"].effort, rtol=1e-8)
+    np.testing.assert_allclose(found["A"], mbs.reactions(driven, motion)["A"].effort, rtol=1e-8)
 
 
 @pytest.mark.slow
-def test_another_actuator_gives_the_same_power():
-    effort = mbs.reactions(DRIVEN, MOTION)["A"].effort[:, 0]
-    u = DRIVEN.velocities(MOTION.states)
-    found = mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["D"])
+def test_another_actuator_gives_the_same_power(driven, motion):
+    effort = mbs.reactions(driven, motion)["A"].effort[:, 0]
+    u = driven.velocities(motion.states)
+    found = mbs.inverse_dynamics(driven, motion, actuators=["D"])
     np.testing.assert_allclose(found["D"][:, 0] * u["D"], effort * u["A"], rtol=1e-8)
 
 
-def test_two_actuators_share_by_the_least_norm():
-    effort, u = mbs.reactions(DRIVEN, MOTION)["A"].effort[:, 0], DRIVEN.velocities(MOTION.states)
-    found, ratio = mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["A", "D"]), u["D"] / u["A"]
+def test_two_actuators_share_by_the_least_norm(driven, motion):
+    effort, u = mbs.reactions(driven, motion)["A"].effort[:, 0], driven.velocities(motion.states)
+    found, ratio = mbs.inverse_dynamics(driven, motion, actuators=["A", "D"]), u["D"] / u["A"]
     assert np.all(found.ok)
     np.testing.assert_allclose(found["A"][:, 0], effort / (1.0 + ratio**2), rtol=1e-7)
     np.testing.assert_allclose(found["D"][:, 0], effort * ratio / (1.0 + ratio**2), rtol=1e-7)
@@ -80,11 +87,11 @@ def test_too_few_actuators_are_said():
 
 
 @pytest.mark.long
-def test_slope_by_a_mass():
-    state = MOTION.states
+def test_slope_by_a_mass(driven, motion):
+    state = motion.states
 
     def torque(mass):
-        system = four_bar(mass, like=DRIVEN, A=mbs.Polynomial((0.7, 3.0, -1.0)))
+        system = four_bar(mass, like=driven, A=mbs.Polynomial((0.7, 3.0, -1.0)))
         return mbs.inverse_dynamics(system, state, actuators=["A", "D"])["D"][1, 0]
 
     value, slope = jax.jit(lambda m: (torque(m), jax.grad(torque)(m)))(1.0)
@@ -93,12 +100,12 @@ def test_slope_by_a_mass():
     assert np.isfinite(value)
 
 
-def test_faults():
+def test_faults(driven, motion):
     with pytest.raises(mbs.UnknownNameError, match="AA"):
-        mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["AA"])
+        mbs.inverse_dynamics(driven, motion, actuators=["AA"])
     with pytest.raises(mbs.ModelError, match="'C'.*cut the loop at another one"):
-        mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["C"])
+        mbs.inverse_dynamics(driven, motion, actuators=["C"])
     with pytest.raises(TypeError, match="acceleration"):
-        mbs.inverse_dynamics(DRIVEN, MOTION.end)
+        mbs.inverse_dynamics(driven, motion.end)
     with pytest.raises(mbs.UnknownNameError, match="actuator"):
-        mbs.inverse_dynamics(DRIVEN, MOTION, actuators=["A"])["D"]
+        mbs.inverse_dynamics(driven, motion, actuators=["A"])["D"]

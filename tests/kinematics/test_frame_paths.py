@@ -44,44 +44,52 @@ def closed_form(t):
     return one(t), rate(t), jax.jacfwd(rate)(t)
 
 
-LED = arm(CORNERS)
 GUESS = {"shoulder": -0.2, "elbow": 1.2}
-MOTION = mbs.simulate(LED, mbs.State.at(LED, guess=GUESS), ts=TS)
+
+
+@pytest.fixture(scope="module")
+def led():
+    return arm(CORNERS)
+
+
+@pytest.fixture(scope="module")
+def motion(led):
+    return mbs.simulate(led, mbs.State.at(led, guess=GUESS), ts=TS)
 
 
 @pytest.mark.slow
-def test_the_tip_takes_the_path_in_closed_form():
+def test_the_tip_takes_the_path_in_closed_form(led, motion):
     q, u, a = jax.jit(jax.vmap(closed_form))(TS)
-    np.testing.assert_allclose(MOTION.states.coordinates, q, atol=1e-9)
-    np.testing.assert_allclose(MOTION.states.velocities, u, atol=1e-8)
-    found = mbs.reactions(LED, MOTION)
-    assert np.all(found.ok) and LED.paths == ("lead",) and LED.topology.mobility == 0
-    rates = jax.jit(jax.vmap(lambda s: mbs.forward_dynamics(LED, s)[0]))(MOTION.states)
+    np.testing.assert_allclose(motion.states.coordinates, q, atol=1e-9)
+    np.testing.assert_allclose(motion.states.velocities, u, atol=1e-8)
+    found = mbs.reactions(led, motion)
+    assert np.all(found.ok) and led.paths == ("lead",) and led.topology.mobility == 0
+    rates = jax.jit(jax.vmap(lambda s: mbs.forward_dynamics(led, s)[0]))(motion.states)
     np.testing.assert_allclose(rates, a, atol=1e-7)
 
 
 @pytest.mark.slow
-def test_what_leads_carries_the_force_of_the_inverse_dynamics():
+def test_what_leads_carries_the_force_of_the_inverse_dynamics(led, motion):
     """`J^T f` of the force that leads is what motors would give; and motors that do carry no force at the tip."""
     a = jax.jit(jax.vmap(closed_form))(TS)[2]
-    free, states = arm(), MOTION.states
+    free, states = arm(), motion.states
     needs = lambda s, a: (mbs.jacobian(free, s, "tip"), mbs.inverse_dynamics(free, s, a))  # noqa: E731
     J, need = jax.jit(jax.vmap(needs))(states, a)
-    led = mbs.reactions(LED, MOTION)["lead"]
-    np.testing.assert_allclose(jnp.einsum("tkj,tk->tj", J[:, :3], led.force), need, atol=1e-7)
-    motors = mbs.inverse_dynamics(LED, MOTION, actuators=["shoulder", "elbow"])
+    force = mbs.reactions(led, motion)["lead"].force
+    np.testing.assert_allclose(jnp.einsum("tkj,tk->tj", J[:, :3], force), need, atol=1e-7)
+    motors = mbs.inverse_dynamics(led, motion, actuators=["shoulder", "elbow"])
     assert np.all(motors.ok)
     np.testing.assert_allclose(jnp.concatenate([motors["shoulder"], motors["elbow"]], 1), need, atol=1e-7)
-    loads = mbs.reactions(LED, MOTION, actuators=["shoulder", "elbow"])
+    loads = mbs.reactions(led, motion, actuators=["shoulder", "elbow"])
     assert np.all(loads.ok) and "lead" not in list(loads)
     np.testing.assert_allclose(loads["elbow"].effort[:, 0], need[:, 1], atol=1e-7)
 
 
 @pytest.mark.long
-def test_slopes_by_the_path_and_by_a_length():
+def test_slopes_by_the_path_and_by_a_length(led):
     def torque(numbers):
         corners, upper = numbers
-        system = arm(corners, upper, like=LED)
+        system = arm(corners, upper, like=led)
         state = mbs.State.at(system, guess=GUESS, t=0.3)
         return mbs.inverse_dynamics(system, state, actuators=["shoulder", "elbow"])["shoulder"][0]
 
@@ -99,8 +107,8 @@ def test_slopes_by_the_path_and_by_a_length():
 
 
 @pytest.mark.slow
-def test_work_of_what_leads_is_in_the_account():
-    dense = mbs.simulate(LED, mbs.State.at(LED, guess=GUESS), ts=TS)
+def test_work_of_what_leads_is_in_the_account(led):
+    dense = mbs.simulate(led, mbs.State.at(led, guess=GUESS), ts=TS)
     account = dense.diagnostics
     total = account.kinetic + account.potential
     np.testing.assert_allclose(account.work["drives"] - account.work["drives"][0], total - total[0], atol=1e-5)
