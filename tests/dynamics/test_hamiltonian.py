@@ -14,8 +14,8 @@ from ..zoo import SPECIMENS, of_all
 from ..zoo.probes import fields, variations
 
 LOOP = SPECIMENS["spatial_loop"]
-of_free_motions = of_all(without=("drive", "rolling"))
-of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=())
+of_free_motions = of_all(without=("drive", "rolling"), slow=("four_bar",))
+of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=("tree", "spatial_loop"))
 
 
 @of_free_motions

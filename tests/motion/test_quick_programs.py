@@ -29,14 +29,14 @@ def arguments_of(specimen):
     return specimen.system, specimen.state, jnp.array([1.1, 0.9])
 
 
-@of_all(quick=("tree", "spatial_loop"))
+@of_all(quick=("tree", "spatial_loop"), slow=("floating", "elastic"))
 def test_motions_and_reactions(specimen):
     arguments = arguments_of(specimen)
     for ours, full in zip(mbs.jit(numbers, compile="quick")(*arguments), numbers(*arguments), strict=True):
         np.testing.assert_allclose(ours, full, rtol=1e-9, atol=1e-9 * (1.0 + np.abs(full).max()))
 
 
-@of_all(among=("tree", "floating", "four_bar", "spatial_loop"), quick=())
+@of_all(quick=(), slow=("spatial_loop",))
 def test_gradients(specimen):
     arguments, slopes = arguments_of(specimen), jax.grad(mixed, argnums=2)
     full = mbs.jit(slopes)(*arguments)

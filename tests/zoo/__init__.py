@@ -1,7 +1,7 @@
 """The zoo: eight mechanisms with a state each.  What must hold of every mechanism is asked of every specimen.
 
 `@of_all()` hands a test the specimens; `probes` has what tests ask of them, a compiled program per room whose answers
-all tests of a process share.  A few specimens stand in the quick tests, the others in the slow ones.
+all tests of a process share.  A few specimens stand in the quick tests, others in the slow and the long ones.
 """
 
 import functools
@@ -49,8 +49,14 @@ SPECIMENS = _specimens(
 )
 
 
-def of_all(*, without=(), among=SPECIMENS, quick=("tree", "spatial_loop", "driven")):
-    """Parametrises a test by the specimens but those of some kinds; the `quick` ones are not marked slow."""
-    chosen = [SPECIMENS[name] for name in among if not SPECIMENS[name].kinds & set(without)]
-    marks = {name: [] if name in quick else [pytest.mark.slow] for name in SPECIMENS}
+QUICK, SLOW = ("tree", "spatial_loop", "driven"), ("floating", "four_bar", "rolling", "elastic")
+
+
+def of_all(*, without=(), quick=QUICK, slow=SLOW):
+    """Parametrises a test by the specimens but those of some kinds; what is neither quick nor slow is marked long."""
+    chosen = [s for s in SPECIMENS.values() if not s.kinds & set(without)]
+    marks = {
+        name: [] if name in quick else [pytest.mark.slow] if name in slow else [pytest.mark.long]
+        for name in SPECIMENS
+    }
     return pytest.mark.parametrize("specimen", [pytest.param(s, id=s.name, marks=marks[s.name]) for s in chosen])
