@@ -13,6 +13,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.cli import files, main
+from jaxmbs.math.jit import SMALL
 from tests.io.texts import ARM_URDF, LOOPS_MJCF
 
 PENDULUM = """<robot name="pendulum"><link name="base"/>
@@ -38,10 +39,11 @@ def said(capsys, *arguments, status=0):
     return capsys.readouterr()
 
 
-def test_commands_solve_once_and_so_trace_small_programs():
-    code = "from jaxmbs.cli.installation import *; prepare(); from jaxmbs.math import jit; print(jit.SMALL.value)"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.split() == ["True"]
+def test_the_demo_traces_small_programs(folder, monkeypatch):
+    seen = []
+    monkeypatch.setattr("jaxmbs.cli.installation.prepare", lambda: None)
+    monkeypatch.setattr("jaxmbs.demo.run", lambda output, quick: seen.append(SMALL.value) or 0)
+    assert main(["demo"]) == 0 and seen == [True] and not SMALL.value
 
 
 def test_check(folder, capsys):

@@ -35,7 +35,7 @@ QUESTIONS = {
 CEILINGS = {  # equations, loops
     "four-bar": {
         "forward dynamics": (1440, 12),
-        "simulate": (6000, 43),
+        "simulate": (5600, 41),
         "reactions": (3720, 28),
         "linearise": (6000, 48),
         "stiffness": (2400, 18),
@@ -43,7 +43,7 @@ CEILINGS = {  # equations, loops
     },
     "chain": {"forward dynamics": (1430, 20), "simulate": (4030, 45), "reactions": (2330, 25)},
     # as programs compiled "quick" are traced
-    "four-bar, quick": {"forward dynamics": (960, 12), "simulate": (4360, 43), "reactions": (2800, 28)},
+    "four-bar, quick": {"forward dynamics": (960, 12), "simulate": (4200, 41), "reactions": (2800, 28)},
 }
 # equations, bytes of StableHLO: from build to the derivative of a load along a motion; full and quick
 GRADIENT = {False: (35_500, 4_050_000), True: (23_200, 3_050_000)}

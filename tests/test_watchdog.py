@@ -28,7 +28,7 @@ def _watch(name, lanes, calls):
 
 @pytest.mark.parametrize("name", [_marked(name) for name in ("motion", "driven", "modes")])
 def test_no_hang(name):
-    _watch(name, 64, 30)
+    _watch(name, 64, 12)
 
 
 @pytest.mark.long

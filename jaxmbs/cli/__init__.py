@@ -5,13 +5,14 @@ of the model or of a file, 2 for a command that cannot be understood, 130 after 
 the output has gone.
 """
 
+import contextlib
 import os
 import sys
 
 from . import interrupts
 from .parser import parser
 
-__all__ = ["main"]
+__all__ = ["main", "process"]
 
 FAULT, INTERRUPTED, NO_READER = 1, 130, 141
 
@@ -33,6 +34,17 @@ def main(argv: list[str] | None = None) -> int:
     except (ValueError, TypeError, RuntimeError, OSError, ImportError) as error:
         print(f"error: {_words(error)}", file=sys.stderr)
         return FAULT
+
+
+def process() -> None:
+    """The command of this process, which ends with its exit status."""
+    status = main()
+    if status == INTERRUPTED:
+        # At once: XLA goes on compiling what was interrupted, and crashes when Python takes its client away.
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+        os._exit(status)
+    sys.exit(status)
 
 
 def _words(error) -> str:

@@ -12,8 +12,10 @@ def demo(options: argparse.Namespace) -> int:
     """The demo."""
     prepare()
     from ..demo import run
+    from ..math.jit import SMALL
 
-    return run(options.output, quick=options.quick)
+    with SMALL(True):  # its motions are short: programs of fewer equations gain more than they lose in steps
+        return run(options.output, quick=options.quick)
 
 
 def doctor(options: argparse.Namespace) -> int:
@@ -24,12 +26,10 @@ def doctor(options: argparse.Namespace) -> int:
 
 
 def prepare() -> None:
-    """Double precision, small programs and compiler flags for this process; flags count only before the first
-    compilation."""
+    """Double precision and compiler flags for this process; flags count only before the first compilation."""
     import jax
 
     from .. import doctor, programs
-    from ..math.jit import SMALL
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     given = os.environ.get("XLA_FLAGS", "")
@@ -40,6 +40,5 @@ def prepare() -> None:
         flags.append(doctor.SMALL_LOOPS_FLAG)
     os.environ["XLA_FLAGS"] = " ".join(flags)
     jax.config.update("jax_enable_x64", True)
-    SMALL.set_global(True)
     with contextlib.suppress(OSError):  # no folder to write to: every process compiles for itself
         programs.cache()

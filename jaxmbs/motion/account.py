@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from ..dynamics.efforts import element_names
 from ..dynamics.energy import energies
 from ..kinematics import constraints
-from ..kinematics.configuration import Moving
+from ..kinematics.configuration import Configuration, Moving
 from ..kinematics.state import State
 from ..status import Status, succeeded
 from .formulation import is_rheonomic
@@ -25,14 +25,20 @@ _CODES = {
 }
 
 
+def gap(system, at: Configuration):
+    """Largest residual () of the positions."""
+    if not system.has_constraints:
+        return jnp.zeros_like(at.t)
+    return jnp.max(jnp.abs(constraints.residual(system, at)), initial=0.0)
+
+
 def observe(system, at: Moving):
     """(kinetic, potential energy, largest position residual, largest velocity residual)."""
     kinetic, potential = energies(system, at)
     if not system.has_constraints:
-        return kinetic, potential, jnp.zeros_like(at.t), jnp.zeros_like(at.t)
-    drift = jnp.max(jnp.abs(constraints.residual(system, at)), initial=0.0)
+        return kinetic, potential, gap(system, at), jnp.zeros_like(at.t)
     speed = constraints.jacobian(system, at) @ at.u + constraints.time_rate(system, at)
-    return kinetic, potential, drift, jnp.max(jnp.abs(speed))
+    return kinetic, potential, gap(system, at), jnp.max(jnp.abs(speed))
 
 
 def diagnose(system, observed, work, walk) -> Diagnostics:

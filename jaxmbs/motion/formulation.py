@@ -52,11 +52,11 @@ class Formulation(eqx.Module):
     follows_rows: ClassVar[bool] = False
 
     @classmethod
-    def begin(cls, system: System, P: Array, psi: Array, u: Array, t: ScalarLike) -> tuple["Formulation", Array]:
+    def begin(cls, system: System, at: Configuration, u: Array) -> tuple["Formulation", Array]:
         """The problem and the scaled second half of its state."""
-        second, scale = cls.start(system, configuration(system, P, psi, t), u)
+        second, scale = cls.start(system, at, u)
         scale = lax.stop_gradient(jnp.maximum(scale, 1e-9 * jnp.max(scale, initial=0.0)))
-        return cls(system, P, scale), second / scale
+        return cls(system, at.P, scale), second / scale
 
     @classmethod
     @abc.abstractmethod

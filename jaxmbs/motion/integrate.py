@@ -12,9 +12,7 @@ from jax import lax
 
 from ..checks import known
 from ..errors import SimulationError
-from ..kinematics import constraints
-from ..kinematics.configuration import configuration, moving
-from ..kinematics.poses import node_parameters
+from ..kinematics.configuration import at_state, configuration, moving
 from ..kinematics.state import State
 from ..math.host import as_array
 from ..math.jit import jit
@@ -26,7 +24,7 @@ from ..model.question import check_fits
 from ..model.system import System
 from ..status import Status, succeeded
 from ..typing import ArrayLike
-from .account import CLOSED, diagnose, masked, observe, result_code, without
+from .account import CLOSED, diagnose, gap, masked, observe, result_code, without
 from .failure import explain
 from .formulation import Formulation, num_powers
 from .formulations import Prescribed
@@ -105,10 +103,10 @@ def simulate(
 def _integrate(system, state, ts, t1, numbers, solver, controller, event, options):
     gradient, formulation, lands, progress, rows = options
     dt, rtol, atol, max_steps = numbers
-    P = node_parameters(system)
-    problem, p0 = formulation.begin(system, P, state.coordinates, state.velocities, state.t)
+    at = at_state(system, state)
+    problem, p0 = formulation.begin(system, at, state.velocities)
     y0 = (state.coordinates, p0, jnp.zeros(num_powers(system), p0.dtype))
-    open_at_start = lax.stop_gradient(jnp.maximum(state.residual, _gap(problem, state.coordinates, state.t)))
+    open_at_start = lax.stop_gradient(jnp.maximum(state.residual, gap(system, at)))
     fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
     rising = jnp.all(ts[1:] >= ts[:-1]) & (ts[0] >= state.t - EARLY) & (ts[-1] <= t1)
     ts = jnp.where(rising, ts, jnp.nan)  # traced times that are no times
@@ -153,14 +151,6 @@ def _close(t, y, args):
 def _crossing(t, y, args):
     problem, event = args
     return event(State(t, y[0], problem.velocities(t, *y[:2]), structure=problem.system.topology.structure))
-
-
-def _gap(problem, psi, t):
-    """Largest residual () of the positions."""
-    if not problem.system.has_constraints:
-        return jnp.zeros_like(t)
-    at = configuration(problem.system, problem.P, psi, t, inertias=False)
-    return jnp.max(jnp.abs(constraints.residual(problem.system, at)), initial=0.0)
 
 
 @eqx.filter_custom_jvp

@@ -53,6 +53,13 @@ EXEMPT = {
         jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
     """,
 }
+# whose calls compile for more than four seconds
+LONG = """
+    motion.peak linear.modal_motion coupling.Components reductions.averaged_motion linear.direct_response
+    coupling.base_motion linear.transmissibility linear.lowest_modes coupling.coupled_response
+    statics.bond_reactions linear.viscous_receptance linear.receptance linear.simulate flexible.interface_loads
+    linear.dense_response motion.simulate reductions.Rubin dynamics.hamiltonian_slopes experiment.virtual_point
+""".split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 ROOMS = sorted(set(FACES) - {"jaxmbs", "jaxmbs.questions"}) + ["jaxmbs"]
 
@@ -90,8 +97,11 @@ def zoo():
     return Zoo()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+def _marked(name):
+    return pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.slow)
+
+
+@pytest.mark.parametrize("name", [_marked(name) for name in CASES])
 def test_wrong_arguments_are_refused(name, zoo):
     case = CASES[name]
     function = PUBLIC[name] if case.through is None else case.through(PUBLIC[name])

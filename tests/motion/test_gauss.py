@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics.poses import node_parameters
+from jaxmbs.kinematics.configuration import at_state
 from jaxmbs.motion.formulations import Canonical
 from jaxmbs.motion.gauss import solve_stages
 from tests.cases import models
@@ -45,8 +45,8 @@ def test_order_of_convergence(double_pendulum, solver):
 
 def one_step(system, state, solver):
     """The compiled step (h, x) -> x in coordinates and momenta, and x at the state."""
-    t, psi, u = state.t, state.coordinates, state.velocities
-    problem, p = Canonical.begin(system, node_parameters(system), psi, u, t)
+    psi, u = state.coordinates, state.velocities
+    problem, p = Canonical.begin(system, at_state(system, state), u)
     term = diffrax.ODETerm(lambda t, y, problem: problem.rate(t, y))
     scale = jnp.concatenate([jnp.ones_like(psi), problem.scale])
 
