@@ -15,12 +15,15 @@ import numpy as np
 from jax import lax
 
 from ..math import components
-from ..math.rows import take
+from ..math.rows import product, take
 from ..math.spatial import axial, compose, cross, dot, less, momentum, pose_rate, rotate, rotations, scale
 from ..model.tree import Tree
 
 _IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
 _ROW, _COLUMN = (np.array(index) for index in zip(*components.UPPER, strict=True))
+#: Sums of trees of so many nodes are products with the matrix of paths: one operation in place of a loop.  More nodes,
+#: and states with batch axes of their own, take the loop: its work is linear in the nodes.
+_FEW = 12
 
 
 def _walk_down(tree: Tree, step, x, start):
@@ -79,12 +82,18 @@ def _sum_subtrees(tree, x):
     return along + jnp.tensordot(jnp.asarray(tree.hanging, x.dtype), take(along, tree.starts), 1)
 
 
+def _is_few(tree, x):
+    return tree.size <= _FEW and x.ndim == 2
+
+
 def _less_parent(tree, y):
     return y - take(jnp.concatenate([y, jnp.zeros_like(y[:1])]), tree.parent_or_size)
 
 
 def ancestors(tree: Tree, x):
     """Sum of the rows of `x` over each node and all nodes above it; (nodes, ...)."""
+    if _is_few(tree, x):
+        return product(tree.path, x)
     return lax.custom_linear_solve(
         partial(_less_parent, tree), x, lambda _, b: _sum_ancestors(tree, b), lambda _, b: _sum_subtrees(tree, b)
     )
@@ -92,6 +101,8 @@ def ancestors(tree: Tree, x):
 
 def subtrees(tree: Tree, x):
     """Sum of the rows of `x` over each node and all nodes below it; the transpose of `ancestors`."""
+    if _is_few(tree, x):
+        return product(tree.path.T, x)
     less_children = jax.linear_transpose(partial(_less_parent, tree), x)
     return lax.custom_linear_solve(
         lambda y: less_children(y)[0], x, lambda _, b: _sum_subtrees(tree, b), lambda _, b: _sum_ancestors(tree, b)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from .spd import refined, spd_inverse, spd_solve
+from .spd import spd_inverse, spd_solve
 
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
 #: Motions through singular poses (A02, 10 s) err 7e-10 m at 3e-10, 6e-10 here, 3e-9 at 1e-8, 3e-8 at 1e-7; a crank of
@@ -15,12 +15,10 @@ from .spd import refined, spd_inverse, spd_solve
 PROXIMAL = {8: 3e-9, 4: 1e-5}
 #: Rows below this, of the largest mobility of a column, hold rounding alone (hinges on one line) and count as none.
 _NOISE = {8: 1e-16, 4: 1e-9}
-#: Proximal rounds of a saddle solve.  Three do for most; where light inertias stand beside heavy ones each gains
-#: less, so they go on while the rows come nearer (masses over twelve decades: 1e-3 -> 4e-15).  Rows that contradict
-#: each other do not come nearer, and their multipliers must not grow.
-_ROUNDS, _MOST_ROUNDS = 3, 100
-#: Refinements of each solve with the inverse of the stiff sum, whose condition is at least 1 / PROXIMAL.
-REFINEMENTS = {8: 1, 4: 2}
+#: Proximal rounds that a saddle solve always makes, see `saddle_solve` (double, single).  They do for most; where light
+#: inertias stand beside heavy ones each gains less, so they go on while the rows come nearer (masses over twelve
+#: decades: 1e-3 -> 4e-15).  Rows that contradict each other do not come nearer, and their multipliers must not grow.
+ROUNDS, _MOST_ROUNDS = {8: 5, 4: 8}, 100
 
 
 class RowScale(NamedTuple):
@@ -56,12 +54,13 @@ def saddle_factor(M, A, block):
     return spd_inverse(M + A.T @ (A / C[:, None])), C
 
 
-def proximal_rounds(right, n, improved, apply, size):
+def proximal_rounds(right, n, improved, apply, size, fewest=3):
     """Solution z of `apply(z) = right`, where the first n entries are efforts and the others rows.
 
     Args:
         improved: correction for what is left over, near enough that the rounds converge.
         size: magnitude (rows,) of what adds up in the rows.
+        fewest: rounds that are always made.
     """
     rounding = jnp.finfo(right.dtype).eps
 
@@ -73,7 +72,7 @@ def proximal_rounds(right, n, improved, apply, size):
 
     def goes_on(carry):
         k, _, _, gap, before = carry
-        return (k < _ROUNDS) | ((gap > 8.0 * rounding) & (gap < 0.9 * before) & (k < _MOST_ROUNDS))
+        return (k < fewest) | ((gap > 8.0 * rounding) & (gap < 0.9 * before) & (k < _MOST_ROUNDS))
 
     far = jnp.full((), jnp.inf, right.dtype)
     return lax.while_loop(goes_on, once, (0, jnp.zeros_like(right), right, far, far))[1]
@@ -83,9 +82,8 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     """Solution (x, y) of `M x + A^T y = b`, `A x = c`, by proximal iterations on one factor.
 
     Redundant consistent rows leave x unique and give some y; both have derivatives of every order.  Costs one
-    inverse; the adjoint reuses it.  The rows are eliminated, `M + A^T (eps C)^-1 A` is (n, n) but loses the digits of
-    1 / eps in free directions: refinement against the whole system brings them back.  Each proximal round solves for
-    what the one before left over, see `_ROUNDS`.
+    inverse; the adjoint reuses it.  The rows are eliminated, `H = M + A^T (eps C)^-1 A` is (n, n) but loses the digits
+    of 1 / eps in free directions: each round corrects what is left over in the whole system, and brings them back.
 
     Args: M (n, n), A (m, n), b (n,), c (m,); rows: units and elements of the rows (default: one element).
     """
@@ -93,27 +91,21 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     unit, block = (jnp.ones_like(c), np.zeros(c.shape[0], int)) if rows is None else rows
     A, c = unit[:, None] * A, unit * c
     inverse, C = saddle_factor(M, A, block)
-    fixed = lax.stop_gradient((M, A))
-
-    def apply(z, M, A, C):
-        x, y = z[:n], z[n:]
-        return jnp.concatenate([M @ x + A.T @ y, A @ x - C * y])
-
-    def eliminated(right):
-        x = inverse @ (right[:n] + fixed[1].T @ (right[n:] / C))
-        return jnp.concatenate([x, (fixed[1] @ x - right[n:]) / C])
+    K = jnp.block([[M, A.T], [A, jnp.zeros((len(c), len(c)), A.dtype)]])
+    fixed, magnitude = lax.stop_gradient((K, jnp.abs(A)))
+    # [M A^T; A -eps C]^-1 = F H^-1 F^T - diag(0, 1 / (eps C)), F = [1; (eps C)^-1 A]
+    F = jnp.concatenate([jnp.eye(n, dtype=A.dtype), fixed[n:, :n] / C[:, None]])
+    at_once = jnp.concatenate([jnp.zeros(n, A.dtype), 1.0 / C])
 
     def improved(left):
-        return refined(eliminated, lambda z: apply(z, *fixed, C), left, REFINEMENTS[M.dtype.itemsize])
-
-    def size(z):
-        return jnp.abs(fixed[1]) @ jnp.abs(z[:n])
+        return F @ (inverse @ (left @ F)) - at_once * left
 
     def solve(_, right):
-        return proximal_rounds(right, n, improved, lambda z: apply(z, *fixed, 0.0), size)
+        return proximal_rounds(
+            right, n, improved, lambda z: fixed @ z, lambda z: magnitude @ jnp.abs(z[:n]), ROUNDS[A.dtype.itemsize]
+        )
 
-    right = jnp.concatenate([b, c])
-    z = lax.custom_linear_solve(lambda z: apply(z, M, A, 0.0), right, solve, solve, symmetric=True)
+    z = lax.custom_linear_solve(lambda z: K @ z, jnp.concatenate([b, c]), solve, solve, symmetric=True)
     return z[:n], unit * z[n:]
 
 

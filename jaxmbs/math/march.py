@@ -4,6 +4,7 @@
 as long; this one knows ordinary differential equations only.  Its adjoint is in `march_adjoint`.
 """
 
+import functools
 import math
 from collections.abc import Callable
 
@@ -69,7 +70,8 @@ class Walk(eqx.Module):
 
     Attributes:
         memory: of the solver, of the controller, and whether y jumped.
-        saved: how many of the times are passed; ys: (T, ...) or None; hunt: for the event; meter: of progress.
+        saved: how many of the times are passed; ys: (T, ...) or None, on the way (T + 1, ...): the last row takes what
+            is not kept; hunt: for the event; meter: of progress.
     """
 
     t: Array
@@ -125,7 +127,7 @@ def begin(march: March, y0, t0, dt0, args) -> Walk:
     saved = jnp.searchsorted(march.times, t0, side="right")
     t_next = _clipped(march, t0, jnp.minimum(t_next, march.t1), jnp.asarray(True), saved)
     memory = solver.init(term, t0, t_next, y0, args), control, False
-    ys = jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size, *y.shape)), y0)
+    ys = jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size + 1, *y.shape)), y0)
     seen = None if march.crossing is None else hunting.begun(held(march.crossing(t0, y0, args)))
     zero = jnp.zeros((), jnp.int32)
     walk = Walk(t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, seen, march.meter.init())
@@ -243,7 +245,7 @@ def _saved(march, walk, keep, y1, dense):
         return jnp.where(keep, passed, walk.saved), None
     if march.lands:
         hit = keep & (due(march, walk.saved) <= walk.t_next)
-        ys = _put(walk.ys, jnp.where(hit, walk.saved, march.times.size), y1)
+        ys = put(walk.ys, jnp.where(hit, walk.saved, march.times.size), y1)
         return jnp.where(hit, march.after[walk.saved], walk.saved), ys
 
     def left(carry):
@@ -252,7 +254,7 @@ def _saved(march, walk, keep, y1, dense):
     def save(carry):
         saved, ys = carry
         y = interpolated(march, walk.t, walk.t_next, y1, dense, march.times[saved])
-        return _counted(saved, left(carry)), _put(ys, jnp.where(left(carry), saved, march.times.size), y)
+        return _counted(saved, left(carry)), put(ys, jnp.where(left(carry), saved, march.times.size), y)
 
     return lax.while_loop(lambda carry: eqxi.unvmap_any(left(carry)), save, (walk.saved, walk.ys))
 
@@ -263,9 +265,10 @@ def interpolated(march: March, t0, t1, y1, dense, t):
     return jax.tree.map(lambda end, y: jnp.where(t == t1, end, y), y1, inside)
 
 
-def _put(ys, index, y):
-    """y in its place; an index beyond the end puts nothing."""
-    return jax.tree.map(lambda ys, y: ys.at[index].set(y, mode="drop"), ys, y)
+def put(ys, index, y):
+    """y in its place among the rows ys."""
+    update = functools.partial(lax.dynamic_update_index_in_dim, axis=0, allow_negative_indices=False)
+    return jax.tree.map(lambda ys, y: update(ys, y, index), ys, y)
 
 
 def _counted(number, more):

@@ -11,42 +11,41 @@ import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jaxtyping import Array, PyTree
+from jaxtyping import Array
 
-from .march import March, Walk, advance, begin, ended, first_of, walked
+from .march import March, Walk, advance, begin, ended, first_of, put, walked
 from .march_pull import first_memory, has_stages, memory_of, pulled
+from .packing import Packing
 
 
 class Log(eqx.Module):
-    """Rows (rows, ...) of the accepted steps with a number that is a multiple of `stride`; number -1: free."""
+    """Rows (rows + 1, numbers) of the accepted steps with a number that is a multiple of `stride`; number -1: free.
 
-    rows: PyTree
+    Rows are packed into vectors.  The last one takes what is not kept.
+    """
+
+    rows: Array
     numbers: Array
     stride: Array
     count: Array
 
     @classmethod
-    def empty(cls, row, size):
-        rows = jax.tree.map(lambda x: jnp.zeros((size, *x.shape), x.dtype), row)
-        return cls(rows, jnp.full(size, -1, jnp.int32), jnp.ones((), jnp.int32), jnp.zeros((), jnp.int32))
+    def empty(cls, packing, size):
+        rows, numbers = jnp.zeros((size + 1, packing.size), packing.dtype), jnp.full(size + 1, -1, jnp.int32)
+        return cls(rows, numbers, jnp.ones((), jnp.int32), jnp.zeros((), jnp.int32))
 
     def noted(self, row, keep):
         """The log after a step that is in it if `keep`."""
-        size = self.numbers.size
+        size = self.numbers.size - 1
         stride = jnp.where(keep & (self.count == size * self.stride), 2 * self.stride, self.stride)
-        free = jnp.where(self.count < size, self.count, _first(self.numbers % stride != 0))
+        free = jnp.where(self.count < size, self.count, _first(self.numbers[:-1] % stride != 0))
         slot = jnp.where(keep & (self.count % stride == 0), free, size)
-        rows = jax.tree.map(lambda x, new: x.at[slot].set(new, mode="drop"), self.rows, row)
-        return Log(
-            rows,
-            self.numbers.at[slot].set(self.count, mode="drop"),
-            stride,
-            jnp.where(keep, self.count + 1, self.count),
-        )
+        count = jnp.where(keep, self.count + 1, self.count)
+        return Log(put(self.rows, slot, row), put(self.numbers, slot, self.count), stride, count)
 
     def at(self, number):
         """The row of a step that is in the log."""
-        slot = jnp.where(self.stride == 1, jnp.maximum(number, 0), _first(self.numbers == number))
+        slot = jnp.where(self.stride == 1, jnp.maximum(number, 0), _first(self.numbers[:-1] == number))
         return _row(self.rows, slot)
 
 
@@ -55,13 +54,23 @@ def _first(found):
 
 
 def _row(rows, index):
-    return jax.tree.map(lambda x: x[index], rows)
+    return lax.dynamic_index_in_dim(rows, index, keepdims=False, allow_negative_indices=False)
 
 
 def _step(march: March, walk: Walk, dense):
     """What is logged of a step: the walk before it, and the inside of a method with stages."""
     before = walk.t, walk.t_next, walk.y, walk.memory, walk.saved, walk.hunt
     return before, dense if has_stages(march.solver) else None
+
+
+def _packing(march, y0, t0, dt0, args):
+    """Of the rows that are logged on a march."""
+
+    def row():
+        walk = begin(march, y0, t0, dt0, args)
+        return _step(march, walk, advance(march, walk, args)[2])
+
+    return Packing(jax.eval_shape(row), t0.dtype)
 
 
 def _from(before) -> Walk:
@@ -84,15 +93,15 @@ def _forward(perturbed, start, march, t0, dt0):
     del perturbed
     y0, args = start
     first = begin(march, y0, t0, dt0, args)
-    row = jax.eval_shape(lambda: _step(march, first, advance(march, first, args)[2]))
+    packing = _packing(march, y0, t0, dt0, args)
 
     def body(carry):
         walk, log = carry
         after, keep, dense = advance(march, walk, args)
-        return after, log.noted(_step(march, walk, dense), keep)
+        return after, log.noted(packing.pack(_step(march, walk, dense)), keep)
 
     running = lambda carry: eqxi.unvmap_any(carry[0].is_running(march))  # noqa: E731
-    walk, log = lax.while_loop(running, body, (first, Log.empty(row, march.rows)))
+    walk, log = lax.while_loop(running, body, (first, Log.empty(packing, march.rows)))
     walk = ended(march, walk)
     return walk, (log, walk.t, first.saved, walk.saved)
 
@@ -102,45 +111,51 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
     (log, t_end, skipped, saved), (y0, args) = kept, start
     moving = jax.tree.map(lambda x, p: p and eqx.is_inexact_array(x), args, perturbed[1])
     moving, fixed = eqx.partition(args, moving)
+    packing, numbers = _packing(march, y0, t0, dt0, args), Packing(moving, t0.dtype)
+
+    def args_of(vector):
+        return eqx.combine(numbers.unpack(vector), fixed)
+
+    moving = numbers.pack(moving)
     y_bar = _filled(bars.y, y0)
     ys_bar = _filled(bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size, *y.shape)), y0))
     ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of(march)].add(ys), ys_bar)
     last = jnp.where(log.count > 0, (log.count - 1) // log.stride, -1)
-    pieces = jax.tree.map(lambda x: jnp.zeros_like(x), log.rows)
 
     def segment(carry):
         number, end, pieces, bars = carry
         row = log.at(number * log.stride)
-        pieces, count = _again(march, args, row, jnp.where(number >= 0, end, row[0][0]), pieces, log.stride)
+        start = packing.unpack(row)[0]
+        pieces, count = _again(march, args, packing, row, jnp.where(number >= 0, end, start[0]), pieces, log.stride)
         count = jnp.where(number >= 0, count, 0)
 
         def one(carry):
             k, bars = carry
-            found = pulled(march, moving, fixed, _row(pieces, jnp.maximum(k, 0)), bars, ys_bar)
+            row = packing.unpack(_row(pieces, jnp.maximum(k, 0)))
+            found = pulled(march, args_of, moving, row, bars, ys_bar)
             return k - 1, jax.tree.map(lambda new, old: jnp.where(k >= 0, new, old), found, bars)
 
         bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), one, (count - 1, bars))[1]
-        return number - 1, row[0][0], pieces, bars
+        return number - 1, start[0], pieces, bars
 
-    zeros = lambda tree: jax.tree.map(jnp.zeros_like, tree)  # noqa: E731
-    memory = memory_of(march, jax.tree.map(lambda x: x[0], log.rows[0][3]))
-    begun = (last, t_end, pieces, (zeros(moving), y_bar, zeros(memory)))
+    memory = jax.tree.map(jnp.zeros_like, memory_of(march, packing.unpack(log.rows[0])[0][3]))
+    begun = (last, t_end, jnp.zeros_like(log.rows), (jnp.zeros_like(moving), y_bar, memory))
     bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), segment, begun)[3]
-    moving_bar, y_bar = first_memory(march, y0, t0, dt0, moving, fixed, bars)
+    moving_bar, y_bar = first_memory(march, y0, t0, dt0, args_of, moving, bars)
     index = jnp.arange(march.times.size, dtype=jnp.int32)
     rest = (index < skipped) | (index >= saved)  # they are the start: saved before the first step, or never
 
     def with_rest(y_bar, ys_bar):
         return y_bar + jnp.sum(jnp.where(rest.reshape(-1, *[1] * (ys_bar.ndim - 1)), ys_bar, 0.0), axis=0)
 
-    return jax.tree.map(with_rest, y_bar, ys_bar), moving_bar
+    return jax.tree.map(with_rest, y_bar, ys_bar), numbers.unpack(moving_bar)
 
 
-def _again(march, args, row, end, pieces, stride):
+def _again(march, args, packing, row, end, pieces, stride):
     """(rows of the steps from a logged one to the time `end`, their number); a step that is logged itself is taken
     over."""
-    pieces = jax.tree.map(lambda x, new: x.at[0].set(new), pieces, row)
-    to = jnp.where(stride > 1, end, row[0][0])
+    start, pieces = packing.unpack(row)[0], put(pieces, jnp.zeros((), jnp.int32), row)
+    to = jnp.where(stride > 1, end, start[0])
     shorter = eqx.tree_at(
         lambda m: (m.t1, m.max_steps, m.meter),
         march,
@@ -150,11 +165,10 @@ def _again(march, args, row, end, pieces, stride):
     def body(carry):
         walk, pieces, count = carry
         after, keep, dense = advance(shorter, walk, args)
-        slot = jnp.where(keep, count, march.rows)
-        pieces = jax.tree.map(lambda x, new: x.at[slot].set(new, mode="drop"), pieces, _step(march, walk, dense))
+        pieces = put(pieces, jnp.where(keep, count, march.rows), packing.pack(_step(march, walk, dense)))
         return after, pieces, jnp.where(keep, count + 1, count)
 
-    carry = _from(row[0]), pieces, jnp.zeros_like(stride)
+    carry = _from(start), pieces, jnp.zeros_like(stride)
     _, pieces, count = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0].is_running(shorter)), body, carry)
     return pieces, jnp.where(stride > 1, count, 1)
 

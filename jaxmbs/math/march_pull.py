@@ -25,35 +25,35 @@ def memory_of(march: March, memory):
     return eqx.filter(memory[0], eqx.is_inexact_array)
 
 
-def first_memory(march: March, y0, t0, dt0, moving, fixed, bars):
+def first_memory(march: March, y0, t0, dt0, args_of, moving, bars):
     """Cotangents (of what moves, of the start) with what the solver's memory at the start adds."""
     moving_bar, y_bar, memory_bar = bars
     if memory_bar is None:
         return moving_bar, y_bar
 
     def memory(moving, y0):
-        return memory_of(march, begin(march, y0, t0, dt0, eqx.combine(moving, fixed)).memory)
+        return memory_of(march, begin(march, y0, t0, dt0, args_of(moving)).memory)
 
     change = jax.vjp(memory, moving, y0)[1](memory_bar)
     return jax.tree.map(jnp.add, (moving_bar, y_bar), change)
 
 
-def pulled(march: March, moving, fixed, row, bars, ys_bar):
+def pulled(march: March, args_of, moving, row, bars, ys_bar):
     """Cotangents (of what moves in the arguments, of the state before the step, of the solver's memory there) from
     those after it and of the saved states (T, ...)."""
     pull = _pulled_whole if row[1] is None else _pulled_stages
-    change, y_bar, memory_bar = pull(march, moving, fixed, row, bars, ys_bar)
+    change, y_bar, memory_bar = pull(march, args_of, moving, row, bars, ys_bar)
     return jax.tree.map(jnp.add, bars[0], change), y_bar, memory_bar
 
 
-def _pulled_whole(march, moving, fixed, row, bars, ys_bar):
+def _pulled_whole(march, args_of, moving, row, bars, ys_bar):
     (t0, t1, y0, memory, saved, _), _ = row
     march = eqx.tree_at(lambda m: m.solver, march, with_scan(march.solver, "checkpointed"))
     floating, rest = memory_of(march, memory), memory[0]
     rest = rest if floating is None else eqx.filter(rest, eqx.is_inexact_array, inverse=True)
 
     def whole(moving, y0, floating):
-        args, state = eqx.combine(moving, fixed), rest if floating is None else eqx.combine(floating, rest)
+        args, state = args_of(moving), rest if floating is None else eqx.combine(floating, rest)
         y, _, dense, state, _ = stepped(march, t0, t1, y0, args, state, memory[2])
         return _ends(march, t1, y, args), dense, memory_of(march, (state,))
 
@@ -62,13 +62,13 @@ def _pulled_whole(march, moving, fixed, row, bars, ys_bar):
     return back((y_bar, dense_bar, bars[2]))
 
 
-def _pulled_stages(march, moving, fixed, row, bars, ys_bar):
+def _pulled_stages(march, args_of, moving, row, bars, ys_bar):
     (t0, t1, y0, _, saved, _), dense = row
-    y1, back = jax.vjp(lambda moving, y: _ends(march, t1, y, eqx.combine(moving, fixed)), moving, dense["y1"])
+    y1, back = jax.vjp(lambda moving, y: _ends(march, t1, y, args_of(moving)), moving, dense["y1"])
     y_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, bars[1], ys_bar)
     change, y_bar = back(y_bar)
     y_bar = jax.tree.map(jnp.add, y_bar, dense_bar["y1"])
-    change, y_bar = _stages(march, t0, t1, y0, dense["k"], moving, fixed, change, y_bar, dense_bar["k"])
+    change, y_bar = _stages(march, t0, t1, y0, dense["k"], args_of, moving, change, y_bar, dense_bar["k"])
     return change, jax.tree.map(jnp.add, y_bar, dense_bar["y0"]), None
 
 
@@ -97,7 +97,7 @@ def _with_saved(march, t0, t1, saved, y1, dense, y_bar, ys_bar):
     return lax.while_loop(lambda carry: eqxi.unvmap_any(left(carry)), body, (saved, (y_bar, none)))[1]
 
 
-def _stages(march, t0, t1, y0, K, moving, fixed, moving_bar, y_bar, K_bar):
+def _stages(march, t0, t1, y0, K, args_of, moving, moving_bar, y_bar, K_bar):
     """Back through `k_i = h f(t_i, y0 + sum a_ij k_j)` and `y1 = y0 + sum b_i k_i`, the last stage first."""
     tableau, h = march.solver.tableau, t1 - t0
     dtype, n = jax.tree.leaves(y0)[0].dtype, tableau.num_stages
@@ -113,7 +113,7 @@ def _stages(march, t0, t1, y0, K, moving, fixed, moving_bar, y_bar, K_bar):
         moving_bar, y_bar, K_bar = carry
         y = jax.tree.map(lambda y, k: y + jnp.tensordot(A[i], k, 1), y0, K)
         t = jnp.where(c[i] == 1.0, t1, t0 + c[i] * h)
-        _, back = jax.vjp(lambda moving, y: march.rate(t, y, eqx.combine(moving, fixed)), moving, y)
+        _, back = jax.vjp(lambda moving, y: march.rate(t, y, args_of(moving)), moving, y)
         change, stage_bar = back(jax.tree.map(lambda k: h * k[i], K_bar))
         K_bar = jax.tree.map(lambda k, y: k + A[i].reshape(-1, *[1] * y.ndim) * y[None], K_bar, stage_bar)
         add = lambda old, new: jax.tree.map(jnp.add, old, new)  # noqa: E731

@@ -26,9 +26,23 @@ def over_rows(function, rows):
     return jax.tree.map(lambda x: x.reshape(count * TOGETHER, *x.shape[2:])[:number], found)
 
 
+#: Places that lie in so many runs are taken by slices.
+RUNS = 6
+
+
 def take(x, places):
-    """Rows of x (n, ...) at static places, none of them negative: without the tests that `x[places]` compiles."""
-    return x.at[np.asarray(places, np.int32)].get(mode="promise_in_bounds", wrap_negative_indices=False)
+    """Rows of x (n, ...) at static places, none of them negative.
+
+    By slices where they lie in few runs: on the CPU the transpose of `x[places]` is a loop over the places, compiled
+    and run.
+    """
+    places = np.asarray(places, np.int32)
+    starts = np.flatnonzero(np.diff(places.reshape(-1), prepend=-2) != 1)
+    if places.ndim != 1 or not places.size or len(starts) > RUNS:
+        return x.at[places].get(mode="promise_in_bounds", wrap_negative_indices=False)
+    lengths = np.diff(np.append(starts, places.size))
+    runs = [lax.slice_in_dim(x, a, a + n) for a, n in zip(places[starts].tolist(), lengths.tolist(), strict=True)]
+    return runs[0] if len(runs) == 1 else jnp.concatenate(runs)
 
 
 #: Sums over rows are products with a dense matrix up to so many of its entries.

@@ -7,6 +7,7 @@ import abc
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
@@ -19,6 +20,7 @@ from ..kinematics.configuration import Configuration, configuration, moving
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.poses import normalise, step_coordinates
 from ..math.linalg import saddle_solve
+from ..math.rows import take
 from ..model.system import System
 from ..typing import ScalarLike
 
@@ -119,6 +121,7 @@ class Formulation(eqx.Module):
         system, P, rows = self.system, self.P, constraints.row_scale(self.system)
         weight, is_position = jnp.diag(metric(system)), np.zeros((len(rows.block), 1), bool)
         is_position[system.topology.position_rows] = True
+        row_of = np.where(is_position[:, 0], np.cumsum(is_position) - 1, is_position.sum())  # the last one is zero
 
         def once(psi, last):
             at = configuration(system, P, psi, t)
@@ -126,14 +129,15 @@ class Formulation(eqx.Module):
             f_t = constraints.time_rate(system, at)
             momentum = self.momenta_of(at, p * self.scale)
             K = jnp.where(last, mass_matrix(system, at), weight)
-            gap = jnp.where(last, f_t, jnp.zeros_like(f_t).at[system.topology.position_rows].set(f))
+            gap = jnp.where(last, f_t, take(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
             A = jnp.where(last | is_position, A, 0.0)
             u, _ = saddle_solve(K, A, jnp.where(last, momentum, 0.0), -gap, rows)
             then = self.second_of(at, u) / self.scale
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
             return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then)
 
-        psi, (gaps, then) = lax.scan(once, psi, jnp.array([False, False, True]))
+        # a gradient works a pass out again: to keep all that it makes costs more, compiled and run
+        psi, (gaps, then) = lax.scan(jax.checkpoint(once, prevent_cse=False), psi, np.array([False, False, True]))
         return psi, then[2], _nearly_closed(gaps)
 
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
