@@ -16,7 +16,7 @@ from jax import lax
 
 from ..math import components
 from ..math.rows import product, take
-from ..math.spatial import axial, compose, cross, dot, less, momentum, pose_rate, rotate, rotations, scale
+from ..math.spatial import axial, compose, cross, dot, less, momentum, moved, pose_rate, rotate, rotations, scale
 from ..model.tree import Tree
 
 _IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
@@ -116,8 +116,8 @@ def poses(tree: Tree, local):
     position.  Rotations must stay rotations under perturbation (the derivative rule drops any other part)."""
 
     def step(above, below):
-        # by components: a product of matrices would be a call in every pass of the loop
-        pose = jnp.stack(components.moved(tuple(above), tuple(below)))
+        # by outer products: a product of matrices would be a call in every pass of the loop
+        pose = moved(above[None], below[None])[0]
         return pose, pose
 
     start = jnp.broadcast_to(
