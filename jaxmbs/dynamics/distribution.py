@@ -1,12 +1,12 @@
 """How redundant joints share what statics leaves open: the bonds of a system, weighed by their compliance."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics import closures, reaction_map
+from ..kinematics import closures, constraints, reaction_map
 from ..kinematics.configuration import Configuration
+from ..math.linalg import RowScale, saddle_solve
 from ..math.rows import take
 from ..math.spatial import swapped
 from ..math.spd import spd_solve
@@ -14,6 +14,11 @@ from ..model.rows import Drive
 from ..model.system import System
 from ..statics import Bonds, Network, bond_reactions
 from ..statics.tree import on_bodies
+from .joint_wrenches import at_frames
+from .sparse_saddle import row_kinds
+
+#: Up to so many rows are solved for at once.
+FEW_ROWS = 120
 
 
 def bond_network(system: System) -> Network:
@@ -34,14 +39,16 @@ def system_bonds(system: System, at: Configuration, wrench, compliance=None, kno
     twists = _free_twists(system, at.S, closures.directions(system, at) if known is None else known)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
     place = take(at.x, own), take(at.R, own)
-    bonds = Bonds.from_twists(bond_network(system), *place, swapped(twists, 1), effort, system.length)
-    stiff = {joint.name: jnp.zeros(6, effort.dtype) for joint in system.topology.joints if joint.is_hidden}
-    compliance = {name: jnp.broadcast_to(c, (6,)) for name, c in (stiff | dict(compliance or {})).items()}
-    if not compliance:
-        return bonds
-    index = np.array([bonds.network.bonds.index(name) for name in compliance])
-    full = bonds.compliance.at[index].set(jax.vmap(jnp.diag)(jnp.stack(list(compliance.values()))))
-    return eqx.tree_at(lambda b: b.compliance, bonds, full)
+    C = jax.vmap(jnp.diag)(_weights(system, compliance, effort.dtype))
+    return Bonds.from_twists(bond_network(system), *place, swapped(twists, 1), effort, system.length, C)
+
+
+def _weights(system, compliance, dtype):
+    """Compliances (carriers, 6) for force and moment: 1 and 1 / length^2 by default, none of hidden joints."""
+    usual = jnp.concatenate([jnp.ones(3, dtype), jnp.full(3, system.length**-2, dtype)])
+    given = {joint.name: 0.0 for joint in system.topology.joints if joint.is_hidden} | dict(compliance or {})
+    each = [given.get(name, usual) for name, *_ in reaction_map.carriers(system)]
+    return jnp.stack([jnp.broadcast_to(jnp.asarray(c, dtype), (6,)) for c in each])
 
 
 def _free_twists(system, S, known):
@@ -71,6 +78,36 @@ def distributed(system: System, at: Configuration, wrench, multipliers, complian
     Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `closures.directions`.
     Source: S1 (28).
     """
+    moved = _shared_rows(system)
+    by = _by_rows if len(moved) <= FEW_ROWS else _by_bonds
+    return by(system, at, wrench, multipliers, compliance, known, moved)
+
+
+def _shared_rows(system):
+    """Rows of closures and drives: a coupler's or user's row acts inside its joints, as a spring does."""
+    kinds = row_kinds(system)
+    return np.r_[np.arange(kinds.closures), np.sort(kinds.drives)].astype(int)
+
+
+def _by_rows(system, at, wrench, multipliers, compliance, known, moved):
+    """Least `1/2 w.C w`, `w = w_0 + W d`, over changes d of the multipliers that move no freedom, `A^T d = 0`."""
+    W, A = reaction_map.reaction_map(system, at, known), constraints.jacobian(system, at, known)
+    own = np.array([b for *_, b in reaction_map.carriers(system)])
+    w = jnp.concatenate(at_frames(wrench, take(at.R, own), take(at.x, own), "joint", 1.0), axis=1)
+    every = len(moved) == system.topology.num_rows
+    if not every:
+        W, A = W[:, :, moved], A[moved]
+    W, C = W.reshape(-1, len(moved)), _weights(system, compliance, w.dtype).reshape(-1)
+    spins = np.asarray(system.topology.spins) > 0
+    unit = RowScale(jnp.where(spins, 1.0 / system.length, 1.0), np.zeros(len(spins), int))  # of efforts
+    change = saddle_solve(
+        W.T @ (C[:, None] * W), A.T, -W.T @ (C * w.reshape(-1)), jnp.zeros(A.shape[1], A.dtype), unit
+    )
+    return multipliers + change[0] if every else multipliers.at[moved].add(change[0])
+
+
+def _by_bonds(system, at, wrench, multipliers, compliance, known, moved):
+    """The same by the network of bonds, whose cost is linear in the loops."""
     bonds = system_bonds(system, at, wrench, compliance, known)
     change = swapped(bond_reactions(bonds, swapped(on_bodies(bonds.network, wrench))).wrench) - wrench
     names = list(bonds.network.bonds)
@@ -79,12 +116,9 @@ def distributed(system: System, at: Configuration, wrench, multipliers, complian
         index = np.array([names.index(name) for name in group.names])
         moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, take(change, index)).reshape(-1))
     for row in system.rows:
-        count = sum(name == row.name for name in system.topology.row_joint)
-        effort = jnp.zeros(count, change.dtype)
         if isinstance(row, Drive):
-            effort = _effort_change(system, at.S, change, names, row.columns[0])[None]
-        moves.append(effort)
-    return multipliers + jnp.concatenate(moves)
+            moves.append(_effort_change(system, at.S, change, names, row.columns[0])[None])
+    return multipliers.at[moved].add(jnp.concatenate(moves))
 
 
 def _effort_change(system, S, change, names, column):

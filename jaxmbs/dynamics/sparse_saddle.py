@@ -17,7 +17,7 @@ from ..kinematics import closures, constraints, coordinate_rows
 from ..kinematics.configuration import Configuration, moving, node_motion
 from ..kinematics.poses import frame_twists
 from ..kinematics.tree import ancestors, subtrees
-from ..math.linalg import proximal_rounds
+from ..math.linalg import proximal_rounds, relative
 from ..math.rows import take
 from ..math.spatial import dot, momentum
 from ..math.spd import spd_inverse
@@ -102,7 +102,10 @@ def sparse_saddle(system: System, at: Configuration, rows: Rows, b, c):
         return apply(z, jnp.zeros_like(C))
 
     def solve(_, right):
-        return proximal_rounds(right, n, improved, whole, lambda z: rows.sizes(rows.twists(z[:n]), z[:n]))
+        def gap(left, z):
+            return relative(left[n:], rows.sizes(rows.twists(z[:n]), z[:n]) + jnp.abs(right[n:]))
+
+        return proximal_rounds(right, improved, whole, gap)
 
     z = lax.custom_linear_solve(whole, right, solve, solve, symmetric=True)
     return z[:n], rows.unit * z[n:]

@@ -34,6 +34,8 @@ def single_bodies(system: System) -> Owners:
     """The bodies, welded ones too."""
     top = system.topology
     own, node = slice(1, top.bodies.size + 1), np.asarray(top.body_node, int)
+    if np.array_equal(node, np.arange(top.nodes.size)):
+        return nodes(system)._replace(of_frame=np.asarray(top.frame_body))
 
     def masses(at, V_dot):
         inertia = system.inertia.reshape(-1, 9)[:, TRIANGLE]

@@ -10,7 +10,7 @@ import numpy as np
 from ..math.linalg import skew
 from ..math.rows import take
 from ..model.system import System
-from .closures import closure_directions
+from .closures import directions
 from .configuration import Configuration
 
 
@@ -21,11 +21,11 @@ def carriers(system: System):
     return [(j.name, *j.frames) for j in top.joints] + [e for e in elements if e[0] not in top.joint_index]
 
 
-def reaction_map(system: System, at: Configuration):
+def reaction_map(system: System, at: Configuration, known=None):
     """Reactions per unit multiplier, (carriers, 6, rows): force then moment on the joint's child or on frame B.
 
     About the origin and in the axes of that frame.  Multipliers of drives and couplers act inside their joints and
-    load no body from outside.
+    load no body from outside.  Args: known: `closures.directions`.
     """
     top, names = system.topology, [name for name, *_ in carriers(system)]
     num = len(names)
@@ -33,8 +33,7 @@ def reaction_map(system: System, at: Configuration):
     if not system.closures:
         return out
     parts = []
-    for group in system.closures:
-        D = closure_directions(group, at.R, at.x, at.t)
+    for group, D in zip(system.closures, directions(system, at) if known is None else known, strict=True):
         weight = jnp.asarray(_reaction_weights(top, group, names), D.dtype)
         parts.append(jnp.einsum("ej,erk->jker", weight, D).reshape(num, 6, -1))
     known = sum(part.shape[2] for part in parts)

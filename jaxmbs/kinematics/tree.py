@@ -21,8 +21,8 @@ from ..model.tree import Tree
 
 _IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
 _ROW, _COLUMN = (np.array(index) for index in zip(*components.UPPER, strict=True))
-#: Sums of trees of so many nodes are products with the matrix of paths: one operation in place of a loop.  More nodes,
-#: and states with batch axes of their own, take the loop: its work is linear in the nodes.
+#: Sums of trees of so many nodes are products with the matrix of paths: one operation in place of a loop.  Larger
+#: trees, and states with batch axes of their own, take the loop: its work is linear in the nodes.
 _FEW = 12
 
 

@@ -15,10 +15,11 @@ from .spd import spd_inverse, spd_solve
 PROXIMAL = {8: 3e-9, 4: 1e-5}
 #: Rows below this, of the largest mobility of a column, hold rounding alone (hinges on one line) and count as none.
 _NOISE = {8: 1e-16, 4: 1e-9}
-#: Proximal rounds that a saddle solve always makes, see `saddle_solve` (double, single).  They do for most; where light
-#: inertias stand beside heavy ones each gains less, so they go on while the rows come nearer (masses over twelve
-#: decades: 1e-3 -> 4e-15).  Rows that contradict each other do not come nearer, and their multipliers must not grow.
-ROUNDS, _MOST_ROUNDS = {8: 5, 4: 8}, 100
+#: Proximal rounds that a saddle solve always makes, see `saddle_solve` (double, single).  They do for most; where
+#: light inertias stand beside heavy ones, and near singular poses, each gains less, so they go on while it gains
+#: (masses over twelve decades: 1e-3 -> 4e-15).  Rows that contradict each other come no nearer, and their multipliers
+#: must not grow.
+ROUNDS, _MOST_ROUNDS = {8: 4, 4: 8}, 100
 
 
 class RowScale(NamedTuple):
@@ -54,25 +55,25 @@ def saddle_factor(M, A, block):
     return spd_inverse(M + A.T @ (A / C[:, None])), C
 
 
-def proximal_rounds(right, n, improved, apply, size, fewest=3):
-    """Solution z of `apply(z) = right`, where the first n entries are efforts and the others rows.
+def proximal_rounds(right, improved, apply, gap, fewest=3):
+    """Solution z of `apply(z) = right`.
 
     Args:
         improved: correction for what is left over, near enough that the rounds converge.
-        size: magnitude (rows,) of what adds up in the rows.
+        gap: (left over, z) -> how large that is (), of what adds up to it; rounds go on while it falls.
         fewest: rounds that are always made.
     """
     rounding = jnp.finfo(right.dtype).eps
 
     def once(carry):
-        k, z, left, gap, _ = carry
+        k, z, left, last, _ = carry
         z = z + improved(left)
         left = right - apply(z)
-        return k + 1, z, left, relative(left[n:], size(z) + jnp.abs(right[n:])), gap
+        return k + 1, z, left, gap(left, z), last
 
     def goes_on(carry):
-        k, _, _, gap, before = carry
-        return (k < fewest) | ((gap > 8.0 * rounding) & (gap < 0.9 * before) & (k < _MOST_ROUNDS))
+        k, _, _, last, before = carry
+        return (k < fewest) | ((last > 8.0 * rounding) & (last < 0.9 * before) & (k < _MOST_ROUNDS))
 
     far = jnp.full((), jnp.inf, right.dtype)
     return lax.while_loop(goes_on, once, (0, jnp.zeros_like(right), right, far, far))[1]
@@ -82,8 +83,9 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     """Solution (x, y) of `M x + A^T y = b`, `A x = c`, by proximal iterations on one factor.
 
     Redundant consistent rows leave x unique and give some y; both have derivatives of every order.  Costs one
-    inverse; the adjoint reuses it.  The rows are eliminated, `H = M + A^T (eps C)^-1 A` is (n, n) but loses the digits
-    of 1 / eps in free directions: each round corrects what is left over in the whole system, and brings them back.
+    inverse; the adjoint reuses it.  The rows are eliminated: `H = M + A^T (eps C)^-1 A` is (n, n) but loses the
+    digits of 1 / eps in free directions.  Each round corrects what is left over in the whole system, and brings them
+    back.
 
     Args: M (n, n), A (m, n), b (n,), c (m,); rows: units and elements of the rows (default: one element).
     """
@@ -92,7 +94,7 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     A, c = unit[:, None] * A, unit * c
     inverse, C = saddle_factor(M, A, block)
     K = jnp.block([[M, A.T], [A, jnp.zeros((len(c), len(c)), A.dtype)]])
-    fixed, magnitude = lax.stop_gradient((K, jnp.abs(A)))
+    fixed, magnitude = lax.stop_gradient((K, jnp.abs(K)))
     # [M A^T; A -eps C]^-1 = F H^-1 F^T - diag(0, 1 / (eps C)), F = [1; (eps C)^-1 A]
     F = jnp.concatenate([jnp.eye(n, dtype=A.dtype), fixed[n:, :n] / C[:, None]])
     at_once = jnp.concatenate([jnp.zeros(n, A.dtype), 1.0 / C])
@@ -101,9 +103,11 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
         return F @ (inverse @ (left @ F)) - at_once * left
 
     def solve(_, right):
-        return proximal_rounds(
-            right, n, improved, lambda z: fixed @ z, lambda z: magnitude @ jnp.abs(z[:n]), ROUNDS[A.dtype.itemsize]
-        )
+        def gap(left, z):
+            sizes = magnitude @ jnp.abs(z) + jnp.abs(right)
+            return jnp.maximum(relative(left[:n], sizes[:n]), relative(left[n:], sizes[n:]))
+
+        return proximal_rounds(right, improved, lambda z: fixed @ z, gap, ROUNDS[A.dtype.itemsize])
 
     z = lax.custom_linear_solve(lambda z: K @ z, jnp.concatenate([b, c]), solve, solve, symmetric=True)
     return z[:n], unit * z[n:]

@@ -70,8 +70,8 @@ class Walk(eqx.Module):
 
     Attributes:
         memory: of the solver, of the controller, and whether y jumped.
-        saved: how many of the times are passed; ys: (T, ...) or None, on the way (T + 1, ...): the last row takes what
-            is not kept; hunt: for the event; meter: of progress.
+        saved: how many of the times are passed; ys: (T, ...) or None, on the way (T + 1, ...): the last row takes
+            what is not kept; hunt: for the event; meter: of progress.
     """
 
     t: Array

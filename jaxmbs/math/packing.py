@@ -33,4 +33,4 @@ class Packing:
 
 
 def _as(x, dtype):
-    return x != 0.0 if dtype == bool else lax.convert_element_type(x, dtype)
+    return x != 0.0 if dtype == np.bool_ else lax.convert_element_type(x, dtype)
