@@ -33,8 +33,9 @@ class March(eqx.Module):
         times: (T,) to save, sorted; those up to the start get the start.
         t1: the end; max_steps: bound on the steps tried.
         rate: (t, y, args) -> the rate of y.
-        close: (t, y, args) -> (y, how far its first part moved) at the end of every step.  A first-same-as-last
-            stage is stale once y has moved, so the next step starts as after a jump.
+        close: (t, y, args) -> (y, how far its first part moved, what is shown of it) at the end of every step.  A
+            first-same-as-last stage is stale once y has moved, so the next step starts as after a jump.
+        shows: whether what `close` shows is saved in place of y, whose structure it has; not of the start.
         watched: `moved` counts as error of the step: one that would end on another branch is made again, shorter;
             where steps are fixed it ends the motion.
         crossing: (t, y, args) -> value whose change of sign ends the motion.
@@ -49,6 +50,7 @@ class March(eqx.Module):
     max_steps: Array
     rate: Callable = eqx.field(static=True)
     close: Callable | None = eqx.field(static=True, default=None)
+    shows: bool = eqx.field(static=True, default=False)
     watched: bool = eqx.field(static=True, default=False)
     crossing: Callable | None = eqx.field(static=True, default=None)
     lands: bool = eqx.field(static=True, default=True)
@@ -71,7 +73,7 @@ class Walk(eqx.Module):
     Attributes:
         memory: of the solver, of the controller, and whether y jumped.
         saved: how many of the times are passed; ys: (T, ...) or None, on the way (T + 1, ...): the last row takes
-            what is not kept; hunt: for the event; meter: of progress.
+            what is not kept; shown: of y, None where y itself is saved; hunt: for the event; meter: of progress.
     """
 
     t: Array
@@ -83,6 +85,7 @@ class Walk(eqx.Module):
     rejected: Array
     saved: Array
     ys: PyTree
+    shown: PyTree
     hunt: hunting.Hunt | None
     meter: PyTree
 
@@ -130,7 +133,8 @@ def begin(march: March, y0, t0, dt0, args) -> Walk:
     ys = jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size + 1, *y.shape)), y0)
     seen = None if march.crossing is None else hunting.begun(held(march.crossing(t0, y0, args)))
     zero = jnp.zeros((), jnp.int32)
-    walk = Walk(t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, seen, march.meter.init())
+    shown = y0 if march.shows else None
+    walk = Walk(t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, shown, seen, march.meter.init())
     return jax.tree.map(lambda x: lax.convert_element_type(x, jnp.result_type(x)), walk)
 
 
@@ -153,7 +157,7 @@ def advance(march: March, walk: Walk, args):
     running, (state, control, jumped) = walk.is_running(march), walk.memory
     t, t1 = walk.t, walk.t_next
     y1, error, dense, new_state, failed = stepped(march, t, t1, walk.y, args, state, jumped)
-    y1, error, failed = _closed(march, t1, y1, error, args, failed)
+    y1, shown, error, failed = _closed(march, t1, y1, error, args, failed)
     error = jax.tree.map(lambda e: jnp.where(jnp.isnan(e), jnp.inf, e), error)
 
     order = march.solver.error_order(march.term)
@@ -165,7 +169,7 @@ def advance(march: March, walk: Walk, args):
     failed = RESULTS.where(diffrax.is_okay(failed), refused, failed)
     failed = RESULTS.where(found & diffrax.is_okay(failed), RESULTS.event_occurred, failed)
 
-    saved, ys = _saved(march, walk, keep, y1, dense)
+    saved, ys = _saved(march, walk, keep, shown if march.shows else y1, dense)
     start = jnp.where(keep, jnp.minimum(start, march.t1), t)
     t_next = _clipped(march, start, jnp.minimum(t_next, aim), keep, saved)
     after = Walk(
@@ -178,6 +182,7 @@ def advance(march: March, walk: Walk, args):
         rejected=_counted(walk.rejected, running & ~keep),
         saved=saved,
         ys=ys,
+        shown=None if walk.shown is None else _chosen(keep, shown, walk.shown),
         hunt=seen,
         meter=_progress(march, walk, start),
     )
@@ -201,17 +206,17 @@ def stepped(march: March, t, t1, y, args, state, jumped):
 
 
 def _closed(march, t1, y1, error, args, failed):
-    """The end of a step after `close`."""
+    """The end of a step after `close`, and what is shown of it."""
     if march.close is None:
-        return y1, error, failed
-    y1, moved = march.close(t1, y1, args)
+        return y1, None, error, failed
+    y1, moved, shown = march.close(t1, y1, args)
     if march.watched:
         if error is not None:
             error = (jnp.maximum(jnp.abs(error[0]), moved), *error[1:])
         near = jnp.max(moved) < _FAR  # false for NaN
         lost = RESULTS.where(near, RESULTS.successful, RESULTS.nonlinear_divergence)
         failed = RESULTS.where(diffrax.is_okay(failed), lost, failed)
-    return y1, error, failed
+    return y1, shown, error, failed
 
 
 def _hunted(march, walk, keep, y1, args):

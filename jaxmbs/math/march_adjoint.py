@@ -78,7 +78,7 @@ def _from(before) -> Walk:
     t, t_next, y, memory, saved, hunt = before
     zero = jnp.zeros_like(saved)
     result = jax.tree.map(jnp.asarray, diffrax.RESULTS.successful)
-    return Walk(t, t_next, y, memory, result, zero, zero, saved, None, hunt, None)
+    return Walk(t, t_next, y, memory, result, zero, zero, saved, None, None, hunt, None)
 
 
 @eqx.filter_custom_vjp

@@ -58,31 +58,35 @@ def _pulled_whole(march, args_of, moving, row, bars, ys_bar):
         return _ends(march, t1, y, args), dense, memory_of(march, (state,))
 
     (y1, dense, _), back = jax.vjp(whole, moving, y0, floating)
-    y_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, bars[1], ys_bar)
-    return back((y_bar, dense_bar, bars[2]))
+    end_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, bars[1], ys_bar)
+    return back((end_bar, dense_bar, bars[2]))
 
 
 def _pulled_stages(march, args_of, moving, row, bars, ys_bar):
     (t0, t1, y0, _, saved, _), dense = row
     y1, back = jax.vjp(lambda moving, y: _ends(march, t1, y, args_of(moving)), moving, dense["y1"])
-    y_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, bars[1], ys_bar)
-    change, y_bar = back(y_bar)
+    end_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, bars[1], ys_bar)
+    change, y_bar = back(end_bar)
     y_bar = jax.tree.map(jnp.add, y_bar, dense_bar["y1"])
     change, y_bar = _stages(march, t0, t1, y0, dense["k"], args_of, moving, change, y_bar, dense_bar["k"])
     return change, jax.tree.map(jnp.add, y_bar, dense_bar["y0"]), None
 
 
 def _ends(march, t1, y, args):
-    """The state that a step ends with."""
-    return y if march.close is None else march.close(t1, y, args)[0]
+    """The state that a step ends with, and what is shown of it if that is saved."""
+    if march.close is None:
+        return y
+    y, _, shown = march.close(t1, y, args)
+    return (y, shown) if march.shows else y
 
 
 def _with_saved(march, t0, t1, saved, y1, dense, y_bar, ys_bar):
-    """Cotangents of (the state after the step, its inside), those of the states saved in it added."""
+    """Cotangents of (`_ends`, the inside of the step), those of the states saved in it added."""
     none = jax.tree.map(jnp.zeros_like, dense)
     if march.lands:
         hit, at = due(march, saved) <= t1, jnp.minimum(saved, march.times.size - 1)
-        return jax.tree.map(lambda y, ys: y + jnp.where(hit, ys[at], 0.0), y_bar, ys_bar), none
+        saved_bar = jax.tree.map(lambda ys: jnp.where(hit, ys[at], 0.0), ys_bar)
+        return (y_bar, saved_bar) if march.shows else jax.tree.map(jnp.add, y_bar, saved_bar), none
 
     def left(carry):
         return due(march, carry[0]) <= t1

@@ -152,14 +152,17 @@ def turned(R, angle):
     return jnp.concatenate([c * x + s * y, c * y - s * x, jnp.broadcast_to(R[:, :, 2:], (c * x).shape)], axis=2)
 
 
+def spun(omega, R):
+    """Rates (n, 3, 3, ...) of rotations R that turn with angular velocities omega (n, 3, ...)."""
+    if _fused(omega):
+        return pack(components.cross(unpack(omega[:, :, None]), unpack(R)))
+    return _times(_matrix(CROSS, omega), R)
+
+
 def pose_rate(world, twist):
     """Rates of world poses (n, 12, ...) that move with world twists (n, 6, ...)."""
-    R, x, omega, v = rotations(world), world[:, 9:], twist[:, :3], twist[:, 3:]
-    if _fused(world):
-        spun = pack(components.cross(unpack(omega[:, :, None]), unpack(R)))
-        return jnp.concatenate([rows(spun), v + cross(omega, x)], axis=1)
-    spin = _matrix(CROSS, omega)
-    return jnp.concatenate([rows(_times(spin, R)), v + _times(spin, x)], axis=1)
+    omega, x = twist[:, :3], world[:, 9:]
+    return jnp.concatenate([rows(spun(omega, rotations(world))), twist[:, 3:] + cross(omega, x)], axis=1)
 
 
 def screw_twists(z, X, turn, lead):

@@ -102,18 +102,19 @@ class Formulation(eqx.Module):
             powers = jnp.concatenate([powers, drive[None]])
         return psi_dot, rate / self.scale, powers
 
-    def project(self, t: ScalarLike, y: tuple) -> tuple[tuple, Array]:
-        """Positions and velocities back on the constraints, quaternions of unit length; and how far that moved each
-        coordinate (nq,)."""
+    def project(self, t: ScalarLike, y: tuple) -> tuple[tuple, Array, tuple | None]:
+        """Positions and velocities back on the constraints, quaternions of unit length; how far that moved each
+        coordinate (nq,); and (coordinates, velocities, work) where the second half is projected."""
         before, p, work = y
         if self.keeps_momenta:
-            psi, p, closes = self._closed(t, before, p)
+            psi, p, u, closes = self._closed(t, before, p)
         else:
-            psi, closes = self.project_position(t, before)
-        return (psi, p, work), jnp.where(closes, jnp.abs(psi - before), jnp.inf)
+            (psi, closes), u = self.project_position(t, before), None
+        moved = jnp.where(closes, jnp.abs(psi - before), jnp.inf)
+        return (psi, p, work), moved, None if u is None else (psi, u, work)
 
     def _closed(self, t, psi, p):
-        """`project_position` and the second half of the state for velocities that keep the rows.
+        """`project_position`, and the second half of the state for velocities that keep the rows, and those.
 
         One scan: the third pass solves for velocities with the masses where two before it solve for steps with the
         metric, so that the walk and the solver are compiled once.
@@ -134,11 +135,11 @@ class Formulation(eqx.Module):
             u, _ = saddle_solve(K, A, jnp.where(last, momentum, 0.0), -gap, rows)
             then = self.second_of(at, u) / self.scale
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
-            return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then)
+            return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then, u)
 
         # a gradient works a pass out again: to keep all that it makes costs more, compiled and run
-        psi, (gaps, then) = lax.scan(jax.checkpoint(once, prevent_cse=False), psi, np.array([False, False, True]))
-        return psi, then[2], _nearly_closed(gaps)
+        psi, (gaps, then, u) = lax.scan(jax.checkpoint(once, prevent_cse=False), psi, np.array([False, False, True]))
+        return psi, then[2], u[2], _nearly_closed(gaps)
 
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
         """Two Newton steps onto the loops, quaternions of unit length; and whether the first one nearly closed them:

@@ -27,7 +27,7 @@ from ..typing import ArrayLike
 from .account import CLOSED, diagnose, gap, masked, observe, result_code, without
 from .failure import explain
 from .formulation import Formulation, num_powers
-from .formulations import Prescribed
+from .formulations import Prescribed, Velocity
 from .motion import Motion
 from .options import EARLY, choose, fixed_steps, save_times, step_sizes, with_tolerances
 
@@ -122,6 +122,7 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
         max_steps,
         _rate,
         close=_close if system.has_constraints else None,
+        shows=system.has_constraints and formulation.keeps_momenta and lands and event is None,
         watched=formulation.follows_rows,
         crossing=None if event is None else _crossing,
         lands=lands,
@@ -135,7 +136,18 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
         walk = walked_reverse(reverse_only((y0, args), FORWARD_MODE), march, t0, first)
     else:
         walk = walked(march, y0, t0, first, args)
+    if march.shows:  # velocities are saved: the rows of another formulation
+        args, still = (Velocity(system, at.P, jnp.ones_like(p0)), event), jnp.zeros(num_powers(system), p0.dtype)
+        y0 = shifted((state.coordinates, state.velocities, still), 2.0 * t0 - state.t, t0, args[0])
+        walk = _shown(walk, y0, times <= t0, walk.t > t0)
     return _motion(args, state, y0, walk, ts, open_at_start, lands)
+
+
+def _shown(walk, y0, early, moves):
+    """The walk with what was shown in place of what was integrated; at times up to the start that is y0."""
+    ys = jax.tree.map(lambda x, x0: masked(early, x, x0[None]), walk.ys, y0)
+    y = walk.y[0], jnp.where(moves, walk.shown[1], y0[1]), walk.y[2]
+    return eqx.tree_at(lambda w: (w.ys, w.y), walk, (ys, y))
 
 
 @jit
