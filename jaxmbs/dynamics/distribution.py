@@ -69,7 +69,7 @@ def _free_twists(system, S, known):
 
 def _complement(D):
     """Projector (6, 6) onto the twists that break no row of D (rows, 6)."""
-    return jnp.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
+    return np.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
 def distributed(system: System, at: Configuration, wrench, multipliers, compliance, known):

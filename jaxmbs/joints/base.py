@@ -130,7 +130,8 @@ def _stretch_jvp(primals, tangents):
 
 def parallel(R):
     """Two rows that vanish when the child's z lies along the parent's z, and only then: see `half_turns`."""
-    return half_turns(R[:2, 2], R[2, 2])
+    z = R[:, 2]
+    return half_turns(z[:2], z[2])
 
 
 def aligned(R):

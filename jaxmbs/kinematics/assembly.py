@@ -23,6 +23,11 @@ def metric(system: System):
     return spins + (1.0 - spins) / lax.stop_gradient(system.length) ** 2
 
 
+def metric_matrix(system: System):
+    """`metric` as a matrix (nv, nv)."""
+    return metric(system)[:, None] * np.eye(system.topology.num_velocities)
+
+
 def _linearised(system, P, psi, t, free):
     """Residual of the positions and its Jacobian in the free columns."""
     at = configuration(system, P, psi, t, inertias=False)
@@ -43,8 +48,7 @@ def newton_step(system: System, P, psi, t, free):
 def _least_step(system, A, gap):
     """The step (nv,) of least size in `metric` with `A step = gap` (rows of positions,)."""
     rows = jax.tree.map(lambda x: x[system.topology.position_rows], constraints.row_scale(system))
-    weight = metric(system)
-    return saddle_solve(jnp.diag(weight), A, jnp.zeros_like(weight), gap, rows)[0]
+    return saddle_solve(metric_matrix(system), A, jnp.zeros(A.shape[1], A.dtype), gap, rows)[0]
 
 
 def _levenberg_marquardt(system, P, psi, t, free):
@@ -52,7 +56,7 @@ def _levenberg_marquardt(system, P, psi, t, free):
 
     Each pass looks at a trial, keeps it if it is better and makes the next one, so that the rows are traced once.
     """
-    weight = metric(system)
+    weight = metric_matrix(system)
 
     def look(carry):
         k, trial, damping, best = carry
@@ -64,7 +68,7 @@ def _levenberg_marquardt(system, P, psi, t, free):
         damping = jnp.clip(damping * jnp.where(better, 0.1, 10.0), 1e-12, 1e8)
         damping = jnp.where(stuck, 1e8, damping)
         psi, f, A, _ = best
-        delta = -(spd_inverse(A.T @ A + damping * jnp.diag(weight)) @ (A.T @ f))
+        delta = -(spd_inverse(A.T @ A + damping * weight) @ (A.T @ f))
         return k + 1, step_coordinates(system.topology, psi, delta), damping, best
 
     def running(carry):
@@ -123,7 +127,7 @@ def consistent_velocities(system: System, P, psi, u, t, free):
 def _nearest_velocities(system, A, f_t, u, free):
     """u with the least change that makes `A u = -f_t`."""
     rows, still = constraints.row_scale(system), jnp.zeros_like(u)
-    return u + saddle_solve(jnp.diag(metric(system)), A * free[None, :], still, -f_t - A @ u, rows)[0]
+    return u + saddle_solve(metric_matrix(system), A * free[None, :], still, -f_t - A @ u, rows)[0]
 
 
 @jit(compile="quick")

@@ -38,7 +38,7 @@ def _row_rates(kind, basis, a, b, t, twist):
 
 
 def _directions(kind, basis, a, b, t):
-    return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, t, twist), out_axes=1)(jnp.eye(6, dtype=basis.dtype))
+    return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, t, twist), out_axes=1)(np.eye(6, dtype=basis.dtype))
 
 
 _IN_GROUP = (0, 0, 0, 0, None)  # axes of kind, basis, frames A and B, time

@@ -35,7 +35,7 @@ def jacobian(system: System, at: Configuration, known=None):
     n, parts = system.topology.num_velocities, closures.jacobian(system, at, known)
     if system.rows:
         along = jax.vmap(lambda u: coordinate_rows.rates(system, at.psi, at.t, u), out_axes=1)
-        parts.append(along(jnp.eye(n, dtype=at.psi.dtype)))
+        parts.append(along(np.eye(n, dtype=at.psi.dtype)))
     return jnp.concatenate(parts) if parts else jnp.zeros((0, n), at.psi.dtype)
 
 

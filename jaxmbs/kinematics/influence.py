@@ -53,7 +53,7 @@ def motion_map(system: System, at: Configuration, known=None):
     if not system.has_constraints:
         return jnp.asarray(pick.T), jnp.zeros((n, 0), dtype)
     rows = jnp.concatenate([constraints.jacobian(system, at, known), pick])
-    inverse = full_rank_lstsq(rows, jnp.eye(len(rows), dtype=dtype))
+    inverse = full_rank_lstsq(rows, jnp.asarray(np.eye(len(rows), dtype=dtype)))
     return inverse[:, len(rows) - len(chosen) :], inverse[:, : len(rows) - len(chosen)]
 
 

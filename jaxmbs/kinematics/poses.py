@@ -170,7 +170,7 @@ def frame_poses(system: System, W, origin=None):
     """Pose of every frame: rotations (frames, 3, 3) and positions (frames, 3), like those of W from `origin`; no
     batch axes."""
     R = W[:, :9].reshape(-1, 3, 3)
-    R = jnp.concatenate([R, jnp.eye(3, dtype=R.dtype)[None]])
+    R = jnp.concatenate([R, np.eye(3, dtype=R.dtype)[None]])
     ground = jnp.zeros((1, 3), W.dtype) if origin is None else -origin[None]
     X = jnp.concatenate([W[:, 9:], ground])
     node = np.asarray(system.topology.frame_node) % len(R)

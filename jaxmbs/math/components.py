@@ -1,8 +1,7 @@
 """The algebra of `spatial` component by component, for loops that should be fast.
 
-A quantity is a tuple of its components, each an array over (bodies[, batch]); XLA fuses such expressions into one
-loop.  Rotations are 9 numbers row by row.  `unpack` and `pack` go to and from arrays whose axis 1
-holds the components.
+A quantity is a tuple of its components, each an array over (bodies, 1[, batch]); XLA fuses such expressions into one
+loop, of up to six components.  `unpack` and `pack` go to and from arrays whose axis 1 holds the components.
 """
 
 import jax.numpy as jnp
@@ -12,12 +11,12 @@ from jax import lax
 def unpack(x):
     """Components of an array (bodies, components, ...) as a tuple."""
     # A split, whose transpose is one concatenation; slices would transpose to a sum of padded arrays.
-    return tuple(lax.squeeze(c, (1,)) for c in lax.split(x, (1,) * x.shape[1], axis=1))
+    return tuple(lax.split(x, (1,) * x.shape[1], axis=1))
 
 
 def pack(components):
     """Array (bodies, components, ...) of a tuple of components."""
-    return jnp.stack(components, axis=1)
+    return jnp.concatenate(components, axis=1)
 
 
 def add(a, b):
@@ -46,12 +45,6 @@ def cross(a, b):
 def axial(A):
     """`v` of the skew part `v x` of a matrix (9 components)."""
     return 0.5 * (A[7] - A[5]), 0.5 * (A[2] - A[6]), 0.5 * (A[3] - A[1])
-
-
-def screw_twist(z, X, turn, lead):
-    """Twist of a unit rate of a screw along z through X, which turns by `turn` (None: one) and advances by `lead`."""
-    spin = z if turn is None else scale(z, turn)
-    return spin + add(cross(X, spin), scale(z, lead))
 
 
 def quaternion_rotation(q):

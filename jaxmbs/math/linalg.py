@@ -29,15 +29,20 @@ class RowScale(NamedTuple):
     block: np.ndarray
 
 
+def diagonal(M):
+    """Diagonal (n,) of a matrix."""
+    return jnp.sum(M * np.eye(len(M), dtype=M.dtype), axis=1)
+
+
 def _row_mobility(M, A, block):
     """Scale (rows,) of A M^-1 A^T: one for all rows of an element.
 
     A row that vanishes at a singular pose fades out there and is not blown up; light and heavy elements keep theirs.
     """
-    diagonal = jnp.diagonal(M)
-    massless = diagonal <= 1e-9 * jnp.max(diagonal, initial=1e-30)  # columns that must not set the scale
-    mobility = jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, diagonal))
-    size = jnp.sum(A * A * mobility[None, :], axis=1)
+    own = diagonal(M)
+    massless = own <= 1e-9 * jnp.max(own, initial=1e-30)  # columns that must not set the scale
+    mobility = 1.0 / jnp.where(massless, jnp.inf, own)
+    size = (A * A) @ mobility
     together = block[:, None] == block[None, :]
     of_block = jnp.max(jnp.where(together, size[None, :], 0.0), axis=1, initial=0.0)
     largest = jnp.max(mobility, initial=1e-18)
@@ -96,7 +101,7 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     K = jnp.block([[M, A.T], [A, jnp.zeros((len(c), len(c)), A.dtype)]])
     fixed, magnitude = lax.stop_gradient((K, jnp.abs(K)))
     # [M A^T; A -eps C]^-1 = F H^-1 F^T - diag(0, 1 / (eps C)), F = [1; (eps C)^-1 A]
-    F = jnp.concatenate([jnp.eye(n, dtype=A.dtype), fixed[n:, :n] / C[:, None]])
+    F = jnp.concatenate([np.eye(n, dtype=A.dtype), fixed[n:, :n] / C[:, None]])
     at_once = jnp.concatenate([jnp.zeros(n, A.dtype), 1.0 / C])
 
     def improved(left):
@@ -105,7 +110,7 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     def solve(_, right):
         def gap(left, z):
             sizes = magnitude @ jnp.abs(z) + jnp.abs(right)
-            return jnp.maximum(relative(left[:n], sizes[:n]), relative(left[n:], sizes[n:]))
+            return jnp.maximum(_relative(left[:n], sizes[:n]), _relative(left[n:], sizes[n:]))
 
         return proximal_rounds(right, improved, lambda z: fixed @ z, gap, ROUNDS[A.dtype.itemsize])
 
@@ -115,9 +120,11 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
 
 def relative(gaps, sizes):
     """The largest gap (), of the largest of the sizes that added up to it; no derivative passes."""
-    gaps, sizes = lax.stop_gradient((gaps, sizes))
-    tiny = jnp.finfo(gaps.dtype).tiny
-    return jnp.max(jnp.abs(gaps), initial=0.0) / jnp.maximum(jnp.max(sizes, initial=0.0), tiny)
+    return _relative(*lax.stop_gradient((gaps, sizes)))
+
+
+def _relative(gaps, sizes):
+    return jnp.max(jnp.abs(gaps), initial=0.0) / jnp.max(sizes, initial=jnp.finfo(gaps.dtype).tiny)
 
 
 @jax.custom_jvp

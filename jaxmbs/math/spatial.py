@@ -71,13 +71,13 @@ def rows(R):
 
 def scale(a, s):
     """Product of vectors a (n, c, ...) and scalars s (n, ...)."""
-    return pack(components.scale(unpack(a), s)) if _fused(a) else a * s[:, None]
+    return a * s[:, None]
 
 
 def dot(a, b):
     """Scalar products (n, ...) of vectors (n, c, ...)."""
     if _fused(a, b):
-        return components.dot(unpack(a), unpack(b))
+        return components.dot(unpack(a), unpack(b))[:, 0]
     return lax.dot_general(a, b, (((1,), (1,)), ((0,), (0,))), precision=lax.Precision.HIGHEST)
 
 
@@ -170,8 +170,6 @@ def screw_twists(z, X, turn, lead):
 
     `turn` (None: one) and `lead` (n, ...) are the rates about and along z.
     """
-    if _fused(X):
-        return pack(components.screw_twist(unpack(z), unpack(X), turn, lead))
     spin = z if turn is None else scale(z, turn)
     return jnp.concatenate([spin, cross(X, spin) + scale(z, lead)], axis=1)
 

@@ -15,7 +15,7 @@ from jax import Array, lax
 from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
-from ..kinematics.assembly import metric, newton_step
+from ..kinematics.assembly import metric_matrix, newton_step
 from ..kinematics.configuration import Configuration, configuration, moving
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.poses import normalise, step_coordinates
@@ -120,7 +120,7 @@ class Formulation(eqx.Module):
         metric, so that the walk and the solver are compiled once.
         """
         system, P, rows = self.system, self.P, constraints.row_scale(self.system)
-        weight, is_position = jnp.diag(metric(system)), np.zeros((len(rows.block), 1), bool)
+        weight, is_position = metric_matrix(system), np.zeros((len(rows.block), 1), bool)
         is_position[system.topology.position_rows] = True
         row_of = np.where(is_position[:, 0], np.cumsum(is_position) - 1, is_position.sum())  # the last one is zero
 

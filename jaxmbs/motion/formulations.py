@@ -12,12 +12,12 @@ from ..dynamics import hamilton
 from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
-from ..kinematics.assembly import metric
+from ..kinematics.assembly import metric_matrix
 from ..kinematics.configuration import moving
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.influence import velocity_map
 from ..kinematics.poses import coordinate_rate
-from ..math.linalg import saddle_factor, saddle_solve
+from ..math.linalg import diagonal, saddle_factor, saddle_solve
 from .formulation import Formulation, Rates
 
 _OWN = 1e-6  # of the inertia that the loops lend: less is none
@@ -53,7 +53,7 @@ class Independent(Formulation):
     @classmethod
     def start(cls, system, at, u):
         M, Gamma = mass_matrix(system, at), velocity_map(system, at)[0]
-        return Gamma.T @ (M @ u), jnp.diagonal(Gamma.T @ M @ Gamma)
+        return Gamma.T @ (M @ u), diagonal(Gamma.T @ M @ Gamma)
 
     def velocities_of(self, at, second):
         return hamilton.independent_velocities(self.system, at, second)
@@ -91,7 +91,7 @@ class Prescribed(Formulation):
 
     def velocities_of(self, at, second):
         rows, A = constraints.row_scale(self.system), constraints.jacobian(self.system, at)
-        f_t, weight = constraints.time_rate(self.system, at), jnp.diag(metric(self.system))
+        f_t, weight = constraints.time_rate(self.system, at), metric_matrix(self.system)
         return saddle_solve(weight, A, jnp.zeros(A.shape[1], A.dtype), -f_t, rows)[0]
 
     def rates_of(self, at, second):
@@ -118,10 +118,10 @@ def _of_accelerations(system, at, u):
 def _seen_inertia(system, at, M):
     """Inertia (nv,) that each column sees: its own, or where that is nothing beside it what the rows lend it,
     1 / K_ii of `u = K p`, the inverse of M on the motions that the rows allow."""
-    own = jnp.diagonal(M)
+    own = diagonal(M)
     if not system.has_constraints:
         return own
     rows = constraints.row_scale(system)
     A = rows.unit[:, None] * constraints.jacobian(system, at)
-    lent = 1.0 / jnp.diagonal(saddle_factor(M, A, rows.block)[0])
+    lent = 1.0 / diagonal(saddle_factor(M, A, rows.block)[0])
     return jnp.where(own > _OWN * lent, own, lent)
