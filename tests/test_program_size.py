@@ -34,19 +34,19 @@ QUESTIONS = {
 }
 CEILINGS = {  # equations, loops
     "four-bar": {
-        "forward dynamics": (1440, 12),
-        "simulate": (5600, 41),
-        "reactions": (3720, 28),
-        "linearise": (6000, 48),
-        "stiffness": (2400, 18),
-        "kic": (540, 3),
+        "forward dynamics": (860, 4),
+        "simulate": (3250, 20),
+        "reactions": (1850, 8),
+        "linearise": (3750, 16),
+        "stiffness": (1600, 11),
+        "kic": (390, 3),
     },
-    "chain": {"forward dynamics": (1430, 20), "simulate": (4030, 45), "reactions": (2330, 25)},
+    "chain": {"forward dynamics": (910, 6), "simulate": (2850, 21), "reactions": (1620, 7)},
     # as programs compiled "quick" are traced
-    "four-bar, quick": {"forward dynamics": (960, 12), "simulate": (4200, 41), "reactions": (2800, 28)},
+    "four-bar, quick": {"forward dynamics": (590, 4), "simulate": (2620, 20), "reactions": (1210, 8)},
 }
 # equations, bytes of StableHLO: from build to the derivative of a load along a motion; full and quick
-GRADIENT = {False: (35_500, 4_050_000), True: (23_200, 3_050_000)}
+GRADIENT = {False: (18_200, 2_250_000), True: (13_000, 2_020_000)}
 
 
 def four_bar(lengths, like=None):

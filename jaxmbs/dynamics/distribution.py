@@ -72,14 +72,15 @@ def _complement(D):
     return np.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
-def distributed(system: System, at: Configuration, wrench, multipliers, compliance, known):
+def distributed(system: System, at: Configuration, wrench, multipliers, compliance, known, method="dense"):
     """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
 
-    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `closures.directions`.
+    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `closures.directions`; method:
+        "dense" solves for few rows at once.
     Source: S1 (28).
     """
     moved = _shared_rows(system)
-    by = _by_rows if len(moved) <= FEW_ROWS else _by_bonds
+    by = _by_rows if method == "dense" and len(moved) <= FEW_ROWS else _by_bonds
     return by(system, at, wrench, multipliers, compliance, known, moved)
 
 

@@ -49,7 +49,7 @@ def _reactions(system: System, state: State, a, options: "_Options") -> Reaction
     lack = needed_loads(system, at, V_dot, a, owners) - Loads(F)
     wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
     if top.analysis is not None and top.analysis.redundant:
-        multipliers = distributed(system, at, wrench, multipliers, options.compliance, known)
+        multipliers = distributed(system, at, wrench, multipliers, options.compliance, known, options.method)
         wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
     gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
         system, at.psi, at.t, multipliers
