@@ -13,8 +13,9 @@ from jax import lax
 from ..checks import known, no_such
 from ..errors import UnknownNameError
 from ..kinematics import closures, constraints, coordinate_rows, reaction_map
-from ..kinematics.configuration import at_state, moving, node_accelerations
+from ..kinematics.configuration import configuration, moving, node_accelerations
 from ..kinematics.owners import single_bodies
+from ..kinematics.poses import node_parameters
 from ..kinematics.state import HasStates, State
 from ..math.host import typed
 from ..math.jit import jit
@@ -38,9 +39,9 @@ from .undriven import undriven
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
 
 
-def _reactions(system: System, state: State, a, options: "_Options") -> Reactions:
+def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
     owners, acting = single_bodies(system), []
-    at = moving(system, at_state(system, state), state.velocities)
+    at = moving(system, configuration(system, P, state.coordinates, state.t), state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
     on_nodes = (_on_nodes(system.topology, F), Q)
     system, a, multipliers, gaps, given, known = _balance(system, at, a, on_nodes, options)
@@ -134,7 +135,8 @@ def _named(system, wrench, effort, at, options):
 
 @jit
 def _reactions_jit(system, states, accelerations, batched, options):
-    one = lambda row: _reactions(system, *row, options)  # noqa: E731
+    P = node_parameters(system)
+    one = lambda row: _reactions(system, P, *row, options)  # noqa: E731
     return over_rows(one, (states, accelerations)) if batched else one((states, accelerations))
 
 

@@ -20,9 +20,13 @@ def over_rows(function, rows):
     if number <= TOGETHER or jax.default_backend() != "cpu":
         return jax.vmap(function)(rows)
     count = math.ceil(number / TOGETHER)
-    index = np.minimum(np.arange(count * TOGETHER), number - 1).reshape(count, TOGETHER)
+
+    def grouped(x):
+        filled = jnp.concatenate([x, *[x[-1:]] * (count * TOGETHER - number)])
+        return filled.reshape(count, TOGETHER, *x.shape[1:])
+
     # A gradient keeps the rows themselves and works out again what a row makes: some 50 kB each, dearer to fetch.
-    found = lax.map(jax.checkpoint(jax.vmap(function), prevent_cse=False), jax.tree.map(lambda x: x[index], rows))
+    found = lax.map(jax.checkpoint(jax.vmap(function), prevent_cse=False), jax.tree.map(grouped, rows))
     return jax.tree.map(lambda x: x.reshape(count * TOGETHER, *x.shape[2:])[:number], found)
 
 
