@@ -15,6 +15,7 @@ from .configuration import configuration
 from .poses import coordinate_rate, node_parameters, normalise, step_coordinates
 
 _ITERATIONS = 100  # of Levenberg and Marquardt; what closes takes some ten
+_NEAR = 1e-20  # squared residual [m, rad] from where on the passes end as soon as one gains nothing: at rounding
 
 
 def metric(system: System):
@@ -55,11 +56,12 @@ def _levenberg_marquardt(system, P, psi, t, free):
     """Coordinates near psi with the least residual; robust far from a solution, no derivative passes.
 
     Each pass looks at a trial, keeps it if it is better and makes the next one, so that the rows are traced once.
+    Near the solution, where the damping has fallen away, they are Newton's steps of least size.
     """
     weight = metric_matrix(system)
 
     def look(carry):
-        k, trial, damping, best = carry
+        k, trial, damping, _, best = carry
         f, A = _linearised(system, P, trial, t, free)
         found, (_, _, _, value) = (trial, f, A, jnp.dot(f, f)), best
         better = found[-1] < value
@@ -69,16 +71,16 @@ def _levenberg_marquardt(system, P, psi, t, free):
         damping = jnp.where(stuck, 1e8, damping)
         psi, f, A, _ = best
         delta = -(spd_inverse(A.T @ A + damping * weight) @ (A.T @ f))
-        return k + 1, step_coordinates(system.topology, psi, delta), damping, best
+        return k + 1, step_coordinates(system.topology, psi, delta), damping, better, best
 
     def running(carry):
-        k, _, damping, (*_, value) = carry
-        return (k <= _ITERATIONS) & (value > 1e-20) & (damping < 1e7)
+        k, _, damping, better, (*_, value) = carry
+        return (k <= _ITERATIONS) & (better | (value > _NEAR)) & (damping < 1e7)
 
     rows, columns = len(system.topology.position_rows), len(weight)
     number = lambda x: jnp.full((), x, psi.dtype)  # noqa: E731
     nothing = (psi, jnp.zeros(rows, psi.dtype), jnp.zeros((rows, columns), psi.dtype), number(jnp.inf))
-    return lax.while_loop(running, look, (0, psi, number(1e-2), nothing))[3][0]
+    return lax.while_loop(running, look, (0, psi, number(1e-2), jnp.asarray(True), nothing))[4][0]
 
 
 def assemble(system: System, P, psi, t, free):
@@ -93,8 +95,7 @@ def assemble(system: System, P, psi, t, free):
 
 @eqx.filter_custom_jvp
 def _closed(system, P, psi, t, free):
-    found = _levenberg_marquardt(system, P, psi, t, free)
-    return lax.scan(lambda q, _: newton_step(system, P, q, t, free), found, length=3)[0]
+    return _levenberg_marquardt(system, P, psi, t, free)
 
 
 @_closed.def_jvp
