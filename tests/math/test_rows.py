@@ -1,0 +1,39 @@
+"""Rows at static places, and functions of rows a few at a time, against NumPy's indexing."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.math.rows import RUNS, TOGETHER, over_rows, take
+
+X = np.random.default_rng(0).normal(size=(9, 2, 3))
+PLACES = {
+    "one": [4],
+    "all": range(9),
+    "a run": [2, 3, 4],
+    "runs": [7, 8, 0, 1, 1, 5],
+    "more than run as slices": [8, 6, 4, 2, 0, 1, 3, 5, 7][: RUNS + 2],
+    "none": [],
+    "a table": [[0, 1], [1, 8]],
+}
+
+
+@pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
+def test_take(places):
+    places = np.asarray(places, int)
+    np.testing.assert_array_equal(take(jnp.asarray(X), places), X[places])
+    weight = np.random.default_rng(1).normal(size=X[places].shape)
+    found = jax.grad(lambda x: jnp.sum(weight * take(x, places)))(jnp.asarray(X))
+    wanted = np.zeros_like(X)
+    np.add.at(wanted, places, weight)
+    np.testing.assert_allclose(found, wanted, rtol=1e-15)
+
+
+@pytest.mark.parametrize("number", [1, TOGETHER, TOGETHER + 1, 3 * TOGETHER])
+def test_over_rows(number):
+    x, t = jnp.asarray(np.random.default_rng(2).normal(size=(number, 3))), jnp.arange(float(number))
+    value = lambda x: over_rows(lambda row: jnp.sin(row[0]) * row[1], (x, t))  # noqa: E731
+    np.testing.assert_allclose(value(x), np.sin(x) * np.asarray(t)[:, None], rtol=1e-15)
+    gradient = jax.grad(lambda x: jnp.sum(value(x)))(x)
+    np.testing.assert_allclose(gradient, np.cos(x) * np.asarray(t)[:, None], rtol=1e-15)
