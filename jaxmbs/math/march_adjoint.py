@@ -28,11 +28,12 @@ class Log(eqx.Module):
     numbers: Array
     stride: Array
     count: Array
+    packing: Packing = eqx.field(static=True)
 
     @classmethod
     def empty(cls, packing, size):
         rows, numbers = jnp.zeros((size + 1, packing.size), packing.dtype), jnp.full(size + 1, -1, jnp.int32)
-        return cls(rows, numbers, jnp.ones((), jnp.int32), jnp.zeros((), jnp.int32))
+        return cls(rows, numbers, jnp.ones((), jnp.int32), jnp.zeros((), jnp.int32), packing)
 
     def noted(self, row, keep):
         """The log after a step that is in it if `keep`."""
@@ -41,7 +42,7 @@ class Log(eqx.Module):
         free = jnp.where(self.count < size, self.count, _first(self.numbers[:-1] % stride != 0))
         slot = jnp.where(keep & (self.count % stride == 0), free, size)
         count = jnp.where(keep, self.count + 1, self.count)
-        return Log(put(self.rows, slot, row), put(self.numbers, slot, self.count), stride, count)
+        return Log(put(self.rows, slot, row), put(self.numbers, slot, self.count), stride, count, self.packing)
 
     def at(self, number):
         """The row of a step that is in the log."""
@@ -111,7 +112,7 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
     (log, t_end, skipped, saved), (y0, args) = kept, start
     moving = jax.tree.map(lambda x, p: p and eqx.is_inexact_array(x), args, perturbed[1])
     moving, fixed = eqx.partition(args, moving)
-    packing, numbers = _packing(march, y0, t0, dt0, args), Packing(moving, t0.dtype)
+    packing, numbers = log.packing, Packing(moving, t0.dtype)
 
     def args_of(vector):
         return eqx.combine(numbers.unpack(vector), fixed)
