@@ -49,8 +49,8 @@ class LimitResult(NamedTuple):
     def row(self) -> tuple[str, ...]:
         """Cells of the table: name, before, after, limit, margin, price, mark."""
         index = f"[{','.join(map(str, self.worst))}]" if self.worst else ""
-        mark = "active" if self.active else "" if self.ok else "missed"
-        price = f"{self.price:.5g}" if self.active else ""
+        mark = "missed" if not self.ok else "active" if self.active else ""
+        price = f"{self.price:.5g}" if mark == "active" else ""  # where no design keeps it there is none
         numbers = [f"{x[self.worst]:.6g}" for x in (self.before, self.after)]
         return (self.name + index, *numbers, f"{self.side} {self.bound:.6g}", f"{self.margin:.3%}", price, mark)
 

@@ -143,9 +143,9 @@ def test_gradient_and_batch_by_a_mount():
         found = mbs.reactions(net, mbs.equilibrium(net, {"panel": jnp.asarray(FORCE)}))
         return jnp.sum(found["pin"].on_first ** 2)
 
-    t = jnp.array([0.0, -1e-4, 1e-4])
+    t = jnp.array([0.0, -1e-3, 1e-3])
     value, slope = jax.jit(jax.vmap(jax.value_and_grad(size)))(t)
-    np.testing.assert_allclose(slope[0], (value[2] - value[1]) / 2e-4, rtol=1e-6)
+    np.testing.assert_allclose(slope[0], (value[2] - value[1]) / 2e-3, rtol=3e-6)
 
 
 @pytest.mark.slow
