@@ -9,8 +9,8 @@ from jaxmbs.math.packing import Packing
 
 
 def tree(dtype):
-    whole = jnp.asarray([3, -7], jnp.int32)
-    return {"a": jnp.asarray([[1.5, 2.0, -3.0]], dtype), "b": (whole, None, jnp.asarray([True, False])), "c": dtype(4)}
+    whole, truth = jnp.asarray([3, -7], jnp.int32), jnp.asarray([True, False])
+    return {"a": jnp.asarray([[1.5, 2.0, -3.0]], dtype), "b": (whole, None, truth), "c": dtype(4)}
 
 
 @pytest.mark.parametrize("dtype", [jnp.float64, jnp.float32])

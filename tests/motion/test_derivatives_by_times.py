@@ -59,7 +59,8 @@ def test_a_loop_saved_on_its_steps(mode):
 
     ts, jacobian = begin.t + jnp.array([0.0, 0.05, 0.15]), jax.jacfwd if mode == "forward" else jax.jacrev
     (by_start, by_ts), states = jax.jit(jacobian(asked, argnums=(0, 1), has_aux=True))(begin.t, ts)
-    rates = np.concatenate([states.velocities, jax.vmap(lambda s: mbs.forward_dynamics(system, s)[0])(states)], axis=1)
+    a = jax.vmap(lambda s: mbs.forward_dynamics(system, s)[0])(states)
+    rates = np.concatenate([states.velocities, a], axis=1)
     np.testing.assert_allclose(np.einsum("tit->ti", by_ts), rates, rtol=1e-7, atol=1e-7)
     np.testing.assert_allclose(by_start, -rates, rtol=1e-6, atol=1e-6)
     assert not np.any(by_ts[~np.eye(3, dtype=bool)[:, None].repeat(rates.shape[1], 1)])
