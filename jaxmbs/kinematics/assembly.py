@@ -32,8 +32,8 @@ def metric_matrix(system: System):
 def _linearised(system, P, psi, t, free):
     """Residual of the positions and its Jacobian in the free columns."""
     at = configuration(system, P, psi, t, inertias=False)
-    A = constraints.jacobian(system, at)[system.topology.position_rows]
-    return constraints.residual(system, at), A * free[None, :]
+    f, A = constraints.residual_and_jacobian(system, at)
+    return f, A[system.topology.position_rows] * free[None, :]
 
 
 def newton_step(system: System, P, psi, t, free):
@@ -137,8 +137,7 @@ def assembled(system: System, psi, u, t, free_position, free_velocity):
     P = node_parameters(system)
     psi = assemble(system, P, psi, t, free_position)
     at = configuration(system, P, psi, t, inertias=False)
-    f, f_t = constraints.residual(system, at), constraints.time_rate(system, at)
-    A = constraints.jacobian(system, at)
+    (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
     if system.has_constraints:
         u = _nearest_velocities(system, A, f_t, u, free_velocity)
     return psi, u, f, A @ u + f_t

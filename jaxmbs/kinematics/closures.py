@@ -26,19 +26,21 @@ def _rows(kind, basis, a, b, t):
 
 
 def _row_rates(kind, basis, a, b, t, twist):
-    """Rates of the rows while B moves with the world `twist` relative to A, time held."""
+    """Rows of position (k,), and rates of all rows while B moves with the world `twist` relative to A, time held."""
     axes, R, d = _relative(basis, a, b)
     omega, v = axes.T @ twist[:3], axes.T @ (twist[3:] + skew(twist[:3]) @ b[1])
-    rates = []
+    rows, rates = jnp.zeros(0, d.dtype), []
     if kind.num_rows > kind.num_slips:
-        rates.append(jax.jvp(lambda R, d: kind.closure_at(R, d, t), (R, d), (skew(omega) @ R, v))[1])
+        rows, rate = jax.jvp(lambda R, d: kind.closure_at(R, d, t), (R, d), (skew(omega) @ R, v))
+        rates.append(rate)
     if kind.num_slips:
         rates.append(kind.slip(R, d, omega, v))
-    return jnp.concatenate(rates)
+    return rows, jnp.concatenate(rates)
 
 
 def _directions(kind, basis, a, b, t):
-    return jax.vmap(lambda twist: _row_rates(kind, basis, a, b, t, twist), out_axes=1)(np.eye(6, dtype=basis.dtype))
+    along = lambda twist: _row_rates(kind, basis, a, b, t, twist)  # noqa: E731
+    return jax.vmap(along, out_axes=(None, 1))(np.eye(6, dtype=basis.dtype))
 
 
 _IN_GROUP = (0, 0, 0, 0, None)  # axes of kind, basis, frames A and B, time
@@ -55,18 +57,29 @@ def _group_rows(group, R, x, t):
     return jax.vmap(_rows, _IN_GROUP)(group.kind, group.basis, a, b, t)
 
 
+def _linear_rows(group, R, x, t):
+    """Rows of position (elements, k) of a group, and `closure_directions`."""
+    a, b = _ends(group, R, x)
+    return jax.vmap(_directions, _IN_GROUP)(group.kind, group.basis, a, b, t)
+
+
 def closure_directions(group: ClosureGroup, R, x, t):
     """Derivative of each row with respect to a world twist of frame B relative to frame A: (elements, rows, 6).
 
     Its transpose turns multipliers into the wrench (moment about the world origin, force) on frame B's body.
     """
-    a, b = _ends(group, R, x)
-    return jax.vmap(_directions, _IN_GROUP)(group.kind, group.basis, a, b, t)
+    return _linear_rows(group, R, x, t)[1]
 
 
 def directions(system: System, at: Configuration):
     """`closure_directions` of every group, for the functions that take them where they are known already."""
     return tuple(closure_directions(group, at.R, at.x, at.t) for group in system.closures)
+
+
+def residual_and_directions(system: System, at: Configuration):
+    """`residual` and `directions` at once."""
+    found = [_linear_rows(group, at.R, at.x, at.t) for group in system.closures]
+    return [rows.reshape(-1) for rows, _ in found], tuple(D for _, D in found)
 
 
 def wrenches(system: System, known, multipliers):

@@ -22,9 +22,19 @@ from .poses import coordinate_rate, frame_twists
 
 def residual(system: System, at: Configuration):
     """f(psi, t), shape (rows,): lengths [m], tangents of half angles, coordinates.  Source: S2 (1)-(2)."""
-    parts = closures.residual(system, at)
+    return _all_rows(system, at, closures.residual(system, at))
+
+
+def residual_and_jacobian(system: System, at: Configuration):
+    """`residual` (position rows,) and `jacobian` (rows, nv), the frames of the loops looked at once."""
+    parts, directions = closures.residual_and_directions(system, at)
+    return _all_rows(system, at, parts), jacobian(system, at, directions)
+
+
+def _all_rows(system, at, parts):
+    """Those of the loops, then those of coordinates."""
     if system.rows:
-        parts.append(coordinate_rows.residual(system, at.psi, at.t))
+        parts = [*parts, coordinate_rows.residual(system, at.psi, at.t)]
     return jnp.concatenate(parts) if parts else jnp.zeros(0, at.psi.dtype)
 
 

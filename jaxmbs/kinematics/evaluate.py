@@ -32,8 +32,7 @@ class Rows(NamedTuple):
 @jit(compile="quick")
 def _evaluate(system: System, psi, t):
     at = configuration(system, node_parameters(system), psi, t)
-    f, f_t = constraints.residual(system, at), constraints.time_rate(system, at)
-    A = constraints.jacobian(system, at)
+    (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
     return Rows(f, A, f_t, reaction_map(system, at), mass_matrix(system, at), at.x)
 
 

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from .again import factor
 from .spd import spd_inverse, spd_solve
 
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
@@ -20,6 +21,8 @@ _NOISE = {8: 1e-16, 4: 1e-9}
 #: (masses over twelve decades: 1e-3 -> 4e-15).  Rows that contradict each other come no nearer, and their multipliers
 #: must not grow.
 ROUNDS, _MOST_ROUNDS = {8: 3, 4: 6}, 100
+#: Unknowns up to which the inverse of the whole system is formed: six products of a round are two to compile.
+_FEW = 16
 
 
 class RowScale(NamedTuple):
@@ -43,8 +46,8 @@ def _row_mobility(M, A, block):
     massless = own <= 1e-9 * jnp.max(own, initial=1e-30)  # columns that must not set the scale
     mobility = 1.0 / jnp.where(massless, jnp.inf, own)
     size = (A * A) @ mobility
-    together = block[:, None] == block[None, :]
-    of_block = jnp.max(jnp.where(together, size[None, :], 0.0), axis=1, initial=0.0)
+    together = (block[:, None] == block[None, :]).astype(size.dtype)
+    of_block = jnp.max(together * size[None, :], axis=1, initial=0.0)
     largest = jnp.max(mobility, initial=1e-18)
     of_block = jnp.where(of_block > _NOISE[M.dtype.itemsize] * largest, of_block, largest)
     return jnp.maximum(of_block, 1e-12 * jnp.max(size, initial=1e-18))
@@ -57,7 +60,7 @@ def saddle_factor(M, A, block):
     """
     M, A = lax.stop_gradient((M, A))
     C = PROXIMAL[M.dtype.itemsize] * _row_mobility(M, A, block) if A.shape[0] else jnp.zeros(0, M.dtype)
-    return spd_inverse(M + A.T @ (A / C[:, None])), C
+    return factor((spd_inverse(M + A.T @ (A / C[:, None])), C))
 
 
 def proximal_rounds(right, improved, apply, gap, fewest=3):
@@ -101,11 +104,13 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     fixed, magnitude = lax.stop_gradient((K, jnp.abs(K)))
     # [M A^T; A -eps C]^-1 = F H^-1 F^T - diag(0, 1 / (eps C)), F = [1; (eps C)^-1 A]
     F = jnp.concatenate([np.eye(n, dtype=A.dtype), fixed[n:, :n] / C[:, None]])
+    halves = np.repeat(np.eye(2, dtype=A.dtype), [n, len(c)], axis=1)  # efforts and rows: each has its own unit
     softness = jnp.concatenate([jnp.zeros(n, A.dtype), C])
     at_once = jnp.concatenate([jnp.zeros(n, A.dtype), 1.0 / C])
+    whole = F @ inverse @ F.T - at_once * np.eye(len(F)) if len(F) <= _FEW else None
 
     def eliminated(left):
-        return F @ (inverse @ (left @ F)) - at_once * left
+        return F @ (inverse @ (left @ F)) - at_once * left if whole is None else whole @ left
 
     def improved(left):
         # H may be so near to singular (a crank of a thousandth of the other links) that its inverse has few digits
@@ -115,7 +120,8 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     def solve(_, right):
         def gap(left, z):
             sizes = magnitude @ jnp.abs(z) + jnp.abs(right)
-            return jnp.maximum(_relative(left[:n], sizes[:n]), _relative(left[n:], sizes[n:]))
+            gaps, sizes = (jnp.max(halves * x, axis=1) for x in (jnp.abs(left), sizes))
+            return jnp.max(gaps / jnp.maximum(sizes, jnp.finfo(gaps.dtype).tiny))
 
         return proximal_rounds(right, improved, lambda z: fixed @ z, gap, ROUNDS[A.dtype.itemsize])
 

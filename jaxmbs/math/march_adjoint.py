@@ -156,7 +156,7 @@ def _again(march, args, packing, row, end, pieces, stride):
     """(rows of the steps from a logged one to the time `end`, their number); a step that is logged itself is taken
     over."""
     start, pieces = packing.unpack(row)[0], put(pieces, jnp.zeros((), jnp.int32), row)
-    to = lax.stop_gradient(jnp.where(stride > 1, end, start[0]))  # a packed row has derivatives as a whole, times none
+    to = lax.stop_gradient(jnp.where(stride > 1, end, start[0]))  # rows have derivatives, times none
     shorter = eqx.tree_at(
         lambda m: (m.t1, m.max_steps, m.meter),
         march,

@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from .again import again
+
 #: Rows worked on side by side on the CPU: what they make together with the designs of a batch stays in the cache.
 TOGETHER = 8
 
@@ -26,22 +28,23 @@ def over_rows(function, rows):
         return filled.reshape(count, TOGETHER, *x.shape[1:])
 
     # A gradient keeps the rows themselves and works out again what a row makes: some 50 kB each, dearer to fetch.
-    found = lax.map(jax.checkpoint(jax.vmap(function), prevent_cse=False), jax.tree.map(grouped, rows))
+    found = lax.map(again(jax.vmap(function)), jax.tree.map(grouped, rows))
     return jax.tree.map(lambda x: x.reshape(count * TOGETHER, *x.shape[2:])[:number], found)
 
 
-#: Places that lie in so many runs are taken by slices.
-RUNS = 6
+#: Places that lie in so many runs are taken by slices, a few others by a product with so many entries.
+RUNS, FEW = 6, 256
 
 
 def take(x, places):
     """Rows of x (n, ...) at static places, none of them negative.
 
-    By slices where they lie in few runs: on the CPU the transpose of `x[places]` is a loop over the places, compiled
-    and run.
+    On the CPU the transpose of `x[places]` is a loop over the places, compiled and run, so few are taken otherwise.
     """
     places = np.asarray(places, np.int32)
     starts = np.flatnonzero(np.diff(places.reshape(-1), prepend=-2) != 1)
+    if places.ndim == 1 and len(starts) > RUNS and places.size * len(x) <= FEW:
+        return product((places[:, None] == np.arange(len(x))).astype(float), x)
     if places.ndim != 1 or not places.size or len(starts) > RUNS:
         return x.at[places].get(mode="promise_in_bounds", wrap_negative_indices=False)
     lengths = np.diff(np.append(starts, places.size))
@@ -63,4 +66,4 @@ def summed(x, places, size):
 
 def product(matrix, x):
     """A static matrix (n, p) times the rows of x (p, ...)."""
-    return jnp.tensordot(jnp.asarray(matrix, x.dtype), x, 1)
+    return jnp.tensordot(jnp.asarray(matrix, x.dtype), x, 1, precision=lax.Precision.HIGHEST)

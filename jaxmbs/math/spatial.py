@@ -44,6 +44,25 @@ def _by_components(function, *arrays):
     return pack(function(*map(unpack, arrays)))
 
 
+def _bilinear(function, tensor):
+    """A product by components, linear in both by a constant tensor.  Derivatives of single states are products with
+    it: the transpose of components is a sum for each."""
+
+    @jax.custom_jvp
+    def product(a, b):
+        return _by_components(function, a, b)
+
+    def along(a, b):
+        return _times(_matrix(tensor, a), b) if a.ndim == b.ndim == 2 else product(a, b)
+
+    @product.defjvp
+    def _(primals, tangents):
+        (a, b), (da, db) = primals, tangents
+        return product(a, b), along(da, b) + along(a, db)
+
+    return product
+
+
 def _matrix(tensor, x):
     """Matrices (n, a, b) of vectors x (n, k), linear by a constant tensor (a, b, k)."""
     return jnp.tensordot(x, jnp.asarray(tensor, x.dtype), ((1,), (2,)), precision=lax.Precision.HIGHEST)
@@ -52,6 +71,11 @@ def _matrix(tensor, x):
 def _times(A, x, axis=1):
     """Matrices A (n, a, b) times x (n, b) or (n, b, c); axis 2: times the transposes of x (n, c, b)."""
     return lax.dot_general(A, x, (((2,), (axis,)), ((0,), (0,))), precision=lax.Precision.HIGHEST)
+
+
+_cross_motion = _bilinear(components.cross_motion, _MOTION)
+_cross_force = _bilinear(components.cross_force, _FORCE)
+_momentum = _bilinear(components.momentum, _INERTIA)
 
 
 def swapped(six, axis=-1):
@@ -126,8 +150,8 @@ def _product_jvp(primals, tangents):
 def moved(above, below):
     """Poses (n, 12, ...) `below` in the frames of poses `above`."""
     R = rotations(above)
-    x = above[:, 9:] + _product(R, below[:, 9:, None])[:, :, 0]
-    return jnp.concatenate([rows(_product(R, rotations(below))), x], axis=1)
+    x = above[:, 9:] + rotate(R, below[:, 9:])
+    return jnp.concatenate([rows(compose(R, rotations(below))), x], axis=1)
 
 
 def quaternion_rotations(q):
@@ -177,20 +201,20 @@ def screw_twists(z, X, turn, lead):
 def cross_motion(v, s):
     """Rates of twists `s` fixed in frames that move with the twists `v`: `v x s` (n, 6, ...)."""
     if _fused(v, s):
-        return _by_components(components.cross_motion, v, s)
+        return _cross_motion(v, s)
     return _times(_matrix(_MOTION, v), s)
 
 
 def cross_force(v, h):
     """Rates of wrenches or momenta `h` fixed in frames that move with the twists `v`: `v x* h` (n, 6, ...)."""
     if _fused(v, h):
-        return _by_components(components.cross_force, v, h)
+        return _cross_force(v, h)
     return _times(_matrix(_FORCE, v), h)
 
 
 def momentum(J, v):
     """Momenta (n, 6, ...) of inertias (n, 10, ...) with twists (n, 6, ...), about the world origin."""
-    return _by_components(components.momentum, J, v) if _fused(J, v) else _times(_matrix(_INERTIA, J), v)
+    return _momentum(J, v) if _fused(J, v) else _times(_matrix(_INERTIA, J), v)
 
 
 def momentum_rate(J, v, v_dot):

@@ -37,8 +37,9 @@ def observe(system, at: Moving):
     kinetic, potential = energies(system, at)
     if not system.has_constraints:
         return kinetic, potential, gap(system, at), jnp.zeros_like(at.t)
-    speed = constraints.jacobian(system, at) @ at.u + constraints.time_rate(system, at)
-    return kinetic, potential, gap(system, at), jnp.max(jnp.abs(speed))
+    f, A = constraints.residual_and_jacobian(system, at)
+    speed = A @ at.u + constraints.time_rate(system, at)
+    return kinetic, potential, jnp.max(jnp.abs(f), initial=0.0), jnp.max(jnp.abs(speed))
 
 
 def diagnose(system, observed, work, walk) -> Diagnostics:
@@ -66,8 +67,8 @@ def result_code(result, states, diagnostics, observed, ended, open_at_start, ts)
     for name, value in _CODES.items():
         code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
     finite = jnp.all(jnp.isfinite(states.coordinates), axis=1) & jnp.all(jnp.isfinite(states.velocities), axis=1)
-    speed = 1.0 + jnp.max(jnp.abs(jnp.nan_to_num(states.velocities)), initial=0.0)
-    drift, velocity_drift = (jnp.nan_to_num(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
+    speed = 1.0 + jnp.max(jnp.abs(_counted(states.velocities)), initial=0.0)
+    drift, velocity_drift = (_counted(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
     broken = (drift > CLOSED) | (velocity_drift > CLOSED * speed)
     code = jnp.where(succeeded(code) & jnp.any(broken & ~ended), Status.INCONSISTENT, code)
     code = jnp.where(succeeded(code) & _is_off(diagnostics, observed, ended), Status.ENERGY, code)
@@ -77,13 +78,18 @@ def result_code(result, states, diagnostics, observed, ended, open_at_start, ts)
     return code, (jnp.cumsum(bad) > 0) & ~succeeded(code) & (code != Status.ENERGY)
 
 
+def _counted(x):
+    """x with zero for what is not a number."""
+    return jnp.where(jnp.isnan(x), 0.0, x)
+
+
 def _is_off(diagnostics, observed, ended):
     """Whether energy is missing: more than a tenth of what was exchanged, and more than rounding."""
-    kinetic, potential = (jnp.nan_to_num(x) for x in observed[:2])
-    work = sum((jnp.abs(jnp.nan_to_num(w)) for w in diagnostics.work.values()), jnp.zeros_like(kinetic[1:]))
+    kinetic, potential = (_counted(x) for x in observed[:2])
+    work = sum((jnp.abs(_counted(w)) for w in diagnostics.work.values()), jnp.zeros_like(kinetic[1:]))
     exchanged = jnp.max(kinetic) + jnp.max(jnp.abs(potential - potential[0])) + jnp.max(work, initial=0.0)
     largest = jnp.max(kinetic) + jnp.max(jnp.abs(potential))
-    missing = jnp.where(ended, 0.0, jnp.abs(jnp.nan_to_num(diagnostics.energy_residual)))
+    missing = jnp.where(ended, 0.0, jnp.abs(_counted(diagnostics.energy_residual)))
     return jnp.max(missing, initial=0.0) > _OFF * exchanged + _ROUNDING * largest
 
 

@@ -7,7 +7,6 @@ import abc
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
@@ -19,6 +18,7 @@ from ..kinematics.assembly import metric_matrix, newton_step
 from ..kinematics.configuration import Configuration, configuration, moving
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.poses import normalise, step_coordinates
+from ..math.again import again
 from ..math.linalg import saddle_solve
 from ..math.rows import take
 from ..model.system import System
@@ -126,8 +126,7 @@ class Formulation(eqx.Module):
 
         def once(psi, last):
             at = configuration(system, P, psi, t)
-            A, f = constraints.jacobian(system, at), constraints.residual(system, at)
-            f_t = constraints.time_rate(system, at)
+            (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
             momentum = self.momenta_of(at, p * self.scale)
             K = jnp.where(last, mass_matrix(system, at), weight)
             gap = jnp.where(last, f_t, take(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
@@ -137,8 +136,8 @@ class Formulation(eqx.Module):
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
             return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then, u)
 
-        # a gradient works a pass out again: to keep all that it makes costs more, compiled and run
-        psi, (gaps, then, u) = lax.scan(jax.checkpoint(once, prevent_cse=False), psi, np.array([False, False, True]))
+        # to keep all that a pass makes costs more, compiled and run
+        psi, (gaps, then, u) = lax.scan(again(once), psi, np.array([False, False, True]))
         return psi, then[2], u[2], _nearly_closed(gaps)
 
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
