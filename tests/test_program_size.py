@@ -34,19 +34,19 @@ QUESTIONS = {
 }
 CEILINGS = {  # equations, loops
     "four-bar": {
-        "forward dynamics": (880, 4),
-        "simulate": (3280, 20),
-        "reactions": (1890, 8),
-        "linearise": (3750, 16),
+        "forward dynamics": (850, 4),
+        "simulate": (3120, 20),
+        "reactions": (1850, 8),
+        "linearise": (3500, 16),
         "stiffness": (1600, 11),
         "kic": (390, 3),
     },
-    "chain": {"forward dynamics": (910, 6), "simulate": (2850, 21), "reactions": (1620, 7)},
+    "chain": {"forward dynamics": (910, 6), "simulate": (2800, 21), "reactions": (1610, 7)},
     # as programs compiled "quick" are traced
-    "four-bar, quick": {"forward dynamics": (610, 4), "simulate": (2650, 20), "reactions": (1250, 8)},
+    "four-bar, quick": {"forward dynamics": (560, 4), "simulate": (2400, 20), "reactions": (1190, 8)},
 }
 # equations, bytes of StableHLO: from build to the derivative of a load along a motion; full and quick
-GRADIENT = {False: (18_200, 2_250_000), True: (13_000, 2_020_000)}
+GRADIENT = {False: (16_200, 2_150_000), True: (11_450, 1_850_000)}
 
 
 def four_bar(lengths, like=None):

@@ -33,7 +33,7 @@ def over_rows(function, rows):
 
 
 #: Places that lie in so many runs are taken by slices, a few others by a product with so many entries.
-RUNS, FEW = 6, 256
+RUNS, FEW = 6, 64
 
 
 def take(x, places):
