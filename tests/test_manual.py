@@ -18,7 +18,15 @@ PAGES = sorted(DOCS.rglob("*.md"))
 # Pages of a few seconds are quick, those of a minute and more long, all others slow.
 QUICK = ("start/first-mechanism", "extend/element")
 LONG = ("tasks/shaper", "tasks/excavator", "tasks/plate-arm", "tasks/wishbone", "guide/linkages", "guide/elastic")
-LONG += ("guide/pictures", "guide/design", "guide/structures", "theory/papers", "cookbook")
+LONG += (
+    "guide/pictures",
+    "guide/design",
+    "guide/structures",
+    "theory/papers",
+    "cookbook",
+    "guide/test-data",
+    "guide/decks",
+)
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

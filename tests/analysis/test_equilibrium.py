@@ -37,6 +37,7 @@ def test_a_sprung_pendulum_and_its_derivative():
     np.testing.assert_allclose(slope, (balance(20.01) - balance(19.99)) / 0.02, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_hanging_is_stable_and_standing_is_not():
     system = pendulum()
     hanging = mbs.equilibrium(system, mbs.State.at(system, swing=0.3))

@@ -86,6 +86,7 @@ def test_an_elastic_body_is_an_inertia_on_its_flow(graphs):
     assert {"y:arm", "GR:arm.flow"}.isdisjoint(graphs["beam inertia"].order)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("name", ["pendulum", "points", "crank", "arm", "beam"])
 def test_causal_rules(graphs, name, view):

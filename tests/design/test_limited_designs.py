@@ -199,8 +199,9 @@ def mass(areas):
     return 2770.0 * jnp.sum(areas * lengths), {"f": mbs.modes(system).frequencies}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sharpness", [None, 4000.0])
+@pytest.mark.parametrize(
+    "sharpness", [pytest.param(None, marks=pytest.mark.long), pytest.param(4000.0, marks=pytest.mark.slow)]
+)
 def test_ten_bars_with_frequencies_that_meet(sharpness):
     """532.03 kg, published; at the optimum two modes have 20 Hz and no gradient each, their smooth sum has one."""
     lower = np.array([7.0, 15.0, *np.full(6, 20.0)])

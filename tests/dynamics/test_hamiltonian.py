@@ -15,7 +15,7 @@ from ..zoo.probes import fields, variations
 
 LOOP = SPECIMENS["spatial_loop"]
 of_free_motions = of_all(without=("drive", "rolling"), slow=("four_bar",))
-of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=("tree", "spatial_loop"))
+of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=("spatial_loop",))
 
 
 @of_free_motions

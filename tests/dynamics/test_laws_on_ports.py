@@ -205,6 +205,7 @@ def test_stored_energy(answers):
     np.testing.assert_allclose(answers["potential"], springs + struts + 25.0 * X**2, rtol=1e-12)
 
 
+@pytest.mark.slow
 @parametrise
 def test_efforts_by_cause(system, answers, name):
     at_rest = rest(name, X, 0.0, T)
@@ -218,6 +219,7 @@ def test_efforts_by_cause(system, answers, name):
         np.testing.assert_allclose(found, force * np.array([1, 1, -1, 1]) + held, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.slow
 @parametrise
 def test_stiffness_by_cause(system, answers, name):
     mine, found = columns(system, name), answers["stiffness"]
@@ -269,6 +271,7 @@ def test_power_of_other_laws(powers, name):
     np.testing.assert_allclose(-sum(parts), OTHERS[name][2] * V, rtol=1e-12)
 
 
+@pytest.mark.slow
 @parametrise
 def test_slides_carry_what_stands_on_them(answers, name):
     """Along a slide the laws on its joint alone: what acts between points passes it by."""
@@ -386,6 +389,7 @@ def strut(q):
     return np.linalg.norm(d), n, ARM * n @ np.array([-np.sin(q), np.cos(q)])
 
 
+@pytest.mark.slow
 @parametrise
 def test_struts_by_virtual_power(system, answers, name):
     """`I q'' = F dl/dq`; the pin carries what the strut leaves of the mass's acceleration."""
@@ -437,6 +441,7 @@ def others(b):
         b.force(f"{name} law", law, **where)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OTHERS)
 def test_other_laws(system, answers, name):
     *_, force, stiffness = OTHERS[name]

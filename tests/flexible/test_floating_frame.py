@@ -130,7 +130,7 @@ def test_power_of_the_loads_is_the_change_of_energy(whole, flying, state):
     np.testing.assert_allclose(rate, -lost, atol=1e-10 * abs(parts))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rates_of_momenta_are_those_of_the_accelerations(whole, flying, state):
     """Hamilton's equations against the derivative of the momenta along Newton's; the power of the damping."""
     (psi, u), at = (state.coordinates, state.velocities), at_state(flying, state)

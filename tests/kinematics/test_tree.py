@@ -191,7 +191,7 @@ NAIVE = {
 
 @pytest.mark.parametrize("tree", [BRANCHED], ids=["branched"])
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "mass_matrix" else n for n in NAIVE]
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("mass_matrix", "solve") else n for n in NAIVE]
 )
 def test_derivative_rules(name, tree):
     """Value, JVP, VJP, Hessian-vector product (both orders of modes) and vmap of the gradient."""

@@ -40,7 +40,12 @@ FOUND, EXPECTED = _derivatives(critical), _derivatives(exact)
 
 
 @pytest.mark.parametrize(
-    "distance", [0.0, 1e-9, *(pytest.param(d, marks=pytest.mark.long) for d in (1e-15, 1e-13, 1e-4))]
+    "distance",
+    [
+        pytest.param(0.0, marks=pytest.mark.slow),
+        1e-9,
+        *(pytest.param(d, marks=pytest.mark.long) for d in (1e-15, 1e-13, 1e-4)),
+    ],
 )
 def test_critical_damping(distance):
     """At a defective root, and beside it: value, slopes forward and reverse, and second derivative."""
@@ -93,6 +98,7 @@ def test_many_defective_roots_and_free_motion():
     np.testing.assert_allclose(found, by_inverse(K, M, C), rtol=1e-11, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_loads_and_outputs_of_an_unsymmetric_system():
     """Forward and reverse through both matrices of an unsymmetric system, defective by its follower force."""
     K, M, C = jnp.array([[1.0, 1.0], [0.0, 1.0]]), jnp.eye(2), 0.3 * jnp.eye(2)

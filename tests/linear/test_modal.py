@@ -148,6 +148,7 @@ def test_modal_masses_and_damping_over_frequency():
         np.testing.assert_allclose(at, np.linalg.inv(Z)[np.ix_(OUT, INTO[:2])], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_viscous_damping_of_any_kind():
     """Value and gradient of the inverse; a damping that couples modes is refused by the other function."""
 

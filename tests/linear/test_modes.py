@@ -35,7 +35,7 @@ def test_chain(ends):
     np.testing.assert_allclose(mode_ratios(modes), shapes / shapes[:1], rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize(("fixed", "expected"), [(2, CANTILEVER), (0, FREE)])
+@pytest.mark.parametrize(("fixed", "expected"), [(2, CANTILEVER), pytest.param(0, FREE, marks=pytest.mark.slow)])
 def test_beam(fixed, expected):
     """S1: beta L of the first four modes to 1e-7; two rigid modes apart."""
     modes = natural_modes(**kw(beam(110, fixed=fixed)))
@@ -58,7 +58,8 @@ def test_effective_masses_sum_to_the_mass():
     np.testing.assert_allclose(jnp.abs(participation(modes, M, rigid)[:2, 0]), np.sqrt(3 * shares), rtol=1e-9)
 
 
-@pytest.mark.parametrize(("centre_held", "split"), [pytest.param(True, [7], marks=pytest.mark.slow), (False, [2, 5])])
+@pytest.mark.slow
+@pytest.mark.parametrize(("centre_held", "split"), [(True, [7]), (False, [2, 5])])
 def test_double_cross(centre_held, split):
     """S10: frequencies within 1 %; seven-fold where the centre cannot move, two and five where the arms stretch.
 

@@ -67,7 +67,7 @@ def test_modes_of_damped_and_undamped_systems():
     np.testing.assert_array_equal(again.values, real.values)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_modes_in_every_storage():
     K, M = chain(12)
     pattern = bs.Pattern(6, 2, [(i, i + 1) for i in range(5)])

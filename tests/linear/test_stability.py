@@ -66,7 +66,7 @@ def mounted(n, k, mount):
     return K.at[0, 0].add(mount), M
 
 
-@pytest.mark.parametrize("n", [2, 5, 30, 100])
+@pytest.mark.parametrize("n", [2, 5, *(pytest.param(n, marks=pytest.mark.slow) for n in (30, 100))])
 def test_a_soft_mount_of_a_stiff_mesh(n):
     """0.1 Hz under a mesh of 2.2 MHz, the mesh itself carried; the exact value to the rounding of the entries."""
     w = 2 * np.pi * 0.1
@@ -146,7 +146,9 @@ TRACED = {
 }
 
 
-@pytest.mark.parametrize("name", NEGATIVE)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("rubin", "mixed") else n for n in NEGATIVE]
+)
 def test_reductions_refuse_negative_stiffness(name):
     K, M = chain(10, ends=2)
     with pytest.raises(ValueError, match="stiffness is negative"):

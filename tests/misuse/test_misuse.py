@@ -53,11 +53,18 @@ EXEMPT = {
         jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
     """,
 }
-# whose calls compile for more than four seconds
+# whose calls compile for more than three seconds
 LONG = """
     motion.peak linear.modal_motion coupling.Components reductions.averaged_motion linear.direct_response
     coupling.base_motion linear.transmissibility linear.lowest_modes coupling.coupled_response
     statics.bond_reactions linear.viscous_receptance linear.receptance linear.simulate flexible.interface_loads
+    linear.oscillations linear.transfer_matrix coupling.peak_response linear.resonance_gains reductions.MacNeal
+    reductions.averaged_transformation reductions.mode_acceleration_free reductions.Mixed linear.harmonic_response
+    linear.frequency_response experiment.swept_amplitudes flexible.displacements flexible.floating_frame
+    dynamics.spring_kic_second jaxmbs.ElasticBody linear.complex_modes kinematics.point_kic flexible.deformations
+    reductions.on_interface analysis.modes analysis.linearise joints.FramePath analysis.equilibrium
+    dynamics.gyristor_field_direct dynamics.hamiltonian reductions.mode_acceleration reductions.virtual_work
+    blocksparse.factor bondgraph.bond_powers kinematics.kic_second_vector dynamics.state_equations
     linear.dense_response motion.simulate reductions.Rubin dynamics.hamiltonian_slopes experiment.virtual_point
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}

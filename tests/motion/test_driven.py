@@ -56,7 +56,7 @@ def test_a_narrow_elbow_is_passed_on_its_branch(rate):
     assert np.abs((difference + np.pi) % (2.0 * np.pi) - np.pi).max() < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_drive_that_jumps_is_a_failure_at_its_time():
     system, state = driven(drive=lambda t: jnp.where(t < 0.5, 0.7, 3.9))
     motion = mbs.simulate(system, state, t1=1.0, throw=False)

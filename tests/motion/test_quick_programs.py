@@ -29,7 +29,7 @@ def arguments_of(specimen):
     return specimen.system, specimen.state, jnp.array([1.1, 0.9])
 
 
-@of_all(quick=("tree", "spatial_loop"), slow=("floating", "elastic"))
+@of_all(quick=("spatial_loop",), slow=("tree", "floating"))
 def test_motions_and_reactions(specimen):
     arguments = arguments_of(specimen)
     for ours, full in zip(mbs.jit(numbers, compile="quick")(*arguments), numbers(*arguments), strict=True):
@@ -37,7 +37,7 @@ def test_motions_and_reactions(specimen):
         np.testing.assert_allclose(ours, full, rtol=1e-9, atol=2e-8 * (1.0 + np.abs(full).max()))
 
 
-@of_all(quick=(), slow=("spatial_loop",))
+@of_all(quick=(), slow=())
 def test_gradients(specimen):
     arguments, slopes = arguments_of(specimen), jax.grad(mixed, argnums=2)
     full = mbs.jit(slopes)(*arguments)

@@ -48,7 +48,7 @@ def response(r):
     return jnp.sum(jnp.linalg.inv(Z)[0, :9] * jnp.arange(1.0, 10.0)) + jnp.sum(jnp.sin(jnp.diagonal(r.damping)[:9]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_is_the_dense_reduction():
     """A batch of two; at stretch 1 the bar is square and its bending modes come in pairs."""
     stretch = jnp.array([1.0, 1.2])

@@ -120,6 +120,7 @@ def test_mode_acceleration_in_time_and_with_damping():
     np.testing.assert_allclose(interface_forces(damped, x, a, load, v), 0.0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_frequency_error_estimates():
     """Estimates of the free beam's frequency errors lie within a factor of two of the true ones."""
     interface = (0, 1, 20, 21)
@@ -144,6 +145,7 @@ def test_number_of_modes_up_to_a_frequency():
     np.testing.assert_allclose(found[2:6], exact[2:6], rtol=0.01)
 
 
+@pytest.mark.slow
 def test_characteristic_modes():
     """All of them change nothing; fewer come from above."""
     whole = held_modes(K, M, (0, 1, 8, 9, 20, 21), 5)

@@ -230,6 +230,7 @@ def test_redundancy_of_many_loops():
 
 
 # -------------------------------------------------------------------------------------- batches and precisions
+@pytest.mark.slow
 def test_vmap_over_loads_and_positions():
     bonds = random_bonds("loops", seed=3, most_free=1)
     loads = jnp.stack([jnp.asarray(random_loads(bonds, seed)) for seed in range(3)])
