@@ -1,5 +1,6 @@
 """Spatial algebra against NumPy's vectors and matrices, of single states and of batches with their axes last."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -121,6 +122,21 @@ def test_single_states_and_batches(name, small):
         single = ours(*(jnp.asarray(x[..., 0]) for x in arrays))
     np.testing.assert_allclose(batch, expected, rtol=1e-13, atol=1e-13)
     np.testing.assert_allclose(single, expected[..., 0], rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["cross", "cross_motion", "cross_force", "momentum", "rotate", "compose"])
+def test_derivatives_of_products(name):
+    """A product of two: with the change of one and the other, forward, and reverse by the power of both."""
+    ours, theirs, A, B = CASES[name]
+    (a, da), (b, db) = ((jnp.asarray(x[..., 0]), jnp.asarray(x[..., 1])) for x in (A, B))
+    along = jax.jvp(ours, (a, b), (da, db))[1]
+    expected = [theirs(*map(np.asarray, x)) + theirs(*map(np.asarray, y)) for x, y in zip(zip(da, b, strict=True), zip(a, db, strict=True), strict=True)]
+    np.testing.assert_allclose(along, np.stack(expected), rtol=1e-12, atol=1e-13)
+    weight = jnp.asarray(np.random.default_rng(4).normal(size=along.shape))
+    a_bar, b_bar = jax.vjp(ours, a, b)[1](weight)
+    np.testing.assert_allclose(jnp.vdot(weight, along), jnp.vdot(a_bar, da) + jnp.vdot(b_bar, db), rtol=1e-12)
+    batch = jax.jvp(ours, (jnp.asarray(A), jnp.asarray(B)), (jnp.asarray(A), jnp.asarray(B)))[1]
+    np.testing.assert_allclose(batch[..., 0], 2.0 * ours(a, b), rtol=1e-12, atol=1e-13)
 
 
 def test_the_order_of_the_public_six_vectors():

@@ -1,0 +1,29 @@
+"""What is worked out again: derivatives by closed forms, and how often the programs solve and factorise."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.math.again import SMALL, again, factor
+from jaxmbs.math.spd import spd_solve
+
+
+def test_a_solution_is_not_looked_for_again():
+    def value(x):
+        return jnp.sum(again(lambda x: jnp.sin(spd_solve(jnp.diag(x), jnp.ones(3))))(x))
+
+    x = jnp.array([1.0, 2.0, 4.0])
+    np.testing.assert_allclose(jax.grad(value)(x), -jnp.cos(1.0 / x) / x**2, rtol=1e-12)
+    assert str(jax.make_jaxpr(jax.grad(value))(x)).count("custom_linear_solve[") == 2  # the value's, the derivative's
+
+
+@pytest.mark.parametrize("size, times", [(SMALL, 1), (SMALL + 1, 2)], ids=["small", "large"])
+def test_factors_are_kept_where_they_are_small(size, times):
+    def value(x):
+        return jnp.sum(again(lambda x: jnp.sin(factor(jnp.exp(x))))(x))
+
+    x = jnp.linspace(0.0, 1.0, size)
+    found = jax.grad(value)(x)
+    np.testing.assert_allclose(found, jnp.cos(jnp.exp(x)) * jnp.exp(x), rtol=1e-12)
+    assert str(jax.make_jaxpr(jax.grad(value))(x)).count(" exp ") == times
