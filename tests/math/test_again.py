@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax import lax
 
 from jaxmbs.math.again import SMALL, again, factor
 from jaxmbs.math.spd import spd_solve
@@ -21,9 +22,8 @@ def test_a_solution_is_not_looked_for_again():
 @pytest.mark.parametrize("size, times", [(SMALL, 1), (SMALL + 1, 2)], ids=["small", "large"])
 def test_factors_are_kept_where_they_are_small(size, times):
     def value(x):
-        return jnp.sum(again(lambda x: jnp.sin(factor(jnp.exp(x))))(x))
+        return jnp.sum(again(lambda x: x * factor(lax.stop_gradient(jnp.tan(x))))(x))
 
     x = jnp.linspace(0.0, 1.0, size)
-    found = jax.grad(value)(x)
-    np.testing.assert_allclose(found, jnp.cos(jnp.exp(x)) * jnp.exp(x), rtol=1e-12)
-    assert str(jax.make_jaxpr(jax.grad(value))(x)).count(" exp ") == times
+    np.testing.assert_allclose(jax.grad(value)(x), jnp.tan(x), rtol=1e-12)
+    assert str(jax.make_jaxpr(jax.grad(value))(x)).count(" tan ") == times
