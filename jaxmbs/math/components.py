@@ -42,6 +42,27 @@ def cross(a, b):
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
+def rotate(R, x):
+    """Rotation (9 components, row by row) applied to a 3-vector."""
+    return dot(R[:3], x), dot(R[3:6], x), dot(R[6:], x)
+
+
+def transpose(A):
+    """Inverse of a rotation."""
+    return A[0::3] + A[1::3] + A[2::3]
+
+
+def compose(A, B):
+    """Product of two rotations."""
+    return transpose(sum((rotate(A, B[i::3]) for i in range(3)), ()))
+
+
+def pose_rate(world, twist):
+    """Rate of a world pose (12 components) that moves with a world twist."""
+    columns = sum((cross(twist[:3], world[i:9:3]) for i in range(3)), ())
+    return transpose(columns) + add(twist[3:], cross(twist[:3], world[9:]))
+
+
 def axial(A):
     """`v` of the skew part `v x` of a matrix (9 components)."""
     return 0.5 * (A[7] - A[5]), 0.5 * (A[2] - A[6]), 0.5 * (A[3] - A[1])
@@ -75,6 +96,19 @@ def momentum(J, v):
 def momentum_rate(J, v, v_dot):
     """Rate of a momentum, `J v_dot + v x* J v`."""
     return add(momentum(J, v_dot), cross_force(v, momentum(J, v)))
+
+
+def world_inertia(R, X, m, c, I):
+    """Inertia (10) about the world origin of bodies at rotation R, position X.
+
+    `m` mass, `c` centre of mass (3), `I` = (xx, xy, xz, yy, yz, zz) about it, both in body axes.
+    """
+    C = add(X, rotate(R, c))
+    h = scale(C, m)
+    T = compose(R, (I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5]))
+    spin = {(i, j): dot(T[3 * i : 3 * i + 3], R[3 * j : 3 * j + 3]) for i in range(3) for j in range(i, 3)}
+    hC = dot(h, C)
+    return (m, *h) + tuple(s + (hC - h[i] * C[i] if i == j else -h[i] * C[j]) for (i, j), s in spin.items())
 
 
 # A symmetric 6 x 6 matrix is kept as the 21 numbers of its upper triangle, row by row.
