@@ -107,7 +107,7 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     halves = np.repeat(np.eye(2, dtype=A.dtype), [n, len(c)], axis=1)  # efforts and rows: each has its own unit
     softness = jnp.concatenate([jnp.zeros(n, A.dtype), C])
     at_once = jnp.concatenate([jnp.zeros(n, A.dtype), 1.0 / C])
-    whole = F @ inverse @ F.T - at_once[:, None] * np.eye(len(F)) if len(F) <= _FEW else None
+    whole = F @ inverse @ F.T - at_once[:, None] * np.eye(len(F), dtype=A.dtype) if len(F) <= _FEW else None
 
     def eliminated(left):
         return F @ (inverse @ (left @ F)) - at_once * left if whole is None else whole @ left
