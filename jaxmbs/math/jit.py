@@ -12,9 +12,16 @@ import jax
 from .compile_notes import listen
 from .host import is_outside
 
-#: What XLA's CPU compiler is told.  Its emitters of fused loops take a third of the time of compilation and gain
-#: nothing in programs of small matrices; without optimisation a program compiles in half the time and runs slower.
-_FULL = {"xla_cpu_use_fusion_emitters": False}
+#: What XLA's CPU compiler is told.  Its emitters of fused loops and its higher levels take half of the time of
+#: compilation and gain a tenth in trees and nothing in loops; 32 parts of a program are too many.  Sums that go to its
+#: library of kernels keep the loop around them from being one kernel.  Without optimisation a program compiles in half
+#: the time and runs slower.
+_FULL = {
+    "xla_cpu_use_fusion_emitters": False,
+    "xla_cpu_experimental_ynn_fusion_type": "",
+    "xla_cpu_parallel_codegen_split_count": 8,
+    "xla_backend_optimization_level": 1,
+}
 _QUICK = {**_FULL, "xla_backend_optimization_level": 0}
 #: Whether what is traced now should be a small program rather than a fast one; part of the key of JAX's caches.
 SMALL = jax.make_user_context(False)
