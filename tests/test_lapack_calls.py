@@ -25,7 +25,9 @@ def test_batches_are_seen():
 LONG = ("equilibrium", "linearise", "simulate, Gauss", "simulate, implicit")
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in ASKED])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.long if n in LONG else pytest.mark.slow) for n in ASKED]
+)
 def test_every_call_gets_one_matrix(name):
     function, allowed = ASKED[name]
     alone = [] if name in HEAVY else [(function, LANES[0])]

@@ -197,7 +197,9 @@ def slopes(system, state, direction):
     return forward, reverse, (8 * (at[0] - at[1]) - (at[2] - at[3])) / (12 * h)
 
 
-@pytest.mark.parametrize("model", [tree, pytest.param(loop, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "model", [pytest.param(tree, marks=pytest.mark.slow), pytest.param(loop, marks=pytest.mark.long)]
+)
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(seed=SEEDS)
 def test_derivatives_by_mass(model, seed):

@@ -17,7 +17,7 @@ def _environment():
 
 
 def _marked(name):
-    return pytest.param(name, marks=pytest.mark.long if name == "driven" else pytest.mark.slow)
+    return pytest.param(name, marks=pytest.mark.long if name != "modes" else pytest.mark.slow)
 
 
 def _watch(name, lanes, calls):

@@ -56,9 +56,10 @@ class Scaled:
 def run_limited(search: LimitedSearch, steps: int, engine: Callable) -> None:
     """Run an optimiser until it converges with all limits, those taken up on the way included.
 
-    Where it ends outside of the limits, what exceeds them most is made small first.
+    Where it ends outside of the limits, what exceeds them most is made small first.  Where it finds no way on, it
+    begins once more from there: what it had learned of the curvature may have been rounding.
     """
-    restored = False
+    restored = renewed = False
     for _ in range(_ROUNDS):
         if search.steps < steps and not search.reason:
             engine(search, steps - search.steps)
@@ -73,6 +74,8 @@ def run_limited(search: LimitedSearch, steps: int, engine: Callable) -> None:
         elif search.current.violation > KEPT and not restored:
             restored = True
             restore(search, steps - search.steps)
+        elif not renewed:
+            renewed = True
         else:
             search.reason = search.stuck()
     if search.best.violation > KEPT:

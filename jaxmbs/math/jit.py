@@ -13,9 +13,9 @@ from .compile_notes import listen
 from .host import is_outside
 
 #: What XLA's CPU compiler is told.  Its emitters of fused loops and its higher levels take half of the time of
-#: compilation and gain a tenth in trees and nothing in loops; 32 parts of a program are too many.  Sums that go to its
-#: library of kernels keep the loop around them from being one kernel.  Without optimisation a program compiles in half
-#: the time and runs slower.
+#: compilation, and gain a tenth in trees and nothing in loops; 32 parts of a program are too many.  Sums that go to
+#: its library of kernels keep the loop around them from being one kernel.  Without optimisation a program compiles in
+#: half the time and runs slower.
 _FULL = {
     "xla_cpu_use_fusion_emitters": False,
     "xla_cpu_experimental_ynn_fusion_type": "",

@@ -50,6 +50,7 @@ def _steady(system):
     return brentq(rises, -1.0, 1.0, xtol=1e-13)
 
 
+@pytest.mark.slow
 def test_what_is_not_cyclic_is_said():
     cart = OnCart()
     system = cart.build()

@@ -22,7 +22,7 @@ def largest(powers):
     return max(float(np.max(np.abs(p))) for p in powers.power.values())
 
 
-of_all_graphs = of_all(quick=("spatial_loop",), slow=("elastic",))
+of_all_graphs = of_all(quick=("spatial_loop",), slow=())
 
 
 @of_all_graphs

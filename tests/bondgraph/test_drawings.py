@@ -93,6 +93,7 @@ def test_widths_follow_the_powers(swing):
         viz.draw_bond_graph(mbs.bond_graph(system), powers=powers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", ["element", "kind"])
 def test_plot_power(swing, by):
     _, motion, powers = swing

@@ -51,7 +51,7 @@ WHEEL = pytest.param(models.car_axis_with_wheel, marks=pytest.mark.slow)
 @pytest.mark.parametrize(
     "build",
     [
-        pytest.param(models.car_axis, marks=pytest.mark.slow),
+        pytest.param(models.car_axis, marks=pytest.mark.long),
         pytest.param(models.car_axis_with_wheel, marks=pytest.mark.long),
     ],
 )

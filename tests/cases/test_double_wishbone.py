@@ -28,7 +28,7 @@ def values(case, quantity):
     return [(np.array(o["value"]), o["tol"]) for o in case["outputs"] if o["quantity"] == quantity][0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_curves_and_their_slopes_by_travel_and_rack():
     first = wishbone.suspension(POINTS)
 

@@ -19,7 +19,7 @@ CASE = json.loads((Path(__file__).parent / "A06_four_bar_row_loads.json").read_t
     "n, method",
     [
         pytest.param(40, "dense", marks=pytest.mark.long),
-        pytest.param(40, "block-sparse", marks=pytest.mark.slow),
+        pytest.param(40, "block-sparse", marks=pytest.mark.long),
         pytest.param(160, "dense", marks=pytest.mark.long),
         pytest.param(160, "block-sparse", marks=pytest.mark.long),
     ],

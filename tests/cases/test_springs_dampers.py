@@ -99,7 +99,7 @@ def test_motion_and_loads(variant):
 
 
 @pytest.mark.parametrize(
-    "tolerance", [pytest.param(1e-9, marks=pytest.mark.long), pytest.param(1e-11, marks=pytest.mark.slow)]
+    "tolerance", [pytest.param(1e-9, marks=pytest.mark.long), pytest.param(1e-11, marks=pytest.mark.long)]
 )
 def test_a_massless_twin_costs_no_steps(tolerance):
     """Dampers on three hinges and on four, where the fourth needs a twin without mass: nearly the same steps."""
@@ -111,7 +111,7 @@ def test_a_massless_twin_costs_no_steps(tolerance):
     assert steps["ABCD"] <= 1.2 * steps["ABD"], steps
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("formulation", ["canonical", "independent", "velocity"])
 def test_formulations_take_a_massless_coupler(formulation):
     system, state = build("massless coupler", "ABD")

@@ -48,6 +48,7 @@ def coupled():
     return every(K, M)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_frequencies_of_the_uncut_beam(kind):
     exact = scipy.linalg.eigh(*(np.asarray(A) for A in WHOLE), eigvals_only=True)[:4]

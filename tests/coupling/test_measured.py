@@ -81,6 +81,7 @@ def test_two_measured_ones_and_one_direction():
     assert noisy.values.shape == (3, 2, 1)
 
 
+@pytest.mark.slow
 def test_gradient_by_a_model_beside_a_measurement(rig):
     """Jitted, by the stiffness of the stage, against differences."""
 

@@ -14,7 +14,7 @@ from ..zoo import SPECIMENS, of_all
 from ..zoo.probes import fields, variations
 
 LOOP = SPECIMENS["spatial_loop"]
-of_free_motions = of_all(without=("drive", "rolling"), slow=("four_bar",))
+of_free_motions = of_all(without=("drive", "rolling"), quick=("tree",), slow=("spatial_loop",))
 of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=("spatial_loop",))
 
 

@@ -36,7 +36,7 @@ def test_loads_along_a_given_trajectory_of_an_arm():
     np.testing.assert_allclose(same["pin0"].effort, 0.0, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loads_along_a_given_trajectory_of_a_loop():
     """A four-bar held by its crank or by its rocker: the same power; a wrong acceleration is seen."""
     system = four_bar(stiffness=3.0, load=2.0)

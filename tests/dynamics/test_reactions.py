@@ -205,6 +205,7 @@ def table(point, support):
     return b.build()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("support, redundant, marks", [("plane", 1, (1, 1, 0)), ("ball", 6, (0, 0, 0))])
 def test_a_table_on_four_legs_takes_the_least_norm(support, redundant, marks):
     x, y = 0.3, 0.1

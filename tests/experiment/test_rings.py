@@ -37,7 +37,7 @@ TREE = RING[:2]
 @pytest.mark.parametrize(
     ("pairs", "enough"),
     [
-        (RING, TREE),
+        pytest.param(RING, TREE, marks=pytest.mark.slow),
         pytest.param([*TREE, TREE[0]], TREE, marks=pytest.mark.long),
         pytest.param([("p a", "q a"), ("q a", "p a"), ("q a", "r a")], TREE, marks=pytest.mark.long),
         pytest.param([*TREE, ("p a", None), ("r a", None)], [*TREE, ("p a", None)], marks=pytest.mark.long),

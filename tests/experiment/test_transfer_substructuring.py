@@ -262,6 +262,7 @@ def test_gradient_of_decoupling_and_of_truncation():
         np.testing.assert_allclose(slope, expected, rtol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "rank", "noise"),
     [((4, 4), None, 0.0), ((6, 3), None, 0.0), ((3, 5), None, 0.3), ((4, 4), 2, 0.3), ((6, 3), 2, 0.0)],

@@ -54,7 +54,7 @@ PLACES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("body", list(PLACES))
 @pytest.mark.parametrize("method", ["dense", "block-sparse"])
 def test_loads_of_a_body_are_in_balance(body, method):

@@ -173,7 +173,7 @@ def test_frequencies_of_a_cantilever_are_those_of_its_elements():
     np.testing.assert_allclose(damped, np.diag(0.04 * np.sqrt(values)), rtol=1e-6, atol=1e-6 * damped.max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sag_and_clamping_moment_of_a_cantilever():
     """Closed forms `q L^4 / 8 E I` and `q L^2 / 2`."""
     frame = elastic_beam(elements=4, num_modes=0)

@@ -24,6 +24,7 @@ SIGNALS = {
 parametrise = pytest.mark.parametrize("name", SIGNALS)
 
 
+@pytest.mark.slow
 @parametrise
 def test_derivatives_in_time(name):
     signal, h = SIGNALS[name], 1e-5

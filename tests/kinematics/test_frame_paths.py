@@ -57,7 +57,7 @@ def motion(led):
     return mbs.simulate(led, mbs.State.at(led, guess=GUESS), ts=TS)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_tip_takes_the_path_in_closed_form(led, motion):
     q, u, a = jax.jit(jax.vmap(closed_form))(TS)
     np.testing.assert_allclose(motion.states.coordinates, q, atol=1e-9)

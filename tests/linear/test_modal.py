@@ -133,6 +133,7 @@ def test_modal_damping_as_printed():
     )
 
 
+@pytest.mark.slow
 def test_modal_masses_and_damping_over_frequency():
     """(40) with m_k other than 1 and eta_k(w): shapes of any size, a ratio for each mode and frequency."""
     K, M = beam(4, fixed=2)

@@ -58,7 +58,7 @@ def test_effective_masses_sum_to_the_mass():
     np.testing.assert_allclose(jnp.abs(participation(modes, M, rigid)[:2, 0]), np.sqrt(3 * shares), rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("centre_held", "split"), [(True, [7]), (False, [2, 5])])
 def test_double_cross(centre_held, split):
     """S10: frequencies within 1 %; seven-fold where the centre cannot move, two and five where the arms stretch.

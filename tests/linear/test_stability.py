@@ -111,7 +111,7 @@ def shell_turn():
     return np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("structure", [shell(3), shell(6), frame(12), frame(60)], ids=["3", "6", "12", "60"])
 def test_free_structures_have_six_rigid_motions(structure):
     modes = natural_modes(**kw(assemble_dense(structure)))

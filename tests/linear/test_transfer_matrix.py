@@ -30,6 +30,7 @@ def inverse(K, M, C, points=POINTS):
     return np.stack([np.linalg.inv(s * s * M + s * C + K) for s in points])
 
 
+@pytest.mark.slow
 def test_inverse_and_sum_over_modes():
     """General damping and matrices that are not symmetric, off the axis of frequencies; some outputs and inputs."""
     uneven = K + np.triu(np.ones((4, 4)), 1) * 0.2

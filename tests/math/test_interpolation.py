@@ -31,6 +31,7 @@ def test_pchip_is_scipys(points, values):
     np.testing.assert_allclose(areas, oracle.antiderivative()(x), atol=1e-12)
 
 
+@pytest.mark.slow
 @parametrise
 def test_continuation_is_a_line_and_the_integral_its_own(points, values):
     points, values = jnp.array(points), jnp.array(values)

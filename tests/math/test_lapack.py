@@ -61,6 +61,7 @@ def test_derivatives_of_two_orders(n):
     check_grads(everything, (0.3,), 2, rtol=2e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [3, square.SMALL + 1])
 def test_batches_give_what_single_calls_give(n):
     A = jnp.stack([_matrix(n, seed=k) for k in range(6)]).reshape(2, 3, n, n)
@@ -90,6 +91,7 @@ def test_gradients_of_batches(n):
     np.testing.assert_allclose(found, right, rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_as_a_solver_of_lineax():
     A, b = _matrix(5), jnp.arange(5.0)
 

@@ -52,7 +52,7 @@ FIXED = [diffrax.Euler(), diffrax.Tsit5(), diffrax.ImplicitEuler(root_finder=NEW
 FIXED += [diffrax.LeapfrogMidpoint(), diffrax.ReversibleHeun()]
 CASES = [(solver, None) for solver in ADAPTIVE] + [(solver, 0.07) for solver in FIXED]
 QUICK = {"Verlet 0.07 False", "LeapfrogMidpoint 0.07 False"}
-SLOW = {"Tsit5 None True", "Dopri8 None False", "Kvaerno3 None True"}
+SLOW = {"Dopri8 None False"}
 
 
 def name(value):

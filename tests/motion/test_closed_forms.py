@@ -105,6 +105,7 @@ def test_screw(accelerations):
     np.testing.assert_allclose(accelerations["screw"], -2.0 * G * PITCH / (0.02 + 2.0 * PITCH**2), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_gear_pair(accelerations):
     """q1 = -3 q2: torque 5 on wheel 1 against I1 + I2 / 9."""
     a = 5.0 / (0.1 + 0.4 / 9.0)

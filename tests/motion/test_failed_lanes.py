@@ -78,7 +78,7 @@ def test_a_failed_lane_is_nan_and_takes_no_step(study):
     assert not np.any(found["ok"][1]) and np.all(found["ok"][0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_other_lanes_do_not_notice(study):
     """To the last bit as in a batch without it."""
     mixed, good = (study(jnp.array([GOOD[0], other, *GOOD[1:]])) for other in (SHORT, 0.8))

@@ -62,7 +62,7 @@ def growing_gear(stiffness, like=None):
     "mechanism",
     [
         pytest.param(loop, marks=pytest.mark.long),
-        pytest.param(growing_gear, marks=pytest.mark.slow),
+        pytest.param(growing_gear, marks=pytest.mark.long),
         pytest.param(driven_cart, marks=pytest.mark.long),
         pytest.param(sleigh, marks=pytest.mark.long),
     ],

@@ -170,7 +170,7 @@ def test_fixed_steps_are_counted(loop):
     assert np.max(np.asarray(motion.diagnostics.constraint_drift)) < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_motion_without_freedom_is_evaluated():
     system = four_bar(drive=mbs.Polynomial([0.7, 2.0, 0.0]))
     ts = jnp.linspace(0.0, 4.0, 41)

@@ -60,7 +60,7 @@ def test_pendulum_between_coarse_times():
     assert (value > 1.001 * saved).any()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ends_events_and_failures():
     """The speed of the fall is largest at the end, or where an event ends it; without a motion there is no peak."""
     times = jnp.linspace(0.0, 0.3, 4)

@@ -58,6 +58,7 @@ def test_traced_times_that_do_not_rise_stop_no_other_lane():
     assert np.isfinite(angles[0]).all() and np.isnan(angles[1]).all()
 
 
+@pytest.mark.slow
 def test_steps_that_blow_up_are_no_success():
     """D12: Euler at half a second whirls the pendulum up; dt = 2 s is no better with a good method."""
     system = pendulum()

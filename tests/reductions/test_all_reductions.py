@@ -106,6 +106,7 @@ def test_statics_mass_and_frequencies(name):
                 assert found[2] < 1.2 * exact[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in REDUCTIONS if name not in ("rubin", "mixed", "loaded")])
 def test_gradient_against_differences(name):
     """A response of the interface at one frequency, by stiffness, mass and length; `mixed` once for all its kinds."""

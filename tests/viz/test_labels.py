@@ -165,6 +165,7 @@ def test_every_picture_is_looked_at(pictured):
     assert {name.split()[0] for name in (*NAMES, *OTHERS)} == {name for name in vars(viz) if name.startswith("plot_")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES + OTHERS)
 def test_in_new_axes(pictured, name):
     pyplot.switch_backend("agg")

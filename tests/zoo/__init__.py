@@ -49,7 +49,7 @@ SPECIMENS = _specimens(
 )
 
 
-QUICK, SLOW = ("tree", "spatial_loop", "driven"), ("floating", "four_bar", "rolling", "elastic")
+QUICK, SLOW = ("tree", "spatial_loop"), ("driven", "rolling", "elastic")
 
 
 def of_all(*, without=(), quick=QUICK, slow=SLOW):
