@@ -61,7 +61,7 @@ def one_step(system, state, solver):
     return jax.jit(lambda h, x: (step(h, x), jax.jacfwd(step, argnums=1)(h, x))), scale * jnp.concatenate([psi, p])
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", [*MIDPOINT_SLOW, diffrax.Dopri8])
 def test_one_step_is_symplectic_and_reversible(double_pendulum, solver):
     """D^T J D = J and phi(-h, phi(h, x)) = x to rounding, at a coarse step; not so for Dopri8."""
