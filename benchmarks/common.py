@@ -15,6 +15,8 @@ from dataclasses import asdict, dataclass, field
 import environment  # noqa: F401
 import jax
 
+from jaxmbs.math.jit import options
+
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_enable_compilation_cache", False)  # compile times are measured, never read from disk
 
@@ -89,10 +91,11 @@ def timed(function, count):
 
 
 def compiled(function, *args):
-    """The compiled function and the CPU seconds of tracing, lowering and compiling it, from cold."""
+    """The compiled function and the CPU seconds of tracing, lowering and compiling it, from cold, with the options of
+    the library's programs."""
     jax.clear_caches()
     start = time.process_time()
-    executable = jax.jit(function).lower(*args).compile()
+    executable = jax.jit(function).lower(*args).compile(options("full", jax.default_backend()))
     return executable, time.process_time() - start
 
 
