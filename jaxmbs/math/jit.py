@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import gc
+import os
 from collections.abc import Callable
 from typing import TypeVar, overload
 
@@ -91,13 +92,15 @@ def _collector_at_rest():
 
 @functools.cache
 def options(compile: str, backend: str) -> dict:
-    """The compiler's options for programs of a kind; those that this version of JAX does not know are left out.
+    """The compiler's options for programs of a kind, but those that this version of JAX does not know, and those that
+    the user sets in XLA_FLAGS.
 
     Raises: ValueError for another `compile`.
     """
     _check_kind(compile)
     wanted = _QUICK if compile == "quick" else _FULL
-    return {name: value for name, value in wanted.items() if name in _known(backend)}
+    given = os.environ.get("XLA_FLAGS", "")
+    return {name: value for name, value in wanted.items() if name in _known(backend) and f"--{name}=" not in given}
 
 
 def _check_kind(compile):

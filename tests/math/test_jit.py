@@ -33,13 +33,18 @@ def test_options_reach_the_compiler(monkeypatch):
         jit(lambda x: x + 1.0)(X)
 
 
-def test_unknown_options_are_left_out(monkeypatch):
+def test_unknown_options_and_those_of_the_user_are_left_out(monkeypatch):
+    monkeypatch.delenv("XLA_FLAGS", raising=False)
+    level = "xla_backend_optimization_level"
+    assert set(options.__wrapped__("full", "cpu").items()) ^ set(options.__wrapped__("quick", "cpu").items()) == {
+        (level, 0),
+        (level, 1),
+    }
     monkeypatch.setattr(module, "_FULL", {"no_such_option": 1, "xla_backend_optimization_level": 1})
     assert options.__wrapped__("full", "cpu") == {"xla_backend_optimization_level": 1}
     assert options.__wrapped__("full", "gpu") == {}
-    assert set(options("full", "cpu").items()) ^ set(options("quick", "cpu").items()) == {
-        ("xla_backend_optimization_level", level) for level in (0, 1)
-    }
+    monkeypatch.setenv("XLA_FLAGS", f"--{level}=0")
+    assert options.__wrapped__("full", "cpu") == {}
 
 
 def test_quick_programs_are_small_ones():
