@@ -100,7 +100,7 @@ def options(compile: str, backend: str) -> dict:
     _check_kind(compile)
     wanted = _QUICK if compile == "quick" else _FULL
     given = os.environ.get("XLA_FLAGS", "")
-    return {name: value for name, value in wanted.items() if name in _known(backend) and f"--{name}=" not in given}
+    return {name: value for name, value in wanted.items() if name in _known(backend) and f"--{name}" not in given}
 
 
 def _check_kind(compile):

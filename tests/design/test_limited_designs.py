@@ -2,6 +2,7 @@
 
 import functools
 import sys
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -10,6 +11,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.design import minimise as minimise_with_bar
+from jaxmbs.design.constrained import run_limited
 
 minimise = functools.partial(minimise_with_bar, progress=False)
 
@@ -215,6 +217,16 @@ def test_ten_bars_with_frequencies_that_meet(sharpness):
     assert prices[2] + prices[3] == pytest.approx(14.64372600323514, rel=2e-2)
     values = np.array([found.value for found in best.starts])
     assert len(values) == 8 and np.all(values > 532.029)
+
+
+@pytest.mark.parametrize("needed, reason", [(1, "converged"), (2, "converged"), (3, "no further descent")])
+def test_a_search_that_is_stuck_begins_once_more(needed, reason):
+    """It is proven after so many runs of its engine."""
+    runs, kept = [], SimpleNamespace(violation=0.0)
+    search = SimpleNamespace(steps=0, reason="", current=kept, best=kept, is_missing=lambda: False)
+    search.is_proven, search.stuck = lambda _: len(runs) >= needed, lambda: "no further descent"
+    run_limited(search, 10, lambda search, steps: runs.append(steps))
+    assert search.reason == reason and len(runs) == min(needed, 2)
 
 
 @pytest.mark.parametrize("optimiser", ["MMA", "CCSAQ"])
