@@ -3,6 +3,7 @@
 import functools
 import sys
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import jax
 import jax.numpy as jnp
@@ -12,6 +13,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.design import minimise as minimise_with_bar
 from jaxmbs.design.constrained import run_limited
+from jaxmbs.design.limited import LimitedSearch
 
 minimise = functools.partial(minimise_with_bar, progress=False)
 
@@ -223,8 +225,9 @@ def test_ten_bars_with_frequencies_that_meet(sharpness):
 def test_a_search_that_is_stuck_begins_once_more(needed, reason):
     """It is proven after so many runs of its engine."""
     runs, kept = [], SimpleNamespace(violation=0.0)
-    search = SimpleNamespace(steps=0, reason="", current=kept, best=kept, is_missing=lambda: False)
-    search.is_proven, search.stuck = lambda _: len(runs) >= needed, lambda: "no further descent"
+    search = Mock(LimitedSearch, steps=0, reason="", current=kept, best=kept)
+    search.is_missing.return_value, search.stuck.return_value = False, "no further descent"
+    search.is_proven.side_effect = lambda _: len(runs) >= needed
     run_limited(search, 10, lambda search, steps: runs.append(steps))
     assert search.reason == reason and len(runs) == min(needed, 2)
 
