@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import known
 from ..math import lapack
+from ..math.jit import jit
 from ..typing import AnyArray, RowsLike
 
 
@@ -30,20 +31,30 @@ def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the 
     """
     if stiffness.ndim != 2 or stiffness.shape[0] != stiffness.shape[1]:
         raise ValueError(f"the stiffness must be square, not of shape {tuple(stiffness.shape)}")
-    inner, outer = partition(stiffness.shape[0], interface)
+    S, pivots = _condensed(stiffness, *partition(stiffness.shape[0], interface))
+    check_held(S, what, pivots)
+    return S
+
+
+@jit
+def _condensed(stiffness, inner, outer):
+    """The constraint modes, and the squared pivots of the interior over its diagonal."""
     K_NN = stiffness[inner][:, inner]
     K = (K_NN + K_NN.T) / 2
     L = lapack.cholesky(lax.stop_gradient(K))
     S = -lapack.solve_positive(K, stiffness[inner][:, outer], L)
-    check_held(S, what, jnp.diagonal(L) ** 2 / jnp.diagonal(K_NN))
-    return S
+    return S, jnp.diagonal(L) ** 2 / jnp.diagonal(K_NN)
 
 
 def interface_basis(stiffness: AnyArray, interface: RowsLike) -> Float[Array, "n b"]:
     """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (7)-(8)."""
-    inner, outer = partition(stiffness.shape[0], interface)
-    T = jnp.zeros((stiffness.shape[0], len(outer)), stiffness.dtype)
-    return T.at[outer].set(jnp.eye(len(outer), dtype=T.dtype)).at[inner].set(constraint_modes(stiffness, interface))
+    return _with_interface(constraint_modes(stiffness, interface), *partition(stiffness.shape[0], interface))
+
+
+@jit
+def _with_interface(S, inner, outer):
+    T = jnp.zeros((len(inner) + len(outer), len(outer)), S.dtype)
+    return T.at[outer].set(jnp.eye(len(outer), dtype=T.dtype)).at[inner].set(S)
 
 
 def check_held(solution, what: str, pivots=None) -> None:

@@ -12,10 +12,18 @@ from jaxtyping import Array, Complex, Float, Inexact, Int
 
 from ..checks import known
 from ..math.eigen import eigh, same
+from ..math.jit import jit
 from ..tables import short, told
 from ..typing import AnyArray, CoordinateLike, ScalarLike
 from .labels import label
 from .symmetric import check_mass, symmetric
+
+
+@jit
+def _omega(values, is_rigid):
+    still = is_rigid | (values == 0)
+    size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, values)))
+    return jnp.where(still, 0.0, jnp.where(values < 0, -size, size))
 
 
 def _told(modes):
@@ -77,9 +85,7 @@ class Modes(eqx.Module):
 
         Of complex modes the size of the roots: the undamped frequency of proportional damping.  Source: S1 (37).
         """
-        still = self.is_rigid | (self.values == 0)
-        size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, self.values)))
-        return jnp.where(still, 0.0, jnp.where(self.values < 0, -size, size))
+        return _omega(self.values, self.is_rigid)
 
     @property
     def frequencies(self) -> Float[Array, " m"]:
@@ -195,6 +201,7 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
 RIGID, NEGATIVE = 8.0, 200.0
 
 
+@jit
 def rigid_flags(K, values, shapes):
     """(m,) which modes strain nothing: values that are rounding of K itself.
 

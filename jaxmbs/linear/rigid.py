@@ -7,12 +7,17 @@ from jaxtyping import Array, Float
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..math.host import typed
+from ..math.jit import jit
 from ..typing import AnyArray, ArrayLike
 
 
 def rigid_motions(positions: AnyArray, about: ArrayLike | None = None) -> Float[Array, "nodes 6 6"]:
     """Displacements and rotations of points (nodes, 3) in unit translations and rotations about a point (3,)."""
-    arms = positions if about is None else positions - typed(about, positions.dtype)[None]
+    return _motions(positions if about is None else positions - typed(about, positions.dtype)[None])
+
+
+@jit
+def _motions(arms):
     one = jnp.broadcast_to(jnp.eye(3, dtype=arms.dtype), (len(arms), 3, 3))
     turning = jnp.swapaxes(jnp.cross(one, arms[:, None, :]), 1, 2)  # columns e_d x arm
     rows = [jnp.concatenate([one, turning], axis=2), jnp.concatenate([jnp.zeros_like(one), one], axis=2)]

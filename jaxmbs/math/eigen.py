@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from . import lapack
+from .jit import jit
 
 
 @jax.custom_jvp
@@ -27,6 +28,11 @@ def eigh(K, M):
 
     Raises: an error at run time in reverse mode, as above.  Source: S1 (33)-(37).
     """
+    return _eigh(K, M)
+
+
+@jit
+def _eigh(K, M):
     K, M = (K + K.T) / 2, (M + M.T) / 2
     L = lapack.cholesky(M)
     A = lapack.solve_factor(L, lapack.solve_factor(L, K).T)
@@ -63,6 +69,7 @@ def _sharpened(K, values, X):
 
 
 @eigh.defjvp
+@jit
 def _eigh_jvp(primals, tangents):
     K_dot, M_dot = ((d + d.T) / 2 for d in tangents)
     values, X = eigh(*primals)
@@ -169,6 +176,11 @@ def eig(A):
     they are single (vectors up to their scale); sums over a group too where its vectors are complete.  A single
     vector of a group is refused as in `eigh`.  At a defective value no derivative exists, and zero is returned.
     """
+    return _eig(A)
+
+
+@jit
+def _eig(A):
     values, X = lapack.eig(A)
     order = jnp.lexsort((-jnp.sign(values.imag), jnp.round(jnp.abs(values), 9)))
     values, X = values[order], X[:, order]
@@ -176,6 +188,7 @@ def eig(A):
 
 
 @eig.defjvp
+@jit
 def _eig_jvp(primals, tangents):
     values, X, Y = eig(*primals)
     C = Y @ (tangents[0].astype(X.dtype) @ X)

@@ -9,6 +9,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from .jit import jit
+
 
 def interval(points: Float[Array, " n"], x: Float[Array, ""]) -> Int[Array, ""]:
     """Index i of the interval `points[i] <= x < points[i+1]`, clipped to the first and last one."""
@@ -46,6 +48,7 @@ def hermite_integral(points, values, slopes, x) -> Float[Array, ""]:
     return before + local + beyond * end_value + beyond**2 * jnp.where(last, slopes[-1], slopes[0]) / 2
 
 
+@jit
 def pchip_slopes(points: Float[Array, " n"], values: Float[Array, " n"]) -> Float[Array, " n"]:
     """Slopes of the monotone cubic interpolant of Fritsch and Butland (as SciPy's PchipInterpolator)."""
     h = jnp.diff(points)
@@ -62,6 +65,7 @@ def pchip_slopes(points: Float[Array, " n"], values: Float[Array, " n"]) -> Floa
     return jnp.concatenate([first[None], inner, final[None]])
 
 
+@jit
 def spline_slopes(points: Float[Array, " n"], values, end_slopes=None):
     """Slopes that make the Hermite curve a cubic spline (C2).
 

@@ -8,11 +8,13 @@ import numpy as np
 from jax import Array, lax
 
 from . import lapack
+from .jit import jit
 
 #: Up to so many unknowns a matrix is inverted by elimination: batches of them need no loop over LAPACK calls.
 SMALL = 32
 
 
+@jit
 def solve(A, B):
     """`A^-1 B` for A (n, n) and B (n,) or (n, k), real or complex; derivatives of every order.
 
@@ -89,6 +91,7 @@ def _inverse_jvp(primals, tangents):
     return (P, sign, log), (-change @ P, jnp.zeros_like(sign), jnp.trace(change).real)
 
 
+@jit
 def eliminated(A):
     """`A^-1` (n, n), the pivots (n,) in turn and the rows (n,) they stood in, by Gauss-Jordan elimination in place.
 
