@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..checks import known
+from ..math.jit import jit
 from ..typing import ArrayLike
 from .pattern import Pattern
 
@@ -84,6 +85,7 @@ class BlockMatrix(eqx.Module):
         lower = None if self.lower is None else self.lower.astype(dtype)
         return BlockMatrix(self.pattern, self.diagonal.astype(dtype), self.upper.astype(dtype), lower)
 
+    @jit
     def dense(self) -> Inexact[Array, "n n"]:
         """The full matrix (blocks * size, blocks * size)."""
         n, b = self.pattern.shape

@@ -12,6 +12,7 @@ from ..checks import known, refuse_complex
 from ..linear.oscillators import modal_motion
 from ..math.eigen import eigh
 from ..math.host import typed
+from ..math.jit import jit
 from ..reductions.base import Reduced
 from ..typing import AnyArray, ArrayLike
 
@@ -136,6 +137,7 @@ def combine(
     raise ValueError(f'how = {how!r}: one of "abs", "srss", "cqc" (with a correlation)')
 
 
+@jit
 def cqc_correlation(omega: ArrayLike, ratios: ArrayLike) -> Float[Array, "m m"]:
     """Correlation (m, m) of modal peaks for white excitation (Der Kiureghian 1981).
 

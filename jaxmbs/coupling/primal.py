@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 from ..elements.base import number
 from ..linear.system import LinearSystem
+from ..math.jit import jit
 from ..reductions.base import Reduced, explicit
 from ..typing import ArrayLike
 
@@ -149,6 +150,7 @@ def joint_places(components: Sequence[Reduced], joints: Sequence[Sequence[int]])
     return tuple(places), tuple(labels)
 
 
+@jit
 def _assemble(places, blocks, size):
     if all(b is None for b in blocks):
         return None
@@ -159,6 +161,7 @@ def _assemble(places, blocks, size):
     return total[:-1, :-1]
 
 
+@jit
 def _sum(places, parts, size):
     given = [(p, f) for p, f in zip(places, parts, strict=True) if f is not None]
     total = jnp.zeros((size + 1, *given[0][1].shape[1:]), np.result_type(*(f.dtype for _, f in given)))

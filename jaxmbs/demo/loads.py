@@ -52,8 +52,8 @@ def _shaking(system, found):
 
 
 def take(loads, rows):
-    """The loads at some of the times."""
-    return Loads(*(value[rows] for value in loads))
+    """The loads at some of the times, in NumPy."""
+    return Loads(*(np.asarray(value)[rows] for value in loads))
 
 
 def rms(force):

@@ -64,7 +64,7 @@ def limit_results(
 
 
 def _result(held: Held, before: np.ndarray, after: np.ndarray, multipliers: np.ndarray) -> LimitResult:
-    entries = np.asarray(held.entries(after), float)
+    entries = np.concatenate([side.excess(np.ravel(after)) for side in held.sides], dtype=float)
     weights = multipliers
     if held.limit.sharpness:  # the slope of the aggregation shares the one multiplier out
         weights = np.exp(held.limit.sharpness * (entries - np.max(entries)))

@@ -14,15 +14,16 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import known, refuse_complex
+from ..math.host import as_array
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def number(value: Any) -> Array:
     """Array leaf in the precision it comes in; whole numbers become floats.  Raises: TypeError for complex ones."""
-    value = jnp.asarray(value)
     refuse_complex(value)
-    return jnp.asarray(value, value.dtype if jnp.issubdtype(value.dtype, jnp.floating) else float)
+    value = as_array(value, None)
+    return value if jnp.issubdtype(value.dtype, jnp.floating) else jnp.asarray(value, float)
 
 
 def optional(value: Any) -> Array | None:

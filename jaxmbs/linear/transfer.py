@@ -10,6 +10,7 @@ from jaxtyping import Array, Complex, Float
 
 from ..checks import place_of
 from ..errors import ModelError
+from ..math.jit import jit
 from ..typing import ArrayLike
 
 #: What the outputs are, by their power of `i w` over displacement.
@@ -74,7 +75,7 @@ class TransferFunctions(eqx.Module):
         """Some channels, in the order asked; None is all."""
         outputs = self.outputs if outputs is None else tuple(outputs)
         inputs = self.inputs if inputs is None else tuple(inputs)
-        values = self.values[:, self.rows(outputs)][:, :, self.columns(inputs)]
+        values = _channels(self.values, self.rows(outputs), self.columns(inputs))
         return TransferFunctions(self.omega, values, outputs, inputs, self.kind)
 
     def replace(self, values: ArrayLike) -> "TransferFunctions":
@@ -101,6 +102,11 @@ class TransferFunctions(eqx.Module):
         power = KINDS.index(kind) - KINDS.index(self.kind)
         rate = (1j * self.omega.astype(self.values.dtype))[:, None, None]
         return TransferFunctions(self.omega, self.values * rate**power, self.outputs, self.inputs, kind)
+
+
+@jit
+def _channels(values, rows, columns):
+    return values[:, rows][:, :, columns]
 
 
 def _places(names, known, what):

@@ -19,7 +19,7 @@ from ..checks import are_axes, broken, known, negative, refuse_complex
 
 def point() -> Matrix3:
     """Inertia of a point mass: zero."""
-    return jnp.zeros((3, 3))
+    return as_array(np.zeros((3, 3)))
 
 
 def rod(mass: ScalarLike, length: ScalarLike, axis: Axis = "x") -> Matrix3:
@@ -33,8 +33,9 @@ def box(mass: ScalarLike, size: Sequence[ScalarLike] | AnyArray) -> Matrix3:
     if len(size) != 3:
         raise ValueError(f"a box has three edges, got {len(size)}")
     _check(mass=mass, x=size[0], y=size[1], z=size[2])
-    squares = jnp.stack([as_array(edge) ** 2 for edge in size])
-    return jnp.diag(jnp.sum(squares) - squares) * (mass / 12)
+    xp, mass, *size = _arrays(mass, *size)
+    squares = xp.stack([edge**2 for edge in size])
+    return as_array(xp.diag(xp.sum(squares) - squares) * (mass / 12))
 
 
 def cylinder(mass: ScalarLike, radius: ScalarLike, length: ScalarLike, axis: Axis = "z") -> Matrix3:
@@ -54,13 +55,13 @@ def tube(
 def sphere(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     """Inertia of a solid sphere."""
     _check(mass=mass, radius=radius)
-    return jnp.eye(3) * (mass * radius**2 * 0.4)
+    return as_array(np.eye(3) * (mass * radius**2 * 0.4))
 
 
 def spherical_shell(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     """Inertia of a thin spherical shell."""
     _check(mass=mass, radius=radius)
-    return jnp.eye(3) * (mass * radius**2 * (2 / 3))
+    return as_array(np.eye(3) * (mass * radius**2 * (2 / 3)))
 
 
 def turned(inertia: ArrayLike, rotation: ArrayLike) -> Matrix3:
@@ -90,10 +91,12 @@ def combine(parts: Iterable[tuple]) -> dict[str, Array]:
         raise ValueError("combine needs at least one part")
     if any(m.shape != () or c.shape != (3,) for m, c, _ in parts):
         raise ValueError("each part is (mass, centre of three numbers, inertia)")
+    xp, *numbers = _arrays(*(number for part in parts for number in part))
+    parts = list(zip(numbers[0::3], numbers[1::3], numbers[2::3], strict=True))
     mass = sum(m for m, _, _ in parts)
     com = sum(m * c for m, c, _ in parts) / mass
-    inertia = sum(inertia + m * _offset(c - com) for m, c, inertia in parts)
-    return {"mass": mass, "com": com, "inertia": inertia}
+    inertia = sum(inertia + m * _offset(xp, c - com) for m, c, inertia in parts)
+    return {"mass": as_array(mass), "com": as_array(com), "inertia": as_array(inertia)}
 
 
 def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
@@ -103,7 +106,7 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
         ValueError: for any other shape.
     """
     refuse_complex(inertia)
-    xp, inertia = (np, np.asarray(inertia, float)) if known(inertia) else (jnp, jnp.asarray(inertia, float))
+    xp, inertia = _arrays(inertia)
     if inertia.shape not in ((), (3,), (3, 3)):
         raise ValueError(f"an inertia is 0, (3,) or (3, 3), not of shape {inertia.shape}")
     return as_array(xp.diag(inertia * xp.ones(3)) if inertia.ndim < 2 else inertia)
@@ -121,12 +124,17 @@ def _check(mass, **lengths):
 
 def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:
     direction = axis_vector(axis)
-    if known(axial, transverse, direction):
-        axial, transverse, direction = map(np.asarray, (axial, transverse, direction))  # compiles nothing
+    _, axial, transverse, direction = _arrays(axial, transverse, direction)
     outer = direction[:, None] * direction[None]
     return as_array(transverse * np.eye(3) + (axial - transverse) * outer)
 
 
-def _offset(c: Array) -> Matrix3:
+def _arrays(*numbers) -> tuple:
+    """What computes with these numbers, and they as its arrays: NumPy where all are known, which compiles nothing."""
+    xp = np if known(numbers) else jnp
+    return xp, *(xp.asarray(number, float) for number in numbers)
+
+
+def _offset(xp, c) -> AnyArray:
     """Inertia of a unit point mass at c."""
-    return jnp.dot(c, c) * jnp.eye(3) - jnp.outer(c, c)
+    return xp.dot(c, c) * np.eye(3) - xp.outer(c, c)

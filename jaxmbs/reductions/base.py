@@ -13,6 +13,7 @@ from ..linear.labels import label, rows_of, spoken
 from ..linear.storage import inexact
 from ..linear.symmetric import symmetric
 from ..linear.system import LinearSystem
+from ..math.jit import jit
 from ..typing import AnyArray, CoordinateLike
 
 
@@ -102,10 +103,15 @@ class Physical(AbstractReduction):
         return Reduced(
             system,
             jnp.eye(len(order), dtype=system.dtype)[:, order],
-            **{name: None if A is None else A[order][:, order] for name, A in matrices.items()},
+            **_in_order(matrices, order),
             coordinates=[system.coordinates[i] for i in order],
             massless=[k for k, i in enumerate(order) if i in system.massless],
         )
+
+
+@jit
+def _in_order(matrices, order):
+    return {name: None if A is None else A[order][:, order] for name, A in matrices.items()}
 
 
 def explicit(system: LinearSystem) -> Reduced:

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..checks import broken, known, not_positive
 from ..errors import ModelError
 from ..math.host import typed
+from ..math.jit import jit
 from ..math.linalg import safe_norm, skew
 from ..typing import ArrayLike
 from .network import Network
@@ -130,6 +131,7 @@ class Bonds(eqx.Module):
         return cls(network, position, frame, jnp.concatenate(local, axis=1), effort, compliance, length)
 
     @property
+    @jit
     def twist_axes(self) -> Float[Array, "q 6 6"]:
         """(q, 6, 6): world twist about the world origin from the one in the bond's axes about its origin.
 
@@ -139,6 +141,7 @@ class Bonds(eqx.Module):
         lower = jnp.concatenate([jnp.zeros_like(self.frame), self.frame], axis=2)
         return jnp.concatenate([jnp.concatenate([self.frame, arm], axis=2), lower], axis=1)
 
+    @jit
     def components(self, wrench: Array) -> Float[Array, "q 6"]:
         """Force x, y, z, moment x, y, z (q, 6) in the bonds' axes about their origins from world wrenches (q, 6).
 
@@ -146,6 +149,7 @@ class Bonds(eqx.Module):
         """
         return jnp.einsum("qji,qj->qi", self.twist_axes, wrench)
 
+    @jit
     def free_sizes(self) -> Float[Array, "q f"]:
         """Squared size (q, f) of each free twist [m^2], angles times the characteristic length; zero if unused."""
         weight = jnp.concatenate([jnp.ones(3, self.length.dtype), jnp.full(3, self.length**2)])
