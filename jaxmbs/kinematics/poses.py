@@ -64,12 +64,15 @@ def _combine(n, node, mass, com, inertia):
 
 def local_transforms(topology: Topology, P, psi):
     """Pose of each node in its parent, (nodes, 12, ...), at coordinates psi (nq[, batch])."""
-    R, x, lead = rotations(P), P[:, 9:12], P[:, 12]
+    R, x = rotations(P), P[:, 9:12]
     simple = topology.is_simple
     start = np.asarray(topology.node_coordinate)
     q = psi if simple else psi[start]
     angle = q if all(topology.turns) else q * per_node(topology.turns, q)
-    local = jnp.concatenate([rows(turned(R, angle)), x + scale(P[:, 2:9:3], lead * q)], axis=1)
+    turning, x = rows(turned(R, angle)), jnp.broadcast_to(x, (*x.shape[:2], *q.shape[1:]))
+    if topology.advances:
+        x = x + scale(P[:, 2:9:3], P[:, 12] * q)
+    local = jnp.concatenate([turning, x], axis=1)
     if simple:
         return local
     first = topology.balls

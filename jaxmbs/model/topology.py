@@ -152,6 +152,11 @@ class Topology:
         return np.array([kind in ("revolute", "screw") for kind in self.node_kind], float)
 
     @cached_property
+    def advances(self) -> bool:
+        """Whether some node moves along its z: a slide or a screw."""
+        return any(kind in ("prismatic", "screw") for kind in self.node_kind)
+
+    @cached_property
     def column_frame(self) -> np.ndarray:
         """Node whose frame carries each column: itself, but the last node of a ball for all its three."""
         frame = np.arange(self.nodes.size)
