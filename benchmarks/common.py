@@ -90,12 +90,12 @@ def timed(function, count):
     return time.process_time() - start
 
 
-def compiled(function, *args):
+def compiled(function, *args, often=False):
     """The compiled function and the CPU seconds of tracing, lowering and compiling it, from cold, with the options of
-    the library's programs."""
+    the library's programs; often: of its batches."""
     jax.clear_caches()
     start = time.process_time()
-    executable = jax.jit(function).lower(*args).compile(options("full", jax.default_backend()))
+    executable = jax.jit(function).lower(*args).compile(options("full", jax.default_backend(), often))
     return executable, time.process_time() - start
 
 

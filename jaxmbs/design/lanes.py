@@ -85,7 +85,7 @@ class Lanes:
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
         with SMALL(self._kind == "quick" or SMALL.value):
             lowered = jax.jit(function).lower(*columns)
-        return lowered.compile(options(self._kind, jax.default_backend()))
+        return lowered.compile(options(self._kind, jax.default_backend(), often=True))
 
 
 def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, compile: str = "full") -> Lanes:

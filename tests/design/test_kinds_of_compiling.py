@@ -49,9 +49,9 @@ def kinds(monkeypatch):
     """The kinds that the compiler was asked for."""
     asked, before = set(), compiling.options
 
-    def options(kind, backend):
+    def options(kind, backend, *often, **named):
         asked.add(kind)
-        return before(kind, backend)
+        return before(kind, backend, *often, **named)
 
     for module in (compiling, lanes):
         monkeypatch.setattr(module, "options", options)

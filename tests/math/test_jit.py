@@ -40,6 +40,8 @@ def test_unknown_options_and_those_of_the_user_are_left_out(monkeypatch):
         (level, 0),
         (level, 1),
     }
+    assert options.__wrapped__("full", "cpu", often=True)[level] == 3
+    assert options.__wrapped__("quick", "cpu", often=True)[level] == 0
     monkeypatch.setattr(module, "_FULL", {"no_such_option": 1, "xla_backend_optimization_level": 1})
     assert options.__wrapped__("full", "cpu") == {"xla_backend_optimization_level": 1}
     assert options.__wrapped__("full", "gpu") == {}
