@@ -19,13 +19,6 @@ from .labels import label
 from .symmetric import check_mass, symmetric
 
 
-@jit
-def _omega(values, is_rigid):
-    still = is_rigid | (values == 0)
-    size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, values)))
-    return jnp.where(still, 0.0, jnp.where(values < 0, -size, size))
-
-
 def _told(modes):
     """Every mode in a row, a pair of conjugates in one."""
     hertz, ratios = np.asarray(modes.frequencies), np.asarray(modes.damping_ratios)
@@ -194,6 +187,14 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
     else:
         rigid = jnp.argsort(jnp.argsort(jnp.abs(values))) < num_rigid
     return Modes(values, shapes, rigid).part(slice(0, num))
+
+
+@jit
+def _omega(values, is_rigid):
+    """`Modes.omega` of squared frequencies."""
+    still = is_rigid | (values == 0)
+    size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, values)))
+    return jnp.where(still, 0.0, jnp.where(values < 0, -size, size))
 
 
 #: A mode is rigid where its value is at most so many times the rounding of the stiffness in its shape or, below zero,
