@@ -6,9 +6,10 @@ import platform
 
 import jax
 
+from .math.one_kernel import SMALL_LOOPS
+
 _PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy")
 _BAD_RELEASES = {("jax", "0.11.1"): "makes scans with stacked outputs quadratic on CPU: take another"}
-SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 SMALL_LOOPS_FLAG = f"--xla_backend_extra_options={SMALL_LOOPS}=100000000"
 
 
@@ -52,5 +53,7 @@ def _advice(versions: dict[str, str]) -> list[str]:
     on_cpu = jax.default_backend() == "cpu"
     if on_cpu and needs_small_loops_flag(versions["jax"]) and SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
         advice += [f'jax before 0.12 on CPU: set XLA_FLAGS="{SMALL_LOOPS_FLAG}" before Python starts;']
-        advice += ["  simulations then run several times faster."]
+        advice += [
+            "  what you compile by jax.jit, and long trees, then run several times faster; motions by `mbs.jit` do anyway."
+        ]
     return advice

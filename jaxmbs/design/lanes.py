@@ -14,9 +14,10 @@ from jaxtyping import PyTree
 
 from jaxmbs.design.outcome import lane_cost, lane_status
 from jaxmbs.design.table import length, row_shape, rows
-from jaxmbs.math.jit import SMALL, options
+from jaxmbs.math.jit import of_kind, options
 
 from ..checks import known
+from ..math.host import is_outside
 
 MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
 _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
@@ -36,7 +37,8 @@ class Lanes:
             return values, lane_status(values), work
 
         self.__name__ = getattr(function, "__name__", "batch")  # of the compiled program, in the messages of XLA
-        self._jaxpr, self.shape = jax.make_jaxpr(lane, return_shape=True)(design)
+        with of_kind(compile):
+            self._jaxpr, self.shape = jax.make_jaxpr(lane, return_shape=True)(design)
         self._row, self._programs, self._kind = jax.tree.leaves(design), {}, compile
 
     @property
@@ -83,7 +85,7 @@ class Lanes:
             # Each device ends its own loops: sharding the whole would make them agree after every step.
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
-        with SMALL(self._kind == "quick" or SMALL.value):
+        with of_kind(self._kind):
             lowered = jax.jit(function).lower(*columns)
         return lowered.compile(options(self._kind, jax.default_backend(), often=True))
 
@@ -92,7 +94,7 @@ def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, co
     """The lanes of a function and of the cost of its values, from the cache if it met designs of this kind before."""
     row = row_shape(designs)
     leaves, structure = jax.tree.flatten(row)
-    key = cost, compile, structure, tuple((x.shape, x.dtype) for x in leaves)
+    key = cost, compile, is_outside(), structure, tuple((x.shape, x.dtype) for x in leaves)
     try:
         known = _CACHE.setdefault(function, {})
     except TypeError:  # neither hashable nor weakly held

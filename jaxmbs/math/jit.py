@@ -12,6 +12,7 @@ import jax
 
 from .compile_notes import listen
 from .host import is_outside
+from .one_kernel import MARKED, marks
 
 #: What XLA's CPU compiler is told.  Its emitters of fused loops and its higher levels take half of the time of
 #: compilation, and gain a tenth in trees and nothing in loops; 32 parts of a program are too many.  Sums that go to
@@ -72,10 +73,19 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
         listen()
         if not is_outside():
             return inner(*args, **kwargs)
-        with SMALL(compile == "quick" or SMALL.value):
+        with of_kind(compile):
             return outer(jax.default_backend())(*args, **kwargs)
 
     return compiled
+
+
+@contextlib.contextmanager
+def of_kind(compile: str):
+    """What is traced now is a program compiled with `options`, unless it is part of one of the user's."""
+    backend = jax.default_backend()
+    marked = is_outside() and marks(backend, options(compile, backend))
+    with SMALL(compile == "quick" or SMALL.value), MARKED(marked):
+        yield
 
 
 @contextlib.contextmanager

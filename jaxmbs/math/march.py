@@ -20,6 +20,7 @@ from jaxtyping import Array, PyTree
 from . import hunt as hunting
 from .implicit_step import is_diagonally_implicit
 from .implicit_step import step as implicit_step
+from .one_kernel import one_kernel
 
 #: A `close` that moves a coordinate further than this [rad or m] has left its branch.
 _FAR = 0.3
@@ -113,13 +114,10 @@ def held(tree):
 
 def walked(march: March, y0, t0, dt0, args) -> Walk:
     """The end of the march from y0 at t0; dt0: the first step."""
-    walk = lax.while_loop(
-        # lanes that are done wait: were this their own condition, every step would copy what all of them saved
-        lambda walk: eqxi.unvmap_any(walk.is_running(march)),
-        lambda walk: advance(march, walk, args)[0],
-        begin(march, y0, t0, dt0, args),
-    )
-    return ended(march, walk)
+    # lanes that are done wait: were this their own condition, every step would copy what all of them saved
+    running = lambda walk: eqxi.unvmap_any(walk.is_running(march))  # noqa: E731
+    steps = functools.partial(lax.while_loop, running, lambda walk: advance(march, walk, args)[0])
+    return ended(march, one_kernel(steps)(begin(march, y0, t0, dt0, args)))
 
 
 def begin(march: March, y0, t0, dt0, args) -> Walk:

@@ -5,6 +5,8 @@ keeps every second one, then every fourth; from each of those the steps up to th
 are pulled back.  So memory is bounded by two logs of `march.rows` steps, whatever the length of the motion.
 """
 
+import functools
+
 import diffrax
 import equinox as eqx
 import equinox.internal as eqxi
@@ -15,6 +17,7 @@ from jaxtyping import Array
 
 from .march import March, Walk, advance, begin, ended, first_of, put, walked
 from .march_pull import first_memory, has_stages, memory_of, pulled
+from .one_kernel import one_kernel
 from .packing import Packing
 
 
@@ -102,7 +105,8 @@ def _forward(perturbed, start, march, t0, dt0):
         return after, log.noted(packing.pack(_step(march, walk, dense)), keep)
 
     running = lambda carry: eqxi.unvmap_any(carry[0].is_running(march))  # noqa: E731
-    walk, log = lax.while_loop(running, body, (first, Log.empty(packing, march.rows)))
+    steps = functools.partial(lax.while_loop, running, body)
+    walk, log = one_kernel(steps)((first, Log.empty(packing, march.rows)))
     walk = ended(march, walk)
     return walk, (log, walk.t, first.saved, walk.saved)
 

@@ -10,6 +10,7 @@ from jax import lax
 
 from .implicit_step import is_diagonally_implicit
 from .march import March, begin, due, interpolated, stepped, with_scan
+from .one_kernel import one_kernel
 
 
 def has_stages(solver) -> bool:
@@ -123,4 +124,5 @@ def _stages(march, t0, t1, y0, K, args_of, moving, moving_bar, y_bar, K_bar):
         add = lambda old, new: jax.tree.map(jnp.add, old, new)  # noqa: E731
         return (add(moving_bar, change), add(y_bar, stage_bar), K_bar), None
 
-    return lax.scan(stage, (moving_bar, y_bar, K_bar), jnp.arange(used), reverse=True)[0][:2]
+    stages = one_kernel(lambda bars: lax.scan(stage, bars, jnp.arange(used), reverse=True)[0])
+    return stages((moving_bar, y_bar, K_bar))[:2]
