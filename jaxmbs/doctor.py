@@ -54,6 +54,6 @@ def _advice(versions: dict[str, str]) -> list[str]:
     if on_cpu and needs_small_loops_flag(versions["jax"]) and SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
         advice += [f'jax before 0.12 on CPU: set XLA_FLAGS="{SMALL_LOOPS_FLAG}" before Python starts;']
         advice += [
-            "  what you compile by jax.jit, and long trees, then run several times faster; motions by `mbs.jit` do anyway."
+            "  programs of `jax.jit` and long trees then run several times faster; motions by `mbs.jit` do anyway."
         ]
     return advice
