@@ -115,4 +115,5 @@ def eliminated(A):
 
     start = (A, jnp.ones_like(A, shape=(n,)), index, index >= 0)
     A, pivots, order, _ = lax.fori_loop(0, n, eliminate, start)
-    return A[order][:, jnp.argsort(order)], pivots, order
+    back = index.at[order].set(index)  # no sort: that would keep a march from being one kernel
+    return A[order][:, back], pivots, order
