@@ -12,9 +12,10 @@ def demo(options: argparse.Namespace) -> int:
     """The demo."""
     prepare()
     from ..demo import run
-    from ..math.jit import SMALL
+    from ..math.jit import SMALL, collector_at_rest
 
-    with SMALL(True):  # its motions are short: programs of fewer equations gain more than they lose in steps
+    # its motions are short: programs of fewer equations gain more than they lose in steps
+    with SMALL(True), collector_at_rest():
         return run(options.output, quick=options.quick)
 
 

@@ -68,7 +68,8 @@ def pareto(
         raise ValueError(f"a front has three points at least, not {points}")
     limit = Limit("second aim", lambda held: (second(held[0]) - held[1]) / held[2], upper=0.0, scale=1.0)
     outer = (design0, 0.0, 1.0), None if bounds is None else (bounds, None, None)
-    aims = _Aims(program(lambda held: first(held[0]), read_variables(*outer), gradient, [limit]), compile, outer)
+    asked = program(lambda held: first(held[0]), read_variables(*outer), gradient, [limit], compile)
+    aims = _Aims(asked, compile, outer)
     with tqdm(total=steps * points, disable=not progress, desc="pareto") as bar:
         ends = [aims.alone(which, steps, tolerance, bar) for which in (0, 1)]
         (_, high), (_, low) = (aims.values(end.design[0]) for end in ends)

@@ -86,7 +86,7 @@ def minimise(
     optimiser = ("SLSQP" if limits else "L-BFGS-B") if optimiser is None else optimiser
     engine = _engine(optimiser, functools.partial(value_alone, objective), limits)
     together = [read_variables(design0, bounds)] if starts is None else stacked_variables(design0, bounds, starts)
-    asked = program(objective, together[0], gradient, limits)
+    asked = program(objective, together[0], gradient, limits, compile)
     with tqdm(total=steps * len(together), disable=not progress, desc="minimise") as bar:
         options = (tolerance, callback, bar, starts is not None)
         if starts is not None and not isinstance(optimiser, str):

@@ -6,10 +6,12 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.extend.core import jaxpr_as_fun
 from jaxtyping import Array, PyTree
 
 from jaxmbs.design.limit import Held, Limit, held, values_of
 from jaxmbs.design.variables import Variables
+from jaxmbs.math.jit import of_kind
 
 
 class Program(NamedTuple):
@@ -34,8 +36,10 @@ class Program(NamedTuple):
         return sum(held.size for held in self.limits)
 
 
-def program(objective: Callable, variables: Variables, gradient: str, limits: Sequence[Limit] = ()) -> Program:
-    """The program of an objective with limits.
+def program(
+    objective: Callable, variables: Variables, gradient: str, limits: Sequence[Limit] = (), compile: str = "full"
+) -> Program:
+    """The program of an objective with limits, to be compiled as `compile` says.
 
     Raises:
         ValueError: for an unknown kind of gradient, an objective that is no real scalar (with a dict of answers
@@ -54,15 +58,16 @@ def program(objective: Callable, variables: Variables, gradient: str, limits: Se
         value, answers = _parts(objective(design))
         return value, values_of(limits, design, answers)
 
-    shape, values = jax.eval_shape(answered, variables.vector(variables.start))
+    with of_kind(compile):  # traced once: shapes and derivatives come from the same equations
+        traced, (shape, values) = jax.make_jaxpr(answered, return_shape=True)(variables.vector(variables.start))
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
         raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")
     known = tuple(held(limit, value) for limit, value in zip(limits, values, strict=True))
 
     def flat(x):
-        value, values = answered(x)
+        value, *values = jaxpr_as_fun(traced)(x)
         parts = [limit.excess(v) for limit, v in zip(known, values, strict=True)]
-        return jnp.concatenate([value[None], *parts]), values
+        return jnp.concatenate([value[None], *parts]), tuple(values)
 
     differentiate = _by_columns if gradient == "forward" else _by_rows
 

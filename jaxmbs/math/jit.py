@@ -59,7 +59,7 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
 
     @functools.wraps(function)
     def traced(*args, **kwargs):
-        with _collector_at_rest():
+        with collector_at_rest():
             return function(*args, **kwargs)
 
     inner = eqx.filter_jit(traced)
@@ -84,14 +84,14 @@ def of_kind(compile: str):
     """What is traced now is a program compiled with `options`, unless it is part of one of the user's."""
     backend = jax.default_backend()
     marked = is_outside() and marks(backend, options(compile, backend))
-    with SMALL(compile == "quick" or SMALL.value), MARKED(marked):
+    with SMALL(compile == "quick" or SMALL.value), MARKED(marked), collector_at_rest():
         yield
 
 
 @contextlib.contextmanager
-def _collector_at_rest():
-    """Python's collector paused while a function is traced: of a million small objects hardly one is garbage, and
-    looking for it takes a third of the time."""
+def collector_at_rest():
+    """Python's collector paused while a function is traced and lowered: of a million small objects hardly one is
+    garbage, and looking for it takes a third of the time."""
     if not gc.isenabled():
         yield
         return

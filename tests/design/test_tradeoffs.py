@@ -99,4 +99,4 @@ def test_one_program_for_all_points():
         traced.clear()
         pareto(near_and_counted, far, {"x": 0.3, "y": 0.5}, points=points, progress=False)
         counts.append(len(traced))
-    assert counts[0] == counts[1] == 2  # shapes, then the program
+    assert counts[0] == counts[1] == 1  # shapes, values and gradients come from one trace
