@@ -14,6 +14,7 @@ from jaxtyping import PyTree
 
 from jaxmbs.design.outcome import lane_cost, lane_status
 from jaxmbs.design.table import length, row_shape, rows
+from jaxmbs.math.jaxpr import equations
 from jaxmbs.math.jit import of_kind, options
 
 from ..checks import known
@@ -87,7 +88,9 @@ class Lanes:
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
         with of_kind(self._kind):
             lowered = jax.jit(function).lower(*columns)
-        return lowered.compile(options(self._kind, jax.default_backend(), often=True))
+        # the loop of a motion gains 3 % by the highest level, and takes a third longer to compile
+        often = all(equation.primitive.name != "while" for equation in equations(self._jaxpr))
+        return lowered.compile(options(self._kind, jax.default_backend(), often))
 
 
 def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, compile: str = "full") -> Lanes:

@@ -14,9 +14,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax.custom_derivatives import SymbolicZero
 from jax.experimental.xla_metadata import set_xla_metadata
-from jax.extend.core import ClosedJaxpr, Jaxpr, jaxpr_as_fun
+from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
 from jaxtyping import PyTree
 
+from .jaxpr import equations
 from .packing import Packing
 
 #: Whether loops that are traced now get the mark; part of the key of JAX's caches.
@@ -97,11 +98,9 @@ def _marked(function, given):
 
 def _fits(jaxpr):
     """Whether a kernel holds all that is in it."""
-    for equation in jaxpr.eqns:
-        name, params = equation.primitive.name, tuple(equation.params.values())
-        if name in _CALLS or (name == "dot_general" and max(x.aval.size for x in equation.invars) > _DENSE):
-            return False
-        inside = jax.tree.leaves(params, is_leaf=lambda x: isinstance(x, ClosedJaxpr | Jaxpr))
-        if not all(_fits(x) for x in inside if isinstance(x, ClosedJaxpr | Jaxpr)):
-            return False
-    return True
+    found = ((equation.primitive.name, equation) for equation in equations(jaxpr))
+    return not any(name in _CALLS or (name == "dot_general" and _is_dense(equation)) for name, equation in found)
+
+
+def _is_dense(product):
+    return max(x.aval.size for x in product.invars) > _DENSE

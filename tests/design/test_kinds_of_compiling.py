@@ -1,5 +1,6 @@
 """`compile="quick"` of the questions of design: it reaches the compiler, and the answers stay."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import optax
@@ -76,3 +77,16 @@ def _leaves(found):
 def test_another_kind_is_refused(question):
     with pytest.raises(ValueError, match="'full' or 'quick', got 'fast'"):
         question("fast")
+
+
+def counted(design):
+    """Halvings of a number down to one: a loop that ends by a condition, as a motion's does."""
+    return jax.lax.while_loop(lambda c: c[0] > 1.0, lambda c: (0.5 * c[0], c[1] + 1), (design["a"], 0))[1]
+
+
+@pytest.mark.parametrize("function, level", [(bowl, True), (counted, False)], ids=["evaluation", "motion"])
+def test_a_batch_of_what_is_no_motion_compiles_at_the_highest_level(function, level, monkeypatch):
+    asked = []
+    monkeypatch.setattr(lanes, "options", lambda kind, backend, often: asked.append(often) or {})
+    mbs.batch(lambda d: function(d), rows(5), progress=False)
+    assert asked == [level]
