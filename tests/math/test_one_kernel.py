@@ -94,11 +94,16 @@ def test_no_marks_in_a_program_of_the_users(marked):
     assert MARK not in jax.jit(run).lower(X).as_text()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("mode", ["value", "reverse", "forward"])
-@pytest.mark.parametrize(
-    "solver", [diffrax.Dopri8(), mbs.Gauss4(), diffrax.Kvaerno5()], ids=lambda s: type(s).__name__
-)
+def _cases():
+    """Derivatives by Gauss's rule are long, and forward ones, whose loops are not marked, but by Dopri8."""
+    for solver in (diffrax.Dopri8(), mbs.Gauss4(), diffrax.Kvaerno5()):
+        for mode in ("value", "reverse", "forward"):
+            name = f"{type(solver).__name__}-{mode}"
+            slow = "Dopri8" in name or name in ("Gauss4-value", "Kvaerno5-value", "Kvaerno5-reverse")
+            yield pytest.param(solver, mode, marks=pytest.mark.slow if slow else pytest.mark.long, id=name)
+
+
+@pytest.mark.parametrize("solver, mode", list(_cases()))
 def test_motions(monkeypatch, solver, mode):
     """A four-bar with springs and its derivative by a speed, marked and not."""
     system = four_bar()
