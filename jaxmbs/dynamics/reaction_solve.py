@@ -37,6 +37,8 @@ from .sparse_saddle import constraint_rows
 from .undriven import undriven
 
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
+#: Velocities times states whose loads take a few milliseconds however they are compiled: quickly, which saves a second.
+_FEW = 1000
 
 
 def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
@@ -133,11 +135,14 @@ def _named(system, wrench, effort, at, options):
     return {name: JointReaction(force[i], moment[i], efforts[i], marks[i]) for i, (name, *_) in enumerate(carriers)}
 
 
-@jit
-def _reactions_jit(system, states, accelerations, batched, options):
+def _along(system, states, accelerations, batched, options):
+    """`_reactions` of a state, or of every one of a batch."""
     P = node_parameters(system)
     one = lambda row: _reactions(system, P, *row, options)  # noqa: E731
     return over_rows(one, (states, accelerations)) if batched else one((states, accelerations))
+
+
+_along_few, _along_many = jit(_along, compile="quick"), jit(_along)
 
 
 def _compliance(name, value, dtype):
@@ -177,6 +182,9 @@ def reactions(
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
 
+    Of few states its program is compiled quickly, and takes milliseconds: in loops of thousands of calls put it into
+    `mbs.jit`.
+
     Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
     shared so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least
     norm, moments over the system's characteristic length `system.length`.
@@ -201,4 +209,5 @@ def reactions(
         actuators = every if actuators is None else actuators
     columns = None if actuators is None else actuated_columns(system, actuators)
     options = _Options(frame, side, compliance, method, columns)
-    return _reactions_jit(system, states, accelerations, states.coordinates.ndim == 2, options)
+    along = _along_few if states.velocities.size <= _FEW else _along_many
+    return along(system, states, accelerations, states.coordinates.ndim == 2, options)

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.dynamics import reaction_solve
 from tests import random_systems as rs
 from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, rotation_about
 
@@ -362,3 +363,20 @@ def test_coupled_joints_carry_the_gear_load_inside():
     loads = mbs.reactions(system, mbs.State.at(system))
     np.testing.assert_allclose(loads["one_pin"].effort, [0.3 * 16.0 - 6.0], atol=1e-9)
     np.testing.assert_allclose(loads["two_pin"].effort, [0.3 * -8.0], atol=1e-9)
+
+
+# --------------------------------------------------------------------------------------------- kinds of programs
+def test_few_states_are_compiled_quickly_and_answer_as_many(pendulum, monkeypatch):
+    system, state = pendulum
+    asked = []
+    for kind in ("few", "many"):
+        along = getattr(reaction_solve, f"_along_{kind}")
+        called = lambda *a, kind=kind, along=along: asked.append(kind) or along(*a)  # noqa: E731
+        monkeypatch.setattr(reaction_solve, f"_along_{kind}", called)
+    found = []
+    for number in (3, 1001):
+        states = jax.tree.map(lambda x, n=number: jnp.broadcast_to(x, (n, *x.shape)), state)
+        found.append(both(mbs.reactions(system, states), "pin"))
+    assert asked == ["few", "many"]
+    for few, many in zip(*found, strict=True):
+        np.testing.assert_allclose(many, np.broadcast_to(few[:1], many.shape), rtol=1e-13, atol=1e-13)
