@@ -37,7 +37,7 @@ from .sparse_saddle import constraint_rows
 from .undriven import undriven
 
 _BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
-#: Velocities times states whose loads take a few milliseconds however they are compiled: quickly, which saves a second.
+#: Velocities times states whose loads take milliseconds however they are compiled: quickly, which saves a second.
 _FEW = 1000
 
 
