@@ -1,6 +1,6 @@
-"""What a traced program is made of."""
+"""What a traced program is made of, and the same program with other equations."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import jax
 from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn
@@ -13,6 +13,24 @@ def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:
         for part in jax.tree.leaves(tuple(equation.params.values()), is_leaf=_is_jaxpr):
             if _is_jaxpr(part):
                 yield from equations(part)
+
+
+def rewritten(jaxpr: ClosedJaxpr, change: Callable[[JaxprEqn], JaxprEqn]) -> ClosedJaxpr:
+    """The same program with `change` of all its equations, those inside of its loops and calls too.
+
+    What derives it afterwards may meet the old ones: custom rules keep theirs.
+    """
+
+    def inside(part):
+        if isinstance(part, ClosedJaxpr):
+            return rewritten(part, change)
+        return part.replace(eqns=[whole(equation) for equation in part.eqns]) if isinstance(part, Jaxpr) else part
+
+    def whole(equation):
+        params = {name: jax.tree.map(inside, x, is_leaf=_is_jaxpr) for name, x in equation.params.items()}
+        return change(equation.replace(params=params))
+
+    return jaxpr.replace(jaxpr=inside(jaxpr.jaxpr))
 
 
 def _is_jaxpr(x):
