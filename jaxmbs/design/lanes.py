@@ -16,14 +16,12 @@ from jaxmbs.design.outcome import lane_cost, lane_status
 from jaxmbs.design.table import length, row_shape, rows
 from jaxmbs.math.jaxpr import equations
 from jaxmbs.math.jit import of_kind, options
-from jaxmbs.math.one_kernel import unmarked
 from jaxmbs.math.small_products import as_sums
 
 from ..checks import known
 from ..math.host import is_outside
 
 MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
-MANY = 16  # designs of a chunk from which motions run as fast, their gradients faster, if no loop is one kernel
 _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
 
@@ -90,18 +88,16 @@ class Lanes:
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
         with of_kind(self._kind):
-            lowered = self._lean(function, columns, chunk // max(len(devices), 1)).lower(*columns)
+            lowered = self._lean(function, columns).lower(*columns)
         # loops that end by a condition are motions: they gain 3 % by the highest level, for a third more to compile
         often = all(equation.primitive.name != "while" for equation in equations(self._jaxpr))
         return lowered.compile(options(self._kind, jax.default_backend(), often))
 
-    def _lean(self, function, columns, number):
-        """`function` of columns of so many designs for each device, as it suits the CPU: XLA's kernels of whole loops
-        are for few numbers, its libraries for large matrices."""
+    def _lean(self, function, columns):
+        """`function`, to be compiled for these columns; on the CPU with its small products as sums."""
         if jax.default_backend() != "cpu":
             return jax.jit(function)
-        program = as_sums(jax.make_jaxpr(function)(*columns))
-        program = jaxpr_as_fun(program if number < MANY else unmarked(program))
+        program = jaxpr_as_fun(as_sums(jax.make_jaxpr(function)(*columns)))
 
         def lean(*columns):
             return program(*columns)

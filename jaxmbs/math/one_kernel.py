@@ -17,7 +17,7 @@ from jax.experimental.xla_metadata import set_xla_metadata
 from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
 from jaxtyping import PyTree
 
-from .jaxpr import equations, rewritten
+from .jaxpr import equations
 from .packing import Packing
 
 #: Whether loops that are traced now get the mark; part of the key of JAX's caches.
@@ -65,16 +65,6 @@ def one_kernel(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
         return jax.tree.unflatten(jax.tree.structure(shape), found)
 
     return asked
-
-
-def unmarked(jaxpr: ClosedJaxpr) -> ClosedJaxpr:
-    """The same program with its loops as they are."""
-
-    def plain(equation):
-        marked = dict(equation.params.get("xla_metadata_kvs", ())) == _MARK
-        return equation.replace(params={"xla_metadata_kvs": ()}) if marked else equation
-
-    return rewritten(jaxpr, plain)
 
 
 def _of_all(jaxpr):

@@ -8,13 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax import lax
-from jax.extend.core import jaxpr_as_fun
 
 import jaxmbs as mbs
 from jaxmbs.math import jit as jit_module
 from jaxmbs.math import one_kernel as module
 from jaxmbs.math.jit import jit, options
-from jaxmbs.math.one_kernel import MARKED, marks, one_kernel, unmarked
+from jaxmbs.math.one_kernel import MARKED, marks, one_kernel
 from tests.zoo.mechanisms import four_bar, four_bar_state
 
 X = jnp.array([0.3, 1.2])
@@ -52,18 +51,6 @@ def test_values_and_derivatives_are_those_of_the_loop(marked):
         jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-15), f(X), g(X))
     batch = jnp.stack([X, 2.0 * X])
     jax.tree.map(np.testing.assert_array_equal, jit(jax.vmap(found))(batch), jit(jax.vmap(plain))(batch))
-
-
-def test_marks_can_be_taken_back():
-    def run(x):
-        return three_times(lambda y: jnp.sin(y) * x[0], x, one_kernel)[0]
-
-    batch = jnp.stack([X, 2.0 * X])
-    with MARKED(True):
-        program = jax.make_jaxpr(jax.vmap(run))(batch)
-    assert MARK in text(jaxpr_as_fun(program), batch)
-    assert MARK not in text(jaxpr_as_fun(unmarked(program)), batch)
-    np.testing.assert_array_equal(jaxpr_as_fun(unmarked(program))(batch)[0], jax.vmap(run)(batch))
 
 
 @pytest.mark.parametrize(
