@@ -15,18 +15,24 @@ def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:
                 yield from equations(part)
 
 
-def rewritten(jaxpr: ClosedJaxpr, change: Callable[[JaxprEqn], JaxprEqn]) -> ClosedJaxpr:
+def rewritten(
+    jaxpr: ClosedJaxpr, change: Callable[[JaxprEqn], JaxprEqn], whole: Callable[[JaxprEqn], bool]
+) -> ClosedJaxpr:
     """The same program with `change` of all its equations, those inside of its loops and calls too.
+
+    Args: whole: equations that stay as they are, and all that is inside of them.
 
     What derives it afterwards may meet the old ones: custom rules keep theirs.
     """
 
     def inside(part):
         if isinstance(part, ClosedJaxpr):
-            return rewritten(part, change)
-        return part.replace(eqns=[whole(equation) for equation in part.eqns]) if isinstance(part, Jaxpr) else part
+            return rewritten(part, change, whole)
+        return part.replace(eqns=[changed(equation) for equation in part.eqns]) if isinstance(part, Jaxpr) else part
 
-    def whole(equation):
+    def changed(equation):
+        if whole(equation):
+            return equation
         params = {name: jax.tree.map(inside, x, is_leaf=_is_jaxpr) for name, x in equation.params.items()}
         return change(equation.replace(params=params))
 

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.custom_derivatives import SymbolicZero
 from jax.experimental.xla_metadata import set_xla_metadata
-from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
+from jax.extend.core import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
 from jaxtyping import PyTree
 
 from .jaxpr import equations
@@ -67,6 +67,11 @@ def one_kernel(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
     return asked
 
 
+def is_marked(equation: JaxprEqn) -> bool:
+    """Whether it is the call of a marked loop."""
+    return equation.primitive.name == "jit" and equation.params["name"] == one_kernel.__name__
+
+
 def _of_all(jaxpr):
     """The function of a jaxpr that takes what it closes over too, first."""
     number = len(jaxpr.consts)
@@ -80,8 +85,10 @@ def _marked(function, given):
     @jax.custom_jvp
     def marked(*given):
         # one argument, some of which is used: XLA ends the process at a marked call with an argument that is not
-        found = jax.jit(lambda vector: function(*packing.unpack(vector)))(packing.pack(given))
-        return set_xla_metadata(found, **_MARK)
+        def one_kernel(vector):
+            return function(*packing.unpack(vector))
+
+        return set_xla_metadata(jax.jit(one_kernel)(packing.pack(given)), **_MARK)
 
     @functools.partial(marked.defjvp, symbolic_zeros=True)
     def derived(given, dots):

@@ -9,6 +9,7 @@ from jax.extend.core import jaxpr_as_fun
 
 from jaxmbs.math.jaxpr import equations
 from jaxmbs.math.linalg import saddle_solve, small_matmul
+from jaxmbs.math.one_kernel import MARKED, one_kernel
 from jaxmbs.math.small_products import as_sums
 
 RANDOM = np.random.default_rng(4)
@@ -64,6 +65,16 @@ def test_inside_of_loops_and_calls(function):
     assert not [p for p in left if p.params["dimension_numbers"][1][0]]
     for a, b in zip(found, summed, strict=True):
         np.testing.assert_allclose(b, a, rtol=1e-11, atol=1e-13)
+
+
+def test_a_marked_loop_keeps_its_products():
+    def loop(A):
+        return one_kernel(lambda x: lax.fori_loop(0, 3, lambda _, x: A @ x, x))(A)
+
+    with MARKED(True):
+        _, _, left = both(jax.vmap(loop), jnp.asarray(M))
+    assert len(left) == 1
+    assert not both(jax.vmap(loop), jnp.asarray(M))[2]
 
 
 @pytest.mark.parametrize(
