@@ -45,9 +45,8 @@ def test_a_stone_that_is_thrown(stone, mode):
     np.testing.assert_allclose(slopes, expected, atol=1e-7)
 
 
-@pytest.mark.parametrize(
-    "mode", [pytest.param("forward", marks=pytest.mark.long), pytest.param("reverse", marks=pytest.mark.slow)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("mode", ["forward", "reverse"])
 def test_a_loop_saved_on_its_steps(mode):
     """Nothing depends on the clock: later times move the states along the motion, a later start moves them back; the
     start itself is saved too."""

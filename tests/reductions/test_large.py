@@ -67,9 +67,8 @@ def test_it_is_the_dense_reduction():
         assert large.coordinates == small.coordinates
 
 
-@pytest.mark.parametrize(
-    "mode", [pytest.param(jax.grad, marks=pytest.mark.slow), pytest.param(jax.jacfwd, marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("mode", [jax.grad, jax.jacfwd])
 def test_derivatives_where_modes_repeat(mode):
     """The stretch parts the pairs of bending modes, whose vectors are any before it; against differences."""
     found = batch(jnp.array([1.0 - 1e-4, 1.0 + 1e-4]))
