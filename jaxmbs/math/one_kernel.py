@@ -85,7 +85,7 @@ def _marked(function, given):
     @jax.custom_jvp
     def marked(*given):
         # one argument, some of which is used: XLA ends the process at a marked call with an argument that is not
-        def one_kernel(vector):
+        def one_kernel(vector):  # by this name `is_marked` knows it
             return function(*packing.unpack(vector))
 
         return set_xla_metadata(jax.jit(one_kernel)(packing.pack(given)), **_MARK)
