@@ -16,8 +16,8 @@ def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:
 
 
 def rewritten(
-    jaxpr: ClosedJaxpr, change: Callable[[JaxprEqn], JaxprEqn], whole: Callable[[JaxprEqn], bool]
-) -> ClosedJaxpr:
+    jaxpr: ClosedJaxpr | Jaxpr, change: Callable[[JaxprEqn], JaxprEqn], whole: Callable[[JaxprEqn], bool]
+) -> ClosedJaxpr | Jaxpr:
     """The same program with `change` of all its equations, those inside of its loops and calls too.
 
     Args: whole: equations that stay as they are, and all that is inside of them.
@@ -25,10 +25,11 @@ def rewritten(
     What derives it afterwards may meet the old ones: custom rules keep theirs.
     """
 
+    if getattr(jaxpr, "jaxpr", jaxpr) is not jaxpr:  # closed; from JAX 0.12 on there is one kind only
+        return jaxpr.replace(jaxpr=rewritten(jaxpr.jaxpr, change, whole))
+
     def inside(part):
-        if isinstance(part, ClosedJaxpr):
-            return rewritten(part, change, whole)
-        return part.replace(eqns=[changed(equation) for equation in part.eqns]) if isinstance(part, Jaxpr) else part
+        return rewritten(part, change, whole) if _is_jaxpr(part) else part
 
     def changed(equation):
         if whole(equation):
@@ -36,7 +37,7 @@ def rewritten(
         params = {name: jax.tree.map(inside, x, is_leaf=_is_jaxpr) for name, x in equation.params.items()}
         return change(equation.replace(params=params))
 
-    return jaxpr.replace(jaxpr=inside(jaxpr.jaxpr))
+    return jaxpr.replace(eqns=[changed(equation) for equation in jaxpr.eqns])
 
 
 def _is_jaxpr(x):
