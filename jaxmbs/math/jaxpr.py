@@ -1,9 +1,12 @@
 """What a traced program is made of, and the same program with other equations."""
 
 from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
 
 import jax
 from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn
+
+Program = TypeVar("Program", ClosedJaxpr, Jaxpr)
 
 
 def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:
@@ -15,9 +18,7 @@ def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:
                 yield from equations(part)
 
 
-def rewritten(
-    jaxpr: ClosedJaxpr | Jaxpr, change: Callable[[JaxprEqn], JaxprEqn], whole: Callable[[JaxprEqn], bool]
-) -> ClosedJaxpr | Jaxpr:
+def rewritten(jaxpr: Program, change: Callable[[JaxprEqn], JaxprEqn], whole: Callable[[JaxprEqn], bool]) -> Program:
     """The same program with `change` of all its equations, those inside of its loops and calls too.
 
     Args: whole: equations that stay as they are, and all that is inside of them.
@@ -25,8 +26,9 @@ def rewritten(
     What derives it afterwards may meet the old ones: custom rules keep theirs.
     """
 
-    if getattr(jaxpr, "jaxpr", jaxpr) is not jaxpr:  # closed; from JAX 0.12 on there is one kind only
-        return jaxpr.replace(jaxpr=rewritten(jaxpr.jaxpr, change, whole))
+    inner: Any = getattr(jaxpr, "jaxpr", jaxpr)
+    if inner is not jaxpr:  # closed; from JAX 0.12 on there is one kind only
+        return jaxpr.replace(jaxpr=rewritten(inner, change, whole))
 
     def inside(part):
         return rewritten(part, change, whole) if _is_jaxpr(part) else part
@@ -37,7 +39,7 @@ def rewritten(
         params = {name: jax.tree.map(inside, x, is_leaf=_is_jaxpr) for name, x in equation.params.items()}
         return change(equation.replace(params=params))
 
-    return jaxpr.replace(eqns=[changed(equation) for equation in jaxpr.eqns])
+    return inner.replace(eqns=[changed(equation) for equation in inner.eqns])
 
 
 def _is_jaxpr(x):
