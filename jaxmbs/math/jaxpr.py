@@ -25,10 +25,9 @@ def rewritten(jaxpr: Program, change: Callable[[JaxprEqn], JaxprEqn], whole: Cal
 
     What derives it afterwards may meet the old ones: custom rules keep theirs.
     """
-
-    inner: Any = getattr(jaxpr, "jaxpr", jaxpr)
-    if inner is not jaxpr:  # closed; from JAX 0.12 on there is one kind only
-        return jaxpr.replace(jaxpr=rewritten(inner, change, whole))
+    program: Any = jaxpr
+    if getattr(program, "jaxpr", program) is not program:  # closed; from JAX 0.12 on there is one kind only
+        return program.replace(jaxpr=rewritten(program.jaxpr, change, whole))
 
     def inside(part):
         return rewritten(part, change, whole) if _is_jaxpr(part) else part
@@ -39,7 +38,7 @@ def rewritten(jaxpr: Program, change: Callable[[JaxprEqn], JaxprEqn], whole: Cal
         params = {name: jax.tree.map(inside, x, is_leaf=_is_jaxpr) for name, x in equation.params.items()}
         return change(equation.replace(params=params))
 
-    return inner.replace(eqns=[changed(equation) for equation in inner.eqns])
+    return program.replace(eqns=[changed(equation) for equation in program.eqns])
 
 
 def _is_jaxpr(x):
