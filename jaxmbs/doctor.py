@@ -6,7 +6,7 @@ import platform
 
 import jax
 
-from .math.one_kernel import SMALL_LOOPS
+from .math.one_kernel import SMALL_LOOPS, sets_marks
 
 _PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy")
 _BAD_RELEASES = {("jax", "0.11.1"): "makes scans with stacked outputs quadratic on CPU: take another"}
@@ -22,8 +22,7 @@ def report() -> str:
     lines += [f"{'x64':<10} {'on' if jax.config.jax_enable_x64 else 'off'}"]
     lines += [f"{'cache':<10} {jax.config.jax_compilation_cache_dir or 'off: `mbs.cache()` keeps compiled programs'}"]
     if needs_small_loops_flag(versions["jax"]):
-        state = "on" if SMALL_LOOPS in os.environ.get("XLA_FLAGS", "") else "off"
-        lines += [f"{'XLA':<10} small CPU loops compiled as one kernel: {state}"]
+        lines += [f"{'XLA':<10} small CPU loops compiled as one kernel: {_one_kernel_by(versions['jax'])}"]
     advice = _advice(versions)
     return "\n".join([*lines, "", *(advice or ["nothing to advise"])])
 
@@ -42,18 +41,29 @@ def _version(package: str) -> str:
 
 
 def needs_small_loops_flag(jax_version: str) -> bool:
-    """Whether this release of jax compiles small CPU loops well only when asked to."""
+    """True for releases of jax that compile small CPU loops well only when asked to."""
     return tuple(int(part) for part in jax_version.split(".")[:2]) < (0, 12)
+
+
+def _one_kernel_by(jax_version):
+    if SMALL_LOOPS in os.environ.get("XLA_FLAGS", ""):
+        return "by XLA_FLAGS, in all programs"
+    return "by the library, in its own programs and those of `mbs.jit`" if sets_marks(jax_version) else "off"
 
 
 def _advice(versions: dict[str, str]) -> list[str]:
     advice = [f"{name} {bad} {why}." for (name, bad), why in _BAD_RELEASES.items() if versions[name] == bad]
     if not jax.config.jax_enable_x64:
         advice += ['x64 is off: call jax.config.update("jax_enable_x64", True) before building a model.']
-    on_cpu = jax.default_backend() == "cpu"
-    if on_cpu and needs_small_loops_flag(versions["jax"]) and SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
-        advice += [f'jax before 0.12 on CPU: set XLA_FLAGS="{SMALL_LOOPS_FLAG}" before Python starts;']
+    if jax.default_backend() != "cpu" or not needs_small_loops_flag(versions["jax"]):
+        return advice
+    given = SMALL_LOOPS in os.environ.get("XLA_FLAGS", "")
+    if sets_marks(versions["jax"]) and given:
+        advice += [f"XLA_FLAGS sets {SMALL_LOOPS}: the library then leaves small loops to XLA."]
         advice += [
-            "  programs of `jax.jit` and long trees then run several times faster; motions by `mbs.jit` do anyway."
+            "  Take it out and compile by `mbs.jit`, whose loops are faster; `jax.jit` alone gains by the flag."
         ]
+    if not sets_marks(versions["jax"]) and not given:
+        advice += [f'jax {versions["jax"]} on CPU: set XLA_FLAGS="{SMALL_LOOPS_FLAG}"']
+        advice += ["  before Python starts; motions and long trees then run several times faster."]
     return advice

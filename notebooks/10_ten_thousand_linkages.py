@@ -89,7 +89,7 @@ print({name: float(x) for name, x in mbs.jit(answers, compile="quick")(middle).i
 
 # %% [markdown]
 # ## Ten thousand
-# `sweep` writes whole chunks to a folder. Stopped at any time, it goes on with the chunk it had in hand. Linkages
+# `sweep` saves each chunk of designs in a folder when it is complete; stopped, it goes on there. Linkages
 # that cannot turn keep their row: numbers that are not a number, a status and a reason.
 
 # %%

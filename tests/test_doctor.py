@@ -13,12 +13,23 @@ def test_report_names_versions_devices_and_settings(capsys):
         assert word in text
 
 
-@pytest.mark.parametrize(("version", "advised"), [("0.10.2", True), ("0.11.2", True), ("0.12.0.1", False)])
-def test_flag_is_advised_before_jax_0_12(monkeypatch, version, advised):
-    monkeypatch.delenv("XLA_FLAGS", raising=False)
+@pytest.mark.parametrize(
+    ("version", "flag", "advised"),
+    [
+        ("0.10.2", "", False),  # the library marks its loops, which the flag would switch off
+        ("0.10.2", doctor.SMALL_LOOPS_FLAG, True),
+        ("0.11.2", "", True),
+        ("0.11.2", doctor.SMALL_LOOPS_FLAG, False),
+        ("0.12.0.1", "", False),
+    ],
+)
+def test_flag_is_advised_only_where_it_helps(monkeypatch, version, flag, advised):
+    monkeypatch.setenv("XLA_FLAGS", flag)
     monkeypatch.setattr(doctor, "_version", lambda name: version)
     monkeypatch.setattr(jax, "default_backend", lambda: "cpu")
-    assert ("XLA_FLAGS" in doctor.report()) == advised
+    advice = doctor.report().split("\n\n")[1]
+    assert ("XLA_FLAGS" in advice) == advised
+    assert not advised or ("Take it out" in advice) == bool(flag)
 
 
 def test_bad_release_is_named(monkeypatch):

@@ -139,8 +139,8 @@ class SystemBuilder:
         Args:
             kind: a joint such as `Revolute(axis="z")`.
             parent_frame, child_frame: its place in each body: a point, `Pose` or frame name (default: the origin).
-            at: instead, a world point in the reference pose, where bodies stand at their `position=` or, without
-                one, in the world frame; joint axes are then world axes.
+            at: instead, a world point in the reference pose, where bodies are at their `position=` or, without
+                one, have the world frame as their own; joint axes are then world axes.
             drive: function of time that prescribes its coordinate.
         """
         item = declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive)

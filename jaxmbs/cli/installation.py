@@ -37,6 +37,7 @@ def prepare() -> None:
     flags = [given] if given else []
     if "xla_backend_optimization_level" not in given:
         flags.append(_QUICK_COMPILE)
+    # the flag, not the library's marks: these compile a tenth slower, and here compiling takes the time
     if doctor.needs_small_loops_flag(jax.__version__) and doctor.SMALL_LOOPS not in given:
         flags.append(doctor.SMALL_LOOPS_FLAG)
     os.environ["XLA_FLAGS"] = " ".join(flags)

@@ -50,7 +50,7 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
             `linearise` gives it; measured `TransferFunctions`, whose interface are the channels that are both driven
             and measured.  With such the result is a `MeasuredNetwork`, which answers `frequency_response`.
         bonds: by name; a bushing is a component of its own, with the bond's name.
-        places: whether joined nodes must stand at one place, where their positions are known.
+        places: whether joined nodes must be at one place, where their positions are known.
 
     Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already,
     nodes that are apart.

@@ -41,7 +41,7 @@ def study(size: int, steps: int, step=lambda text: None) -> dict:
     Args:
         size: crank angles over a turn.
         steps: largest number of optimisation steps.
-        step: told the heading of each part.
+        step: called with the heading of each part.
     """
     step("slider-crank at 50 rad/s: motion over one turn, joint loads (compiles first)")
     ts, even, at_reference = grid(size)

@@ -30,7 +30,7 @@ class Batch(eqx.Module):
         values: like one result of the function, with a leading axis B; arrays of the host (NumPy), or traced ones.
         status: codes (B,) of `Status`.
         cost: of each design (B,): by default the integrator's steps.
-        computed: cost of all lanes (), waiting ones included; over the sum of `cost`: the price of lockstep.
+        computed: steps computed for all designs (), those of designs that wait for others included.
         seconds: wall time of the run () [s] after compilation; nan when traced, like `computed`.
     """
 
@@ -46,13 +46,13 @@ class Batch(eqx.Module):
         return succeeded(self.status)
 
     def summary(self) -> str:
-        """How many designs ended in which way, how many ran each second, and the lane steps computed for each that
+        """How many designs ended in which way, how many ran each second, and the steps computed for each that
         was needed (concrete batches)."""
         status = np.asarray(self.status)
         codes, counts = np.unique(status, return_counts=True)
         ran, needed = np.count_nonzero(status > Status.NOT_RUN), np.sum(self.cost, where=self.ok)
         rate = f", {ran / self.seconds:.3g} designs/s" if self.seconds > 0 else ""
-        rate += f", lane steps computed / needed {self.computed / needed:.2f}" if needed and self.computed > 0 else ""
+        rate += f", steps computed / needed {self.computed / needed:.2f}" if needed and self.computed > 0 else ""
         lines = [f"{count:8d}  {Status(int(code))}" for code, count in zip(codes, counts, strict=True)]
         return "\n".join([f"{status.size} designs, {np.count_nonzero(self.ok)} ok{rate}", *lines])
 
@@ -87,9 +87,9 @@ def batch(
         progress: show a progress bar (not when traced).
         devices: spread every chunk over these devices of this host, e.g. `jax.devices()`.
         feasible: cheap function of one design to whether it is worth running, e.g. `lambda d: mbs.State.at(build(d),
-            A=0.3).ok`; the designs that it refuses take no lane (where traced they do), their results are nan.
-        cost: function of one result to the work it took; by default the steps of all motions in it.  A chunk is as
-            dear as its dearest design, so designs are grouped by what those like them have cost.  Where no motion is
+            A=0.3).ok`; designs that it refuses are not computed (in a trace they are), their results are nan.
+        cost: function of one result to the work it took; by default the steps of all motions in it.  A chunk takes
+            as long as its slowest design, so designs of similar cost are put in one chunk.  Where no motion is
             returned, return its steps: `cost=lambda values: values["steps"]`.
         compile: "full", or "quick" for few designs: compiled in half the time, run two to four times as long.
 

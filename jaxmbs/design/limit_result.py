@@ -18,7 +18,7 @@ class LimitResult(NamedTuple):
         bound: what that entry may not pass; side: "<=" for an upper limit, ">=" for a lower one.
         margin: room that the entry has left, relative to the limit (or its `scale`); negative where it is missed.
         prices: in the value's shape: what one unit more of each limit would add to the objective, to first order.
-        gap: how much further than its worst entry an aggregated limit stands, relative; the room it wastes.
+        gap: distance of an aggregated limit beyond its worst entry, relative; the room it wastes.
     """
 
     name: str

@@ -28,7 +28,7 @@ def reaction_bonds(
     """The bonds of a system, and the loads (..., bodies, 6) that they supply to the bodies, at a state or motion.
 
     Bonds are the joints and two-frame constraints, at their frame on the child; drives are part of their joints.
-    Springs, motors and couplers inside joints stand as efforts. `statics.bond_reactions(*reaction_bonds(...))`
+    Springs, motors and couplers inside joints are efforts. `statics.bond_reactions(*reaction_bonds(...))`
     equals `reactions`; `statics.reaction_matrix`, `reaction_family` and `redundancy` take the same bonds.
 
     Args: motion, compliance, method: as in `reactions`.  Along a motion every array has the times in front:

@@ -6,7 +6,7 @@ from .base import AbstractJoint, Node
 
 
 class Modal(AbstractJoint):
-    """`count` coordinates that stand in the state beside those of joints; made by `SystemBuilder.elastic`.
+    """`count` coordinates of the state beside those of joints; made by `SystemBuilder.elastic`.
 
     Coordinates: amplitudes of fixed-interface modes of unit modal mass [m kg^1/2].
     """

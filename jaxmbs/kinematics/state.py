@@ -30,7 +30,7 @@ class State(eqx.Module):
     """Time t () [s], coordinates (nq,) and velocities (nv,) of the tree's joints; leading axes for a motion.
 
     `residual` () is what assembly left open, the largest over the rows of positions [m, rad] and velocities [m/s,
-    rad/s]; zero for a state written down by hand.  In a batch of designs `ok` tells which of them were assembled.
+    rad/s]; zero for a state written down by hand.  In a batch of designs `ok` says which of them were assembled.
     `structure` is the layout of the system that it was made for, of which the public functions ask; None by hand.
 
     Raises: ValueError for shapes that do not belong together, TypeError for what are no real numbers.

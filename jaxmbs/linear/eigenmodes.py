@@ -74,7 +74,7 @@ class Modes(eqx.Module):
 
     @property
     def omega(self) -> Float[Array, " m"]:
-        """[rad/s], zero for rigid modes, `-sqrt(-value)` for unstable ones: a minus stands for the imaginary unit.
+        """[rad/s], zero for rigid modes, `-sqrt(-value)` for unstable ones: a minus means the imaginary unit.
 
         Of complex modes the size of the roots: the undamped frequency of proportional damping.  Source: S1 (37).
         """

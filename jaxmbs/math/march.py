@@ -1,4 +1,4 @@
-"""A motion step by step: diffrax's solvers and step sizes in a loop of ours.
+"""A motion step by step: diffrax's solvers and step sizes in a loop of the library.
 
 `diffrax.diffeqsolve` accepts the same steps.  Its loop serves any term, save and adjoint, and compiles several times
 as long; this one knows ordinary differential equations only.  Its adjoint is in `march_adjoint`.

@@ -35,6 +35,11 @@ _DENSE = 4096  # products with a matrix of more entries are left to a library, a
 _KEPT = (np.float64, np.float32, np.int32, np.uint32, np.bool_)  # exact in double precision
 
 
+def sets_marks(jax_version: str) -> bool:
+    """True for releases of JAX on which the library marks its small loops."""
+    return jax_version.startswith(_RELEASES)
+
+
 def marks(backend: str, options: dict) -> bool:
     """Whether programs with these options of the compiler are to have marked loops.
 
@@ -44,7 +49,7 @@ def marks(backend: str, options: dict) -> bool:
         options.get(name, True) for name in ("xla_cpu_use_fusion_emitters", "xla_cpu_experimental_ynn_fusion_type")
     ]
     given = SMALL_LOOPS in os.environ.get("XLA_FLAGS", "")
-    return backend == "cpu" and jax.__version__.startswith(_RELEASES) and not any(newer) and not given
+    return backend == "cpu" and sets_marks(jax.__version__) and not any(newer) and not given
 
 
 def one_kernel(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:

@@ -1,4 +1,4 @@
-"""A mark on what has a reverse derivative and no forward one, so that an error of ours says what to do.
+"""A mark on what has a reverse derivative and no forward one, so that the library's error says what to do.
 
 JAX says of a `custom_vjp` that is differentiated forward that it cannot be; which option of which function makes it
 so it cannot know.  The mark is an identity.  What it puts on the tangents is an identity too, which reverse mode

@@ -1,4 +1,4 @@
-"""Poses: where one frame stands in another."""
+"""Poses: position and rotation of one frame in another."""
 
 import equinox as eqx
 import numpy as np

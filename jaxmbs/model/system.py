@@ -102,7 +102,7 @@ class System(eqx.Module):
         return _by_joint(self.topology, values, lambda j: j.velocities)
 
     def columns(self, *names: str) -> np.ndarray:
-        """Where the velocities of joints stand, `mass_matrix(system, state)[:, system.columns("crank")]`.
+        """Columns of the velocities of joints, `mass_matrix(system, state)[:, system.columns("crank")]`.
 
         Raises: UnknownNameError; ModelError for a joint without velocities: a weld, or one that closes a loop.
         """

@@ -56,7 +56,7 @@ def simulate(
         t1: end time [s] (default: the last of `ts`).
         ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1); they have derivatives.
         dt: fixed step [s]; without it steps adapt to rtol, atol (coordinates and velocities, m, rad, s).
-        solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or one of ours at fixed steps:
+        solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or, at fixed steps,
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
         gradient: derivative mode of the motion, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.

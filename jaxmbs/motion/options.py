@@ -56,7 +56,7 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
 
 
 def _with_finder(solver, dt, rtol, atol):
-    """The solver with a root finder of ours for diffrax's default, and no batches for LAPACK (`math.lapack`)."""
+    """The solver with our root finder for diffrax's default, and no batches for LAPACK (`math.lapack`)."""
     finder = solver.root_finder
     if isinstance(finder, diffrax.VeryChord):
         return eqx.tree_at(lambda s: s.root_finder, solver, _newton(dt, rtol, atol))

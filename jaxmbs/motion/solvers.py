@@ -1,4 +1,4 @@
-"""A solver of ours for diffrax: semi-implicit Euler."""
+"""A solver for diffrax: semi-implicit Euler."""
 
 from typing import Any, ClassVar
 

@@ -29,10 +29,10 @@ class Cyclic(AbstractReduction):
     """The motions of a ring of equal sectors with so many nodal diameters, from one sector.
 
     `[reduce(sector, Cyclic(12, h, {"left": "right"})) for h in range(7)]` is the whole ring.  The sector after this
-    one stands turned by a twelfth about the axis, through the origin, and its nodes "left" are this one's "right".
+    one is turned by a twelfth about the axis, through the origin, and its nodes "left" are this one's "right".
     In harmonic h it does the same `2 pi h / 12` later.  What lies in the faces belongs to one of two sectors.  For
     `h = 0` and half of the sectors there is one coordinate for each that is left, for others two, "tip z cos" and
-    "tip z sin": the pattern may stand at any angle, and frequencies come in pairs.
+    "tip z sin": the pattern may be at any angle, and frequencies come in pairs.
 
     Attributes:
         num_sectors, harmonic: harmonics 0 ... num_sectors // 2 differ.

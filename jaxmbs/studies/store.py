@@ -1,7 +1,7 @@
 """A study on disk: zarr arrays with one row per design, and which chunks of them are done.
 
 A chunk counts as done when its marker stands beside the arrays, which is put there after its numbers, so a process
-that is killed loses the chunk in hand and nothing else.
+that is killed loses the chunk that was being computed and nothing else.
 """
 
 import hashlib

@@ -41,15 +41,15 @@ def sweep(
     Args:
         function: of one design, a dict of numbers, to a dict of arrays; traced, as by `mbs.batch`.
         designs: `grid(...)`, `sobol(...)`, `latin_hypercube(...)`, a dict of columns, a list of dicts or a table.
-        path: folder of the study.  Where it holds the same study, that goes on: at most the chunk in hand is lost
-            when a process is killed.  Default: a temporary folder, gone at the end.
+        path: folder of the study.  Where it holds the same study, that goes on: a process that is killed
+            loses at most the chunk being computed.  Default: a temporary folder, gone at the end.
         chunk: designs that are computed and written together.
         client: a `dask.distributed.Client`: chunks run on its workers, written here.
         progress: show a progress bar with rate and time left.
         dims: names of the dimensions of an answer behind those of the designs, `{"load": ("time", "component")}`.
         coords: values along such a dimension, `{"time": ts}`.
         units: of answers, variables and coordinates, by name.
-        key: anything that tells this study from others with the same designs and answers, a version for example.
+        key: what distinguishes this study from others with the same designs and answers, such as a version.
         cost, compile: as of `mbs.batch`; `cost=lambda answers: answers["steps"]` puts designs of like cost side by
             side.
 

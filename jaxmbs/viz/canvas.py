@@ -1,4 +1,4 @@
-"""Axes to draw into, in the look of the house: curves that can be told apart, named where they end."""
+"""Axes to draw into, in one style: curves that can be distinguished, named where they end."""
 
 from collections.abc import Mapping
 from typing import Any

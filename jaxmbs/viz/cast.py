@@ -32,7 +32,7 @@ class Act:
     traceable: tuple[str, ...] = ()
 
     def staged(self, solids: Solids, radius: Any, up: Any, shapes: Mapping, traces: Iterable[str]) -> dict:
-        """What stands on the stage, without the arrows."""
+        """The objects of the scene, without the arrows."""
         raise NotImplementedError
 
     def arrows(self, loads: Any, limits: Mapping) -> dict | None:

@@ -1,4 +1,4 @@
-"""`scene`: a motion or a mode in three dimensions, as one file for a browser that asks for nothing outside of it."""
+"""`scene`: a motion or a mode in three dimensions, as one file for a browser that needs nothing else."""
 
 import html
 import json

@@ -1,4 +1,4 @@
-"""What stands on the stage of a scene: solids of bodies, marks of joints, springs, traces, loads and meshes.
+"""The objects of a scene: solids of bodies, marks of joints, springs, traces, loads and meshes.
 
 Numbers become text here: arrays of float32 as base64, each solid once.  Body 0 is the ground.
 """

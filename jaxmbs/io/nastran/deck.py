@@ -21,7 +21,7 @@ class Deck(eqx.Module):
     """Nodes "GRID 12", materials "MAT1 3", properties "PSHELL 1", groups of elements "CQUAD4 1".
 
     Every number is a leaf: `eqx.tree_at(lambda d: d.properties["PSHELL 1"].thickness, deck, t).system` has
-    derivatives by t.  Numbers stand as in the deck; masses are multiplied by `mass`.
+    derivatives by t.  Numbers are those of the deck; masses are multiplied by `mass`.
 
     Attributes:
         positions: (nodes, 3) of the GRIDs in basic axes.

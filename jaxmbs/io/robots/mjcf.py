@@ -37,7 +37,7 @@ def read_mjcf(
 
     Args:
         fixed: "frames" makes bodies without joints named frames of the body that carries them, their mass added to
-            it; "welds" keeps them bodies, so that `reactions` tells what their fastening carries.
+            it; "welds" keeps them bodies, so that `reactions` gives what their fastening carries.
         stops: stiffness of the bump stops that limits of joints become [N m/rad^2 or N/m^2]; None makes none.
         tendons: "refuse" them, or "drop" them with all that hangs on them.
         armature: "rotors" makes a flywheel coupled to the joint of each, which adds a coordinate and a coupler and is

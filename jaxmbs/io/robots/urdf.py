@@ -32,7 +32,7 @@ def read_urdf(
     Args:
         base: "fixed" holds the root link in the world, "free" lets it float on a joint "base".
         fixed: "frames" makes links on fixed joints named frames of the body that carries them, their mass added to
-            it; "welds" keeps them bodies, so that `reactions` tells what the fixed joint carries.
+            it; "welds" keeps them bodies, so that `reactions` gives what the fixed joint carries.
         stops: stiffness of the bump stops that limits of joints become [N m/rad^2 or N/m^2]; None makes none.
         gravity: (3,) [m/s^2].
 
