@@ -10,7 +10,7 @@ from ..checks import known, place_of
 from ..errors import ModelError
 from ..kinematics.state import State
 from ..linear.eigenmodes import Modes
-from ..math.eigen import eig
+from ..math.eigen import eig, eig_rounding
 from ..math.square import solve
 from ..model.system import System
 from .linearisation import Linearisation, linearise
@@ -38,12 +38,13 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
         if state is None:
             raise TypeError("modes of a mechanism are those about a state: modes(system, state)")
         mechanism = linearise(mechanism, state)
-    A = mechanism.state_space.A
-    roots, shapes, _ = eig(_routh(mechanism, tuple(without)) if without else A)
+    A = _routh(mechanism, tuple(without)) if without else mechanism.state_space.A
+    roots, shapes, left = eig(A)
+    rounding = eig_rounding(A, shapes, left)
     shapes = jax.lax.stop_gradient(shapes)
     largest = jnp.take_along_axis(shapes, jnp.argmax(jnp.abs(shapes), axis=0)[None], axis=0)
     values = roots.real**2 + roots.imag**2
-    return Modes(values, shapes / largest, values == 0, roots)
+    return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding)
 
 
 def _routh(lin, without):

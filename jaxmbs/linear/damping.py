@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Complex
 from ..checks import known
 from ..elements.base import number
 from ..math import square
-from ..math.eigen import eig, spectral
+from ..math.eigen import eig, eig_rounding, spectral
 from ..math.host import typed
 from ..typing import AnyArray, ArrayLike, Number
 from .eigenmodes import Modes, stable_modes
@@ -106,7 +106,8 @@ def complex_modes(*, K: AnyArray, C: AnyArray, M: AnyArray) -> Modes:
     A = jnp.block([[jnp.zeros((n, n), dtype), jnp.eye(n, dtype=dtype)], [-S @ K.astype(dtype), -D]])
     roots, X, Y = eig(A)
     values = roots.real**2 + roots.imag**2
-    return Modes(values, X[:n], values == 0, roots, Y[:, n:] @ S.astype(X.dtype))
+    rounding = eig_rounding(A, X, Y)
+    return Modes(values, X[:n], jnp.abs(roots) <= rounding, roots, Y[:, n:] @ S.astype(X.dtype), rounding)
 
 
 def damped_frequency(omega: Number, ratio: Number) -> Array:

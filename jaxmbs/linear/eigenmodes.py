@@ -47,10 +47,11 @@ class Modes(eqx.Module):
     Attributes:
         values: squared angular frequencies (m,) [rad^2/s^2]; of complex modes the squared sizes of the roots.
         shapes: (n, m), of unit modal mass, or complex.
-        is_rigid: (m,), values that are zero to the rounding of the stiffness; roots that are zero.
+        is_rigid: (m,), values that are zero to the rounding of the stiffness; roots that are zero to rounding.
         roots: (m,) [rad/s], None of natural modes; a pair of conjugates is side by side, positive imaginary part
             first.
         left: (m, n), None of natural modes, mechanisms: the receptance is `sum_j shapes_j left_j / (s - root_j)`.
+        rounding: (m,) [rad/s], None of natural modes: the error that rounding alone makes in a root, at most.
     """
 
     values: Float[Array, " m"]
@@ -58,6 +59,7 @@ class Modes(eqx.Module):
     is_rigid: Array
     roots: Complex[Array, " m"] | None = None
     left: Complex[Array, "m n"] | None = None
+    rounding: Float[Array, " m"] | None = None
 
     __repr__, _repr_html_ = told(_told)
 
@@ -69,8 +71,17 @@ class Modes(eqx.Module):
     @property
     def is_unstable(self) -> Array:
         """(m,), values below zero: the stiffness is negative in these shapes, and they grow like `e^(|w| t)`; or
-        roots with a positive real part."""
-        return (self.values < 0) & ~self.is_rigid if self.roots is None else self.roots.real > 0
+        roots with a positive real part, larger than rounding makes it.  A free motion drifts, and is none."""
+        if self.roots is None:
+            return (self.values < 0) & ~self.is_rigid
+        return (self._growth() > 0) & ~self.is_rigid
+
+    def _growth(self) -> Array:
+        """Real parts of the roots (m,), zero with their derivative where they are rounding."""
+        assert self.roots is not None
+        real = self.roots.real
+        least = 0.0 if self.rounding is None else self.rounding
+        return jnp.where(jnp.abs(real) <= least, real - lax.stop_gradient(real), real)
 
     @property
     def omega(self) -> Float[Array, " m"]:
@@ -87,11 +98,11 @@ class Modes(eqx.Module):
 
     @property
     def damping_ratios(self) -> Float[Array, " m"]:
-        """`-Re / |root|`, zero for a zero root and for natural modes."""
+        """`-Re / |root|`; zero where the real part is rounding, for a zero root and for natural modes."""
         if self.roots is None:
             return jnp.zeros_like(self.values)
         size = self.omega
-        return jnp.where(size > 0, -self.roots.real / jnp.where(size > 0, size, 1.0), 0.0)
+        return jnp.where(size > 0, (0.0 - self._growth()) / jnp.where(size > 0, size, 1.0), 0.0)
 
     def to_xarray(self, coordinates: Sequence[CoordinateLike] | None = None) -> Any:
         """An `xarray.Dataset` over `mode`: `frequency` [Hz], `damping_ratio`, and `shape` by coordinate.
@@ -131,8 +142,8 @@ class Modes(eqx.Module):
 
     def part(self, selection: slice | AnyArray) -> "Modes":
         """Some of the modes: `modes.part(slice(modes.num_rigid, None))` the elastic ones."""
-        roots, left = (None if a is None else a[selection] for a in (self.roots, self.left))
-        return Modes(self.values[selection], self.shapes[:, selection], self.is_rigid[selection], roots, left)
+        others = (None if a is None else a[selection] for a in (self.roots, self.left, self.rounding))
+        return Modes(self.values[selection], self.shapes[:, selection], self.is_rigid[selection], *others)
 
     def acceleration(self, amplitudes: AnyArray, t: ScalarLike) -> Float[Array, " n"]:
         """`q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,), over all complex modes.

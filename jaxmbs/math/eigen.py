@@ -5,6 +5,7 @@ from functools import partial
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax import lax
 
 from . import lapack
 from .jit import jit
@@ -93,7 +94,7 @@ def of_groups(values, X, X_dot):
         turns = jnp.abs(G - G.T) > jnp.finfo(values.dtype).eps ** 0.25 * jnp.max(jnp.where(together, size, 0.0))
         return eqx.error_if(C, jnp.any(together & turns), _SINGLE)
 
-    return jax.lax.custom_linear_solve(lambda x: x, X_dot, lambda _, b: b, transposed)
+    return lax.custom_linear_solve(lambda x: x, X_dot, lambda _, b: b, transposed)
 
 
 _SINGLE = (
@@ -112,7 +113,7 @@ def same(values):
 
 def group_means(values):
     """Every eigenvalue (n,) replaced by the mean of those equal to it; has a derivative while groups stay whole."""
-    together = jax.lax.stop_gradient(same(values)).astype(values.dtype)
+    together = lax.stop_gradient(same(values)).astype(values.dtype)
     return together @ values / jnp.sum(together, axis=1)
 
 
@@ -182,7 +183,12 @@ def eig(A):
 @jit
 def _eig(A):
     values, X = lapack.eig(A)
-    order = jnp.lexsort((-jnp.sign(values.imag), jnp.round(jnp.abs(values), 9)))
+    size = jnp.abs(values)
+    if jnp.iscomplexobj(A):  # no conjugates, pairs of opposite sign perhaps, as equal as single precision says
+        order = jnp.lexsort((-jnp.sign(values.imag), size.astype(jnp.float32)))
+    else:  # LAPACK puts conjugates side by side: a stable sort keeps pairs of equal frequency together
+        second = jnp.concatenate([jnp.zeros(1, bool), (values[1:].imag < 0) & (values[1:] == values[:-1].conj())])
+        order = jnp.argsort(jnp.where(second, jnp.roll(size, 1), size), stable=True)
     values, X = values[order], X[:, order]
     return values, X, lapack.pseudo_inverse(X)
 
@@ -193,8 +199,7 @@ def _eig_jvp(primals, tangents):
     values, X, Y = eig(*primals)
     C = Y @ (tangents[0].astype(X.dtype) @ X)
     eps = jnp.finfo(X.real.dtype).eps
-    # Vectors of a defective value are nearly parallel (Y is large), or parallel to the last bit (Y X is not 1).
-    complete = (jnp.sum(jnp.abs(Y) ** 2, axis=1) < eps**-0.75) & (jnp.abs(jnp.sum(Y.T * X, axis=0) - 1) < eps**0.25)
+    complete = _conditions(_balanced(lax.stop_gradient(primals[0])), X, Y) < eps**-0.375  # a defective one has none
     gap = values[None, :] - values[:, None]
     size = jnp.maximum(jnp.abs(values)[:, None], jnp.abs(values)[None, :])
     apart = (jnp.abs(gap) > jnp.sqrt(eps) * size + 50 * eps * jnp.max(size)) & complete[:, None] & complete[None, :]
@@ -202,6 +207,41 @@ def _eig_jvp(primals, tangents):
     group = ~apart & complete[:, None] & complete[None, :] & ~jnp.eye(len(values), dtype=bool)
     X_dot, Y_dot = _of_complex_groups(group, X, Y, X @ mixing, -mixing @ Y)
     return (values, X, Y), (jnp.where(complete, jnp.diagonal(C), 0.0), X_dot, Y_dot)
+
+
+def _balanced(A):
+    """(n,) units d that make rows and columns of `A_ij d_j / d_i` equally large.  Source: Osborne (1960)."""
+    A = jnp.abs(A)
+    A = A - jnp.diag(jnp.diagonal(A))
+
+    def sweep(_, d):
+        scaled = A * d[None, :] / d[:, None]
+        rows, columns = jnp.sum(scaled, axis=1), jnp.sum(scaled, axis=0)
+        apart = (rows > 0) & (columns > 0)
+        return d * jnp.where(apart, jnp.where(apart, rows, 1.0) / jnp.where(apart, columns, 1.0), 1.0) ** 0.25
+
+    return lax.fori_loop(0, 60, sweep, jnp.ones(len(A), A.dtype))
+
+
+def _conditions(d, X, Y):
+    """(n,) condition of each value in units d, at least 1; infinite where Y X is not 1: vectors parallel to the last
+    bit."""
+    right, left = jnp.sum((jnp.abs(X) / d[:, None]) ** 2, axis=0), jnp.sum((jnp.abs(Y) * d[None, :]) ** 2, axis=1)
+    whole = jnp.abs(jnp.sum(Y.T * X, axis=0) - 1) < jnp.finfo(right.dtype).eps ** 0.25
+    return jnp.where(whole, jnp.sqrt(right * left), jnp.inf)
+
+
+@jit
+def eig_rounding(A, X, Y):
+    """(n,) bound of the error that rounding makes in each of the values of `eig`; without derivative.
+
+    Rounding of A, in units that balance it, times the condition of a value; a defective one moves by its root.
+    Source: Golub and Van Loan, Matrix Computations, 7.2.2 and 7.2.3.
+    """
+    A, X, Y = lax.stop_gradient((A, X, Y))
+    d = _balanced(A)
+    size, eps = jnp.sqrt(jnp.sum((jnp.abs(A) * d[None, :] / d[:, None]) ** 2)), jnp.finfo(d.dtype).eps
+    return 16.0 * size * jnp.minimum(eps * _conditions(d, X, Y), eps**0.5)
 
 
 def _of_complex_groups(group, X, Y, *tangents):
@@ -213,4 +253,4 @@ def _of_complex_groups(group, X, Y, *tangents):
         turns = jnp.abs(H) > jnp.finfo(size.dtype).eps ** 0.25 * jnp.max(jnp.where(group, size, 0.0))
         return eqx.error_if(cotangents, jnp.any(group & turns), _SINGLE)
 
-    return jax.lax.custom_linear_solve(lambda x: x, tangents, lambda _, b: b, transposed)
+    return lax.custom_linear_solve(lambda x: x, tangents, lambda _, b: b, transposed)
