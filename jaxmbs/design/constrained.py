@@ -1,5 +1,6 @@
 """The optimisers that keep limits: SciPy's SLSQP and trust-constr, and MMA and CCSAQ of nlopt where installed."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -50,16 +51,17 @@ class Scaled:
         if not point.finite or np.array_equal(point.x, self.search.current.x):
             return False
         stop = self.search.accept(point, by_decrease=False)
-        return stop or self.search.is_at_rest(1e-8)
+        return stop or self.search.is_at_rest()
 
 
 def run_limited(search: LimitedSearch, steps: int, engine: Callable) -> None:
     """Run an optimiser until it converges with all limits, those taken up on the way included.
 
     Where it ends outside of the limits, what exceeds them most is made small first.  Where it finds no way on, it
-    begins once more from there: what it had learned of the curvature may have been rounding.
+    begins once more from there, and again while that helps: what it had learned of the curvature may have been
+    rounding.
     """
-    restored = renewed = False
+    restored, before = False, math.inf
     for _ in range(_ROUNDS):
         if search.steps < steps and not search.reason:
             engine(search, steps - search.steps)
@@ -69,13 +71,13 @@ def run_limited(search: LimitedSearch, steps: int, engine: Callable) -> None:
             search.reason = "step limit"
         elif search.is_missing():
             search.look_again()
-        elif search.is_proven(1e-6):
+        elif search.is_proven():
             search.reason = "converged"
         elif search.current.violation > KEPT and not restored:
             restored = True
             restore(search, steps - search.steps)
-        elif not renewed:
-            renewed = True
+        elif search.residual < 0.5 * before:
+            before = search.residual
         else:
             search.reason = search.stuck()
     if search.best.violation > KEPT:
@@ -103,24 +105,30 @@ def trust_constr(search: LimitedSearch, steps: int) -> None:
     """SciPy's interior points within a trust region."""
     from scipy.optimize import BFGS, NonlinearConstraint, minimize
 
+    class Curvature(BFGS):
+        def update(self, delta_x, delta_grad):
+            if np.any(delta_grad):  # of a linear function there is none to be learned, SciPy would warn of it
+                super().update(delta_x, delta_grad)
+
     scaled = Scaled(search)
-    limits = NonlinearConstraint(scaled.room, 0.0, np.inf, jac=scaled.room_slopes, hess=BFGS())
+    limits = NonlinearConstraint(scaled.room, 0.0, np.inf, jac=scaled.room_slopes, hess=Curvature())
     minimize(
         scaled.objective,
         np.zeros(len(scaled.scale)),
         jac=True,
-        hess=BFGS(),
+        hess=Curvature(),
         method="trust-constr",
         bounds=np.stack([scaled.lower, scaled.upper], axis=1),
-        constraints=limits,
+        constraints=limits if len(search.rows) else (),
         callback=_stopping(scaled),
         options={
             "maxiter": steps,
-            "gtol": 1e-10,
+            "gtol": 0.0,  # it is met inside of a barrier too, far from the limits
             "xtol": 1e-14,
             "barrier_tol": 1e-10,
             "initial_barrier_parameter": 1e-3,
             "initial_barrier_tolerance": 1e-3,
+            "factorization_method": "SVDFactorization" if len(search.rows) else None,  # they may contradict
         },
     )
 

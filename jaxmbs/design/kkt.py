@@ -31,7 +31,7 @@ def multipliers(point: Point, variables: Variables, rows: np.ndarray) -> Multipl
     """Those of a point; rows (k,): which limits its gradients belong to."""
     from scipy.optimize import nnls
 
-    scale, excess = variables.scale, point.excess[rows]
+    scale, excess = variables.reach(point.x), point.excess[rows]
     near = np.flatnonzero(excess > -ACTIVE)
     low = np.flatnonzero(point.x - variables.lower <= 1e-9 * scale)
     high = np.flatnonzero(variables.upper - point.x <= 1e-9 * scale)

@@ -98,6 +98,12 @@ def held(limit: Limit, value: jax.ShapeDtypeStruct) -> Held:
             raise ValueError(fault) from error
     if not np.all(bounds[0] <= bounds[1]):
         raise ValueError(f"limit {limit.name!r}: its bounds cross or are NaN")
+    if not bounds[0].size:
+        raise ValueError(f"limit {limit.name!r}: its value is empty, of shape {value.shape}")
+    if np.any(bounds[0] == np.inf) or np.any(bounds[1] == -np.inf):
+        raise ValueError(f"limit {limit.name!r}: no number lies above infinity or below minus infinity")
+    if not np.any(np.isfinite(bounds)):
+        raise ValueError(f"limit {limit.name!r} limits nothing, its bounds are infinite: leave it out")
     sides = []
     for sign, bound in zip((-1.0, 1.0), bounds, strict=True):
         index = np.flatnonzero(np.isfinite(bound))

@@ -14,6 +14,8 @@ from jaxmbs.design.variables import Variables
 
 #: Excess, relative to the limit, that counts as kept.
 KEPT = 1e-7
+#: Where an optimiser finds no way on, a residual of so many tolerances is rounding.
+_ENDED = 100.0
 
 
 class LimitedSearch(Search):
@@ -64,10 +66,10 @@ class LimitedSearch(Search):
     def is_optimal(self, tolerance: float) -> bool:
         return self.current.violation <= KEPT and super().is_optimal(tolerance)
 
-    def is_at_rest(self, tolerance: float) -> bool:
+    def is_at_rest(self) -> bool:
         """Whether the rows alone would let the search end."""
         among = float(np.max(self.current.excess[self.rows], initial=0.0))
-        return among <= KEPT and super().is_optimal(tolerance)
+        return among <= KEPT and super().is_optimal(self._tolerance)
 
     def continue_from_best(self) -> None:
         """Go on from the best point so far."""
@@ -86,15 +88,17 @@ class LimitedSearch(Search):
         """The point that keeps the limits with the least objective, or else exceeds them least."""
         return self._best
 
-    def is_proven(self, tolerance: float) -> bool:
-        """Whether an accepted point beside the best one was optimal, if not the best itself.
+    def is_proven(self) -> bool:
+        """Whether the best point is optimal, by its residual, as far as an optimiser that ended there can tell."""
+        return self._best.violation <= KEPT and self.residual <= _ENDED * self._tolerance * self.size_of(self._best)
+
+    @property
+    def residual(self) -> float:
+        """Of the best point, or of an accepted one beside it.
 
         At the best point itself limits may have no single gradients: those of frequencies that meet there.
         """
-        size = max(abs(self._best.value), self._history[0][1])
-        return (
-            self._best.violation <= KEPT and self._proof(self.evaluate(self._best.x))[1].residual <= tolerance * size
-        )
+        return self._proof(self.evaluate(self._best.x))[1].residual
 
     def _proof(self, best: Point):
         """(rows, their multipliers) with the least residual, of the best point or one as good."""
@@ -112,9 +116,12 @@ class LimitedSearch(Search):
         return dataclasses.replace(super().optimum(), limits=results, kkt=found.residual, bound_prices=found.bounds)
 
     def _is_better(self, point: Point, best: Point) -> bool:
-        if point.violation <= KEPT and best.violation <= KEPT:
-            return point.value < best.value
-        return point.violation < best.violation
+        """What two points that keep the limits gain by their slack is taken off again, twice to be on the safe side:
+        an exact penalty, its weight above the multipliers."""
+        if max(point.violation, best.violation) > KEPT:
+            return point.violation < best.violation
+        weight = 0.0 if self._proven is None else 2.0 * float(np.sum(self._proven[2].limits))
+        return point.value + weight * point.violation < best.value + weight * best.violation
 
     def _norm(self, point: Point) -> float:
         found = self.multipliers(point)

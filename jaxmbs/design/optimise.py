@@ -19,7 +19,7 @@ from jaxmbs.design.meeting import search_together
 from jaxmbs.design.optimum import Optimum
 from jaxmbs.design.program import program, value_alone
 from jaxmbs.design.search import Search
-from jaxmbs.design.starts import best_of, run_optax_together, stacked_variables
+from jaxmbs.design.starts import best_of, first_variables, run_optax_together
 from jaxmbs.design.variables import read_variables
 from jaxmbs.math.jit import jit
 
@@ -34,8 +34,8 @@ def minimise(
     gradient: str = "reverse",
     progress: bool = True,
     callback: Callable[[int, PyTree, float], Any] | None = None,
-    starts: int | None = None,
-    limits: Sequence[Limit] = (),
+    starts: int | str | None = None,
+    limits: Sequence[Limit] | Limit = (),
     check: bool = False,
     compile: str = "full",
 ) -> Optimum:
@@ -56,17 +56,18 @@ def minimise(
         steps: largest number of steps.
         tolerance: the search has converged when the gradient norm (see `History`; a difference of objectives)
             is below `tolerance` times the larger of the objective and the first such norm, or (L-BFGS-B) when
-            a step lowers the objective by less than `tolerance` times itself.
+            a step lowers the objective by less than `tolerance` times itself.  With limits the norm is `kkt`, and
+            where an optimiser finds no way on, a hundred times `tolerance` are enough.
         gradient: "reverse" mode, or "forward" for few variables and simulations that only run forward.
         progress: whether to show a progress bar.
         callback: called after each step with (step, design, objective); a true result stops the search.
-        starts: search from so many first designs, stacked along a leading axis of every leaf of `design0` (`bounds`
-            are those of one design), side by side in one compiled program.  Starts whose objective is not finite are
-            left out.  Where `design0` is one design and every variable has two bounds, it is the first start and
-            points of Sobol's sequence between the bounds are the others.
-        limits: what a design keeps, see `Limit`.  Of many the search differentiates those that hold it and the worst.
-            A design that keeps them to 1e-7 of each is better than any that does not; where none is found, the one
-            that exceeds them least is the result.
+        starts: search from so many first designs, side by side in one compiled program: `design0`, and points of
+            Sobol's sequence between the two bounds that every variable needs.  "stacked": `design0` holds many
+            designs along a leading axis of every leaf (`bounds` are those of one design).  Starts whose objective is
+            not finite are left out.
+        limits: what a design keeps, one `Limit` or many.  Of many the search differentiates those that hold it and
+            the worst.  A design that keeps them to 1e-7 of each is better than any that does not; where none is
+            found, the one that exceeds them least is the result.
         check: compare the gradients with differences at the first design, which costs two evaluations a variable.
         compile: "full", or "quick" for searches of some dozen evaluations: compiled in half the time, run two to four
             times as long.
@@ -78,14 +79,16 @@ def minimise(
     Raises:
         TypeError: for a design leaf that is no number, or an optimiser of another type.
         ValueError: naming the variable, for a first design outside of its bounds or bounds that cross; for an
-            objective that is no real scalar, or not finite at the first design (at all of them); for unknown options;
-            with `check`, for gradients that disagree with differences.
+            objective that is no real scalar, or not finite at the first design (at all of them); naming the limit
+            that limits nothing or has the name of another; for unknown options; with `check`, for gradients that
+            disagree with differences.
         ImportError: for an optimiser of nlopt where that is not installed.
     """
-    limits = tuple(limits)
+    limits = (limits,) if isinstance(limits, Limit) else tuple(limits)
+    _check(steps, tolerance, limits)
     optimiser = ("SLSQP" if limits else "L-BFGS-B") if optimiser is None else optimiser
     engine = _engine(optimiser, functools.partial(value_alone, objective), limits)
-    together = [read_variables(design0, bounds)] if starts is None else stacked_variables(design0, bounds, starts)
+    together = [read_variables(design0, bounds)] if starts is None else first_variables(design0, bounds, starts)
     asked = program(objective, together[0], gradient, limits, compile)
     with tqdm(total=steps * len(together), disable=not progress, desc="minimise") as bar:
         options = (tolerance, callback, bar, starts is not None)
@@ -111,6 +114,18 @@ def minimise(
             return searched(together[0], True, jit(asked.run, compile=compile))
         searches = [functools.partial(searched, variables, k == 0) for k, variables in enumerate(together)]
         return best_of(search_together(searches, asked.run, compile))
+
+
+def _check(steps, tolerance, limits):
+    """Raises: ValueError for steps or a tolerance below zero, and for limits of one name."""
+    if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 0:
+        raise ValueError(f"steps is a whole number, zero or more, got {steps!r}")
+    if not tolerance >= 0.0:
+        raise ValueError(f"tolerance is zero or more, got {tolerance!r}")
+    names = [limit.name for limit in limits if isinstance(limit, Limit)]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"limits of one name: {', '.join(map(repr, twice))}; give each a name of its own")
 
 
 _LIMITED = (*ENGINES, *NLOPT)

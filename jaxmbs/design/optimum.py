@@ -18,8 +18,8 @@ class History(NamedTuple):
     Attributes:
         values: objective (steps + 1,).
         gradient_norms: the largest fall of the objective (steps + 1,) that its slope promises when one
-            variable moves by its scale (width of its bounds, else its first size or one), or up to its bound; with
-            limits the same of what their multipliers leave.
+            variable moves by its scale (width of its bounds, else its size now or at first, or one), or up to its
+            bound; with limits the same of what their multipliers leave.
         evaluations: objective evaluations so far (steps + 1,).
     """
 
@@ -41,7 +41,8 @@ class Optimum(eqx.Module):
         upper: upper bounds (n,).
         names: their names.
         reason: why the search ended: "converged", "step limit", "stopped by callback", "non-finite" (no
-            finite objective and gradient ahead) or "no further descent" (no lower value on the last line); "no design
+            finite objective and gradient ahead), "no further descent" (no lower value on the last line) or
+            "unbounded: ..." with the variables along which the objective falls without end; "no design
             found that keeps all limits: ..." with the limits that are missed; of one start among many also "no search
             can start ...", its value is then NaN.
         starts: the optima from all first designs, where there were many.

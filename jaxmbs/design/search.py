@@ -10,6 +10,9 @@ from tqdm import tqdm
 from jaxmbs.design.optimum import History, Optimum
 from jaxmbs.design.variables import Variables
 
+#: A variable without bounds that has grown by so much, while the objective fell, is not looking for a minimum.
+_ENDLESS = 1e10
+
 
 class Point(NamedTuple):
     """Objective and gradient (n,) at the variables x (n,); with limits their excess (m,), its gradients (k, n) for
@@ -63,7 +66,7 @@ class Search:
             if not may_fail:
                 raise ValueError(self.reason)
         self._note()
-        if self.gradient_norm == 0.0:
+        if not self.reason and self.is_optimal(0.0):
             self.reason = "converged"
 
     @property
@@ -103,6 +106,8 @@ class Search:
         flat = by_decrease and 0 <= decrease <= self._tolerance * abs(point.value)
         if flat or self.is_optimal(self._tolerance):
             self.reason = "converged"
+        elif endless := self._endless(point):
+            self.reason = f"unbounded: the objective falls without end along {endless}; give it bounds"
         if self._callback is not None and self._callback(self.steps, self._tree(point), point.value):
             self.reason = "stopped by callback"
         return bool(self.reason)
@@ -114,7 +119,11 @@ class Search:
 
     def is_optimal(self, tolerance: float) -> bool:
         """Whether the gradient has vanished at the current point, but for `tolerance` of the objective."""
-        return self.gradient_norm <= tolerance * max(abs(self.current.value), self._history[0][1])
+        return self.gradient_norm <= tolerance * self.size_of(self.current)
+
+    def size_of(self, point: Point) -> float:
+        """The objective at a point, or the fall that its slope promised at the first design where that is larger."""
+        return max(abs(point.value), float(np.max(self.variables.promise(self._first.x, self._first.gradient))))
 
     def stuck(self) -> str:
         """The reason when a line search finds no lower value."""
@@ -141,6 +150,11 @@ class Search:
 
     def _note(self) -> None:
         self._history.append((self.current.value, self._norm(self.current), self._evaluations))
+
+    def _endless(self, point: Point) -> str:
+        """Names of the variables without bounds that run away."""
+        far = ~self.variables.is_closed & (np.abs(point.x) > _ENDLESS * self.variables.scale)
+        return ", ".join(np.array(self.variables.names)[far])
 
     def _norm(self, point: Point) -> float:
         return float(np.max(self.variables.promise(point.x, point.gradient)))

@@ -16,23 +16,36 @@ from jaxmbs.design.search import Search
 from jaxmbs.design.variables import Variables, read_variables
 
 
-def stacked_variables(designs: PyTree, bounds: PyTree | None, starts: int) -> list[Variables]:
-    """The variables of every one of the stacked designs; of one design and points spread between its bounds.
+def first_variables(design0: PyTree, bounds: PyTree | None, starts: int | str) -> list[Variables]:
+    """The variables of many first designs: `starts` of one design and points spread between its bounds; of designs
+    that are "stacked" along a leading axis of every leaf.
 
     Raises: as `read_variables`, with the number of the start; ValueError for a leaf without the leading axis that
         others have, and for variables without bounds where points are to be spread.
     """
-    stacked = [np.shape(leaf)[:1] == (starts,) for leaf in jax.tree.leaves(designs)]
-    if starts < 1:
-        raise ValueError(f"starts must be positive, got {starts}")
-    if not any(stacked):
-        return _spread(read_variables(designs, bounds), starts)
-    for path, leaf in jax.tree_util.tree_flatten_with_path(designs)[0]:
-        if np.shape(leaf)[:1] != (starts,):
+    if starts == "stacked":
+        return _stacked(design0, bounds)
+    if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
+        raise ValueError(
+            f"starts is a positive whole number, or 'stacked' for designs along a first axis: {starts!r}"
+        )
+    return _spread(read_variables(design0, bounds), int(starts))
+
+
+def _stacked(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
+    """Those of every one of the stacked designs."""
+    leaves = jax.tree_util.tree_flatten_with_path(designs)[0]
+    if not leaves:
+        raise ValueError("design0 has no variables")
+    number = next((np.shape(leaf)[0] for _, leaf in leaves if np.ndim(leaf)), 0)
+    for path, leaf in leaves:
+        if np.shape(leaf)[:1] != (number,):
             name = jax.tree_util.keystr(path, simple=True, separator=".") or "design"
-            raise ValueError(f"{name} has shape {np.shape(leaf)}: {starts} starts need a leading axis of that length")
+            raise ValueError(f"{name} has shape {np.shape(leaf)}: {number} stacked starts need that leading axis")
+    if not number:
+        raise ValueError("there are no stacked starts: the leading axis is empty")
     found = []
-    for k in range(starts):
+    for k in range(number):
         try:
             found.append(read_variables(jax.tree.map(lambda leaf, k=k: np.asarray(leaf)[k], designs), bounds))
         except ValueError as error:
@@ -48,18 +61,21 @@ def _spread(variables: Variables, starts: int) -> list[Variables]:
         name for name, *ends in zip(*variables[:1], *variables[2:4], strict=True) if not np.all(np.isfinite(ends))
     ]
     if open_:
-        raise ValueError(f"{starts} starts from one design need both bounds of every variable: {', '.join(open_)}")
+        raise ValueError(
+            f"{starts} starts from one design need both bounds of every variable: {', '.join(open_)}; "
+            "where design0 holds many designs along a first axis, say starts='stacked'"
+        )
     sobol = qmc.Sobol(len(variables.start), seed=0).random_base2(max(0, int(np.ceil(np.log2(max(starts - 1, 1))))))
     points = variables.lower + sobol[: starts - 1] * (variables.upper - variables.lower)
     return [variables, *(variables._replace(start=point) for point in points)]
 
 
 def best_of(found: Sequence[Optimum]) -> Optimum:
-    """The best optimum, with all of them in `starts`.
+    """The best optimum, with all of them in `starts`; what a design gains by the limits' slack does not count.
 
     Raises: ValueError when no search could start.
     """
-    values = np.array([optimum.value for optimum in found])
+    values = np.array([optimum.value + _leaning(optimum) for optimum in found])
     if np.all(np.isnan(values)):
         raise ValueError(f"no search can start at any of the {len(found)} first designs: see `History` of one alone")
     missed = np.array(
@@ -67,6 +83,12 @@ def best_of(found: Sequence[Optimum]) -> Optimum:
     )
     first = np.lexsort((values, np.where(np.isnan(values), np.inf, missed)))[0]
     return dataclasses.replace(found[int(first)], starts=tuple(found))
+
+
+def _leaning(optimum: Optimum) -> float:
+    """What the slack of limits that are missed a little has gained, by their prices; twice, to be safe."""
+    missed = [(limit, abs(limit.after[limit.worst] - limit.bound)) for limit in optimum.limits if limit.margin < 0.0]
+    return 2.0 * float(sum(np.sum(np.abs(limit.prices)) * excess for limit, excess in missed))
 
 
 class _Together:

@@ -33,10 +33,19 @@ class Variables(NamedTuple):
         """A host vector within the bounds, in the type of the design."""
         return jnp.asarray(np.clip(x, self.lower, self.upper), float)
 
+    @property
+    def is_closed(self) -> np.ndarray:
+        """Which variables (n,) have both bounds."""
+        return np.isfinite(self.upper - self.lower)
+
+    def reach(self, x: np.ndarray) -> np.ndarray:
+        """How far each variable (n,) may go from x: its scale; without both bounds its size where that is larger."""
+        return np.where(self.is_closed, self.scale, np.maximum(self.scale, np.abs(x)))
+
     def promise(self, x: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-        """Fall of the objective (n,), by its slope, if one variable moves by its scale or up to its bound."""
+        """Fall of the objective (n,), by its slope, if one variable moves by its reach or up to its bound."""
         room = np.where(gradient > 0, x - self.lower, self.upper - x)
-        return np.abs(gradient) * np.minimum(room, self.scale)
+        return np.abs(gradient) * np.minimum(room, self.reach(x))
 
 
 def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
@@ -47,11 +56,11 @@ def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
         ValueError: naming the variable, for bounds that do not match or cross, or a start outside of them.
     """
     paths, structure = jax.tree_util.tree_flatten_with_path(design0)
-    if not paths:
-        raise ValueError("design0 has no variables")
     labels = [jax.tree_util.keystr(path, simple=True, separator=".") or "design" for path, _ in paths]
     leaves = [_numbers(label, leaf) for label, (_, leaf) in zip(labels, paths, strict=True)]
     pairs = [_pair(*row) for row in zip(labels, leaves, _pairs(structure, bounds), strict=True)]
+    if not sum(leaf.size for leaf in leaves):
+        raise ValueError("design0 has no variables")
     names = tuple(name for label, leaf in zip(labels, leaves, strict=True) for name in _names(label, leaf))
     lower, upper = (_flat([pair[side] for pair in pairs]) for side in (0, 1))
     start = _flat(leaves)

@@ -30,7 +30,6 @@ def sum_of(design):
     return -design["x"] - 2.0 * design["y"]
 
 
-@pytest.mark.filterwarnings("ignore:delta_grad")  # SciPy's, of a linear objective
 @pytest.mark.parametrize(
     ("optimiser", "gradient"), [(None, "reverse"), (None, "forward"), ("trust-constr", "forward")]
 )
@@ -225,9 +224,9 @@ def test_ten_bars_with_frequencies_that_meet(sharpness):
 def test_a_search_that_is_stuck_begins_once_more(needed, reason):
     """It is proven after so many runs of its engine."""
     runs, kept = [], SimpleNamespace(violation=0.0)
-    search = Mock(LimitedSearch, steps=0, reason="", current=kept, best=kept)
+    search = Mock(LimitedSearch, steps=0, reason="", current=kept, best=kept, residual=1.0)
     search.is_missing.return_value, search.stuck.return_value = False, "no further descent"
-    search.is_proven.side_effect = lambda _: len(runs) >= needed
+    search.is_proven.side_effect = lambda: len(runs) >= needed
     run_limited(search, 10, lambda search, steps: runs.append(steps))
     assert search.reason == reason and len(runs) == min(needed, 2)
 
@@ -298,3 +297,66 @@ def test_gradients_are_checked_on_request():
     with pytest.raises(ValueError, match="tall by y: gradient .*, difference"):
         limit = mbs.Limit("tall", lambda d: wrong(d["y"]), upper=2.0)
         minimise(sum_of, start, limits=[CIRCLE, limit], check=True)
+
+
+HEAVY = mbs.Limit("stress", lambda d: 3.0 / d["m"], upper=1.0)
+
+
+@pytest.mark.parametrize("optimiser", [None, "trust-constr"])
+@pytest.mark.parametrize("starts", [None, 1, 3])
+def test_a_start_that_breaks_its_limits(optimiser, starts):
+    """The multiplier of a broken limit cancels the objective's slope there: no proof of an optimum."""
+    options = {"starts": starts, "limits": HEAVY, "steps": 300}
+    best = minimise(lambda d: d["m"], {"m": 1.0}, {"m": (0.1, 10.0)}, optimiser, **options)
+    assert best.ok and best.design["m"] == pytest.approx(3.0, rel=1e-6) and best.limits[0].ok
+
+
+@pytest.mark.parametrize("objective", [lambda d: d["m"] ** 2, lambda d: 0.0 * d["m"], lambda d: jnp.sum(d["m"])])
+@pytest.mark.parametrize("start", [0.0, 1.0, 5.0])
+def test_where_a_search_starts_does_not_matter(objective, start):
+    """At the free minimum, with no slope at all, below the limit and above it."""
+    best = minimise(objective, {"m": start}, limits=[mbs.Limit("lift", lambda d: d["m"], lower=4.0)])
+    assert best.ok and best.limits[0].ok
+    assert best.value == pytest.approx(min(float(objective({"m": 4.0})), float(objective({"m": 5.0}))), rel=1e-6)
+
+
+@pytest.mark.parametrize("optimiser", [None, "trust-constr"])
+def test_limits_that_contradict_each_other(optimiser):
+    """2 and 4 are missed alike at 8/3, wherever the search starts."""
+    limits = [mbs.Limit("low", lambda d: d["m"], upper=2.0), mbs.Limit("high", lambda d: d["m"], lower=4.0)]
+    best = minimise(lambda d: d["m"], {"m": 1.0}, {"m": (0.1, 10.0)}, optimiser, limits=limits)
+    assert not best.ok and best.reason.startswith("no design found") and best.design["m"] == pytest.approx(8 / 3)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-12])
+def test_a_tolerance_is_kept_or_the_search_has_not_converged(tolerance):
+    best = minimise(sum_of, {"x": 0.1, "y": 0.3}, limits=[CIRCLE], tolerance=tolerance)
+    assert best.ok and best.kkt <= 100.0 * tolerance * np.sqrt(10.0)
+    coarse = minimise(rod_over_a_turn, *ROD, limits=[PIN, STABLE], gradient="forward", tolerance=1e-18)
+    assert not coarse.ok or coarse.kkt <= 1e-16
+
+
+def test_the_best_start_leans_on_no_slack():
+    """All sixteen end at one optimum; what one gains by the slack of 1e-7 is no merit."""
+    bounds = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
+    best = minimise(sum_of, {"x": 0.1, "y": 0.3}, bounds, limits=[CIRCLE], starts=16, tolerance=1e-5)
+    margins = [found.limits[0].margin for found in best.starts]
+    assert min(margins) < -1e-9 < best.limits[0].margin
+    assert best.value == pytest.approx(-np.sqrt(10.0), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ([mbs.Limit("a", lambda d: d["x"], upper=np.inf)], "'a' limits nothing"),
+        ([mbs.Limit("a", lambda d: d["x"], -np.inf, np.inf)], "'a' limits nothing"),
+        ([mbs.Limit("a", lambda d: d["x"], lower=np.inf)], "'a': no number lies above infinity"),
+        ([mbs.Limit("a", lambda d: d["x"] * jnp.zeros(0), upper=1.0)], "'a': its value is empty"),
+        ([mbs.Limit("a", lambda d: d["x"] * jnp.zeros(0), upper=1.0, sharpness=10.0)], "'a': its value is empty"),
+        ([mbs.Limit("a", lambda d: d["x"], upper=np.nan)], "'a': its bounds cross or are NaN"),
+        ([CIRCLE, CIRCLE], "limits of one name: 'radius'"),
+    ],
+)
+def test_limits_that_are_none(limits, message):
+    with pytest.raises(ValueError, match=message):
+        minimise(sum_of, {"x": 0.1, "y": 0.3}, limits=limits)

@@ -159,3 +159,37 @@ def test_faults(change, error, message):
     arguments = {"objective": rosenbrock, "design0": {"x": -1.2, "y": 1.0}} | change
     with pytest.raises(error, match=message):
         minimise(**arguments)
+
+
+@pytest.mark.parametrize("optimiser", [None, "SLSQP", "trust-constr", optax.sgd(1e9)])
+@pytest.mark.parametrize("objective", [lambda d: d["x"], lambda d: -(d["x"] ** 2), lambda d: d["x"] + d["y"] ** 2])
+def test_an_objective_that_falls_without_end(objective, optimiser):
+    best = minimise(objective, {"x": -1.0, "y": 2.0}, {"x": (None, 3.0), "y": (0.0, 4.0)}, optimiser)
+    assert not best.ok
+    assert best.reason.startswith("unbounded: the objective falls without end along x;") or best.value > -1e11
+
+
+def test_a_minimum_far_from_the_start_is_one():
+    """A variable that has grown a million times has not run away."""
+    best = minimise(lambda x: (x - 1e6) ** 2, 1.0)
+    assert best.ok and best.design == pytest.approx(1e6)
+
+
+@pytest.mark.parametrize("optimiser", ["SLSQP", "trust-constr"])
+def test_optimisers_that_know_limits_need_none(optimiser):
+    best = minimise(quadratic, start(), QUADRATIC_BOUNDS, optimiser, steps=300)
+    assert best.value == pytest.approx(4.25, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"steps": -1}, "steps is a whole"), ({"tolerance": np.nan}, "tolerance"), ({"tolerance": -1.0}, "tolerance")],
+)
+def test_options_out_of_range(options, message):
+    with pytest.raises(ValueError, match=message):
+        minimise(rosenbrock, {"x": -1.2, "y": 1.0}, **options)
+
+
+def test_a_design_of_empty_arrays():
+    with pytest.raises(ValueError, match="no variables"):
+        minimise(lambda x: jnp.sum(x), np.zeros(0))

@@ -28,7 +28,7 @@ def first(x):
 
 @pytest.mark.parametrize("optimiser", OPTIMISERS)
 def test_the_best_start_wins_and_all_are_kept(optimiser):
-    best = minimise(two_wells, first([1.1, -0.5, 0.9]), optimiser=optimiser, steps=400, starts=3)
+    best = minimise(two_wells, first([1.1, -0.5, 0.9]), optimiser=optimiser, steps=400, starts="stacked")
     assert best.design["x"] == pytest.approx(-1.0241, abs=1e-3) and best.design["y"].shape == (2,)
     assert [round(float(found.design["x"]), 1) for found in best.starts] == [1.0, -1.0, 1.0]
     assert best.value == best.starts[1].value == min(found.value for found in best.starts)
@@ -40,7 +40,7 @@ def test_the_best_start_wins_and_all_are_kept(optimiser):
 @pytest.mark.parametrize("optimiser", OPTIMISERS)
 def test_each_start_goes_as_it_would_alone(optimiser):
     designs = first([1.5, -0.5])
-    together = minimise(two_wells, designs, {"x": (-1.5, 2.0), "y": None}, optimiser, steps=20, starts=2)
+    together = minimise(two_wells, designs, {"x": (-1.5, 2.0), "y": None}, optimiser, steps=20, starts="stacked")
     for k, found in enumerate(together.starts):
         one = jax.tree.map(lambda leaf, k=k: leaf[k], designs)
         alone = minimise(two_wells, one, {"x": (-1.5, 2.0), "y": None}, optimiser, steps=20)
@@ -50,17 +50,17 @@ def test_each_start_goes_as_it_would_alone(optimiser):
 
 @pytest.mark.parametrize("optimiser", OPTIMISERS)
 def test_impossible_starts_are_left_out(optimiser):
-    best = minimise(two_wells, first([-3.0, 0.5, -0.5]), optimiser=optimiser, steps=300, starts=3)
+    best = minimise(two_wells, first([-3.0, 0.5, -0.5]), optimiser=optimiser, steps=300, starts="stacked")
     assert best.design["x"] == pytest.approx(-1.0241, abs=1e-2)
     assert np.isnan(best.starts[0].value) and best.starts[0].reason.startswith("no search can start")
     assert all(np.isfinite(found.history.values).all() for found in best.starts[1:])
     with pytest.raises(ValueError, match="any of the 2 first designs"):
-        minimise(two_wells, first([-3.0, -4.0]), optimiser=optimiser, starts=2)
+        minimise(two_wells, first([-3.0, -4.0]), optimiser=optimiser, starts="stacked")
 
 
 def test_steps_into_a_region_without_values_are_halved_for_that_start_alone():
     jump = optax.sgd(1.2)  # from 0.9 it leads below zero
-    best = minimise(lambda x: x - 0.1 * jnp.log(x), np.array([0.9, 0.11]), optimiser=jump, steps=3, starts=2)
+    best = minimise(lambda x: x - 0.1 * jnp.log(x), np.array([0.9, 0.11]), optimiser=jump, steps=3, starts="stacked")
     assert np.isfinite(best.starts[0].history.values).all() and len(best.starts[0].history.values) == 4
 
 
@@ -72,8 +72,18 @@ def test_all_starts_are_one_compiled_program(optimiser):
         traced.append(1)
         return jnp.sum((x - 1.0) ** 2)
 
-    minimise(objective, np.zeros((5, 2)), optimiser=optimiser, steps=10, starts=5)
+    minimise(objective, np.zeros((5, 2)), optimiser=optimiser, steps=10, starts="stacked")
     assert len(traced) <= 3
+
+
+@pytest.mark.parametrize("number", [3, 4, 5])
+def test_a_leaf_as_long_as_there_are_starts_is_one_design(number):
+    """Whatever the lengths of the leaves: designs are stacked where the user says so."""
+    design, bounds = {"x": np.zeros(4), "y": 1.0}, {"x": (-5.0, 5.0), "y": (-1.0, 2.0)}
+    distance = lambda d: jnp.sum((d["x"] - jnp.arange(4.0)) ** 2) + d["y"] ** 2  # noqa: E731
+    best = minimise(distance, design, bounds, starts=number)
+    assert len(best.starts) == number and best.value < 1e-9
+    np.testing.assert_allclose(best.design["x"], np.arange(4.0), atol=1e-5)
 
 
 @pytest.mark.parametrize("optimiser", ["SLSQP", "trust-constr"])
@@ -81,7 +91,7 @@ def test_searches_with_limits_side_by_side(optimiser):
     """Each as it would alone, though one ends long before the others."""
     inside = Limit("distance", lambda d: d["x"] ** 2 + jnp.sum(d["y"] ** 2), upper=0.5)
     designs, steps = first([0.9, -0.5, 0.70710678]), 60
-    together = minimise(two_wells, designs, None, optimiser, steps, starts=3, limits=[inside])
+    together = minimise(two_wells, designs, None, optimiser, steps, starts="stacked", limits=[inside])
     for k, found in enumerate(together.starts):
         one = jax.tree.map(lambda leaf, k=k: leaf[k], designs)
         alone = minimise(two_wells, one, None, optimiser, steps, limits=[inside])
@@ -98,7 +108,7 @@ def test_an_error_in_one_search_ends_all():
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        minimise(two_wells, first([1.5, -0.5, 0.4]), starts=3, callback=callback)
+        minimise(two_wells, first([1.5, -0.5, 0.4]), starts="stacked", callback=callback)
     assert threading.active_count() < 10
 
 
@@ -108,15 +118,19 @@ def test_an_error_of_the_batch_ends_all(monkeypatch):
 
     monkeypatch.setattr(meeting, "batch", fails)
     with pytest.raises(KeyboardInterrupt):
-        minimise(two_wells, first([1.5, -0.5, 0.4]), starts=3)
+        minimise(two_wells, first([1.5, -0.5, 0.4]), starts="stacked")
 
 
 @pytest.mark.parametrize(
     ("design", "starts", "message"),
     [
-        (first([1.0, 2.0]), 3, r"3 starts from one design need both bounds of every variable: y\[0,0\]"),
-        ({"x": 1.0, "y": np.zeros((1, 2))}, 1, r"x has shape \(\): 1 starts need"),
-        (first([1.0, 9.0]), 2, "start 1: x: 9 lies outside"),
+        (first([1.0, 2.0]), 3, r"both bounds of every variable: y\[0,0\].*say starts='stacked'"),
+        ({"x": 1.0, "y": np.zeros((1, 2))}, "stacked", r"x has shape \(\): 1 stacked starts need"),
+        ({"x": 1.0, "y": 2.0}, "stacked", r"x has shape \(\)"),
+        ({"x": np.zeros(0), "y": np.zeros((0, 2))}, "stacked", "axis is empty"),
+        (first([1.0, 9.0]), "stacked", "start 1: x: 9 lies outside"),
+        (first([1.0]), 0, "starts is a positive whole number"),
+        (first([1.0]), "many", "'many'"),
     ],
 )
 def test_faults(design, starts, message):
