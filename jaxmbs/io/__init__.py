@@ -5,7 +5,7 @@ from .meshes import Mesh, read_mesh
 from .model_file import load_model, model_schema, register, save_model
 from .nastran import Deck, read_nastran
 from .robots import Imported, JointLimits, read_mjcf, read_urdf
-from .uff import read_uff, write_uff
+from .universal import read_uff, write_uff
 
 __all__ = [
     "Deck",

@@ -1,23 +1,28 @@
 """Linear systems from files of matrices: Matrix Market, Nastran's OP4 and DMIG (pyYeti reads those two)."""
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
 from ..elements import DIRECTIONS
-from ..errors import ModelError
+from ..errors import ModelFileError
 from ..linear import LinearSystem
 from ..typing import CoordinateLike
+from .matrix_market import matrix_market
+from .regular_file import require_file
 
 
 def read_matrix_market(
     mass: str | PathLike, stiffness: str | PathLike, damping: str | PathLike | None = None, **options: Any
 ) -> LinearSystem:
-    """From one Matrix Market file per matrix; `options` as of `LinearSystem`."""
-    import scipy.io
+    """From one Matrix Market file per matrix; `options` as of `LinearSystem`.
 
+    Raises: ModelFileError for what is no such file.
+    """
     paths = (mass, stiffness, damping)
-    return LinearSystem(**_by_kind(None if path is None else scipy.io.mmread(path) for path in paths), **options)
+    read = [None if path is None else _parsed(matrix_market, path, "a Matrix Market file") for path in paths]
+    return LinearSystem(**_by_kind(read), **options)
 
 
 def read_op4(
@@ -27,10 +32,11 @@ def read_op4(
 
     Args: options: as of `LinearSystem`; an OP4 file holds no names of coordinates.
 
-    Raises: ModelError naming the matrices that the file has; ImportError without pyYeti (the extra `io`).
+    Raises: ModelFileError for what is no such file, naming the matrices that it has where one is missing; ImportError
+    without pyYeti (the extra `io`).
     """
-    op4 = _pyyeti("op4")
-    return LinearSystem(**_by_kind(_named(path, op4.read(str(path)), mass, stiffness, damping)), **options)
+    found = _parsed(_pyyeti("op4").read, path, "an OP4 file")
+    return LinearSystem(**_by_kind(_named(path, found, mass, stiffness, damping)), **options)
 
 
 def read_dmig(
@@ -45,14 +51,35 @@ def read_dmig(
 
     Raises: as `read_op4`.
     """
-    found = _pyyeti("bulk").rddmig(str(path), square=True)
+    bulk = _pyyeti("bulk")
+    found = _parsed(lambda file: bulk.rddmig(file, square=True), path, "a file of DMIG cards")
     frames = _named(path, found, mass, stiffness, damping)
     rows = sorted(set().union(*(set(frame.index) for frame in frames if frame is not None)))
+    if any(len(row) != 2 or row[1] not in range(7) for row in rows):
+        raise ModelFileError(path, ["a row is no pair of a grid and a component from 0 to 6"])
     matrices = [
         None if f is None else f.reindex(index=rows, columns=rows).fillna(0.0).to_numpy(float) for f in frames
     ]
-    labels = [(str(grid), DIRECTIONS[component - 1] if component else "") for grid, component in rows]
+    labels = [(str(int(grid)), DIRECTIONS[int(component) - 1] if component else "") for grid, component in rows]
     return LinearSystem(**_by_kind(matrices), interface=interface, coordinates=labels, positions=positions)
+
+
+def _parsed(read, path, what):
+    """What another library reads; its errors in words that name the file."""
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", "Premature end-of-file")  # of pyYeti: a matrix is cut off
+            found = read(str(require_file(path)))
+    except ModelFileError:
+        raise
+    except FileNotFoundError as error:
+        raise ModelFileError(path, ["it cannot be read: No such file or directory"]) from error
+    except Exception as error:  # whatever a parser raises for what it does not expect
+        words = " ".join(str(error).split())[:200] or type(error).__name__
+        raise ModelFileError(path, [f"it is not {what}: {words}"]) from error
+    if isinstance(found, Mapping) and not found:
+        raise ModelFileError(path, [f"it is not {what}: it has no matrix"])
+    return found
 
 
 def _by_kind(matrices):
@@ -63,7 +90,9 @@ def _named(path, found, *names):
     """Matrices by name, None where none is asked."""
     missing = [name for name in names if name is not None and name.lower() not in found]
     if missing:
-        raise ModelError([f"{path} has no matrix {name!r}: it has {', '.join(sorted(found))}" for name in missing])
+        raise ModelFileError(
+            path, [f"it has no matrix {name!r}: it has {', '.join(sorted(found))}" for name in missing]
+        )
     return [None if name is None else found[name.lower()] for name in names]
 
 

@@ -16,6 +16,7 @@ from ..checks import place_of
 from ..elements import AbstractElement
 from ..errors import ModelError
 from ..fem import Structure
+from .regular_file import require_file
 
 #: Kinds of cells, by their names in meshio, and the number of nodes of the elements that they become.
 CELLS = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "hexahedron": 8}
@@ -124,7 +125,7 @@ def _several(own):
 def _read(path):
     if path.suffix.lower() != ".msh":
         raise ModelError([f"{path.name}: of files with meshes those of Gmsh, .msh, are read"])
-    if path.stat().st_size > MAX_BYTES:
+    if require_file(path).stat().st_size > MAX_BYTES:
         raise ModelError([f"{path.name}: larger than {MAX_BYTES} bytes"])
     faults = _implausible(path.read_bytes())
     if faults:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.errors import ModelError
-from jaxmbs.io.uff import read_uff, write_uff
+from jaxmbs.io import read_uff, write_uff
 from jaxmbs.linear.transfer import TransferFunctions
 
 pyuff = pytest.importorskip("pyuff")

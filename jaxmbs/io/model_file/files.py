@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import ModelError, ModelFileError
-from ..robots.xml_text import read_bytes
+from ..regular_file import read_bytes
 from ..whole_file import whole_file
 from .decode import LOST, decoded
 from .encode import encoded

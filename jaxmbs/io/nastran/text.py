@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import ModelError
+from ..regular_file import require_file
 
 MAX_BYTES = 256 * 2**20  # of a deck and all that it includes
 MAX_FILES, MAX_DEPTH = 500, 20
@@ -81,7 +82,7 @@ class Text:
 
     def _read(self, path) -> list[str]:
         self._files += 1
-        self._bytes += path.stat().st_size
+        self._bytes += require_file(path).stat().st_size
         if self._bytes > MAX_BYTES or self._files > MAX_FILES:
             raise ModelError([f"{path.name}: more than {MAX_BYTES} bytes or {MAX_FILES} files of a deck"])
         text = path.read_bytes().decode("latin-1")

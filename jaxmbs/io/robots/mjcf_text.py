@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import ModelFileError
+from ..regular_file import read_bytes
 from .imported import counted, listed
-from .xml_text import DEEPEST, MOST_BYTES, inside, parse_xml, read_bytes
+from .xml_text import DEEPEST, MOST_BYTES, inside, parse_xml
 
 _MOST_FILES = 100  # included files, and copies that <replicate> makes times this
 _MOST_COPIES = 10_000
@@ -58,7 +59,7 @@ def _included(path) -> ET.Element:
     folder, left = path.parent, [MOST_BYTES, _MOST_FILES]
 
     def read(file):
-        content = read_bytes(file)
+        content = read_bytes(file, MOST_BYTES)
         left[0] -= len(content)
         left[1] -= 1
         if min(left) < 0:

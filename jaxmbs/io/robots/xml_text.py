@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from ...errors import ModelFileError
+from ..regular_file import read_bytes
 
 MOST_BYTES, MOST_ELEMENTS = 32_000_000, 200_000
 DEEPEST = 200  # a chain of so many bodies is nested no deeper than MuJoCo's own limit
@@ -16,19 +17,7 @@ def read_xml(path: Path) -> ET.Element:
 
     Raises: ModelFileError for what is no file, no UTF-8, no XML, declares a document type or is too large or deep.
     """
-    return parse_xml(path, read_bytes(path))
-
-
-def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """A file's bytes.  Raises: ModelFileError where it is not to be read, or too large."""
-    try:
-        with open(path, "rb") as file:
-            found = file.read(most + 1)
-    except (OSError, ValueError) as error:  # ValueError: a null in the name
-        raise ModelFileError(path, [f"it cannot be read: {getattr(error, 'strerror', None) or error}"]) from error
-    if len(found) > most:
-        raise ModelFileError(path, [f"it has more than {most // 1_000_000} megabytes"])
-    return found
+    return parse_xml(path, read_bytes(path, MOST_BYTES))
 
 
 def parse_xml(path: Path, content: bytes) -> ET.Element:
