@@ -27,7 +27,8 @@ def data_sets(content: bytes, faults: list[str]) -> Iterator[DataSet]:
     """Data sets in the order of the file.  Faults: what is cut off, what stands between two of them."""
     at, line = 0, 0
     while at < len(content):
-        text, at, line = *_line(content, at), line + 1
+        text, at = _line(content, at)
+        line += 1
         if not text.strip():
             continue
         if text.rstrip() != _MARK:
@@ -35,7 +36,8 @@ def data_sets(content: bytes, faults: list[str]) -> Iterator[DataSet]:
             return
         begin = line
         while text.rstrip() == _MARK and at < len(content):  # some programs write it twice
-            (text, at), line = _line(content, at), line + 1
+            text, at = _line(content, at)
+            line += 1
         number = text[:6].strip()
         if not number.isdigit():
             faults.append(f"line {line}: {_shown(text)} is no number of a data set")
@@ -75,7 +77,7 @@ def _binary(content, at, head):
     return None
 
 
-def _line(content, at):
+def _line(content: bytes, at: int) -> tuple[bytes, int]:
     """A line without its end, and where the next one begins."""
     end = content.find(b"\n", at)
     end = len(content) if end < 0 else end
