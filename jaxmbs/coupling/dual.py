@@ -13,7 +13,7 @@ from ..linear.dynamic_stiffness import dynamic_stiffness
 from ..linear.system import LinearSystem
 from ..math import square
 from ..reductions.base import Reduced
-from .primal import balanced, join
+from .primal import ROUNDING, balanced, join
 
 
 def dual_response(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]], forces: Sequence, omega=None):
@@ -42,7 +42,7 @@ def dual_response(components: Sequence[LinearSystem], joints: Sequence[Sequence[
         if f is not None:
             right = lax.dynamic_update_slice(right, (c.basis.T.astype(f.dtype) @ f).astype(right.dtype), (start,))
     solution = square.solve(saddle, right)
-    _check_solved(saddle @ solution - right, right)
+    _check_solved(saddle, solution, right)
     reactions = -B.T @ solution[n:]
     cut = [
         (start, start + c.num_interface, end) for start, end, c in zip(starts[:-1], starts[1:], parts, strict=True)
@@ -51,11 +51,14 @@ def dual_response(components: Sequence[LinearSystem], joints: Sequence[Sequence[
     return rhos, balanced(assembly, [reactions[start:middle] for start, middle, _ in cut])
 
 
-def _check_solved(miss, right):
-    if not known(miss) or not np.any(np.asarray(right)):
+def _check_solved(saddle, solution, right):
+    """What is left over is at most the rounding of its terms, and these leave two digits: else it is singular."""
+    if not known(saddle, solution, right) or not np.any(np.asarray(right)):
         return
-    eps = np.finfo(miss.dtype).eps
-    if not np.max(np.abs(np.asarray(miss))) < eps**0.4 * np.max(np.abs(np.asarray(right))):
+    saddle, solution, right = map(np.asarray, (saddle, solution, right))
+    eps, size = np.finfo(right.dtype).eps, np.max(np.abs(right))
+    rounding = ROUNDING * eps * np.max(np.abs(saddle) @ np.abs(solution)) / size
+    if not np.max(np.abs(saddle @ solution - right)) / size < np.clip(rounding, eps**0.4, eps**0.125):
         raise ValueError("the joined structure is singular: the bonds leave a motion free, or it resonates undamped")
 
 

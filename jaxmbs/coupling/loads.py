@@ -50,15 +50,23 @@ class BondLoads(eqx.Module):
     Attributes:
         bonds: by name.
         residual: () largest sum of the forces at a joint, relative to the largest: zero by S1 (25).
+        rounding: () what rounding alone may make of it: where soft components carry stiff ones, their
+            forces are small differences of large ones.
     """
 
     bonds: dict[str, BondLoad]
     residual: Array
+    rounding: Array | float = 0.0
 
     @property
     def ok(self) -> Bool[Array, ""]:
-        """Whether they are finite and balance but for 1e-6 of the largest (1e-2 in single precision)."""
-        return self.residual < (1e-6 if self.residual.dtype.itemsize > 4 else 1e-2)
+        """Whether they are finite and balance but for rounding, or 1e-6 of the largest (1e-2 in single precision).
+
+        Where rounding leaves less than two digits they do not count as found.
+        """
+        double = self.residual.dtype.itemsize > 4
+        floor, most = (1e-6, 1e-2) if double else (1e-2, 0.1)
+        return self.residual < jnp.clip(self.rounding, floor, most)
 
     def __getitem__(self, name: str) -> BondLoad:
         if name not in self.bonds:
@@ -102,7 +110,7 @@ class Determinacy:
         return "\n".join(lines)
 
 
-def by_bond(bonds, rows: np.ndarray, forces: Array, residual) -> BondLoads:
+def by_bond(bonds, rows: np.ndarray, forces: Array, residual: Array, rounding: Array) -> BondLoads:
     """Loads of the ties from the forces on the components, `B^T f = r`: no tie closes a ring, so B has full rank.
 
     Args: bonds: `(name, Ties)`; rows: B (ties, interface coordinates of all components); forces: r, times last.
@@ -116,4 +124,4 @@ def by_bond(bonds, rows: np.ndarray, forces: Array, residual) -> BondLoads:
             sides.append(zero.at[..., np.array(bond.kept, int)].set(f[..., at : at + len(pairs)]))
             at += len(pairs)
         found[name] = BondLoad(sides[0], -sides[-1], bond.labels)
-    return BondLoads(found, residual)
+    return BondLoads(found, residual, rounding)

@@ -162,7 +162,7 @@ def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | Har
         ]
         shares = [b if a is None else a if b is None else a + b for a, b in zip(shares, new, strict=True)]
     found = interface_reactions(network, elastic, inertial, viscous, shares)
-    return by_bond(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual)
+    return by_bond(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual, found.rounding)
 
 
 def _first(share, times):

@@ -14,6 +14,9 @@ from ..math.jit import jit
 from ..reductions.base import Reduced, explicit
 from ..typing import ArrayLike
 
+#: How many roundings of its terms a sum of forces may differ by.
+ROUNDING = 16.0
+
 
 class Assembly(LinearSystem):
     """Joined components: `rho_c = beta_c xi`, first the displacements of the joints, then each one's own coordinates.
@@ -50,10 +53,13 @@ class Reactions(eqx.Module):
     Attributes:
         forces: per component (b_c, ...), along its interface coordinates.
         residual: largest sum of the forces at a joint, relative to the largest force: zero by S1 (25).
+        rounding: what it may be by the rounding of the terms that make the forces: those of a stiff component are
+            small differences of large ones.
     """
 
     forces: tuple
     residual: Array
+    rounding: Array
 
 
 def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) -> Assembly:
@@ -110,26 +116,42 @@ def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Se
 
     With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (17)-(25).
     """
-    rows = list(zip(assembly.components, assembly.part(xi), assembly.part(xi_ddot), strict=True))
-    found = [_times(c.stiffness, rho) + _times(c.mass, rho_ddot) for c, rho, rho_ddot in rows]
-    if xi_dot is not None:
-        pairs = zip(assembly.components, assembly.part(xi_dot), found, strict=True)
-        found = [f if c.damping is None else f + _times(c.damping, rho_dot) for c, rho_dot, f in pairs]
-    if shares is not None:
-        pairs = zip(shares, found, strict=True)
-        found = [f if given is None else f - given.astype(f.dtype) for given, f in pairs]
-    return balanced(assembly, [f[: c.num_interface] for c, f in zip(assembly.components, found, strict=True)])
+    motions = [
+        assembly.part(x) if x is not None else (None,) * len(assembly.components) for x in (xi, xi_dot, xi_ddot)
+    ]
+    found, sizes = [], []
+    for c, rho, rho_dot, rho_ddot, given in zip(
+        assembly.components, *motions, shares or (None,) * len(assembly.components), strict=True
+    ):
+        terms = [(c.stiffness, rho), (c.mass, rho_ddot), (c.damping, rho_dot)]
+        terms = [(A[: c.num_interface], x) for A, x in terms if A is not None and x is not None]
+        load = 0.0 if given is None else given[: c.num_interface].astype(rho.dtype)
+        found.append(sum(_times(A, x) for A, x in terms) - load)
+        sizes.append(sum(_times(jnp.abs(A), jnp.abs(x)) for A, x in terms) + jnp.abs(load))
+    return balanced(assembly, found, sizes)
 
 
-def balanced(assembly: Assembly, forces: Sequence) -> Reactions:
-    """Reactions from the forces (b_c, ...) on each component, and their sums at the joints.  Source: S1 (2), (25)."""
+def balanced(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None) -> Reactions:
+    """Reactions from the forces (b_c, ...) on each component, and their sums at the joints.
+
+    Args: sizes: of the terms that make them up, likewise; default: themselves.
+
+    Source: S1 (2), (25).
+    """
+    sizes = [jnp.abs(f) for f in forces] if sizes is None else sizes
+    largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f)) for f in forces]))
+    largest, eps = jnp.where(largest > 0, largest, 1.0), jnp.finfo(largest.dtype).eps
+    residual, rounding = (jnp.max(jnp.abs(_at_joints(assembly, parts))) / largest for parts in (forces, sizes))
+    return Reactions(tuple(forces), residual, ROUNDING * eps * rounding)
+
+
+def _at_joints(assembly, parts):
+    """Sums (N, ...) over the components of what is at their interfaces (b_c, ...)."""
     padded = [
         jnp.zeros_like(f, shape=(len(p), *f.shape[1:])).at[: len(f)].set(f)
-        for f, p in zip(forces, assembly.places, strict=True)
+        for f, p in zip(parts, assembly.places, strict=True)
     ]
-    sums = _sum(assembly.places, padded, assembly.num_rows)
-    largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f)) for f in forces]))
-    return Reactions(tuple(forces), jnp.max(jnp.abs(sums)) / jnp.where(largest > 0, largest, 1.0))
+    return _sum(assembly.places, padded, assembly.num_rows)
 
 
 def joint_places(components: Sequence[Reduced], joints: Sequence[Sequence[int]]):
