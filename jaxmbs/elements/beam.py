@@ -33,6 +33,10 @@ _SIGN_Z = np.array([1.0, -1.0, 1.0, -1.0])
 class Beam(AbstractElement):
     """Two-node beam: exact static stiffness, consistent mass of the same shapes.
 
+    Local axes: x from the first node to the second, y towards `reference`, z by the right hand.  Forces: those on the
+    beam at its ends [N], then moments [N m], of the first end, then of the second, positive along local axes: in
+    tension Fx2 is positive, Fx1 negative.  Stresses [Pa]: tension positive.
+
     With `shear` it is Timoshenko's beam with rotary inertia, without it Euler-Bernoulli's with neither.
     Source: Przemieniecki, Theory of matrix structural analysis (1968), 5.6; Friedman and Kosmatka, Comput. Struct. 47
     (1993) 473-481 for the mass.

@@ -25,6 +25,7 @@ _FACE_N, _FACE_DN = linear_shapes(np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]
 class Hexahedron(AbstractElement):
     """Isotropic brick, displacements only; bends without shear locking and passes the patch test in any shape.
 
+    Stresses [Pa] at the centre, world axes, tension positive; its forces are the same numbers.
     Nodes 0-3 go round one face, 4-7 lie over them; seen from 4-7, 0-3 are counter-clockwise.
     Source: Taylor, Beresford and Wilson, Int. J. Numer. Meth. Eng. 10 (1976) 1211-1219.
 

@@ -15,6 +15,8 @@ from .base import AbstractElement, number, optional
 class PointMass(AbstractElement):
     """Mass with inertia, rigidly carried by one node. Without offset and inertia it uses displacements only.
 
+    It has no forces: its weight and inertia come by `fem.body_load` and the mass matrix.
+
     Attributes:
         value: mass [kg].
         offset: (3,) centre of mass from the node, world axes [m], or None.

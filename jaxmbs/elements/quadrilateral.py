@@ -25,6 +25,11 @@ _NS, _DNS = linear_shapes(_CORNERS, _SIDES)
 class Quadrilateral(AbstractShell):
     """Thick or thin shell of four nodes, free of shear locking; a warped one is carried by its mean plane.
 
+    Forces, per length at the centre, in element axes (x bisects the diagonals, z is the normal by the order of the
+    nodes): membrane forces Nxx Nyy Nxy [N/m], tension positive, then moments Mxx Myy Mxy [N], positive where the face
+    +z is in tension, then transverse shear forces Qx Qy [N/m].
+    Stresses [Pa] of the face +z (top), then of -z (bottom).
+
     Bending: MITC4, Dvorkin and Bathe, Eng. Comput. 1 (1984) 77-88.  Membrane: modes 1 - xi^2, 1 - eta^2 of Taylor,
     Beresford and Wilson, Int. J. Numer. Meth. Eng. 10 (1976) 1211-1219.  Drilling: Hughes and Brezzi, Comput. Meth.
     Appl. Mech. Eng. 72 (1989) 105-121.

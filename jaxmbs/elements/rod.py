@@ -9,7 +9,7 @@ from .base import AbstractElement, number
 
 
 class Rod(AbstractElement):
-    """Truss member, displacements only.
+    """Truss member, displacements only.  Force [N] and stress [Pa]: tension positive.
 
     Attributes:
         young: modulus [Pa]; area [m^2]; density [kg/m^3].

@@ -28,6 +28,9 @@ def _optional_six(value):
 class Spring(AbstractElement):
     """Bushing between two nodes: force by the relative motion at one point, so that rigid motions strain nothing.
 
+    Forces: what the second node puts on the spring along x y z [N], then moments about x y z [N m], in its own axes;
+    positive where the second node moves, or turns, along the axis from the first.
+
     Attributes:
         matrix: (6, 6) stiffness x y z rx ry rz in the spring's axes, or six numbers [N/m, N, N m/rad].
         damper: (6, 6) likewise [N s/m, N s, N m s/rad], or None.
@@ -87,7 +90,11 @@ class Spring(AbstractElement):
 
 
 class GroundSpring(Spring):
-    """Bushing from one node to ground, at the node; fields as in `Spring`, `place` unused."""
+    """Bushing from one node to ground, at the node; fields as in `Spring`, `place` unused.
+
+    Forces: what the node puts on the spring along x y z [N], then moments about x y z [N m], in the spring's axes,
+    positive as the node moves.
+    """
 
     num_nodes = 1
 

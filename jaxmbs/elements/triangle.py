@@ -23,6 +23,10 @@ _Q = np.array(
 class Triangle(AbstractShell):
     """Thin shell of three nodes.
 
+    Forces, per length at the centre, in element axes (x along the first side, z the normal by the order of the
+    nodes): membrane forces Nxx Nyy Nxy [N/m], tension positive, then moments Mxx Myy Mxy [N], positive where the face
+    +z is in tension. Stresses [Pa] of the face +z (top), then of -z (bottom).
+
     Bending: DKT, Batoz, Bathe and Ho, Int. J. Numer. Meth. Eng. 15 (1980) 1771-1812.  Membrane: OPT, Felippa, Comput.
     Meth. Appl. Mech. Eng. 192 (2003) 2125-2168, exact in bending for any shape of rectangle.
     """

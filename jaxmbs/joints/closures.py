@@ -19,8 +19,11 @@ class AbstractClosure(AbstractJoint):
 
 
 class Distance(AbstractClosure):
-    """A massless rod with ball ends: the two origins stay `length` [m] apart.  The multiplier is the rod's force
-    times one metre over one metre: positive pushes the ends apart."""
+    """A massless rod with ball ends: the two origins stay `length` [m] apart, `(d.d / length - length) / 2 = 0`.
+
+    One row [m].  Its multiplier is the rod's force [N], positive where it pushes the ends apart; `reactions` gives
+    the force on frame B.
+    """
 
     row_units: ClassVar[tuple[str, ...]] = ("m",)
 
@@ -35,7 +38,10 @@ class Distance(AbstractClosure):
 
 
 class PointOnPlane(AbstractClosure):
-    """The origin of frame B stays in the x-y plane of frame A."""
+    """The origin of frame B stays in the x-y plane of frame A.
+
+    One row [m]: z of the origin in frame A, positive along the z axis of A; so is its multiplier [N], the force on B.
+    """
 
     row_units: ClassVar[tuple[str, ...]] = ("m",)
 
@@ -44,7 +50,11 @@ class PointOnPlane(AbstractClosure):
 
 
 class PointOnLine(AbstractClosure):
-    """The origin of frame B stays on the z axis of frame A."""
+    """The origin of frame B stays on the z axis of frame A.
+
+    Two rows [m]: x, then y of the origin in frame A, positive along the axes of A; their multipliers [N] are the
+    force on B.
+    """
 
     row_units: ClassVar[tuple[str, ...]] = ("m", "m")
 
@@ -54,6 +64,10 @@ class PointOnLine(AbstractClosure):
 
 class Coupler(eqx.Module):
     """A gear, rack or cam between joint coordinates q_i: `sum c_i q_i = offset`, or `function(*q) = 0`.
+
+    One row, in the unit of c q.  Coordinates count as the joints count them, positive as they are: external gears of
+    20 and 60 teeth are `{"pinion": 20, "wheel": 60}` with a positive sign each, internal ones have opposite signs,
+    and a rack on a pinion of radius r is `{"rack": 1, "pinion": -r}`.  Joints of one coordinate only.
 
     Args:
         coefficients: joint name -> coefficient (any value when `function` is given: only the order counts).
@@ -88,7 +102,9 @@ class Coupler(eqx.Module):
 class VelocityRows(eqx.Module):
     """Rows of velocity given by the user (nonholonomic): `function(coordinates (nq,), velocities (nv,), t) -> (m,)`.
 
-    Zero when satisfied, affine in the velocities.
+    Zero when satisfied, affine in the velocities.  Coordinates and velocities are in the order of those of a `State`,
+    `system.columns("joint")` finds the velocities of a joint; a row has the unit that the function gives it, and its
+    sign.
     """
 
     function: Callable
@@ -104,6 +120,7 @@ class VelocityRows(eqx.Module):
 class Rows(eqx.Module):
     """Holonomic rows given by the user: `function(coordinates (nq,), t) -> (m,)`, zero when satisfied.
 
+    Coordinates are in the order of those of a `State`; a row has the unit that the function gives it, and its sign.
     A function with design parameters should be an `equinox.Module`, whose numbers are then leaves of the system.
     """
 

@@ -10,8 +10,11 @@ from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
 class Cylindrical(AbstractJoint):
-    """Translation along and rotation about `axis`; coordinates: distance [m], angle [rad], positive along it and
-    right-handed about it."""
+    """Translation along and rotation about `axis` ("x", "-y" or three numbers, in joint axes).
+
+    Coordinates: distance [m], positive along the axis, then angle [rad], right-handed about it; zero where the
+    frames agree.  Velocities: their rates [m/s, rad/s].  Efforts: force [N], then moment [N m].
+    """
 
     nodes = (Node("prismatic"), Node("revolute"))
     labels = ("distance", "angle")

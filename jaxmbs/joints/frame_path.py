@@ -28,9 +28,10 @@ class FramePath(AbstractClosure):
         hold: components that are led, of x, y, z and rx, ry, rz (default: all of those given): `("x", "y", "rz")`
             leads a tool in the plane.  Turns are those that are left between B and the path.
 
-    Its rows are like those of a cut joint: `State.at` closes them, and `reactions` names the wrench on frame B.
-    `inverse_dynamics(..., actuators=)` and `reactions(..., actuators=)` let actuators take its place.  Paths need two
-    derivatives.  Source: S2 (3), (5), rows with time in them.
+    Rows in the order of `hold`: lengths [m] along the axes of A, twice the tangents of half angles (rad, where
+    small), positive as B lies beyond the path.  They are like those of a cut joint: `State.at` closes them, and
+    `reactions` names the wrench on frame B. `inverse_dynamics(..., actuators=)` and `reactions(..., actuators=)` let
+    actuators take its place.  Paths need two derivatives.  Source: S2 (3), (5), rows with time in them.
     """
 
     may_depend_on_time: ClassVar[bool] = True

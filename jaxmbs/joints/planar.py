@@ -10,7 +10,13 @@ from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
 class Planar(AbstractJoint):
-    """Motion in the plane with the given `normal`; coordinates: x, y [m] in the parent's plane, angle [rad]."""
+    """Motion in the plane across `normal` ("x", "-y" or three numbers, in joint axes).
+
+    Coordinates: x, then y [m] of the child's origin, positive along two axes fixed in the parent's plane, then angle
+    [rad], right-handed about the normal; zero where the frames agree.  For the normal "z" the two axes are x, y, for
+    "x" they are y, z, for "y" they are z, x; x, y and the normal are right-handed.  Velocities: their rates
+    [m/s, m/s, rad/s].  Efforts: two forces [N], then a moment [N m].
+    """
 
     nodes = (Node("prismatic", "x"), Node("prismatic", "y"), Node("revolute"))
     labels = ("x", "y", "angle")

@@ -10,7 +10,10 @@ from .base import AbstractJoint, Node, aligned, axis_faults, axis_vector
 
 
 class Prismatic(AbstractJoint):
-    """Translation along `axis` (name or vector, joint axes); coordinate: distance [m], zero when the frames agree.
+    """Translation along `axis` ("x", "-y" or three numbers, in joint axes).
+
+    Coordinate: distance [m] of the child from the parent, positive along the axis, zero where the frames agree.
+    Velocity: its rate [m/s].  Effort: force along the axis [N].
 
     Source: S2 (11)-(15), a simple joint with alpha = 0.
     """

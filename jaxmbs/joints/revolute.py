@@ -10,7 +10,10 @@ from .base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
 class Revolute(AbstractJoint):
-    """Rotation about `axis` (name or vector, joint axes); coordinate: angle [rad], zero when the frames agree.
+    """Rotation about `axis` ("x", "-y" or three numbers, in joint axes).
+
+    Coordinate: angle [rad] of the child in the parent, right-handed about the axis, zero where the frames agree.
+    Velocity: its rate [rad/s].  Effort: moment about the axis [N m].
 
     Source: S2 (11)-(15), a simple joint with alpha = 1.
     """

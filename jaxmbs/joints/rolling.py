@@ -41,7 +41,11 @@ class AbstractRolling(AbstractClosure):
 
 
 class RollingSphere(AbstractRolling):
-    """A sphere of `radius` [m] about the origin of frame B rolls on the x-y plane of frame A, z pointing out."""
+    """A sphere of `radius` [m] about the origin of frame B rolls on the x-y plane of frame A, z pointing out.
+
+    Three rows: the distance from the plane [m], positive along z of A, then the slips of the touching point along x
+    and y of A [m/s].  `reactions` gives the contact force on the body of frame B [N].
+    """
 
     radius: Converted[Float[Array, ""]] = eqx.field(converter=as_array)
 
@@ -56,7 +60,9 @@ class RollingDisk(AbstractRolling):
         radius: [m].
         axle: axis of the disk in frame B: "x", "y", "z" or three numbers.
 
-    The disk may lean, but not lie flat (the touching point is undetermined there).
+    Three rows: the distance from the plane [m], positive along z of A, then the slips of the touching point along x
+    and y of A [m/s].  `reactions` gives the contact force on the body of frame B [N].  The disk may lean, but not lie
+    flat (the touching point is undetermined there).
     """
 
     radius: Float[Array, ""]
@@ -81,6 +87,9 @@ class KnifeEdge(AbstractClosure):
 
     Args:
         along: direction of the blade in frame B: "x", "y", "z" or three numbers.
+
+    One row: the speed across the blade [m/s], positive to its left, looked at from +z of A.  `reactions` gives the
+    force on the body of frame B [N].
     """
 
     row_units: ClassVar[tuple[str, ...]] = ("m",)

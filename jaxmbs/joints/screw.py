@@ -13,8 +13,10 @@ from .base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, par
 
 
 class Screw(AbstractJoint):
-    """Rotation about `axis` with an advance of `pitch` [m/rad] along it; coordinate: angle [rad].
+    """Rotation about `axis` with an advance of `pitch` [m/rad] along it; a lead of 5 mm a turn is 5e-3 / (2 pi).
 
+    Coordinate: angle [rad] of the child in the parent, right-handed about the axis, zero where the frames agree; with
+    a positive pitch a positive angle moves the child along +axis.  Velocity: its rate [rad/s].  Effort: moment [N m].
     Closing a loop it counts whole turns by the nearest one, so the loop's other joints carry the number of turns.
     """
 

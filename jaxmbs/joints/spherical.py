@@ -9,8 +9,9 @@ from .base import AbstractJoint, Node
 class Spherical(AbstractJoint):
     """All rotations about a common point.
 
-    Coordinates: quaternion (w, x, y, z) of the child frame in the parent frame, (1, 0, 0, 0) when they agree;
-    velocities: angular velocity [rad/s] of the child in the parent, resolved in the child frame.
+    Coordinates: quaternion (w, x, y, z) of the child frame in the parent frame, without unit, (1, 0, 0, 0) where they
+    agree, its angle right-handed about (x, y, z).  Velocities: angular velocity [rad/s] of the child in the parent,
+    resolved in the child frame.  Efforts: moments about the axes of the child frame [N m].
     """
 
     nodes = (Node("ball"),)

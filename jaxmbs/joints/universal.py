@@ -11,8 +11,10 @@ from .base import AbstractJoint, Node, axis_vector
 
 
 class Universal(AbstractJoint):
-    """Rotation about `axes[0]` of the parent frame, then about `axes[1]` of the child frame; angles [rad].
+    """Rotation about `axes[0]` of the parent frame, then about `axes[1]` of the child frame.
 
+    Coordinates: first angle [rad], about the parent's axis, then second angle [rad], about the child's; right-handed,
+    zero where the frames agree.  Velocities: their rates [rad/s].  Efforts: moments about the two axes [N m].
     The axes must be at right angles.  The second angle at +-pi/2 brings no singularity (the axes stay crossed).
     """
 

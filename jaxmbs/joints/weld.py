@@ -7,7 +7,10 @@ from .base import AbstractJoint, aligned
 
 
 class Weld(AbstractJoint):
-    """The two frames agree; its reaction is the load carried between the two parts."""
+    """The two frames agree; its reaction is the load carried between the two parts.
+
+    Coordinates: none, and no velocity.
+    """
 
     row_units = ("m", "m", "m", "rad", "rad", "rad")
     is_reversible = True

@@ -94,7 +94,7 @@ def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
 
 
 class Physical(AbstractReduction):
-    """All coordinates as they are, those of the interface put first.  Source: S1 (7)-(9)."""
+    """All coordinates [m, rad] with their signs, those of the interface put first.  Source: S1 (7)-(9)."""
 
     def of(self, system: LinearSystem) -> Reduced:
         system = system.dense()

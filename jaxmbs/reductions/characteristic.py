@@ -23,6 +23,9 @@ def characteristic_modes(system: LinearSystem, num: int) -> Modes:
 class Characteristic(AbstractReduction):
     """The interface moving in its characteristic modes only; their amplitudes are what couples now.
 
+    Coordinates: amplitudes "characteristic 0", ... of the modes, lowest first, whose signs are free, then all others
+    of the component as they were [m, rad].
+
     All of them change nothing.  Components that meet must share one set: reduce after coupling, or carry the
     modes of one over.
 

@@ -16,6 +16,9 @@ from .craig_bampton_scipy import by_scipy
 class CraigBampton(AbstractReduction):
     """Interface displacements and the lowest fixed-interface modes, `x_N = S x_i + Phi_N q`.
 
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, each scaled to unit modal mass; signs of modes are free.
+
     Stiffness is block diagonal between the two; frequencies come from above.  The storage of the matrices chooses
     the algorithm: dense arrays; block matrices for components whose dense ones would be too large, with derivatives
     of first order; SciPy's sparse matrices on the host, once, without derivatives and without compiling.  The number

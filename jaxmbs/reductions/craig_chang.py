@@ -17,6 +17,9 @@ from .mixed import explicit_interface
 class CraigChang(AbstractReduction):
     """Interface displacements, rigid motions and the lowest elastic free modes.
 
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, of a scale of their own; signs of modes are free.
+
     The space is Rubin's; no rigid mode has to be told from the elastic ones by its frequency.
 
     Attributes:

@@ -32,7 +32,8 @@ class Cyclic(AbstractReduction):
     one is turned by a twelfth about the axis, through the origin, and its nodes "left" are this one's "right".
     In harmonic h it does the same `2 pi h / 12` later.  What lies in the faces belongs to one of two sectors.  For
     `h = 0` and half of the sectors there is one coordinate for each that is left, for others two, "tip z cos" and
-    "tip z sin": the pattern may be at any angle, and frequencies come in pairs.
+    "tip z sin": the pattern may be at any angle, and frequencies come in pairs.  Coordinates: those of the interface
+    [m, rad], then the others in their order, with the signs of the first sector.
 
     Attributes:
         num_sectors, harmonic: harmonics 0 ... num_sectors // 2 differ.

@@ -8,6 +8,8 @@ from .base import AbstractReduction, Reduced, admitted, labelled, project
 class Guyan(AbstractReduction):
     """The component on its interface alone: exact in statics, stiff in motion.
 
+    Coordinates: those of the interface [m, rad], in its order, with their signs.
+
     Raises: ValueError, if concrete, for unsymmetric matrices (under tracing these give NaN) and an interface that
     leaves the interior a mechanism.  Source: S1 (5)-(8).
     """

@@ -45,6 +45,9 @@ def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
 class Hurty(AbstractReduction):
     """Rigid motions, redundant bonds' constraint modes, fixed-interface modes.
 
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, each scaled to unit modal mass; signs of modes are free.
+
     The space is that of Craig and Bampton, and so are the matrices once the interface's displacements are the
     coordinates; `connection` leads to them from the rigid and constraint motions.
 

@@ -14,6 +14,9 @@ from .mixed import attachment_modes, count_rigid, explicit_interface
 class MacNeal(AbstractReduction):
     """Interface displacements and the lowest free modes; only the modes have mass and damping.
 
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, each scaled to unit modal mass; signs of modes are free.
+
     The interface coordinates are `massless`: where no neighbour gives them mass, `modes` condenses them.
     Frequencies may lie on either side.
 

@@ -28,6 +28,8 @@ class Mirror(AbstractReduction):
     antisymmetric one does nothing else.  Elements in the plane belong to the half with half of their stiffness and
     mass.  Two planes: `reduce(reduce(quarter, Mirror("x", left)), Mirror("y", front))`.
 
+    Coordinates: those of the half [m, rad], interface first, that the plane leaves free, with their signs.
+
     Attributes:
         normal: "x", "y" or "z", of the plane.
         nodes: on the plane, names or numbers; default the interface, `()` for a component that does not reach it.

@@ -18,6 +18,9 @@ from .base import AbstractReduction, Reduced, admitted, check_num_modes, labelle
 class Mixed(AbstractReduction):
     """Interface displacements, and modes with `fixed` held and the rest of the interface free.
 
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, of a scale of their own; signs of modes are free.
+
     All of the interface fixed gives Craig and Bampton's space, none of it Rubin's.
 
     Attributes:

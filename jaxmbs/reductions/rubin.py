@@ -12,6 +12,9 @@ from .mixed import Mixed
 class Rubin(AbstractReduction):
     """Interface displacements and the lowest free modes, rigid ones included: `Mixed` with nothing fixed.
 
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, of a scale of their own; signs of modes are free.
+
     What the discarded modes add statically (residual attachment modes) is in the space, with its mass; frequencies
     come from above.
 

@@ -1,0 +1,156 @@
+"""The pictures of the catalogue's force laws and signals: one function each, by name."""
+
+import math
+
+from pen import BLUE, GREEN, INK, PALE, RED
+
+
+def _ends(p, x=1.55):
+    p.box((-x, 0, 0), (0.35, 0.5, 0.8), PALE)
+    p.box((x, 0, 0), (0.35, 0.5, 0.8), BLUE)
+
+
+def _x(p, z=-0.85):
+    p.arrow((-1.3, 0, z), (1.3, 0, z), "x", INK, (-4, 10))
+
+
+def spring_damper(p):
+    _ends(p)
+    p.spring((-1.35, 0, 0.25), (1.3, 0, 0.25))
+    p.damper((-1.35, 0, -0.25), (1.3, 0, -0.25))
+    p.text((0, 0, 0.6), "k, free_length")
+    p.text((0.55, 0, -0.25), "c", shift=(0, 9))
+    _x(p)
+
+
+def actuator(p):
+    _ends(p)
+    p.tube((0.3, 0, 0), (-1.3, 0, 0), 0.2)
+    p.tube((1.3, 0, 0), (0.3, 0, 0), 0.08, BLUE)
+    p.text((-0.4, 0, 0.45), "f(x, v, t)", RED)
+    p.arrow((1.0, 0, 0.3), (1.75, 0, 0.75), "+", RED)
+    p.arrow((-1.0, 0, 0.3), (-1.75, 0, 0.75), "+", RED)
+    _x(p)
+
+
+def pd(p):
+    _ends(p)
+    p.spring((-1.35, 0, 0), (0.5, 0, 0))
+    p.text((-0.4, 0, 0.35), "kp, kd")
+    p.line((0.5, 0, -0.5), (0.5, 0, 0.5), color=RED, dash="4 3")
+    p.text((0.5, 0, 0.7), "target(t)", RED)
+    _x(p)
+
+
+def bump_stop(p):
+    lower, upper = -0.5, 0.4
+    effort = lambda x: max(lower - x, 0) ** 2 * 4 - max(x - upper, 0) ** 2 * 4  # noqa: E731
+    p.graph(effort, -1.0, 0.9, "x", "effort")
+    for x, name in ((lower, "lower"), (upper, "upper")):
+        place = -1.6 + 3.1 * (x + 1.0) / 1.9
+        p.dot((place, 0, 0))
+        p.text((place, 0, 0), name, shift=(0, 11))
+
+
+def bushing(p):
+    p.tube((-0.2, 0.9, 0), (-0.2, -0.9, 0), 0.75)
+    p.tube((-0.2, 1.0, 0), (-0.2, -1.0, 0), 0.28, BLUE)
+    for e, name in (((1, 0, 0), "x rx"), ((0, 1, 0), "y ry"), ((0, 0, 1), "z rz")):
+        p.arrow(
+            (-0.6, -0.9, -0.1),
+            tuple(a + 1.5 * b for a, b in zip((-0.6, -0.9, -0.1), e, strict=True)),
+            name,
+            RED,
+            (12, -2),
+        )
+
+
+def coulomb_friction(p):
+    p.graph(lambda v: -0.6 * math.tanh(8 * v) * (1 + 0.5 * math.exp(-((v / 0.3) ** 2))), -1, 1, "v", "effort")
+    p.text((1.1, 0, -0.6), "effort_limit", shift=(-4, 12))
+
+
+def force(p):
+    p.box((0.2, 0, -0.3), (1.5, 0.8, 0.7), BLUE)
+    p.dot((0, 0, -0.2))
+    p.arrow((0, 0, -0.2), (-0.9, 0, 0.85), "value [N]", shift=(0, -8))
+
+
+def torque(p):
+    p.box((0.2, 0, -0.3), (1.5, 0.8, 0.7), BLUE)
+    p.turn((0.1, 0, 0.65), (0, 0, 1), 0.5, "value [N m]", shift=(-30, -8))
+
+
+def wrench(p):
+    p.box((0.2, 0, -0.3), (1.5, 0.8, 0.7), BLUE)
+    p.dot((0, 0, -0.2))
+    p.arrow((0, 0, -0.2), (-0.9, 0, 0.85), "force", shift=(0, -8))
+    p.turn((0.55, 0, 0.65), (0, 0, 1), 0.4, "moment", shift=(24, -14))
+
+
+def generalised_effort(p):
+    for x, q in ((-1.3, "q1"), (-0.1, "q2"), (1.0, "q3")):
+        p.box((x, 0, -0.3), (0.7, 0.5, 0.5), BLUE)
+        p.arrow((x - 0.1, 0, 0.4), (x + 0.45, 0, 0.4), f"Q({q})")
+
+
+def table(p):
+    shape = lambda x: -0.5 * x - 0.5 * x**3  # noqa: E731
+    p.graph(shape, -1, 1, "x", "effort", points=(-1, -0.6, -0.2, 0.2, 0.6, 1))
+
+
+def constant(p):
+    p.graph(lambda t: 0.5, 0, 1, "t", "value", zero=-0.9)
+
+
+def ramp(p):
+    p.graph(lambda t: -0.5 + 1.3 * t, 0, 1, "t", "start + rate t", zero=-0.9)
+
+
+def harmonic(p):
+    p.graph(lambda t: 0.1 + 0.7 * math.sin(9 * t + 0.5), 0, 1, "t", "mean + amplitude sin(...)", zero=-0.9)
+    p.line((-1.6, 0, 0.1), (1.5, 0, 0.1), dash="3 3", width=0.9)
+
+
+def polynomial(p):
+    p.graph(lambda t: -0.4 + 2.4 * t - 4.4 * t**2 + 3.0 * t**3, 0, 1, "t", "c0 + c1 t + c2 t^2 ...", zero=-0.9)
+
+
+def step(p):
+    def value(t):
+        s = min(max((t - 0.3) / 0.4, 0), 1)
+        return -0.5 + 1.2 * s**3 * (10 - s * (15 - 6 * s))
+
+    p.graph(value, 0, 1, "t", "value", zero=-0.9)
+    p.text((-1.1, 0, -0.5), "before", shift=(0, -8))
+    p.text((1.1, 0, 0.7), "after", shift=(0, -8))
+    for t in (0.3, 0.7):
+        p.line((-1.6 + 3.1 * t, 0, -0.9), (-1.6 + 3.1 * t, 0, value(t)), dash="3 3", width=0.9, color=GREEN)
+    p.text((-0.05, 0, -0.9), "duration", GREEN, (0, -6))
+
+
+def spline(p):
+    p.graph(
+        lambda t: 0.55 * math.sin(7 * t) + 0.3 * t, 0, 1, "t", "values", zero=-0.9, points=(0, 0.2, 0.45, 0.7, 1.0)
+    )
+
+
+LAWS = {
+    "Actuator": actuator,
+    "BumpStop": bump_stop,
+    "Bushing": bushing,
+    "Constant": constant,
+    "CoulombFriction": coulomb_friction,
+    "Force": force,
+    "GeneralisedEffort": generalised_effort,
+    "Harmonic": harmonic,
+    "PD": pd,
+    "Polynomial": polynomial,
+    "Ramp": ramp,
+    "Spline": spline,
+    "SpringDamper": spring_damper,
+    "Step": step,
+    "Table": table,
+    "Torque": torque,
+    "Wrench": wrench,
+}

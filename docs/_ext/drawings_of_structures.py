@@ -1,0 +1,175 @@
+"""The pictures of the catalogue's finite elements and reductions: one function each, by name."""
+
+import math
+
+from pen import BLUE, GREEN, INK, PALE, RED
+
+
+def beam(p):
+    p.line((-1.4, 0, -0.3), (1.2, 0, -0.3), width=7, color=BLUE)
+    p.frame((0, 0, -0.3), 0.55, RED, ((1, 0, 0), (0, 0, 1), (0, -1, 0)))
+    for x, name in ((-1.4, "1"), (1.2, "2")):
+        p.dot((x, 0, -0.3))
+        p.text((x, 0, -0.3), name, shift=(0, 13))
+    p.arrow((1.2, 0, -0.3), (1.85, 0, -0.3), "Fx2", GREEN, (-6, -7))
+
+
+def rod(p):
+    p.line((-1.2, 0, -0.4), (1.1, 0, 0.4), width=4, color=BLUE)
+    for x, z, name in ((-1.2, -0.4, "1"), (1.1, 0.4, "2")):
+        p.dot((x, 0, z))
+        p.text((x, 0, z), name, shift=(4, 13))
+    p.arrow((1.1, 0, 0.4), (1.7, 0, 0.61), "+", GREEN)
+    p.arrow((-1.2, 0, -0.4), (-1.8, 0, -0.61), "+", GREEN)
+
+
+def spring(p):
+    p.spring((-1.3, 0, 0), (1.3, 0, 0))
+    for x, name in ((-1.3, "1"), (1.3, "2")):
+        p.dot((x, 0, 0))
+        p.text((x, 0, 0), name, shift=(0, 13))
+    p.frame((0, 0, -0.9), 0.5, RED)
+
+
+def ground_spring(p):
+    p.hatch((-0.6, 0, -0.9), (0.6, 0, -0.9))
+    p.spring((0, 0, -0.9), (0, 0, 0.5))
+    p.dot((0, 0, 0.5))
+    p.frame((0.9, 0, -0.5), 0.5, RED)
+
+
+def point_mass(p):
+    p.dot((-0.8, 0, -0.4))
+    p.text((-0.8, 0, -0.4), "node", shift=(0, 13))
+    p.line((-0.8, 0, -0.4), (0.5, 0, 0.3), width=1, dash="4 3")
+    p.ball((0.5, 0, 0.3), 0.35)
+    p.text((0.5, 0, 0.3), "value")
+    p.text((-0.1, 0, 0.1), "offset", shift=(-12, -4))
+
+
+def _nodes(p, places, offset=(0, 12)):
+    for i, place in enumerate(places):
+        p.dot(place)
+        p.text(place, str(i), shift=offset)
+
+
+def quadrilateral(p):
+    corners = (-1.2, -1.0, -0.3), (1.0, -1.0, -0.3), (1.2, 1.0, -0.3), (-1.0, 1.0, -0.3)
+    p.plane(*corners, fill=BLUE)
+    _nodes(p, corners)
+    p.frame((0, 0, -0.3), 0.6, RED)
+
+
+def triangle(p):
+    corners = (-1.5, -0.9, -0.3), (1.2, -0.9, -0.3), (-0.4, 1.3, -0.3)
+    p.plane(*corners, fill=BLUE)
+    _nodes(p, corners)
+    p.frame((-0.3, -0.3, -0.3), 0.5, RED)
+
+
+def hexahedron(p):
+    p.box((-0.2, 0, -0.1), (1.5, 1.2, 1.0), BLUE)
+    x, y, z = 0.75, 0.6, 0.5
+    places = [(-x, -y, -z), (x, -y, -z), (x, y, -z), (-x, y, -z), (-x, -y, z), (x, -y, z), (x, y, z), (-x, y, z)]
+    for i, (a, b, c) in enumerate(places):
+        p.dot((a - 0.2, b, c - 0.1))
+        p.text((a - 0.2, b, c - 0.1), str(i), shift=(7, -4))
+    p.frame((1.25, 0, -1.1), 0.4, RED)
+
+
+def _component(p, shape=None, held=(True, False), color=RED, words=""):
+    """A bar between two interface nodes, and a shape that it moves in."""
+    p.line((-1.4, 0, 0), (1.4, 0, 0), width=6, color=PALE)
+    if shape:
+        points = [(-1.4 + 2.8 * i / 40, 0, shape(i / 40)) for i in range(41)]
+        p.line(*points, color=color, width=2)
+    for x, is_held in zip((-1.4, 1.4), held, strict=True):
+        p.dot((x, 0, 0), INK)
+        if is_held:
+            p.hatch((x, 0, -0.3), (x, 0, 0.3), below=(-0.1 if x < 0 else 0.1, 0, 0))
+    p.text((0, 0, -1.1), words)
+
+
+def guyan(p):
+    _component(p, lambda s: 0.8 * s * s * (3 - 2 * s), (False, False), words="interface alone")
+
+
+def craig_bampton(p):
+    _component(p, lambda s: 0.55 * math.sin(math.pi * s) ** 2, (True, True), words="+ interface held: normal 0 ...")
+
+
+def hurty(p):
+    _component(p, lambda s: 0.55 * math.sin(math.pi * s) ** 2, (True, True), words="rigid + redundant + normal")
+    p.line((-1.4, 0, 0.5), (1.4, 0, 0.95), color=GREEN, width=2)
+
+
+def macneal(p):
+    _component(p, lambda s: 0.7 * math.cos(2 * math.pi * s), (False, False), words="free modes, massless rest")
+
+
+def rubin(p):
+    _component(p, lambda s: 0.7 * math.cos(2 * math.pi * s), (False, False), words="free modes + attachment")
+    p.arrow((1.4, 0, 0.2), (1.4, 0, 0.95), color=GREEN)
+
+
+def craig_chang(p):
+    _component(p, lambda s: 0.7 * math.cos(2 * math.pi * s), (False, False), words="rigid + elastic free modes")
+    p.line((-1.4, 0, 0.5), (1.4, 0, 0.95), color=GREEN, width=2)
+
+
+def mixed(p):
+    _component(p, lambda s: 0.6 * s * s, (True, False), words="some held, some free")
+
+
+def characteristic(p):
+    _component(p, None, (False, False), words="modes of the interface")
+    for x in (-1.4, 1.4):
+        p.arrow((x, 0, 0), (x, 0, 0.75), "0" if x < 0 else "")
+
+
+def physical(p):
+    _component(p, None, (False, False), words="all coordinates")
+    for i in range(7):
+        p.dot((-1.4 + 2.8 * i / 6, 0, 0), RED)
+
+
+def cyclic(p):
+    for i in range(8):
+        a, b = math.pi * i / 4, math.pi * (i + 1) / 4
+        ring = [(r * math.cos(t), 0, r * math.sin(t)) for r, t in ((0.4, a), (1.2, a), (1.2, b), (0.4, b))]
+        p.path([p.at(c) for c in ring], fill=BLUE if i == 1 else "#eceef0", width=1, closed=True)
+    p.text((0.45, 0, 0.8), "sector", shift=(-4, 0))
+
+
+def mirror(p):
+    for x, fill in ((-0.75, PALE), (0.75, BLUE)):
+        p.path(
+            [p.at((x / 0.75 * a, 0, z)) for a, z in ((0, -0.6), (1.3, -0.3), (1.3, 0.5), (0, 0.6))],
+            fill=fill,
+            closed=True,
+        )
+    p.line((0, 0, -1.0), (0, 0, 1.1), dash="5 3", color=RED)
+    p.arrow((0, 0, 0.9), (0.7, 0, 0.9), "normal")
+
+
+STRUCTURES = {
+    "Beam": beam,
+    "Characteristic": characteristic,
+    "CraigBampton": craig_bampton,
+    "CraigChang": craig_chang,
+    "Cyclic": cyclic,
+    "GroundSpring": ground_spring,
+    "Guyan": guyan,
+    "Hexahedron": hexahedron,
+    "Hurty": hurty,
+    "MacNeal": macneal,
+    "Mirror": mirror,
+    "Mixed": mixed,
+    "Physical": physical,
+    "PointMass": point_mass,
+    "Quadrilateral": quadrilateral,
+    "Rod": rod,
+    "Rubin": rubin,
+    "Spring": spring,
+    "Triangle": triangle,
+}
