@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known, refuse_complex
+from ..checks import broken, known, refuse_complex
 from ..linear.oscillators import modal_motion
 from ..math.eigen import eigh
 from ..math.host import typed
@@ -18,10 +18,10 @@ from ..typing import AnyArray, ArrayLike
 
 
 class ModalPairs(eqx.Module):
-    """Every free (or loaded) mode i of the carrier with every cantilevered mode j of the payload.
+    """Every mode i of the carrier, free or loaded, with every cantilevered mode j of the payload.
 
     Attributes:
-        mass: (i, j, 2, 2), `[[1 + mu_i, m_ij], [m_ij, 1]]`.
+        mass: (i, j, 2, 2), `[[1 + mu_i, m_ij], [m_ij, 1]]`; of loaded modes `[[1, m_ij], [m_ij, 1]]`.
         stiffness: (i, j, 2, 2), `diag(w_Bi^2, w_Pj^2)`.
     """
 
@@ -61,17 +61,22 @@ class ModalPairs(eqx.Module):
         return jnp.where(moving, X[..., 0, :] * X[..., 1, :] / jnp.where(moving, w, 1.0), 0.0), w
 
 
-def modal_pairs(carrier_omega: ArrayLike, carrier_at_interface: ArrayLike, payload: Reduced) -> ModalPairs:
+def modal_pairs(
+    carrier_omega: ArrayLike, carrier_at_interface: ArrayLike, payload: Reduced, loaded: bool = False
+) -> ModalPairs:
     """Pairs from a carrier's modes and a payload reduced by `CraigBampton` on an interface that just holds it.
 
     Args:
         carrier_omega: (i,) [rad/s].
         carrier_at_interface: (b, i), mass-normalised shapes at the payload's interface coordinates.
+        loaded: these are modes of the carrier that bears the payload as a rigid body: their unit modal mass contains
+            mu_i already.
 
     `mu_i` is the payload's rigid-body mass in mode i, `m_ij` what couples it to the payload's mode j.  The interface
     must be statically determinate (`T^T K T = 0`).
 
-    Raises: ValueError for a payload, if concrete, whose interface is not.  Source: S1 (32).
+    Raises: ValueError for a payload, if concrete, whose interface is not, and for loaded modes whose whole mass is
+    less than the payload's part of it.  Source: S1 (32).
     """
     b = payload.num_interface
     _check_determinate(payload)
@@ -79,7 +84,10 @@ def modal_pairs(carrier_omega: ArrayLike, carrier_at_interface: ArrayLike, paylo
     mu = jnp.sum(phi * (payload.mass[:b, :b] @ phi), axis=0)
     m = phi.T @ payload.mass[:b, b:]
     one = jnp.ones_like(m)
-    mass = jnp.stack([jnp.stack([one + mu[:, None], m], -1), jnp.stack([m, one], -1)], -2)
+    if loaded and broken(lambda mu: mu > 1 + 1e-9, mu):
+        raise ValueError("the payload moves more mass than the loaded modes have: are they of the carrier alone?")
+    own = one if loaded else one + mu[:, None]
+    mass = jnp.stack([jnp.stack([own, m], -1), jnp.stack([m, one], -1)], -2)
     values = jnp.stack([jnp.asarray(carrier_omega)[:, None] ** 2 * one, w_P[None, :] * one], -1)
     return ModalPairs(mass, values[..., None] * jnp.eye(2, dtype=m.dtype)[None, None])
 

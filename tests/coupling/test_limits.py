@@ -61,6 +61,20 @@ def test_one_pair_is_the_joined_system():
     np.testing.assert_allclose(found[0, 0], q[1], rtol=1e-9)
 
 
+def test_a_loaded_mode_has_the_payload_already():
+    """One mass on a spring that bears the payload as a rigid body: the pair is the joined system, 3.854 rad/s its lower
+    frequency; the same modes called those of the carrier alone are another machine's."""
+    K, M, load = np.array([[40.0]]), np.array([[2.0]]), payload(1)
+    exact = modes_of(join((component(jnp.asarray(K), jnp.asarray(M), (0,)), load), ((0,), (0,)))).omega
+    whole = M + float(load.mass[0, 0])
+    w, shape = np.sqrt(K[0] / whole[0]), 1 / np.sqrt(whole)
+    found = modal_pairs(w, shape, load, loaded=True).modes()[0][0, 0]
+    np.testing.assert_allclose(found, exact, rtol=1e-9)
+    assert np.max(np.abs(modal_pairs(w, shape, load).modes()[0][0, 0] / exact - 1)) > 0.01
+    with pytest.raises(ValueError, match="carrier alone"):
+        modal_pairs(np.array([1.0]), np.array([[3.0]]), load, loaded=True)
+
+
 def test_pairs_on_an_interface_of_two_coordinates():
     """A beam on the tip of another, joined in displacement and slope: each pair (32) by NumPy."""
     J, times = np.array([0.7, -0.4, 0.3]), np.array([1e-6, 0.02, 0.3, 1.1])

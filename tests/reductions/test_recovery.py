@@ -109,6 +109,37 @@ def test_free_component_by_inertia_relief():
     assert errors[1] < 0.02 * errors[0]
 
 
+@pytest.mark.parametrize("element", range(3))
+def test_loads_of_a_beams_element_in_closed_form(element):
+    """A cantilever of EI = 2.5 under a force and a moment at its tip, exact for Hermite's beam: shear and moment."""
+    EI, length, force, moment = 2.5, 1.2, 0.7, -0.3
+    x = np.linspace(0.0, length, 4)
+    w = (force * (3 * length - x) * x**2 / 6 + moment * x**2 / 2) / EI
+    slope = (force * (2 * length - x) * x / 2 + moment * x) / EI
+    k = beam_element(jnp.asarray(EI), jnp.asarray(1.0), jnp.asarray(length / 3))[0]
+    T = jnp.eye(8)[2 * element : 2 * element + 4]
+    bent = force * (length - x) + moment  # what the part beyond puts on the part before
+    near, far = bent[element], bent[element + 1]
+    shape = np.stack([w, slope], axis=1).ravel()
+    exact = np.array([-force, -near, force, far])
+    np.testing.assert_allclose(element_loads(k, T, jnp.asarray(shape)), exact, rtol=1e-10)
+    cases = jnp.asarray(np.array([[1.0], [-2.0]])[..., None] * shape)  # (2, 1, 8): any axes come first
+    np.testing.assert_allclose(element_loads(k, T, cases), np.array([1.0, -2.0])[:, None, None] * exact, rtol=1e-10)
+    turned = element_loads(k, T, jnp.asarray((0.6 + 0.8j) * shape))
+    np.testing.assert_allclose(turned, (0.6 + 0.8j) * exact, rtol=1e-10)
+
+
+def test_loads_of_an_inclined_rod_in_closed_form():
+    """EA / l = 50 N/m at 30 degrees, both ends moved: the pull along it on both, whatever moves across."""
+    c, s, stiffness = np.cos(np.pi / 6), 0.5, 50.0
+    T = jnp.array([[c, s, 0.0, 0.0], [0.0, 0.0, c, s]])
+    k = stiffness * jnp.array([[1.0, -1.0], [-1.0, 1.0]])
+    for along, across in ((0.01, 0.0), (-0.02, 0.3), (0.0, 0.1)):
+        x = np.array([0.2, -0.1, 0.2 + along * c - across * s, -0.1 + along * s + across * c])
+        pull = stiffness * along
+        np.testing.assert_allclose(element_loads(k, T, jnp.asarray(x)), [-pull, pull], atol=1e-12)
+
+
 def test_mode_acceleration_in_time_and_with_damping():
     """Exact for an exact motion, whatever its damping; at three times at once."""
     rng = np.random.default_rng(1)
