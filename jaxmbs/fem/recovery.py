@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from ..elements.base import number
+from ..linear.storage import inexact
 from ..math.jit import jit
 from ..typing import AnyArray, ArrayLike
 from .loads import element_line_loads, element_weights
@@ -21,10 +21,12 @@ def element_forces(
     line_loads: Mapping[str, ArrayLike] | None = None,
     acceleration: ArrayLike | None = None,
 ) -> dict[str, Array]:
-    """Element loads `F_e = k_e T_e x - f_e` by group, (elements, labels), in the elements' own axes.
+    """Element loads `F_e = k_e T_e x - f_e` by group, (..., elements, labels), in the elements' own axes.
 
     Args:
-        x: (rows,) of the dense matrices, or (nodes, size) or (nodes, 6) at the nodes; may be complex amplitudes.
+        x: (..., rows) of the dense matrices, or (..., nodes, size) or (..., nodes, 6) at the nodes, times or cases
+            first; may be complex amplitudes.  What fits both ways, as two nodes with six rows do, is taken at the
+            nodes: `histories` takes rows always.
         line_loads: by group, what x was computed under, as given to `line_load`.
         acceleration: (3,), likewise, as given to `body_load`.
 
@@ -45,22 +47,37 @@ def element_stresses(
     line_loads: Mapping[str, ArrayLike] | None = None,
     acceleration: ArrayLike | None = None,
 ) -> dict[str, Array]:
-    """Stresses [Pa] by group, (elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
+    """Stresses [Pa] by group, (..., elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
     return _recovered(structure, x, "stresses", line_loads, acceleration)
 
 
-def _check_size(structure, x):
-    """Raises: ValueError for displacements that are not those of the structure."""
+def _shape_of_one(structure, x):
+    """Shape of the displacements of one instant: that of x without its leading axes.
+
+    Raises: ValueError for displacements that are not those of the structure.
+    """
     n, nodes = structure.index.num_rows, structure.num_nodes
-    if x.shape not in ((n,), (nodes, structure.size), (nodes, 6)):
-        raise ValueError(
-            f"the structure has {n} coordinates and {nodes} nodes, x has the shape {x.shape}; displacements of what "
-            "was reduced, or joined by rigid nodes, go through its `expand` first, those of many instants through "
-            "jax.vmap"
-        )
+    for shape in ((nodes, structure.size), (nodes, 6), (n,)):
+        if x.shape[-len(shape) :] == shape:
+            return shape
+    raise ValueError(
+        f"the structure has {n} coordinates and {nodes} nodes, x has the shape {x.shape}; displacements of what "
+        "was reduced, or joined by rigid nodes, go through its `expand` first"
+    )
 
 
 def _recovered(structure, x, what, line_loads, acceleration):
+    x = inexact(x)
+    shape = _shape_of_one(structure, x)
+    axes = x.shape[: x.ndim - len(shape)]
+    if axes:
+        one = lambda x: _of_one(structure, x, what, line_loads, acceleration)  # noqa: E731
+        found = jax.vmap(one)(x.reshape(-1, *shape))
+        return jax.tree.map(lambda f: f.reshape(*axes, *f.shape[1:]), found)
+    return _of_one(structure, x, what, line_loads, acceleration)
+
+
+def _of_one(structure, x, what, line_loads, acceleration):
     if not jnp.iscomplexobj(x):
         return _of_real(structure, x, what, line_loads, acceleration)
     given, parts = jax.tree.map(jnp.asarray, (x, line_loads, acceleration)), []
@@ -71,8 +88,6 @@ def _recovered(structure, x, what, line_loads, acceleration):
 
 
 def _of_real(structure, x, what, line_loads, acceleration):
-    x = number(x)
-    _check_size(structure, x)
     u = spread(structure, x) if x.ndim == 1 else x
     spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
     found = {}

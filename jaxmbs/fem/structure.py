@@ -12,6 +12,7 @@ from ..checks import known, place_of
 from ..elements import DIRECTIONS
 from ..elements.base import number
 from ..errors import ModelError
+from ..linear.storage import inexact
 from ..typing import AnyArray, ArrayLike
 from .groups import Group, group, held_pairs
 
@@ -107,17 +108,23 @@ class Structure(eqx.Module):
 
 
 def collect(structure: Structure, values: ArrayLike) -> Array:
-    """(rows,) of the dense matrices from values (nodes, 6) at the nodes.  Raises: ValueError for another shape."""
-    if np.shape(values) != (structure.num_nodes, 6):
-        raise ValueError(f"{structure.num_nodes} nodes need values of shape ({structure.num_nodes}, 6)")
+    """(..., rows) of the dense matrices from values (..., nodes, 6) at the nodes, times or cases first.
+
+    Raises: ValueError for another shape.
+    """
+    if np.shape(values)[-2:] != (structure.num_nodes, 6):
+        raise ValueError(f"{structure.num_nodes} nodes need values of shape (..., {structure.num_nodes}, 6)")
     index = structure.index
-    return jnp.asarray(values)[index.nodes, index.directions]
+    return jnp.asarray(values)[..., index.nodes, index.directions]
 
 
 def spread(structure: Structure, x: AnyArray) -> Array:
-    """(nodes, 6) displacements and rotations from x (rows,); zero where held."""
-    index = structure.index
-    return jnp.zeros((structure.num_nodes, 6), x.dtype).at[index.nodes, index.directions].set(x)
+    """(..., nodes, 6) displacements and rotations from x (..., rows), times or cases first; zero where held."""
+    x, index = inexact(x), structure.index
+    if x.shape[-1:] != (index.num_rows,):
+        raise ValueError(f"the structure has {index.num_rows} coordinates, x has the shape {x.shape}")
+    zero = jnp.zeros((*x.shape[:-1], structure.num_nodes, 6), x.dtype)
+    return zero.at[..., index.nodes, index.directions].set(x)
 
 
 def _named(nodes):

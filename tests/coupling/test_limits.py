@@ -62,8 +62,8 @@ def test_one_pair_is_the_joined_system():
 
 
 def test_a_loaded_mode_has_the_payload_already():
-    """One mass on a spring that bears the payload as a rigid body: the pair is the joined system, 3.854 rad/s its lower
-    frequency; the same modes called those of the carrier alone are another machine's."""
+    """One mass on a spring that bears the payload as a rigid body: the pair is the joined system, 3.854 rad/s
+    the lower frequency; the same modes called those of the carrier alone are another machine's."""
     K, M, load = np.array([[40.0]]), np.array([[2.0]]), payload(1)
     exact = modes_of(join((component(jnp.asarray(K), jnp.asarray(M), (0,)), load), ((0,), (0,)))).omega
     whole = M + float(load.mass[0, 0])

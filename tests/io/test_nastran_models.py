@@ -167,6 +167,10 @@ def test_spring_on_an_incline(tmp_path):
     np.testing.assert_allclose(frequencies(model), np.sqrt((700.0 + 100.0 * c**2) / 3.0) / (2 * np.pi), rtol=1e-12)
     u = model.displacements(jnp.ones(1))
     np.testing.assert_allclose(u[1], [c, s, 0, 0, 0, 0], atol=1e-12)
+    times = model.displacements(np.array([[[1.0], [2.0j]]]))
+    np.testing.assert_allclose(times[0, 1], 2.0j * np.asarray(u), atol=1e-12)
+    with pytest.raises(ValueError, match="have shape"):
+        model.displacements(jnp.ones(2))
 
 
 def test_gear_of_two_masses(tmp_path):

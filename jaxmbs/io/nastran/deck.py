@@ -6,12 +6,13 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Inexact
 
 from ...elements import DIRECTIONS
 from ...elements.base import number
 from ...fem import Group, Structure, assemble, assemble_dense
 from ...linear import LinearSystem
+from ...linear.storage import inexact
 from ...typing import AnyArray, Converted
 from .coordinates import Coordinates
 from .groups import AbstractCards, Numbers
@@ -89,18 +90,24 @@ class Deck(eqx.Module):
         made |= dict(interface=interface, coordinates=self._labels, massless=self.massless)
         return LinearSystem(**made, positions=(self.names, self.positions))
 
-    def displacements(self, x: AnyArray) -> Float[Array, "nodes 6"]:
-        """Displacements and rotations of all nodes in basic axes, from x (rows,) of `system`.
+    def displacements(self, x: AnyArray) -> Inexact[Array, "... nodes 6"]:
+        """Displacements and rotations of all nodes in basic axes, from x (..., rows) of `system`, times first.
 
         `fem.element_forces(deck.structure, deck.displacements(x))` has the forces of the elements.
+
+        Raises: ValueError for x of another size.
         """
+        x = inexact(x)
+        if x.shape[-1:] != (len(self.coordinates.free),):
+            raise ValueError(f"displacements have shape {x.shape}, not (..., {len(self.coordinates.free)})")
         apart = set(self.coordinates.others)
         own = [(n, d, k) for k, (n, d) in enumerate(self.coordinates.free) if n not in apart]
         nodes, directions, rows = np.array(own, int).reshape(-1, 3).T
-        found = jnp.zeros((len(self.names), 6), x.dtype).at[nodes, directions].set(x[rows])
+        found = jnp.zeros((*x.shape[:-1], len(self.names), 6), x.dtype).at[..., nodes, directions].set(x[..., rows])
         if self.coordinates.plain:
             return found
-        return found.at[np.array(self.coordinates.others)].set(self.coordinates.motions(self.positions) @ x)
+        others = jnp.tensordot(x, self.coordinates.motions(self.positions).astype(x.dtype), axes=(-1, -1))
+        return found.at[..., np.array(self.coordinates.others), :].set(others)
 
     def describe(self) -> str:
         """What was read, what is held and what was ignored, in lines."""
