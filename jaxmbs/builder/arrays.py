@@ -83,12 +83,20 @@ def joint_poses(bodies, joints, frames):
     poses = {}
     for name, joint in joints.items():
         if joint.at is not None:
-            point = (np.eye(3), concrete(as_array(joint.at)))
+            point = (np.eye(3), _world_point(joint.at, world, frames))
             poses[name] = tuple(after(back(world[b]), point) for b in (joint.parent, joint.child))
         else:
             ends = ((joint.parent_frame, joint.parent), (joint.child_frame, joint.child))
             poses[name] = tuple(pair(joint_frame(frame, body, frames)) for frame, body in ends)
     return poses
+
+
+def _world_point(at, world, frames):
+    """A point (3,) of the reference pose, given or that of a frame."""
+    if not isinstance(at, str):
+        return concrete(as_array(at))
+    frame = frames[at]
+    return after(world.get(frame.body, _NOWHERE), pair(frame.pose))[1]
 
 
 def tree_arrays(order, parent, via, backwards, joints, poses):

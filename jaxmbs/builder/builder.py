@@ -18,6 +18,8 @@ from ..typing import ArrayLike, Explained, FrameLike
 from . import declarations as declared
 from .build import built
 from .elastic import Elastic, elastic_faults
+from .links import link_parts
+from .locate import located
 from .validation import cut_faults, model_faults
 
 
@@ -119,28 +121,64 @@ class SystemBuilder:
     def frame(
         self, name: str, on: str, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None
     ) -> None:
-        """A named frame fixed in the body `on` at `position` [m], `rotation` (3, 3), in body axes."""
+        """A named frame fixed in the body or frame `on` at `position` [m], `rotation` (3, 3), in its axes."""
         pose = self._placed(f"frame {name!r}", position, rotation)
         self._add("frame", self._model.frames, declared.Frame(name, on, pose or Pose()))
+
+    def link(
+        self,
+        name: str,
+        /,
+        mass: ArrayLike = 0.0,
+        com: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+        plane: str = "xy",
+        points: Mapping[str, ArrayLike] | None = None,
+        **more_points: ArrayLike,
+    ) -> None:
+        """A rigid body drawn by its points in the reference pose: `b.link("arm", A=(0, 0.2), D=(2, 1.2), mass=3.0)`.
+
+        The points are world points [m]; each is a frame of the body, "arm.A" and "arm.D", for joints, forces and
+        questions.  Links joined at points that are drawn at one place are assembled where all coordinates are zero,
+        so that `State.at` needs no guess near the drawing.
+
+        Args:
+            mass: [kg].
+            com: centre of mass, a world point [m] of the drawing (default: that of thin bars along the outline).
+            inertia: about the centre of mass in world axes of the drawing [kg m^2], as of `body` (default: that of
+                thin bars of this mass from point to point and back to the first; none for one point).
+            plane: "xy", "xz" or "yz", in which points of two numbers lie; points may have three numbers.
+            points: the same by a dict, for names that are no words of Python.
+        """
+        try:
+            drawn = link_parts(name, mass, com, inertia, plane, {**(points or {}), **more_points})
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"link {name!r}: {error}")
+            return
+        self._add("body", self._model.bodies, drawn[0])
+        for frame in drawn[1]:
+            self._add("frame", self._model.frames, frame)
 
     def joint(
         self,
         name: str,
         kind: Explained[AbstractJoint],
-        parent: str,
-        child: str,
+        parent: Explained[FrameLike],
+        child: Explained[FrameLike],
         parent_frame: str | Pose | ArrayLike | None = None,
         child_frame: str | Pose | ArrayLike | None = None,
-        at: ArrayLike | None = None,
+        at: str | ArrayLike | None = None,
         drive: Callable | None = None,
     ) -> None:
         """A joint between two bodies, which may close a loop.
 
         Args:
             kind: a joint such as `Revolute(axis="z")`.
+            parent, child: names of bodies, or of frames on them, which are then the joint's frames: "arm.tip"; or
+                (body, point), (body, Pose).
             parent_frame, child_frame: its place in each body: a point, `Pose` or frame name (default: the origin).
-            at: instead, a world point in the reference pose, where bodies are at their `position=` or, without
-                one, have the world frame as their own; joint axes are then world axes.
+            at: instead, a world point in the reference pose, or the frame whose point it is.  Bodies are there at
+                their `position=` or, without one, have the world frame as their own; joint axes are world axes.
             drive: function of time that prescribes its coordinate.
         """
         item = declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive)
@@ -181,7 +219,7 @@ class SystemBuilder:
 
     def faults(self) -> list[str]:
         """Every fault of the model so far, one sentence each."""
-        return self._faults + model_faults(self._model)
+        return self._faults + model_faults(located(self._model))
 
     def build(
         self, like: System | None = None, independent: Iterable[str] | None = None, cut: Iterable[str] | None = None
@@ -198,7 +236,8 @@ class SystemBuilder:
         """
         follow_precision()
         cut = tuple(cut or ())
-        found = self.faults() + cut_faults(self._model, cut)
+        model = located(self._model)
+        found = self._faults + model_faults(model) + cut_faults(model, cut)
         if found:
             raise ModelError(found)
-        return built(self._model, like, independent, set(cut))
+        return built(model, like, independent, set(cut))

@@ -32,7 +32,7 @@ class Body:
 
 @dataclass
 class Frame:
-    """A named frame fixed in a body."""
+    """A named frame fixed in a body, or in another frame."""
 
     name: str
     body: str
@@ -41,15 +41,19 @@ class Frame:
 
 @dataclass
 class Joint:
-    """A joint as declared; frames are references (None, point, Pose or frame name), `at` a world point."""
+    """A joint as declared.
+
+    Its ends are references to bodies or frames, their frames None, a point, a Pose or the name of a frame; `at` is a
+    world point or the name of a frame.
+    """
 
     name: str
     kind: Annotated[Any, AbstractJoint]
-    parent: str
-    child: str
+    parent: Annotated[Any, FrameLike]
+    child: Annotated[Any, FrameLike]
     parent_frame: Annotated[Any, str | Pose | ArrayLike | None]
     child_frame: Annotated[Any, str | Pose | ArrayLike | None]
-    at: Annotated[Any, ArrayLike | None]
+    at: Annotated[Any, str | ArrayLike | None]
     drive: Annotated[Any, Callable | ArrayLike | None] = None
     is_hidden: bool = False
 

@@ -26,8 +26,10 @@ def model_faults(model: Model) -> list[str]:
     for body in bodies.values():
         found += body_faults(body)
     for frame in frames.values():
-        if frame.body != GROUND and frame.body not in bodies:
-            found.append(f"frame {frame.name!r}: {no_such('body', frame.body, bodies)}")
+        if frame.body in frames:
+            found.append(f"frame {frame.name!r}: the frames that carry it go round in a circle")
+        elif frame.body != GROUND and frame.body not in bodies:
+            found.append(f"frame {frame.name!r}: {no_such('body or frame', frame.body, [*bodies, *frames])}")
     for joint in joints.values():
         found += joint_faults(joint, bodies, frames)
     for force in model.forces.values():
@@ -87,12 +89,16 @@ def joint_faults(joint, bodies, frames) -> list[str]:
     where, found = f"joint {joint.name!r}", []
     if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
         return [f"{where}: its kind must be a joint such as Revolute(axis='z'), got {joint.kind!r}"]
-    for end, body in (("parent", joint.parent), ("child", joint.child)):
-        if body != GROUND and body not in bodies:
-            found.append(f"{where}, {end}: {no_such('body', body, [GROUND, *bodies])}")
+    ends = {"parent": joint.parent, "child": joint.child}
+    wrong = [f for end, body in ends.items() for f in _end_faults(f"{where}, {end}", end, body, bodies, frames)]
+    if wrong:
+        return found + wrong
     if joint.parent == joint.child:
         found.append(f"{where}: parent and child are both {joint.parent!r}")
-    found += _place_faults(f"{where}, at", joint.at)
+    if not isinstance(joint.at, str):
+        found += _place_faults(f"{where}, at", joint.at)
+    elif joint.at not in frames:
+        found.append(f"{where}, at: {no_such('frame', joint.at, frames)}")
     for end, frame, body in (
         ("parent_frame", joint.parent_frame, joint.parent),
         ("child_frame", joint.child_frame, joint.child),
@@ -105,7 +111,7 @@ def joint_faults(joint, bodies, frames) -> list[str]:
             elif frames[frame].body != body:
                 found.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
     if joint.at is not None and (joint.parent_frame is not None or joint.child_frame is not None):
-        found.append(f"{where}: at= places both of its frames; give at=, or parent_frame= and child_frame=")
+        found.append(f"{where}: at= places both of its frames; give at= and two bodies, or a frame for each of them")
     for end in (f"{joint.name}.parent", f"{joint.name}.child"):
         if end in bodies or end in frames:
             found.append(f"{'frame' if end in frames else 'body'} {end!r}: {where} names its own frame so")
@@ -113,6 +119,19 @@ def joint_faults(joint, bodies, frames) -> list[str]:
     if joint.drive is not None and not _has_one_coordinate(joint):
         found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
     return found + ([] if joint.drive is None else [f"{where}: its drive: {f}" for f in _drive_faults(joint.drive)])
+
+
+def _end_faults(where, end, body, bodies, frames):
+    """What is wrong with a body that was to be found by its name or by a frame."""
+    if isinstance(body, str) and (body == GROUND or body in bodies):
+        return []
+    if isinstance(body, str) and body in frames:
+        return [
+            f"{where}: {body!r} is a frame, which places it already: give the frame, or the body and {end}_frame="
+        ]
+    return _reference_faults(where, body, bodies, frames) or [
+        f"{where}: {body!r} places it already: give that, or the body and {end}_frame="
+    ]
 
 
 def _drive_faults(drive):

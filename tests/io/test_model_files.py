@@ -220,7 +220,7 @@ def test_a_person_can_read_it(tmp_path):
         ('"bodies"', '"bodys"', "no table 'bodys': did you mean 'bodies'"),
         ('"mass": 2.0', '"mass": NaN', "NaN is no JSON"),
         ('"mass": 2.0', '"mass": 2.0, "mass": 3.0', "'mass' is there twice"),
-        ('"ground"', '"grund"', "joint 'pin', parent: there is no body 'grund': did you mean 'ground'"),
+        ('"ground"', '"grund"', "joint 'pin', parent: there is no body or frame 'grund': did you mean 'ground'"),
         ('"type": "SpringDamper"', '"type": "Pose"', "model.forces.spring.law: .*"),
         ("}", "", "it is not readable JSON"),
     ],
