@@ -20,6 +20,7 @@ def four_bar(
     like=None,
     cut=None,
     independent=None,
+    guess=None,
 ):
     """Planar four-bar in the plane z = 0: pins A (crank), B, D (rocker); C closes the loop."""
     ground, *links = lengths
@@ -38,7 +39,7 @@ def four_bar(
         mbs.Force(jnp.stack([0.0 * jnp.asarray(load, float), load, 0.0 * jnp.asarray(load, float)])),
         on=("coupler", coupler),
     )
-    return b.build(like=like, cut=cut, independent=independent)
+    return b.build(like=like, cut=cut, independent=independent, guess=guess)
 
 
 def four_bar_angles(crank_angle, lengths=LENGTHS):

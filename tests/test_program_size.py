@@ -37,9 +37,9 @@ CEILINGS = {  # equations, loops
         "forward dynamics": (850, 4),
         "simulate": (3120, 20),
         "reactions": (1850, 8),
-        "linearise": (3730, 16),
-        "stiffness": (1600, 11),
-        "kic": (390, 3),
+        "linearise": (3980, 18),
+        "stiffness": (1860, 13),
+        "kic": (670, 5),
     },
     "chain": {"forward dynamics": (910, 6), "simulate": (2800, 21), "reactions": (1610, 7)},
     # as programs compiled "quick" are traced

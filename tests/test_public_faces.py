@@ -16,9 +16,9 @@ FACES = {
         spring_kic spring_kic_second spring_vector state_equations total_effort
     """,
     "jaxmbs.kinematics": """
-        Kic SecondKic State angular_velocity constraint_jacobian constraint_residual internal_kic
+        Kic SecondKic State angular_velocity constraint_jacobian constraint_residual count_mobility internal_kic
         internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second kic_second_vector
-        point_kic position rotation velocity
+        point_kic position rotation system_at velocity
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Planar PointOnLine

@@ -11,7 +11,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..checks import place_of
 from ..dynamics.efforts import efforts
@@ -21,6 +21,7 @@ from ..errors import ModelError
 from ..kinematics import closures, constraints
 from ..kinematics.configuration import at_state, configuration, moving, node_accelerations
 from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map
+from ..kinematics.mobility import system_at, where_determined
 from ..kinematics.poses import coordinate_rate
 from ..kinematics.state import State
 from ..linear.questions import frequency_response as response_by_names
@@ -69,6 +70,12 @@ class Linearisation(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True, default=())
 
     @property
+    def ok(self) -> Bool[Array, "..."]:
+        """Whether it is finite: the state is assembled, and the independent set determines the motion there."""
+        parts = self.mass, self.damping, self.stiffness
+        return jnp.all(jnp.stack([jnp.all(jnp.isfinite(part), axis=(-2, -1)) for part in parts]), axis=0)
+
+    @property
     def system(self) -> LinearSystem:
         """M, C and K by names of joints, all of them interface: a component that `connect` joins to others.
 
@@ -91,13 +98,16 @@ def linearise(
             transmissibilities follow by division by its own output.
         outputs: joint names, for their coordinates, or one function `f(state, accelerations (nv,)) -> (m,)`.
 
-    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.
+    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.  It is on the
+    freedoms of the state asked, where these are others than those counted at build; within a trace, where shapes are
+    those of the build, it is NaN there and `ok` False: build with a pose of use, `build(guess=...)`.
 
     Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
     check_fits(system, state)
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
+    system = system_at(system, state)
     driven = tuple(name for name in inputs if name in _drives(system))
     accelerations = forward_dynamics(system, state)[0]
     system = release(system, driven, state)
@@ -105,6 +115,7 @@ def linearise(
         joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
         outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
     found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
+    found = where_determined(system, state, found)
     return dataclasses.replace(found, names=_column_names(system.topology, found.velocities))
 
 

@@ -16,6 +16,7 @@ from ..kinematics import constraints
 from ..kinematics.configuration import at_state, configuration
 from ..kinematics.influence import independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent
+from ..kinematics.mobility import is_determined, system_at
 from ..kinematics.poses import node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..math import lapack, square
@@ -25,6 +26,7 @@ from ..model.question import check_fits
 from ..model.system import System
 from .linearisation import local_efforts
 
+_SETS = 3  # independent sets that are tried, each at the pose found with the one before
 _SMALL = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
 
 
@@ -67,6 +69,31 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
         SimulationError: no equilibrium was found.
     """
     check_fits(system, state)
+    moving = tuple(moving)
+    result = _found(system, state, moving)
+    if throw and known(result.ok) and not np.all(np.asarray(result.ok)):
+        worst = float(np.max(np.asarray(result.residual)))
+        raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
+    return result
+
+
+def _found(system, state, moving):
+    """The equilibrium on the freedoms of the state, and once more from where it was found if these are others there:
+    a linkage that starts straight leaves a singular pose."""
+    for _ in range(_SETS):
+        here = system_at(system, state)
+        result = _equilibrium(here, state, _columns(here, moving))
+        if not known(result):
+            fits = is_determined(here, result.state.coordinates, result.state.t) if here.has_constraints else True
+            return eqx.tree_at(lambda r: r.ok, result, result.ok & fits)
+        state = result.state
+        if system_at(here, state) is here:
+            return result
+    return eqx.tree_at(lambda r: r.ok, result, jnp.zeros_like(result.ok))
+
+
+def _columns(system, moving):
+    """Velocity columns of the joints that move steadily.  Raises: ModelError."""
     top, chosen = system.topology, independent_columns(system)
     faults, columns = [], []
     for name in moving:
@@ -79,11 +106,7 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
         columns += mine
     if faults:
         raise ModelError(faults)
-    result = _equilibrium(system, state, tuple(columns))
-    if throw and known(result.ok) and not np.all(np.asarray(result.ok)):
-        worst = float(np.max(np.asarray(result.residual)))
-        raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
-    return result
+    return tuple(columns)
 
 
 @jit

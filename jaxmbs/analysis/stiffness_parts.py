@@ -15,8 +15,8 @@ from ..dynamics.stored import source_pull, stored_pull
 from ..kinematics.configuration import Configuration, at_state, node_motion, resting
 from ..kinematics.influence import velocity_map
 from ..kinematics.influence_second import along_independent
+from ..kinematics.mobility import at_independent
 from ..kinematics.state import State
-from ..model.question import question
 from ..model.system import System
 
 
@@ -41,7 +41,7 @@ class Stiffness(eqx.Module):
         return self.elastic + self.antagonistic + self.gravity + self.sources
 
 
-@question
+@at_independent
 def stiffness(system: System, state: State) -> Stiffness:
     """Local stiffness at a state, velocities taken as zero.
 

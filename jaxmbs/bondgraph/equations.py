@@ -3,10 +3,10 @@
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..kinematics.mobility import at_independent
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..math.spd import spd_solve
-from ..model.question import question
 from ..model.system import System
 from .elastic import elastic_names
 from .moduli import numbers
@@ -15,7 +15,7 @@ from .power import leaf_efforts, propagate
 from .views import build_view
 
 
-@question
+@at_independent
 def state_equations(system: System, state: State, view: str = "hamiltonian") -> tuple[Array, Array, Array]:
     """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
 

@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from ..checks import known
 from ..forces._fields import function
@@ -35,8 +36,8 @@ class _Frames:
         return len(self.names) - 1
 
 
-def assemble_system(model: Model, tree: SpanningTree) -> System:
-    """The system of a validated model; its mobility is not counted yet."""
+def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None) -> System:
+    """The system of a validated model; its mobility is not counted yet.  guess: coordinates of a pose by joint."""
     order, parent, via, _, cuts = tree
     bodies, named, joints = model.bodies, model.frames, model.joints
     poses = joint_poses(bodies, joints, named)
@@ -79,6 +80,7 @@ def assemble_system(model: Model, tree: SpanningTree) -> System:
         frame_body=tuple(index[b] for b in frames.bodies),
         row_joint=row_names,
         slip_rows=slip_rows,
+        guess=tuple((name, tuple(np.atleast_1d(x).astype(float).tolist())) for name, x in (guess or {}).items()),
     )
     return System(
         topology=topology,

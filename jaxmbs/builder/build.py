@@ -10,20 +10,22 @@ import jax.numpy as jnp
 from ..checks import known
 from ..errors import ModelError
 from ..joints import Coupler, Weld
+from ..kinematics.mobility import with_mobility
 from ..model.frame import Pose
 from ..model.system import System
 from .arrays import reference_poses
 from .assemble_system import assemble_system
 from .declarations import Body, Joint, Model
-from .mobility import analyse, check_numbers, with_analysis
+from .mobility import analysed, check_numbers
 from .spanning import spanning_tree
 from .validation import system_law_faults
 
 
-def built(model: Model, like: System | None, independent: Iterable[str] | None, cut: set[str]) -> System:
+def built(model: Model, like: System | None, independent: Iterable[str] | None, cut: set[str], guess) -> System:
     """The system of a model without faults; see `SystemBuilder.build`."""
+    guess = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None} | guess
     model = dataclasses.replace(model, bodies=dict(model.bodies), joints=dict(model.joints))
-    system = assemble_system(model, _tree(model, cut))
+    system = assemble_system(model, _tree(model, cut), guess)
     found = system_law_faults(model.forces.values(), system.topology)
     if found:
         raise ModelError(found)
@@ -33,7 +35,7 @@ def built(model: Model, like: System | None, independent: Iterable[str] | None, 
     if traced and system.has_constraints:
         raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
     _warn_single_precision()
-    return system if traced else with_analysis(system, *analyse(system, independent))
+    return system if traced else analysed(system, independent)
 
 
 def _tree(model, cut):
@@ -90,11 +92,12 @@ def _warn_single_precision():
 
 def _take_over(system, like):
     """The system with the mobility of `like`; what concrete numbers can show, closed loops and inertia, is asked."""
-    wanted = dataclasses.replace(like.topology, analysis=None)
-    if dataclasses.replace(system.topology, analysis=None) != wanted:
+    guess = system.topology.guess or like.topology.guess
+    system = dataclasses.replace(system, topology=dataclasses.replace(system.topology, guess=guess))
+    if system.topology != dataclasses.replace(like.topology, analysis=None, guess=guess):
         raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
     if like.topology.analysis is None:
         return system
     if known(system):
         check_numbers(system)
-    return with_analysis(system, like.topology.analysis, like.length)
+    return with_mobility(system, like.topology.analysis, like.length)

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 from ..checks import no_such
 from ..errors import ModelError
@@ -20,7 +21,7 @@ from .build import built
 from .elastic import Elastic, elastic_faults
 from .links import link_parts
 from .locate import located
-from .validation import cut_faults, model_faults
+from .validation import cut_faults, guess_faults, model_faults
 
 
 class SystemBuilder:
@@ -169,6 +170,7 @@ class SystemBuilder:
         child_frame: str | Pose | ArrayLike | None = None,
         at: str | ArrayLike | None = None,
         drive: Callable | None = None,
+        guess: ArrayLike | None = None,
     ) -> None:
         """A joint between two bodies, which may close a loop.
 
@@ -180,8 +182,10 @@ class SystemBuilder:
             at: instead, a world point in the reference pose, or the frame whose point it is.  Bodies are there at
                 their `position=` or, without one, have the world frame as their own; joint axes are world axes.
             drive: function of time that prescribes its coordinate.
+            guess: its coordinate [rad or m] in the pose of use, about (several freedoms: an array, as in a State).
+                Freedoms are counted there, and every search for a state begins there.
         """
-        item = declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive)
+        item = declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive, guess=guess)
         self._add("joint", self._model.joints, item)
 
     def drive(self, joint: str, function: Callable) -> None:
@@ -222,7 +226,11 @@ class SystemBuilder:
         return self._faults + model_faults(located(self._model))
 
     def build(
-        self, like: System | None = None, independent: Iterable[str] | None = None, cut: Iterable[str] | None = None
+        self,
+        like: System | None = None,
+        independent: Iterable[str] | None = None,
+        cut: Iterable[str] | None = None,
+        guess: Mapping[str, Any] | None = None,
     ) -> System:
         """The system.
 
@@ -231,13 +239,16 @@ class SystemBuilder:
                 for traced models with constraints, and quick for concrete ones.
             independent: joint names whose velocities are the independent ones of the KIC (default: by pivoting).
             cut: joint names to cut (default: those that close a loop in the order declared).
+            guess: joint name -> coordinate of a pose of use, beside and before the guesses of the joints themselves.
+                Freedoms, the independent set and what statics leaves open are counted at the closed pose nearest to
+                it, and searches of `State.at` begin there; by default at the reference pose, all coordinates zero.
 
         Raises: ModelError with every fault of the model.
         """
         follow_precision()
         cut = tuple(cut or ())
-        model = located(self._model)
-        found = self._faults + model_faults(model) + cut_faults(model, cut)
+        model, guess = located(self._model), dict(guess or {})
+        found = self._faults + model_faults(model) + cut_faults(model, cut) + guess_faults(model, guess)
         if found:
             raise ModelError(found)
-        return built(model, like, independent, set(cut))
+        return built(model, like, independent, set(cut), guess)

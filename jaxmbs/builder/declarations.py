@@ -44,7 +44,7 @@ class Joint:
     """A joint as declared.
 
     Its ends are references to bodies or frames, their frames None, a point, a Pose or the name of a frame; `at` is a
-    world point or the name of a frame.
+    world point or the name of a frame; `guess` are its coordinates in the pose of use.
     """
 
     name: str
@@ -56,6 +56,7 @@ class Joint:
     at: Annotated[Any, str | ArrayLike | None]
     drive: Annotated[Any, Callable | ArrayLike | None] = None
     is_hidden: bool = False
+    guess: Annotated[Any, ArrayLike | None] = None
 
 
 @dataclass

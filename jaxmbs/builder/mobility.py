@@ -1,24 +1,21 @@
-"""Freedoms, redundancy and the independent set, counted on the host at several assembled poses."""
-
-import dataclasses
+"""Mobility of a model: counted on the host at assembled poses, the one of use where a guess says which that is."""
 
 import jax.numpy as jnp
 import numpy as np
-import scipy.linalg
 
-from ..checks import no_such
-from ..errors import ModelError
+from ..errors import AssemblyError, ModelError
 from ..joints.base import HALF_TURN
-from ..kinematics import reaction_map
 from ..kinematics.evaluate import evaluate, moved
+from ..kinematics.mobility import mobility_of, spaces_of, with_mobility
 from ..kinematics.poses import neutral_coordinates
-from ..math.host import as_array
+from ..kinematics.rank import constraint_spaces
+from ..kinematics.state import State
 from ..model.system import System
-from ..model.topology import Mobility
 
 _POSES = 4
+_STEP = 0.3  # between poses, about [rad]: beyond rounding, and near enough to close again
+_NEAR = 0.05  # the same about a pose of use, whose branch is to be kept
 _SEED = 7  # of the poses looked at: any, but the same in every build, so that a model has one answer
-_RANK = {8: 1e-7, 4: 1e-3}  # singular values that count as zero, by precision
 _CLOSED = {8: 1e-9, 4: 1e-4}  # residuals that count as closed
 _HALF_TURN_OFF = 1e-4  # relative: about a degree
 _INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
@@ -28,8 +25,9 @@ def _precision():
     return jnp.result_type(float)
 
 
-def analyse(system: System, independent=None) -> tuple[Mobility, float]:
-    """Mobility of a concrete system, see `Mobility`, and its characteristic length [m].
+def analysed(system: System, independent=None) -> System:
+    """A concrete system with its characteristic length and its mobility: the largest rank near the pose of use, or
+    near the reference pose where no guess says which pose that is.
 
     Raises: ModelError when the loops cannot be closed, when a joint can move without inertia, or when the user's
     independent set does not determine the motion.
@@ -38,38 +36,34 @@ def analyse(system: System, independent=None) -> tuple[Mobility, float]:
     psi, t = neutral_coordinates(top).astype(_precision()), np.zeros((), _precision())
     x = evaluate(system, psi, t).positions
     length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
-    weight = np.where(top.spins > 0, 1.0, length)
-    psi = _close(system, psi, t, weight, random)
+    system, weight = with_mobility(system, None, length), np.where(top.spins > 0, 1.0, length)
+    psi = _pose_of_use(system) if top.guess else _close(system, psi, t, weight, random)
     best, fault = None, None
     for _ in range(_POSES):
         rows = evaluate(system, psi, t)
-        A, B, M = rows.A, rows.reactions, rows.M
-        rank, Z, Y = _spaces(A * weight[None], length)
-        found = _inertia_fault(top, M, Z, weight)
-        if best is None or rank > best[0]:
-            best, fault = (rank, Z, Y, B, _spaces((A * weight[None])[top.position_rows], length)[1]), found
-        elif rank == best[0]:  # one pose with inertia will do
+        spaces = rank, Z, _ = spaces_of(system, rows)
+        found = _inertia_fault(top, rows.M, Z, weight)
+        if best is None or rank > best[1][0]:
+            best, fault = (rows, spaces), found
+        elif rank == best[1][0]:  # one pose with inertia will do
             fault = fault and found
         if not top.num_rows and fault is None:
             break
         psi = _elsewhere(system, psi, t, Z, weight, random)
     if fault:
         raise ModelError([fault])
-    rank, Z, Y, B, Z_positions = best
-    chosen = _independent(top, Z, independent)
-    undetermined, names = _undetermined(reaction_map.carriers(system), B, Y, length)
-    positions = _extended(Z_positions, chosen)
-    return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions), length
+    return with_mobility(system, mobility_of(system, *best, independent))
 
 
 def check_numbers(system: System) -> None:
     """ModelError if the loops of a concrete system cannot be closed, or a joint can move without inertia."""
     top, random = system.topology, np.random.default_rng(_SEED)
     weight, t = np.ones(top.num_velocities), np.zeros((), _precision())
-    psi, fault = _close(system, neutral_coordinates(top).astype(_precision()), t, weight, random), None
+    psi = neutral_coordinates(top).astype(_precision())
+    psi, fault = _pose_of_use(system) if top.guess else _close(system, psi, t, weight, random), None
     for _ in range(_POSES):
         rows = evaluate(system, psi, t)
-        Z = _spaces(rows.A, 1.0)[1]
+        Z = constraint_spaces(rows.A, 1.0)[1]
         fault = _inertia_fault(top, rows.M, Z, weight)
         if fault is None:
             return
@@ -77,22 +71,19 @@ def check_numbers(system: System) -> None:
     raise ModelError([fault])
 
 
+def _pose_of_use(system):
+    """Coordinates of the pose that the guesses of the model lead to."""
+    try:
+        return np.asarray(State.at(system).coordinates)
+    except AssemblyError as error:
+        raise ModelError([f"guess: {error}"]) from error
+
+
 def _elsewhere(system, psi, t, Z, weight, random):
-    """Another closed pose, along the motions Z by some 0.3 rad: beyond rounding, and near enough to close again."""
-    move = weight * (Z @ random.normal(size=Z.shape[1]) * 0.3)
+    """Another closed pose, along the motions Z."""
+    step = _NEAR if system.topology.guess else _STEP
+    move = weight * (Z @ random.normal(size=Z.shape[1]) * step)
     return _newton(system, moved(system.topology, psi, move), t, weight)[0]
-
-
-def _spaces(A, length):
-    """Rank, null space of A (columns) and of A^T.
-
-    Rows are of the size of 1 (angles) or of the model's length [m]; where all cancel, rounding is no rank.
-    """
-    if A.shape[0] == 0:
-        return 0, np.eye(A.shape[1]), np.zeros((0, 0))
-    U, s, Vt = np.linalg.svd(A)
-    rank = int(np.sum(s > _RANK[_precision().itemsize] * max(s[0], 1e-3 * min(1.0, length)))) if s.size else 0
-    return rank, Vt[rank:].T, U[:, rank:]
 
 
 def _newton(system, psi, t, weight, iterations=60):
@@ -177,52 +168,3 @@ def _inertia_fault(top, M, Z, weight):
     mode = np.abs(Z @ vectors[:, 0])
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})
     return f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"
-
-
-def _independent(top, Z, wanted):
-    """Velocity columns of the independent set: the user's joints, else by pivoting on scaled null vectors."""
-    if Z.shape[1] == 0 and not wanted:
-        return ()
-    if wanted is None:
-        pivots = scipy.linalg.qr(Z.T, pivoting=True, mode="r")[1]
-        return tuple(sorted(int(k) for k in pivots[: Z.shape[1]]))
-    unknown = [n for n in wanted if n not in top.joint_index]
-    if unknown:
-        raise ModelError([f"independent: {no_such('joint', n, top.joint_names)}" for n in unknown])
-    columns = [k for n in wanted for k in range(*top.joints[top.joint_index[n]].velocities.indices(10**9))]
-    part = Z[columns]
-    # null vectors are of unit length: a set that moves less than this with one of them is singular
-    if len(columns) != Z.shape[1] or np.linalg.svd(part, compute_uv=False)[-1] < 1e-9:
-        raise ModelError(
-            [
-                f"independent: joints {', '.join(wanted)} give {len(columns)} velocities that do not determine "
-                f"the motion; the mobility is {Z.shape[1]}"
-            ]
-        )
-    return tuple(columns)
-
-
-def _extended(Z, chosen):
-    """The chosen columns and those that complete them to coordinates of the null space Z, by pivoting."""
-    missing = Z.shape[1] - len(chosen)
-    if missing == 0:
-        return chosen
-    known = np.linalg.qr(Z[list(chosen)].T)[0] if chosen else np.zeros((Z.shape[1], 0))
-    pivots = scipy.linalg.qr(Z.T - known @ (known.T @ Z.T), pivoting=True, mode="r")[1]
-    return tuple(sorted([*chosen, *(int(k) for k in pivots[:missing])]))
-
-
-def _undetermined(carriers, B, Y, length):
-    """Reaction components that a self-stress of redundant rows changes, and the carriers they belong to."""
-    if Y.shape[1] == 0:
-        return tuple((False,) * 6 for _ in carriers), ()
-    change = np.abs(B @ Y) / np.r_[np.ones(3), np.full(3, length)][None, :, None]
-    marks = change.max(axis=2) > 1e-6 * max(change.max(), 1e-300)  # rounding stays below
-    flags = tuple(tuple(bool(m) for m in row) for row in marks)
-    return flags, tuple(name for (name, *_), row in zip(carriers, flags, strict=True) if any(row))
-
-
-def with_analysis(system: System, found: Mobility, length) -> System:
-    """The system with the counted mobility in its topology, and its characteristic length [m]."""
-    topology = dataclasses.replace(system.topology, analysis=found)
-    return dataclasses.replace(system, topology=topology, length=as_array(length))

@@ -45,6 +45,25 @@ def cut_faults(model: Model, cut) -> list[str]:
     return found + entry_faults(model.elastic, [j for name, j in model.joints.items() if name not in cut])
 
 
+def guess_faults(model: Model, guess) -> list[str]:
+    """Guesses of joints that do not exist, or of what is no number; traced ones, which no search can begin at."""
+    found = [f"guess: {no_such('joint', name, model.joints)}" for name in guess if name not in model.joints]
+    own = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None}
+    for name, value in {**own, **guess}.items():
+        if not known(value):
+            found.append(f"joint {name!r}: its guess is traced; it must be a number, as the pose counted at is fixed")
+        elif not _is_finite(value):
+            found.append(f"joint {name!r}: its guess must be finite real numbers, got {value!r}")
+    return found
+
+
+def _is_finite(value):
+    try:
+        return bool(np.all(np.isfinite(np.asarray(value, float)))) and not np.iscomplexobj(value)
+    except (TypeError, ValueError):
+        return False
+
+
 def body_faults(body) -> list[str]:
     """Mass, centre of mass and inertia of one body."""
     where, found = f"body {body.name!r}", []

@@ -10,10 +10,11 @@ from jaxtyping import Array, Float
 from ..kinematics.configuration import Configuration, at_state, elsewhere, moving
 from ..kinematics.influence import body_kic, dependent_columns, independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent
+from ..kinematics.mobility import at_independent, system_at
 from ..kinematics.poses import body_frame, coordinate_rate
 from ..kinematics.state import State
 from ..math.spd import spd_solve
-from ..model.question import check_fits, question
+from ..model.question import check_fits
 from ..model.system import System
 from .elastic import refuse_elastic
 from .ports import effort_along
@@ -53,7 +54,7 @@ def _inertia_field(system, at):
     return _field(system, at, G, G)
 
 
-@question
+@at_independent
 def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
     """I* (N, N) = sum over bodies `m G_t^T G_t + G_r^T I G_r` (printed with one G_r in the mass term).
 
@@ -62,7 +63,7 @@ def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
     return _inertia_field(system, _at(system, state))
 
 
-@question
+@at_independent
 def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
     """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion.  Source: S2 (41)."""
     at = _at(system, state)
@@ -70,7 +71,7 @@ def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
     return _field(system, at, G_dot, G)
 
 
-@question
+@at_independent
 def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
     """GR~ (N, N), second form: row k is `1/2 phi_dot^T P*_k` with `P*_kij = dI*_ij/dphi_k` (print drops the 1/2).
 
@@ -84,10 +85,10 @@ def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
 def independent_rates(system: System, state: State) -> Float[Array, " N"]:
     """phi_dot (N,): velocities of the independent columns."""
     check_fits(system, state)
-    return state.velocities[independent_columns(system)]
+    return state.velocities[independent_columns(system_at(system, state))]
 
 
-@question
+@at_independent
 def generalised_momentum(system: System, state: State) -> Float[Array, " N"]:
     """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
     at = _at(system, state)
@@ -116,7 +117,7 @@ def _free_twist(system, at, rates):
     return jnp.concatenate([omega, velocity], axis=1)
 
 
-@question
+@at_independent
 def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
     """(p_dot, phi_dot, q_dot) of the paper at a state of a scleronomic system.
 

@@ -11,15 +11,15 @@ from ..kinematics.configuration import Configuration, at_state
 from ..kinematics.elastic import mass_matrix
 from ..kinematics.influence import independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent
+from ..kinematics.mobility import at_independent
 from ..kinematics.state import State
 from ..math.host import typed
 from ..math.spd import spd_solve
-from ..model.question import question
 from ..model.system import System
 from ..typing import ArrayLike, Scalar
 
 
-@question
+@at_independent
 def hamiltonian(system: System, state: State, momenta: ArrayLike | None = None) -> Scalar:
     """`H = 1/2 (p - c).I*^-1 (p - c) - T0` [J] at the coordinates and time of a state, dependent ones following.
 
@@ -35,7 +35,7 @@ def hamiltonian(system: System, state: State, momenta: ArrayLike | None = None) 
     return _value(system, at, _momenta(system, at, state, momenta))
 
 
-@question
+@at_independent
 def hamiltonian_slopes(
     system: System, state: State, momenta: ArrayLike | None = None
 ) -> tuple[Float[Array, " N"], Float[Array, " N"]]:

@@ -8,8 +8,8 @@ from jaxtyping import Array, Float
 
 from ..kinematics.configuration import Configuration, Moving, at_state, moving, resting
 from ..kinematics.influence import velocity_map
+from ..kinematics.mobility import at_independent
 from ..kinematics.state import State
-from ..model.question import question
 from ..model.system import System
 from .bodies import bodies_of, total
 from .efforts import efforts
@@ -34,14 +34,14 @@ def weights(system: System, at: Configuration, Gamma):
     return total(bodies.weight(system, at, Gamma) for bodies in bodies_of(system))
 
 
-@question
+@at_independent
 def compliance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64), (67)."""
     at, Gamma = _at(system, state)
     return Gamma.T @ stored_pull(system, at)(at)
 
 
-@question
+@at_independent
 def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_R (N,): the part of the elements' efforts that the velocities make, `-R phi_dot` for dampers.
 
@@ -52,7 +52,7 @@ def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
     return Gamma.T @ (_of_elements(system, at) - _of_elements(system, resting(system, at)))
 
 
-@question
+@at_independent
 def resistance_field(system: System, state: State) -> Float[Array, "N N"]:
     """R (N, N) = `sum G_R^T R_i G_R`, the derivative of -e_R by phi_dot; as unsymmetric as the elements are.
 
@@ -67,20 +67,20 @@ def resistance(system: System, at: Configuration, Gamma, u):
     return -Gamma.T @ jax.jacfwd(lambda u: _of_elements(system, moving(system, at, u)))(u) @ Gamma
 
 
-@question
+@at_independent
 def gravity_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
     return weights(system, *_at(system, state))
 
 
-@question
+@at_independent
 def source_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q* (N,): what the elements exert at rest beside their stored energy: loads, motors.  Source: S2 (76)."""
     at, Gamma = _at(system, state)
     return Gamma.T @ source_pull(system, at)
 
 
-@question
+@at_independent
 def total_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
     at, Gamma = _at(system, state)

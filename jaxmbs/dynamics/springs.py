@@ -10,15 +10,15 @@ from ..checks import negative
 from ..kinematics.configuration import at_state
 from ..kinematics.influence import velocity_map
 from ..kinematics.influence_second import point_kic
+from ..kinematics.mobility import at_independent
 from ..kinematics.points import jacobian, locate, position
 from ..kinematics.state import State
 from ..math.linalg import direction, safe_norm
-from ..model.question import question
 from ..model.system import System
 from ..typing import FrameLike, ScalarLike, Vector3
 
 
-@question
+@at_independent
 def spring_vector(
     system: System, state: State, frame_a: FrameLike, frame_b: FrameLike
 ) -> tuple[Vector3, Float[Array, "3 N"]]:
@@ -34,7 +34,7 @@ def spring_vector(
     return q_C, (ends[1] - ends[0]) @ Gamma
 
 
-@question
+@at_independent
 def spring_displacement(
     system: System, state: State, frame_a: FrameLike, frame_b: FrameLike, free_length: ScalarLike
 ) -> tuple[Vector3, Float[Array, "3 N"]]:
@@ -54,7 +54,7 @@ def spring_displacement(
     return q_C - free_length * n, G_C + turned * (G_hat - G_C)
 
 
-@question
+@at_independent
 def spring_kic(system: System, state: State, frame_a: FrameLike, frame_b: FrameLike) -> Float[Array, "3 N"]:
     """`G_C = n d|q_C|/dphi` (3, N): what of `G_hat` is along the spring; `e_C = -K G_C^T dq_C`.
 
@@ -65,7 +65,7 @@ def spring_kic(system: System, state: State, frame_a: FrameLike, frame_b: FrameL
     return jnp.outer(n, n @ G_hat)
 
 
-@question
+@at_independent
 def spring_kic_second(system: System, state: State, frame_a: FrameLike, frame_b: FrameLike) -> Float[Array, "N 3 N"]:
     """The tensor `{dG_C/dphi}` (N, 3, N): plane l, column n is `d G_C[:, l] / dphi_n`, from second-order KIC.
 

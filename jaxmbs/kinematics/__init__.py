@@ -10,6 +10,7 @@ from .influence_second import (
     kic_second_vector,
     point_kic,
 )
+from .mobility import count_mobility, system_at
 from .points import angular_velocity, jacobian, position, rotation, velocity
 from .rows import constraint_jacobian, constraint_residual
 from .state import State
@@ -21,6 +22,7 @@ __all__ = [
     "angular_velocity",
     "constraint_jacobian",
     "constraint_residual",
+    "count_mobility",
     "internal_kic",
     "internal_kic_second",
     "internal_kic_second_printed",
@@ -32,5 +34,6 @@ __all__ = [
     "point_kic",
     "position",
     "rotation",
+    "system_at",
     "velocity",
 ]

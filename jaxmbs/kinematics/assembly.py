@@ -13,6 +13,7 @@ from ..model.system import System
 from . import constraints
 from .configuration import configuration
 from .poses import coordinate_rate, node_parameters, normalise, step_coordinates
+from .rank import constraint_rank
 
 _ITERATIONS = 100  # of Levenberg and Marquardt; what closes takes some ten
 _NEAR = 1e-20  # squared residual [m, rad] from where on the passes end as soon as one gains nothing: at rounding
@@ -133,11 +134,11 @@ def _nearest_velocities(system, A, f_t, u, free):
 
 @jit(compile="quick")
 def assembled(system: System, psi, u, t, free_position, free_velocity):
-    """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
+    """(coordinates, velocities, residuals of positions and velocities, rank of the rows) from guesses: `State.at`."""
     P = node_parameters(system)
     psi = assemble(system, P, psi, t, free_position)
     at = configuration(system, P, psi, t, inertias=False)
     (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
     if system.has_constraints:
         u = _nearest_velocities(system, A, f_t, u, free_velocity)
-    return psi, u, f, A @ u + f_t
+    return psi, u, f, A @ u + f_t, constraint_rank(system, A)

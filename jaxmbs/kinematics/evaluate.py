@@ -38,7 +38,9 @@ def _evaluate(system: System, psi, t):
 
 def evaluate(system: System, psi, t) -> Rows:
     """The rows of a concrete system; its force elements and whether its mobility is known make no other program."""
-    bare = dataclasses.replace(system, topology=dataclasses.replace(system.topology, analysis=None), forces=())
+    bare = dataclasses.replace(
+        system, topology=dataclasses.replace(system.topology, analysis=None, guess=()), forces=()
+    )
     return Rows(*map(np.asarray, _evaluate(bare, psi, t)))
 
 

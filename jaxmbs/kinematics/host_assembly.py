@@ -11,7 +11,7 @@ _RANK = {8: 1e-7, 4: 1e-3}  # singular values of the rows that count as zero, re
 
 
 def assembled_on_host(system: System, psi, u, t, free_position, free_velocity):
-    """(coordinates, velocities, position residual, velocity residual) from guesses; see `State.at`."""
+    """(coordinates, velocities, position residual, velocity residual, all rows A) from guesses; see `State.at`."""
     top = system.topology
     root = np.where(np.asarray(top.spins) > 0, 1.0, 1.0 / np.asarray(system.length))  # of the metric
     root = root.astype(psi.dtype)
@@ -24,7 +24,7 @@ def assembled_on_host(system: System, psi, u, t, free_position, free_velocity):
 
     psi, rows = _newton(system, psi, t, free_position, root, least)
     u = u + least(rows.A, free_velocity, -rows.f_t - rows.A @ u)
-    return _unit_quaternions(top, psi), u, rows.f, rows.A @ u + rows.f_t
+    return _unit_quaternions(top, psi), u, rows.f, rows.A @ u + rows.f_t, rows.A
 
 
 def _newton(system, psi, t, free, root, least):

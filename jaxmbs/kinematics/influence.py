@@ -11,22 +11,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..math.linalg import full_rank_lstsq
-from ..model.question import question
 from ..model.system import System
 from . import constraints
 from .configuration import Configuration, at_state
+from .mobility import at_independent, dependent_columns, independent_columns
 from .state import State
-
-
-def independent_columns(system: System) -> np.ndarray:
-    """Velocity columns chosen as independent (static)."""
-    top = system.topology
-    return np.arange(top.num_velocities) if top.analysis is None else np.asarray(top.analysis.independent, int)
-
-
-def dependent_columns(system: System) -> np.ndarray:
-    """The other velocity columns."""
-    return np.setdiff1d(np.arange(system.topology.num_velocities), independent_columns(system))
 
 
 def velocity_map(system: System, at: Configuration):
@@ -95,7 +84,7 @@ class Kic(eqx.Module):
     dependent: tuple[int, ...] = eqx.field(static=True)
 
 
-@question
+@at_independent
 def internal_kic(system: System, state: State) -> Float[Array, "M N"]:
     """Gi (M, N): rates of the dependent velocities per independent one.
 
@@ -118,7 +107,7 @@ def body_kic(system: System, at: Configuration, Gamma):
     return jnp.einsum("bnk,ni->bki", J, Gamma)
 
 
-@question
+@at_independent
 def kic(system: System, state: State) -> Kic:
     """First-order KIC of a state, internal and of every body.
 

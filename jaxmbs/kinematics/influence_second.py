@@ -11,12 +11,12 @@ from jaxtyping import Array, Float
 
 from ..math.linalg import full_rank_lstsq
 from ..math.tensor import left_product, plane_mix, right_product
-from ..model.question import question
 from ..model.system import System
 from ..typing import AnyArray, FrameLike
 from . import constraints
 from .configuration import Configuration, at_state, elsewhere
 from .influence import body_kic, dependent_columns, independent_columns, velocity_map
+from .mobility import at_independent
 from .points import jacobian
 from .poses import step_coordinates
 from .state import State
@@ -41,7 +41,7 @@ def velocity_map_second(system: System, at: Configuration):
     return along_independent(system, at, lambda at: velocity_map(system, at)[0])
 
 
-@question
+@at_independent
 def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jax.jacfwd` of Gi along (1, Gi).
 
@@ -50,7 +50,7 @@ def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
     return velocity_map_second(system, at_state(system, state, inertias=False))[dependent_columns(system)]
 
 
-@question
+@at_independent
 def internal_kic_second_printed(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
 
@@ -114,7 +114,7 @@ def body_kic_second_vector(system: System, at: Configuration):
     return jax.vmap(at_com)(X, dX, com)
 
 
-@question
+@at_independent
 def kic_second(system: System, state: State) -> SecondKic:
     """Second-order KIC of a state, internal and of every body at its centre of mass, world axes, by `jax.jacfwd` of
     the first-order ones.
@@ -126,7 +126,7 @@ def kic_second(system: System, state: State) -> SecondKic:
     return _by_name(system, at, body_kic_second(system, at))
 
 
-@question
+@at_independent
 def kic_second_vector(system: System, state: State) -> SecondKic:
     """The same as `kic_second` in the vector form of the paper: axes turned by the bodies that carry them.
 
@@ -145,7 +145,7 @@ def _by_name(system, at, second):
     )
 
 
-@question
+@at_independent
 def point_kic(system: System, state: State, frame: FrameLike) -> tuple[Float[Array, "6 N"], Float[Array, "N 6 N"]]:
     """First- and second-order KIC of a frame's origin or point: G (6, N) and H (N, 6, N), world axes.
 

@@ -1,5 +1,7 @@
 """The state of a system at a time, and how to get one that closes all loops."""
 
+import dataclasses
+import warnings
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
@@ -14,13 +16,16 @@ from ..errors import AssemblyError, ModelError
 from ..math.host import as_array
 from ..model.question import check_system
 from ..model.system import System
+from ..model.topology import Topology
 from ..typing import ArrayLike
 from .assembly import assembled
 from .cut_joints import held
 from .evaluate import is_concrete
 from .given_values import free_columns, placed, split_cuts
 from .host_assembly import assembled_on_host
+from .mobility import count_mobility
 from .poses import neutral_coordinates
+from .rank import constraint_rank
 
 _TOLERANCE = {8: 1e-8, 4: 1e-3}  # residuals that count as closed, by precision
 _RESTARTS = 12  # searches from other guesses before a state counts as impossible
@@ -31,6 +36,9 @@ class State(eqx.Module):
 
     `residual` () is what assembly left open, the largest over the rows of positions [m, rad] and velocities [m/s,
     rad/s]; zero for a state written down by hand.  In a batch of designs `ok` says which of them were assembled.
+    `rank_change` () is the rank of the constraint rows at this pose less that counted by `build`: where it is not
+    zero the mechanism has other freedoms here than those of `system.topology`; zero by hand and along a motion (a
+    float, so that a State can be differentiated by).
     `structure` is the layout of the system that it was made for, of which the public functions ask; None by hand.
 
     Raises: ValueError for shapes that do not belong together, TypeError for what are no real numbers.
@@ -41,6 +49,7 @@ class State(eqx.Module):
     velocities: Float[Array, "... nv"]
     residual: Float[Array, "..."]
     structure: tuple | None = eqx.field(static=True)
+    rank_change: Float[Array, "..."]
 
     def __init__(
         self,
@@ -49,6 +58,7 @@ class State(eqx.Module):
         velocities: ArrayLike,
         residual: Array | None = None,
         structure: tuple | None = None,
+        rank_change: Array | None = None,
     ) -> None:
         parts = {"t": t, "coordinates": coordinates, "velocities": velocities}
         self.t, self.coordinates, self.velocities = (_floats(name, x) for name, x in parts.items())
@@ -61,12 +71,20 @@ class State(eqx.Module):
             )
         self.residual = jnp.zeros_like(self.t) if residual is None else residual
         self.structure = structure
+        self.rank_change = jnp.zeros_like(self.t) if rank_change is None else rank_change
 
     @property
     def ok(self) -> jax.Array:
         """Whether the loops are closed and the numbers finite (traceable)."""
         finite = [jnp.all(jnp.isfinite(x), axis=-1) for x in (self.coordinates, self.velocities)]
         return (self.residual <= _TOLERANCE[self.coordinates.dtype.itemsize]) & finite[0] & finite[1]
+
+    def topology_at(self, system: System) -> Topology:
+        """The topology of a system with the mobility counted at this state.
+
+        Raises: as `kinematics.count_mobility`.
+        """
+        return dataclasses.replace(system.topology, analysis=count_mobility(system, self))
 
     @classmethod
     def at(
@@ -85,7 +103,7 @@ class State(eqx.Module):
                 keywords serve as well, `State.at(system, crank=0.3)`.  These are held, all others are solved for;
                 so is the one coordinate of a joint that was cut, in the place where the loop closes.
             velocities: joint name -> velocity, held; other velocities take the least that closes the loops.
-            guess: joint name -> coordinate to start the search from (default: zero).
+            guess: joint name -> coordinate to start the search from (default: the guess of the model, else zero).
             t: time [s], for driven joints.
 
         Raises:
@@ -98,6 +116,7 @@ class State(eqx.Module):
         check_system(system)
         values = {**(values or {}), **named}
         top = system.topology
+        guess = {**{name: np.squeeze(x) for name, x in top.guess}, **(guess or {})}
         faults: list[str] = []
         precision = jnp.result_type(float)
         (guess, near), (values, wanted) = (split_cuts(system, given, faults) for given in (guess or {}, values))
@@ -115,12 +134,15 @@ class State(eqx.Module):
         if near:
             (psi, _), *_ = _search(held(system, {**near, **wanted}), psi, u, t, free, restart=True)
         if wanted:
-            (psi, _), f, _ = _search(held(system, wanted), psi, u, t, free, restart=not guess)
+            (psi, _), f, *_ = _search(held(system, wanted), psi, u, t, free, restart=not guess)
             _check(held(system, wanted), f, np.zeros(0, precision))
-        found, f, g = _search(system, psi, u, t, free, restart=not (guess or near or wanted))
+        found, f, g, A = _search(system, psi, u, t, free, restart=not (guess or near or wanted))
         _check(system, f, g)
         largest = max(np.max(np.abs(x), initial=0.0) for x in (f, g))
-        return State(*(as_array(x, None) for x in (t, *found, largest)), top.structure)
+        change = _rank_change(system, constraint_rank(system, A))
+        if change:
+            _notice_rank(top, change)
+        return State(*(as_array(x, None) for x in (t, *found, largest)), top.structure, as_array(change, float))
 
 
 @runtime_checkable
@@ -148,21 +170,35 @@ def _traced(system, psi, u, t, free, near, wanted):
     if near:
         psi = jax.lax.stop_gradient(assembled(held(system, {**near, **wanted}), psi, u, t, *free)[0])
     if wanted:
-        psi, _, f, _ = assembled(held(system, wanted), psi, u, t, *free)
+        psi, _, f, *_ = assembled(held(system, wanted), psi, u, t, *free)
         rows.append(f)
-    psi, u, f, g = assembled(system, psi, u, t, *free)
+    psi, u, f, g, rank = assembled(system, psi, u, t, *free)
     largest = jnp.max(jnp.abs(jnp.concatenate([*rows, f, g])), initial=0.0)
     state = State(t, psi, u, jax.lax.stop_gradient(largest), system.topology.structure)
     factor = jnp.where(state.ok, 1.0, jnp.nan).astype(psi.dtype)
-    return State(t, psi * factor, u * factor, state.residual, state.structure)
+    change = _rank_change(system, rank).astype(psi.dtype)
+    return State(t, psi * factor, u * factor, state.residual, state.structure, change)
+
+
+def _rank_change(system, rank):
+    """The rank of the rows less that of the build."""
+    return rank - (rank if system.topology.analysis is None else system.topology.analysis.rank)
+
+
+def _notice_rank(top, change):
+    """A warning: the mechanism has other freedoms at this pose than at the one of its build."""
+    counted, here = top.mobility, top.mobility - change
+    hint = "the pose is singular" if change < 0 else "give a pose of use, build(guess=...), to count there"
+    text = f"state: the mechanism has mobility {here} at this pose, and {counted} at the pose that build() counted at"
+    warnings.warn(f"{text}; {hint}", stacklevel=3)
 
 
 def _search(system, psi, u, t, free, restart):
     """Assemble from psi on the host; searches that fail start again from random guesses."""
     if not system.has_constraints:
         none = np.zeros(0, psi.dtype)
-        return (psi, u), none, none
-    *found, f, g = assembled_on_host(system, psi, u, t, *free)
+        return (psi, u), none, none, np.zeros((0, len(u)), psi.dtype)
+    *found, f, g, A = assembled_on_host(system, psi, u, t, *free)
     # one seed: a state is a function of its arguments
     random, simple = np.random.default_rng(0), np.array([k != "ball" for k in system.topology.node_kind])
     columns = np.nonzero(simple)[0]
@@ -173,8 +209,8 @@ def _search(system, psi, u, t, free, restart):
         scale = np.where(system.topology.spins[columns] > 0, 1.0, np.asarray(system.length))
         start = np.array(psi)
         start[index] += random.normal(size=len(columns)) * scale * free[0][columns]
-        *found, f, g = assembled_on_host(system, start, u, t, *free)
-    return found, f, g
+        *found, f, g, A = assembled_on_host(system, start, u, t, *free)
+    return found, f, g, A
 
 
 def _check(system, f, g):

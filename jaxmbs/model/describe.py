@@ -44,9 +44,15 @@ def summary(topology) -> str:
     return f"{_lines(topology)[0]}, mobility {topology.mobility}"
 
 
-def describe(topology) -> str:
-    """Bodies, joints, loops, mobility and redundancy of a topology, as aligned text."""
-    return "\n".join([*_lines(topology), "", aligned([_HEAD, *_rows(topology)], left=len(_HEAD))])
+def describe(topology, built=None) -> str:
+    """Bodies, joints, loops, mobility and redundancy of a topology, as aligned text.
+
+    Args: built: the `Mobility` of its build, where the topology has that of a state.
+    """
+    lines = _lines(topology)
+    if built is not None and built.mobility != topology.mobility:
+        lines[1] += f" at this state, {built.mobility} at the pose of the build"
+    return "\n".join([*lines, "", aligned([_HEAD, *_rows(topology)], left=len(_HEAD))])
 
 
 def describe_html(topology) -> str:

@@ -114,9 +114,15 @@ class System(eqx.Module):
             found.append(np.arange(joint.velocities.start, joint.velocities.stop))
         return np.concatenate(found)
 
-    def describe(self) -> str:
-        """Bodies, joints, loops, freedoms and redundant constraints, as text."""
-        return describe(self.topology)
+    def describe(self, state: Any = None) -> str:
+        """Bodies, joints, loops, freedoms and redundant constraints, as text.
+
+        Args: state: the State at which freedoms and redundancy are counted (default: the pose of the build).
+        """
+        if state is None:
+            return describe(self.topology)
+        check_fits(self, state)
+        return describe(state.topology_at(self), self.topology.analysis)
 
     def __repr__(self) -> str:
         return f"System: {summary(self.topology)}"

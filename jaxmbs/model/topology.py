@@ -38,7 +38,7 @@ class JointRecord:
 
 @dataclass(frozen=True)
 class Mobility:
-    """What the count of freedoms at assembled poses found.
+    """Freedoms and redundancy at a pose.
 
     `rank` of the constraint rows, `mobility` = velocities - rank, `redundant` = rows - rank.  `undetermined` marks
     per joint, then per two-frame constraint, the reaction components (force x y z, moment x y z, its own axes) that
@@ -70,7 +70,7 @@ class Topology:
     Each body hangs on its tree joint, a run of nodes; `body_node` is the last node of the run (or the parent's node
     for a weld, -1 on the ground).  A ball is three nodes with one quaternion.  `frame_node` says which node carries
     each frame.  `row_joint` names the joint or constraint of every constraint row; `slip_rows` are those of velocity
-    alone.
+    alone.  `guess` are coordinates by joint where searches for a pose begin; `analysis` is of the pose they lead to.
     """
 
     body_names: tuple[str, ...]
@@ -88,6 +88,7 @@ class Topology:
     frame_body: tuple[int, ...]
     row_joint: tuple[str, ...] = ()
     slip_rows: tuple[int, ...] = ()
+    guess: tuple[tuple[str, tuple[float, ...]], ...] = ()
     analysis: Mobility | None = field(default=None)
 
     @property

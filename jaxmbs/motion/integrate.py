@@ -13,6 +13,7 @@ from jax import lax
 from ..checks import known
 from ..errors import SimulationError
 from ..kinematics.configuration import at_state, configuration, moving
+from ..kinematics.mobility import system_at
 from ..kinematics.state import State
 from ..math.host import as_array
 from ..math.jit import jit
@@ -27,7 +28,7 @@ from ..typing import ArrayLike
 from .account import CLOSED, diagnose, gap, masked, observe, result_code, without
 from .failure import explain
 from .formulation import Formulation, num_powers
-from .formulations import Prescribed, Velocity
+from .formulations import Independent, Prescribed, Velocity
 from .motion import Motion
 from .options import EARLY, choose, fixed_steps, save_times, step_sizes, with_tolerances
 
@@ -81,8 +82,10 @@ def simulate(
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
     check_fits(system, state)
-    if formulation is None and system.topology.mobility == 0:
+    if formulation is None and _is_prescribed(system, state):
         formulation = Prescribed
+    if formulation in ("independent", Independent):
+        system = system_at(system, state)
     solver, formulation = choose(solver, controller, dt, rtol, atol, gradient, formulation)
     t0 = state.t
     ts = save_times(t0, t1, ts)
@@ -97,6 +100,13 @@ def simulate(
     if throw and known(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     return motion
+
+
+def _is_prescribed(system, state):
+    """Whether no freedom is left, at the pose of the build or at the start; one that lost rank there is singular."""
+    freedoms = system.topology.mobility
+    gained = int(state.rank_change) if state.rank_change.ndim == 0 and known(state.rank_change) else 0
+    return freedoms - max(gained, 0) <= 0
 
 
 @jit
