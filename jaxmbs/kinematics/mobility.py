@@ -35,11 +35,13 @@ Function = TypeVar("Function", bound=Callable)
 def count_mobility(system: System, state: Any) -> Mobility:
     """Freedoms, redundancy and independent set at one concrete State, see `Mobility`.
 
-    Raises: as `check_fits`; TypeError within a trace and for several states.
+    Raises: as `check_fits`; TypeError within a trace and for several states; ValueError where it is not finite.
     """
     check_fits(system, state)
     if not is_concrete(system, state) or state.coordinates.ndim != 1:
         raise TypeError("the mobility is counted at one known state, outside of jit, vmap and derivatives")
+    if not np.isfinite(state.coordinates).all():
+        raise ValueError(f"the mobility is counted at a state of finite coordinates, got {state.coordinates}")
     return _mobility_at(system, np.asarray(state.coordinates), np.asarray(state.t))
 
 
