@@ -98,6 +98,9 @@ def is_determined(system: System, psi, t):
 def _mobility_at(system: System, psi, t) -> Mobility:
     """`Mobility` at coordinates psi (nq,) and time t; the independent set that the system has stays where it can."""
     rows = evaluate(system, psi, t)
+    broken = np.array(system.topology.row_joint)[~np.isfinite(rows.A).all(1)]
+    if broken.size:
+        raise ValueError(f"the constraint rows of {', '.join(dict.fromkeys(broken))} are not finite at this state")
     return mobility_of(system, rows, spaces_of(system, rows))
 
 
