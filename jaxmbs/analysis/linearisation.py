@@ -58,6 +58,8 @@ class Linearisation(eqx.Module):
         positions, velocities: columns of the independent coordinates and velocities (static); they differ (n > N)
             where rows of velocity restrict the motion.
         names: of the independent velocities (static), "pin", or "ball rx" of a joint with several.
+        position_names: likewise of the independent coordinates, the same but where rows of velocity restrict the
+            motion.
     """
 
     mass: Float[Array, "N N"]
@@ -68,6 +70,12 @@ class Linearisation(eqx.Module):
     positions: tuple[int, ...] = eqx.field(static=True)
     velocities: tuple[int, ...] = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True, default=())
+    position_names: tuple[str, ...] = eqx.field(static=True, default=())
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states x of `state_space` and of the rows of modes: coordinates "pin", then "rate of pin"."""
+        return (*self.position_names, *(f"rate of {name}" for name in self.names))
 
     @property
     def ok(self) -> Bool[Array, "..."]:
@@ -82,7 +90,12 @@ class Linearisation(eqx.Module):
         Raises: ModelError where rows of velocity restrict the motion: it has more coordinates than velocities.
         """
         if self.positions != self.velocities:
-            raise ModelError(["a mechanism that rolls or slides on edges has more coordinates than velocities"])
+            raise ModelError(
+                [
+                    "a mechanism that rolls or slides on edges has more coordinates than velocities and is no "
+                    "LinearSystem: take its `state_space`, with rows named by `state_names`, or `modes` of it"
+                ]
+            )
         matrices = {"mass": self.mass, "damping": self.damping, "stiffness": self.stiffness}
         return LinearSystem(**matrices, coordinates=self.names, interface=range(len(self.names)))
 
@@ -116,7 +129,8 @@ def linearise(
         outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
     found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
     found = where_determined(system, state, found)
-    return dataclasses.replace(found, names=_column_names(system.topology, found.velocities))
+    names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
+    return dataclasses.replace(found, names=names, position_names=position_names)
 
 
 def _column_names(topology, columns):
@@ -124,9 +138,20 @@ def _column_names(topology, columns):
     names = {}
     for joint in topology.joints:
         own = range(joint.velocities.start, joint.velocities.stop)
-        labels = joint.labels if len(joint.labels) == len(own) else map(str, range(len(own)))
+        labels = _velocity_labels(joint.labels, [topology.node_kind[k] for k in own])
         names |= {k: joint.name if len(own) == 1 else f"{joint.name} {d}" for k, d in zip(own, labels, strict=True)}
     return tuple(names.get(k, str(k)) for k in columns)
+
+
+def _velocity_labels(labels, kinds):
+    """Labels of a joint's velocities: those of its coordinates, rx ry rz for the four numbers of a quaternion."""
+    found, rest = [], list(labels)
+    for k, kind in enumerate(kinds):
+        if kind != "ball":
+            found.append(rest.pop(0) if rest else str(k))
+        elif kinds[:k].count("ball") % 3 == 0:
+            found, rest = [*found, "rx", "ry", "rz"], rest[4:]
+    return found
 
 
 class _Coordinates(eqx.Module):

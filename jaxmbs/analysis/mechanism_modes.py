@@ -28,8 +28,9 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
             pair of zero roots of each (Routh's).
 
     Returns: `Modes` by size of the roots; shapes (n + N, m) are coordinates, then velocities of each mode, largest
-    entry 1, without derivative.  Roots have derivatives where they are simple or their vectors complete; at a
-    defective one (a free motion's pair of zeros) none exists, and zero is returned.
+    entry 1, without derivative; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have derivatives where
+    they are simple or their vectors complete; at a defective one (a free motion's pair of zeros) none exists, and
+    zero is returned.
 
     Raises: UnknownNameError; ModelError for a coordinate left out that is not independent or, if that can be seen, on
     which something depends.
@@ -39,12 +40,14 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
             raise TypeError("modes of a mechanism are those about a state: modes(system, state)")
         mechanism = linearise(mechanism, state)
     A = _routh(mechanism, tuple(without)) if without else mechanism.state_space.A
+    out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
+    names = tuple(name for name in mechanism.state_names if name.removeprefix("rate of ") not in out)
     roots, shapes, left = eig(A)
     rounding = eig_rounding(A, shapes, left)
     shapes = jax.lax.stop_gradient(shapes)
     largest = jnp.take_along_axis(shapes, jnp.argmax(jnp.abs(shapes), axis=0)[None], axis=0)
     values = roots.real**2 + roots.imag**2
-    return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding)
+    return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding, coordinates=names)
 
 
 def _routh(lin, without):

@@ -10,7 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float, Inexact, Int
 
-from ..checks import known
+from ..checks import known, place_of
 from ..math.eigen import eigh, same
 from ..math.jit import jit
 from ..tables import short, told
@@ -52,6 +52,7 @@ class Modes(eqx.Module):
             first.
         left: (m, n), None of natural modes, mechanisms: the receptance is `sum_j shapes_j left_j / (s - root_j)`.
         rounding: (m,) [rad/s], None of natural modes: the error that rounding alone makes in a root, at most.
+        coordinates: names of the rows of `shapes` (n, static), `()` where the matrices had none; see `at`.
     """
 
     values: Float[Array, " m"]
@@ -60,6 +61,7 @@ class Modes(eqx.Module):
     roots: Complex[Array, " m"] | None = None
     left: Complex[Array, "m n"] | None = None
     rounding: Float[Array, " m"] | None = None
+    coordinates: tuple[str, ...] = eqx.field(static=True, default=())
 
     __repr__, _repr_html_ = told(_told)
 
@@ -67,6 +69,19 @@ class Modes(eqx.Module):
     def is_complex(self) -> bool:
         """Whether these are the modes of a damped system."""
         return self.roots is not None
+
+    def at(self, *names: str) -> Array:
+        """Shapes (k, m) at coordinates: "b x", "b" for all of a node; of a mechanism "pin", "ball rx", "ball" for all
+        of a joint, and their speeds as "rate of pin".
+
+        Raises: UnknownNameError, with the names near it.
+        """
+        rows: list[int] = []
+        for name in names:
+            own = [k for k, one in enumerate(self.coordinates) if one == name]
+            own = own or [k for k, one in enumerate(self.coordinates) if one.rpartition(" ")[0] == name]
+            rows += own or [place_of("coordinate", name, self.coordinates)]
+        return self.shapes[np.array(rows, int)]
 
     @property
     def is_unstable(self) -> Array:
@@ -107,13 +122,13 @@ class Modes(eqx.Module):
     def to_xarray(self, coordinates: Sequence[CoordinateLike] | None = None) -> Any:
         """An `xarray.Dataset` over `mode`: `frequency` [Hz], `damping_ratio`, and `shape` by coordinate.
 
-        Args: coordinates: names of the rows, `system.coordinates` (default: their numbers).
+        Args: coordinates: names of the rows (default: those of `coordinates`, else their numbers).
         """
         import xarray
 
         shapes = np.asarray(self.shapes)
         rows = (
-            [str(k) for k in range(len(shapes))]
+            list(self.coordinates or map(str, range(len(shapes))))
             if coordinates is None
             else [" ".join(filter(None, label(c))) for c in coordinates]
         )
@@ -142,8 +157,9 @@ class Modes(eqx.Module):
 
     def part(self, selection: slice | AnyArray) -> "Modes":
         """Some of the modes: `modes.part(slice(modes.num_rigid, None))` the elastic ones."""
-        others = (None if a is None else a[selection] for a in (self.roots, self.left, self.rounding))
-        return Modes(self.values[selection], self.shapes[:, selection], self.is_rigid[selection], *others)
+        roots, left, rounding = (None if a is None else a[selection] for a in (self.roots, self.left, self.rounding))
+        chosen = self.values[selection], self.shapes[:, selection], self.is_rigid[selection]
+        return Modes(*chosen, roots, left, rounding, self.coordinates)
 
     def acceleration(self, amplitudes: AnyArray, t: ScalarLike) -> Float[Array, " n"]:
         """`q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,), over all complex modes.

@@ -18,6 +18,7 @@ from .condensation import interface_basis, partition
 from .damping import complex_modes
 from .dynamic_stiffness import dense_response, direct_response
 from .eigenmodes import Modes, natural_modes
+from .labels import spoken
 from .receptances import receptance
 from .rest import StaticResponse, static_response
 from .rigid import rigid_rows
@@ -40,16 +41,20 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
     damped = system.damping is not None if damped is None else damped
     if num is not None and not 0 <= num <= system.num_rows:
         raise ValueError(f"num = {num}: there are {system.num_rows} modes")
+    names = tuple(map(spoken, system.coordinates))
     if isinstance(system.stiffness, BlockMatrix):
         if damped or num is None:
             raise ValueError("block matrices have natural modes, as many as asked: modes(system, num, damped=False)")
-        return lowest_modes(factor(system.stiffness), system.mass, num)
+        found = lowest_modes(factor(system.stiffness), system.mass, num)
+        return dataclasses.replace(found, coordinates=names)
     T, K, M, C = _with_mass(system.dense(), damped)
     if damped and C is not None:
         found = complex_modes(K=K, C=C, M=M).part(slice(0, None if num is None else 2 * num))
     else:
         found = natural_modes(K=K, M=M, num=num)
-    return found if T is None else eqx.tree_at(lambda m: m.shapes, found, T.astype(found.shapes.dtype) @ found.shapes)
+    if T is not None:
+        found = eqx.tree_at(lambda m: m.shapes, found, T.astype(found.shapes.dtype) @ found.shapes)
+    return dataclasses.replace(found, coordinates=names)
 
 
 def _with_mass(system, damped):

@@ -291,3 +291,38 @@ def test_ratio_and_frequency_of_a_damped_mass():
     modes = mbs.modes(system, mbs.State.at(system))
     np.testing.assert_allclose(modes.damping_ratios, c / (2 * np.sqrt(k * m)), rtol=1e-9)
     np.testing.assert_allclose(modes.frequencies, np.sqrt(k / m) / (2 * np.pi), rtol=1e-9)
+
+
+def test_states_and_modes_of_a_rolling_system_have_names():
+    """A disk on the table, held by a spring across: more coordinates than velocities, each with its name."""
+    b = mbs.SystemBuilder()
+    b.body("disk", mass=1.0, inertia=(0.1, 0.2, 0.1))
+    b.joint("free", mbs.Free(), "ground", "disk", parent_frame=(0.0, 0.0, 0.5))
+    b.constraint("contact", mbs.RollingDisk(0.5), between=("ground", "disk"))
+    b.force("spring", mbs.SpringDamper(stiffness=30.0), between=(("ground", (0.0, 0.0, 0.5)), "disk"))
+    system = b.build()
+    linear = mbs.linearise(system, mbs.State.at(system))
+    assert len(linear.positions) > len(linear.velocities)
+    columns = dict(zip(("free x", "free y", "free z", "free rx", "free ry", "free rz"), range(6), strict=True))
+    assert [columns[name] for name in linear.position_names] == list(linear.positions)
+    assert [columns[name] for name in linear.names] == list(linear.velocities)
+    assert len(linear.state_names) == len(linear.state_space.A)
+    modes = mbs.modes(linear)
+    assert modes.coordinates == linear.state_names
+    rolling = np.argmax(modes.frequencies)
+    np.testing.assert_allclose(modes.omega[rolling], np.sqrt(30.0 / (1.0 + 0.2 / 0.25)), rtol=1e-6)
+    for name in linear.names:  # x' = w x, by name
+        if name in linear.position_names:
+            place, rate = modes.at(name)[0, rolling], modes.at(f"rate of {name}")[0, rolling]
+            np.testing.assert_allclose(rate, modes.roots[rolling] * place, atol=1e-9)
+    with pytest.raises(mbs.UnknownNameError, match="did you mean 'free x'"):
+        modes.at("free xx")
+    with pytest.raises(mbs.ModelError, match="state_names"):
+        _ = linear.system
+
+
+def test_modes_of_a_linear_system_are_found_by_name():
+    chain = mbs.LinearSystem(mass=np.eye(3), stiffness=np.diag([3.0, 2.0, 1.0]), coordinates=["a x", "a y", "b x"])
+    modes = mbs.modes(chain)
+    np.testing.assert_allclose(np.abs(modes.at("a")), [[0, 0, 1], [0, 1, 0]], atol=1e-12)
+    np.testing.assert_allclose(np.abs(modes.part(slice(0, 1)).at("b x")), [[1]], atol=1e-12)
