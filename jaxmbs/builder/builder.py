@@ -74,6 +74,7 @@ class SystemBuilder:
         inertia: ArrayLike = 0.0,
         position: ArrayLike | None = None,
         rotation: ArrayLike | None = None,
+        any_inertia: bool = False,
     ) -> None:
         """A rigid body.
 
@@ -83,9 +84,10 @@ class SystemBuilder:
             inertia: about the centre of mass in body axes [kg m^2]: 0, three principal values or (3, 3).
             position, rotation: world pose of its frame in the reference pose, for joints given by `at=`; by default
                 the world frame: com and points are then given in world axes.
+            any_inertia: take principal inertias that no real body has, A + B < C, as some files have them.
         """
         pose = self._placed(f"body {name!r}", position, rotation)
-        self._add("body", self._model.bodies, declared.Body(name, mass, com, inertia, pose))
+        self._add("body", self._model.bodies, declared.Body(name, mass, com, inertia, pose, any_inertia))
 
     def elastic(
         self,

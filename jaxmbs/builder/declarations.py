@@ -21,13 +21,17 @@ GROUND = "ground"
 
 @dataclass
 class Body:
-    """A rigid body as declared; pose is its world pose in the reference pose, or None."""
+    """A rigid body as declared; pose is its world pose in the reference pose, or None.
+
+    `any_inertia`: whether its principal inertias may break A + B >= C.
+    """
 
     name: str
     mass: Annotated[Any, ArrayLike]
     com: Annotated[Any, ArrayLike]
     inertia: Annotated[Any, ArrayLike]
     pose: Pose | None
+    any_inertia: bool = False
 
 
 @dataclass

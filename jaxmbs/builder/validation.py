@@ -93,7 +93,7 @@ def _inertia_faults(where, body):
     a, b, c = np.linalg.eigvalsh(matrix)
     if a < -1e-9 * scale:
         return [f"{where}: inertia has the negative principal value {a:.6g}"]
-    if a + b < c * (1 - 1e-6):
+    if a + b < c * (1 - 1e-6) and not body.any_inertia:
         return [
             f"{where}: principal inertias {a:.6g}, {b:.6g}, {c:.6g} break A + B >= C; "
             "is the inertia about the centre of mass, in body axes?"

@@ -36,8 +36,8 @@ def read(options: argparse.Namespace) -> Imported:
 def posed(options: argparse.Namespace) -> tuple[System, State]:
     """The system and the state asked for; what was left out of the file is said."""
     model = read(options)
-    for sentence in model.dropped:
-        note(f"left out: {sentence}")
+    for sentence in model.remarks:
+        note(sentence)
     system = built(model)
     guess = {name: value for name, value in model.start.items() if name in system.topology.joint_index}
     state = State.at(system, dict(options.values), dict(options.velocities), guess)

@@ -15,8 +15,8 @@ def check(options: argparse.Namespace) -> int:
     """What a model has, its mobility and redundancy, and what its file had besides."""
     model = read(options)
     print(built(model).describe())
-    for sentence in model.dropped:
-        print(f"left out: {sentence}")
+    for sentence in model.remarks:
+        print(sentence)
     return 0
 
 

@@ -24,6 +24,9 @@ def add_equalities(builder, model, home, joints, names) -> list[str]:
             dropped.append(f"the equality {name!r} ({what}), which the file switches off")
         elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
             (first, near), (second, far) = _ends(model, e, home, kind == kinds.mjEQ_WELD)
+            if first == second:
+                dropped.append(f"the equality {name!r} ({what}): both its ends lie on {first!r}")
+                continue
             law = Weld() if kind == kinds.mjEQ_WELD else Spherical()
             builder.joint(name, law, first, second, as_pose(near), as_pose(far))
         elif kind == kinds.mjEQ_JOINT:

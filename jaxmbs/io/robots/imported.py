@@ -1,6 +1,6 @@
 """What reading a mechanism's file gives: a builder, and beside it what a mechanism here does not hold."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -28,6 +28,7 @@ class Imported:
         limits: by joint; they hold nothing back unless bump stops were asked for.
         start: coordinates by joint of the file's own initial pose, where not zero: `State.at(system, start)`.
         poses: such coordinates by the name of the file's key frames.
+        notes: what was taken otherwise than the file says it, one sentence each: names that collide, inertias mended.
     """
 
     builder: SystemBuilder
@@ -35,23 +36,47 @@ class Imported:
     limits: Mapping[str, JointLimits] = field(default_factory=dict)
     start: Mapping[str, Any] = field(default_factory=dict)
     poses: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __str__(self):
-        return "\n".join([repr(self.builder), *(f"  left out: {sentence}" for sentence in self.dropped)])
+        return "\n".join([repr(self.builder), *(f"  {sentence}" for sentence in self.remarks)])
+
+    @property
+    def remarks(self) -> list[str]:
+        """What was left out and what was taken otherwise, one sentence each."""
+        return [*(f"left out: {sentence}" for sentence in self.dropped), *(f"note: {note}" for note in self.notes)]
 
 
 class Names:
-    """Names of one kind of thing: what is taken gets a number behind it."""
+    """Names of one kind of thing: what is taken gets a number behind it.
+
+    Attributes:
+        renamed: by new name, the one that was taken.
+    """
 
     def __init__(self, *taken: str) -> None:
         self._taken = set(taken)
+        self._next: dict[str, int] = {}
+        self.renamed: dict[str, str] = {}
 
     def __call__(self, wanted: str) -> str:
-        name, number = wanted, 2
+        name, number = wanted, self._next.get(wanted, 2)
         while name in self._taken:
             name, number = f"{wanted} {number}", number + 1
         self._taken.add(name)
+        self._next[wanted] = number
+        if name != wanted:
+            self.renamed[name] = wanted
         return name
+
+    def notes(self, what: str) -> list[str]:
+        """A sentence for each name that was changed."""
+        return [f"{what} {old!r} is called {new!r}, as its name is taken" for new, old in self.renamed.items()]
+
+
+def own_frames(joints: Iterable[str]) -> list[str]:
+    """Names that the frames of joints take."""
+    return [f"{joint}.{end}" for joint in joints for end in ("parent", "child")]
 
 
 def counted(number: int, one: str, many: str | None = None) -> str:

@@ -57,10 +57,13 @@ class Home(NamedTuple):
     pose: tuple
 
 
-def declare(builder: SystemBuilder, links: list[Link], welds: bool = False) -> dict[str | None, Home]:
+def declare(
+    builder: SystemBuilder, links: list[Link], welds: bool = False, any_inertia: bool = False
+) -> dict[str | None, Home]:
     """Bodies, joints and frames of links, parents before children; the home of every link, None that of the ground.
 
-    Args: welds: a fixed link stays a body; else it is a frame of the body that carries it, its mass added there.
+    Args: welds: a fixed link stays a body; else it is a frame of the body that carries it, its mass added there;
+        any_inertia: inertias may break A + B >= C.
     """
     homes: dict[str | None, Home] = {None: Home(GROUND, HERE)}
     parts: dict[str, list] = {}
@@ -74,7 +77,7 @@ def declare(builder: SystemBuilder, links: list[Link], welds: bool = False) -> d
         if homes[link.name].body == link.name:
             for hidden in link.bodies[:-1]:
                 builder.body(hidden, 0.0)
-            builder.body(link.name, **combined(parts[link.name]))
+            builder.body(link.name, **combined(parts[link.name]), any_inertia=any_inertia)
     for link in links:
         body, (rotation, position) = homes[link.name]
         if body == link.name:

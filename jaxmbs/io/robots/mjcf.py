@@ -12,7 +12,7 @@ from ...joints import Weld
 from ...typing import ArrayLike
 from .compiled import FREE, SCALAR, link_joints, rotation, start_of
 from .equalities import add_equalities
-from .imported import Imported, JointLimits, Names, counted, listed
+from .imported import Imported, JointLimits, Names, counted, listed, own_frames
 from .link_tree import HERE, Link, LinkJoint, declare
 from .mjcf_text import Text, mjcf_text
 from .springs import add_actuators, add_springs
@@ -79,7 +79,7 @@ def _compiled(path: Path, text: Text):
 
 def _imported(model, dropped, welds, stops, rotors, controls):
     builder = SystemBuilder(_gravity(model))
-    names = Names("ground")
+    names = Names("ground", *own_frames(model.joint(j).name for j in range(model.njnt)))
     bodies = [None, *(names(model.body(k).name or f"body{k}") for k in range(1, model.nbody))]
     joint_names = Names()
     joints = [joint_names(name) for name in _joint_names(model, bodies)]
@@ -98,7 +98,8 @@ def _imported(model, dropped, welds, stops, rotors, controls):
     add_stops(builder, limits, stops)
     dropped += limits_left_out(limits, stops)
     poses = {model.key(k).name or f"key{k}": start_of(model, joints, model.key_qpos[k]) for k in range(model.nkey)}
-    return Imported(builder, tuple(dropped), limits, start_of(model, joints, model.qpos0), poses)
+    notes = names.notes("the body or site") + joint_names.notes("the joint or equality")
+    return Imported(builder, tuple(dropped), limits, start_of(model, joints, model.qpos0), poses, tuple(notes))
 
 
 def _gravity(model):

@@ -86,22 +86,25 @@ def add_actuators(builder, model, joints, controls) -> list[str]:
 
     Raises: UnknownNameError for controls of none of them.
     """
-    names, dropped, made, limited = Names("drives"), [], set(), []
+    taken = [*builder.declared.forces, *(f"{joint}.stop" for joint in joints)]
+    names, dropped, made, limited = Names("drives", *taken), [], set(), []
     for a in range(len(model.actuator_trntype)):
-        name = names(model.actuator(a).name or f"actuator{a}")
+        own = model.actuator(a).name or f"actuator{a}"
+        name = names(own)
         why = _beyond(model, a)
         if why:
             dropped.append(f"the actuator {name!r}: {why}")
             continue
         bias = np.array(model.actuator_biasprm[a][:3]) if model.actuator_biastype[a] else np.zeros(3)
         gear = model.actuator_gear[_output(model, a)][0]
-        law = Actuator(ServoEffort(controls.get(name, 0.0), model.actuator_gainprm[a][0], bias, gear))
+        law = Actuator(ServoEffort(controls.get(own, 0.0), model.actuator_gainprm[a][0], bias, gear))
         builder.force(name, law, joint=joints[model.actuator_trnid[a][0]])
-        made.add(name)
+        made.add(own)
         if model.actuator_forcelimited[a] or model.actuator_ctrllimited[a]:
             limited.append(name)
     for name in controls:
         place_of("actuator", name, made)
+    dropped += [f"the name of the actuator {old!r}, called {new!r} here" for new, old in names.renamed.items()]
     return dropped + ([f"limits of control and force of the actuators {listed(limited)}"] if limited else [])
 
 

@@ -9,11 +9,15 @@ from ...errors import ModelFileError
 from ...forces import SpringDamper
 from ...joints import Coupler, Free, Weld
 from ...typing import ArrayLike
-from .imported import Imported, JointLimits, Names, counted, listed
+from .imported import Imported, JointLimits, Names, listed, own_frames
+from .inertias import MODES
 from .link_tree import HERE, Link, LinkJoint, declare
 from .stops import add_stops, limits_left_out
-from .urdf_elements import inertial, named, urdf_joint
+from .urdf_elements import inertial, mimic_faults, named, urdf_joint
+from .urdf_unread import left_out, repeated
 from .xml_text import read_xml
+
+_MOST_FAULTS = 50
 
 
 def read_urdf(
@@ -23,6 +27,7 @@ def read_urdf(
     fixed: str = "frames",
     stops: float | None = None,
     gravity: ArrayLike = (0.0, 0.0, -9.81),
+    inertias: str = "refuse",
 ) -> Imported:
     """A mechanism from a URDF file: links, inertias, joints, mimic joints as couplers, damping of joints.
 
@@ -35,44 +40,66 @@ def read_urdf(
             it; "welds" keeps them bodies, so that `reactions` gives what the fixed joint carries.
         stops: stiffness of the bump stops that limits of joints become [N m/rad^2 or N/m^2]; None makes none.
         gravity: (3,) [m/s^2].
+        inertias: of principal inertias that no body can have, A + B < C: "refuse" makes them faults but where
+            rounding to four digits explains them; "repair" takes the nearest that a body can have, "accept" takes
+            them as they are, both with a note.
 
-    Raises: ModelFileError with every fault of the file; ValueError for an unknown `base` or `fixed`.
+    A link with a name that is taken, as "ground" is, gets another one, which `notes` says.
+
+    Raises: ModelFileError with every fault of the file; ValueError for unknown options.
     """
     path = Path(path)
-    for what, given, among in (("base", base, ("fixed", "free")), ("fixed", fixed, ("frames", "welds"))):
+    options = {
+        "base": (base, ("fixed", "free")),
+        "fixed": (fixed, ("frames", "welds")),
+        "inertias": (inertias, MODES),
+    }
+    for what, (given, among) in options.items():
         if given not in among:
             raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
-    robot = read_xml(path)
-    faults: list[str] = []
-    if robot.tag != "robot":
-        raise ModelFileError(path, [f"its outermost element is <{robot.tag}>, that of a URDF is <robot>"])
+    robot = _robot(path)
+    faults, notes = list(repeated(robot)), list[str]()
     bodies = named(robot, "link", faults)
     joints = {name: urdf_joint(name, element, faults) for name, element in named(robot, "joint", faults).items()}
-    inertias = {
-        name: inertial(f"link {name!r}", element.find("inertial"), faults) for name, element in bodies.items()
+    masses = {
+        name: inertial(f"link {name!r}", element.find("inertial"), inertias, faults, notes)
+        for name, element in bodies.items()
     }
     order = _order(bodies, joints, faults)
-    for joint in joints.values():
-        if joint.mimic is not None and joint.mimic[0] not in joints:
-            faults.append(f"joint {joint.name!r}: {no_such('joint', joint.mimic[0], joints)} (mimic)")
+    faults += mimic_faults(joints)
     if faults:
-        raise ModelFileError(path, faults)
+        more = [f"and {len(faults) - _MOST_FAULTS} more"] if len(faults) > _MOST_FAULTS else []
+        raise ModelFileError(path, faults[:_MOST_FAULTS] + more)
 
     carried = {joint.child: joint for joint in joints.values()}
     root = LinkJoint(Names(*joints)("base"), Weld() if base == "fixed" else Free())
+    rename = Names("ground", *own_frames([*joints, root.name]))
+    called = {name: rename(name) for name in order}
     links = []
     for name in order:
         joint = carried.get(name)
-        parent, place, own = (None, HERE, root) if joint is None else (joint.parent, joint.place, joint.joint)
-        links.append(Link(name, parent, place, (own,), *inertias[name]))
+        parent, place, own = (None, HERE, root) if joint is None else (called[joint.parent], joint.place, joint.joint)
+        links.append(Link(called[name], parent, place, (own,), *masses[name]))
     builder = SystemBuilder(gravity)
-    declare(builder, links, welds=fixed == "welds")
+    declare(builder, links, welds=fixed == "welds", any_inertia=inertias == "accept")
     moving = [joint for joint in joints.values() if not isinstance(joint.joint.kind, Weld)]
-    _laws(builder, moving)
+    notes += rename.notes("link") + _laws(builder, joints)
     limits = {joint.name: joint.limits for joint in moving if joint.limits != JointLimits()}
     add_stops(builder, limits, stops)
-    dropped = [*_left_out(robot, moving), *limits_left_out(limits, stops)]
-    return Imported(builder, tuple(dropped), limits)
+    rubbing = [joint.name for joint in moving if joint.friction]
+    undamped = [joint.name for joint in moving if joint.damping and len(joint.joint.kind.nodes) > 1]
+    dropped = [*left_out(robot, rubbing, undamped), *limits_left_out(limits, stops)]
+    return Imported(builder, tuple(dropped), limits, notes=tuple(notes))
+
+
+def _robot(path):
+    """The outermost element.  Raises: ModelFileError where it is no robot, or has macros that must be expanded."""
+    robot = read_xml(path)
+    if robot.tag != "robot":
+        raise ModelFileError(path, [f"its outermost element is <{robot.tag}>, that of a URDF is <robot>"])
+    if any("xacro}" in element.tag for element in robot.iter()):
+        raise ModelFileError(path, ["it holds macros of xacro: expand them first, `xacro model.xacro > model.urdf`"])
+    return robot
 
 
 def _order(bodies, joints, faults):
@@ -81,7 +108,9 @@ def _order(bodies, joints, faults):
     carried: dict = {}
     for joint in joints.values():
         lost = [end for end in (joint.parent, joint.child) if end and end not in bodies]
-        faults += [f"joint {joint.name!r}: {no_such('link', end, bodies)}" for end in lost]
+        faults += [
+            f"joint {joint.name!r}: {no_such('link', end, bodies)}" for end in lost[: _MOST_FAULTS - len(faults)]
+        ]
         if lost or not joint.parent or not joint.child:
             continue
         if joint.child in carried:
@@ -105,23 +134,19 @@ def _order(bodies, joints, faults):
 
 
 def _laws(builder, joints):
-    names = {joint.name for joint in joints}
-    for joint in joints:
-        if joint.mimic is not None:
+    """Mimic joints as couplers, damping as dampers; notes on what mimics nothing that moves."""
+    moving = {name for name, joint in joints.items() if not isinstance(joint.joint.kind, Weld)}
+    names, notes = Names(*joints), []
+    for name, joint in joints.items():
+        if joint.mimic is not None and name in moving:
             leader, factor, offset = joint.mimic
-            led = {leader: -factor} if leader in names else {}  # a fixed joint leads nowhere
-            builder.constraint(f"{joint.name}.mimic", Coupler({joint.name: 1.0, **led}, offset))
+            led = {leader: -factor} if leader in moving else {}
+            builder.constraint(names(f"{name}.mimic"), Coupler({name: 1.0, **led}, offset))
+            if not led or factor == 0:
+                why = "its multiplier is zero" if led else f"its leader {leader!r} is fixed"
+                notes.append(f"joint {name!r} is held at {offset:g}, the offset of its mimic: {why}")
+        elif joint.mimic is not None:
+            notes.append(f"joint {name!r} is fixed: its mimic says nothing")
         if joint.damping and len(joint.joint.kind.nodes) == 1:
-            builder.force(f"{joint.name}.damper", SpringDamper(damping=joint.damping), joint=joint.name)
-
-
-def _left_out(robot, joints):
-    rubbing = [joint.name for joint in joints if joint.friction]
-    if rubbing:
-        yield f"friction of the joints {listed(rubbing)}"
-    shapes = sum(len(link.findall("collision")) for link in robot.findall("link"))
-    if shapes:
-        yield f"contacts of {counted(shapes, 'collision shape')}"
-    known = {"link", "joint", "material"}
-    for tag in dict.fromkeys(child.tag for child in robot if child.tag not in known):
-        yield counted(len(robot.findall(tag)), f"<{tag}> element")
+            builder.force(f"{name}.damper", SpringDamper(damping=joint.damping), joint=name)
+    return notes

@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...checks import no_such
 from ...joints import AbstractJoint, Free, Planar, Prismatic, Revolute, Weld
-from .imported import JointLimits
+from .imported import JointLimits, listed
+from .inertias import checked_inertia
 from .link_tree import LinkJoint
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -44,20 +46,26 @@ def named(robot, tag, faults) -> dict:
     return found
 
 
-def _number(where, element, key, faults, default: float | None = None) -> float:
-    """An attribute; it must be there where no default is given."""
+def _number(where, element, key, faults, default: float | None = None, unbounded: bool = False) -> float:
+    """An attribute; it must be there where no default is given, and finite unless it may be unbounded."""
     value = default if element is None else element.get(key, default)
     if value is None:
         faults.append(f"{where}: {key} is missing")
         return 0.0
     try:
-        number = float(value)
-        if not np.isnan(number):
+        number = _real(value)
+        if np.isfinite(number) or (np.isinf(number) and unbounded):
             return number
+        faults.append(f"{where}: {key}={value!r} is not finite")
     except ValueError:
-        pass
-    faults.append(f"{where}: {key}={value!r} is not a number")
+        faults.append(f"{where}: {key}={value!r} is not a number")
     return default or 0.0
+
+
+def _real(text) -> float:
+    if "_" in str(text):  # Python's own way to write long numbers
+        raise ValueError(text)
+    return float(text)
 
 
 def _vector(where, element, key, faults, default=(0.0, 0.0, 0.0)) -> np.ndarray:
@@ -65,7 +73,7 @@ def _vector(where, element, key, faults, default=(0.0, 0.0, 0.0)) -> np.ndarray:
     if text is None:
         return np.array(default)
     try:
-        found = np.array([float(word) for word in text.split()])
+        found = np.array([_real(word) for word in text.split()])
         if found.shape == (3,) and np.all(np.isfinite(found)):
             return found
     except ValueError:
@@ -84,8 +92,8 @@ def _origin(where, element, faults):
     return yaw @ pitch @ roll, at
 
 
-def inertial(where, element, faults):
-    """Mass, centre of mass and inertia about it, in the link's axes."""
+def inertial(where, element, mode, faults, notes):
+    """Mass, centre of mass and inertia about it, in the link's axes; `mode`: of inertias that no body can have."""
     if element is None:
         return 0.0, np.zeros(3), np.zeros((3, 3))
     mass = _number(f"{where}, mass", element.find("mass"), "value", faults)
@@ -97,6 +105,7 @@ def inertial(where, element, faults):
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if np.max(np.abs(inertia)) <= _POINT**2 * mass:
         inertia = np.zeros((3, 3))
+    inertia = checked_inertia(where, inertia, mode, faults, notes)
     return mass, at, R @ inertia @ R.T
 
 
@@ -119,8 +128,8 @@ def urdf_joint(name, element, faults) -> UrdfJoint:
     limits = JointLimits()
     if limit is not None and kind in ("revolute", "continuous", "prismatic"):
         ends_of_stroke = ("lower", "upper") if kind != "continuous" else ()
-        given = {key: _number(where, limit, key, faults, 0.0) for key in ends_of_stroke}
-        given |= {key: _number(where, limit, key, faults, np.inf) for key in ("velocity", "effort")}
+        given = {key: _number(where, limit, key, faults, 0.0, True) for key in ends_of_stroke}
+        given |= {key: _number(where, limit, key, faults, np.inf, True) for key in ("velocity", "effort")}
         limits = JointLimits(**given)
         if limits.lower > limits.upper:
             faults.append(f"{where}: its lower limit lies above its upper one")
@@ -135,6 +144,34 @@ def urdf_joint(name, element, faults) -> UrdfJoint:
         _number(where, dynamics, "friction", faults, 0.0),
         _mimic(where, element.find("mimic"), faults),
     )
+
+
+def mimic_faults(joints: dict[str, UrdfJoint]) -> list[str]:
+    """Mimics of no joint, of a joint by itself, of or by joints of several coordinates, and rings of them."""
+    faults, leaders = [], {}
+    for name, joint in joints.items():
+        if joint.mimic is None:
+            continue
+        where, leader = f"joint {name!r}", joint.mimic[0]
+        if leader not in joints:
+            faults.append(f"{where}: {no_such('joint', leader, joints)} (mimic)")
+            continue
+        if leader == name:
+            faults.append(f"{where} mimics itself")
+            continue
+        several = [one for one in (name, leader) if len(joints[one].joint.kind.nodes) > 1]
+        faults += [f"{where}: it mimics {leader!r}, but {one!r} has several coordinates" for one in several]
+        leaders[name] = leader
+    done: set[str] = set()
+    for name in leaders:
+        chain = [name]
+        while (following := leaders.get(chain[-1])) is not None and following not in done and following not in chain:
+            chain.append(following)
+        if following in chain:
+            ring = chain[chain.index(following) :]
+            faults.append(f"joints {listed(ring)} mimic one another in a ring")
+        done |= set(chain)
+    return faults
 
 
 def _end(where, end, element, faults) -> str:
