@@ -1,7 +1,19 @@
 """The errors of the library: a wrong model, an unknown name, a pose that cannot be assembled, a failed motion."""
 
+import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+
+def printable(text: str) -> str:
+    """A text whose control characters, which a terminal would obey, are written out: `\\x1b`; lines and tabs stay."""
+    if text.replace("\n", "").replace("\t", "").isprintable():
+        return text
+    return "".join(char.encode("unicode_escape").decode() if _is_control(char) else char for char in text)
+
+
+def _is_control(char):
+    return char not in "\n\t" and unicodedata.category(char) in ("Cc", "Cf", "Cs", "Zl", "Zp")
 
 
 class ModelError(ValueError):
@@ -15,7 +27,7 @@ class ModelError(ValueError):
         self.faults = [faults] if isinstance(faults, str) else list(faults)
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         lines = [f"  {number}. {fault}" for number, fault in enumerate(self.faults, start=1)]
-        super().__init__("\n".join([f"{what} has {count}:", *lines]))
+        super().__init__(printable("\n".join([f"{what} has {count}:", *lines])))
 
     def __reduce__(self):
         return type(self), (self.faults,)
@@ -40,7 +52,8 @@ class ModelFileError(ModelError):
 class UnknownNameError(ValueError, KeyError):
     """A question that names what is not there: the model may well be right."""
 
-    __str__ = ValueError.__str__
+    def __str__(self):
+        return printable(ValueError.__str__(self))
 
 
 class AssemblyError(ValueError):
@@ -54,7 +67,7 @@ class AssemblyError(ValueError):
         self.message = message
         self.residuals = dict(residuals or {})
         lines = [f"  {name}: {float(value):.3g}" for name, value in self.residuals.items()]
-        super().__init__("\n".join([message, *lines]))
+        super().__init__(printable("\n".join([message, *lines])))
 
     def __reduce__(self):
         return type(self), (self.message, self.residuals)
@@ -70,7 +83,7 @@ class SimulationError(RuntimeError):
     def __init__(self, message: str, motion: Any = None) -> None:
         self.message = message
         self.motion = motion
-        super().__init__(message)
+        super().__init__(printable(message))
 
     def __reduce__(self):
         return type(self), (self.message, self.motion)
@@ -86,7 +99,7 @@ class BatchError(RuntimeError):
     def __init__(self, message: str, batch: Any = None) -> None:
         self.message = message
         self.batch = batch
-        super().__init__(message)
+        super().__init__(printable(message))
 
     def __reduce__(self):
         return type(self), (self.message, self.batch)

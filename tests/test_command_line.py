@@ -185,3 +185,16 @@ def _mask():
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def test_names_of_files_do_not_steer_the_terminal(folder, capsys):
+    """Escape sequences in names of joints, of files and in what they hold come out as text."""
+    strange = "pin\x1b[31m"
+    builder = mbs.SystemBuilder()
+    builder.body("arm", 1.0, (0.0, 0.0, -1.0), (0.1, 0.1, 0.1))
+    builder.joint(strange, mbs.Revolute("y"), "ground", "arm")
+    mbs.save_model(builder, "a.json")
+    said_of = [said(capsys, "check", "a.json"), said(capsys, "check", "no\x1b[31m.urdf", status=1)]
+    said_of.append(said(capsys, "reactions", "a.json", "--set", "no\x1b[31m=1", status=1))
+    for told in said_of:
+        assert "\x1b" not in told.out + told.err and "\\x1b[31m" in told.out + told.err

@@ -2,7 +2,17 @@
 
 import pickle
 
-from jaxmbs.errors import AssemblyError, BatchError, ModelError, SimulationError
+import pytest
+
+from jaxmbs.errors import (
+    AssemblyError,
+    BatchError,
+    ModelError,
+    ModelFileError,
+    SimulationError,
+    UnknownNameError,
+    printable,
+)
 
 
 def test_model_error_lists_every_fault():
@@ -25,3 +35,20 @@ def test_simulation_error_keeps_the_motion():
 def test_batch_error():
     error = pickle.loads(pickle.dumps(BatchError("interrupted", batch=[1.0])))
     assert error.batch == [1.0] and "interrupted" in str(error)
+
+
+CONTROL = "a\x1b]0;owned\x07b\x9b31m\u202e\r\x08\u2028c"
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        *(ModelError([CONTROL]), ModelFileError(CONTROL, ["x"]), UnknownNameError(CONTROL), AssemblyError(CONTROL)),
+        *(AssemblyError("x", {CONTROL: 1.0}), SimulationError(CONTROL), BatchError(CONTROL)),
+    ],
+)
+def test_names_do_not_steer_a_terminal(error):
+    """Escape sequences, bells, carriage returns, reversed writing; letters of all languages stay."""
+    for text in (str(error), str(pickle.loads(pickle.dumps(error)))):
+        assert text.replace("\n", "").isprintable() and "\\x1b]0;owned\\x07b" in text
+    assert printable("Größe\n\t机 \u00a0") == "Größe\n\t机 \u00a0"

@@ -209,8 +209,6 @@ class SystemBuilder:
     ) -> None:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
-        if name == "drives":
-            self._faults.append("force 'drives': the account of work keeps that name for driven joints")
         self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
 
     def constraint(

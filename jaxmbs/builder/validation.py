@@ -9,7 +9,6 @@ from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, Abstra
 from ..forces.ports import JointPort, LinePort, SystemPort, port_of
 from ..forces.signals import as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
-from ..model.inertia import as_matrix
 from .declarations import GROUND, Model, as_pose, resolve
 from .elastic import entry_faults
 
@@ -23,6 +22,7 @@ def model_faults(model: Model) -> list[str]:
         found.append(f"gravity must be three numbers, got shape {model.gravity.shape}")
     if broken(lambda g: ~np.isfinite(g), model.gravity):
         found.append(f"gravity is not finite: {np.asarray(model.gravity)}")
+    found += _name_faults(model)
     for body in bodies.values():
         found += body_faults(body)
     for frame in frames.values():
@@ -36,6 +36,17 @@ def model_faults(model: Model) -> list[str]:
         found += force_faults(force, bodies, frames, joints)
     for item in model.constraints.values():
         found += constraint_faults(item, bodies, frames, joints)
+    return found
+
+
+def _name_faults(model):
+    """Names that two things have, or that the library keeps; the builder's verbs refuse them, files may have them."""
+    places = {"body": model.bodies, "frame": model.frames}
+    found = [f"{what} 'ground': the name is taken" for what, table in places.items() if GROUND in table]
+    found += [f"frame {name!r}: a body has this name" for name in model.frames if name in model.bodies]
+    found += [f"constraint {name!r}: a joint has this name" for name in model.constraints if name in model.joints]
+    if "drives" in model.forces:
+        found.append("force 'drives': the account of work keeps that name for driven joints")
     return found
 
 
@@ -82,8 +93,8 @@ def body_faults(body) -> list[str]:
 
 
 def _inertia_faults(where, body):
-    with jax.ensure_compile_time_eval():  # a constant inside a traced build
-        matrix = np.asarray(as_matrix(body.inertia), float)
+    matrix = np.asarray(body.inertia, float)  # on the host: many bodies, and constants inside a traced build
+    matrix = matrix if matrix.ndim == 2 else np.diag(matrix * np.ones(3))
     if not np.all(np.isfinite(matrix)):
         return [f"{where}: inertia is not finite"]
     scale = max(np.abs(matrix).max(), 1e-300)

@@ -11,6 +11,7 @@ import sys
 
 from . import interrupts
 from .parser import parser
+from .terminal import note
 
 __all__ = ["main", "process"]
 
@@ -32,7 +33,7 @@ def main(argv: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python's own flush at the end is quiet too
         return NO_READER
     except (ValueError, TypeError, RuntimeError, OSError, ImportError) as error:
-        print(f"error: {_words(error)}", file=sys.stderr)
+        note(f"error: {_words(error)}")
         return FAULT
 
 

@@ -1,10 +1,8 @@
 """Models named on the command line, and poses of them."""
 
 import argparse
-import sys
 import warnings
 from pathlib import Path
-from typing import Any
 
 from ..builder import SystemBuilder
 from ..errors import ModelFileError
@@ -12,6 +10,7 @@ from ..io import Imported, load_model, read_mjcf, read_urdf
 from ..kinematics.state import State
 from ..model.system import System
 from .installation import prepare
+from .terminal import note
 
 
 def read(options: argparse.Namespace) -> Imported:
@@ -52,8 +51,3 @@ def built(model: Imported) -> System:
     for warning in said:
         note(f"warning: {warning.message}")
     return system
-
-
-def note(line: Any) -> None:
-    """A line on the error stream."""
-    print(line, file=sys.stderr)

@@ -8,15 +8,16 @@ import numpy as np
 from .. import questions
 from ..motion import Motion
 from .files import write_table
-from .models import built, note, posed, read
+from .models import built, posed, read
+from .terminal import note, say
 
 
 def check(options: argparse.Namespace) -> int:
     """What a model has, its mobility and redundancy, and what its file had besides."""
     model = read(options)
-    print(built(model).describe())
+    say(built(model).describe())
     for sentence in model.remarks:
-        print(sentence)
+        say(sentence)
     return 0
 
 
@@ -40,17 +41,15 @@ def simulate(options: argparse.Namespace) -> int:
 
 def _summarise(system, motion: Motion):
     energy = np.asarray(motion.diagnostics.kinetic + motion.diagnostics.potential)
-    print(f"{motion.status}: {len(motion.ts)} times to {float(motion.end.t):.6g} s")
-    print(
-        f"energy residual {np.max(np.abs(motion.diagnostics.energy_residual)):.3g} J of {np.ptp(energy):.3g} J moved"
-    )
+    say(f"{motion.status}: {len(motion.ts)} times to {float(motion.end.t):.6g} s")
+    say(f"energy residual {np.max(np.abs(motion.diagnostics.energy_residual)):.3g} J of {np.ptp(energy):.3g} J moved")
     rows = [(name, np.asarray(q)) for name, q in system.coordinates(motion.states).items()]
     width = max((len(name) for name, _ in rows), default=5)
-    print(f"{'joint':<{width}}  {'start':>12}  {'end':>12}  {'least':>12}  {'most':>12}")
+    say(f"{'joint':<{width}}  {'start':>12}  {'end':>12}  {'least':>12}  {'most':>12}")
     for name, q in rows:
         for k, x in enumerate(q.reshape(len(q), -1).T):
             label = name if q.ndim == 1 else f"{name} {k}"
-            print(f"{label:<{width}}  {x[0]:>12.6g}  {x[-1]:>12.6g}  {x.min():>12.6g}  {x.max():>12.6g}")
+            say(f"{label:<{width}}  {x[0]:>12.6g}  {x[-1]:>12.6g}  {x.min():>12.6g}  {x.max():>12.6g}")
 
 
 def reactions(options: argparse.Namespace) -> int:
@@ -61,14 +60,14 @@ def reactions(options: argparse.Namespace) -> int:
         write_table(loads, options.out)
         return 0
     width = max((len(name) for name in loads), default=5)
-    print(f"{'joint':<{width}}" + "".join(f"  {what:>12}" for what in _COMPONENTS))
+    say(f"{'joint':<{width}}" + "".join(f"  {what:>12}" for what in _COMPONENTS))
     for name, load in loads.items():
         numbers = [*np.asarray(load.force), *np.asarray(load.moment)]
         marks = [*load.unique_force, *load.unique_moment]
         cells = [f"{x:.6g}{'' if known else '*'}" for x, known in zip(numbers, marks, strict=True)]
-        print(f"{name:<{width}}" + "".join(f"  {cell:>12}" for cell in cells))
+        say(f"{name:<{width}}" + "".join(f"  {cell:>12}" for cell in cells))
     if any(not all([*load.unique_force, *load.unique_moment]) for _, load in loads.items()):
-        print("* statics alone does not determine it in the joint's axes")
+        say("* statics alone does not determine it in the joint's axes")
     return 0
 
 
@@ -86,7 +85,7 @@ def modes(options: argparse.Namespace) -> int:
     if options.out:
         write_table(modes, options.out)
         return 0
-    print(f"{'mode':>4}  {'frequency [Hz]':>14}  {'damping ratio':>14}")
+    say(f"{'mode':>4}  {'frequency [Hz]':>14}  {'damping ratio':>14}")
     for k, (frequency, ratio) in enumerate(zip(modes.frequencies, modes.damping_ratios, strict=True)):
-        print(f"{k:>4}  {float(frequency):>14.6g}  {float(ratio):>14.6g}")
+        say(f"{k:>4}  {float(frequency):>14.6g}  {float(ratio):>14.6g}")
     return 0

@@ -1,5 +1,6 @@
 """Bonds between components: rigid ones, joints that leave directions free, bushings with damping and mass."""
 
+import operator
 from collections.abc import Sequence
 
 import equinox as eqx
@@ -40,8 +41,8 @@ def rigid(first: End, second: End = GROUND) -> Bond:
     """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
 
     Args: first, second: a component's name (its whole interface), one of its nodes, "stage.top", or a coordinate,
-        "stage.top z"; or `(name, node)`, `(name, nodes)`, `(name, numbers)` of interface coordinates; second also
-        "ground".  Source: S1 (1)-(2).
+        "stage.top z"; or `(name, node)`, `(name, nodes)`, `(name, numbers)` of interface coordinates, or
+        `(name, [(node, direction)])` as systems label them; second also "ground".  Source: S1 (1)-(2).
     """
     return Bond((_end(first), _end(second)))
 
@@ -84,8 +85,27 @@ def _end(end):
     if isinstance(end, str):
         name, _, node = end.partition(".")
         return name, (node,) if node else None
+    words = f"an end of a bond is a component's name, 'stage.top', 'stage.top z' or (name, which), not {end!r}"
+    if not (isinstance(end, tuple | list) and len(end) == 2 and isinstance(end[0], str)):
+        raise TypeError(words)
     name, which = end
-    return name, (which,) if isinstance(which, str | int) else tuple(which)
+    if isinstance(which, str | int | np.integer):
+        return name, (_label(which, words),)
+    if not np.iterable(which):
+        raise TypeError(words)
+    return name, tuple(_label(one, words) for one in which)
+
+
+def _label(one, words):
+    """A node, a number, or a coordinate: as text, or as the pair (node, direction) that systems label it by."""
+    if isinstance(one, str):
+        return one
+    if isinstance(one, tuple | list) and len(one) == 2 and all(isinstance(part, str) for part in one):
+        return " ".join(one).strip()
+    try:
+        return operator.index(one)
+    except TypeError:
+        raise TypeError(words) from None
 
 
 def resolved_in(reduced: Reduced, axes, coordinates) -> Reduced:

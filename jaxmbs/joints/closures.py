@@ -96,7 +96,15 @@ class Coupler(eqx.Module):
     def faults(self) -> list[str]:
         zero = self.function is None and known(self.coefficients) and not np.any(self.coefficients)
         infinite = any(broken(lambda x: ~np.isfinite(x), value) for value in (self.coefficients, self.offset))
-        return faults_if((zero, "all its coefficients are zero"), (infinite, "its numbers are not finite"))
+        return faults_if(
+            (zero, "all its coefficients are zero"),
+            (infinite, "its numbers are not finite"),
+            (len(set(self.joints)) < len(self.joints), f"it names a joint twice: {', '.join(self.joints)}"),
+            (
+                np.shape(self.coefficients) != (len(self.joints),),
+                f"it has {np.size(self.coefficients)} coefficients for {len(self.joints)} joints",
+            ),
+        )
 
 
 class VelocityRows(eqx.Module):

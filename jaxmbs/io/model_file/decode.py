@@ -59,7 +59,7 @@ def decoded(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
     if is_array(wanted) and _is_numeric(value, wanted):
         found = _array(value)
         numeric = found is not None and (not np.iscomplexobj(found) or _has_shape(wanted))
-        own = as_array(found, None) if numeric else _NOTHING
+        own = (as_array(found, None) if _is_leaf(wanted) else found) if numeric else _NOTHING
     elif isinstance(value, dict):
         own = _object(value, where, faults)
     elif isinstance(value, list):
@@ -80,6 +80,11 @@ def _is_numeric(value, wanted):
     if isinstance(value, dict):
         return value.keys() == {"real", "imag"}
     return isinstance(value, list | int | float) and not isinstance(value, bool)
+
+
+def _is_leaf(wanted):
+    """Whether the annotation wants an array of JAX; declarations of a builder take one of NumPy, which is quicker."""
+    return not any(one is np.ndarray for one in alternatives(wanted))
 
 
 def _has_shape(wanted):
@@ -197,7 +202,7 @@ def record(kind: type, values: dict, where: str, faults: list[str]) -> Any:
 def _fields(wanted, defaults, values, where, faults):
     """Values by field; what is not given is its default, else None."""
     odd = [key for key in values if key not in wanted]
-    faults += [f"{where}: {no_such('field', key, wanted)}" for key in odd]
+    _say_odd(odd, "field", wanted, where, faults)
     found = {}
     for name, kind in wanted.items():
         if name in values:
@@ -210,10 +215,19 @@ def _fields(wanted, defaults, values, where, faults):
     return LOST if odd or any(item is LOST for item in found.values()) else found
 
 
+def _say_odd(odd, what, among, where, faults):
+    """Keys that have no place there, the first of them in full."""
+    faults += [f"{where}: {no_such(what, key, among)}" for key in odd[:_MOST_FAULTS]]
+    if len(odd) > _MOST_FAULTS:
+        faults.append(f"{where}: there are {len(odd) - _MOST_FAULTS} more keys that have no place there")
+
+
 def _builder(value, where, faults):
     odd = [key for key in value if key not in ("type", "gravity", *ROWS)]
-    faults += [f"{where}: {no_such('table', key, ROWS)}" for key in odd]
-    gravity = decoded(value.get("gravity"), jnp.ndarray, f"{where}.gravity", faults)
+    _say_odd(odd, "table", ["gravity", *ROWS], where, faults)
+    if "gravity" not in value:
+        faults.append(f"{where}: gravity is missing")
+    gravity = decoded(value.get("gravity", [0.0, 0.0, 0.0]), jnp.ndarray, f"{where}.gravity", faults)
     builder, before = SystemBuilder(np.zeros(3) if gravity is LOST else gravity), len(faults)
     for name in ROWS:
         rows = value.get(name, {})
@@ -222,8 +236,12 @@ def _builder(value, where, faults):
             continue
         kind, table = ROWS[name], getattr(builder.declared, name)
         for key, row in rows.items():
+            if len(faults) > _MOST_FAULTS:
+                return LOST
             at = f"{where}.{name}.{key}"
-            made = record(kind, {"name": key, **row}, at, faults) if isinstance(row, dict) else LOST
+            if isinstance(row, dict) and row.get("name", key) != key:
+                faults.append(f"{at}: it calls itself {_short(row['name'])}")
+            made = record(kind, {**row, "name": key}, at, faults) if isinstance(row, dict) else LOST
             if not isinstance(row, dict):
                 faults.append(f"{at}: it must be a mapping")
             if made is not LOST:

@@ -1,11 +1,14 @@
 """Model files written and read: JSON of version 1."""
 
+import collections
 import json
 import os
 from pathlib import Path
 from typing import Any
 
 from ...errors import ModelError, ModelFileError
+from ...kinematics.state import State
+from ...model.system import System
 from ..regular_file import read_bytes
 from ..whole_file import whole_file
 from .decode import LOST, decoded
@@ -14,6 +17,7 @@ from .encode import encoded
 VERSION = 1
 MOST_BYTES = 1_000_000_000
 _WIDTH = 118
+_MOST_FAULTS = 100
 
 
 def save_model(model: Any, path: str | os.PathLike) -> None:
@@ -26,9 +30,13 @@ def save_model(model: Any, path: str | os.PathLike) -> None:
 
     Functions are written by the name that `mbs.register` gave them.
 
-    Raises: ModelError for a builder with faults, traced numbers, and functions and classes without a name, all in one
-    report; OSError where the file cannot be written.
+    Raises: ModelError for a built `System` (give the builder), a builder with faults, traced numbers, and functions
+    and classes without a name, all in one report; OSError where the file cannot be written.
     """
+    if isinstance(model, System):
+        raise ModelError(["a built System is not written: give save_model the builder that it was built from"])
+    if isinstance(model, State):
+        raise ModelError(["a State is not written: save the builder, and the coordinates by joint beside it"])
     faults: list[str] = []
     content = encoded(model, "model", faults)
     if faults:
@@ -49,15 +57,23 @@ def load_model(path: str | os.PathLike) -> Any:
     if type(version) is not int:
         raise ModelFileError(path, ['it is no model file: it does not begin with "jaxmbs model"'])
     if version != VERSION:
-        raise ModelFileError(path, [f"it is of version {version}; this release reads version {VERSION}"])
-    faults = [f"there is {key!r} beside the model" for key in document if key not in ("jaxmbs model", "model")]
+        raise ModelFileError(path, [_of_version(version)])
+    beside = [key for key in document if key not in ("jaxmbs model", "model")]
+    faults = [f"there is {', '.join(map(repr, beside[:10]))} beside the model"] if beside else []
+    faults += [] if "model" in document else ["it has no model"]
     try:
         found = decoded(document.get("model"), Any, "model", faults)
     except RecursionError as error:
         raise ModelFileError(path, ["its values are nested too deep"]) from error
     if faults or found is LOST:
-        raise ModelFileError(path, faults)
+        more = [f"and {len(faults) - _MOST_FAULTS} more"] if len(faults) > _MOST_FAULTS else []
+        raise ModelFileError(path, faults[:_MOST_FAULTS] + more)
     return found
+
+
+def _of_version(version):
+    way = "a later release reads it" if version > VERSION else "no release wrote it"
+    return f"it is of version {version}; this release reads version {VERSION}: {way}"
 
 
 def _json(path, content):
@@ -65,8 +81,8 @@ def _json(path, content):
         found = dict(pairs)
         if len(found) < len(pairs):
             names = [name for name, _ in pairs]
-            twice = next(name for name in names if names.count(name) > 1)
-            raise ValueError(f"{twice!r} is there twice")
+            twice = [name for name, count in collections.Counter(names).items() if count > 1]
+            raise ValueError(f"{', '.join(map(repr, twice[:10]))} {'is' if len(twice) == 1 else 'are'} there twice")
         return found
 
     def no_constant(word):

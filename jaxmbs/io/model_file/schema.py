@@ -36,7 +36,7 @@ def model_schema() -> dict[str, Any]:
     tables = {"type": {"const": "SystemBuilder"}, "gravity": {"$ref": "#/$defs/numbers"}}
     for name, row in ROWS.items():
         tables[name] = {"type": "object", "additionalProperties": _record(row, is_row=True)}
-    builder = {"type": "object", "properties": tables, "required": ["type"], "additionalProperties": False}
+    builder = {"type": "object", "properties": tables, "required": ["type", "gravity"], "additionalProperties": False}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "jaxmbs model file, version 1",

@@ -1,0 +1,16 @@
+"""Lines to the terminal, which names of models and files do not steer."""
+
+import sys
+from typing import Any
+
+from ..errors import printable
+
+
+def say(line: Any) -> None:
+    """A line of the result, on the standard output."""
+    print(printable(str(line)))
+
+
+def note(line: Any) -> None:
+    """A line about it, on the error stream."""
+    print(printable(str(line)), file=sys.stderr)
