@@ -30,8 +30,8 @@ def save_model(model: Any, path: str | os.PathLike) -> None:
 
     Functions are written by the name that `mbs.register` gave them.
 
-    Raises: ModelError for a built `System` (give the builder), a builder with faults, traced numbers, and functions
-    and classes without a name, all in one report; OSError where the file cannot be written.
+    Raises: ModelError for a built `System` (give the builder), a builder with faults, traced numbers, functions and
+    classes without a name, all in one report; OSError where the file cannot be written.
     """
     if isinstance(model, System):
         raise ModelError(["a built System is not written: give save_model the builder that it was built from"])
