@@ -30,10 +30,8 @@ CASES = {
             *("internal_kic_second_printed", "kic", "kic_second", "kic_second_vector"),
         )
     },
-    **{
-        f"kinematics.{name}": of_state(f"* nan: {NO_NUMBER}", f"* inf: {NO_NUMBER}")
-        for name in ("count_mobility", "system_at")
-    },
+    "kinematics.count_mobility": of_state(),
+    "kinematics.system_at": of_state(f"state nan inside: {NO_NUMBER}"),
     "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
     "kinematics.State": case(
         lambda z: call(0.0, np.array([0.25, 0.5]), np.array([1.0, 2.0])),
