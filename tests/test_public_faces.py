@@ -82,7 +82,7 @@ FACES = {
     """,
     "jaxmbs.flexible": """
         FloatingFrame carried_loads deformations displacements floating_frame interface_loads
-        mass_properties
+        mass_properties stiffening
     """,
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractLaw AbstractPoseLaw AbstractScalarLaw AbstractSignal AbstractSystemLaw

@@ -18,6 +18,7 @@ from ..dynamics.efforts import efforts
 from ..dynamics.newton_euler import forward_dynamics, required_efforts
 from ..dynamics.ports import resistance
 from ..errors import ModelError
+from ..flexible.spin import missing, squared_spins, warn_of_stiffening
 from ..kinematics import closures, constraints
 from ..kinematics.configuration import at_state, configuration, moving, node_accelerations
 from ..kinematics.influence import independent_columns, motion_map, position_map, velocity_map
@@ -60,6 +61,8 @@ class Linearisation(eqx.Module):
         names: of the independent velocities (static), "pin", or "ball rx" of a joint with several.
         position_names: likewise of the independent coordinates, the same but where rows of velocity restrict the
             motion.
+        stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
+            out, see `flexible.stiffening`.
     """
 
     mass: Float[Array, "N N"]
@@ -71,6 +74,7 @@ class Linearisation(eqx.Module):
     velocities: tuple[int, ...] = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True, default=())
     position_names: tuple[str, ...] = eqx.field(static=True, default=())
+    stiffening: dict = eqx.field(default_factory=dict)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -128,6 +132,7 @@ def linearise(
         joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
         outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
     found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
+    warn_of_stiffening(found.stiffening)
     found = where_determined(system, state, found)
     names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
     return dataclasses.replace(found, names=names, position_names=position_names)
@@ -210,7 +215,9 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
         D=y_a @ B,
     )
     R = resistance(system, at, Gamma, state.velocities)
-    return Linearisation(M, C, C - R, K, space, tuple(int(k) for k in positions), tuple(int(k) for k in chosen))
+    columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
+    still = missing(system, squared_spins(system, moving(system, at, state.velocities))) if system.elastic else {}
+    return Linearisation(M, C, C - R, K, space, *columns, stiffening=still)
 
 
 def _position_rates(top, psi, Z, psi_dot, drift, flow):

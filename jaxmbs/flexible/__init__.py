@@ -3,6 +3,7 @@
 from .carried import carried_loads, mass_properties
 from .floating import FloatingFrame, floating_frame
 from .recovery import deformations, displacements, interface_loads
+from .spin import stiffening
 
 __all__ = [
     "FloatingFrame",
@@ -12,4 +13,5 @@ __all__ = [
     "floating_frame",
     "interface_loads",
     "mass_properties",
+    "stiffening",
 ]

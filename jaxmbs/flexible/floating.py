@@ -68,7 +68,8 @@ def floating_frame(
 
     Interfaces with many nodes take six coordinates by `reductions.rigid_node` first.
     Rotary inertia of nodes counts as if they kept their axes in the floating frame; stiffening by rotation is left
-    out (cut a blade or a fast arm into several bodies, their frames then follow it).
+    out (`stiffening` estimates what that changes; cut a blade or a fast arm into several bodies, their frames then
+    follow it).
 
     Raises: ModelError with every fault; ValueError for more modes than there are.  Source: S1 (4)-(9); S2 (35).
     """

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 
 from ..dynamics.efforts import element_names
 from ..dynamics.energy import energies
+from ..flexible.spin import missing, squared_spins
 from ..kinematics import constraints
 from ..kinematics.configuration import Configuration, Moving
 from ..kinematics.state import State
@@ -33,19 +34,21 @@ def gap(system, at: Configuration):
 
 
 def observe(system, at: Moving):
-    """(kinetic, potential energy, largest position residual, largest velocity residual)."""
+    """(kinetic, potential energy, largest position residual, largest velocity residual, squared speeds of rotation of
+    elastic bodies)."""
     kinetic, potential = energies(system, at)
+    spins = squared_spins(system, at)
     if not system.has_constraints:
-        return kinetic, potential, gap(system, at), jnp.zeros_like(at.t)
+        return kinetic, potential, gap(system, at), jnp.zeros_like(at.t), spins
     f, A = constraints.residual_and_jacobian(system, at)
     speed = A @ at.u + constraints.time_rate(system, at)
-    return kinetic, potential, jnp.max(jnp.abs(f), initial=0.0), jnp.max(jnp.abs(speed))
+    return kinetic, potential, jnp.max(jnp.abs(f), initial=0.0), jnp.max(jnp.abs(speed)), spins
 
 
 def diagnose(system, observed, work, walk) -> Diagnostics:
     """Diagnostics from what was observed at the start and at the saved times (1 + T,), the work account (T, n)
     and the walk."""
-    kinetic, potential, drift, speed = observed
+    kinetic, potential, drift, speed, spins = observed
     total = kinetic + potential
     names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
     return Diagnostics(
@@ -57,6 +60,7 @@ def diagnose(system, observed, work, walk) -> Diagnostics:
         velocity_drift=speed[1:],
         num_steps=walk.tried.astype(int),
         num_rejected=walk.rejected.astype(int),
+        stiffening={name: x[1:] for name, x in missing(system, spins).items()},
     )
 
 

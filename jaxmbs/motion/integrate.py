@@ -12,6 +12,7 @@ from jax import lax
 
 from ..checks import known
 from ..errors import SimulationError
+from ..flexible.spin import warn_of_stiffening
 from ..kinematics.configuration import at_state, configuration, moving
 from ..kinematics.mobility import system_at
 from ..kinematics.state import State
@@ -99,6 +100,7 @@ def simulate(
     motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
     if throw and known(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
+    warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)
     return motion
 
 

@@ -23,6 +23,8 @@ class Diagnostics(eqx.Module):
         constraint_drift: largest residual of the positions.
         velocity_drift: largest residual of the velocities.
         num_steps, num_rejected: of the integrator ().
+        stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
+            out, see `flexible.stiffening`.
     """
 
     kinetic: Float[Array, " times"]
@@ -33,6 +35,7 @@ class Diagnostics(eqx.Module):
     velocity_drift: Float[Array, " times"]
     num_steps: Int[Array, ""]
     num_rejected: Int[Array, ""]
+    stiffening: dict = eqx.field(default_factory=dict)
 
 
 def _told(motion):

@@ -99,6 +99,12 @@ CASES = {
     "flexible.deformations": case(lambda z: call(z.elastic, z.elastic_state, "arm")),
     "flexible.displacements": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
     "flexible.interface_loads": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
+    "flexible.stiffening": case(
+        lambda z: call(z.elastic, z.elastic_state),
+        "* swapped: refused, all of the system in the message",
+        "motion text: likewise",
+        "motion none: likewise",
+    ),
     "flexible.floating_frame": case(lambda z: call(z.free_beam, ["a", "b"], 0, 0.125), positive="damping_ratio"),
     "flexible.carried_loads": case(
         lambda z: call(z.bars, z.state, {"coupler": z.free_beam}, {"B": ("coupler", "a")})
