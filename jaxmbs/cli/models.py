@@ -39,15 +39,19 @@ def posed(options: argparse.Namespace) -> tuple[System, State]:
         note(sentence)
     system = built(model)
     guess = {name: value for name, value in model.start.items() if name in system.topology.joint_index}
-    state = State.at(system, dict(options.values), dict(options.velocities), guess)
-    return system, state
+    return system, _in_lines(lambda: State.at(system, dict(options.values), dict(options.velocities), guess))
 
 
 def built(model: Imported) -> System:
     """The system; warnings in one line each."""
+    return _in_lines(model.builder.build)
+
+
+def _in_lines(call):
+    """What the call returns; its warnings in one line each."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        system = model.builder.build()
+        found = call()
     for warning in said:
         note(f"warning: {warning.message}")
-    return system
+    return found
