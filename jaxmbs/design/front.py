@@ -1,5 +1,6 @@
 """Trade-offs: how small one aim can be for every value of another."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -24,7 +25,8 @@ class Front(eqx.Module):
     """Designs of which none is better in both aims.
 
     Attributes:
-        first, second: the aims (points,), the first rising, the second falling.
+        first, second: the aims (points,), the first rising, the second falling: points that others beat in both
+            aims are left out.
         designs: a pytree like one design, with a leading axis (points,).
         exchange: (points,) what one unit less of the second aim costs of the first; nan at the ends.
         ok: (points,) whether each search converged.
@@ -60,9 +62,10 @@ def pareto(
     on the second in equal steps, each search from where its neighbour ended; parts of it that bend inwards are found
     too.
 
-    Args: points: how many, three at least; the others as of `minimise`.  All searches run one compiled program.
+    Args: points: how many, three at least (there are fewer where a search ends in a design that another one beats in
+    both aims); the others as of `minimise`.  All searches run one compiled program.
 
-    Raises: ValueError as `minimise`, or for fewer than three points.
+    Raises: ValueError as `minimise`, for fewer than three points, or for an aim that alone has no least value.
     """
     if points < 3:
         raise ValueError(f"a front has three points at least, not {points}")
@@ -71,11 +74,11 @@ def pareto(
     asked = program(lambda held: first(held[0]), read_variables(*outer), gradient, [limit], compile)
     aims = _Aims(asked, compile, outer)
     with tqdm(total=steps * points, disable=not progress, desc="pareto") as bar:
-        ends = [aims.alone(which, steps, tolerance, bar) for which in (0, 1)]
+        ends = aims.ends(steps, tolerance, bar)
         (_, high), (_, low) = (aims.values(end.design[0]) for end in ends)
-        span = max(high - low, 1e-12 * (1.0 + abs(high)))
-        found, start = [], ends[0].design[0]
-        for level in np.linspace(high, low, points)[1:-1]:
+        span, found, start = high - low, [], ends[0].design[0]
+        levels = np.linspace(high, low, points)[1:-1] if span > 1e-12 * (1.0 + abs(high)) else ()  # or no trade-off
+        for level in levels:
             for begin in (start, ends[1].design[0]):  # where the limit has no slope there, from the other end
                 search = aims.search(begin, level, span, tolerance, bar)
                 run_limited(search, steps, slsqp)
@@ -85,10 +88,24 @@ def pareto(
             start = found[-1].design[0]
     every = [ends[0], *found, ends[1]]
     values = np.array([aims.values(optimum.design[0]) for optimum in every])
-    exchange = [np.nan, *(-optimum.limits[0].price / span for optimum in found), np.nan]
-    designs = [optimum.design[0] for optimum in every]
+    exchange = np.array([np.nan, *(-optimum.limits[0].price / span for optimum in found), np.nan])
+    kept = _unbeaten(values)
+    designs = [every[k].design[0] for k in kept]
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)
-    return Front(values[:, 0], values[:, 1], stacked, np.array(exchange), np.array([optimum.ok for optimum in every]))
+    return Front(*values[kept].T, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
+
+
+def _unbeaten(values: np.ndarray) -> list[int]:
+    """The points (n, 2) that no other beats in both aims, the first aim rising; of like ones the first."""
+    kept: list[int] = []
+    close = 1e-9 * np.ptp(values, axis=0) + 1e-12 * (1.0 + np.max(np.abs(values), axis=0))
+    for k in np.lexsort((values[:, 1], values[:, 0])):
+        if kept and values[k, 1] >= values[kept[-1], 1] - close[1]:
+            continue
+        while kept and values[k, 0] <= values[kept[-1], 0] + close[0]:
+            kept.pop()
+        kept.append(int(k))
+    return kept
 
 
 class _Aims:
@@ -100,16 +117,41 @@ class _Aims:
     def __init__(self, asked: Program, compile: str, outer):
         self._asked, self._run, self._outer = asked, jit(asked.run, compile=compile), outer
 
-    def alone(self, which: int, steps: int, tolerance: float, bar) -> Optimum:
-        """The best of one aim."""
-        first = Search(lambda x: self._alone(x, which), self._held(self._outer[0][0], 0.0, 1.0), tolerance, None, bar)
-        if steps > 0 and not first.reason:
-            lbfgsb(first, steps)
-        return first.optimum()
+    def ends(self, steps: int, tolerance: float, bar) -> list[Optimum]:
+        """The best of each aim; of all designs that have it, one where the other aim is best too.
 
-    def _alone(self, x, which):
-        value, slopes, excess, rows, _ = self._run(x, _ROW)
-        return (value, slopes, (), (), ()) if which == 0 else (excess[0], rows[0], (), (), ())
+        Raises: ValueError for an aim that has no least value.
+        """
+        options = steps, tolerance, bar
+        alone = [
+            self._least(self._outer[0][0], weights, (0.0, 0.0), *options) for weights in ((1.0, 0.0), (0.0, 1.0))
+        ]
+        for name, end in zip(("first", "second"), alone, strict=True):
+            if end.reason.startswith("unbounded"):
+                raise ValueError(f"there is no front, the {name} aim alone has no least value: {end.reason}")
+        values = np.array([self.values(end.design[0]) for end in alone])
+        span = np.abs(values[0] - values[1])
+        if not np.all(span > 0.0):
+            return alone
+        for which, end in enumerate(alone):
+            weights = np.where(np.arange(2) == which, 1.0, _OTHER) / span
+            both = self._least(end.design[0], weights, values[which], *options)
+            if self.values(both.design[0])[which] <= values[which, which] + _DRIFT * span[which]:
+                alone[which] = dataclasses.replace(end, design=both.design)
+        return alone
+
+    def _least(self, start: PyTree, weights, origin, steps: int, tolerance: float, bar) -> Optimum:
+        """The least weighted sum of both aims, counted from their values at the origin."""
+
+        def weighted(x):
+            value, slopes, excess, rows, _ = self._run(x, _ROW)
+            sums = weights[0] * (value - origin[0]) + weights[1] * (excess[0] - origin[1])
+            return sums, weights[0] * slopes + weights[1] * rows[0], (), (), ()
+
+        search = Search(weighted, self._held(start, 0.0, 1.0), tolerance, None, bar)
+        if steps > 0 and not search.reason:
+            lbfgsb(search, steps)
+        return search.optimum()
 
     def values(self, design: PyTree) -> tuple[float, float]:
         """Both aims of a design."""
@@ -127,7 +169,10 @@ class _Aims:
         lower, upper, scale = (part.copy() for part in variables[2:5])
         lower[-2:] = upper[-2:] = x[-2:]
         scale[-2:] = 1.0
-        return variables._replace(start=np.clip(x, lower, upper), lower=lower, upper=upper, scale=scale)
+        names = tuple(name.partition(".")[2] or "design" for name in variables.names)
+        return Variables(names, np.clip(x, lower, upper), lower, upper, scale, variables.unravel)
 
 
+_OTHER = 1e-7  # weight of the other aim at an end of the front, both over their spans
+_DRIFT = 1e-5  # what an end may lose by it
 _ROW = np.zeros(1, np.int32)  # the one limit

@@ -38,6 +38,34 @@ def test_a_front_that_bends_inwards():
     np.testing.assert_allclose(front.first, np.sqrt([0.0, 0.25, 0.5, 0.75, 1.0]), atol=1e-4)
 
 
+def test_ends_are_best_in_both_aims():
+    """y is free for the second aim alone: the end of the front has it at zero all the same."""
+    for aims in ((near, lambda d: (d["x"] + 1.0) ** 2), (lambda d: (d["x"] - 1.0) ** 2, far)):
+        front = pareto(*aims, {"x": 0.3, "y": 0.5}, points=4, progress=False)
+        assert np.all(front.ok) and len(front.first) == 4
+        np.testing.assert_allclose(front.designs["y"], 0.0, atol=1e-4)
+        np.testing.assert_allclose(np.sqrt(front.first) + np.sqrt(front.second), 2.0, atol=1e-4)
+
+
+WAVES = [lambda d, a=a: jnp.sin(a * d["x"] + a) + 0.1 * (d["x"] - a) ** 2 for a in (2.0, 3.0, 4.0)]
+
+
+@pytest.mark.parametrize("aims", [(0, 1), (1, 2), (2, 0), (1, 1)])
+@pytest.mark.parametrize("start", [-3.0, 4.0])
+def test_no_point_is_beaten_by_another(aims, start):
+    """Of aims with many valleys, where searches end in different ones; of an aim and itself, one point."""
+    front = pareto(WAVES[aims[0]], WAVES[aims[1]], {"x": start}, {"x": (-5.0, 5.0)}, points=5, progress=False)
+    assert np.all(np.diff(front.first) > 0.0) and np.all(np.diff(front.second) < 0.0)
+    assert len(front.first) == len(front.ok) == len(front.exchange) == len(front.designs["x"]) <= 5
+    assert len(front.first) == 1 or aims != (1, 1)
+
+
+@pytest.mark.parametrize("aims", [(near, lambda d: d["x"] - d["y"]), (lambda d: d["x"], near)])
+def test_an_aim_without_least_value_has_no_front(aims):
+    with pytest.raises(ValueError, match="no front, the (first|second) aim alone .* along [xy, ]+; give it bounds"):
+        pareto(*aims, {"x": 0.3, "y": 0.5}, points=5, progress=False)
+
+
 def product(design):
     return design["a"] * design["b"]
 
