@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "jaxmbs"
 FLOORS = [  # a room imports rooms of lower floors, and of its own floor those to its left
-    ["typing", "errors", "palette", "status", "checks", "tables", "math", "blocksparse"],
+    ["typing", "errors", "palette", "status", "checks", "tables", "whole_file", "math", "blocksparse"],
     ["joints", "forces", "elements", "model"],
     ["linear", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reductions", "coupling", "flexible"],
@@ -30,7 +30,7 @@ LAZY = {
     **{room: {"xarray"} for room in ("motion", "dynamics", "linear")},
     "bondgraph": {"networkx"},
     "design": {"scipy.optimize", "nlopt", "xarray"},
-    "studies": {"xarray", "zarr", "filelock", "distributed"},
+    "studies": {"xarray", "filelock", "distributed"},
 }  # besides the doors
 
 

@@ -169,7 +169,7 @@ def test_a_broken_pipe_is_quiet(folder):
 
 
 def test_a_file_is_whole_or_not_there(tmp_path):
-    from jaxmbs.io.whole_file import whole_file
+    from jaxmbs.whole_file import whole_file
 
     target = tmp_path / "a.txt"
     with pytest.raises(KeyboardInterrupt), whole_file(target) as file:

@@ -1,13 +1,13 @@
 """A bond graph as an SVG drawing with half arrows and causal strokes, and as a networkx graph."""
 
 from os import PathLike
-from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
 
 from ..palette import BLUE, COLORS, GREY, ORANGE, RED, VIOLET
+from ..whole_file import write_whole
 from .layout import layout, text_of
 
 _INK = {"I": BLUE, "C": COLORS[2], "R": RED, "Se": ORANGE, "Sf": ORANGE, "GR": VIOLET, "MTF": GREY, "TF": GREY}
@@ -45,7 +45,7 @@ def draw_bond_graph(graph: Any, path: str | PathLike | None = None, powers: Any 
     parts += [_element(graph, e, places.boxes[e.name], places.side.get(e.name, 0)) for e in graph.elements]
     text = "\n".join([*parts, "</svg>"]) + "\n"
     if path is not None:
-        Path(path).write_text(text, encoding="utf-8")
+        write_whole(path, text)
     return text
 
 

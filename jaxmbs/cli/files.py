@@ -7,7 +7,7 @@ from typing import Any
 
 from .. import viz
 from ..io.model_file import save_model
-from ..io.whole_file import whole_path
+from ..whole_file import whole_path
 from . import interrupts
 from .models import posed, read
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..viz import scene
+from ..whole_file import whole_file
 from .loads import QUANTITIES, crank_angle
 from .pictures import draw
 
@@ -49,7 +50,7 @@ def _loads_table(path: Path, pair) -> Path:
     for name in QUANTITIES:
         unit = "Nm" if name == "torque" else "N"
         head += [f"{name}{axis}_{unit}" for axis in axes[getattr(pair[0], name).shape[1]]]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with whole_file(path, newline="") as file:
         table = csv.writer(file)
         table.writerow(head)
         for design, loads in zip(("before", "after"), pair, strict=True):

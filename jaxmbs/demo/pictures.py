@@ -9,6 +9,7 @@ from ..palette import BLUE, GREY, RED
 from ..viz import plot_energy, plot_mechanism
 from ..viz.canvas import finish
 from ..viz.mechanism import frame_positions
+from ..whole_file import whole_path
 from .loads import crank_angle
 
 _SIZES = {"loads.png": (10.0, 5.8), "energy.png": (7.0, 4.6)}  # [inch]
@@ -24,7 +25,8 @@ def draw(folder: Path, results: dict) -> list[Path]:
     _loads(figures["loads.png"], results)
     plot_energy(results["free"], ax=figures["energy.png"].add_subplot())
     for name, figure in figures.items():
-        figure.savefig(folder / name, dpi=150)
+        with whole_path(folder / name) as part:
+            figure.savefig(part, dpi=150)
     return [folder / name for name in figures]
 
 

@@ -67,7 +67,8 @@ def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed
 
 
 def plan_of(designs: Any) -> Designs:
-    """A plan as it is, or one of columns, a list of dicts or a table, whose result has the dimension "design".
+    """A plan as it is, or one of columns, a list of dicts or a table, whose result has the dimension "design": the
+    numbers of the designs, or the column of that name.
 
     Raises: as `mbs.batch`; TypeError for designs that have no names.
     """
@@ -76,7 +77,10 @@ def plan_of(designs: Any) -> Designs:
     designs = read_designs(designs)
     if not isinstance(designs, dict):
         raise TypeError("a study names its variables: give a dict of columns, a list of dicts, a table or a Designs")
-    return Designs(designs, (("design", np.arange(length(designs))),))
+    numbers = designs.get("design", np.arange(length(designs)))
+    if np.ndim(numbers) != 1:
+        raise ValueError("the variable 'design' has several numbers a design: give it another name")
+    return Designs(designs, (("design", numbers),))
 
 
 def _box(bounds, number):

@@ -23,12 +23,16 @@ def dimensions(
     UnknownNameError for dims, coords or units of what there is not.
     """
     own = {"reason", *plan.designs, *(name for name, _ in plan.axes)}
+    taken = [name for name in plan.designs if name in ("status", "reason")]
+    if taken:
+        raise ValueError(f"a variable is called {taken[0]!r}, as a column of the result is: give it another name")
     for name in answers:
         if name in own:
             raise ValueError(f"the answer {name!r} has the name of a variable or of the study: give it another name")
     for name in dims:
         place_of("answer", name, answers)
-    found = {name: _behind(name, dims, shape.ndim) for name, shape in answers.items()}
+    taken = {name for name, _ in plan.axes}
+    found = {name: _behind(name, dims, shape.ndim, taken) for name, shape in answers.items()}
     lengths = {dim: n for name, shape in answers.items() for dim, n in zip(found[name], shape.shape, strict=True)}
     for name, values in coords.items():
         place_of("dimension", name, lengths)
@@ -39,10 +43,12 @@ def dimensions(
     return found
 
 
-def _behind(name, dims, count):
+def _behind(name, dims, count, taken):
     behind = tuple(dims.get(name, (f"{name}_{k}" for k in range(count))))
     if len(behind) != count:
         raise ValueError(f"dims of {name!r}: {behind}, but each answer has {count} dimensions")
+    if len({*behind, *taken}) < len(behind) + len(taken):
+        raise ValueError(f"dims of {name!r}: {behind}, names that differ from each other and from {sorted(taken)}")
     return behind
 
 
@@ -68,6 +74,7 @@ def dataset(
         data |= {
             name: (("design", *(f"{name}_{k}" for k in range(x.ndim - 1))), x, _unit(units, name))
             for name, x in plan.designs.items()
+            if name != "design"  # it is the coordinate
         }
     places = {name: (name, np.asarray(values), _unit(units, name)) for name, values in (*plan.axes, *coords.items())}
     return xarray.Dataset(data, places)

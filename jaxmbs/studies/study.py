@@ -1,9 +1,7 @@
 """`sweep`: a function over many designs, chunk by chunk into a store, on this machine or on the workers of dask."""
 
-import contextlib
 import functools
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -15,10 +13,12 @@ from ..design.batches import CHUNK, batch
 from ..design.outcome import lane_cost
 from ..design.table import row_shape, rows
 from ..errors import BatchError
+from ..math.fingerprint import fingerprint
+from ..math.jit import collector_at_rest
 from ..typing import ArrayLike
 from .plans import Designs, plan_of
 from .results import dataset, dimensions
-from .store import Store, StudyError, digest
+from .store import Store, StudyError, chunk_spans, digest
 
 
 def sweep(
@@ -56,29 +56,62 @@ def sweep(
     Returns: a Dataset with one dimension for every axis of the grid, or "design"; beside the answers `status` (codes
     of `mbs.Status`) and `reason`.  Designs that fail keep their row.
 
-    Raises: StudyError for a folder that holds something else, another study (also one whose first design has other
-    answers now), or is being written; for a full disk or a worker that raises, with what was written kept.  As
-    `mbs.batch` for designs that are no numbers.
+    Raises: StudyError for a folder that holds something else, another study (of other designs, or of a function that
+    computes something else), or is being written; for an interrupt, a full disk or a worker that raises, with what
+    was written kept.  As `mbs.batch` for designs that are no numbers.
     """
+    if chunk < 1:
+        raise ValueError(f"chunk must be at least 1, got {chunk}")
     plan, coords, units = plan_of(designs), dict(coords or {}), dict(units or {})
-    one = _answers(function, plan)
+    one, traced = _answers(function, plan)
     behind = dimensions(plan, one, dims or {}, coords, units)
-    about = {"designs": digest(plan.designs), "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()}}
-    with contextlib.ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory()) if path is None else path
-        chunk = min(chunk, len(next(iter(plan.designs.values()))))
-        size = int(np.prod(plan.shape))
-        store = stack.enter_context(Store(folder, size, chunk, one, {**about, "key": key}))
-        compute = functools.partial(computed, function, cost=cost, compile=compile)
-        _check_same(store, compute, plan, chunk)
-        run = _here(compute, plan, store) if client is None else _there(compute, plan, store, client)
-        left = store.left
-        done = size - sum(store.span(k).stop - store.span(k).start for k in left)
+    size = int(np.prod(plan.shape))
+    spans = chunk_spans(size, min(chunk, size))
+    found = {name: np.zeros((size, *a.shape), a.dtype) for name, a in one.items()}
+    compute = functools.partial(computed, function, cost=cost, compile=compile)
+    run = _here(compute, plan, spans) if client is None else _there(compute, plan, spans, client)
+    if path is None:
+        _fill(found, spans, None, run, size, progress)
+    else:
+        about = {"designs": digest(plan.designs), "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()}}
+        store = Store(path, spans, one, {**about, "function": fingerprint(traced), "key": key})
+        if _left(found, spans, store):  # a study that is done asks nothing of the disk
+            with store.writing():
+                _fill(found, spans, store, run, size, progress)
+    return dataset(plan, found, behind, coords, units)
+
+
+def _left(found: dict, spans: list[slice], store: Store) -> list[int]:
+    """Numbers of the chunks that are not in the store; the others' rows are put into `found`."""
+    left = []
+    for number, span in enumerate(spans):
+        arrays = store.read(number)
+        if arrays is None:
+            left.append(number)
+        else:
+            for name, values in arrays.items():
+                found[name][span] = values
+    return left
+
+
+def _fill(found: dict, spans: list[slice], store: Store | None, run: Callable, size: int, progress: bool) -> None:
+    """Compute the chunks that are left, and write each into the store, if there is one."""
+    left = list(range(len(spans))) if store is None else _left(found, spans, store)
+    done = size - sum(spans[k].stop - spans[k].start for k in left)
+    where = "the study" if store is None else store.path
+    try:
         with tqdm(total=size, initial=done, desc="sweep", unit=" designs", disable=not progress) as bar:
             for number, arrays in run(left):
-                store.write(number, arrays)
-                bar.update(store.span(number).stop - store.span(number).start)
-        return dataset(plan, {name: store.read(name) for name in one}, behind, coords, units)
+                for name, values in arrays.items():
+                    found[name][spans[number]] = values
+                if store is not None:
+                    store.write(number, arrays)
+                done += len(arrays["status"])
+                bar.update(len(arrays["status"]))
+    except (KeyboardInterrupt, OSError, _Failed) as error:
+        said = "interrupted" if isinstance(error, KeyboardInterrupt) else getattr(error, "strerror", None) or error
+        kept = f"{done} of {size} designs are kept, run the same study again to go on"
+        raise StudyError(f"{where}: {said}; {kept if store else 'nothing is kept without a folder'}") from error
 
 
 def computed(
@@ -94,13 +127,14 @@ def computed(
     return {name: np.asarray(values)[:count] for name, values in named.items()}
 
 
-def _answers(function, plan: Designs) -> dict:
-    """Shape and type of every answer to one design."""
-    shape = jax.eval_shape(function, row_shape(plan.designs))
+def _answers(function, plan: Designs) -> tuple[dict, Any]:
+    """Shape and type of every answer to one design, and what the function traces."""
+    with collector_at_rest():
+        traced, shape = jax.make_jaxpr(function, return_shape=True)(row_shape(plan.designs))
     found = _named(shape)
     if not found or "status" in found:
         raise TypeError("the function of a study returns a dict of arrays by name, other than 'status'")
-    return found | {"status": jax.ShapeDtypeStruct((), np.int32)}
+    return found | {"status": jax.ShapeDtypeStruct((), np.int32)}, traced
 
 
 def _named(values) -> dict:
@@ -108,48 +142,40 @@ def _named(values) -> dict:
     return {jax.tree_util.keystr(path, simple=True, separator=".") or "value": leaf for path, leaf in paths}
 
 
-def _check_same(store: Store, compute, plan: Designs, chunk: int) -> None:
-    """The first design of a study that goes on must have the answers that stand in the store."""
-    if 0 in store.left:
-        return
-    again = compute(rows(plan.designs, np.arange(1)), chunk)
-    for name, values in again.items():
-        before = store.group[name][:1]
-        if not np.allclose(before, values, rtol=1e-6, atol=1e-9, equal_nan=True):
-            raise StudyError(
-                f"{store.path} holds answers of another function: {name!r} of the first design was "
-                f"{np.ravel(before)[:3]}, it is {np.ravel(values)[:3]} now; choose another folder or delete this one"
-            )
+class _Failed(Exception):
+    """A chunk whose designs raised an error."""
 
 
-def _here(compute, plan: Designs, store: Store) -> Callable:
+def _here(compute, plan: Designs, spans: list[slice]) -> Callable:
     def run(left):
         for number in left:
-            span = store.span(number)
+            span = spans[number]
             try:
-                found = compute(rows(plan.designs, np.arange(span.start, span.stop)), store.chunk)
+                found = compute(rows(plan.designs, np.arange(span.start, span.stop)), spans[0].stop)
             except BatchError as error:
-                raise StudyError(f"{store.path}: designs {span.start} to {span.stop - 1} failed: {error}") from error
+                if isinstance(error.__cause__, KeyboardInterrupt):
+                    raise error.__cause__ from None
+                raise _Failed(f"designs {span.start} to {span.stop - 1} failed: {error}") from error
             yield number, found
 
     return run
 
 
-def _there(compute, plan: Designs, store: Store, client) -> Callable:
+def _there(compute, plan: Designs, spans: list[slice], client) -> Callable:
     from distributed import as_completed
 
     def run(left):
         x64, tasks = bool(jax.config.jax_enable_x64), {}
         for number in left:
-            span = store.span(number)
-            designs = rows(plan.designs, np.arange(span.start, span.stop))
-            tasks[client.submit(_on_worker, compute, designs, store.chunk, x64, pure=False)] = number
+            designs = rows(plan.designs, np.arange(spans[number].start, spans[number].stop))
+            tasks[client.submit(_on_worker, compute, designs, spans[0].stop, x64, pure=False)] = number
         try:
             for task in as_completed(tasks):
                 try:
-                    yield tasks[task], task.result()
+                    found = task.result()
                 except Exception as error:
-                    raise StudyError(f"{store.path}: chunk {tasks[task]} failed on its worker: {error!r}") from error
+                    raise _Failed(f"chunk {tasks[task]} failed on its worker: {error!r}") from error
+                yield tasks[task], found
         finally:
             client.cancel(list(tasks))
 

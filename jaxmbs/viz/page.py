@@ -15,6 +15,7 @@ from ..errors import ModelError, UnknownNameError
 from ..linear.system import LinearSystem
 from ..model.system import System
 from ..typing import ScalarLike
+from ..whole_file import write_whole
 from .cast import Act, act_of
 from .sets import Solids, encoded
 from .view import view_of
@@ -36,7 +37,7 @@ class Scene:
     def save(self, path: str | PathLike) -> Path:
         """Write the page.  Raises: OSError."""
         path = Path(path)
-        path.write_text(self.html, encoding="utf-8")
+        write_whole(path, self.html)
         return path
 
     def __repr__(self) -> str:

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.studies import StudyError, grid, latin_hypercube, sobol
+from jaxmbs.errors import BatchError
+from jaxmbs.studies import StudyError, grid, latin_hypercube, sobol, store, study
 from jaxmbs.studies import sweep as sweep_with_bar
-from jaxmbs.studies.store import Store
+from jaxmbs.studies.store import Store, chunk_spans
 
-pytest.importorskip("zarr")
 pytest.importorskip("xarray")
 CHILD = Path(__file__).parent / "killed_study.py"
 
@@ -110,41 +110,158 @@ def test_another_study_is_refused(tmp_path):
         sweep(lambda d: {"z": d["x"]}, plan, path)
     with pytest.raises(StudyError, match="differs in key"):
         sweep(lambda d: {"y": d["x"]}, plan, path, key="2")
-    with pytest.raises(StudyError, match="answers of another function: 'y'"):
-        sweep(lambda d: {"y": 2.0 * d["x"]}, plan, path)
-    assert sweep(lambda d: {"y": d["x"]}, plan, path).identical(first)
+    for other in (  # the first design, 1, answers 1 to all of them
+        lambda d: {"y": d["x"] ** 2},
+        lambda d: {"y": jnp.where(d["x"] > 2.0, 5.0, d["x"])},
+        lambda d: {"y": jnp.interp(d["x"], jnp.arange(4.0), jnp.array([0.0, 1.0, 2.0, 3.0 + 1e-9]))},
+    ):
+        with pytest.raises(StudyError, match="differs in function"):
+            sweep(other, plan, path)
+
+    def of_another_name(design):
+        return {"y": design["x"]}
+
+    assert sweep(of_another_name, plan, path).identical(first)
 
 
 def test_two_writers(tmp_path):
     shape = {"y": np.zeros(()), "status": np.zeros((), np.int32)}
-    with Store(tmp_path / "study", 4, 2, shape, {}), pytest.raises(StudyError, match="written by another process"):
-        Store(tmp_path / "study", 4, 2, shape, {})
-    Store(tmp_path / "study", 4, 2, shape, {}).close()
+    first, second = (Store(tmp_path / "study", chunk_spans(4, 2), shape, {}) for _ in range(2))
+    with first.writing(), pytest.raises(StudyError, match="written by another process"), second.writing():
+        pass
+    with second.writing():
+        pass
 
 
 def test_a_full_disk_keeps_what_was_written(tmp_path, monkeypatch):
-    path, plan, write = tmp_path / "study", {"x": np.arange(10.0)}, Store.write
+    path, plan, write = tmp_path / "study", {"x": np.arange(10.0)}, store.write_whole
 
-    def full(self, number, arrays):
-        if number == 2:
-            self.group = {name: Full() for name in arrays}
-        write(self, number, arrays)
-
-    class Full:
-        def __setitem__(self, rows, values):
+    def full(path, content):
+        if path.name == "000002":
             raise OSError(28, "No space left on device")
+        write(path, content)
 
-    monkeypatch.setattr(Store, "write", full)
-    with pytest.raises(StudyError, match="No space left on device; 8 of 10 designs are kept"):
+    monkeypatch.setattr(store, "write_whole", full)
+    with pytest.raises(StudyError, match="No space left on device; 8 of 10 designs are kept, run the same"):
         sweep(lambda d: {"y": d["x"] ** 2}, plan, path, chunk=4)
     monkeypatch.undo()
-    calls = []
-    monkeypatch.setattr(
-        Store, "write", lambda self, number, arrays: (calls.append(number), write(self, number, arrays))
-    )
+    calls = watched(monkeypatch)
     found = sweep(lambda d: {"y": d["x"] ** 2}, plan, path, chunk=4)
     assert calls == [2]
     np.testing.assert_array_equal(found["y"], np.arange(10.0) ** 2)
+
+
+def watched(patch):
+    """Numbers of the chunks that are written."""
+    calls, write = [], Store.write
+    patch.setattr(Store, "write", lambda self, number, arrays: (calls.append(number), write(self, number, arrays)))
+    return calls
+
+
+def cut(file, chance):
+    file.write_bytes(file.read_bytes()[: chance.randrange(file.stat().st_size)])
+
+
+def flipped(file, chance):
+    content = bytearray(file.read_bytes())
+    content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+    file.write_bytes(content)
+
+
+def of_another_chunk(file, chance):
+    file.write_bytes((file.parent / "000000").read_bytes())
+
+
+@pytest.mark.parametrize("harm", [Path.unlink, cut, flipped, of_another_chunk])
+def test_chunks_that_do_not_fit_are_computed_again(tmp_path, monkeypatch, harm):
+    """Removed, cut, with a bit flipped, in another's place: the same numbers, and only these are computed."""
+    path, chance = tmp_path / "study", random.Random(3)
+    plan = grid(x=np.arange(6.0), y=np.arange(3.0))
+    whole = sweep(answers, plan, path, chunk=3)
+    for _ in range(4):
+        victims = chance.sample(range(1, 6), 2)
+        for number in victims:
+            file = path / "chunks" / f"{number:06d}"
+            harm(file) if harm is Path.unlink else harm(file, chance)
+        with monkeypatch.context() as patch:
+            calls = watched(patch)
+            assert sweep(answers, plan, path, chunk=3).identical(whole)
+        assert calls == sorted(victims)
+
+
+def test_files_of_others_in_the_folder_do_no_harm(tmp_path):
+    path, plan = tmp_path / "study", {"x": np.arange(5.0)}
+    first = sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2)
+    (path / "chunks" / "notes").write_text("mine")
+    (path / "chunks" / ".000001-half").write_text("half")
+    (path / "notes.txt").write_text("mine")
+    (path / "chunks" / "000001").unlink()
+    assert sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2).identical(first)
+    assert (path / "chunks" / "notes").exists() and not (path / "chunks" / ".000001-half").exists()
+    (path / "study.json").write_text("{half")
+    with pytest.raises(StudyError, match=r"study.json says no longer .* put it back, or delete"):
+        sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2)
+    with pytest.raises(StudyError, match="is no study"):
+        sweep(lambda d: {"y": d["x"]}, plan, path / "notes.txt")
+
+
+def test_a_finished_study_asks_nothing_of_the_disk(tmp_path, monkeypatch):
+    """It can be read where nothing can be written, and while another process holds it."""
+    path, plan = tmp_path / "study", {"x": np.arange(5.0)}
+    first = sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2)
+
+    def read_only(*args, **options):
+        raise OSError(30, "Read-only file system")
+
+    for owner, name in ((store, "write_whole"), (Path, "mkdir"), (Path, "unlink"), (Store, "writing")):
+        monkeypatch.setattr(owner, name, read_only)
+    assert sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2).identical(first)
+    monkeypatch.undo()
+    (path / "chunks" / "000001").unlink()
+    monkeypatch.setattr(Path, "mkdir", read_only)
+    with pytest.raises(StudyError, match="cannot be written: Read-only file system"):
+        sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2)
+
+
+def test_an_interrupt_says_what_is_kept(tmp_path, monkeypatch):
+    plan, write = {"x": np.arange(6.0)}, Store.write
+
+    def interrupted(self, number, arrays):
+        if number == 2:
+            raise KeyboardInterrupt
+        write(self, number, arrays)
+
+    monkeypatch.setattr(Store, "write", interrupted)
+    with pytest.raises(StudyError, match="interrupted; 4 of 6 designs are kept, run the same study again to go on"):
+        sweep(lambda d: {"y": d["x"]}, plan, tmp_path / "study", chunk=2)
+    monkeypatch.undo()
+
+    def stopped(*args, **options):
+        raise BatchError("stopped") from KeyboardInterrupt()
+
+    monkeypatch.setattr(study, "batch", stopped)
+    with pytest.raises(StudyError, match="interrupted; 4 of 6 designs are kept"):
+        sweep(lambda d: {"y": d["x"]}, plan, tmp_path / "study", chunk=2)
+    with pytest.raises(StudyError, match="interrupted; nothing is kept without a folder"):
+        sweep(lambda d: {"y": d["x"]}, plan, chunk=2)
+
+
+def test_tables_with_names_of_the_result(tmp_path):
+    """A column "design" numbers the designs; "status" and "reason" are taken."""
+    table = {"design": np.array([7.0, 3.0]), "x": np.array([1.0, 2.0])}
+    found = sweep(lambda d: {"y": 2.0 * d["x"] + d["design"]}, table)
+    assert float(found["y"].sel(design=3.0)) == 7.0 and float(found["x"].sel(design=7.0)) == 1.0
+    assert sweep(lambda d: {"y": d["design"]}, grid(design=[4.0, 5.0]))["y"].sel(design=5.0) == 5.0
+    for name in ("status", "reason"):
+        with pytest.raises(ValueError, match=f"a variable is called '{name}'"):
+            sweep(lambda d: {"y": d["x"]}, {"x": np.arange(2.0), name: np.arange(2.0)})
+    with pytest.raises(ValueError, match="'design' has several numbers"):
+        sweep(lambda d: {"y": d["x"]}, {"x": np.arange(2.0), "design": np.zeros((2, 2))})
+    with pytest.raises(ValueError, match="dims of 'y'.*differ from each other and from"):
+        sweep(lambda d: {"y": jnp.zeros(2) * d["x"]}, grid(x=[1.0]), dims={"y": ("x",)})
+    for chunk in (0, -1):
+        with pytest.raises(ValueError, match="chunk must be at least 1"):
+            sweep(lambda d: {"y": d["x"]}, {"x": np.arange(2.0)}, chunk=chunk)
 
 
 def killed(path, kills, seed):
@@ -165,7 +282,9 @@ def killed(path, kills, seed):
             return written
 
 
-@pytest.mark.parametrize("kills", [pytest.param(5, marks=pytest.mark.slow), pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "kills", [pytest.param(10, marks=pytest.mark.slow), pytest.param(50, marks=pytest.mark.long)]
+)
 def test_killed_and_continued(tmp_path, kills):
     """Same numbers, nothing lost and no chunk twice but the one in hand."""
     path = tmp_path / "study"

@@ -9,8 +9,8 @@ from typing import Any
 from ...errors import ModelError, ModelFileError
 from ...kinematics.state import State
 from ...model.system import System
+from ...whole_file import whole_file
 from ..regular_file import read_bytes
-from ..whole_file import whole_file
 from .decode import LOST, decoded
 from .encode import encoded
 
