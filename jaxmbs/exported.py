@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import pickle
-import re
 import zipfile
 from collections.abc import Callable
 from os import PathLike
@@ -16,10 +14,14 @@ import jax.numpy as jnp
 from jaxtyping import PyTree
 
 from .checks import known
+from .math.content import content_of
 from .math.jit import options
+from .math.structure_data import from_data, to_data
 from .typing import Explained
+from .whole_file import whole_path
 
-_ABOUT, _PROGRAM, _RESULTS = "about.json", "program.bin", "results.pickle"
+_ABOUT, _PROGRAM = "about.json", "program.bin"
+_FORMAT = 2  # 1 held a pickle
 
 
 class Program:
@@ -40,7 +42,7 @@ class Program:
         if _key(arguments, leaves) != self.about["structure"]:
             raise ValueError(
                 f"the arguments are not of the structure that {self.about['function']!r} was exported with: other "
-                "names, bodies, joints, array shapes or types; it takes "
+                "names, bodies, joints, laws (their code or the numbers in it), array shapes or types; it takes "
                 f"{', '.join(self.about['arrays'])}. Export it again"
             )
         call = self._outer if known(leaves) else self._inner
@@ -58,7 +60,8 @@ def export(function: Callable, example: Explained[tuple], path: str | PathLike) 
 
     Returns: the path.  The program is compiled by the process that loads it: use `mbs.cache` there as well.
 
-    Raises: TypeError for an example that is no tuple, or has leaves that are no numbers.
+    Raises: TypeError for an example that is no tuple, or has leaves that are no numbers; for a result that holds
+    functions, whose structure is no data; OSError where the file cannot be written.  What was at the path stays then.
     """
     if not isinstance(example, tuple):
         raise TypeError(f"example must be the tuple of arguments, got {type(example).__name__}; write (x,) for one")
@@ -71,38 +74,51 @@ def export(function: Callable, example: Explained[tuple], path: str | PathLike) 
         return found
 
     exported = jax.export.export(jax.jit(flat))(*leaves)
+    content = bytes(exported.serialize(vjp_order=1))
     about = {
+        "format": _FORMAT,
         "function": getattr(function, "__name__", type(function).__name__),
         "structure": _key(example, leaves),
         "arrays": [f"{leaf.dtype.name}{list(leaf.shape)}" for leaf in leaves],
         "jax": jax.__version__,
         "platforms": list(exported.platforms),
+        "results": to_data(results[0]),
+        "sha256": hashlib.sha256(content).hexdigest(),
     }
-    path = Path(path)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+    with whole_path(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as file:
         file.writestr(_ABOUT, json.dumps(about))
-        file.writestr(_PROGRAM, bytes(exported.serialize(vjp_order=1)))
-        file.writestr(_RESULTS, pickle.dumps(results[0]))
-    return path
+        file.writestr(_PROGRAM, content)
+    return Path(path)
 
 
 def load_program(path: str | PathLike) -> Program:
-    """The question that `export` stored.  Load what you trust only: the file holds a pickle.
+    """The question that `export` stored.  The file is data: nothing in it is run by Python.
 
-    Raises: OSError if the file cannot be read; ValueError if it is none of `export`, or was stored with another
-    version of JAX or for another platform.
+    Raises: OSError if the file cannot be read; ValueError if it is none of `export` or damaged, or was stored with
+    another version of JAX or for another platform.
     """
+    if Path(path).exists() and not Path(path).is_file():
+        raise ValueError(f"{path} is no file")
     try:
         with zipfile.ZipFile(path) as file:
-            about = json.loads(file.read(_ABOUT))
-            program, results = file.read(_PROGRAM), file.read(_RESULTS)
-    except (zipfile.BadZipFile, KeyError) as error:
+            about, program = json.loads(file.read(_ABOUT)), file.read(_PROGRAM)
+        stored = [about[name] for name in ("function", "structure", "arrays", "jax", "platforms")]
+    except OSError:
+        raise
+    except Exception as error:  # noqa: BLE001 - a damaged archive raises whatever its reader meets
         raise ValueError(f"{path} is no program that `export` stored") from error
-    if about["jax"] != jax.__version__:
-        raise ValueError(f"{path} was stored with jax {about['jax']}, this is {jax.__version__}: export it again")
-    if jax.default_backend() not in about["platforms"]:
-        raise ValueError(f"{path} was stored for {', '.join(about['platforms'])}, not for {jax.default_backend()}")
-    return Program(jax.export.deserialize(bytearray(program)), pickle.loads(results), about)
+    _, _, _, version, platforms = stored
+    if version != jax.__version__ or about.get("format") != _FORMAT:
+        made = "another version of jaxmbs" if version == jax.__version__ else f"jax {version}"
+        raise ValueError(f"{path} was stored with {made}, this is jax {jax.__version__}: export it again")
+    if jax.default_backend() not in platforms:
+        raise ValueError(f"{path} was stored for {', '.join(platforms)}, not for {jax.default_backend()}")
+    if hashlib.sha256(program).hexdigest() != about.get("sha256"):
+        raise ValueError(f"{path} is damaged: export it again")
+    try:
+        return Program(jax.export.deserialize(bytearray(program)), from_data(about["results"]), about)
+    except Exception as error:  # noqa: BLE001
+        raise ValueError(f"{path} cannot be used: {error}") from error
 
 
 def _numbers(arguments):
@@ -114,7 +130,8 @@ def _numbers(arguments):
 
 
 def _key(arguments, leaves) -> str:
-    """A name for the structure, the same in every process."""
-    structure = re.sub(r" at 0x[0-9a-f]+", "", str(jax.tree.structure(arguments)))
+    """A name for the structure, the same in every process: of functions in it (laws of the user) it has the code, and
+    the numbers that they read."""
     arrays = [(leaf.shape, leaf.dtype.name) for leaf in leaves]
+    structure = content_of(jax.tree.structure(arguments), strict=False)
     return hashlib.sha256(f"{structure} {arrays}".encode()).hexdigest()

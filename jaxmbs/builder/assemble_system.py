@@ -9,6 +9,7 @@ from ..forces._fields import function
 from ..forces.ports import JointPort, port_of
 from ..forces.signals import as_signal
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
+from ..math.content import KnownFunction
 from ..model.frame import Pose
 from ..model.inertia import as_matrix
 from ..model.rows import CoupledJoints, Drive, UserRows, UserVelocityRows
@@ -196,7 +197,7 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         elif isinstance(item.law, Coupler):
             mine = [record[n] for n in item.law.joints]
             columns = tuple(r.first_velocity for r in mine)
-            rows.append(CoupledJoints(item.name, columns, tuple(r.first_coordinate for r in mine), item.law))
+            rows.append(CoupledJoints(item.name, columns, tuple(r.first_coordinate for r in mine), _known(item.law)))
         else:
             kind = UserVelocityRows if isinstance(item.law, VelocityRows) else UserRows
             rows.append(kind(item.name, (), (), type(item.law)(function(item.law.function))))
@@ -213,6 +214,14 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         names += [row.name] * size
         slips += range(len(names) - size, len(names)) if row.restricts_velocity_alone else ()
     return tuple(groups), tuple(rows), tuple(names), tuple(slips)
+
+
+def _known(coupler):
+    """The coupler, its function equal to others of the same content."""
+    if coupler.function is None:
+        return coupler
+    coefficients = dict(zip(coupler.joints, coupler.coefficients, strict=True))
+    return Coupler(coefficients, coupler.offset, KnownFunction(coupler.function))
 
 
 def _as_pytree(law):

@@ -92,7 +92,8 @@ def pareto(
     kept = _unbeaten(values)
     designs = [every[k].design[0] for k in kept]
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)
-    return Front(*values[kept].T, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
+    first_aim, second_aim = values[kept].T
+    return Front(first_aim, second_aim, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
 
 
 def _unbeaten(values: np.ndarray) -> list[int]:

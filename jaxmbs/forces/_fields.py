@@ -11,6 +11,7 @@ import jax
 import numpy as np
 
 from ..checks import broken, known
+from ..math.content import KnownFunction
 from ..math.host import as_array
 
 
@@ -27,8 +28,8 @@ def optional_number(value: Any) -> jax.Array | None:
 class StaticFunction(eqx.Module):
     """A callable whose arrays are leaves and whose code and settings are static.
 
-    Two of them have the same structure only if they hold the very same function object: define functions
-    once, at module level, rather than anew at every build.
+    Two of them have the same structure if their functions have the same content: code, and what it reads.  A function
+    that reads objects of the user's own classes or modules is like itself alone: define it once.
     """
 
     arrays: list[Any]
@@ -55,12 +56,15 @@ def function(fn: Callable) -> Callable:
             f"{name} closes over traced values, which are lost to derivatives: make them fields of an "
             "eqx.Module with a __call__, or pass them first by jax.tree_util.Partial(function, values)"
         )
+    if isinstance(fn, jax.tree_util.Partial):
+        fn = jax.tree_util.Partial(KnownFunction(fn.func), *fn.args, **fn.keywords)
     leaves, treedef = jax.tree.flatten(fn)
     leaves = [as_array(leaf, None) if isinstance(leaf, (float, np.ndarray)) else leaf for leaf in leaves]
     flags = [eqx.is_array(leaf) for leaf in leaves]
     if all(flags):
         return jax.tree.unflatten(treedef, leaves)
     arrays = [leaf for leaf, flag in zip(leaves, flags, strict=True) if flag]
+    leaves = [KnownFunction(leaf) if callable(leaf) else leaf for leaf in leaves]
     settings = tuple((flag, None if flag else leaf) for leaf, flag in zip(leaves, flags, strict=True))
     return StaticFunction(arrays, treedef, settings)
 

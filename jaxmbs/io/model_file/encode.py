@@ -11,6 +11,7 @@ import numpy as np
 from ...builder import SystemBuilder
 from ...checks import known
 from ...forces._fields import StaticFunction
+from ...math.content import KnownFunction
 from .known_types import ROWS, name_of
 
 RESERVED = ("type", "function", "mapping", "real")
@@ -114,6 +115,7 @@ def _function(value, where, faults):
         if value.keywords:
             found["keywords"] = encoded(value.keywords, f"{where}.keywords", faults)
         return found
+    value = value.function if isinstance(value, KnownFunction) else value
     name = name_of(value)
     if name is None:
         own = getattr(value, "__qualname__", type(value).__name__)
