@@ -14,6 +14,7 @@ from ..checks import known
 from ..kinematics.assembly import assembled
 from ..kinematics.configuration import at_state
 from ..kinematics.influence import velocity_map
+from ..kinematics.mobility import system_at
 from ..kinematics.poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics.state import State
 from ..math.jit import jit
@@ -47,6 +48,7 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
     check_system(system)
     if state is not None:
         check_fits(system, state)
+        system = system_at(system, state)
     graph = build_view(system, view)
     if not known(system, state):
         return graph

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 
 from ..dynamics.newton_euler import accelerations
 from ..kinematics import constraints
+from ..kinematics.mobility import system_at
 from ..kinematics.poses import coordinate_rate, node_parameters
 from ..kinematics.state import State
 from ..math.jit import jit
@@ -162,5 +163,6 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
     with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
     """
     states = states_of(system, motion)
+    system = system_at(system, states)
     graph, batched = build_view(system, view), states.coordinates.ndim == 2
     return BondPowers(*_spread(system, graph, *_all_values(system, states, batched), batched), graph)

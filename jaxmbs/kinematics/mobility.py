@@ -48,14 +48,20 @@ def count_mobility(system: System, state: Any) -> Mobility:
 def system_at(system: System, state: Any) -> System:
     """The system with the mobility of a concrete State: its own where that holds there too, else one counted there.
 
-    Within a trace, and for several states, the system as it is: there shapes are those of the build.
+    Of several states, as of a motion, the first counts, and only where its rank is higher than that of the build: it
+    may be a singular one.  Within a trace the system is answered as it is: there shapes are those of the build.
     """
-    top = system.topology
-    if not system.has_constraints or top.analysis is None or state.coordinates.ndim != 1:
+    own, several = system.topology.analysis, state.coordinates.ndim > 1
+    if not system.has_constraints or own is None or not is_concrete(system, state):
         return system
-    if not is_concrete(system, state) or not np.isfinite(state.coordinates).all():
+    psi, t = (np.asarray(x) for x in (state.coordinates, state.t))
+    if several:
+        psi, t = psi.reshape(-1, psi.shape[-1])[0], t.reshape(-1)[0]
+    if not np.isfinite(psi).all():
         return system
-    found, own = _mobility_at(system, np.asarray(state.coordinates), np.asarray(state.t)), top.analysis
+    found = _mobility_at(system, psi, t)
+    if several and found.rank <= own.rank:
+        return system
     fits = (found.independent, found.independent_positions) == (own.independent, own.independent_positions)
     return system if fits else with_mobility(system, found)  # the same program where only marks differ
 

@@ -8,6 +8,7 @@ from ..analysis.linearisation import linearise
 from ..dynamics.efforts import element_efforts, element_flows
 from ..kinematics.configuration import at_state, elsewhere, moving
 from ..kinematics.influence import velocity_map
+from ..kinematics.mobility import system_at
 from ..kinematics.poses import coordinate_rate
 from ..kinematics.state import State
 from ..math.jit import jit
@@ -20,6 +21,7 @@ _LIGHT = 1e-6  # of the largest inertia of the independent velocities: hardly an
 
 def fastest_motion(system: System, state: State, step: float) -> str:
     """The fastest motion beside the mean step [s]: its rate, its joints, the force element behind it, what to do."""
+    system = system_at(system, state)
     if not system.topology.mobility or not np.isfinite(state.velocities).all():
         return ""
     found = linearise(system, state)

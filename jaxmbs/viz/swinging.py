@@ -10,6 +10,7 @@ from ..analysis.linearisation import independent_positions
 from ..errors import ModelError
 from ..kinematics.configuration import at_state
 from ..kinematics.influence import position_map, velocity_map
+from ..kinematics.mobility import system_at
 from ..kinematics.poses import step_coordinates
 from ..kinematics.state import State
 from ..linear.eigenmodes import Modes
@@ -62,6 +63,7 @@ def swing(
     phase = np.exp(2j * np.pi * np.linspace(0.0, 1.0, frames))
     shape, frequency = np.asarray(modes.shapes)[:, number], omega / (2 * np.pi)
     if isinstance(system, System):
+        system = system if state is None else system_at(system, state)
         shape = _of_positions(system, state, shape)
     waves = np.real(phase[:, None] * _aligned(shape))
     if isinstance(system, System):

@@ -202,3 +202,37 @@ def test_independent_set_that_is_singular_at_the_state():
     turn = {"pin": 1.0, "big end": 1.3}[lin.names[0]]  # what the chosen joint turns while the crank turns by one
     inertia = 0.3**2 / 3 + (1.0 / 3) * 0.3**2
     np.testing.assert_allclose(lin.mass[0, 0] * turn**2, inertia, rtol=1e-9)
+
+
+def scissors(stages, tilt=0.5):
+    """A scissor lift drawn flat with a table that swings on its top, and a pose of use."""
+    b, pose = mbs.SystemBuilder(), {"slide": 2 * np.cos(tilt), "top": np.pi - tilt}
+    b.body("shoe", 1.0)
+    b.joint("slide", mbs.Prismatic("x"), "ground", "shoe")
+    for k in range(stages):
+        for bar in "ab":
+            b.body(f"{bar}{k}", 2.0, (1.0, 0, 0), mbs.inertia.rod(2.0, 2.0))
+        ends = ("ground", "shoe") if k == 0 else (f"b{k - 1}", f"a{k - 1}")
+        for bar, below in zip("ab", ends, strict=True):
+            place = (0.0, 0.0, 0.0) if k == 0 else (2.0, 0.0, 0.0)
+            b.joint(f"{bar}{k} foot", Y, below, f"{bar}{k}", parent_frame=place)
+        b.joint(f"mid{k}", Y, f"a{k}", f"b{k}", parent_frame=(1.0, 0, 0), child_frame=(1.0, 0, 0))
+        pose[f"a{k} foot"], pose[f"b{k} foot"] = (
+            (-tilt, tilt - np.pi) if k == 0 else (np.pi - 2 * tilt, 2 * tilt - np.pi)
+        )
+    b.body("table", 20.0, (0.5, 0, 0.1), (1.0, 1.0, 1.0))
+    b.joint("top", Y, f"b{stages - 1}", "table", parent_frame=(2.0, 0, 0))
+    return b, pose
+
+
+@pytest.mark.filterwarnings("ignore:state. the mechanism has mobility")
+@pytest.mark.parametrize("stages", [1, 2, 3])
+def test_scissor_lifts(stages):
+    """At work every stage follows the first: two freedoms with the table's, however many stages were drawn flat."""
+    b, pose = scissors(stages)
+    system = b.build()
+    assert system.topology.mobility == stages + 1
+    state = mbs.State.at(system, slide=pose["slide"], guess={k: v for k, v in pose.items() if k != "slide"})
+    assert state.rank_change == stages - 1
+    assert kinematics.count_mobility(system, state).mobility == 2
+    assert b.build(guess=pose).topology.mobility == 2
