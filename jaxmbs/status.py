@@ -18,7 +18,7 @@ class Status(enum.IntEnum):
         3,
         "the step size fell below its least value (stiff or singular motion: try an implicit solver or more damping)",
     )
-    NOT_FINITE = 4, "the state is not finite, or the times asked for are not"
+    NOT_FINITE = 4, "the state is not finite, or the times asked for or the event's value are not"
     INCONSISTENT = 5, "the constraints contradict the motion (locked, singular or redundantly driven)"
     NOT_ASSEMBLED = 6, "the initial state does not satisfy the constraints"
     FAILED = (

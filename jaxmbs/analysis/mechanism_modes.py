@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 
 from ..checks import known, place_of
 from ..errors import ModelError
@@ -28,9 +28,9 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
             pair of zero roots of each (Routh's).
 
     Returns: `Modes` by size of the roots; shapes (n + N, m) are coordinates, then velocities of each mode, largest
-    entry 1, without derivative; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have derivatives where
-    they are simple or their vectors complete; at a defective one (a free motion's pair of zeros) none exists, and
-    zero is returned.
+    entry 1; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have derivatives where they are simple or
+    their vectors complete, shapes where the root is simple; at a defective one (a free motion's pair of zeros) none
+    exists, and zero is returned.
 
     Raises: UnknownNameError; ModelError for a coordinate left out that is not independent or, if that can be seen, on
     which something depends.
@@ -43,8 +43,7 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
     names = tuple(name for name in mechanism.state_names if name.removeprefix("rate of ") not in out)
     roots, shapes, left = eig(A)
-    rounding = eig_rounding(A, shapes, left)
-    shapes = jax.lax.stop_gradient(shapes)
+    rounding = lax.stop_gradient(eig_rounding(A, shapes, left))
     largest = jnp.take_along_axis(shapes, jnp.argmax(jnp.abs(shapes), axis=0)[None], axis=0)
     values = roots.real**2 + roots.imag**2
     return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding, coordinates=names)

@@ -35,7 +35,8 @@ class Equilibrium(eqx.Module):
 
     Attributes:
         state: the State there.
-        residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale.
+        residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale,
+            without derivative.
         ok: whether the residual is small.
         stable: whether the symmetric part of the stiffness is positive definite on the coordinates that do not move.
         stiffness: K (N, N) there, all causes, along the admissible directions.
@@ -128,7 +129,7 @@ def _equilibrium(system, state, moving):
     K = along_independent(system, at, lambda at: _unbalanced(system, at, w))
     return Equilibrium(
         state=State(state.t, psi, Gamma @ w + b, structure=top.structure),
-        residual=residual,
+        residual=jax.lax.stop_gradient(residual),
         ok=residual < _SMALL[start.dtype.itemsize],
         stable=_is_stable(K, still),
         stiffness=K,

@@ -85,7 +85,7 @@ class Reactions(eqx.Module):
 
     Attributes:
         multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
-        residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve.
+        residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve, without derivative.
         ok: (...) whether they are those of an assembled state, finite, balance all loads but for 1e-6 of them, and
             belong to accelerations that keep the constraints as well (1e-2 in single precision).
         hidden: welds inside bodies that the builder split; found by name, not listed.

@@ -67,7 +67,13 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     named, laws = _named(system, wrench, effort, at, options), law_forces(system, acting)
     return Reactions(
-        named, multipliers, residual, state.ok & balanced, hidden, laws, row_loads(system, at, multipliers)
+        named,
+        multipliers,
+        lax.stop_gradient(residual),
+        state.ok & balanced,
+        hidden,
+        laws,
+        row_loads(system, at, multipliers),
     )
 
 

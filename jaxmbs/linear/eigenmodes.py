@@ -47,7 +47,8 @@ class Modes(eqx.Module):
     Attributes:
         values: squared angular frequencies (m,) [rad^2/s^2]; of complex modes the squared sizes of the roots.
         shapes: (n, m), of unit modal mass, or complex.
-        is_rigid: (m,), values that are zero to the rounding of the stiffness; roots that are zero to rounding.
+        is_rigid: (m,), values that are zero to the rounding of the stiffness; roots that are zero to rounding;
+            without derivative.
         roots: (m,) [rad/s], None of natural modes; a pair of conjugates is side by side, positive imaginary part
             first.
         left: (m, n), None of natural modes, mechanisms: the receptance is `sum_j shapes_j left_j / (s - root_j)`.

@@ -39,7 +39,7 @@ class March(eqx.Module):
         shows: whether what `close` shows is saved in place of y, whose structure it has; not of the start.
         watched: `moved` counts as error of the step: one that would end on another branch is made again, shorter;
             where steps are fixed it ends the motion.
-        crossing: (t, y, args) -> value whose change of sign ends the motion.
+        crossing: (t, y, args) -> value whose change of sign ends the motion; so does one that is not a number.
         lands: whether steps end on `times`; otherwise their states are interpolated.
         rows: steps that the adjoint logs; it serves motions of up to their square.
     """
@@ -96,7 +96,7 @@ class Walk(eqx.Module):
 
 
 def rows_for(steps: int) -> int:
-    """Rows that the log of a march needs for so many steps: a power of two, so that few programs differ by it."""
+    """Rows that the log of a march of so many steps needs: a power of two, so that few programs differ by it."""
     return max(512, 1 << math.ceil(math.log2(max(steps, 1)) / 2))
 
 
@@ -162,9 +162,10 @@ def advance(march: March, walk: Walk, args):
     keep, start, t_next, jump, new_control, refused = march.controller.adapt_step_size(
         t, t1, *held((walk.y, y1)), args, held(error), order, control
     )
-    keep, found, aim, seen = _hunted(march, walk, running & keep, y1, args)
+    keep, found, lost, aim, seen = _hunted(march, walk, running & keep, y1, args)
     failed = RESULTS.where(keep, failed, RESULTS.successful)
     failed = RESULTS.where(diffrax.is_okay(failed), refused, failed)
+    failed = RESULTS.where(lost & diffrax.is_okay(failed), RESULTS.nonfinite_input, failed)
     failed = RESULTS.where(found & diffrax.is_okay(failed), RESULTS.event_occurred, failed)
 
     saved, ys = _saved(march, walk, keep, shown if march.shows else y1, dense)
@@ -218,18 +219,16 @@ def _closed(march, t1, y1, error, args, failed):
 
 
 def _hunted(march, walk, keep, y1, args):
-    """(whether the step stays, whether it ends on the event, the latest end of the next step, the hunt)."""
+    """As `hunt.hunted`, of the event."""
     if march.crossing is None:
-        return keep, jnp.asarray(False), jnp.inf, None
-    value = held(march.crossing(walk.t_next, y1, args))
-    return hunting.hunted(walk.hunt, walk.t, walk.t_next, value, keep)
+        return keep, jnp.asarray(False), jnp.asarray(False), jnp.inf, None
+    return hunting.hunted(walk.hunt, walk.t, walk.t_next, held(march.crossing(walk.t_next, y1, args)), keep)
 
 
 def _clipped(march, t, t_next, keep, saved):
     """The end of the next step: not beyond the end of the march, nor the next time to save if it is to land there.
 
-    The last hundred roundings before the end belong to the step; one that is to be made again takes half of what is
-    left."""
+    The last hundred roundings before the end belong to the step; one made again takes half of what is left."""
     last = march.t1 - 100.0 * jnp.spacing(march.t1)
     end = jnp.where(keep, march.t1, t + 0.5 * (march.t1 - t))
     t_next = jnp.where(t_next > last, end, t_next)

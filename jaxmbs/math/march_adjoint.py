@@ -122,7 +122,7 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
         return eqx.combine(numbers.unpack(vector), fixed)
 
     moving = numbers.pack(moving)
-    y_bar = _filled(bars.y, y0)
+    y_bar, shown_bar = _filled(bars.y, y0), _filled(bars.shown, y0) if march.shows else None
     ys_bar = _filled(bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size, *y.shape)), y0))
     ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of(march)].add(ys), ys_bar)
     last = jnp.where(log.count > 0, (log.count - 1) // log.stride, -1)
@@ -138,16 +138,19 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
             k, bars = carry
             row = packing.unpack(_row(pieces, jnp.maximum(k, 0)))
             found = pulled(march, args_of, moving, row, bars, ys_bar)
-            return k - 1, jax.tree.map(lambda new, old: jnp.where(k >= 0, new, old), found, bars)
+            counts = (k >= 0) & (is_used | (row[0][4] <= last_used))
+            return k - 1, jax.tree.map(lambda new, old: jnp.where(counts, new, old), found, bars)
 
         bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), one, (count - 1, bars))[1]
         return number - 1, start[0], pieces, bars
 
     memory = jax.tree.map(jnp.zeros_like, memory_of(march, packing.unpack(log.rows[0])[0][3]))
-    begun = (last, t_end, jnp.zeros_like(log.rows), (jnp.zeros_like(moving), y_bar, memory))
-    bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), segment, begun)[3]
-    moving_bar, y_bar = first_memory(march, y0, t0, dt0, args_of, moving, bars)
+    # steps after the last state that is used are left out: one that is not finite would make NaN of zeros
     index = jnp.arange(march.times.size, dtype=jnp.int32)
+    is_used, last_used = _any((y_bar, shown_bar)), jnp.max(jnp.where(_used(ys_bar), index, -1))
+    begun = (last, t_end, jnp.zeros_like(log.rows), (jnp.zeros_like(moving), y_bar, memory, shown_bar))
+    bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), segment, begun)[3]
+    moving_bar, y_bar = first_memory(march, y0, t0, dt0, args_of, moving, bars[:3])
     rest = (index < skipped) | (index >= saved)  # they are the start: saved before the first step, or never
 
     def with_rest(y_bar, ys_bar):
@@ -176,6 +179,16 @@ def _again(march, args, packing, row, end, pieces, stride):
     carry = _from(start), pieces, jnp.zeros_like(stride)
     _, pieces, count = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0].is_running(shorter)), body, carry)
     return pieces, jnp.where(stride > 1, count, 1)
+
+
+def _used(ys_bar):
+    """(T,) whether a saved state has a cotangent."""
+    return jax.vmap(_any)(ys_bar)
+
+
+def _any(bars):
+    """Whether some number is not zero."""
+    return jnp.any(jnp.stack([jnp.any(x != 0.0) for x in jax.tree.leaves(bars)]))
 
 
 def _filled(bars, like):

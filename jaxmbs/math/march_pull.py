@@ -40,11 +40,12 @@ def first_memory(march: March, y0, t0, dt0, args_of, moving, bars):
 
 
 def pulled(march: March, args_of, moving, row, bars, ys_bar):
-    """Cotangents (of what moves in the arguments, of the state before the step, of the solver's memory there) from
-    those after it and of the saved states (T, ...)."""
+    """Cotangents (of what moves in the arguments, of the state before the step, of the solver's memory there, of what
+    is shown of that state, or None) from those after it and of the saved states (T, ...)."""
     pull = _pulled_whole if row[1] is None else _pulled_stages
     change, y_bar, memory_bar = pull(march, args_of, moving, row, bars, ys_bar)
-    return jax.tree.map(jnp.add, bars[0], change), y_bar, memory_bar
+    shown_bar = jax.tree.map(jnp.zeros_like, bars[3])  # only the last of the march has one
+    return jax.tree.map(jnp.add, bars[0], change), y_bar, memory_bar, shown_bar
 
 
 def _pulled_whole(march, args_of, moving, row, bars, ys_bar):
@@ -59,14 +60,14 @@ def _pulled_whole(march, args_of, moving, row, bars, ys_bar):
         return _ends(march, t1, y, args), dense, memory_of(march, (state,))
 
     (y1, dense, _), back = jax.vjp(whole, moving, y0, floating)
-    end_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, bars[1], ys_bar)
+    end_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
     return back((end_bar, dense_bar, bars[2]))
 
 
 def _pulled_stages(march, args_of, moving, row, bars, ys_bar):
     (t0, t1, y0, _, saved, _), dense = row
     y1, back = jax.vjp(lambda moving, y: _ends(march, t1, y, args_of(moving)), moving, dense["y1"])
-    end_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, bars[1], ys_bar)
+    end_bar, dense_bar = _with_saved(march, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
     change, y_bar = back(end_bar)
     y_bar = jax.tree.map(jnp.add, y_bar, dense_bar["y1"])
     change, y_bar = _stages(march, t0, t1, y0, dense["k"], args_of, moving, change, y_bar, dense_bar["k"])
@@ -81,13 +82,16 @@ def _ends(march, t1, y, args):
     return (y, shown) if march.shows else y
 
 
-def _with_saved(march, t0, t1, saved, y1, dense, y_bar, ys_bar):
+def _with_saved(march, t0, t1, saved, y1, dense, end_bars, ys_bar):
     """Cotangents of (`_ends`, the inside of the step), those of the states saved in it added."""
+    y_bar, shown_bar = end_bars
     none = jax.tree.map(jnp.zeros_like, dense)
     if march.lands:
         hit, at = due(march, saved) <= t1, jnp.minimum(saved, march.times.size - 1)
         saved_bar = jax.tree.map(lambda ys: jnp.where(hit, ys[at], 0.0), ys_bar)
-        return (y_bar, saved_bar) if march.shows else jax.tree.map(jnp.add, y_bar, saved_bar), none
+        if march.shows:
+            return (y_bar, jax.tree.map(jnp.add, shown_bar, saved_bar)), none
+        return jax.tree.map(jnp.add, y_bar, saved_bar), none
 
     def left(carry):
         return due(march, carry[0]) <= t1

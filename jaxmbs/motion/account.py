@@ -11,6 +11,7 @@ from ..flexible.spin import missing, squared_spins
 from ..kinematics import constraints
 from ..kinematics.configuration import Configuration, Moving
 from ..kinematics.state import State
+from ..math.nan import nan_slope_where, nan_where
 from ..status import Status, succeeded
 from .formulation import is_rheonomic
 from .motion import Diagnostics
@@ -23,6 +24,7 @@ _CODES = {
     "event_occurred": Status.EVENT,
     "max_steps_reached": Status.MAX_STEPS,
     "dt_min_reached": Status.STEP_SIZE,
+    "nonfinite_input": Status.NOT_FINITE,
 }
 
 
@@ -97,21 +99,22 @@ def _is_off(diagnostics, observed, ended):
     return jnp.max(missing, initial=0.0) > _OFF * exchanged + _ROUNDING * largest
 
 
-def without(ended, lost, states, diagnostics):
-    """States and accounts (T, ...) with NaN at the times after an end, and at those that are lost.
-
-    What is lost becomes NaN by a product and not by `where`: its derivative is not the zero of a branch not taken.
-    """
-    factor = jnp.where(lost, jnp.nan, 1.0).astype(states.coordinates.dtype)
+def without(ended, lost, kept, states, diagnostics, end):
+    """States and accounts (T, ...) with NaN at the times after an end and at those that are lost, which have no
+    derivative; nor has the end () unless it is `kept`."""
 
     def spoil(x):
-        return masked(ended & ~lost, x * factor.reshape(factor.shape + (1,) * (x.ndim - 1)), jnp.nan)
+        return nan_where(lost, masked(ended & ~lost, x, jnp.nan))
 
-    parts = spoil(states.coordinates), spoil(states.velocities)
-    states = State(states.t, *parts, states.residual, states.structure)
+    def at(state, change):
+        parts = change(state.coordinates), change(state.velocities)
+        return State(state.t, *parts, state.residual, state.structure)
+
     accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
     spoiled = jax.tree.map(spoil, accounts)
-    return states, eqx.tree_at(lambda d: (d.kinetic, d.potential, d.work, d.energy_residual), diagnostics, spoiled)
+    places = lambda d: (d.kinetic, d.potential, d.work, d.energy_residual)  # noqa: E731
+    end = at(end, lambda x: nan_slope_where(~kept, x))
+    return at(states, spoil), eqx.tree_at(places, diagnostics, spoiled), end
 
 
 def masked(mask, x, value):

@@ -20,8 +20,8 @@ class Diagnostics(eqx.Module):
         work: done on the system up to each time beside stored energy, by force element [J], negative when dissipated;
             "drives" holds that of driven joints and moving constraints.
         energy_residual: kinetic + potential - their start - all work [J].
-        constraint_drift: largest residual of the positions.
-        velocity_drift: largest residual of the velocities.
+        constraint_drift: largest residual of the positions, without derivative.
+        velocity_drift: largest residual of the velocities, without derivative.
         num_steps, num_rejected: of the integrator ().
         stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
             out, see `flexible.stiffening`.
@@ -55,7 +55,8 @@ def _told(motion):
 class Motion(eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
-    `end` is the state that the integrator reached, at its time `end.t` [s].  Of a motion that failed the states saved
+    `end` is the state that the integrator reached, at its time `end.t` [s]: the end asked for, or that of the event.
+    All have derivatives, by times too; steps are held.  The derivatives of the `end` of a failed motion are NaN.  Of a motion that failed the states saved
     before are kept; those after it are NaN, and so is every result and derivative that follows from them.  Where only
     the energy account is off all states are kept.
     """

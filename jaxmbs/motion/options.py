@@ -4,6 +4,7 @@ import math
 
 import diffrax
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import lineax
 import numpy as np
@@ -27,8 +28,7 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
     if not isinstance(gradient, str) or gradient not in GRADIENTS:
         raise ValueError(f"gradient={gradient!r} must be one of {', '.join(GRADIENTS)}")
     solver = diffrax.Dopri8() if solver is None else solver
-    if not isinstance(solver, diffrax.AbstractSolver):
-        raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
+    _check_solver(solver)
     euler = isinstance(solver, SemiImplicitEuler)
     formulation = formulation or ("velocity" if euler else "canonical")
     if not (isinstance(formulation, type) and issubclass(formulation, Formulation)):
@@ -53,6 +53,33 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
     if isinstance(solver, diffrax.AbstractImplicitSolver):
         solver = _with_finder(solver, dt, rtol, atol)
     return solver, formulation
+
+
+def _check_solver(solver):
+    """ValueError unless it is a solver of diffrax for one ordinary differential equation."""
+    if not isinstance(solver, diffrax.AbstractSolver):
+        raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
+    if isinstance(solver, diffrax.SemiImplicitEuler):
+        raise ValueError("diffrax.SemiImplicitEuler() splits two equations: give jaxmbs.SemiImplicitEuler(), and dt=")
+    if solver.term_structure is not diffrax.AbstractTerm:
+        raise ValueError(
+            f"{type(solver).__name__} is for stochastic or split equations; a mechanism takes one for ordinary ones, "
+            "such as diffrax.Dopri8() or, if stiff, diffrax.Kvaerno5()"
+        )
+
+
+def check_event(event, state):
+    """TypeError unless an event, if there is one, is a function of a State to one real number."""
+    if event is None:
+        return
+    if isinstance(event, list | tuple | diffrax.Event) or not callable(event):
+        raise TypeError(
+            "event= takes one function of a State whose zero ends the motion, such as lambda s: s.coordinates[0], not "
+            f"{type(event).__name__}; for the first of several that start positive: lambda s: jnp.minimum(f(s), g(s))"
+        )
+    found = jax.eval_shape(event, state)
+    if not (hasattr(found, "dtype") and found.shape == () and jnp.issubdtype(found.dtype, jnp.floating)):
+        raise TypeError(f"the event must return one real number (), got {found}")
 
 
 def _with_finder(solver, dt, rtol, atol):

@@ -13,6 +13,7 @@ from ..dynamics.newton_euler import forward_dynamics
 from ..kinematics.assembly import consistent_velocities, newton_step
 from ..kinematics.poses import coordinate_rate, node_parameters, normalise
 from ..kinematics.state import State
+from ..math.march import held
 from ..model.question import check_fits
 from ..model.system import System
 from .motion import Motion
@@ -50,8 +51,8 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
         quantity: takes one State to a scalar or an array, of which every entry has its own peak; for example
             `lambda s: jnp.linalg.norm(reactions(system, s)["main"].force)`.  For the least value give its negative.
 
-    Returns: Peak, nan where the motion failed.  Gradients hold the time of the peak, which is exact for a peak
-        inside the motion (the slope in time is zero there), and at an end that is a fixed time.
+    Returns: Peak, nan where the motion failed.  All of it has derivatives: of a peak inside the motion the time moves
+        so that the slope there stays zero, at an end of the motion it is the time of that end.
 
     Raises: ValueError for a batch of motions.
     """
@@ -67,26 +68,48 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
     def one(entry, i):
         index = jnp.clip(i + jnp.arange(-1, 2), 0, last)
         states = jax.tree.map(lambda x: x[index], motion.states)
-        return _peak_near(system, states, values[index, entry], quantity, entry)
+        at_end = (i == 0) | (i == last)
+        return _peak_near(system, states, values[index, entry], quantity, entry, at_end)
 
     found = jax.vmap(one)(jnp.arange(values.shape[1]), best)
     found = jax.tree.map(lambda x: jnp.where(motion.ok, x, jnp.nan).reshape(shape + x.shape[1:]), found)
     return Peak(*found)
 
 
-def _peak_near(system, states, values, quantity, entry):
+def _peak_near(system, states, values, quantity, entry, at_end):
     """(value, time, State) of the largest entry of the quantity between three states, the middle one largest."""
-    P = node_parameters(system)
     knots = _knots(system, states)
-    frozen = jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_inexact_array(x) else x, (system, P, knots))
+    parts = system, node_parameters(system), knots
 
     def at(parts, t):
         state = _between(*parts, t)
         return jnp.reshape(quantity(state), -1)[entry], state
 
-    time = _maximise(lambda t: lax.stop_gradient(at(frozen, t)[0]), *lax.stop_gradient((states.t, values)))
-    value, state = at((system, P, knots), lax.stop_gradient(time))
-    return value, time, state
+    frozen = held(parts)
+    found = _maximise(lambda t: at(frozen, t)[0], *lax.stop_gradient((knots.t, values)))
+    at_end, middle = at_end & (found == knots.t[1]), knots.t[1]
+    time = jnp.where(at_end, middle, _still(found, parts, lambda parts, t: at(parts, t)[0]))
+    # the slope is zero inside the motion, so that the value moves with the time of an end alone
+    value = at(parts, jnp.where(at_end, middle, found))[0]
+    return value, time, at(parts, time)[1]
+
+
+@eqx.filter_custom_jvp
+def _still(t, parts, function):
+    """The time t where `function(parts, t)` is largest; it moves so that the slope by the time stays zero."""
+    return t
+
+
+@_still.def_jvp
+def _still_jvp(primals, tangents):
+    t, parts, function = primals
+
+    def slope(parts, t):
+        return jax.jvp(lambda t: function(parts, t), (t,), (jnp.ones_like(t),))[1]
+
+    bend = jax.jvp(lambda t: slope(parts, t), (t,), (jnp.ones_like(t),))[1]
+    turned = eqx.filter_jvp(lambda parts: slope(parts, t), (parts,), (tangents[1],))[1]
+    return t, -turned / jnp.where(bend == 0.0, jnp.nan, bend)
 
 
 def _knots(system, states):
