@@ -35,7 +35,8 @@ class State(eqx.Module):
     """Time t () [s], coordinates (nq,) and velocities (nv,) of the tree's joints; leading axes for a motion.
 
     `residual` () is what assembly left open, the largest over the rows of positions [m, rad] and velocities [m/s,
-    rad/s], without derivative; zero for a state written down by hand.  In a batch of designs `ok` says which of them were assembled.
+    rad/s], without derivative; zero for a state written down by hand.  In a batch of designs `ok` says which of them
+    were assembled.
     `rank_change` () is the rank of the constraint rows at this pose less that counted by `build`: where it is not
     zero the mechanism has other freedoms here than those of `system.topology`; zero by hand and along a motion;
     without derivative (a float, so that a State can be differentiated by).

@@ -52,7 +52,8 @@ class Modes(eqx.Module):
         roots: (m,) [rad/s], None of natural modes; a pair of conjugates is side by side, positive imaginary part
             first.
         left: (m, n), None of natural modes, mechanisms: the receptance is `sum_j shapes_j left_j / (s - root_j)`.
-        rounding: (m,) [rad/s], None of natural modes: the error that rounding alone makes in a root, at most.
+        rounding: (m,) [rad/s], None of natural modes: the error that rounding alone makes in a root, at most;
+            without derivative.
         coordinates: names of the rows of `shapes` (n, static), `()` where the matrices had none; see `at`.
     """
 

@@ -56,9 +56,9 @@ class Motion(eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
     `end` is the state that the integrator reached, at its time `end.t` [s]: the end asked for, or that of the event.
-    All have derivatives, by times too; steps are held.  The derivatives of the `end` of a failed motion are NaN.  Of a motion that failed the states saved
-    before are kept; those after it are NaN, and so is every result and derivative that follows from them.  Where only
-    the energy account is off all states are kept.
+    All have derivatives, by times too; the sizes of steps are held.  Of a motion that failed the states saved before
+    are kept; those after it are NaN, and so is every result and derivative that follows from them, or derivative that
+    follows from its `end`.  Where only the energy account is off all states are kept.
     """
 
     ts: Float[Array, " times"]
