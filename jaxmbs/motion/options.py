@@ -75,7 +75,7 @@ def check_event(event, state):
     if isinstance(event, list | tuple | diffrax.Event) or not callable(event):
         raise TypeError(
             "event= takes one function of a State whose zero ends the motion, such as lambda s: s.coordinates[0], "
-            f"not {type(event).__name__}; for the first of several that start positive: lambda s: jnp.minimum(f(s), g(s))"
+            f"not {type(event).__name__}; for the first of two that start positive: lambda s: jnp.minimum(f(s), g(s))"
         )
     found = jax.eval_shape(event, state)
     if not (hasattr(found, "dtype") and found.shape == () and jnp.issubdtype(found.dtype, jnp.floating)):
