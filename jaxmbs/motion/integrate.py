@@ -23,7 +23,7 @@ from ..math.reverse_only import FORWARD_MODE, reverse_only
 from ..model.question import check_fits
 from ..model.system import System
 from ..status import succeeded
-from ..typing import ArrayLike
+from ..typing import ArrayLike, Explained
 from .account import CLOSED, gap
 from .failure import explain
 from .formulation import Formulation, num_powers
@@ -47,7 +47,7 @@ def simulate(
     atol: ArrayLike = 1e-9,
     gradient: Any = "reverse",
     formulation: str | type[Formulation] | None = None,
-    event: Callable | None = None,
+    event: Explained[Callable | None] = None,
     interpolate: bool = False,
     max_steps: int = 100_000,
     progress: bool = False,

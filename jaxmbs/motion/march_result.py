@@ -9,7 +9,7 @@ from jax import lax
 from ..kinematics.configuration import configuration, moving
 from ..kinematics.state import State
 from ..math.march import held
-from ..math.nan import nan_where
+from ..math.nan import nan_where, value_where
 from ..math.rows import over_rows
 from ..status import Status, succeeded
 from .account import diagnose, masked, observe, result_code, without
@@ -54,12 +54,12 @@ def _shifted_jvp(primals, tangents):
 def _reached(walk, y0, t1, args):
     """(time, state) that a march ended with, that of the event if it ended the march; and whether all is finite.
 
-    By the end that was asked for, its derivative is the motion's rate.  What is not finite is the start instead: its
-    derivatives would make NaN of cotangents that are zero.
+    By the end that was asked for, its derivative is the motion's rate.  What is not finite is the start instead, as
+    its derivatives would make NaN of cotangents that are zero.
     """
     problem, event = args
     finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in walk.y]))
-    y = jax.tree.map(lambda x, x0: jnp.where(finite, x, x0), walk.y, y0)
+    y = jax.tree.map(lambda x, x0: value_where(~finite, x, lax.stop_gradient(x0)), walk.y, y0)
     happened = walk.result == diffrax.RESULTS.event_occurred
     t = held(walk.t) + jnp.where(happened | ~jnp.isfinite(t1), 0.0, t1 - held(t1))
     y = shifted(y, t, held(walk.t), problem)
