@@ -13,6 +13,7 @@ from ..model.system import System
 from ..palette import COLORS
 from ..typing import ScalarLike
 from .film import film
+from .guesses import inertia_box
 from .mesh import Mesh, mesh_of, moving_meshes
 from .sets import Set, Solids, encoded, tracks
 
@@ -63,7 +64,7 @@ class MechanismAct(Act):
         com = self.film.x[:, 1 : top.bodies.size + 1] + np.einsum(
             "tbij,bj->tbi", self.film.R[:, 1 : top.bodies.size + 1], np.asarray(system.com, float)
         )
-        self.points = np.concatenate([self.film.x[:, seen].reshape(-1, 3), com.reshape(-1, 3)])
+        self.points = np.concatenate([self.film.x[:, seen].reshape(-1, 3), *self._boxes(com)])
         self.traceable = top.frame_names
         self.elastic = {}
         given = dict(structures or {})
@@ -74,6 +75,14 @@ class MechanismAct(Act):
         for name, (structure, frame) in given.items():
             q = np.atleast_2d(np.asarray(deformations(system, motion, name)[0]))
             self.elastic[name] = structure, frame, q[: len(self.ts)]
+
+    def _boxes(self, com):
+        """Centres of bodies, and the middles of the faces of the boxes that have their inertia, (T, 3) each."""
+        for body in range(com.shape[1]):
+            yield com[:, body]
+            edges, axes = inertia_box(self.system, body, self.film.extent)
+            for half in (0.5 * edges * axes).T:
+                yield from (com[:, body] + sign * self.film.R[:, body + 1] @ half for sign in (-1.0, 1.0))
 
     def staged(self, solids, radius, up, shapes, traces):
         top = self.system.topology
@@ -121,8 +130,11 @@ class MechanismAct(Act):
 
 
 def _bound(limit):
-    """A number of a limit, None without."""
-    return None if limit is None else float(np.min(np.asarray(getattr(limit, "upper", limit), float)))
+    """A number of a limit, None without one or where it is infinite."""
+    least = np.inf if limit is None else float(np.min(np.asarray(getattr(limit, "upper", limit), float)))
+    if not least > 0.0:
+        raise ValueError(f"a limit of a load must be positive, got {least}")
+    return least if np.isfinite(least) else None
 
 
 class LinearAct(Act):
@@ -133,7 +145,11 @@ class LinearAct(Act):
         self.frequency = getattr(motion, "frequency", None)
         x = np.asarray(getattr(motion, "displacement", motion), float)
         x = x[None] if x.ndim == 1 else x
-        self.ts = np.asarray(getattr(motion, "ts", np.arange(len(x))), float)
+        ts = np.asarray(getattr(motion, "ts", np.arange(len(x))), float)
+        there = np.all(np.isfinite(x), axis=1) & np.isfinite(ts)
+        if not np.any(there):
+            raise ModelError(["no displacement of the motion is finite"])
+        x, self.ts = x[there], ts[there]
         self.meshes = moving_meshes(system, x, structures)
         if not self.meshes:
             raise ModelError("no component has positions: give structures by component")

@@ -51,12 +51,13 @@ def _rings(ax, largest):
     step = 10.0 ** np.floor(np.log10(largest))
     step *= next(k for k in (0.2, 0.5, 1.0, 2.0) if largest / (k * step) <= 5)
     angle = np.linspace(0.0, 2 * np.pi, 121)
-    for radius in np.arange(step, 1.001 * largest + step, step):
+    radii = np.arange(step, 1.001 * largest + step, step)
+    for radius in radii:
         ax.plot(radius * np.cos(angle), radius * np.sin(angle), color="0.85", linewidth=0.7, zorder=0)
     ax.axhline(0.0, color="0.85", linewidth=0.7, zorder=0)
     ax.axvline(0.0, color="0.85", linewidth=0.7, zorder=0)
-    ax.set_xlim(-1.08 * largest, 1.08 * largest)
-    ax.set_ylim(-1.08 * largest, 1.08 * largest)
+    ax.set_xlim(-1.04 * radii[-1], 1.04 * radii[-1])
+    ax.set_ylim(-1.04 * radii[-1], 1.04 * radii[-1])
 
 
 def plot_envelope(

@@ -18,7 +18,7 @@ from ..typing import ScalarLike
 from ..whole_file import write_whole
 from .cast import Act, act_of
 from .sets import Solids, encoded
-from .view import view_of
+from .view import distance, view_of
 
 _THICK = 0.02  # radius of bars over the extent
 _REACH = 0.34  # length of the longest arrow over the extent
@@ -31,7 +31,10 @@ class Scene:
     def __init__(self, data: dict) -> None:
         self.data = data
         page, player = (resources.files(__package__).joinpath(f"player.{end}") for end in ("html", "js"))
-        text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+        try:
+            text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+        except ValueError:
+            raise ModelError(["the scene has a number that is not finite: a motion, a load or a scale"]) from None
         self.html = page.read_text("utf-8").replace("PLAYER", player.read_text("utf-8")).replace("FILM", text)
 
     def save(self, path: str | PathLike) -> Path:
@@ -99,13 +102,18 @@ def _film(acts, names, loads, limits, traces, shapes):
     points, solids = np.concatenate([act.points for act in acts]), Solids()
     extent = float(np.max(np.ptp(points, axis=0), initial=0.0)) or 1.0
     radius = _THICK * extent
-    view = view_of(points, acts[0].gravity, 4 * radius)
+    view, reach = view_of(points, acts[0].gravity, 4 * radius), _REACH * extent
     arrows = [act.arrows(own, limits) for act, own in zip(acts, loads, strict=True)]
     largest = max((float(np.max(np.linalg.norm(a["force"], axis=-1), initial=0.0)) for a in arrows if a), default=0.0)
+    offsets = _offsets(view, len(acts))
+    seen = [act.points + offset for act, offset in zip(acts, offsets, strict=True)]
+    seen += [
+        _tips(a, offset, reach / largest) for a, offset in zip(arrows, offsets, strict=True) if a and largest > 0
+    ]
     stages = [
         act.staged(solids, radius, view.up, shapes, traces)
         | {"name": str(name), "offset": offset.tolist(), "arrows": None if a is None else _packed(a, largest)}
-        for act, name, a, offset in zip(acts, names, arrows, _offsets(view, len(acts)), strict=True)
+        for act, name, a, offset in zip(acts, names, arrows, offsets, strict=True)
     ]
     return {
         "ts": encoded(acts[0].ts),
@@ -115,13 +123,13 @@ def _film(acts, names, loads, limits, traces, shapes):
         "cone": solids.cone,
         "ball": solids.ball,
         "radius": radius,
-        "reach": _REACH * extent,
+        "reach": reach,
         "up": view.up.tolist(),
         "front": view.front.tolist(),
         "centre": view.centre.tolist(),
         "caption": (view.centre + view.up * (0.62 * view.half)).tolist(),
         "ground": view.ground,
-        **_floor(view, extent, len(acts)),
+        **_floor(view, extent, np.concatenate(seen), len(acts)),
         **_clock(acts[0]),
         "scale": _legend(largest, limits) if largest > 0 else None,
         "has": {
@@ -175,15 +183,20 @@ def _legend(largest, limits):
     return f"loads: 0 to {largest / unit:.3g} {name}"
 
 
-def _floor(view, extent, count):
-    """A grid of round meshes about all stages, and the camera that sees them."""
+def _tips(arrow, offset, scale):
+    """Where arrows end at any time, (n, 3)."""
+    return (arrow["place"] + offset + scale * arrow["force"]).reshape(-1, 3)
+
+
+def _floor(view, extent, points, count):
+    """A grid of round meshes about all stages, and the camera that sees all points (n, 3)."""
     half = np.hypot(view.half, 0.5 * 1.3 * view.width * (count - 1))
     wide = 2.6 * half
     step = 10.0 ** np.floor(np.log10(extent / 3))
     step *= next(k for k in (1, 2, 5, 10) if wide / (k * step) <= 20)
     angle = 0.5
     camera = {"azimuth": view.azimuth * (1.0 if count == 1 else 0.3), "elevation": view.elevation}
-    camera["distance"] = 0.84 * half / np.sin(angle / 2) if count == 1 else 0.8 * half / np.tan(angle / 2)
+    camera["distance"] = distance(view, points, angle, 5 * _THICK * extent, **camera)
     return {"floor": wide, "cells": wide / step, "angle": angle, "camera": camera}
 
 

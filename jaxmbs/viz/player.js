@@ -196,11 +196,11 @@ function arrows(stage, when) {
     const share = limit ? newton / limit : newton / (largest || 1);
     const length = film.reach * (newton / (largest || 1));
     if (!(length > 0.004 * film.reach)) return;
-    const color = [...heat(Math.min(share, 1)), 1], n = unit(f), head = Math.min(2.6 * film.radius, .6 * length);
+    const color = [...heat(Math.min(share, 1)), 1], n = unit(f), head = Math.min(3.4 * film.radius, .6 * length);
     const tip = add(p, n, length), neck = add(tip, n, -head), told = name + ": " + spoken(newton)
       + (limit ? ", " + (100 * share).toFixed(0) + " % of its limit" : "");
     found.push({ shape: shapes[film.cylinder], model: spanning(p, neck, .5 * film.radius), color, name: told, through: true });
-    found.push({ shape: shapes[film.cone], model: spanning(neck, tip, 1.2 * film.radius), color, name: told, through: true });
+    found.push({ shape: shapes[film.cone], model: spanning(neck, tip, 1.7 * film.radius), color, name: told, through: true });
   });
   return found;
 }
@@ -258,7 +258,7 @@ function draw(things, sight, picking) {
     gl.disable(gl.POLYGON_OFFSET_FILL);
     if (thing.through && !picking) { // loads inside of a body shine through it
       gl.enable(gl.BLEND); gl.depthFunc(gl.GREATER); gl.depthMask(false);
-      gl.uniform4fv(solid.at.color, [...thing.color.slice(0, 3), .38]);
+      gl.uniform4fv(solid.at.color, [...thing.color.slice(0, 3), .72]);
       gl.drawElements(gl.TRIANGLES, thing.shape.count, gl.UNSIGNED_INT, 0);
       gl.depthFunc(gl.LESS); gl.depthMask(true);
     }

@@ -14,6 +14,7 @@ from ..palette import COLORS
 from ..typing import ScalarLike
 from .anatomy import body_frames, distinct, slides, spans
 from .film import Film
+from .guesses import guessed, inertia_box
 from .solids import Solid, icosphere, rounded_hull, swept, turned_to, unit_coil, unit_cone, unit_cylinder
 
 STEEL, DARK, PALE, BRASS = "#8d99a6", "#3a444e", "#c3ccd4", "#b8863b"
@@ -87,32 +88,47 @@ class Set:
             color = COLORS[body % len(COLORS)] if body >= 0 else PALE
             for solid in own or ():
                 self._put(name, body + 1, solid, solid.color or color)
-            if own or body < 0 or body + 1 in spared:
+            if own or body < 0 or body + 1 in spared or self._is_elastic(name):  # a mesh, or spans
                 continue
             points = distinct([self.film.in_body(self.top, f) for f in frames], 0.6 * self.r)
             com = np.asarray(self.system.com[body], float)
             if len(points) > 1:
-                self._put(name, body + 1, rounded_hull(points, self.r, few), color)
+                for solid in guessed(*self._points(body, frames), self.r, few):
+                    self._put(name, body + 1, solid, color)
             elif len(points) and np.linalg.norm(com - points[0]) > self.r and body + 1 not in blocks:
                 self._put(name, body + 1, rounded_hull([points[0], com], 0.6 * self.r, few), color)
                 self._lump(name, body, com, color)
             elif body + 1 not in blocks:
                 self._lump(name, body, com, color)
 
+    def _is_elastic(self, name):
+        """Whether it is a part of an elastic body: an interface, the joint of one, or the modes."""
+        return name.partition(".")[0] in {n for group in self.system.elastic for n in group.names}
+
+    def _points(self, body, frames):
+        """Places of a body's joints and of its named frames, and axes of its joints that turn, in its axes."""
+        joints, axes = [], []
+        for joint in self.top.joints:
+            here = [f for f in joint.frames if f in frames]
+            joints += [self.film.in_body(self.top, f) for f in here]
+            if here and joint.kind == "Revolute" and joint.name in self.film.axes:
+                world = self.film.R[0, joint.frames[0]] @ self.film.axes[joint.name]
+                axes.append(self.film.R[0, body + 1].T @ world)
+        others = set(frames) - {f for joint in self.top.joints for f in joint.frames}
+        named = [self.film.in_body(self.top, f) for f in sorted(others)]
+        return (np.array(part).reshape(-1, 3) for part in (joints, named, axes))
+
     def _put(self, name, body, solid, color):
         self.items.append({"name": name, "solid": self.solids(solid), "body": body, "color": ink(color)})
 
     def _lump(self, name, body, com, color):
         """A box with the inertia of the body, a ball where it has none to speak of."""
-        mass, inertia = float(self.system.mass[body]), np.asarray(self.system.inertia[body], float)
-        values, axes = np.linalg.eigh((inertia + inertia.T) / 2)
-        squares = 6.0 * (values.sum() - 2.0 * values) / mass if mass > 0 else 0.0 * values
-        edges = np.sqrt(np.maximum(squares, 0.0))
-        if edges.max(initial=0.0) < 2.0 * self.r or edges.max() > 1.5 * self.film.extent:
+        edges, axes = inertia_box(self.system, body, self.film.extent)
+        if edges.max(initial=0.0) < 2.0 * self.r:
             self.solid(name, body + 1, self.solids.ball, com, (0, 0, 1), 2.2 * self.r, 2.2 * self.r, color)
         else:
             size = np.maximum(edges, 0.5 * self.r)
-            self._put(name, body + 1, Solid.box(size).placed(com, axes * np.sign(np.linalg.det(axes))), color)
+            self._put(name, body + 1, Solid.box(size).placed(com, axes), color)
 
     def _body(self, frame):
         return self.top.frame_body[frame] + 1
@@ -131,7 +147,7 @@ class Set:
             body, place = self._body(frame), self.film.in_body(self.top, frame)
             if joint.kind not in ("Modal", "Free"):
                 self.tags.append({"name": joint.name, "body": body, "point": place.tolist()})
-            if joint.name in sliding or joint.name not in self.film.axes:
+            if joint.name in sliding or joint.name not in self.film.axes or self._is_elastic(joint.name):
                 continue
             axis = self._along(frame, self.film.axes[joint.name])
             if joint.kind in ("Revolute", "Screw", "Universal"):

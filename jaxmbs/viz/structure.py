@@ -60,9 +60,7 @@ def plot_structure(
             _drawn(ax, mesh, mesh.rest + scale * u, look, numbers if colored else None, (low, top * unit)) or shown
         )
     if colored and shown is not None and text:
-        bar = ax.figure.colorbar(shown, ax=ax, shrink=0.6, pad=0.02)
-        bar.set_label(text)
-        bar.outline.set_visible(False)
+        _bar(shown, ax, text)
     ax.autoscale_view()
     return framed(ax, look)
 
@@ -76,7 +74,8 @@ def plot_modes(
     *,
     structures: Any = None,
 ) -> Any:
-    """Modes beside each other, each where it is furthest from rest, its frequency [Hz] above it.
+    """Modes beside each other, each where it is furthest from rest, its frequency [Hz] above it; colours are shares
+    of its largest displacement.
 
     Args:
         numbers: which (default: the first four that are not rigid).
@@ -90,17 +89,21 @@ def plot_modes(
     numbers = list(numbers)
     if not numbers:
         raise ValueError("there is no mode to show")
-    ax = axes(ax, (2.6 * len(numbers), 1.9))
-    for room, number in zip(beside(ax, len(numbers)), numbers, strict=True):
+    ax, shown = axes(ax, (2.6 * len(numbers) + 0.6, 1.9)), None
+    rooms = beside(ax, len(numbers))
+    for room, number in zip(rooms, numbers, strict=True):
         mode = swing(system, modes, number, frames=2)
         meshes = moving_meshes(system, np.asarray(mode.displacement)[:1], structures).values()
         look = looking(plane)
         largest = max(np.max(np.linalg.norm(u, axis=-1)) for _, u in meshes)
         for mesh, u in meshes:
             _ghost(room, mesh, look)
-            _drawn(room, mesh, mesh.rest + u[0], look, np.linalg.norm(u[0], axis=-1), (0.0, largest))
+            share = np.linalg.norm(u[0], axis=-1) / (largest or 1.0)
+            shown = _drawn(room, mesh, mesh.rest + u[0], look, share, (0.0, 1.0)) or shown
         room.autoscale_view()
         framed(room, look).set_title(f"{mode.frequency:.4g} Hz", fontsize="medium")
+    if shown is not None:
+        _bar(shown, rooms, "share of the largest displacement")
     return ax
 
 
@@ -126,6 +129,14 @@ def _of_nodes(mesh: Mesh, structure, x):
     if x.shape != (len(labels),):
         raise ValueError(f"the structure has {len(labels)} coordinates and {len(mesh.rest)} nodes, not {x.shape}")
     return mesh.moves(labels, x)
+
+
+def _bar(shown, rooms, text):
+    """A colour bar at the right of axes."""
+    figure = (rooms[0] if isinstance(rooms, list) else rooms).figure
+    bar = figure.colorbar(shown, ax=rooms, shrink=0.6, pad=0.02)
+    bar.set_label(text)
+    bar.outline.set_visible(False)
 
 
 def _scaled(largest, extent):

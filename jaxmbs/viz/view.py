@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+_ASPECT = 1.45  # width over height of what is seen for certain; the player's `look` has the same
+
 
 class View(NamedTuple):
     """Unit vectors up and front (towards the camera, level), angles of the camera [rad], the centre (3,) and the half
@@ -44,6 +46,21 @@ def view_of(points, gravity=None, margin=0.0) -> View:
     width = float(np.ptp(points @ right)) + 2 * margin
     ground = float(np.min(points @ up)) - 1.3 * margin
     return View(up, front, azimuth, elevation, middle, half or 1.0, ground, width)
+
+
+def distance(view: View, points: np.ndarray, angle: float, pad: float, azimuth: float, elevation: float) -> float:
+    """How far the camera is from the centre where it sees all points (n, 3), each with `pad` [m] around it.
+
+    It sees `angle` [rad] from its lower to its upper edge, and as the player has it 1.45 times that across.
+    """
+    right = np.cross(view.up, view.front)
+    level = np.cos(azimuth) * view.front + np.sin(azimuth) * right
+    back = np.cos(elevation) * level + np.sin(elevation) * view.up
+    x = np.cross(view.up, back)
+    x = x / np.linalg.norm(x)
+    p = points[np.all(np.isfinite(points), axis=1)] - view.centre
+    high, wide = np.abs(p @ np.cross(back, x)) + pad, (np.abs(p @ x) + pad) / _ASPECT
+    return float(np.max(p @ back + np.maximum(high, wide) / np.tan(angle / 2), initial=pad))
 
 
 def _corner(up):
