@@ -85,6 +85,8 @@ def scene(
 
     Raises: UnknownNameError; ModelError for what has no positions, no instants or other instants than its neighbours.
     """
+    if not np.isfinite(scale):
+        raise ModelError([f"scale must be a finite number, got {scale}"])
     systems, motions, found = (_listed(x, system) for x in (system, motion, loads))
     names, traces = list(system) if isinstance(system, Mapping) else [""] * len(systems), list(traces)
     acts = [act_of(*pair, structures, scale) for pair in zip(systems, motions, strict=True)]

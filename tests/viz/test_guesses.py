@@ -116,7 +116,7 @@ def test_limits_that_are_infinite_are_none(tmp_path):
     clamped = mbs.fem.assemble(structure)
     with pytest.raises(mbs.ModelError, match="no displacement"):
         viz.scene(clamped, np.full(clamped.num_rows, np.nan), structures=structure)
-    with pytest.raises(mbs.ModelError, match="not finite"):
+    with pytest.raises(mbs.ModelError, match="scale must be a finite number"):
         viz.scene(clamped, np.zeros(clamped.num_rows), structures=structure, scale=np.inf)
 
 
