@@ -125,7 +125,7 @@ FACES = {
         reaction_family reaction_matrix redundancy with_redundancy
     """,
     "jaxmbs.studies": """
-        Designs StudyError grid latin_hypercube sobol sweep
+        Designs StudyError grid latin_hypercube normal sobol sweep
     """,
     "jaxmbs.viz": """
         Scene Solid Swing animate draw_bond_graph plot_bode plot_campbell plot_coordinates plot_energy

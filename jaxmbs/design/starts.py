@@ -13,6 +13,7 @@ from jaxtyping import PyTree
 from jaxmbs.design.drivers import HALVINGS, usual_promotion
 from jaxmbs.design.optimum import Optimum
 from jaxmbs.design.search import Search
+from jaxmbs.design.spread import sobol_points
 from jaxmbs.design.variables import Variables, read_variables
 
 
@@ -55,8 +56,6 @@ def _stacked(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
 
 def _spread(variables: Variables, starts: int) -> list[Variables]:
     """The design itself, and points of Sobol's sequence between its bounds."""
-    from scipy.stats import qmc
-
     open_ = [
         name for name, *ends in zip(*variables[:1], *variables[2:4], strict=True) if not np.all(np.isfinite(ends))
     ]
@@ -65,8 +64,8 @@ def _spread(variables: Variables, starts: int) -> list[Variables]:
             f"{starts} starts from one design need both bounds of every variable: {', '.join(open_)}; "
             "where design0 holds many designs along a first axis, say starts='stacked'"
         )
-    sobol = qmc.Sobol(len(variables.start), seed=0).random_base2(max(0, int(np.ceil(np.log2(max(starts - 1, 1))))))
-    points = variables.lower + sobol[: starts - 1] * (variables.upper - variables.lower)
+    points = sobol_points(len(variables.start), max(starts - 1, 1), seed=0)[: starts - 1]
+    points = variables.lower + points * (variables.upper - variables.lower)
     return [variables, *(variables._replace(start=point) for point in points)]
 
 

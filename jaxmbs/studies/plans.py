@@ -1,12 +1,13 @@
 """Which designs a study looks at: products of values, tables, and points spread over a box by SciPy."""
 
-import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from ..checks import refuse_complex
+from ..design.spread import normal_points, scatter_of, sobol_points
 from ..design.table import length, read_designs
 from ..typing import ArrayLike
 
@@ -47,10 +48,8 @@ def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0)
 
     Raises: ValueError for bounds that cross or are not finite, or a number below one.
     """
-    from scipy.stats import qmc
-
     lower, upper = _box(bounds, number)
-    points = qmc.Sobol(len(lower), seed=seed).random_base2(math.ceil(math.log2(number)))[:number]
+    points = sobol_points(len(lower), number, seed)
     return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
 
 
@@ -64,6 +63,22 @@ def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed
     lower, upper = _box(bounds, number)
     points = qmc.LatinHypercube(len(lower), seed=seed).random(number)
     return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
+
+
+def normal(
+    design: Mapping[str, ArrayLike], deviations: Mapping[str, ArrayLike], number: int, seed: int = 0
+) -> Designs:
+    """Designs that scatter normally about one, every number on its own, spread as Sobol's sequence.
+
+    Args: design: numbers or arrays by name; deviations: their standard deviations, zero for what does not scatter.
+
+    Raises: ValueError for deviations that do not fit the design or are negative, or a number below one.
+    """
+    if number < 1:
+        raise ValueError(f"a study has at least one design, not {number}")
+    x, sigma, unravel = scatter_of(dict(design), dict(deviations), "deviations")
+    points = x + sigma * normal_points(len(x), number, seed)
+    return plan_of(jax.tree.map(np.asarray, jax.vmap(unravel)(points)))
 
 
 def plan_of(designs: Any) -> Designs:

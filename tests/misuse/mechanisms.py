@@ -156,6 +156,13 @@ CASES = {
         )
         for name in ("sobol", "latin_hypercube")
     },
+    "studies.normal": case(
+        lambda z: call({"x": 2.0, "y": 1.0}, {"x": 0.5, "y": 0.0}, 4, 1),
+        "design name: refused as another structure",
+        "design shape: all its numbers scatter by one deviation",
+        "number huge: as many",
+        "seed huge: any",
+    ),
     "design.batch": case(
         lambda z: call(_squared, {"x": np.array([1.0, 2.0])}),
         "designs shape: any number of designs",
