@@ -33,21 +33,22 @@ QUESTIONS = {
     "kic": lambda system, state, _: mbs.kic(system, state),
 }
 # A motion takes 30 more than it did: its end has derivatives, and what is lost makes no NaN of what is kept.
+# Reactions of loops: 150 equations and a loop count the marks at each state, those of the build were another's.
 CEILINGS = {  # equations, loops
     "four-bar": {
         "forward dynamics": (850, 4),
-        "simulate": (3160, 20),
-        "reactions": (1850, 8),
+        "simulate": (3170, 20),
+        "reactions": (2000, 9),
         "linearise": (3980, 18),
         "stiffness": (1860, 13),
         "kic": (670, 5),
     },
-    "chain": {"forward dynamics": (910, 6), "simulate": (2850, 21), "reactions": (1610, 7)},
+    "chain": {"forward dynamics": (910, 6), "simulate": (2860, 21), "reactions": (1610, 7)},
     # as programs compiled "quick" are traced
-    "four-bar, quick": {"forward dynamics": (560, 4), "simulate": (2440, 20), "reactions": (1190, 8)},
+    "four-bar, quick": {"forward dynamics": (560, 4), "simulate": (2450, 20), "reactions": (1345, 9)},
 }
 # equations, bytes of StableHLO: from build to the derivative of a load along a motion; full and quick
-GRADIENT = {False: (16_950, 2_150_000), True: (11_450, 1_870_000)}
+GRADIENT = {False: (17_050, 2_150_000), True: (11_600, 1_870_000)}
 
 
 def four_bar(lengths, like=None):

@@ -9,8 +9,9 @@ import pytest
 
 FACES = {
     "jaxmbs.dynamics": """
-        Actuation JointReaction LawForce Reactions RowLoad acceleration angular_acceleration compliance_effort
-        forward_dynamics generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian
+        Actuation DriveLoad JointReaction LawForce Reactions RowLoad acceleration angular_acceleration
+        compliance_effort forward_dynamics generalised_momentum gravity_effort gyristor_field gyristor_field_direct
+        hamiltonian
         hamiltonian_slopes independent_rates inertia_field inverse_dynamics kinetic_energy mass_matrix
         potential_energy reaction_bonds reactions resistance_effort resistance_field source_effort spring_displacement
         spring_kic spring_kic_second spring_vector state_equations total_effort

@@ -67,7 +67,10 @@ def reactions(options: argparse.Namespace) -> int:
         cells = [f"{x:.6g}{'' if known else '*'}" for x, known in zip(numbers, marks, strict=True)]
         say(f"{name:<{width}}" + "".join(f"  {cell:>12}" for cell in cells))
     if any(not all([*load.unique_force, *load.unique_moment]) for _, load in loads.items()):
-        say("* statics alone does not determine it in the joint's axes")
+        say("* not determined by statics alone; in world axes, as the numbers")
+    short = [name for name, load in loads.items() if load.lacks_contact is not None and load.lacks_contact]
+    if short:
+        say(f"bearings carry no contact forces of {', '.join(loads.rows)}: {', '.join(short)}")
     return 0
 
 

@@ -10,7 +10,7 @@ from .fields import (
     inertia_field,
     state_equations,
 )
-from .joint_reactions import JointReaction, LawForce, Reactions, RowLoad
+from .joint_reactions import DriveLoad, JointReaction, LawForce, Reactions, RowLoad
 from .newton_euler import forward_dynamics, mass_matrix
 from .phase_space import hamiltonian, hamiltonian_slopes
 from .points import acceleration, angular_acceleration
@@ -21,6 +21,7 @@ from .system_bonds import reaction_bonds
 
 __all__ = [
     "Actuation",
+    "DriveLoad",
     "JointReaction",
     "LawForce",
     "Reactions",

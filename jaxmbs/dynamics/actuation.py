@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..checks import place_of
 from ..errors import ModelError
-from ..kinematics import constraints
+from ..kinematics import closures, constraints
 from ..kinematics.assembly import metric
 from ..kinematics.configuration import Moving, at_state, moving, node_accelerations
 from ..kinematics.state import HasStates, State
@@ -23,9 +23,8 @@ from ..model.system import System
 from ..typing import ArrayLike
 from .efforts import efforts
 from .newton_euler import accelerations, required_efforts
+from .row_gaps import LEFT_OVER, relative_gap, row_gaps
 from .undriven import undriven
-
-_GIVEN = {8: 1e-6, 4: 1e-2}  # of the efforts: what may be left over
 
 
 class Actuation(eqx.Module):
@@ -34,11 +33,13 @@ class Actuation(eqx.Module):
     Attributes:
         efforts: (..., n) along the freedoms of each joint, by name [N or N m].
         gap: (...) the largest part of the efforts needed that they cannot give, relative.
-        ok: (...) whether they can: `gap` is rounding.
+        row_gap: (...) the same of the accelerations: how far they would tear the loops or break other rows.
+        ok: (...) whether they can, and the motion is possible: both gaps are rounding.
     """
 
     efforts: dict[str, Float[Array, "... n"]]
     gap: Float[Array, "..."]
+    row_gap: Float[Array, "..."]
     ok: Bool[Array, "..."]
 
     def __getitem__(self, name: str) -> Float[Array, "... n"]:
@@ -74,10 +75,10 @@ def inverse_dynamics(
             raise TypeError("give the acceleration (nv,), or the actuators that keep the motion")
         return _on_columns(system, states, acceleration)
     columns = actuated_columns(system, actuators)
-    found, gap, ok = _chosen(system, states, acceleration, columns, states.coordinates.ndim == 2)
+    found, *gaps = _chosen(system, states, acceleration, columns, states.coordinates.ndim == 2)
     ends = np.cumsum([0, *(b - a for a, b in columns)])
     named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
-    return Actuation(named, gap, ok)
+    return Actuation(named, *gaps)
 
 
 def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[int, int], ...]:
@@ -116,11 +117,20 @@ def _chosen(system, states, acceleration, columns, batched):
         state, a = row
         at = moving(system, at_state(system, state), state.velocities)
         a = accelerations(system, at)[0] if a is None else a
-        found = balanced(undriven(system), at, needed(system, at, a), columns)
-        return found.efforts, found.gap, found.gap <= _GIVEN[found.gap.dtype.itemsize]
+        released, need = undriven(system), needed(system, at, a)
+        found, row_gap = balanced(released, at, need, columns), _row_gap(released, at, a, need)
+        least = LEFT_OVER[row_gap.dtype.itemsize]
+        return found.efforts, found.gap, row_gap, state.ok & (found.gap <= least) & (row_gap <= least)
 
     acceleration = None if acceleration is None else jnp.asarray(acceleration, states.coordinates.dtype)
     return over_rows(one, (states, acceleration)) if batched else one((states, acceleration))
+
+
+def _row_gap(system, at, a, need):
+    """`relative_gap` of accelerations (nv,) that take the efforts needed (nv,)."""
+    directions = closures.moving_directions(system, at)
+    V_dot, gaps = node_accelerations(system.topology, at, a), row_gaps(system, at, a, directions)
+    return relative_gap(system, at, directions[0], a, V_dot, gaps, (jnp.zeros((0, 6), need.dtype), need))
 
 
 class Balance(NamedTuple):

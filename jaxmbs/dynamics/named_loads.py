@@ -1,4 +1,4 @@
-"""What force elements, couplers and rows of the user do, by their names."""
+"""What drives, force elements, couplers and rows of the user do, by their names."""
 
 from typing import Any
 
@@ -8,10 +8,12 @@ import numpy as np
 
 from ..kinematics import coordinate_rows
 from ..kinematics.configuration import Moving
+from ..kinematics.coupled_joints import acting_rows
 from ..model.rows import Drive
 from ..model.system import System
 from .efforts import Acting
-from .joint_reactions import LawForce, RowLoad
+from .joint_reactions import DriveLoad, LawForce, RowLoad
+from .self_stress import OPEN, row_shares
 
 
 def law_forces(system: System, acting: list[Acting]) -> dict[str, LawForce]:
@@ -25,20 +27,44 @@ def law_forces(system: System, acting: list[Acting]) -> dict[str, LawForce]:
     return named
 
 
-def row_loads(system: System, at: Moving, multipliers) -> dict[str, RowLoad]:
-    """By name, of the rows that are no drives, from all multipliers (rows,)."""
-    rows = [row for row in system.rows if not isinstance(row, Drive)]
+def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slice], given) -> dict[str, DriveLoad]:
+    """By joint, of its drive from the multipliers (rows,), or of an actuator from the efforts given (nv,).
+
+    Args: stresses (n, rows + actuators): see `self_stresses`.
+    """
+    top, drives = system.topology, [row.name for row in system.rows if isinstance(row, Drive)]
+    if not drives and not actuators:
+        return {}
+    unique = _unique(stresses)
+    places = {name: np.flatnonzero([name == other for other in top.row_joint]) for name in drives}
+    named = {name: DriveLoad(multipliers[place], unique[place]) for name, place in places.items()}
+    first = top.num_rows
+    for name, columns in actuators.items():
+        effort = given[columns]
+        named[name] = DriveLoad(effort, unique[first : first + len(effort)])
+        first += len(effort)
+    return named
+
+
+def row_loads(system: System, at: Moving, multipliers, stresses) -> dict[str, RowLoad]:
+    """By name, of the rows that are no drives, from all multipliers (rows,); stresses: see `self_stresses`."""
+    rows = acting_rows(system)
     if not rows:
         return {}
     own = np.array([[name == row.name for name in system.topology.row_joint] for row in rows])
     alone = jnp.where(own, multipliers[None], 0.0)
     efforts = jax.vmap(lambda part: coordinate_rows.efforts(system, at.psi, at.t, part))(alone)
-    named = {}
+    named, unique = {}, _unique(stresses)
     for row, mine, effort in zip(rows, own, efforts, strict=True):
         joints = [j for j in system.topology.joints if j.num_velocities and _reads(row, j)]
-        parts = {joint.name: effort[joint.velocities] for joint in joints}
-        named[row.name] = RowLoad(multipliers[np.flatnonzero(mine)], parts)
+        parts, place = {joint.name: effort[joint.velocities] for joint in joints}, np.flatnonzero(mine)
+        named[row.name] = RowLoad(multipliers[place], parts, unique[place])
     return named
+
+
+def _unique(stresses):
+    """Whether (rows + actuators,) each multiplier is in no self-stress."""
+    return row_shares(stresses) <= OPEN[stresses.dtype.itemsize]
 
 
 def _reads(row, joint):

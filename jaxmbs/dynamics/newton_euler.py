@@ -35,14 +35,11 @@ def accelerations(system: System, at: Moving, method="dense", loads=None, direct
         method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
         loads, directions: of the force elements on nodes and columns; `closures.moving_directions`; where at hand.
     """
-    none = jnp.zeros_like(at.u)
-    V_dot = node_accelerations(system.topology, at, none)
-    loads = efforts(system, at)[:2] if loads is None else loads
-    need = -required_efforts(system, at, V_dot, none, loads)
     if system.is_rigid_tree:
+        need = saddle_sides(system, at, loads)[0]
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
     known, _ = directions = directions or closures.moving_directions(system, at)
-    gamma = constraints.acceleration_bias(system, at, V_dot, directions)
+    need, gamma = saddle_sides(system, at, loads, directions)
     if method == "block-sparse":
         rows = constraint_rows(system, at, known)
         a, y = sparse_saddle(system, at, rows, need, gamma)
@@ -50,6 +47,16 @@ def accelerations(system: System, at: Moving, method="dense", loads=None, direct
     A = constraints.jacobian(system, at, known)
     a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))
     return a, -y, A @ a - gamma
+
+
+def saddle_sides(system: System, at: Moving, loads=None, directions=None):
+    """Right-hand sides of the saddle system: efforts (nv,) less bias at zero accelerations, and gamma (rows,), None
+    without directions."""
+    none = jnp.zeros_like(at.u)
+    V_dot = node_accelerations(system.topology, at, none)
+    loads = efforts(system, at)[:2] if loads is None else loads
+    need = -required_efforts(system, at, V_dot, none, loads)
+    return need, None if directions is None else constraints.acceleration_bias(system, at, V_dot, directions)
 
 
 def _at(system, state):

@@ -3,23 +3,23 @@
 Source: S1 (26)-(29); the wrench a joint carries is the momentum rate of all that hangs on it, less other loads.
 """
 
+import functools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
+from jax import Array, lax
 
 from ..checks import known, no_such
 from ..errors import UnknownNameError
-from ..kinematics import closures, constraints, coordinate_rows, reaction_map
+from ..kinematics import closures, coordinate_rows, reaction_map
 from ..kinematics.configuration import configuration, moving, node_accelerations
 from ..kinematics.owners import single_bodies
 from ..kinematics.poses import node_parameters
 from ..kinematics.state import HasStates, State
 from ..math.host import typed
 from ..math.jit import jit
-from ..math.linalg import relative
 from ..math.rows import over_rows, summed, take
 from ..model.question import rates_of, states_of
 from ..model.system import System
@@ -31,12 +31,13 @@ from .efforts import efforts
 from .joint_reactions import JointReaction, Reactions
 from .joint_wrenches import at_frames, joint_wrenches
 from .loads import Loads
-from .named_loads import law_forces, row_loads
+from .marks import joint_marks
+from .named_loads import drive_loads, law_forces, row_loads
 from .newton_euler import accelerations
-from .sparse_saddle import constraint_rows
+from .row_gaps import LEFT_OVER, relative_gap, row_gaps
+from .self_stress import Saddle, self_stresses, sparse_saddle_with_stresses
 from .undriven import undriven
 
-_BALANCED = {8: 1e-6, 4: 1e-2}  # of the largest load: what may be left over
 #: Velocities times states whose loads take milliseconds however they are compiled: quickly, which saves a second.
 _FEW = 1000
 
@@ -45,35 +46,38 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     owners, acting = single_bodies(system), []
     at = moving(system, configuration(system, P, state.coordinates, state.t), state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
-    on_nodes = (_on_nodes(system.topology, F), Q)
-    system, a, multipliers, gaps, given, known = _balance(system, at, a, on_nodes, options)
+    solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)
+    (system, (a, multipliers, gaps, stresses), given, known), driven = solved, system
     top = system.topology
     V_dot = node_accelerations(top, at, a)
     lack = needed_loads(system, at, V_dot, a, owners) - Loads(F)
     wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
-    if top.analysis is not None and top.analysis.redundant:
+    if _is_shared(system, options.compliance):
         multipliers = distributed(system, at, wrench, multipliers, options.compliance, known, options.method)
         wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
     gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
         system, at.psi, at.t, multipliers
     )
     residual = jnp.max(jnp.abs(gap), initial=0.0)
-    hidden = tuple(joint.name for joint in top.joints if joint.is_hidden)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
-    least = _BALANCED[residual.dtype.itemsize]
-    rate = _loads_over_mass(system, wrench, effort)
-    missed = _missed(system, constraint_rows(system, at, known), V_dot, a, gaps, rate)
+    least = LEFT_OVER[residual.dtype.itemsize]
+    missed = relative_gap(system, at, known, a, V_dot, gaps, (wrench, effort, Q))
     # 1e-3 N: a mechanism at rest without loads has nothing to measure its residual by
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
-    named, laws = _named(system, wrench, effort, at, options), law_forces(system, acting)
+    drives = drive_loads(system, multipliers, stresses, options.actuators(driven), given)
+    placed = functools.partial(_placed, system, at, options)
+    marks = joint_marks(system, at, stresses[:, : top.num_rows], known, placed)
     return Reactions(
-        named,
+        _named(system, placed(wrench), effort, drives, marks),
         multipliers,
         lax.stop_gradient(residual),
         state.ok & balanced,
-        hidden,
-        laws,
-        row_loads(system, at, multipliers),
+        tuple(joint.name for joint in top.joints if joint.is_hidden),
+        law_forces(system, acting),
+        row_loads(system, at, multipliers, stresses),
+        drives,
+        options.frame,
+        options.side,
     )
 
 
@@ -86,26 +90,45 @@ class _Options(NamedTuple):
     method: str
     columns: tuple | None
 
+    def actuators(self, system):
+        """Velocities by the name of each actuator."""
+        top = system.topology
+        return {top.column_joint_name[a]: slice(a, b) for a, b in self.columns or ()}
+
+
+class _Balance(NamedTuple):
+    """The system whose rows carry, its solution, efforts (nv,) of the actuators, and `closures.directions`."""
+
+    system: System
+    saddle: Saddle
+    given: Array
+    known: tuple
+
 
 def _balance(system, at, a, loads, options):
-    """What balances the accelerations a (nv,), None: those of the system itself: the drives, or actuators instead.
-
-    Returns: the system whose rows carry, accelerations, multipliers (rows,), gaps (rows,) of the accelerations,
-    efforts (nv,) of the actuators, and `closures.directions`.
-    """
+    """What balances the accelerations a (nv,), None: those of the system itself: the drives, or actuators instead."""
     directions = closures.moving_directions(system, at)
     if a is None:
+        if options.columns is None and options.method == "block-sparse" and system.has_constraints:
+            saddle = sparse_saddle_with_stresses(system, at, loads, directions)
+            return _Balance(system, saddle, jnp.zeros_like(at.u), directions[0])
         a, multipliers, gaps = accelerations(system, at, options.method, loads, directions)
         if options.columns is None:
-            return system, a, multipliers, gaps, jnp.zeros_like(at.u), directions[0]
+            stresses = self_stresses(system, at, directions[0])
+            return _Balance(system, Saddle(a, multipliers, gaps, stresses), jnp.zeros_like(at.u), directions[0])
     released = undriven(system)
     if released is not system:
         directions = closures.moving_directions(released, at)
     found = balanced(released, at, needed(released, at, a, loads), options.columns)
-    rest = node_accelerations(released.topology, at, jnp.zeros_like(at.u))
-    gamma = constraints.acceleration_bias(released, at, rest, directions)
-    gaps = constraints.jacobian(released, at, directions[0]) @ a - gamma
-    return released, a, found.multipliers, gaps, found.columns, directions[0]
+    stresses = self_stresses(released, at, directions[0], options.columns)
+    saddle = Saddle(a, found.multipliers, row_gaps(released, at, a, directions), stresses)
+    return _Balance(released, saddle, found.columns, directions[0])
+
+
+def _is_shared(system, compliance):
+    """Whether compliances share what is open: by the count of the build, or where the user gives them."""
+    found = system.topology.analysis
+    return bool(system.closures) and found is not None and (found.redundant > 0 or bool(compliance))
 
 
 def _on_nodes(topology, wrenches):
@@ -113,32 +136,23 @@ def _on_nodes(topology, wrenches):
     return summed(wrenches, np.asarray(topology.body_node, int) % (topology.nodes.size + 1), topology.nodes.size)
 
 
-def _loads_over_mass(system, wrench, effort):
-    """What the loads of the joints would do to the heaviest body [rad/s^2 and lengths/s^2]: at rest, where every
-    acceleration is rounding, the rows' gaps are measured by it."""
-    top, length = system.topology, system.length
-    force = jnp.max(jnp.abs(wrench[:, 3:]), initial=0.0)
-    force = force + jnp.max(jnp.abs(effort) / jnp.where(np.asarray(top.spins) > 0, length, 1.0), initial=0.0)
-    heaviest = jnp.maximum(jnp.max(system.mass, initial=0.0), jnp.finfo(force.dtype).tiny)
-    return (jnp.sqrt(jnp.sum(system.gravity**2)) + force / heaviest) / length
+def _placed(system, at, options, wrench):
+    """(forces, moments) (carriers, 3) in the axes and on the side asked, from world wrenches (carriers, 6)."""
+    sign, end = (1.0, 1) if options.side == "child" else (-1.0, 0)
+    own = [c[1 + end] for c in reaction_map.carriers(system)]
+    return at_frames(wrench, take(at.R, own), take(at.x, own), options.frame, sign)
 
 
-def _missed(system, rows, V_dot, a, gaps, rate):
-    """The largest of the gaps (rows,) of the rows' accelerations, of `rate` and the largest that adds up in them."""
-    if not system.has_constraints:
-        return jnp.zeros_like(rows.at.t)
-    return relative(rows.unit * gaps, rows.sizes(V_dot, a) + lax.stop_gradient(rate))
-
-
-def _named(system, wrench, effort, at, options):
-    """`JointReaction` by name from the wrenches (carriers, 6): of joints and of two-frame constraints."""
-    top, (sign, end) = system.topology, (1.0, 1) if options.side == "child" else (-1.0, 0)
-    carriers = reaction_map.carriers(system)
-    efforts = [effort[j.velocities] for j in top.joints] + [jnp.zeros(0)] * (len(carriers) - len(top.joints))
-    marks = top.analysis.undetermined if top.analysis else [(False,) * 6] * len(carriers)
-    own = [c[1 + end] for c in carriers]
-    force, moment = at_frames(wrench, take(at.R, own), take(at.x, own), options.frame, sign)
-    return {name: JointReaction(force[i], moment[i], efforts[i], marks[i]) for i, (name, *_) in enumerate(carriers)}
+def _named(system, loads, total, drives, marks):
+    """`JointReaction` by name, of joints and of two-frame constraints, from forces and moments (carriers, 3)."""
+    columns = zip(*(jnp.unstack(x) for x in (*loads, *marks) if x is not None), strict=True)
+    named = {}
+    joints = {joint.name: joint for joint in system.topology.joints}
+    for (name, *_), (force, moment, *unique) in zip(reaction_map.carriers(system), columns, strict=True):
+        along = total[joints[name].velocities] if name in joints else jnp.zeros(0, force.dtype)
+        own = drives[name].effort if name in drives else along
+        named[name] = JointReaction(force, moment, own, along, *unique)
+    return named
 
 
 def _along(system, states, accelerations, batched, options):

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import known
 from ..kinematics import reaction_map
 from ..kinematics.configuration import configuration
 from ..kinematics.poses import node_parameters
@@ -31,18 +32,31 @@ def reaction_bonds(
     Springs, motors and couplers inside joints are efforts. `statics.bond_reactions(*reaction_bonds(...))`
     equals `reactions`; `statics.reaction_matrix`, `reaction_family` and `redundancy` take the same bonds.
 
+    The bonds are marked by what statics leaves open at that pose, along a motion at any of its instants; within a
+    trace they are not marked (`statics.with_redundancy`).
+
     Args: motion, compliance, method: as in `reactions`.  Along a motion every array has the times in front:
         `jax.vmap(statics.bond_reactions)(bonds, loads)`.
 
     Raises: ValueError for an unknown method or name.  Source: S1 (26)-(29).
     """
     states = states_of(system, motion)
-    found = reactions(system, states, compliance=compliance, method=method)
-    return _bonds(system, states, found, compliance, states.coordinates.ndim == 2)
+    found = reactions(system, states, frame="joint", compliance=compliance, method=method)
+    marks = _undetermined(system, found)
+    return _bonds(system, states, found, compliance, states.coordinates.ndim == 2, marks)
+
+
+def _undetermined(system, found):
+    """Marks by bond of known reactions in joint axes, None within a trace."""
+    loads = [found[name] for name, *_ in reaction_map.carriers(system)]
+    if not known(loads):
+        return None
+    unique = [np.concatenate([load.unique_force, load.unique_moment], axis=-1).reshape(-1, 6) for load in loads]
+    return tuple(tuple((~row.all(axis=0)).tolist()) for row in unique)
 
 
 @jit
-def _bonds(system, states, found, compliance, batched):
+def _bonds(system, states, found, compliance, batched, marks):
     names, _, own = zip(*reaction_map.carriers(system), strict=True)
     own, P = np.array(own), node_parameters(system)
 
@@ -50,10 +64,9 @@ def _bonds(system, states, found, compliance, batched):
         world = jnp.zeros(3, state.coordinates.dtype)
         at = configuration(system, P, state.coordinates, state.t, inertias=False, origin=world)
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
+        force, moment = (jnp.einsum("qij,qj->qi", at.R[own], part) for part in (force, moment))
         wrench = about(jnp.concatenate([force, moment], axis=1), -at.x[own])
         bonds = system_bonds(system, at, swapped(wrench), compliance)
-        analysis = system.topology.analysis
-        marks = analysis.undetermined if analysis else tuple((False,) * 6 for _ in own)
         return dataclasses.replace(bonds, undetermined=marks), on_bodies(bonds.network, wrench)
 
     return jax.vmap(one)(states, found) if batched else one(states, found)

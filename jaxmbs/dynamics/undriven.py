@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 
-from ..kinematics import reaction_map
 from ..model.rows import Drive
 from ..model.system import System
 
@@ -18,11 +17,7 @@ def undriven(system: System) -> System:
     keep = np.array([name not in gone for name in top.row_joint], bool)
     number, taken = np.cumsum(keep) - 1, int(np.sum(~keep))
     if found is not None:
-        carriers = [name for name, *_ in reaction_map.carriers(system)]
-        left = [mark for name, mark in zip(carriers, found.undetermined, strict=True) if name not in system.paths]
-        found = dataclasses.replace(
-            found, rank=found.rank - taken, num_rows=found.num_rows - taken, undetermined=tuple(left)
-        )
+        found = dataclasses.replace(found, rank=found.rank - taken, num_rows=found.num_rows - taken, undetermined=())
     topology = dataclasses.replace(
         top,
         row_joint=tuple(name for name in top.row_joint if name not in gone),

@@ -129,6 +129,7 @@ def mobility_of(system: System, rows: Rows, spaces, wanted: Iterable[str] | None
     if top.slip_rows:
         positions = _nearest_set(spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[1], chosen)
     undetermined, names = _undetermined(reaction_map.carriers(system), rows.reactions, Y, float(system.length))
+    names += tuple(name for name in _sharing_rows(system, Y) if name not in names)
     return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions)
 
 
@@ -186,6 +187,14 @@ def _undetermined(carriers, B, Y, length):
     if Y.shape[1] == 0:
         return tuple((False,) * 6 for _ in carriers), ()
     change = np.abs(B @ Y) / np.r_[np.ones(3), np.full(3, length)][None, :, None]
-    marks = change.max(axis=2) > 1e-6 * max(change.max(), 1e-300)  # rounding stays below
+    marks = change.max(axis=2) > 1e-6 * max(change.max(), 1e-3)  # rounding stays below, couplers change nothing
     flags = tuple(tuple(bool(m) for m in row) for row in marks)
     return flags, tuple(name for (name, *_), row in zip(carriers, flags, strict=True) if any(row))
+
+
+def _sharing_rows(system, Y):
+    """Names of couplers, drives and rows of the user that are in self-stresses Y (rows, redundant)."""
+    own, shares = {row.name for row in system.rows}, np.abs(Y).max(axis=1, initial=0.0) > 1e-6
+    return dict.fromkeys(
+        name for name, part in zip(system.topology.row_joint, shares, strict=True) if part and name in own
+    )

@@ -1,6 +1,7 @@
 """A system in words: what `system.describe()` prints and a notebook shows."""
 
 from ..tables import aligned, as_html
+from .rows import coupled_names
 
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
@@ -36,6 +37,16 @@ def _lines(topology):
     return lines
 
 
+def _of_couplers(topology, rows):
+    """A line for each coupler that ties several joints."""
+    tied = {row.name: coupled_names(topology, row) for row in rows if row.columns}
+    return [
+        f"{name} couples coordinates: the bearings of {', '.join(joints)} carry no forces of its contact"
+        for name, joints in tied.items()
+        if joints
+    ]
+
+
 _HEAD = ("joint", "kind", "parent -> child", "coordinates", "undetermined reactions")
 
 
@@ -44,17 +55,17 @@ def summary(topology) -> str:
     return f"{_lines(topology)[0]}, mobility {topology.mobility}"
 
 
-def describe(topology, built=None) -> str:
+def describe(topology, built=None, rows=()) -> str:
     """Bodies, joints, loops, mobility and redundancy of a topology, as aligned text.
 
-    Args: built: the `Mobility` of its build, where the topology has that of a state.
+    Args: built: the `Mobility` of its build, where the topology has that of a state; rows: of couplers and drives.
     """
-    lines = _lines(topology)
+    lines = _lines(topology) + _of_couplers(topology, rows)
     if built is not None and built.mobility != topology.mobility:
         lines[1] += f" at this state, {built.mobility} at the pose of the build"
     return "\n".join([*lines, "", aligned([_HEAD, *_rows(topology)], left=len(_HEAD))])
 
 
-def describe_html(topology) -> str:
+def describe_html(topology, rows=()) -> str:
     """The same as an HTML table, for notebooks."""
-    return as_html(_lines(topology), [_HEAD, *_rows(topology)])
+    return as_html(_lines(topology) + _of_couplers(topology, rows), [_HEAD, *_rows(topology)])

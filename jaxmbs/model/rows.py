@@ -61,3 +61,25 @@ class UserVelocityRows(CoordinateRows):
 
     def slip(self, psi, u, t):
         return self.law.rows(psi, u, t)
+
+
+def joints_tied(topology, by_column):
+    """The joints (joints,) bool that a row ties and those between them on the tree; none where it ties one alone.
+
+    These carry what touches in a coupler: teeth, threads, cams.  Args: by_column (nv,) bool: velocities it looks at.
+    """
+    joints = len(topology.joints)
+    joint_of = np.arange(joints)[:, None] == np.array(topology.node_joint, int)[None]
+    tied = (joint_of.astype(float) @ by_column.astype(float)) > 0
+    of_body = np.eye(joints)[list(topology.body_joint)]  # the tree's joint of each body
+    below = (
+        of_body.T @ topology.bodies.path.T @ of_body
+    )  # (joints, joints): how many bodies of the one hang on the other
+    count, number = below @ tied.astype(float), tied.astype(float).sum()
+    return (number > 1) & (count > 0) & ((count < number) | tied)
+
+
+def coupled_names(topology, row: CoordinateRows) -> tuple[str, ...]:
+    """Names of `joints_tied` by a row that says its columns."""
+    tied = joints_tied(topology, np.isin(np.arange(topology.num_velocities), row.columns))
+    return tuple(joint.name for joint, each in zip(topology.joints, tied, strict=True) if each)

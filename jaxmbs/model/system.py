@@ -120,15 +120,15 @@ class System(eqx.Module):
         Args: state: the State at which freedoms and redundancy are counted (default: the pose of the build).
         """
         if state is None:
-            return describe(self.topology)
+            return describe(self.topology, rows=self.rows)
         check_fits(self, state)
-        return describe(state.topology_at(self), self.topology.analysis)
+        return describe(state.topology_at(self), self.topology.analysis, self.rows)
 
     def __repr__(self) -> str:
         return f"System: {summary(self.topology)}"
 
     def _repr_html_(self) -> str:
-        return describe_html(self.topology)
+        return describe_html(self.topology, self.rows)
 
 
 def _by_joint(topology, values, part):

@@ -42,8 +42,8 @@ class Mobility:
 
     `rank` of the constraint rows, `mobility` = velocities - rank, `redundant` = rows - rank.  `undetermined` marks
     per joint, then per two-frame constraint, the reaction components (force x y z, moment x y z, its own axes) that
-    statics cannot determine; `redundant_names` are theirs.  `independent` are the velocity columns of the KIC;
-    `independent_positions` adds those that only rows of velocity restrict.
+    statics cannot determine; `redundant_names` are theirs, and of couplers and drives that share.  `independent` are
+    the velocity columns of the KIC; `independent_positions` adds those that only rows of velocity restrict.
     """
 
     rank: int

@@ -14,6 +14,7 @@ from ..palette import COLORS
 from ..typing import ScalarLike
 from .film import film
 from .guesses import inertia_box
+from .looking import axes_of
 from .mesh import Mesh, mesh_of, moving_meshes
 from .sets import Set, Solids, encoded, tracks
 
@@ -37,7 +38,7 @@ class Act:
         raise NotImplementedError
 
     def arrows(self, loads: Any, limits: Mapping) -> dict | None:
-        """Places and forces (T, joints, 3) in the world, None where there are none."""
+        """Places and forces (T, joints, 3) on the children, in world axes, None where there are none."""
         return None
 
 
@@ -114,9 +115,9 @@ class MechanismAct(Act):
         if loads is None:
             return None
         top = self.system.topology
-        ends = {joint.name: joint.frames[1] for joint in top.joints}
+        ends = {joint.name: joint.frames for joint in top.joints}
         for group in self.system.closures:
-            ends |= dict(zip(group.names, group.second, strict=True))
+            ends |= {name: pair for name, *pair in zip(group.names, group.first, group.second, strict=True)}
         names = [name for name in loads if name in ends]
         wrong = [no_such("joint", name, names) for name in limits if name not in names]
         if wrong:
@@ -124,9 +125,14 @@ class MechanismAct(Act):
         force = np.stack([np.asarray(loads[name].force).reshape(-1, 3) for name in names], axis=1)
         if len(force) < len(self.ts):
             raise ModelError("the loads are those of another motion: they have fewer instants")
-        place = self.film.x[:, [ends[name] for name in names]]
+        parents, children = ([ends[name][side] for name in names] for side in (0, 1))
+        force, (frame, side) = np.nan_to_num(force[: len(self.ts)]), axes_of(loads)
+        if frame == "joint":
+            axes = self.film.R[:, children if side == "child" else parents]
+            force = np.einsum("tjab,tjb->tja", axes, force)
+        force = force if side == "child" else -force
         bounds = [_bound(limits.get(name)) for name in names]
-        return {"names": names, "place": place, "force": np.nan_to_num(force[: len(self.ts)]), "limits": bounds}
+        return {"names": names, "place": self.film.x[:, children], "force": force, "limits": bounds}
 
 
 def _bound(limit):

@@ -9,7 +9,7 @@ from ..dynamics.joint_reactions import Reactions
 from ..palette import BLUE, RED
 from ..typing import ArrayLike, Explained, ScalarLike
 from .canvas import axes, curve, finish
-from .looking import looking
+from .looking import in_words, looking
 from .plots import _check
 
 
@@ -25,7 +25,7 @@ def plot_polar(
 
     Args:
         loads: `reactions` along a motion; joints: one name or several.
-        plane: world axes to the right and up, "xy", "xz", ...
+        plane: axes to the right and up, "xy", "xz", ...: of the world, or of the joints as the loads are.
         ax: matplotlib axes to draw into (default: new ones); kilo: in kN.
 
     Raises: ValueError for unknown joints or an unknown plane.
@@ -40,7 +40,7 @@ def plot_polar(
         ax.plot(*path.T, label=name, **curve(k))
         ax.plot(*path[0], "o", color=curve(k)["color"], markersize=5)
     ax.set_aspect("equal", adjustable="datalim" if ax.get_subplotspec() is None else "box")
-    label = "force {} [" + "k" * kilo + "N]"
+    label = "force {}" + in_words(loads) + " [" + "k" * kilo + "N]"
     finish(ax, label.format(plane[0]), label.format(plane[1]), "beside" if len(names) > 1 else None)
     ax.grid(False)
     return ax

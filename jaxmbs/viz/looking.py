@@ -34,3 +34,15 @@ def looking(plane: str, azimuth: float = 0.6, elevation: float = 0.4) -> Looking
         raise ValueError(f"plane must name two different axes, such as 'xy', or be 'iso', not {plane!r}")
     rows = np.eye(3)[["xyz".index(letter) for letter in plane]]
     return Looking(rows, np.cross(*rows), (f"{plane[0]} [m]", f"{plane[1]} [m]"))
+
+
+def axes_of(loads) -> tuple[str, str]:
+    """Frame and side of loads, as `reactions` was asked; those of a mapping made by hand are in the world, on the
+    children."""
+    return getattr(loads, "frame", "world"), getattr(loads, "side", "child")
+
+
+def in_words(loads) -> str:
+    """What a label says of the axes of components: nothing of those in the world, on the children."""
+    frame, side = axes_of(loads)
+    return ", joint axes" * (frame == "joint") + ", on the parent" * (side == "parent")

@@ -71,9 +71,10 @@ def scene(
         motion: of it: what `simulate` returned, a State, a mode by `swing`, displacements (T, n) of a linear system;
             of several systems one for each.
         path: the file to write, "motion.html".
-        loads: `reactions` of the motion (of each): forces of joints as arrows.
+        loads: `reactions` of the motion (of each): forces of joints on their children as arrows, in whichever frame
+            and on whichever side they were asked.
         limits: force [N] that a joint may carry by name, or objects of `Limit` with an upper bound; arrows are then
-            coloured by how much of it is used.
+            coloured by how much of it is used, those of joints without a limit grey.
         traces: names of frames or bodies whose paths are drawn.
         shapes: lists of `Solid` by body (or "ground"), in place of what its joints suggest:
             `{"ram": [Solid.stl("a.stl")]}`.

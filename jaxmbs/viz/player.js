@@ -196,7 +196,8 @@ function arrows(stage, when) {
     const share = limit ? newton / limit : newton / (largest || 1);
     const length = film.reach * (newton / (largest || 1));
     if (!(length > 0.004 * film.reach)) return;
-    const color = [...heat(Math.min(share, 1)), 1], n = unit(f), head = Math.min(3.4 * film.radius, .6 * length);
+    const plain = !limit && limits.some((x) => x); // among limits a joint without one is neither near nor far
+    const color = [...(plain ? [.55, .58, .6] : heat(Math.min(share, 1))), 1], n = unit(f), head = Math.min(3.4 * film.radius, .6 * length);
     const tip = add(p, n, length), neck = add(tip, n, -head), told = name + ": " + spoken(newton)
       + (limit ? ", " + (100 * share).toFixed(0) + " % of its limit" : "");
     found.push({ shape: shapes[film.cylinder], model: spanning(p, neck, .5 * film.radius), color, name: told, through: true });

@@ -12,6 +12,7 @@ from ..motion.motion import Motion
 from ..palette import BLUE, GREEN, RED
 from ..typing import ArrayLike, Explained
 from .canvas import axes, curve, draw_curves, finish, stacked
+from .looking import in_words
 
 _UNITS = {
     "revolute": "angle [rad]",
@@ -113,7 +114,7 @@ def plot_reactions(
         joints: names (default: all).
         moment: plot moments instead of forces.
         ax: matplotlib axes to draw into (default: new ones).
-        component: "x", "y" or "z" of the world in place of the size.
+        component: "x", "y" or "z" of the world, or of the joints as the loads are, in place of the size.
         kilo: in kN and kN m.
         limits: what a joint may carry by name [N or N m], drawn as thin lines.
 
@@ -133,9 +134,8 @@ def plot_reactions(
         if name in lines:
             ax.axhline(unit * limit, color=lines[name].get_color(), linewidth=0.8, linestyle=(0, (1, 2)))
     what = "joint moment" if moment else "joint force"
-    return finish(
-        ax, "time [s]", f"{what}{f' {component}' if component else ''} [{'k' * kilo}N{' m' * moment}]", "ends"
-    )
+    what += f" {component}{in_words(loads)}" if component else ""
+    return finish(ax, "time [s]", f"{what} [{'k' * kilo}N{' m' * moment}]", "ends")
 
 
 def plot_energy(motion: Explained[Motion], ax: Any = None) -> Any:

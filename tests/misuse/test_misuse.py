@@ -29,7 +29,7 @@ EXEMPT = {
         statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
         linear.ResonanceGains reductions.Family reductions.Motions
         design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
-        dynamics.LawForce dynamics.RowLoad studies.Designs
+        dynamics.DriveLoad dynamics.LawForce dynamics.RowLoad studies.Designs
         io.Deck io.Imported io.JointLimits io.Mesh
     """,
     "what users derive from": """

@@ -1,6 +1,7 @@
 """A scene: one file that asks for nothing outside, whose numbers are those of the motion."""
 
 import base64
+import itertools
 import json
 import re
 
@@ -105,6 +106,30 @@ def test_arrows_are_the_loads_at_their_joints(shown, four_bar):
     assert np.allclose(place[:, arrows["names"].index("B")], at_b, atol=1e-6)
     assert arrows["limits"] == [500.0 if name == "B" else None for name in arrows["names"]]
     assert np.isclose(arrows["largest"], max(np.linalg.norm(load.force, axis=1).max() for load in loads.values()))
+
+
+def test_arrows_ask_for_the_axes_and_the_side(four_bar):
+    """The same loads in other axes and on the other side are the same arrows, on the children, in the world."""
+    system, motion = four_bar
+    top, loads, drawn = system.topology, made_up_loads(motion.ts), {}
+    R = {name: film(system, motion).R[:, k] for name, k in top.frame_index.items() if name}
+    for frame, side in itertools.product(("world", "joint"), ("child", "parent")):
+        named = {}
+        for joint in top.joints:
+            force = np.asarray(loads[joint.name].force) * (1.0 if side == "child" else -1.0)
+            axes = R[top.frame_names[joint.frames[side == "child"]]]
+            turned = np.einsum("tba,tb->ta", axes, force) if frame == "joint" else force
+            turned, none, every = jnp.asarray(turned), jnp.zeros((len(force), 1)), jnp.ones((len(force), 3), bool)
+            named[joint.name] = mbs.dynamics.JointReaction(turned, 0 * turned, none, none, every, every)
+        ok = jnp.ones(len(motion.ts), bool)
+        given = mbs.dynamics.Reactions(named, jnp.zeros((len(ok), 0)), jnp.zeros(len(ok)), ok, frame=frame, side=side)
+        arrows = viz.scene(system, motion, loads=given).data["stages"][0]["arrows"]
+        drawn[frame, side] = [numbers(arrows[key], len(ok), 4, 3) for key in ("force", "place")]
+    for found in drawn.values():
+        np.testing.assert_allclose(found, drawn["world", "child"], atol=1e-4)
+    assert np.ptp(drawn["world", "child"][0]) > 100.0
+    page = viz.plot_polar(given, "B").get_xlabel(), viz.plot_reactions(given, motion.ts, component="x").get_ylabel()
+    assert page == ("force x, joint axes, on the parent [N]", "joint force x, joint axes, on the parent [N]")
 
 
 def test_designs_stand_side_by_side(four_bar):
