@@ -15,7 +15,9 @@ from ..math.eigen import eigh, same
 from ..math.jit import jit
 from ..tables import short, told
 from ..typing import AnyArray, CoordinateLike, ScalarLike
+from .condensation import interface_basis
 from .labels import label
+from .rigid_flags import rigid_flags
 from .symmetric import check_mass, symmetric
 
 
@@ -226,33 +228,20 @@ def _omega(values, is_rigid):
     return jnp.where(still, 0.0, jnp.where(values < 0, -size, size))
 
 
-#: A mode is rigid where its value is at most so many times the rounding of the stiffness in its shape or, below zero,
-#: at least so many: noise must not pass for an instability.
-RIGID, NEGATIVE = 8.0, 200.0
-
-
-@jit
-def rigid_flags(K, values, shapes):
-    """(m,) which modes strain nothing: values that are rounding of K itself.
-
-    That is of `sum_i K_ii x_i^2`, the energy that the diagonal of K stores in a mode, and what K differs from its
-    transpose: products such as those of a reduction show their rounding there.  A soft mount beside a stiff mesh is
-    told from a rigid motion by the stiffness where it moves, not by the highest frequency that there is.  A reduced
-    matrix made symmetric from outside hides its rounding: give `num_rigid`.
-    """
-    eps, size = jnp.finfo(values.dtype).eps, jnp.abs(shapes)
-    stored = jnp.sum(jnp.abs(jnp.diagonal(K))[:, None] * shapes**2, axis=0)
-    uneven = jnp.sum(size * (jnp.abs(K - K.T) @ size), axis=0)
-    vectors = eps**1.5 * len(K) * jnp.max(jnp.abs(values))  # the square of their own error
-    noise = eps * stored + 10 * (uneven + vectors)
-    return lax.stop_gradient((values <= RIGID * noise) & (values >= -NEGATIVE * noise))
-
-
 def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
     """`natural_modes` for reductions.
 
+    Rows of zeros in a concrete mass matrix follow statically: there are as many modes as others.
+
     Raises: ValueError for negative stiffness, if concrete; under tracing the unstable shapes are NaN.
     """
+    heavy = np.flatnonzero(np.any(np.asarray(M), axis=1)) if known(M) else np.arange(len(M))
+    if num is not None and num > len(heavy):
+        raise ValueError(f"num = {num}: there are {len(heavy)} modes, as many as coordinates with mass")
+    if 0 < len(heavy) < len(M):
+        T = interface_basis(K, heavy)
+        modes = stable_modes(K=T.T @ K @ T, M=M[heavy][:, heavy], num=num, num_rigid=num_rigid)
+        return eqx.tree_at(lambda m: m.shapes, modes, T @ modes.shapes)
     modes = natural_modes(K=K, M=M, num_rigid=num_rigid)
     unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
     if not known(unstable):

@@ -16,6 +16,7 @@ from ..math.interpolation import interval
 from ..math.jit import jit
 from ..math.reverse_only import FORWARD_MODE, reverse_only
 from ..typing import AnyArray, ArrayLike
+from .massless import condensed
 from .motion import LinearMotion, Link, Modal
 from .response_in_modes import modal_response
 from .rest import StaticResponse
@@ -56,7 +57,11 @@ def simulate(
         gradient: "reverse", "forward" or "both".
         throw: raise where the integrator does not come to the end, if concrete; else see `ok`.
 
-    Raises: ValueError for what does not fit; UnknownNameError; SimulationError.  Source: S1 (3), (9)-(12).
+    Rows without mass are condensed, which is exact, and put back: they follow the others and the loads on them
+    statically, their rates the others alone; of a start their part is what follows.
+
+    Raises: ValueError for what does not fit, links and damping on rows without mass too, by name; UnknownNameError;
+    SimulationError.  Source: S1 (3), (9)-(12).
     """
     system = system.dense()
     ts = typed(ts, system.dtype)
@@ -64,12 +69,15 @@ def simulate(
     for name, value in {"rtol": rtol, "atol": atol}.items():
         if value is not None and (np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x) | (x < 0), value)):
             raise ValueError(f"{name}={value} must be finite and not negative")
+    whole = condensed(system, damped=not (isinstance(solver, Modal) and solver.ratios is not None))
+    if whole.light:
+        _check_light(system, whole, links, forces, ts)
     if isinstance(solver, Modal):
-        return _in_modes(system, start, ts, forces, links, solver)
+        return _in_modes(system, whole, start, ts, forces, links, solver)
     eps = jnp.finfo(ts.dtype).eps
     tolerances = (float(eps**0.5) if rtol is None else rtol, float(eps**0.75) if atol is None else atol)
     options = (diffrax.Dopri8() if solver is None else solver, gradient, max_steps)
-    motion = _integrate(system, ts, forces, tuple(links), _state(system, start), tolerances, options)
+    motion = _integrate(system, whole, ts, forces, tuple(links), _state(system, start), tolerances, options)
     if throw and known(motion.ok) and not np.all(np.asarray(motion.ok)):
         raise SimulationError(
             f"no end after {max_steps} steps: reduce the components further, or try solver=diffrax.Kvaerno5()", motion
@@ -77,16 +85,18 @@ def simulate(
     return motion
 
 
-def _in_modes(system, start, ts, forces, links, modal):
+def _in_modes(system, whole, start, ts, forces, links, modal):
     if start is not None or links or callable(forces) or forces is None:
         raise ValueError("Modal() moves a system from rest under sampled forces, without links")
     if known(ts) and not np.allclose(np.diff(np.asarray(ts)), float(ts[1] - ts[0]), rtol=1e-6):
         raise ValueError("Modal() needs equal steps of time")
     load = _sampled(system, forces, ts)
-    damping, ratios = (system.damping, 0.0) if modal.ratios is None else (None, modal.ratios)
-    matrices = {"K": system.stiffness, "M": system.mass, "C": damping}
+    own = whole.system
+    damping, ratios = (own.damping, 0.0) if modal.ratios is None else (None, modal.ratios)
+    matrices = {"K": own.stiffness, "M": own.mass, "C": damping}
     options = {"num": modal.num, "static_start": modal.static_start}
-    found = modal_response(**matrices, load=load, step=ts[1] - ts[0], ratios=ratios, **options)
+    x, *rates = modal_response(**matrices, load=whole.load(load), step=ts[1] - ts[0], ratios=ratios, **options)
+    found = whole.expand(x, load), *map(whole.expand, rates)
     none = jnp.zeros((len(ts), 0), load.dtype)
     given = None if modal.ratios is None else jnp.asarray(ratios, system.dtype)
     return LinearMotion(ts, *found, none, (forces,), jnp.array(True), given)
@@ -107,13 +117,14 @@ def _state(system, start):
 
 
 @jit
-def _integrate(system, ts, forces, links, start, tolerances, options):
+def _integrate(system, whole, ts, forces, links, start, tolerances, options):
     solver, gradient, max_steps = options
     if gradient == "reverse":
-        system, ts, forces, links, start = reverse_only((system, ts, forces, links, start), FORWARD_MODE)
-    K, C, M = system.stiffness, system.damping, system.mass
-    rows = [system.load(link.forces(jnp.ones((), M.dtype))) for link in links]
-    rows = jnp.stack(rows) if rows else jnp.zeros((0, len(M)), M.dtype)
+        given = system, whole, ts, forces, links, start
+        system, whole, ts, forces, links, start = reverse_only(given, FORWARD_MODE)
+    K, C, M = whole.system.stiffness, whole.system.damping, whole.system.mass
+    start = tuple(map(whole.start, start))
+    rows = _rows(system, links)[:, np.array(whole.heavy, int)]
     C = jnp.zeros_like(K) if C is None else C
     solved = lapack.solve_positive(M, jnp.concatenate([K, C, rows.T, jnp.eye(len(M), dtype=M.dtype)], axis=1))
     parts = jnp.split(solved, np.cumsum([len(M), len(M), len(rows)]), axis=1)
@@ -122,7 +133,7 @@ def _integrate(system, ts, forces, links, start, tolerances, options):
         (by_x, by_v, by_effort, by_force), rows, laws, load = args
         x, v = state
         a = -(by_x @ x) - by_v @ v + by_effort @ _efforts(laws, rows @ x, rows @ v, t)
-        return v, a if load is None else a + by_force @ load(t)
+        return v, a if load is None else a + by_force @ whole.load(load(t))
 
     laws = jax.tree.map(lambda a: a.astype(M.dtype) if hasattr(a, "astype") else a, [link.law for link in links])
     args = (parts, rows, laws, _load(system, ts, forces))
@@ -144,6 +155,8 @@ def _integrate(system, ts, forces, links, start, tolerances, options):
     x, v = solution.ys
     a = jax.vmap(lambda t, *state: rate(t, state, args)[1])(ts, x, v)
     efforts = jax.vmap(lambda t, x, v: _efforts(args[2], rows @ x, rows @ v, t))(ts, x, v)
+    loads = jax.vmap(args[3])(ts) if whole.light and args[3] is not None else None
+    x, v, a = whole.expand(x, loads), whole.expand(v), whole.expand(a)
     given = jax.vmap(forces)(ts) if callable(forces) else forces
     total = [] if given is None else [given]
     total += [link.forces(effort) for link, effort in zip(links, efforts.T, strict=True)]
@@ -187,6 +200,30 @@ def _check(system, ts, gradient):
         raise ValueError("ts must be finite times")
     if known(ts) and np.any(np.diff(np.asarray(ts)) <= 0):
         raise ValueError("ts must increase")
-    if system.massless:
-        names = ", ".join(map(system.label, system.massless))
-        raise ValueError(f"no mass on {names}: take Rubin in place of MacNeal, or give the bonds a mass")
+
+
+def _rows(system, links):
+    """(links, n) coefficients of the links by coordinate."""
+    rows = [system.load(link.forces(jnp.ones((), system.dtype))) for link in links]
+    return jnp.stack(rows) if rows else jnp.zeros((0, system.num_rows), system.dtype)
+
+
+def _check_light(system, whole, links, forces, ts):
+    """Raises: ValueError for what acts on rows without mass and is no static load, by name, if concrete."""
+    light = np.array(whole.light)
+    rows = _rows(system, links)[:, light]
+    touched = np.any(np.asarray(rows) != 0, axis=0) if known(rows) else np.zeros(len(light), bool)
+    if np.any(touched):
+        names = ", ".join(system.label(k) for k in light[touched])
+        raise ValueError(
+            f"links act on {names}, which have no mass: give them some, or take Rubin in place of MacNeal"
+        )
+    load = None if system.damping is None or forces is None else _load(system, ts, forces)
+    if load is None or not known(system.damping, ts):
+        return
+    loaded = jax.vmap(load)(ts)[:, light]
+    damped = np.any(np.asarray(system.damping)[np.ix_(light, light)], axis=1)
+    bad = light[damped & np.any(np.asarray(loaded) != 0, axis=0)] if known(loaded) else ()
+    if len(bad):
+        names = ", ".join(system.label(k) for k in bad)
+        raise ValueError(f"loads act on {names}, which have damping and no mass: give them some mass")

@@ -10,6 +10,7 @@ from ..forces import AbstractScalarLaw
 from ..math.host import as_array
 from ..typing import AnyArray, ScalarLike
 from .damping import modal_lag
+from .massless import condensed
 from .system import LinearSystem
 
 
@@ -93,5 +94,7 @@ class LinearMotion(eqx.Module):
         """
         if self.ratios is None:
             return self.displacement, self.velocity, self.acceleration
-        lag = modal_lag(K=system.stiffness, M=system.mass, ratios=self.ratios, velocity=self.velocity)
+        whole = condensed(system.dense(), damped=False)
+        K, M, velocity = whole.system.stiffness, whole.system.mass, whole.start(self.velocity)
+        lag = whole.expand(modal_lag(K=K, M=M, ratios=self.ratios, velocity=velocity))
         return self.displacement + lag, None, self.acceleration

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -14,11 +13,11 @@ from ..checks import known
 from ..errors import ModelError
 from ..typing import ArrayLike, CoordinateLike
 from .block_modes import lowest_modes
-from .condensation import interface_basis, partition
 from .damping import complex_modes
 from .dynamic_stiffness import dense_response, direct_response
 from .eigenmodes import Modes, natural_modes
 from .labels import spoken
+from .massless import condensed
 from .receptances import receptance
 from .rest import StaticResponse, static_response
 from .rigid import rigid_rows
@@ -33,7 +32,8 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
         num: how many, of complex ones how many pairs; default all.  It should cut no group of equal frequencies.
         damped: False: natural modes, whatever the damping; default: complex modes of a system that has damping.
 
-    Rows known to be `massless` are condensed first, which is exact.  Block matrices must be held, and need `num`.
+    Rows without mass, known to be `massless` or of zeros, are condensed first, which is exact: there are as many
+    modes as rows with mass.  Block matrices must be held, and need `num`.
 
     Raises: as `natural_modes` and `complex_modes`; ValueError for what block matrices cannot answer.
     Source: S1 (33)-(37), (39).
@@ -47,27 +47,16 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
             raise ValueError("block matrices have natural modes, as many as asked: modes(system, num, damped=False)")
         found = lowest_modes(factor(system.stiffness), system.mass, num)
         return dataclasses.replace(found, coordinates=names)
-    T, K, M, C = _with_mass(system.dense(), damped)
+    whole = condensed(system.dense(), damped=damped)
+    K, M, C = whole.system.stiffness, whole.system.mass, whole.system.damping
     if damped and C is not None:
         found = complex_modes(K=K, C=C, M=M).part(slice(0, None if num is None else 2 * num))
     else:
         found = natural_modes(K=K, M=M, num=num)
-    if T is not None:
-        found = eqx.tree_at(lambda m: m.shapes, found, T.astype(found.shapes.dtype) @ found.shapes)
+    if whole.light:
+        left = None if found.left is None else whole.expand(found.left)
+        found = dataclasses.replace(found, shapes=whole.expand(found.shapes.T).T, left=left)
     return dataclasses.replace(found, coordinates=names)
-
-
-def _with_mass(system, damped):
-    """Basis of the coordinates with mass, None where all have, and the matrices on it."""
-    K, M, C = system.stiffness, system.mass, system.damping
-    if not system.massless:
-        return None, K, M, C
-    light = np.array(system.massless)
-    if damped and C is not None and known(C) and np.any(np.asarray(C)[light]):
-        raise ValueError("there is damping on rows without mass: give these some mass, or ask for damped=False")
-    heavy, _ = partition(system.num_rows, system.massless)
-    T = interface_basis(K, tuple(heavy.tolist()))
-    return T, T.T @ K @ T, M[heavy][:, heavy], None if C is None else C[heavy][:, heavy]
 
 
 def frequency_response(
@@ -86,7 +75,7 @@ def frequency_response(
         into, out: as `LinearSystem.outputs` takes them: "tip z", ("tip", "z"), or a node for all of its coordinates,
             those that were reduced included; "stage.top z" of a network.
         method: "direct" (a solve per frequency, any damping) or "modal" (`receptance`, much cheaper at many
-            frequencies; mass everywhere and damping that does not couple the modes).
+            frequencies; damping that does not couple the modes; rows without mass are condensed and put back).
         loss: loss factor of the whole stiffness.
         options: `chunk`, and `num`, `residual` of the modal method.
 
@@ -101,10 +90,26 @@ def frequency_response(
     system = system.dense()
     matrices = {"K": system.stiffness, "M": system.mass, "C": system.damping, "loss": loss, "omega": omega}
     if method == "modal":
-        values = receptance(**matrices, out=out, into=into.T, **options)
+        values = _through_modes(system, matrices, out, into.T, options)
     else:
         values = dense_response(**matrices, out=out, load=into.T, **options)
     return TransferFunctions(omega, values, outputs, inputs)
+
+
+def _through_modes(system, matrices, out, load, options):
+    """Receptances by the modes of the rows with mass, and what the loads of the others do there directly."""
+    whole = condensed(system)
+    if whole.basis is None or whole.stiffness is None:
+        return receptance(**matrices, out=out, into=load, **options)
+    own, T, light = whole.system, whole.basis, np.array(whole.light)
+    on_heavy = matrices | {"K": own.stiffness, "M": own.mass, "C": own.damping}
+    values = receptance(**on_heavy, out=out @ T.astype(out.dtype), into=T.T.astype(load.dtype) @ load, **options)
+    at, on = out[:, light], load[light]
+    if options.get("num") is not None and not options.get("residual", True):
+        return values  # they follow statically: as the modes that are left out
+    zero = {"M": jnp.zeros_like(whole.stiffness), "K": whole.stiffness}
+    C = None if system.damping is None else system.damping[light][:, light]
+    return values + dense_response(**matrices | zero | {"C": C}, out=at, load=on)
 
 
 def _of_blocks(system, omega, into, out, loss, options):

@@ -18,7 +18,7 @@ from ..typing import AnyArray, ArrayLike, RowsLike
 from .checked import checked_solve
 from .condensation import interface_basis, partition
 from .gains import harmonic_rate
-from .symmetric import symmetric
+from .symmetric import check_mass, symmetric
 
 
 def receptance(
@@ -56,6 +56,7 @@ def receptance(
     Source: S1 (40), (41).
     """
     stiffness, mass = symmetric(stiffness=K, mass=M)
+    check_mass(M)
     K, M, C, values, X = _modal(stiffness, mass, C, num)
     outputs, loads = _rows(out, K), _rows(into, K, True)
     rows, right = outputs @ X, X.T @ loads
@@ -142,6 +143,7 @@ def viscous_receptance(
     At a frequency where the modes do not solve the equation (the vectors of critical damping are parallel) it is
     solved directly.  Source: S1 (39), (40).
     """
+    check_mass(M)
     loads, outputs = _rows(into, K, True), _rows(out, K)
     matrices = K, M, C
     roots, shapes, left = _complex_modes(*lax.stop_gradient((K, C, M)))

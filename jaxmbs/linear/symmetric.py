@@ -48,4 +48,7 @@ def check_mass(M) -> None:
     M = np.asarray(M)
     bare = np.flatnonzero(np.diagonal(M) <= 0)
     if len(bare):
-        raise ValueError(f"coordinates {bare.tolist()} have no mass: condense them first (Guyan)")
+        raise ValueError(
+            f"coordinates {bare.tolist()} have no mass: give a LinearSystem, whose modes, frequency_response, "
+            "simulate and reduce condense such rows, or condense these matrices first (Guyan)"
+        )

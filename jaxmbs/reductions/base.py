@@ -1,15 +1,17 @@
 """What every reduction is and returns: a linear system in few coordinates, its interface first, and the way back."""
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..linear.condensation import partition
 from ..linear.labels import label, rows_of, spoken
+from ..linear.massless import condensed, without_mass
 from ..linear.storage import inexact
 from ..linear.symmetric import symmetric
 from ..linear.system import LinearSystem
@@ -76,7 +78,13 @@ class Reduced(LinearSystem):
 
 
 class AbstractReduction(eqx.Module):
-    """A way to reduce a linear system: `reduce(system, CraigBampton(20))`."""
+    """A way to reduce a linear system: `reduce(system, CraigBampton(20))`.
+
+    Attributes:
+        keeps_all: whether all coordinates outside of the interface stay coordinates, those without mass too.
+    """
+
+    keeps_all: ClassVar[bool] = False
 
     @abstractmethod
     def of(self, system: LinearSystem) -> Reduced:
@@ -86,15 +94,32 @@ class AbstractReduction(eqx.Module):
 def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
     """A linear system in few coordinates, its interface first: `reduce(wing, CraigBampton(num_modes=20))`.
 
-    What is reduced already can be reduced once more; `expand` then leads back all the way.  Args: method: a class of
-    `jaxmbs.reductions`.  Raises: as the method says.
+    What is reduced already can be reduced once more; `expand` then leads back all the way.  Rows outside the
+    interface that have no mass are condensed statically first, which is exact.
+
+    Args: method: a class of `jaxmbs.reductions`.
+
+    Raises: as the method says; ValueError for rows that have neither mass nor stiffness, by name.
     """
-    reduced = method.of(system)
+    reduced = method.of(system) if method.keeps_all else _without_massless(system, method)
     return reduced.within(system) if isinstance(system, Reduced) else reduced
+
+
+def _without_massless(system, method):
+    """Reduced by a method that does not see the rows without mass, the way back going to them too."""
+    light = () if not isinstance(system.mass, jax.Array | np.ndarray) else without_mass(system)
+    light = tuple(set(light) - set(system.interface))
+    if not light:
+        return method.of(system)
+    whole = condensed(system, light, damped=False)
+    reduced = method.of(whole.system)
+    return reduced.changed(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
 
 
 class Physical(AbstractReduction):
     """All coordinates [m, rad] with their signs, those of the interface put first.  Source: S1 (7)-(9)."""
+
+    keeps_all = True
 
     def of(self, system: LinearSystem) -> Reduced:
         system = system.dense()

@@ -35,6 +35,7 @@ class Characteristic(AbstractReduction):
     Source: S1 (9), (12).
     """
 
+    keeps_all = True
     num_modes: int = eqx.field(static=True)
 
     def of(self, system: LinearSystem) -> Reduced:

@@ -47,6 +47,8 @@ class Cyclic(AbstractReduction):
     meet after the turn.  Source: S1 (5)-(8), section 5; D. L. Thomas, Int. J. Numer. Meth. Engng 14 (1979) 81.
     """
 
+    keeps_all = True
+
     num_sectors: int = eqx.field(static=True)
     harmonic: int = eqx.field(static=True)
     faces: tuple = eqx.field(static=True, converter=_pairs)

@@ -41,6 +41,8 @@ class Mirror(AbstractReduction):
     plane across the normal.  Source: S1 (5)-(8), section 5.
     """
 
+    keeps_all = True
+
     normal: str = eqx.field(static=True)
     nodes: tuple | None = eqx.field(static=True, default=None, converter=_names)
     antisymmetric: bool = eqx.field(static=True, default=False)
