@@ -88,7 +88,7 @@ from .kinematics.rows import constraint_jacobian, constraint_residual
 from .kinematics.state import State
 from .linear.system import LinearSystem
 from .math.compile_notes import report_compiles
-from .model import Pose, System, inertia
+from .model import Pose, System, inertia, rotations
 from .model.elastic import ElasticBody
 from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak
 from .programs import cache, jit
@@ -217,6 +217,7 @@ __all__ = [
     "register",
     "report_compiles",
     "rotation",
+    "rotations",
     "save_model",
     "simulate",
     "statics",

@@ -42,8 +42,8 @@ FACES = {
         equilibrium experiment export fem flexible forces forward_dynamics frequency_response inertia
         inverse_dynamics io jacobian jit joints kic kic_rate kic_second kinematics kinetic_energy linear
         linearise load_model load_program mass_matrix minimise modes peak point_kic position potential_energy
-        reaction_bonds reactions reductions register report_compiles rotation save_model simulate statics stiffness
-        studies sweep velocity viz
+        reaction_bonds reactions reductions register report_compiles rotation rotations save_model simulate statics
+        stiffness studies sweep velocity viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium

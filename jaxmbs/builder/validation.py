@@ -121,9 +121,8 @@ def joint_faults(joint, bodies, frames) -> list[str]:
         return [f"{where}: its kind must be a joint such as Revolute(axis='z'), got {joint.kind!r}"]
     ends = {"parent": joint.parent, "child": joint.child}
     wrong = [f for end, body in ends.items() for f in _end_faults(f"{where}, {end}", end, body, bodies, frames)]
-    if wrong:
-        return found + wrong
-    if joint.parent == joint.child:
+    found += wrong
+    if not wrong and joint.parent == joint.child:
         found.append(f"{where}: parent and child are both {joint.parent!r}")
     if not isinstance(joint.at, str):
         found += _place_faults(f"{where}, at", joint.at)
@@ -138,7 +137,7 @@ def joint_faults(joint, bodies, frames) -> list[str]:
         else:
             if frame not in frames:
                 found.append(f"{where}: {end} {frame!r} is not a frame; declare it with b.frame(...)")
-            elif frames[frame].body != body:
+            elif not wrong and frames[frame].body != body:
                 found.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
     if joint.at is not None and (joint.parent_frame is not None or joint.child_frame is not None):
         found.append(f"{where}: at= places both of its frames; give at= and two bodies, or a frame for each of them")

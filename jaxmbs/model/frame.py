@@ -24,7 +24,10 @@ class Pose(eqx.Module):
         if self.position.shape[-1:] != (3,):
             raise ValueError(f"a point needs three numbers, got shape {self.position.shape}")
         if self.rotation.shape[-2:] != (3, 3):
-            raise ValueError(f"a rotation is a matrix of shape (3, 3), got shape {self.rotation.shape}")
+            raise ValueError(
+                f"a rotation is a matrix of shape (3, 3), got shape {self.rotation.shape}; "
+                "`mbs.rotations` makes one of a quaternion, a rotation vector, or an axis and an angle"
+            )
 
     def faults(self) -> list[str]:
         """What is wrong with the numbers of one pose, where they are known."""

@@ -62,6 +62,14 @@ def test_wrong_ends_are_named(ends, places, words):
     assert all(word in str(error.value) for word in words), str(error.value)
 
 
+def test_all_faults_of_a_joint_are_in_one_report():
+    b = two_bodies("arm", "hand")
+    b.joint("bad", mbs.Revolute((0, 0, 0)), "tap", ("arm", (1, 0, 0)), parent_frame="tap", drive=lambda t: (t, t))
+    with pytest.raises(mbs.ModelError) as error:
+        b.build()
+    assert all(word in str(error.value) for word in ("did you mean 'tip'", "no direction", "is not a frame", "drive"))
+
+
 def test_frames_that_carry_each_other_are_named():
     b = two_bodies("arm", "hand")
     b.frame("one", on="two")

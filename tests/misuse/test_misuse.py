@@ -90,14 +90,14 @@ def public():
             item = getattr(module, name)
             if not any(item is other for other in found.values()) and not hasattr(item, "__path__"):
                 found[f"{room.rpartition('.')[2]}.{name}"] = item
-    found |= {
-        f"inertia.{f.__name__}": f for _, f in inspect.getmembers(mbs.inertia, inspect.isfunction) if _is_own(f)
-    }
+    for module in (mbs.inertia, mbs.rotations):
+        own = [f for _, f in inspect.getmembers(module, inspect.isfunction) if _is_own(f, module)]
+        found |= {f"{module.__name__.rpartition('.')[2]}.{f.__name__}": f for f in own}
     return {name: item for name, item in found.items() if not inspect.ismodule(item)}
 
 
-def _is_own(function):
-    return function.__module__ == mbs.inertia.__name__ and not function.__name__.startswith("_")
+def _is_own(function, module):
+    return function.__module__ == module.__name__ and not function.__name__.startswith("_")
 
 
 PUBLIC = public()
