@@ -31,7 +31,7 @@ def scatter_of(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarray, n
     Raises: ValueError for widths of another structure or shape, or negative ones; `what` names them.
     """
     variables = read_variables(design, None)
-    if jax.tree.structure(widths) != jax.tree.structure(design):
+    if jax.tree.structure(widths) != jax.tree.structure(design):  # type: ignore[operator]
         raise ValueError(f"{what} must have the structure of the design")
     refuse_complex(widths)
     pairs = zip(jax.tree.leaves(widths), jax.tree.leaves(design), strict=True)
