@@ -19,7 +19,7 @@ FACES = {
     "jaxmbs.kinematics": """
         Kic SecondKic State angular_velocity constraint_jacobian constraint_residual count_mobility internal_kic
         internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second kic_second_vector
-        point_kic position rotation system_at velocity
+        left_product plane_mix point_kic position quadratic right_product rotation system_at velocity
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Planar PointOnLine

@@ -1,5 +1,6 @@
-"""Kinematics of mechanisms: states, constraints, influence coefficients, points."""
+"""Kinematics of mechanisms: states, constraints, influence coefficients and products with them, points."""
 
+from ..math.tensor import left_product, plane_mix, quadratic, right_product
 from .influence import Kic, internal_kic, kic
 from .influence_second import (
     SecondKic,
@@ -31,8 +32,12 @@ __all__ = [
     "kic_rate",
     "kic_second",
     "kic_second_vector",
+    "left_product",
+    "plane_mix",
     "point_kic",
     "position",
+    "quadratic",
+    "right_product",
     "rotation",
     "system_at",
     "velocity",

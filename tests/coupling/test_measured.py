@@ -41,6 +41,22 @@ def rig():
     return measured("mast", "root", "end", "middle x", kind="accelerance")
 
 
+def test_a_measured_mass_on_a_modelled_spring():
+    """`H = 1 / (k - (m + n) w^2)` with the measured mass m, which the bond pushes by `-m w^2 H`."""
+    k, m, n, omega = 300.0, 2.0, 0.5, np.array([5.0, 9.0, 20.0])
+    mass = TransferFunctions(omega, -1.0 / (m * omega**2)[:, None, None] + 0j, ("top x",), ("top x",))
+    spring = mbs.LinearSystem(
+        mass=jnp.array([[n]]), stiffness=jnp.array([[k]]), coordinates=["foot x"], interface=["foot x"]
+    )
+    net = connect({"mass": mass, "spring": spring}, {"glue": rigid("mass.top x", "spring.foot x")})
+    found = mbs.frequency_response(net, omega, into=["spring.foot x"], out=["mass.top x"])
+    H = 1 / (k - (m + n) * omega**2)
+    np.testing.assert_allclose(found.values[:, 0, 0], H, rtol=1e-10)
+    loads = mbs.reactions(net, found)["glue"]
+    np.testing.assert_allclose(loads.on_first[:, 0, 0], -m * omega**2 * H, rtol=1e-10)
+    np.testing.assert_allclose(loads.on_second, -loads.on_first, rtol=1e-12)
+
+
 @pytest.mark.long
 def test_a_measured_component_among_models(rig):
     """A mast between a bushing with axes and mass and a hinge with axes; the ground; another frequency order."""

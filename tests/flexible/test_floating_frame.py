@@ -196,7 +196,7 @@ def test_sag_and_clamping_moment_of_a_cantilever():
     np.testing.assert_allclose(middle, exact, rtol=2e-3)  # element loads are lumped on the nodes' shapes
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_stiffness_of_a_bent_body_by_its_parts():
     """A cantilever whose tip hangs on a rod: `G^T K G`, and what strains make of the circle that the tip moves on."""
     body = elastic_beam(elements=1, num_modes=0).body

@@ -57,6 +57,24 @@ def motion(led):
     return mbs.simulate(led, mbs.State.at(led, guess=GUESS), ts=TS)
 
 
+@pytest.mark.slow
+def test_two_slides_take_the_places_of_the_path():
+    """Coordinates, speeds and accelerations of a point on crossed slides are those of the spline that leads it."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    b.body("carriage", 1.0)
+    b.body("point", 2.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "carriage")
+    b.joint("y", mbs.Prismatic("y"), "carriage", "point")
+    b.constraint("lead", mbs.FramePath(path(), hold=("x", "y")), between=("ground", "point"))
+    system, t = b.build(), 0.65
+    state = mbs.State.at(system, t=t)
+    rate = jax.jacfwd(path())
+    np.testing.assert_allclose(state.coordinates, path()(t)[:2], atol=1e-9)
+    np.testing.assert_allclose(state.velocities, rate(t)[:2], atol=1e-9)
+    found = mbs.forward_dynamics(system, state)[0]
+    np.testing.assert_allclose(found, jax.jacfwd(rate)(t)[:2], atol=1e-8)
+
+
 @pytest.mark.long
 def test_the_tip_takes_the_path_in_closed_form(led, motion):
     q, u, a = jax.jit(jax.vmap(closed_form))(TS)

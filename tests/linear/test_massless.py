@@ -166,6 +166,8 @@ def test_guyan_and_derivatives_through_the_way_out():
     s = reduce(system(interface=("node0", "node2")), Guyan())
     T = np.asarray(s.basis)
     np.testing.assert_allclose(s.stiffness, T.T @ K @ T, rtol=1e-9)
+    rest = np.asarray(s.expand(np.linalg.solve(np.asarray(s.stiffness), np.array([1.0, -2.0]))))
+    np.testing.assert_allclose(rest, np.linalg.solve(K, [1.0, 0, -2.0, 0, 0, 0, 0]), rtol=1e-9)
 
     def lowest(k):
         own = mbs.LinearSystem(mass=M, stiffness=jnp.asarray(K).at[4, 4].add(k), coordinates=NAMES, massless=LIGHT)

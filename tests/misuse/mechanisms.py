@@ -30,6 +30,16 @@ CASES = {
             *("internal_kic_second_printed", "kic", "kic_second", "kic_second_vector"),
         )
     },
+    "kinematics.plane_mix": case(
+        lambda z: call(np.ones((2, 3)), np.ones((3, 4, 5))), "tensor shape: planes of any size"
+    ),
+    "kinematics.quadratic": case(lambda z: call(np.ones(4), np.ones((3, 4, 4)))),
+    "kinematics.left_product": case(
+        lambda z: call(np.ones((2, 4)), np.ones((3, 4, 5))), "tensor shape: planes as wide as any"
+    ),
+    "kinematics.right_product": case(
+        lambda z: call(np.ones((3, 5, 4)), np.ones((4, 2))), "matrix shape: any number of columns"
+    ),
     "kinematics.count_mobility": of_state(),
     "kinematics.system_at": of_state(f"state nan inside: {NO_NUMBER}"),
     "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),

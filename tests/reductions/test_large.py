@@ -48,6 +48,23 @@ def response(r):
     return jnp.sum(jnp.linalg.inv(Z)[0, :9] * jnp.arange(1.0, 10.0)) + jnp.sum(jnp.sin(jnp.diagonal(r.damping)[:9]))
 
 
+@pytest.mark.slow
+def test_a_short_bar_in_blocks_is_its_dense_reduction():
+    """Two blocks of solids, one face the interface: frequencies, and statics to the last digit."""
+    nodes = jnp.asarray(
+        np.stack(np.meshgrid(*map(np.arange, (3.0, 2, 2)), indexing="ij"), -1).reshape(-1, 3) * [1, 1.3, 0.8]
+    )
+    index = np.arange(12).reshape(3, 2, 2)
+    bricks = np.stack([index[a : a + 2].ravel()[[0, 4, 6, 2, 1, 5, 7, 3]] for a in range(2)])
+    K, M = assemble_blocks(Structure(nodes, {"b": (Hexahedron(70.0, 0.3, 2.7), bricks)}))
+    rows = [int(3 * i + d) for i in index[0].ravel() for d in range(3)]
+    blocks = reduce(component(K, M, rows), CraigBampton(2))
+    dense = reduce(component(K.dense(), M.dense(), rows), CraigBampton(2))
+    np.testing.assert_allclose(blocks.basis[:, :12], dense.basis[:, :12], atol=1e-9)
+    np.testing.assert_allclose(jnp.abs(blocks.mass), jnp.abs(dense.mass), atol=1e-8)  # signs of modes are free
+    np.testing.assert_allclose(blocks.stiffness, dense.stiffness, atol=1e-8 * 70)
+
+
 @pytest.mark.long
 def test_it_is_the_dense_reduction():
     """A batch of two; at stretch 1 the bar is square and its bending modes come in pairs."""
