@@ -62,7 +62,7 @@ def payload():
     if not folder.exists():
         return []
     nodes = ["GRID 3", "GRID 11", "GRID 19", "GRID 27"]
-    system = read_nastran(folder / "outboard.blk", polar=False).assemble(interface=nodes)
+    system = read_nastran(folder / "outboard.blk", polar=False, masses="consistent").assemble(interface=nodes)
     exact = read_op4(folder / "outboard.op4")
     modal = [np.diag(np.asarray(A))[24:40] for A in (exact.stiffness, exact.mass)]
     ours = frequencies(system, np.array(system.interior), 16)

@@ -20,9 +20,9 @@ from .zoo_of_cards import ZOO
 BAR = "MAT1,1,2.+11,8.+10,,7850.\nPBAR,1,1,1.-3,2.-7,1.-7,3.-7\n"
 
 
-def deck(text, folder):
+def deck(text, folder, masses="consistent"):
     (folder / "deck.bdf").write_text(text)
-    return read_nastran(folder / "deck.bdf")
+    return read_nastran(folder / "deck.bdf", masses=masses)
 
 
 @jax.jit
@@ -58,7 +58,7 @@ def test_space_station_truss_against_nastran(theirs, tmp_path):
     for name in ("inboard.blk", "outboard.blk"):
         shutil.copy(folder / name, tmp_path)
     (tmp_path / "deck.bdf").write_text("INCLUDE 'inboard.blk'\nINCLUDE 'outboard.blk'\n")
-    model = read_nastran(tmp_path / "deck.bdf", polar=False)
+    model = read_nastran(tmp_path / "deck.bdf", polar=False, masses="consistent")
     data = op2.rdnas2cam(str(folder / "nas2cam"))
     exact = np.sqrt(data["lambda"][0][6 : int(data["rfmodes"][0][0])]) / (2 * np.pi)
     found = frequencies(model)
@@ -71,7 +71,7 @@ def test_space_station_truss_against_nastran(theirs, tmp_path):
 def test_half_of_the_truss_on_its_interface(theirs):
     """What Nastran condensed on four nodes, one in a frame of its own: stiffness, rigid mass, 16 fixed modes."""
     folder = theirs / "cla_test_data"
-    system = read_nastran(folder / "outboard.blk", polar=False).assemble(
+    system = read_nastran(folder / "outboard.blk", polar=False, masses="consistent").assemble(
         interface=["GRID 3", "GRID 11", "GRID 19", "GRID 27"]
     )
     exact = read_op4(folder / "outboard.op4")
@@ -252,6 +252,7 @@ def test_deck_answers_the_questions_of_a_structure(tmp_path):
     assert model.describe().splitlines() == [
         "5 nodes, 24 free coordinates",
         "CBAR 1: 4 elements",
+        "note: masses are consistent, as Nastran's are with PARAM COUPMASS 1; masses='lumped' takes the others",
         "ignored: FORCE: deck.bdf:13",
     ]
 
@@ -294,7 +295,7 @@ def test_mass_that_is_no_structure(tmp_path):
     np.testing.assert_allclose(linear.check(deck(text, tmp_path).system).mass, exact, rtol=1e-9)
     bar = BAR + "GRID,1\nGRID,2,,2.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\nSPC1,1,123456,1\n"
     np.testing.assert_allclose(matrices(deck(bar, tmp_path))[1][3, 3], 7850.0 * 3e-7 * 2 / 3, rtol=1e-9)
-    light = read_nastran(tmp_path / "deck.bdf", polar=False)
+    light = read_nastran(tmp_path / "deck.bdf", polar=False, masses="consistent")
     assert light.massless == (3,) and matrices(light)[1][3, 3] == 0
 
 

@@ -15,7 +15,7 @@ from .text import Line
 MAX_FAULTS = 200
 _INTEGER = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[ED]?([+-]?\d{1,4}))?", re.ASCII | re.IGNORECASE)
-_NEEDED: Any = object()
+NEEDED: Any = object()
 
 
 class Card:
@@ -46,17 +46,17 @@ class Card:
             raise ModelError([*self.faults, f"more faults follow; these are the first {MAX_FAULTS}"])
         self.faults.append(f"{self.name} {self.text(1)[:16]} ({self.place}): {message}".replace("  ", " "))
 
-    def integer(self, k: int, name: str, default: Any = _NEEDED, low: int = 1) -> Any:
+    def integer(self, k: int, name: str, default: Any = NEEDED, low: int = 1) -> Any:
         """A whole number, at least `low`."""
         text = self.text(k)
         if not text:
             return self._blank(name, default, low)
         if not _INTEGER.fullmatch(text) or int(text) < low:
             self.fault(f"{name} must be a whole number from {low} on, got {text[:32]!r}")
-            return low if default is _NEEDED else default
+            return low if default is NEEDED else default
         return int(text)
 
-    def real(self, k: int, name: str, default: Any = _NEEDED) -> Any:
+    def real(self, k: int, name: str, default: Any = NEEDED) -> Any:
         """A number; whole ones count, and `1.2-3` is 1.2e-3."""
         text = self.text(k)
         if not text:
@@ -65,7 +65,7 @@ class Card:
         value = float(f"{found[1]}e{found[2] or 0}") if found else math.nan
         if not math.isfinite(value):
             self.fault(f"{name} must be a finite number, got {text[:32]!r}")
-            return 1.0 if default is _NEEDED else default
+            return 1.0 if default is NEEDED else default
         return value
 
     def reals(self, first: int, count: int, name: str, default: Any = 0.0) -> list[float]:
@@ -110,10 +110,20 @@ class Card:
         return found
 
     def _blank(self, name, default, stand_in):
-        if default is not _NEEDED:
+        if default is not NEEDED:
             return default
         self.fault(f"{name} is missing")
         return stand_in
+
+
+def positive(card: Card, nonnegative: dict[str, float], **numbers: float) -> None:
+    """Faults where numbers are not positive, or negative."""
+    for name, value in numbers.items():
+        if not value > 0:
+            card.fault(f"{name} must be positive")
+    for name, value in nonnegative.items():
+        if value < 0:
+            card.fault(f"{name} must not be negative")
 
 
 def cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
@@ -138,10 +148,14 @@ def cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
                 card.fault("replication of cards is not read" if name[:1] == "=" else "this is no name of a card")
         if row == 8 and (len(card.fields) - 1) % 8:
             card.fields += [""] * 4
-        card.fields += data + [""] * (row - len(data))
-        label = tail[0][1:] if tail and tail[0][:1] in ("+", "*") else ""
-        if any(tail[1:]) or (tail and tail[0] and tail[0][0] not in "+*" and "," in text):
-            card.fault(f"{place} has more than ten fields")
+        label = ""
+        if tail and (not tail[0] or tail[0][0] in "+*" or "," not in text):  # the tenth field
+            label, tail = tail[0][1:] if tail[0][:1] in ("+", "*") else "", tail[1:]
+            if any(tail):
+                card.fault(f"{place} has data behind its tenth field")
+            tail = []
+        data += tail  # a long line of free fields goes on without an end of line
+        card.fields += data + [""] * (-len(data) % row if data else row)
     if card is not None:
         yield card
 

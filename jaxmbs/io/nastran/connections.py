@@ -9,9 +9,10 @@ from ...elements import DIRECTIONS
 from .cards import Card
 from .context import Context
 from .groups import AbstractCards, Bars, Plates, Rods, Solids
+from .properties import Section
 
 Groups = dict[str, AbstractCards]
-_OWNERS = {"CBAR": ("PBAR",), "CBEAM": ("PBEAM",), "CROD": ("PROD",), "CHEXA": ("PSOLID",)}
+_OWNERS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML"), "CROD": ("PROD",), "CHEXA": ("PSOLID",)}
 
 
 def gathered(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Card]]:
@@ -36,7 +37,7 @@ def numbers_of(cards: list[Card]) -> tuple[int, ...]:
 def joined(card: Card, deck: Context, first: int, count: int) -> tuple[int, ...]:
     """Places of the nodes of an element."""
     nodes = tuple(deck.node(card, k, f"G{k - first + 1}") for k in range(first, first + count))
-    if len(set(nodes)) < count and deck.index:
+    if len({card.text(k) for k in range(first, first + count)}) < count and deck.index:
         card.fault("it meets a node twice")
     return nodes
 
@@ -95,6 +96,23 @@ def rods(cards: list[Card], deck: Context) -> Groups:
     return _simple(Rods, cards, deck, 2)
 
 
+def conrods(cards: list[Card], deck: Context) -> Groups:
+    """CONROD: a group and a property "CONROD 7", of its first element, for each material, area and NSM."""
+    made: Groups = {}
+    values = lambda card: (card.integer(2, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))  # noqa: E731
+    for (mid, area, nsm), own in gathered(cards, values).items():
+        name = f"CONROD {own[0].integer(1, 'EID')}"
+        if not deck.has_material(f"MAT1 {mid}"):
+            own[0].fault(f"there is no MAT1 {mid}")
+        for card in own:
+            card.refuse("torsion J", 6)
+        if not area > 0 or nsm < 0:
+            own[0].fault("A must be positive and NSM must not be negative")
+        deck.properties[name] = Section(area, 0.0, 0.0, 0.0, nsm, None, f"MAT1 {mid}")
+        made[name] = Rods(tuple(joined(card, deck, 3, 2) for card in own), numbers_of(own), name)
+    return made
+
+
 def solids(cards: list[Card], deck: Context) -> Groups:
     """CHEXA of eight nodes."""
     for card in cards:
@@ -110,6 +128,10 @@ def plates(cards: list[Card], deck: Context) -> Groups:
         card.refuse("the offset ZOFFS", count + 4)
         owner = deck.properties.get(deck.owner(card, "PSHELL"))
         thickness = None if owner is None else float(owner.thickness)
+        if owner is not None and owner.is_thin and count == 4:
+            deck.remark("CQUAD4 has no transverse shear, as MID3 is blank; shear_factor 5/6 of its PSHELL gives it")
+        elif owner is not None and not owner.is_thin and count == 3:
+            deck.remark("CTRIA3 has no transverse shear, whatever MID3 says")
         last = 2 * count + 6  # T1 ... stand in the last fields of the second row
         for k in range(last - count + 1 + (count == 3), last + 1 + (count == 3)):
             if card.real(k, "T", None) not in (None, thickness):

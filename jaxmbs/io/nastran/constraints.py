@@ -14,7 +14,9 @@ def chosen(what: str, found: Found, one: int | None, by_case: set[int], faults: 
     cards = [card for name in (what, what + "1") for card in found.get(name, ())]
     sums = {}
     for card in found.get(what + "ADD", ()):
-        sums[card.integer(1, "SID")] = [card.integer(k, "S") for k in range(2, len(card) + 1)]
+        if card.integer(1, "SID") in sums:
+            card.fault("this set stands here a second time")
+        sums[card.integer(1, "SID")] = card, [card.integer(k, "S") for k in range(2, len(card) + 1)]
     sets = {card.integer(1, "SID") for card in cards}
     wanted = {one} if one is not None else by_case or (set(sums) if len(sums) == 1 else sets)
     listed = ", ".join(map(str, sorted(sets | set(sums))[:20])) or "none"
@@ -22,7 +24,13 @@ def chosen(what: str, found: Found, one: int | None, by_case: set[int], faults: 
         faults.append(f"of the {what} sets {listed} one must be said to act: read_nastran(..., {what.lower()}=)")
     for missing in sorted(wanted - sets - set(sums)):
         faults.append(f"there is no {what} set {missing}; there are: {listed}")
-    return {part for chosen in wanted for part in sums.get(chosen, [chosen])}
+    for card, parts in (sums[chosen] for chosen in wanted if chosen in sums):
+        for part in parts:
+            if part not in sets:
+                card.fault(f"there is no {what} set {part}{', but a sum of sets' if part in sums else ''}")
+        if not parts:
+            card.fault("it adds no sets")
+    return {part for chosen in wanted for part in (sums[chosen][1] if chosen in sums else [chosen])}
 
 
 def held(found: Found, sets: set[int], deck: Context) -> set[Pair]:
@@ -32,20 +40,25 @@ def held(found: Found, sets: set[int], deck: Context) -> set[Pair]:
         if card.integer(1, "SID") in sets:
             for k in (2, 5) if card.text(5) else (2,):
                 node = deck.node(card, k, "G")
-                pairs |= {(node, d) for d in card.directions(k + 1, "C")}
+                pairs |= {(node, d) for d in deck.directions(card, k + 1, "C", node)}
                 card.refuse("an enforced displacement D", k + 2)
     for card in found.get("SPC1", ()):
         if card.integer(1, "SID") in sets:
-            directions = card.directions(2, "C")
-            pairs |= {(node, d) for node in deck.nodes(card, card.identifiers(3, "G")) for d in directions}
+            nodes = deck.nodes(card, card.identifiers(3, "G"))
+            if not nodes:
+                card.fault("it holds no GRID")
+            directions = deck.directions(card, 2, "C", nodes[0] if nodes else -1)
+            pairs |= {(node, d) for node in nodes for d in directions}
     return pairs
 
 
 def ties(found: Found, sets: set[int], deck: Context) -> dict[str, AbstractTie]:
-    """RBE2, RBE3, and the MPC of these sets, by name: "RBE2 7"."""
+    """RBE2, RBAR, RBE3, and the MPC of these sets, by name: "RBE2 7"."""
     made: dict[str, AbstractTie] = {}
     for card in found.get("RBE2", ()):
         _add(made, card, _rigid(card, deck))
+    for card in found.get("RBAR", ()):
+        _add(made, card, _rigid_bar(card, deck))
     for card in found.get("RBE3", ()):
         _add(made, card, _mean(card, deck))
     for k, card in enumerate(card for card in found.get("MPC", ()) if card.integer(1, "SID") in sets):
@@ -68,10 +81,32 @@ def _rigid(card, deck):
         card.fields[last] = ""
     master, directions = deck.node(card, 2, "GN"), card.directions(3, "CM")
     nodes = dict.fromkeys(deck.nodes(card, card.identifiers(4, "GM")))
+    if not nodes:
+        card.fault("it moves no GRID")
+        return None
     if master in nodes:
         card.fault("its independent node GN is among the dependent ones")
         return None
     return Rigid(tuple((node, d) for node in nodes for d in directions), master)
+
+
+def _rigid_bar(card, deck):
+    """RBAR with all six independent directions at one end, as an RBE2 of the other."""
+    if card.real(8, "ALPHA", 0.0):
+        deck.note("thermal expansion ALPHA of RBAR")
+    ends = deck.node(card, 2, "GA"), deck.node(card, 3, "GB")
+    given = [card.directions(k, name, "") for k, name in ((4, "CNA"), (5, "CNB"))]
+    if sorted(map(len, given)) != [0, 6]:
+        card.fault("CNA or CNB must be 123456, the other one blank")
+        return None
+    first = 0 if given[0] else 1
+    if card.text(6 + first):
+        card.fault("the end with the independent directions has dependent ones, too")
+    directions = card.directions(7 - first, "CMB" if first == 0 else "CMA", "") or tuple(range(6))
+    if card.text(2) == card.text(3):
+        card.fault("it meets a node twice")
+        return None
+    return Rigid(tuple((ends[1 - first], d) for d in directions), ends[first])
 
 
 def _mean(card, deck):
@@ -132,9 +167,10 @@ def _combined(card, deck):
     places = [k for row in range(2, len(card) + 1, 8) for k in (row, row + 3) if card.text(k)]
     terms: dict[Pair, float] = {}
     for k in places:
-        node, directions = deck.node(card, k, "G"), card.directions(k + 1, "C")
+        node = deck.node(card, k, "G")
+        directions = deck.directions(card, k + 1, "C", node)
         if len(directions) != 1:
-            card.fault("C must be one of 1 to 6; scalar points are not read")
+            card.fault("C must be one of 1 to 6")
             directions = (0,)
         pair = node, directions[0]
         terms[pair] = terms.get(pair, 0.0) + card.real(k + 2, "A", 0.0)

@@ -16,6 +16,7 @@ from ...linear.storage import inexact
 from ...typing import AnyArray, Converted
 from .coordinates import Coordinates
 from .groups import AbstractCards, Numbers
+from .lumped import Lumps
 
 
 class Deck(eqx.Module):
@@ -32,6 +33,7 @@ class Deck(eqx.Module):
         massless: rows of `system` without mass.
         held: labels that SPC and GRID hold; weak: those that PARAM AUTOSPC holds, as no element stiffens them.
         ignored: what of the deck is not used, one sentence each.
+        notes: what was decided about it: masses lumped or consistent, plates without transverse shear.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -46,6 +48,7 @@ class Deck(eqx.Module):
     held: tuple[str, ...] = eqx.field(static=True)
     weak: tuple[str, ...] = eqx.field(static=True)
     ignored: tuple[str, ...] = eqx.field(static=True)
+    notes: tuple[str, ...] = eqx.field(static=True, default=())
 
     @property
     def numbers(self) -> Numbers:
@@ -111,11 +114,13 @@ class Deck(eqx.Module):
 
     def describe(self) -> str:
         """What was read, what is held and what was ignored, in lines."""
-        counts = [f"{name}: {len(own.nodes)} elements" for name, own in self.elements.items()]
+        own = {name: own for name, own in self.elements.items() if not isinstance(own, Lumps)}
+        counts = [f"{name}: {len(cards.nodes)} elements" for name, cards in own.items()]
         lines = [f"{len(self.names)} nodes, {len(self.coordinates.free)} free coordinates", *counts]
         lines += [f"tied by {name}" for name in self.coordinates.ties]
         lines += [f"held, as no element stiffens it: {name}" for name in self.weak[:20]]
         lines += [f"and {len(self.weak) - 20} more"] if len(self.weak) > 20 else []
+        lines += [f"note: {what}" for what in self.notes]
         return "\n".join([*lines, *(f"ignored: {what}" for what in self.ignored)])
 
     @property

@@ -171,6 +171,10 @@ class Solids(AbstractCards):
         return Hexahedron(*map(self._all, (stuff.young, stuff.contraction, stuff.density * numbers.mass)))
 
 
+#: Groups whose masses can be lumped.
+HEAVY = (Bars, Rods, Plates, Solids)
+
+
 def _axes(line, reference):
     """Axes x y z (elements, 3) of beams, as `along` has them."""
     x = line / np.linalg.norm(line, axis=1, keepdims=True)

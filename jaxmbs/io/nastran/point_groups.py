@@ -50,63 +50,98 @@ class Masses(AbstractCards):
 
 
 class ScalarSpring(AbstractElement):
-    """`rate (a . u1 - b . u2)`, whatever lies between the nodes: as a CELAS is, no bushing.
+    """`rate (a . u1 - b . u2)`, whatever lies between the nodes: as a CELAS is, no bushing; or a mass or a damper.
 
     Attributes:
         rate: [N/m or N m/rad]; ends: (2, 6) a and b over x y z rx ry rz.
+        what: "stiffness", "mass" or "damping".
     """
 
     rate: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    ends: Converted[Float[Array, "... 2 6"]] = eqx.field(converter=number)
+    ends: Converted[Float[Array, "... k 6"]] = eqx.field(converter=number)
+    what: str = eqx.field(static=True, default="stiffness")
 
     num_nodes = 2
     force_labels = ("force",)
     nonnegative = ()
 
     def _row(self):
-        return jnp.concatenate([self.ends[0], -self.ends[1]])
+        return jnp.concatenate([self.ends[0], *(-end for end in self.ends[1:])])
 
-    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`k b b^T`."""
+    def _matrix(self, what, nodes):
+        if what != self.what:
+            return jnp.zeros((self.size, self.size), nodes.dtype)
         return self.rate * jnp.outer(self._row(), self._row())
 
+    @property
+    def damps(self) -> bool:
+        """Whether it is a damper."""
+        return self.what == "damping"
+
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """`k b b^T` of a spring."""
+        return self._matrix("stiffness", nodes)
+
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Zero."""
-        return jnp.zeros((12, 12), nodes.dtype)
+        """`m b b^T` of a mass."""
+        return self._matrix("mass", nodes)
+
+    def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """`c b b^T` of a damper."""
+        return self._matrix("damping", nodes)
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
-        """Force of the spring on its first end, reversed."""
-        return (self.rate * (self._row() @ u.reshape(-1)))[None]
+        """Force of a spring on its first end, reversed; zero of others."""
+        return ((self._row() @ u.reshape(-1)) * (self.rate if self.what == "stiffness" else 0.0 * self.rate))[None]
 
     def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """Never: its nodes may lie at one point."""
         return np.zeros(len(nodes), bool)
 
 
+class ScalarToGround(ScalarSpring):
+    """`rate a . u` of a mass or damper from one direction to ground."""
+
+    num_nodes = 1
+
+
 class ScalarSprings(AbstractCards):
-    """CELAS1 of one PELAS, or CELAS2, which have rates of their own.
+    """CELAS, CMASS or CDAMP, of one property or with rates of their own.
 
     Attributes:
         rate: (elements,) [N/m or N m/rad], or None where the property has it.
         ends: (elements, 1 or 2, 6) the directions at the nodes, basic axes.
+        what: "stiffness", "mass" or "damping".
     """
 
     property: str = eqx.field(static=True)
     rate: Converted[Float[Array, " elements"] | None] = eqx.field(converter=optional)
     ends: Converted[Float[Array, "elements k 6"]] = eqx.field(converter=number)
+    what: str = eqx.field(static=True)
 
     def element(self, numbers: Numbers) -> AbstractElement:
-        """Scalar springs, or springs to ground."""
-        rate = self._all(numbers.properties[self.property].stiffness) if self.rate is None else self.rate
+        """Scalar springs, masses or dampers, or those to ground."""
+        own = getattr(numbers.properties[self.property], self.what) if self.rate is None else self.rate
+        rate = self._all(own) if self.rate is None else own
+        rate = rate * numbers.mass if self.what == "mass" else rate
         if len(self.nodes[0]) == 2:
-            return ScalarSpring(rate, self.ends)
+            return ScalarSpring(rate, self.ends, self.what)
+        if self.what != "stiffness":
+            return ScalarToGround(rate, self.ends, self.what)
         return GroundSpring(
             jax.vmap(lambda k, d: k * jnp.outer(d[0], d[0]))(rate, self.ends), place=jnp.ones_like(rate)
         )
 
     def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
-        """Their directions."""
-        ends = np.asarray(self.ends)[:, :, None]
+        """The directions of springs."""
+        return self._directions(self.what == "stiffness")
+
+    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+        """The directions of masses."""
+        return self._directions(self.what == "mass")
+
+    def _directions(self, counts):
+        ends = np.asarray(self.ends)[:, :, None] * float(counts)
         return ends[..., :3], ends[..., 3:]
 
 

@@ -39,15 +39,23 @@ def _about(card, deck, node):
     return offset, axes.T @ inertia @ axes
 
 
-def springs(cards: list[Card], deck: Context) -> Groups:
-    """CELAS1 and CELAS2 between directions of GRIDs, or from one to ground."""
-    own_rate = cards[0].name == "CELAS2"
-    key = lambda card: ("" if own_rate else deck.owner(card, "PELAS"), _ends(card))  # noqa: E731
+_SCALARS = {"CELAS": ("PELAS", "stiffness"), "CMASS": ("PMASS", "mass"), "CDAMP": ("PDAMP", "damping")}
+
+
+def scalars(cards: list[Card], deck: Context) -> Groups:
+    """CELAS, CMASS, CDAMP between two directions of GRIDs or scalar points, or from one to ground.
+
+    Forms 1 and 3 have a property, 2 and 4 a number of their own; 3 and 4 join scalar points.
+    """
+    kind, form = cards[0].name[:-1], cards[0].name[-1]
+    prop, what = _SCALARS[kind]
+    own_rate, step = form in "24", 2 if form in "12" else 1
+    key = lambda card: ("" if own_rate else deck.owner(card, prop), _ends(card, step))  # noqa: E731
     made: Groups = {}
     for (owner, fields), own in gathered(cards, key).items():
         nodes = [tuple(deck.node(card, k, "G") for k in fields) for card in own]
         ends = [
-            [_direction(card, k + 1, deck, node) for k, node in zip(fields, row, strict=True)]
+            [_direction(card, k + 1 if step == 2 else 99, deck, node) for k, node in zip(fields, row, strict=True)]
             for card, row in zip(own, nodes, strict=True)
         ]
         rates = [_rate(card, deck) for card in own] if own_rate else None
@@ -58,22 +66,22 @@ def springs(cards: list[Card], deck: Context) -> Groups:
         name = " ".join(part for part in parts if part)
         if name in made:  # grounded at the first or at the second end
             name += ", first end"
-        made[name] = ScalarSprings(tuple(nodes), numbers_of(own), owner, rates, np.array(ends))
+        made[name] = ScalarSprings(tuple(nodes), numbers_of(own), owner, rates, np.array(ends), what)
     return made
 
 
-def _ends(card):
+def _ends(card, step):
     """Fields of the nodes that are given."""
-    given = tuple(k for k in (3, 5) if card.text(k) not in ("", "0"))
+    given = tuple(k for k in (3, 3 + step) if card.text(k) not in ("", "0"))
     if not given:
         card.fault("it joins no node")
     return given or (3,)
 
 
 def _direction(card, k, deck, node):
-    found = card.directions(k, "C")
+    found = deck.directions(card, k, f"C{k // 2 - 1}", node)
     if len(found) != 1:
-        card.fault(f"C{k // 2 - 1} must be one of 1 to 6; scalar points are not read")
+        card.fault(f"C{k // 2 - 1} must be one of 1 to 6")
         return np.zeros(6)
     row = np.zeros(6)
     first = 3 * (found[0] // 3)
@@ -82,9 +90,12 @@ def _direction(card, k, deck, node):
 
 
 def _rate(card, deck):
-    if card.real(7, "GE", 0.0):
+    if card.name == "CELAS2" and card.real(7, "GE", 0.0):
         deck.note("structural damping GE of CELAS2")
-    return card.real(2, "K")
+    value = card.real(2, {"CELAS": "K", "CMASS": "M", "CDAMP": "B"}[card.name[:-1]])
+    if value < 0 and card.name[:-1] != "CELAS":
+        card.fault("its number must not be negative")
+    return value
 
 
 def bushes(cards: list[Card], deck: Context) -> Groups:

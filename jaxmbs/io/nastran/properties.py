@@ -4,13 +4,16 @@ from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Float
 
 from ...elements.base import number, optional
 from ...typing import Converted
-from .cards import Card
+from .cards import NEEDED, Card, positive
+from .point_properties import bush, scalar, scalar_damper, scalar_mass
+from .sections import SECTIONS
 
+#: Shear factor of plates without transverse shear: what is left of it is below a thousandth of what 5/6 gives.
+_NO_SHEAR = 1000.0
 Scalar = Converted[Float[Array, ""]]
 OptionalScalar = Converted[Float[Array, ""] | None]
 
@@ -66,13 +69,14 @@ class Plate(eqx.Module):
 
     Attributes:
         thickness [m]; area_mass: NSM [kg/m^2].
-        shear_factor: TS/T, of the transverse shear.
+        shear_factor: TS/T, of the transverse shear; a thousand where MID3 is blank: there is no shear to speak of.
         material: name, "MAT1 3".
     """
 
     thickness: Scalar = eqx.field(converter=number)
     area_mass: Scalar = eqx.field(converter=number)
     shear_factor: Scalar = eqx.field(converter=number)
+    is_thin: bool = eqx.field(static=True)
     material: str = eqx.field(static=True)
 
 
@@ -86,27 +90,6 @@ class Solid(eqx.Module):
     material: str = eqx.field(static=True)
 
 
-class Bush(eqx.Module):
-    """PBUSH.
-
-    Attributes:
-        stiffness: (6,) [N/m, N m/rad]; damping: (6,) [N s/m, N m s/rad], or None.
-    """
-
-    stiffness: Converted[Float[Array, "6"]] = eqx.field(converter=number)
-    damping: Converted[Float[Array, "6"] | None] = eqx.field(converter=optional)
-
-
-class ScalarProperty(eqx.Module):
-    """PELAS.
-
-    Attributes:
-        stiffness: [N/m or N m/rad].
-    """
-
-    stiffness: Scalar = eqx.field(converter=number)
-
-
 def material(card: Card, note: Callable[[str], None]) -> Material:
     """MAT1."""
     E, G, nu = (card.real(k, name, None) for k, name in ((2, "E"), (3, "G"), (4, "NU")))
@@ -116,7 +99,7 @@ def material(card: Card, note: Callable[[str], None]) -> Material:
     if E is None:
         card.fault("E is missing")
         E = 1.0
-    _positive(card, E=E, nonnegative={"G": G or 0.0, "RHO": density})
+    positive(card, E=E, nonnegative={"G": G or 0.0, "RHO": density})
     ratio = nu if nu is not None else E / (2.0 * G) - 1.0 if G else 0.0
     if not -1.0 < ratio < 0.5:
         card.fault(f"Poisson's ratio {ratio:g} does not lie between -1 and 1/2")
@@ -131,13 +114,13 @@ def section(card: Card, note: Callable[[str], None]) -> Section:
     A, I1, I2 = (card.real(k, name, 0.0) for k, name in ((3, "A"), (4, "I1"), (5, "I2")))
     if card.name == "PROD":
         card.refuse("torsion J", 4)
-        _positive(card, A=A, nonnegative={"NSM": card.real(6, "NSM", 0.0)})
+        positive(card, A=A, nonnegative={"NSM": card.real(6, "NSM", 0.0)})
         return Section(A, 0.0, 0.0, 0.0, card.real(6, "NSM", 0.0), None, mid)
     bar = card.name == "PBAR"
     J, nsm = card.real(6 if bar else 7, "J", 0.0), card.real(7 if bar else 8, "NSM", 0.0)
     card.refuse("the product of inertia I12", 19 if bar else 6)
     K = _shear_of_bar(card) if bar else _shear_of_beam(card)
-    _positive(card, A=A, nonnegative=dict(I1=I1, I2=I2, J=J, NSM=nsm, K1=K[0], K2=K[1]))
+    positive(card, A=A, nonnegative=dict(I1=I1, I2=I2, J=J, NSM=nsm, K1=K[0], K2=K[1]))
     if (K[0] > 0) != (K[1] > 0):
         card.fault("K1 and K2 must both be given, or both be zero")
     return Section(A, I1, I2, J, nsm, K if K[0] > 0 and K[1] > 0 else None, mid)
@@ -172,15 +155,13 @@ def plate(card: Card, note: Callable[[str], None]) -> Plate:
         card.fault("MID2 must be MID1: plates of one material that bend are read")
     if across not in (0, mid):
         card.fault("MID3 must be MID1 or blank")
-    if not across:
-        note("blank MID3 of PSHELL: the transverse shear of quadrilaterals stays, with 5/6")
     card.refuse("12I/T^3", 5, harmless=(1.0,))
     card.refuse("the material MID4 that couples", 11)
-    _positive(card, T=t, nonnegative={"NSM": nsm})
+    positive(card, T=t, nonnegative={"NSM": nsm})
     factor = card.real(7, "TS/T", 5 / 6)
     if not factor > 0:
         card.fault("TS/T must be positive")
-    return Plate(t, nsm, factor, f"MAT1 {mid}")
+    return Plate(t, nsm, factor if across else _NO_SHEAR, not across, f"MAT1 {mid}")
 
 
 def solid(card: Card, note: Callable[[str], None]) -> Solid:
@@ -192,44 +173,36 @@ def solid(card: Card, note: Callable[[str], None]) -> Solid:
     return Solid(f"MAT1 {card.integer(2, 'MID')}")
 
 
-def bush(card: Card, note: Callable[[str], None]) -> Bush:
-    """PBUSH with K and B; GE and stress recovery are noted."""
-    values = {"K": [0.0] * 6, "B": [0.0] * 6}
-    for row in range(2, max(len(card), 2) + 1, 8):
-        what = card.text(row).upper()
-        if what in values:
-            values[what] = card.reals(row + 1, 6, what)
-        elif what in ("GE", "RCV"):
-            note(f"{what} of PBUSH")
-        elif what:
-            card.fault(f"{what[:16]!r} is none of K, B, GE, RCV")
-    _positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
-    return Bush(values["K"], values["B"] if any(values["B"]) else None)
-
-
-def scalar(card: Card, note: Callable[[str], None]) -> ScalarProperty:
-    """PELAS."""
-    if card.real(3, "GE", 0.0):
-        note("structural damping GE of PELAS")
-    card.refuse("a second spring on one PELAS", *range(5, 9))
-    return ScalarProperty(card.real(2, "K"))
+def shaped(card: Card, note: Callable[[str], None]) -> Section:
+    """PBARL, or PBEAML of one section along its length whose shear centre is its centroid."""
+    name, mid = card.text(4).upper(), f"MAT1 {card.integer(2, 'MID')}"
+    nothing = Section(1.0, 1.0, 1.0, 1.0, 0.0, None, mid)
+    if name not in SECTIONS:
+        card.fault(f"the section {name[:16]!r} is not read: {', '.join(SECTIONS)} are")
+        return nothing
+    count, sound, of = SECTIONS[name]
+    sizes, nsm = card.reals(9, count, "DIM", NEEDED), card.real(9 + count, "NSM", 0.0)
+    if not sound(*sizes):
+        card.fault(f"dimensions {', '.join(f'{size:g}' for size in sizes)} make no {name}")
+        return nothing
+    found = of(*sizes)
+    row = 10 + count
+    while card.name == "PBEAML" and row <= len(card):
+        again = [card.real(k, "DIM or NSM", None) for k in range(row + 2, row + 3 + count)]
+        if any(b is not None and b != a for a, b in zip([*sizes, nsm], again, strict=True)):
+            card.fault("a section that changes along the beam is not read")
+        row += 3 + count
+    if card.name == "PBARL":
+        card.refuse("what follows NSM", *range(row, len(card) + 1))
+    elif not found.is_centred:
+        card.fault(f"a CBEAM of the section {name} has its shear centre beside its centroid, which is not read")
+    positive(card, nonnegative={"NSM": nsm})
+    note(f"{card.name} {name}: torsion and shear factors by beam theory, Nastran's may differ")
+    return Section(found.area, found.inertia_1, found.inertia_2, found.torsion, nsm, found.shear, mid)
 
 
 READ: dict[str, Callable[..., Any]] = {
-    **dict(MAT1=material, PBAR=section, PBEAM=section, PROD=section),
+    **dict(MAT1=material, PBAR=section, PBEAM=section, PROD=section, PBARL=shaped, PBEAML=shaped),
     **dict(PSHELL=plate, PSOLID=solid, PBUSH=bush, PELAS=scalar),
+    **dict(PMASS=scalar_mass, PDAMP=scalar_damper),
 }
-
-
-def _positive(card, nonnegative, **positive):
-    for name, value in positive.items():
-        if not value > 0:
-            card.fault(f"{name} must be positive")
-    for name, value in nonnegative.items():
-        if value < 0:
-            card.fault(f"{name} must not be negative")
-
-
-def spread_over(count: int, value: Array) -> Array:
-    """One value for each of many elements."""
-    return number(value)[None] * np.ones((count,) + (1,) * np.ndim(value), number(value).dtype)

@@ -10,25 +10,27 @@ from ...elements import DIRECTIONS
 from ...elements.base import number
 from ...errors import ModelError
 from .cards import Card, cards
-from .connections import Groups, bars, plates, rods, solids
+from .connections import Groups, bars, conrods, plates, rods, solids
 from .constraints import chosen, held, ties
-from .context import Context
+from .context import Context, defaults
 from .coordinates import coordinates_of, uncoupled
 from .deck import Deck
 from .frames import NAMES
-from .groups import Numbers
+from .groups import HEAVY, Numbers
+from .lumped import Lumps, lumped
 from .nodal import massless, nodal_sums, weakly_held
-from .points import bushes, masses, springs
+from .points import bushes, masses, scalars
 from .properties import READ
 from .text import Text
 from .ties import AbstractTie, Combined, Mean, Pair
 
 ELEMENTS: dict[str, Callable[[list[Card], Context], Groups]] = {
     **dict(CBAR=bars, CBEAM=bars, CROD=rods, CQUAD4=plates, CTRIA3=plates, CHEXA=solids),
-    **dict(CONM2=masses, CELAS1=springs, CELAS2=springs, CBUSH=bushes),
+    **dict(CONROD=conrods, CONM2=masses, CBUSH=bushes),
+    **{f"{kind}{form}": scalars for kind in ("CELAS", "CMASS", "CDAMP") for form in "1234"},
 }
-CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3")
-_USED = {"GRID", "GRDSET", "PARAM", *NAMES, *READ, *ELEMENTS, *CONSTRAINTS}
+CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR")
+_USED = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *READ, *ELEMENTS, *CONSTRAINTS}
 #: Loads, requests for solutions, output, reduction: none of them changes mass, stiffness or supports.
 _HARMLESS = {
     *("EIGR", "EIGRL", "EIGB", "EIGC", "EIGP", "FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5"),
@@ -41,43 +43,62 @@ _HARMLESS = {
 }
 
 
-def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None = None, polar: bool = True) -> Deck:
+_MASSES = {
+    "lumped": "masses are lumped, as Nastran's are without PARAM COUPMASS 1; masses='consistent' takes the others",
+    "consistent": "masses are consistent, as Nastran's are with PARAM COUPMASS 1; masses='lumped' takes the others",
+}
+
+
+def read_nastran(
+    path: str | PathLike,
+    spc: int | None = None,
+    mpc: int | None = None,
+    polar: bool = True,
+    masses: str | None = None,
+) -> Deck:
     """A structure from Nastran bulk data, small, large or free fields; INCLUDE inside the folder of the deck.
 
-    Read are GRID, GRDSET and the coordinate systems CORD1 and CORD2 of kind R, C, S; CBAR, CBEAM (of one section),
-    CROD, CQUAD4, CTRIA3, CHEXA (8 nodes), CONM2, CELAS1, CELAS2, CBUSH; MAT1, PBAR, PBEAM, PROD, PSHELL, PSOLID,
-    PELAS, PBUSH; RBE2, RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS and AUTOSPC.  `Deck.ignored` lists loads
-    and requests.
+    Read are GRID, GRDSET, SPOINT and the coordinate systems CORD1 and CORD2 of kind R, C, S; CBAR, CBEAM (of one
+    section), BAROR, BEAMOR, CROD, CONROD, CQUAD4, CTRIA3, CHEXA (8 nodes), CONM2, CBUSH, and CELAS, CMASS, CDAMP in
+    their four forms; MAT1, PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PSOLID, PELAS, PMASS, PDAMP, PBUSH; RBAR, RBE2,
+    RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS, AUTOSPC, COUPMASS.  `Deck.ignored` lists loads and requests.
 
-    Masses are always consistent (PARAM COUPMASS 1).  Bars, rods, springs, masses and ties are Nastran's; plates and
-    solids are our `Quadrilateral`, `Triangle` and `Hexahedron`, which converge to the same answers by other numbers.
+    Bars, rods, springs, masses and ties are Nastran's; plates and solids are our `Quadrilateral`, `Triangle` and
+    `Hexahedron`, which converge to the same answers by other numbers.  `Deck.notes` says which masses were taken.
 
     Args:
         spc, mpc: sets that act; by default those that the case control chooses, or the only ones.
-        polar: whether CBARs have inertia about their own axis, as CBEAMs have; Nastran's have none unless asked for.
+        polar: whether CBARs with consistent masses have inertia about their own axis, as CBEAMs have; Nastran's have
+            none unless asked for.
+        masses: "lumped" on the nodes, without inertia in rotation, or "consistent"; by default as the deck says:
+            consistent with PARAM COUPMASS 1, else lumped.
 
     Raises: ModelError with every fault: cards that are not read, by name and line, wrong fields, what is missing;
-    OSError where there is no file.
+    ValueError for other `masses`; OSError where there is no file.
     """
+    if masses not in (None, "lumped", "consistent"):
+        raise ValueError(f"masses = {masses!r}: one of 'lumped', 'consistent', or None for what the deck says")
     faults: list[str] = []
     text = Text(Path(path), faults)
     found: dict[str, list[Card]] = {}
     for card in cards(text.lines(), faults):
         found.setdefault(card.name, []).append(card)
+    defaults(found)
     strange = [name for name in found if name not in _USED | _HARMLESS and name]
     faults += [f"{name} is not read: {_places(found[name])}" for name in strange]
-    if not found.get("GRID"):
+    if not found.get("GRID") and not found.get("SPOINT"):
         raise ModelError([*faults, f"{text.name} has no GRID"])
     deck = Context(found, polar)
     elements = {
         name: own for kind, read in ELEMENTS.items() if kind in found for name, own in read(found[kind], deck).items()
     }
-    if not elements:
+    if not elements and not any(name.startswith("C") for name in strange):
         faults.append(f"{text.name} has no element")
     sets = [chosen(kind, found, one, text.choices[kind], faults) for kind, one in (("SPC", spc), ("MPC", mpc))]
     tied = ties(found, sets[1], deck)
     on_hold = deck.held | held(found, sets[0], deck)
     settings = _settings(found, deck)
+    settings["masses"] = masses or settings["masses"]
     faults += _clashes(tied, on_hold, deck)
     if faults:
         raise ModelError(faults)
@@ -85,6 +106,7 @@ def read_nastran(path: str | PathLike, spc: int | None = None, mpc: int | None =
 
 
 def _deck(deck, elements, tied, on_hold, settings, ignored):
+    elements = lumped(elements) if settings["masses"] == "lumped" else elements
     numbers = Numbers(number(deck.positions), deck.materials, deck.properties, number(settings["WTMASS"]))
     nodal = nodal_sums(deck, elements, numbers)
     for tie in tied.values():
@@ -100,15 +122,21 @@ def _deck(deck, elements, tied, on_hold, settings, ignored):
         raise ModelError(["nothing is free to move"])
     turned, still = dict(coordinates.turned), on_hold | weak
     fixed = [(n, d) for n, d in still if n not in turned or {(n, 3 * (d // 3) + k) for k in range(3)} <= still]
-    names = tuple(f"GRID {one}" for one in deck.ids)
-    labels = [tuple(f"{names[n]} {DIRECTIONS[d]}" for n, d in sorted(pairs)) for pairs in (on_hold, weak)]
+    names = tuple(f"{'SPOINT' if n in deck.scalars else 'GRID'} {one}" for n, one in enumerate(deck.ids))
+    labels = [
+        tuple(f"{names[n]} {DIRECTIONS[d]}" for n, d in sorted(pairs) if not d or n not in deck.scalars)
+        for pairs in (on_hold, weak)
+    ]
     parts = deck.materials, deck.properties, elements, numbers.mass, coordinates
     light = massless(coordinates, nodal, numbers.positions)
-    return Deck(names, numbers.positions, *parts, tuple(sorted(fixed)), light, *labels, ignored)
+    have_masses = any(isinstance(own, (*HEAVY, Lumps)) for own in elements.values())
+    notes = [_MASSES[settings["masses"]]] if have_masses else []
+    notes += [f"{what}, {times} times" if times > 1 else what for what, times in deck.remarks.items()]
+    return Deck(names, numbers.positions, *parts, tuple(sorted(fixed)), light, *labels, ignored, tuple(notes))
 
 
 def _settings(found, deck):
-    settings = {"WTMASS": 1.0, "AUTOSPC": True}
+    settings = {"WTMASS": 1.0, "AUTOSPC": True, "masses": "lumped"}
     for card in found.get("PARAM", ()):
         name = card.text(1).upper()
         if name == "WTMASS":
@@ -117,10 +145,10 @@ def _settings(found, deck):
                 card.fault("WTMASS must be positive")
         elif name == "AUTOSPC":
             settings["AUTOSPC"] = card.text(2).upper() != "NO"
-        elif name != "COUPMASS":
+        elif name == "COUPMASS":
+            settings["masses"] = "consistent" if card.integer(2, "COUPMASS", -1, low=-1) > 0 else "lumped"
+        else:
             deck.note(f"PARAM {name[:16]}")
-        elif card.text(2) in ("0", "-1"):
-            deck.note("PARAM COUPMASS: masses are consistent")
     return settings
 
 
