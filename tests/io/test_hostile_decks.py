@@ -103,7 +103,7 @@ def test_twenty_thousand_spoilt_files(name):
     [
         ("", "has no GRID"),
         ("\x00\xff" * 1000, "no name of a card"),
-        ("GRID,1\n" * 3 + ",1" * 10_000, "more than ten fields"),
+        ("GRID,1\n" * 3 + ",1" * 10_000, "it has .* data; a GRID has 8"),
         ("RBE2,1,1,123,1,THRU,99999999\nGRID,1\nGRID,2,,1.,,\n", "no element"),
         ("CORD2R,1,2,,,,,,1.\n,1.\nCORD2R,2,1,,,,,,1.\n,1.\nGRID,1,1\n", "in a ring"),
         (

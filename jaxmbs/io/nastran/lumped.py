@@ -1,5 +1,7 @@
 """Masses of elements on their nodes, as Nastran has them unless PARAM COUPMASS asks for consistent ones."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -40,7 +42,7 @@ class Lumps(AbstractCards):
 
     def element(self, numbers: Numbers) -> AbstractElement:
         """Point masses, node by node."""
-        made = self.of.element(numbers)
+        made: Any = self.of.element(numbers)
         nodes = numbers.positions[np.array(self.of.nodes)]
         mass = self._shares(made, nodes).reshape(-1)
         offset = getattr(self.of, "offsets", None)
@@ -67,7 +69,7 @@ class Lumps(AbstractCards):
         nothing = np.zeros((len(self.nodes), 1, 0, 3))
         return nothing, nothing
 
-    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def carried(self, element: Any, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
         """As of masses by cards."""
         masses = Masses(self.nodes, self.ids, element.value, element.offset, element.inertia)
         return masses.carried(element, numbers)

@@ -43,6 +43,7 @@ _HARMLESS = {
 }
 
 
+_LENGTHS = {"GRID": 8, "CROD": 4, "CONM2": 14, "CTRIA3": 15, "CONROD": 8, "RBAR": 9, "PROD": 6}
 _MASSES = {
     "lumped": "masses are lumped, as Nastran's are without PARAM COUPMASS 1; masses='consistent' takes the others",
     "consistent": "masses are consistent, as Nastran's are with PARAM COUPMASS 1; masses='lumped' takes the others",
@@ -83,6 +84,10 @@ def read_nastran(
     found: dict[str, list[Card]] = {}
     for card in cards(text.lines(), faults):
         found.setdefault(card.name, []).append(card)
+    for name, most in _LENGTHS.items():
+        for card in found.get(name, ()):
+            if len(card) > most:
+                card.fault(f"it has {len(card)} data; a {name} has {most}")
     defaults(found)
     strange = [name for name in found if name not in _USED | _HARMLESS and name]
     faults += [f"{name} is not read: {_places(found[name])}" for name in strange]
