@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import known
+from ..errors import ModelError
 from ..forces._fields import function
 from ..forces.ports import JointPort, port_of
 from ..forces.signals import as_signal
@@ -20,6 +21,7 @@ from .arrays import after, joint_poses, pair, stack, stacked, tree_arrays
 from .declarations import GROUND, Model, resolve
 from .elastic import elastic_groups, elastic_items
 from .spanning import SpanningTree
+from .user_rows import shape_faults
 
 _SIZES = ("num_coordinates", "num_velocities")
 
@@ -209,8 +211,12 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         for name in group_names:
             names += [name] * kind.num_rows
             slips += range(len(names) - kind.num_slips, len(names))
+    neutral = tuple(jnp.zeros(sum(getattr(r, what) for r in record.values())) for what in _SIZES)
+    faults = [fault for row in rows for fault in shape_faults(row, *neutral)]
+    if faults:
+        raise ModelError(faults)
     for row in rows:
-        size = _num_rows(row, record)
+        size = _num_rows(row, *neutral)
         names += [row.name] * size
         slips += range(len(names) - size, len(names)) if row.restricts_velocity_alone else ()
     return tuple(groups), tuple(rows), tuple(names), tuple(slips)
@@ -232,7 +238,6 @@ def _as_pytree(law):
     return FramePath(*signals, law.hold)
 
 
-def _num_rows(row, record):
-    psi, u = (jnp.zeros(sum(getattr(r, what) for r in record.values())) for what in _SIZES)
+def _num_rows(row, psi, u):
     found = jax.eval_shape(lambda t: (row.residual(psi, t), row.slip(psi, u, t)), jnp.zeros(()))
     return sum(part.size for part in found)

@@ -18,6 +18,7 @@ from .assemble_system import assemble_system
 from .declarations import Body, Joint, Model
 from .mobility import analysed, check_numbers
 from .spanning import spanning_tree
+from .user_rows import row_faults
 from .validation import system_law_faults
 
 
@@ -31,6 +32,8 @@ def built(model: Model, like: System | None, independent: Iterable[str] | None, 
         raise ModelError(found)
     if like is not None:
         return _take_over(system, like)
+    if found := row_faults(system):
+        raise ModelError(found)
     traced = not known(system)
     if traced and system.has_constraints:
         raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
