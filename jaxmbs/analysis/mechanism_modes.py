@@ -27,10 +27,10 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
             Nothing depends on them and their momenta stay: the modes are those at unchanged momenta, without the
             pair of zero roots of each (Routh's).
 
-    Returns: `Modes` by size of the roots; shapes (n + N, m) are coordinates, then velocities of each mode, largest
-    entry 1; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have derivatives where they are simple or
-    their vectors complete, shapes where the root is simple; at a defective one (a free motion's pair of zeros) none
-    exists, and zero is returned.
+    Returns: `Modes` by size of the roots, none of a mechanism without freedom; shapes (n + N, m) are coordinates, then
+    velocities of each mode, largest entry 1; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have
+    derivatives where they are simple or their vectors complete, shapes where the root is simple; at a defective one (a
+    free motion's pair of zeros) none exists, and zero is returned.
 
     Raises: UnknownNameError; ModelError for a coordinate left out that is not independent or, if that can be seen, on
     which something depends.
@@ -42,6 +42,9 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     A = _routh(mechanism, tuple(without)) if without else mechanism.state_space.A
     out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
     names = tuple(name for name in mechanism.state_names if name.removeprefix("rate of ") not in out)
+    if not A.size:  # without freedom there is no mode
+        none = jnp.zeros(0, A.dtype)
+        return Modes(none, jnp.zeros((0, 0), A.dtype) + 0j, none > 0.0, none + 0j, rounding=none, coordinates=names)
     roots, shapes, left = eig(A)
     rounding = lax.stop_gradient(eig_rounding(A, shapes, left))
     largest = jnp.take_along_axis(shapes, jnp.argmax(jnp.abs(shapes), axis=0)[None], axis=0)

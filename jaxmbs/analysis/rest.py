@@ -118,9 +118,12 @@ def _equilibrium(system, state, moving):
     start = jnp.zeros(top.num_velocities, state.coordinates.dtype)
     weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
     first = jnp.max(jnp.abs(_unbalanced(system, at_state(system, state), w)), initial=0.0)
-    scale = jax.lax.stop_gradient(weight + first)
+    scale = jax.lax.stop_gradient(jnp.where(weight + first > 0.0, weight + first, 1.0))  # massless, not loaded
     arguments = (system, state.coordinates, w, state.t, still, scale)
-    step, count = jax.lax.custom_root(lambda x: _balance(x, arguments), start, _search, _along_root, has_aux=True)
+    if start.size:
+        step, count = jax.lax.custom_root(lambda x: _balance(x, arguments), start, _search, _along_root, has_aux=True)
+    else:  # a structure of welds rests where it is
+        step, count = start, jnp.zeros((), start.dtype)
     psi = normalise(top, step_coordinates(top, state.coordinates, step))
     at = configuration(system, node_parameters(system), psi, state.t)
     Gamma, b = velocity_map(system, at)
@@ -174,6 +177,8 @@ def _balance(step, arguments):
 def _is_stable(K, still):
     """Whether the symmetric part is positive definite on the coordinates that stand still."""
     both = still[:, None] * still[None, :]
-    symmetric = jnp.where(both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K)))
+    symmetric = jnp.where(
+        both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K), initial=0.0)
+    )
     values = lapack.eigvalsh(jax.lax.stop_gradient(symmetric))
     return jnp.min(values, initial=jnp.inf) > 1e-12 * jnp.max(jnp.abs(values), initial=0.0)

@@ -58,7 +58,7 @@ lu = one_at_a_time(lambda A: lax.linalg.lu(A)[::2])
 def pseudo_inverse(A):
     """`A^+` (n, m), what rounding leaves of singular values dropped.  No derivative in reverse mode."""
     U, s, Vh = svd(A)
-    kept = s > max(A.shape) * jnp.finfo(s.dtype).eps * s[0]
+    kept = s > max(A.shape) * jnp.finfo(s.dtype).eps * jnp.max(s, initial=0.0)
     scale = jnp.where(kept, 1 / jnp.where(kept, s, 1.0), 0.0).astype(A.dtype)
     return (Vh.T.conj() * scale[None]) @ U.T.conj()
 

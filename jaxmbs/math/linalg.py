@@ -97,6 +97,8 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     Args: M (n, n), A (m, n), b (n,), c (m,); rows: units and elements of the rows (default: one element).
     """
     n = M.shape[0]
+    if not n:  # a structure of welds: nothing moves, and rows on nothing carry nothing
+        return jnp.zeros_like(b), jnp.zeros_like(c)
     unit, block = (jnp.ones_like(c), np.zeros(c.shape[0], int)) if rows is None else rows
     A, c = unit[:, None] * A, unit * c
     inverse, C = saddle_factor(M, A, block)
@@ -162,6 +164,8 @@ def full_rank_lstsq(B, right):
     By modified Gram-Schmidt of `[B, right]`, as stable as Householder's QR.
     """
     n = B.shape[1]
+    if not n:
+        return jnp.zeros((0, right.shape[1]), B.dtype)
     index = jnp.arange(n)
 
     def orthogonalise(k, carry):

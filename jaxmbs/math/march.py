@@ -212,7 +212,7 @@ def _closed(march, t1, y1, error, args, failed):
     if march.watched:
         if error is not None:
             error = (jnp.maximum(jnp.abs(error[0]), moved), *error[1:])
-        near = jnp.max(moved) < _FAR  # false for NaN
+        near = jnp.max(moved, initial=0.0) < _FAR  # false for NaN
         lost = RESULTS.where(near, RESULTS.successful, RESULTS.nonlinear_divergence)
         failed = RESULTS.where(diffrax.is_okay(failed), lost, failed)
     return y1, shown, error, failed

@@ -1,0 +1,111 @@
+"""Every public question of models at the edge: an answer, or an error in words; never a raw error from below."""
+
+import functools
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+
+
+def welded():
+    """A structure of welds, a cantilever of two pieces."""
+    b = mbs.SystemBuilder()
+    b.body("a", mass=2.0, com=(0.3, 0, 0), inertia=0.1)
+    b.body("c", mass=1.0, com=(0.1, 0, 0), inertia=0.1)
+    b.joint("wall", mbs.Weld(), "ground", "a")
+    b.joint("seam", mbs.Weld(), "a", "c", parent_frame=(0.6, 0, 0))
+    return b.build()
+
+
+def clamped():
+    """A beam between two walls: six redundant rows."""
+    b = mbs.SystemBuilder()
+    b.body("a", mass=2.0, com=(0.3, 0, 0), inertia=0.1)
+    b.joint("wall", mbs.Weld(), "ground", "a")
+    b.joint("other", mbs.Weld(), "ground", "a", parent_frame=(0.6, 0, 0), child_frame=(0.6, 0, 0))
+    return b.build()
+
+
+def driven():
+    """A crank that follows time."""
+    b = mbs.SystemBuilder()
+    b.body("a", mass=2.0, com=(0.3, 0, 0), inertia=0.1)
+    b.joint("pin", mbs.Revolute("y"), "ground", "a", drive=mbs.Ramp(0.2, 3.0))
+    return b.build()
+
+
+def pendulum():
+    b = mbs.SystemBuilder()
+    b.body("a", mass=2.0, com=(0.0, 0, -0.3), inertia=0.1)
+    b.joint("pin", mbs.Revolute("y"), "ground", "a")
+    return b.build()
+
+
+def free():
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.body("a", mass=2.0, inertia=(0.1, 0.2, 0.3))
+    b.joint("free", mbs.Free(), "ground", "a")
+    return b.build()
+
+
+def massless():
+    """A massless rod on a wall by a pin, moved by a drive."""
+    b = mbs.SystemBuilder()
+    b.body("a", mass=0.0)
+    b.joint("pin", mbs.Revolute("y"), "ground", "a", drive=mbs.Ramp(0.2, 3.0))
+    return b.build()
+
+
+MODELS = {f.__name__: f for f in (welded, clamped, driven, pendulum, free, massless)}
+JOINT = {"welded": "wall", "driven": "pin", "pendulum": "pin", "free": "free", "massless": "pin"}
+
+
+@functools.cache
+def model(name):
+    system = MODELS[name]()
+    return system, mbs.State.at(system, t=0.1)
+
+
+QUESTIONS = {
+    "acceleration": lambda s, x: mbs.acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
+    "angular_acceleration": lambda s, x: mbs.angular_acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
+    "angular_velocity": lambda s, x: mbs.angular_velocity(s, x, "a"),
+    "batch": lambda s, x: mbs.batch(lambda k: mbs.potential_energy(s, x) * k, jnp.arange(1.0, 3.0)).values,
+    "bond_graph": lambda s, x: mbs.bond_graph(s),
+    "bond_powers": lambda s, x: mbs.bond_powers(s, x),
+    "check": lambda s, x: mbs.check(s),
+    "constraint_jacobian": mbs.constraint_jacobian,
+    "constraint_residual": mbs.constraint_residual,
+    "equilibrium": mbs.equilibrium,
+    "forward_dynamics": mbs.forward_dynamics,
+    "frequency_response": lambda s, x: mbs.frequency_response(mbs.linearise(s, x), jnp.array([1.0])),
+    "inverse_dynamics": lambda s, x: mbs.inverse_dynamics(s, x, jnp.zeros(x.velocities.shape)),
+    "jacobian": lambda s, x: mbs.jacobian(s, x, "a"),
+    "kic": mbs.kic,
+    "kic_rate": lambda s, x: mbs.kic_rate(
+        mbs.kic_second(s, x).translational["a"], mbs.kic(s, x).translational["a"][0]
+    ),
+    "kic_second": mbs.kic_second,
+    "kinetic_energy": mbs.kinetic_energy,
+    "linearise": mbs.linearise,
+    "mass_matrix": mbs.mass_matrix,
+    "minimise": lambda s, x: mbs.minimise(
+        lambda d: (d["k"] - 1.0) ** 2 + 0.0 * mbs.potential_energy(s, x), {"k": 0.3}, {"k": (0.0, 2.0)}
+    ),
+    "modes": mbs.modes,
+    "peak": lambda s, x: mbs.peak(
+        s, mbs.simulate(s, x, t1=0.3, ts=[0.15, 0.2, 0.3]), lambda y: mbs.potential_energy(s, y)
+    ),
+    "point_kic": lambda s, x: mbs.point_kic(s, x, "a"),
+    "position": lambda s, x: mbs.position(s, x, "a"),
+    "potential_energy": mbs.potential_energy,
+    "reaction_bonds": lambda s, x: mbs.reaction_bonds(s, x),
+    "reactions": mbs.reactions,
+    "reactions of a motion": lambda s, x: mbs.reactions(s, mbs.simulate(s, x, ts=[0.15, 0.2, 0.3])),
+    "rotation": lambda s, x: mbs.rotation(s, x, "a"),
+    "simulate": lambda s, x: mbs.simulate(s, x, ts=[0.15, 0.2, 0.3]),
+    "stiffness": mbs.stiffness,
+    "velocity": lambda s, x: mbs.velocity(s, x, "a"),
+}
