@@ -2,6 +2,7 @@
 
 import functools
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -68,11 +69,15 @@ def model(name):
     return system, mbs.State.at(system, t=0.1)
 
 
+def scaled(system, state, k):
+    return mbs.potential_energy(system, state) * k
+
+
 QUESTIONS = {
     "acceleration": lambda s, x: mbs.acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
     "angular_acceleration": lambda s, x: mbs.angular_acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
     "angular_velocity": lambda s, x: mbs.angular_velocity(s, x, "a"),
-    "batch": lambda s, x: mbs.batch(lambda k: mbs.potential_energy(s, x) * k, jnp.arange(1.0, 3.0)).values,
+    "batch": lambda s, x: mbs.batch(functools.partial(scaled, s, x), jnp.arange(1.0, 3.0)).values,
     "bond_graph": lambda s, x: mbs.bond_graph(s),
     "bond_powers": lambda s, x: mbs.bond_powers(s, x),
     "check": lambda s, x: mbs.check(s),
@@ -109,3 +114,55 @@ QUESTIONS = {
     "stiffness": mbs.stiffness,
     "velocity": lambda s, x: mbs.velocity(s, x, "a"),
 }
+
+
+#: Questions that are about one state, and say so when they get several.
+OF_ONE = ("equilibrium", "linearise", "modes", "frequency_response", "simulate", "peak", "reactions of a motion")
+#: Those that neither need a state nor have an answer by state.
+OF_NONE = ("batch", "bond_graph", "check", "kic_rate", "minimise")
+#: Errors in words that are right: what is asked has no answer.
+NO_ANSWER = {
+    ("welded", "bond_graph"),
+    ("welded", "bond_powers"),
+    ("clamped", "bond_graph"),
+    ("clamped", "bond_powers"),
+}
+
+
+@pytest.mark.parametrize("name", [n if n != "free" else pytest.param(n, marks=pytest.mark.slow) for n in MODELS])
+def test_every_question_has_an_answer(name):
+    """All are asked, so that one report has every fault."""
+    faults, (system, state) = [], model(name)
+    for question, ask in QUESTIONS.items():
+        try:
+            numbers = [np.asarray(x) for x in jax.tree.leaves(ask(system, state)) if isinstance(x, jax.Array)]
+            finite = all(np.isfinite(x).all() for x in numbers if x.dtype.kind in "fc")
+            if (name, question) in NO_ANSWER or not finite:
+                faults.append((question, "answers what is none, or not finite"))
+        except Exception as error:  # noqa: BLE001 - that is what is looked for
+            if not (isinstance(error, mbs.ModelError) and (name, question) in NO_ANSWER):
+                faults.append((question, f"{type(error).__name__}: {str(error)[:200]}"))
+    assert not faults, faults
+
+
+@pytest.mark.parametrize("name", ["welded", "pendulum", "driven"])
+def test_every_question_takes_a_motion(name):
+    """The answers for a motion are those for its states, one by one, in front the axis of times; or it says in words
+    that it takes one state."""
+    faults, (system, state) = [], model(name)
+    motion = mbs.simulate(system, state, ts=[0.15, 0.2, 0.3])
+    for question, ask in QUESTIONS.items():
+        if question in OF_NONE or (name, question) in NO_ANSWER:
+            continue
+        if question in OF_ONE:
+            for several in (motion, motion.states):
+                with pytest.raises((TypeError, ValueError, mbs.ModelError), match="one|State is needed"):
+                    ask(system, several)
+            continue
+        try:
+            along, last = ask(system, motion.states), ask(system, motion[-1])
+            for a, b in zip(jax.tree.leaves(along), jax.tree.leaves(last), strict=True):
+                np.testing.assert_allclose(np.asarray(a)[-1], b, rtol=1e-9, atol=1e-9)
+        except Exception as error:  # noqa: BLE001
+            faults.append((question, f"{type(error).__name__}: {str(error)[:200]}"))
+    assert not faults, faults

@@ -27,10 +27,10 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
             Nothing depends on them and their momenta stay: the modes are those at unchanged momenta, without the
             pair of zero roots of each (Routh's).
 
-    Returns: `Modes` by size of the roots, none of a mechanism without freedom; shapes (n + N, m) are coordinates, then
-    velocities of each mode, largest entry 1; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have
-    derivatives where they are simple or their vectors complete, shapes where the root is simple; at a defective one (a
-    free motion's pair of zeros) none exists, and zero is returned.
+    Returns: `Modes` by size of the roots, none of a mechanism without freedom; shapes (n + N, m) are coordinates,
+    then velocities of each mode, largest entry 1; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have
+    derivatives where they are simple or their vectors complete, shapes where the root is simple; at a defective one
+    (a free motion's pair of zeros) none exists, and zero is returned.
 
     Raises: UnknownNameError; ModelError for a coordinate left out that is not independent or, if that can be seen, on
     which something depends.

@@ -18,7 +18,7 @@ from ..kinematics.state import HasStates, State
 from ..math.jit import jit
 from ..math.linalg import RowScale, relative, saddle_solve
 from ..math.rows import over_rows
-from ..model.question import rates_of, states_of
+from ..model.question import over_states, rates_of, states_of
 from ..model.system import System
 from ..typing import ArrayLike
 from .efforts import efforts
@@ -100,9 +100,12 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
 
 
 @jit
-def _on_columns(system, state, acceleration):
-    at = moving(system, at_state(system, state), state.velocities)
-    return needed(system, at, jnp.asarray(acceleration, at.u.dtype))
+def _on_columns(system, states, acceleration):
+    def one(state, acceleration):
+        at = moving(system, at_state(system, state), state.velocities)
+        return needed(system, at, acceleration)
+
+    return over_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
 
 
 def needed(system: System, at: Moving, acceleration, loads=None):

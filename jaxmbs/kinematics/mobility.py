@@ -19,7 +19,7 @@ from ..checks import no_such
 from ..errors import ModelError
 from ..math.host import as_array
 from ..math.jit import jit
-from ..model.question import check_fits, question
+from ..model.question import check_fits, question, states_of
 from ..model.system import System
 from ..model.topology import Mobility, Topology
 from . import constraints, reaction_map
@@ -72,7 +72,7 @@ def at_independent(function: Function) -> Function:
 
     @functools.wraps(function)
     def ask(system, state, *args, **kwargs):
-        check_fits(system, state)
+        state = states_of(system, state)
         system = system_at(system, state)
         return where_determined(system, state, asked(system, state, *args, **kwargs))
 

@@ -1,29 +1,52 @@
 """`question`: what every public function of a system and a state shares: the state must fit, and it runs compiled."""
 
 import functools
+import math
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
+import jax
 import jax.numpy as jnp
+from jaxtyping import PyTree
 
 from ..checks import place_of
 from ..errors import ModelError
 from ..math.host import as_array
 from ..math.jit import jit
+from ..math.rows import over_rows
 
 Function = TypeVar("Function", bound=Callable)
 
 
 def question(function: Function) -> Function:
-    """A compiled function f(system, state, ...) that refuses the state of another system before it is traced."""
+    """A compiled function f(system, state, ...) that refuses the state of another system before it is traced.
+
+    Of a motion, or of states with leading axes, the answers have those axes in front.
+    """
     compiled = jit(function)
 
     @functools.wraps(function)
+    def along(system, states, *args, **kwargs):
+        return over_states(lambda state: function(system, state, *args, **kwargs), states)
+
+    compiled_along = jit(along)
+
+    @functools.wraps(function)
     def ask(system, state, *args, **kwargs):
-        check_fits(system, state)
-        return compiled(system, state, *args, **kwargs)
+        states = states_of(system, state)
+        return (compiled_along if states.t.ndim else compiled)(system, states, *args, **kwargs)
 
     return ask  # type: ignore[return-value]
+
+
+def over_states(function: Callable, states, *rates) -> PyTree:
+    """`function(state, *rates)` of one state, or of every one of states with leading axes, as the rates (..., nv)."""
+    lead = states.t.shape
+    if not lead:
+        return function(states, *rates)
+    rows = jax.tree.map(lambda x: x.reshape(math.prod(lead), *x.shape[len(lead) :]), (states, *rates))
+    found = over_rows(lambda row: function(*row), rows)
+    return jax.tree.map(lambda x: x.reshape(*lead, *x.shape[1:]), found)
 
 
 def check_system(system) -> None:
@@ -43,7 +66,7 @@ def check_fits(system, state) -> None:
         raise TypeError(f"the system comes first, and the state after it; got a {type(system).__name__} and a System")
     check_system(system)
     if not hasattr(state, "structure"):
-        hint = ": take one of its states, or jax.vmap for all of them" if hasattr(state, "states") else ""
+        hint = ": take one of its states, motion[k] or motion.end" if hasattr(state, "states") else ""
         raise TypeError(f"a State is needed, as State.at(system, ...) makes it, not a {type(state).__name__}{hint}")
     top = system.topology
     if state.structure is not None and state.structure != top.structure:

@@ -4,12 +4,22 @@ from typing import Any
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ..checks import broken, known
+from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
+from ..math.host import as_array
+from ..math.jit import jit
+from ..math.nan import nan_where
+from ..model.question import check_fits
+from ..model.system import System
 from ..status import Status, succeeded
 from ..tables import short, span, told
+from ..typing import ArrayLike
+from .between import between, knots_of
 
 
 class Diagnostics(eqx.Module):
@@ -55,6 +65,8 @@ def _told(motion):
 class Motion(eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
+    `motion[k]` is the k-th saved state, `motion.at(system, t)` one between them; questions take the motion as well.
+
     `end` is the state that the integrator reached, at its time `end.t` [s]: the end asked for, or that of the event.
     All have derivatives, by times too; the sizes of steps are held.  Of a motion that failed the states saved before
     are kept; those after it are NaN, and so is every result and derivative that follows from them, or derivative that
@@ -78,6 +90,41 @@ class Motion(eqx.Module):
     def ok(self) -> jax.Array:
         """Whether the motion ended as asked (traceable)."""
         return succeeded(self.result)
+
+    def __len__(self) -> int:
+        """Number of saved times."""
+        return self.ts.shape[-1]
+
+    def __getitem__(self, index: Any) -> State:
+        """The saved state of a number, or states of a slice or array of numbers: `motion[-1]`, `motion[10:20]`.
+
+        Of a batch of motions those of every design.  Raises: IndexError.
+        """
+        if known(index) and not isinstance(index, slice):
+            beyond = np.asarray(index)
+            if beyond.dtype.kind not in "iu" or np.any((beyond >= len(self)) | (beyond < -len(self))):
+                raise IndexError(f"a motion of {len(self)} saved states has none of number {index!r}")
+        designs = (slice(None),) * (self.ts.ndim - 1)
+        return jax.tree.map(lambda x: x[(*designs, index)], self.states)
+
+    def at(self, system: System, t: ArrayLike) -> State:
+        """The state at a time t, or states at times (...,) [s], between the saved ones.
+
+        Quintic polynomials through coordinates, velocities and accelerations of the two saved states around t, with
+        all constraints closed again: the error falls with the sixth power of the interval between saved times (half
+        that, and more, where a force has a kink in it), 1e-7 of a pendulum's swing at twenty times a period.
+
+        Raises: ValueError for a batch of motions, and for times beyond the saved ones; where those are traced the
+        state is NaN.
+        """
+        check_fits(system, self.states)
+        if self.ts.ndim != 1:
+            raise ValueError(f"one motion has states at a time, use jax.vmap; the times have shape {self.ts.shape}")
+        t, last = as_array(t), jnp.sum(jnp.isfinite(self.ts)) - 1
+        first, end = self.ts[0], self.ts[last]
+        if broken(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
+            raise ValueError(f"the motion has states saved from {float(first):.6g} to {float(end):.6g} s, not at {t}")
+        return _at(system, self.states, self.ts, last, t)
 
     def to_xarray(self) -> Any:
         """An `xarray.Dataset` over `time`: coordinates and velocities by joint ("pin", or "ball 0" of one with
@@ -112,6 +159,23 @@ class Motion(eqx.Module):
             found[["kinetic", "potential"]].to_dataframe(),
         ]
         return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)
+
+
+@jit
+def _at(system, states, ts, last, t):
+    P = node_parameters(system)
+
+    def one(t):
+        k = jnp.clip(jnp.searchsorted(ts, t, side="right") - 1, 0, jnp.maximum(last - 1, 0))
+        both = jnp.minimum(jnp.stack([k, k + 1]), last)
+        knots = knots_of(system, jax.tree.map(lambda x: x[both], states))
+        state = between(system, P, knots.number(0), knots.number(1), t)
+        outside = ~((t >= ts[0]) & (t <= ts[last]))
+        parts = (nan_where(outside, x) for x in (state.coordinates, state.velocities))
+        return State(t, *parts, structure=state.structure)
+
+    found = jax.vmap(one)(t.reshape(-1))
+    return jax.tree.map(lambda x: x.reshape(*t.shape, *x.shape[1:]), found)
 
 
 def _labels(sizes):

@@ -1,7 +1,6 @@
 """`peak`: the largest value of a quantity along a motion, found between the saved times."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -9,13 +8,12 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..dynamics.newton_euler import forward_dynamics
-from ..kinematics.assembly import consistent_velocities, newton_step
-from ..kinematics.poses import coordinate_rate, node_parameters, normalise
+from ..kinematics.poses import node_parameters
 from ..kinematics.state import State
 from ..math.march import held
 from ..model.question import check_fits
 from ..model.system import System
+from .between import between, knots_of
 from .motion import Motion
 
 _STEPS = 12  # each second one cuts the bracket by the golden section, the others end quadratically
@@ -28,15 +26,6 @@ class Peak(eqx.Module):
     value: Float[Array, "..."]
     time: Float[Array, "..."]
     state: State
-
-
-class _Knots(NamedTuple):
-    """Three neighbouring saved states: times (3,), coordinates, their rates and second rates (3, nq)."""
-
-    t: Array
-    psi: Array
-    rate: Array
-    second: Array
 
 
 def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> Peak:
@@ -78,11 +67,12 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
 
 def _peak_near(system, states, values, quantity, entry, at_end):
     """(value, time, State) of the largest entry of the quantity between three states, the middle one largest."""
-    knots = _knots(system, states)
+    knots = knots_of(system, states)
     parts = system, node_parameters(system), knots
 
     def at(parts, t):
-        state = _between(*parts, t)
+        k = jnp.where(t < parts[2].t[1], 0, 1)
+        state = between(*parts[:2], parts[2].number(k), parts[2].number(k + 1), t)
         return jnp.reshape(quantity(state), -1)[entry], state
 
     frozen = held(parts)
@@ -110,57 +100,6 @@ def _still_jvp(primals, tangents):
     bend = jax.jvp(lambda t: slope(parts, t), (t,), (jnp.ones_like(t),))[1]
     turned = eqx.filter_jvp(lambda parts: slope(parts, t), (parts,), (tangents[1],))[1]
     return t, -turned / jnp.where(bend == 0.0, jnp.nan, bend)
-
-
-def _knots(system, states):
-    """Coordinates with two rates by forward dynamics, at three states."""
-    top = system.topology
-
-    def at(state):
-        a, _ = forward_dynamics(system, state)
-        psi, u = state.coordinates, state.velocities
-        rate = coordinate_rate(top, psi, u)
-        return psi, *jax.jvp(lambda psi, u: coordinate_rate(top, psi, u), (psi, u), (rate, a))
-
-    return _Knots(states.t, *jax.vmap(at)(states))
-
-
-def _between(system, P, knots, t) -> State:
-    """The state at a time between the knots, on all constraints."""
-    k = jnp.where(t < knots.t[1], 0, 1)
-    first, second = (_Knots(*(x[j] for x in knots)) for j in (k, k + 1))
-    psi, rate = _quintic(first, second, t)
-    top, free = system.topology, jnp.ones(system.topology.num_velocities, psi.dtype)
-    if system.has_constraints:
-        psi = lax.scan(lambda q, _: newton_step(system, P, q, t, free), psi, length=2)[0]
-    psi = normalise(top, psi)
-    u = consistent_velocities(system, P, psi, _velocities(top, psi, rate), t, free)
-    return State(t, psi, u, structure=top.structure)
-
-
-def _quintic(first: _Knots, second: _Knots, t):
-    """Value and rate at t of the polynomial that has both rates of both ends."""
-    width = second.t - first.t
-    h = jnp.where(width > 0.0, width, 1.0)  # knots of equal time: the first one stands
-    s = (t - first.t) / h
-    c = [first.psi, h * first.rate, h**2 * first.second / 2.0]
-    gap = second.psi - (c[0] + c[1] + c[2])
-    slope = h * second.rate - (c[1] + 2.0 * c[2])
-    bend = (h**2 * second.second - 2.0 * c[2]) / 2.0
-    c += [10.0 * gap - 4.0 * slope + bend, -15.0 * gap + 7.0 * slope - 2.0 * bend, 6.0 * gap - 3.0 * slope + bend]
-    value = sum(x * s**k for k, x in enumerate(c))
-    return value, sum(k * x * s ** (k - 1) for k, x in enumerate(c) if k) / h
-
-
-def _velocities(top, psi, rate):
-    """Velocities (nv,) of the rates of the coordinates (nq,).
-
-    The map from velocities to rates is the identity for simple joints, for balls half a map with orthonormal
-    columns; so its transpose, times four for balls, takes rates back.
-    """
-    u = jax.ShapeDtypeStruct((top.num_velocities,), psi.dtype)
-    (u,) = jax.linear_transpose(lambda u: coordinate_rate(top, psi, u), u)(rate)
-    return u * jnp.asarray([4.0 if kind == "ball" else 1.0 for kind in top.node_kind], u.dtype)
 
 
 def _maximise(function, t, values):
