@@ -155,9 +155,8 @@ def test_every_question_takes_a_motion(name):
         if question in OF_NONE or (name, question) in NO_ANSWER:
             continue
         if question in OF_ONE:
-            for several in (motion, motion.states):
-                with pytest.raises((TypeError, ValueError, mbs.ModelError), match="one|State is needed"):
-                    ask(system, several)
+            with pytest.raises(ValueError, match="asked of one state"):
+                ask(system, motion.states)
             continue
         try:
             along, last = ask(system, motion.states), ask(system, motion[-1])

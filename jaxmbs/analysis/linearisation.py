@@ -31,7 +31,7 @@ from ..linear.transfer import TransferFunctions
 from ..math import square
 from ..math.jit import jit
 from ..math.linalg import full_rank_lstsq
-from ..model.question import check_fits
+from ..model.question import check_one
 from ..model.rows import Drive
 from ..model.system import System
 from ..typing import ArrayLike, CoordinateLike
@@ -121,7 +121,7 @@ def linearise(
 
     Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
-    check_fits(system, state)
+    check_one(system, state)
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
     system = system_at(system, state)

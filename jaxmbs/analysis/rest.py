@@ -22,7 +22,7 @@ from ..kinematics.state import State
 from ..math import lapack, square
 from ..math.jit import jit
 from ..math.lineax_solver import SquareSolver
-from ..model.question import check_fits
+from ..model.question import check_one
 from ..model.system import System
 from .linearisation import local_efforts
 
@@ -69,7 +69,7 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
         ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`).
         SimulationError: no equilibrium was found.
     """
-    check_fits(system, state)
+    check_one(system, state)
     moving = tuple(moving)
     result = _found(system, state, moving)
     if throw and known(result.ok) and not np.all(np.asarray(result.ok)):

@@ -77,6 +77,15 @@ def check_fits(system, state) -> None:
             raise ModelError([f"the state has {part} of shape {shape}; this system has {size}, of {_list(top)}"])
 
 
+def check_one(system, state) -> None:
+    """As `check_fits`, of a question about one state.  Raises: ValueError for states with leading axes."""
+    check_fits(system, state)
+    if state.t.ndim:
+        raise ValueError(
+            f"this is asked of one state, and there are states with axes {state.t.shape}: take one, or jax.vmap"
+        )
+
+
 def states_of(system, motion):
     """The states of a motion, or a State as it is, that fit the system.  Raises: as `check_fits`."""
     states = getattr(motion, "states", motion)

@@ -20,7 +20,7 @@ from ..math.jit import jit
 from ..math.march import March, held, rows_for, walked
 from ..math.march_adjoint import walked_reverse
 from ..math.reverse_only import FORWARD_MODE, reverse_only
-from ..model.question import check_fits
+from ..model.question import check_one
 from ..model.system import System
 from ..status import succeeded
 from ..typing import ArrayLike, Explained
@@ -84,7 +84,7 @@ def simulate(
         ValueError: contradictory options.  TypeError: an event that is no function to one number.
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
-    check_fits(system, state)
+    check_one(system, state)
     if formulation is None and _is_prescribed(system, state):
         formulation = Prescribed
     if formulation in ("independent", Independent):
