@@ -7,7 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..kinematics.configuration import Configuration, at_state, elsewhere, moving
+from ..errors import ModelError
+from ..kinematics.configuration import Configuration, at_state, configuration, elsewhere, moving
 from ..kinematics.influence import body_kic, dependent_columns, independent_columns, velocity_map
 from ..kinematics.influence_second import along_independent
 from ..kinematics.mobility import at_independent, system_at
@@ -15,6 +16,7 @@ from ..kinematics.poses import body_frame, coordinate_rate
 from ..kinematics.state import State
 from ..math.spd import spd_solve
 from ..model.question import check_fits
+from ..model.rows import Drive
 from ..model.system import System
 from .elastic import refuse_elastic
 from .ports import effort_along
@@ -37,10 +39,35 @@ def _maps(system, at):
     return Gamma, body_kic(system, at, Gamma)
 
 
-def _maps_and_rate(system, at, phi_dot):
-    """(Gamma, G) and `G_dot = H phi_dot` (bodies, 6, N) along the motion: one walk, no tensor."""
-    maps, along = jax.linearize(lambda psi: _maps(system, elsewhere(system, at, psi)), at.psi)
-    return *maps, along(coordinate_rate(system.topology, at.psi, maps[0] @ phi_dot))[1]
+def _maps_and_rate(system, at, u):
+    """(Gamma, G) and G_dot (bodies, 6, N) along the motion at velocities u (nv,): `H phi_dot` without drives."""
+
+    def maps(psi, t):
+        return _maps(system, configuration(system, at.P, psi, t, inertias=False))
+
+    along = coordinate_rate(system.topology, at.psi, u), jnp.ones_like(at.t)
+    (Gamma, G), (_, G_dot) = jax.jvp(maps, (at.psi, at.t), along)
+    return Gamma, G, G_dot
+
+
+def refuse_other_coordinates(system: System, what: str, driven: bool) -> None:
+    """Raises: ModelError where the velocities are not the rates of coordinates, or where drives move the system too.
+
+    The terms that such systems have beside the paper's would be left out without a word.
+    """
+    top, found = system.topology, []
+    balls = dict.fromkeys(
+        top.joints[top.node_joint[k]].name for k, kind in enumerate(top.node_kind) if kind == "ball"
+    )
+    if balls:
+        found.append(f"{what}: the velocities of {', '.join(balls)} are no rates of coordinates (quaternions)")
+    if top.slip_rows:
+        found.append(f"{what}: rows of velocity alone restrict the motion, it has more coordinates than velocities")
+    drives = [row.name for row in system.rows if isinstance(row, Drive)]
+    if driven and (drives or system.paths):
+        found.append(f"{what}: the motion has drives ({', '.join(drives) or 'frame paths'}), whose terms it lacks")
+    if found:
+        raise ModelError([f"{fault}; ask gyristor_field, state_equations or forward_dynamics" for fault in found])
 
 
 def _field(system, at, first, second):
@@ -65,9 +92,12 @@ def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
 
 @at_independent
 def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
-    """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion.  Source: S2 (41)."""
+    """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion, drives included.
+
+    With drives the momenta have a part beside `I* phi_dot`, which `state_equations` adds.  Source: S2 (41).
+    """
     at = _at(system, state)
-    _, G, G_dot = _maps_and_rate(system, at, independent_rates(system, state))
+    _, G, G_dot = _maps_and_rate(system, at, state.velocities)
     return _field(system, at, G_dot, G)
 
 
@@ -76,8 +106,11 @@ def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
     """GR~ (N, N), second form: row k is `1/2 phi_dot^T P*_k` with `P*_kij = dI*_ij/dphi_k` (print drops the 1/2).
 
     Its matrix differs from `gyristor_field`; the efforts agree, `GR phi_dot = GR~ phi_dot`.  For coordinates that
-    are integrals of their velocities.  Source: S2 (47)-(54), (55).
+    are integrals of their velocities, and motions without drives.
+
+    Raises: ModelError for quaternions, rows of velocity alone and drives.  Source: S2 (47)-(54), (55).
     """
+    refuse_other_coordinates(system, "gyristor_field_direct", driven=True)
     planes = along_independent(system, _at(system, state), lambda at: _inertia_field(system, at))
     return 0.5 * jnp.einsum("i,ijk->kj", independent_rates(system, state), planes)
 
@@ -93,12 +126,18 @@ def generalised_momentum(system: System, state: State) -> Float[Array, " N"]:
     """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
     at = _at(system, state)
     Gamma, b = velocity_map(system, at)
-    G, rate = body_kic(system, at, Gamma), coordinate_rate(system.topology, at.psi, b)
+    G = body_kic(system, at, Gamma)
+    return jnp.einsum("bcn,bc->n", G, _body_momenta(system, at, G @ independent_rates(system, state), b))
+
+
+def _body_momenta(system, at, V, b):
+    """Angular momenta about the centres and momenta (bodies, 6), of what the independent velocities make of the
+    motion of the bodies V (bodies, 6) and what the drives add, velocities b (nv,)."""
+    rate = coordinate_rate(system.topology, at.psi, b)
     free = jax.jvp(lambda psi: _com_and_axes(system, elsewhere(system, at, psi)), (at.psi,), (rate,))[1]
-    V = jnp.einsum("bcn,n->bc", G, independent_rates(system, state)) + _free_twist(system, at, free)
+    V = V + _free_twist(system, at, free)
     turning = jnp.einsum("bcd,bd->bc", world_inertias(system, at), V[:, :3])
-    momentum = jnp.concatenate([turning, system.mass[:, None] * V[:, 3:]], axis=1)
-    return jnp.einsum("bcn,bc->n", G, momentum)
+    return jnp.concatenate([turning, system.mass[:, None] * V[:, 3:]], axis=1)
 
 
 def _com_and_axes(system, at):
@@ -119,14 +158,18 @@ def _free_twist(system, at, rates):
 
 @at_independent
 def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
-    """(p_dot, phi_dot, q_dot) of the paper at a state of a scleronomic system.
+    """(p_dot, phi_dot, q_dot) of the paper at a state, drives included.
 
-    `p_dot = +GR phi_dot + Q` (the print has a minus), `phi_dot = I*^-1 p`, `q_dot = Gi phi_dot`.
+    `p_dot = +GR phi_dot + Q` (the print has a minus), `phi_dot = I*^-1 p`, `q_dot = Gi phi_dot`; drives
+    add what they move to the momenta of bodies, behind GR, and to q_dot.
     Source: S2 (42)-(44).
     """
-    at, rates = _at(system, state), independent_rates(system, state)
-    Gamma, G, G_dot = _maps_and_rate(system, at, rates)
+    at, rates, u = _at(system, state), independent_rates(system, state), state.velocities
+    Gamma, G, G_dot = _maps_and_rate(system, at, u)
+    b = velocity_map(system, at)[1]
     inertia = _field(system, at, G, G)
+    momenta = _body_momenta(system, at, G @ rates, b)
     phi_dot = spd_solve(inertia, inertia @ rates)
-    effort = effort_along(system, moving(system, at, state.velocities), Gamma)
-    return _field(system, at, G_dot, G) @ phi_dot + effort, phi_dot, Gamma[dependent_columns(system)] @ phi_dot
+    p_dot = jnp.einsum("bcn,bc->n", G_dot, momenta) + effort_along(system, moving(system, at, u), Gamma)
+    dependent = dependent_columns(system)
+    return p_dot, phi_dot, Gamma[dependent] @ phi_dot + b[dependent]

@@ -17,6 +17,7 @@ from ..math.host import typed
 from ..math.spd import spd_solve
 from ..model.system import System
 from ..typing import ArrayLike, Scalar
+from .fields import refuse_other_coordinates
 
 
 @at_independent
@@ -43,10 +44,12 @@ def hamiltonian_slopes(
 
     The first is the total derivative along the loops, `-dL/dphi` at fixed velocities and so `-GR phi_dot`; for
     coordinates that are integrals of their velocities (no balls, no rolling: their Hamilton equations have more
-    terms).  Arguments and errors as for `hamiltonian`.
+    terms).  Arguments as for `hamiltonian`.
 
+    Raises: as `hamiltonian`; ModelError for quaternions and rows of velocity alone.
     Source: S2 (47)-(49), (51)-(52); of drives too.
     """
+    refuse_other_coordinates(system, "hamiltonian_slopes", driven=False)
     at = at_state(system, state)
     p = _momenta(system, at, state, momenta)
     along_phi = along_independent(system, at, lambda at: _value(system, at, p))

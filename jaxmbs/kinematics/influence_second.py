@@ -164,6 +164,9 @@ def point_kic(system: System, state: State, frame: FrameLike) -> tuple[Float[Arr
 def kic_rate(second: AnyArray, phi_dot: AnyArray) -> Float[Array, "c N"]:
     """G_dot (3, N) of a body from its H (N, 3, N) and phi_dot (N,): column n is `H[n] phi_dot`.
 
+    Where drives move the system too, G changes with them as well, which H does not hold: `dynamics.gyristor_field`
+    has all of it.
+
     Source: S2 (22), (25)-(27).
     """
     if second.ndim != 3 or second.shape[0] != second.shape[2] or phi_dot.shape != second.shape[2:]:

@@ -85,6 +85,11 @@ def motion(system, state):
     }
 
 
+def _is_refused(system):
+    """Whether the second form of the gyristor field has no answer: quaternions, rolling, drives."""
+    return "ball" in system.topology.node_kind or system.topology.slip_rows or system.rows or system.paths
+
+
 @probe
 def fields(system, state):
     """The paper's fields, efforts and state equations."""
@@ -97,7 +102,7 @@ def fields(system, state):
         "I_star": dynamics.inertia_field(system, state),
         "momentum": p,
         "GR": dynamics.gyristor_field(system, state),
-        "direct": dynamics.gyristor_field_direct(system, state),
+        "direct": None if _is_refused(system) else dynamics.gyristor_field_direct(system, state),
         "state_equations": dynamics.state_equations(system, state),
         "independent": hamilton.independent_rate(system, at, p),
         "canonical": _canonical(system, at, state.velocities),
