@@ -9,6 +9,7 @@ import jax
 import numpy as np
 import pytest
 
+import jaxmbs as mbs
 from jaxmbs.math import precision
 
 ROOT = Path(__file__).parent.parent
@@ -107,3 +108,26 @@ def test_answers_do_not_depend_on_what_came_before(asked, double, close):
     fresh, later = asked[double, not double][double][0], asked[not double, double][double][0]
     for name, value in fresh.items():
         np.testing.assert_allclose(later[name], value, rtol=close, atol=close, err_msg=name)
+
+
+def test_a_model_of_double_precision_says_that_jax_was_switched():
+    b = mbs.SystemBuilder()
+    b.body("bob", mass=1.0, com=(0.0, -1.0, 0.0), inertia=0.01)
+    b.joint("pin", mbs.Revolute("z"), "ground", "bob")
+    system = b.build()
+    state = mbs.State.at(system, pin=0.3)
+    springs = mbs.LinearSystem(mass=np.eye(2), stiffness=np.eye(2))
+    asked = {
+        "state": lambda: mbs.State.at(system, pin=0.3),
+        "motion": lambda: mbs.simulate(system, state, t1=1.0),
+        "place": lambda: mbs.position(system, state, "bob"),
+        "loads": lambda: mbs.reactions(system, state),
+        "rest": lambda: mbs.equilibrium(system, state),
+        "modes": lambda: mbs.modes(springs),
+    }
+    with jax.enable_x64(False):
+        for name, ask in asked.items():
+            with pytest.raises(mbs.ModelError, match="switched to single"):
+                ask()
+                pytest.fail(name)
+    assert asked["modes"]().values.dtype == np.float64

@@ -43,7 +43,7 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
     names = tuple(name for name in mechanism.state_names if name.removeprefix("rate of ") not in out)
     if not A.size:  # without freedom there is no mode
-        none, dtype = jnp.zeros(0, A.dtype), jnp.result_type(A.dtype, jnp.complex64)
+        none, dtype = jnp.zeros(0, A.dtype), lax.complex(A, A).dtype
         return Modes(none, jnp.zeros((0, 0), dtype), none > 0.0, none.astype(dtype), rounding=none, coordinates=names)
     roots, shapes, left = eig(A)
     rounding = lax.stop_gradient(eig_rounding(A, shapes, left))

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import PyTree
 
 from ..checks import place_of
@@ -50,9 +51,21 @@ def over_states(function: Callable, states, *rates) -> PyTree:
 
 
 def check_system(system) -> None:
-    """TypeError for what is no mechanism."""
+    """TypeError for what is no mechanism; ModelError for one built in another precision than JAX has now."""
     if not hasattr(system, "topology"):
         raise TypeError(f"a System is needed, as SystemBuilder.build() makes it, not a {type(system).__name__}")
+    check_precision(system.gravity)
+
+
+def check_precision(numbers) -> None:
+    """ModelError for numbers in double precision where JAX is switched to single: it would mix both, and fail."""
+    if getattr(numbers, "dtype", None) == np.float64 and not jax.config.jax_enable_x64:
+        raise ModelError(
+            [
+                "the model is in double precision, and JAX has been switched to single since it was built: call "
+                "jax.config.update('jax_enable_x64', True) again, or build the model anew"
+            ]
+        )
 
 
 def check_fits(system, state) -> None:

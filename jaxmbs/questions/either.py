@@ -18,7 +18,7 @@ from ..linear.questions import frequency_response as linear_response
 from ..linear.questions import modes as linear_modes
 from ..linear.soundness import check as linear_check
 from ..linear.system import LinearSystem
-from ..model.question import check_system
+from ..model.question import check_precision, check_system
 from ..model.system import System
 from ..motion.integrate import simulate as mechanism_simulate
 
@@ -55,6 +55,8 @@ def either(
                     [f"{ask.__name__} cannot be asked: {names} known by measurement; ask frequency_response"]
                 )
             return of_measured(system, *args, **options)
+        if isinstance(system, LinearSystem):
+            check_precision(system.mass)
         return (of_linear if isinstance(system, LinearSystem) else of_mechanism)(system, *args, **options)
 
     parameters = ", ".join(str(p) for p in list(inspect.signature(of_linear).parameters.values())[1:])
