@@ -150,7 +150,7 @@ def _refuse_half_turns(system, f):
             if angle > HALF_TURN * (1.0 - _HALF_TURN_OFF):
                 turn = np.rad2deg(np.arccos(1.0 - min(angle, HALF_TURN) / 2.0))
                 faults.append(
-                    f"joint {name!r}: in the reference pose its frames stand half a turn ({turn:.4f} degrees) from "
+                    f"joint {name!r}: in the reference pose its frames are half a turn ({turn:.4f} degrees) from "
                     "closed; turn one of them by half a turn (rotation of parent_frame or child_frame)"
                 )
     if faults:

@@ -34,7 +34,7 @@ _registered: dict[str, Any] = {}
 
 
 def register(name: str, item: Explained[Callable]) -> None:
-    """Let model files speak of a function or class of yours by a name; under a name given before it replaces that.
+    """Let model files speak of your own function or class by a name; under a name given before it replaces that.
 
     A function's own numbers are not in the file: make them fields of an `equinox.Module` class, register the class.
 

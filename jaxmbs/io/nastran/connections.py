@@ -22,7 +22,7 @@ def gathered(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Ca
         one = card.integer(1, "EID")
         if one in seen:
             if seen[one] != card.fields:
-                card.fault("this element stands here a second time, otherwise")
+                card.fault("this element is given here a second time, otherwise")
             continue
         seen[one] = card.fields
         found.setdefault(key(card), []).append(card)

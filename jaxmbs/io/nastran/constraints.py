@@ -69,7 +69,7 @@ def ties(found: Found, sets: set[int], deck: Context) -> dict[str, AbstractTie]:
 def _add(made, card, tie):
     name = f"{card.name} {card.integer(1, 'EID')}"
     if name in made:
-        card.fault("this element stands here a second time")
+        card.fault("this element is given here a second time")
     if tie is not None:
         made[name] = tie
 

@@ -33,7 +33,7 @@ class Context:
         for card in found.get("GRID", ()):
             one, frame = card.integer(1, "ID"), card.integer(2, "CP", default[0], low=0)
             if one in grids and grids[one][0].fields != card.fields:
-                card.fault("this node stands here a second time, otherwise")
+                card.fault("this node is given here a second time, otherwise")
             grids[one] = card, frame, card.reals(3, 3, "X")
         self.frames = frames_of(found, grids)
         points = scalar_points(found)
@@ -60,7 +60,7 @@ class Context:
             for card in found.get(kind, ()):
                 name = f"{kind} {card.integer(1, 'ID')}"
                 if name in cards_of and cards_of[name].fields != card.fields:
-                    card.fault("this number stands here a second time, otherwise")
+                    card.fault("this number is given here a second time, otherwise")
                 (self.materials if kind == "MAT1" else self.properties)[name] = read(card, self.note)
                 cards_of[name] = card
         self._unread = {
@@ -172,7 +172,7 @@ def _default(found):
     """CP, CD and PS of GRDSET."""
     cards = found.get("GRDSET", [])
     for card in cards[1:]:
-        card.fault("GRDSET stands here a second time")
+        card.fault("GRDSET is given here a second time")
     if not cards:
         return 0, 0, ()
     card = cards[0]

@@ -72,7 +72,7 @@ def frames_of(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, li
                 one = card.integer(start, "CID")
                 points = [card.integer(k, "G") for k in range(start + 1, start + 4)] if form == "1" else _points(card)
                 if one in given and given[one][0].fields != card.fields:
-                    card.fault(f"the coordinate system {one} stands here a second time")
+                    card.fault(f"the coordinate system {one} is given here a second time")
                 given[one] = card, kind, points
     needs = {one: _needed(card, points, grids) for one, (card, _, points) in given.items()}
     try:
