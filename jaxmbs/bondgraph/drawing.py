@@ -15,6 +15,7 @@ _STYLE = (
     "text{font-family:'DejaVu Sans',Verdana,sans-serif;font-size:12px;fill:#222}"
     ".kind{font-weight:bold}.label{font-size:10px;fill:#444}"
     "path{stroke:#333;stroke-width:1.2;fill:none;stroke-linecap:round}.root{fill:#eef2f5;stroke:#9aa7b1}"
+    ".signal{stroke:#777;stroke-width:0.9}.tip{fill:#777;stroke:none}.psi{font-size:9px;fill:#777}"
 )
 _MARGIN, _WIDEST = 18.0, 7.0
 
@@ -103,6 +104,14 @@ def _bond(bond, points, widths, seconds):
     return f'<g>{title}<path d="{_line(points)}"{style}>{moving}</path><path d="{marks}"/></g>'
 
 
+def _signal(x, top):
+    """The signal of the coordinates, a full arrow without power that modulates a transformer, S2 Fig. 2."""
+    arrow = f'<path class="signal" d="M{x:.1f} {top - 13:.1f} L{x:.1f} {top - 4:.1f}"/>'
+    head = f'<path class="tip" d="M{x - 2.5:.1f} {top - 5:.1f} L{x + 2.5:.1f} {top - 5:.1f} L{x:.1f} {top:.1f} Z"/>'
+    text = f'<text class="psi" x="{x + 4:.1f}" y="{top - 5:.1f}">Ψ</text>'
+    return arrow + head + text
+
+
 def _element(graph, element, box, side):
     x, (text, label) = (box[0] + box[2]) / 2, text_of(element)
     y = (box[1] + box[3]) / 2 if element.name in graph.roots else box[1] + 9.0
@@ -120,6 +129,8 @@ def _element(graph, element, box, side):
     parts.append(
         f'<text class="kind" x="{x:.1f}" y="{y + 4.3:.1f}" text-anchor="{anchor}"{ink}>{escape(text)}</text>'
     )
+    if element.kind == "MTF":
+        parts.append(_signal(x, box[1]))
     if label:
         parts.append(f'<text class="label" x="{x:.1f}" y="{y + 17:.1f}" text-anchor="middle">{escape(label)}</text>')
     return f"<g>{''.join(parts)}</g>"

@@ -50,6 +50,26 @@ def spans(system) -> list[Span]:
     return found
 
 
+class Torsion(NamedTuple):
+    """A "spring" or "damper" that acts about the axis of a joint."""
+
+    name: str
+    kind: str
+    joint: object
+
+
+def torsions(system) -> list[Torsion]:
+    """All springs and dampers on revolute joints, S2 Figs 5 and 6."""
+    turning = {j.first_velocity: j for j in system.topology.joints if j.kind == "Revolute" and j.num_velocities}
+    found = []
+    for group in system.forces:
+        for k, (name, a) in enumerate(zip(group.names, group.first, strict=True)):
+            if isinstance(group.port, JointPort) and a in turning:
+                kind = _kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
+                found += [Torsion(name, kind, turning[a])] if kind in ("spring", "damper") else []
+    return found
+
+
 def _kind(group, law):
     """How a law looks: a spring where it stores, a damper where it only dissipates."""
     if isinstance(group.port, PosePort):

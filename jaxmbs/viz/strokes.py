@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..palette import COLORS
-from .anatomy import body_frames, slides, spans
+from .anatomy import body_frames, slides, spans, torsions
 
 _STEEL, _DARK = "0.45", "0.2"
 
@@ -26,6 +26,7 @@ class Sketch:
         self.system, self.top, self.film, self.look = system, system.topology, film, look
         self.shown = body_frames(self.top, frames)
         self.slides, self.spans = slides(system, film), spans(system)
+        self.torsions = [t for t in torsions(system) if t.joint.name in film.axes]
         self.hidden = {self.top.frame_body[f] for s in self.slides if s.is_telescope for f in s.joint.frames}
         self.size = 0.022 * film.extent
         self.pins = {f for j in self.top.joints if j.kind not in ("Modal", "Prismatic", "Weld") for f in j.frames}
@@ -39,6 +40,8 @@ class Sketch:
             strokes += self._slide(k, slide)
         for span in self.spans:
             strokes += self._span(points, span)
+        for torsion in self.torsions:
+            strokes += self._torsion(k, torsion)
         return [stroke for stroke in strokes if stroke is not None] + self._marks(points)
 
     def _body(self, points, body, frames):
@@ -103,6 +106,34 @@ class Sketch:
             middle = np.stack([a + 0.3 * along, a + 0.65 * along])
             return [Stroke(np.stack([a, b]), thin), Stroke(middle, box | {"solid_capstyle": "butt"})]
         return [Stroke(np.stack([a, b]), thin | {"color": _STEEL, "linewidth": 2.0})]
+
+    def _torsion(self, k, torsion):
+        """A spiral about the joint from the parent to the child, which winds up as it turns; of a damper a vane in a
+        drum: an arc and a thick part of it that turns with the child."""
+        first, second = torsion.joint.frames
+        axis = self.film.axes[torsion.joint.name]
+        one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        one /= np.linalg.norm(one)
+        other, R = np.cross(axis, one), self.film.R[k, first]
+        moved = R.T @ self.film.R[k, second] @ one
+        turn = np.arctan2(moved @ other, moved @ one)
+
+        def around(angles, radii):
+            flat = radii[:, None] * (np.cos(angles)[:, None] * one + np.sin(angles)[:, None] * other)
+            return self.look(self.film.x[k, first] + flat @ R.T)
+
+        thin = {"color": _STEEL, "linewidth": 1.1, "zorder": 3.8}
+        if torsion.kind == "spring":
+            share = np.linspace(0.0, 1.0, 81)
+            return [Stroke(around(share * (5.0 * np.pi + turn), self.size * (0.8 + 2.0 * share)), thin)]
+        drum, vane = np.linspace(0.0, 1.5 * np.pi, 41), turn + np.linspace(-0.35, 0.35, 9)
+        wide = thin | {"linewidth": 5.0, "solid_capstyle": "butt"}
+        radius = 3.4 * self.size
+        return [
+            Stroke(around(drum, np.full(41, radius)), thin),
+            Stroke(around(vane, np.full(9, radius)), wide),
+            Stroke(around(np.full(2, turn), np.array([0.0, radius])), thin),
+        ]
 
     def _marks(self, points):
         """Pins as circles, those of the ground on a triangle."""

@@ -68,8 +68,25 @@ def test_svg_is_xml_and_complete(graphs, tmp_path):
     root = ElementTree.fromstring(text)
     titles = {t.text.rsplit(" (", 1)[0] for t in root.iter("{http://www.w3.org/2000/svg}title")}
     assert titles == {e.name for e in graph.elements} | {b.name for b in graph.bonds}
-    marks = [p.get("d") for p in root.iter("{http://www.w3.org/2000/svg}path")][1::2]
+    paths = list(root.iter("{http://www.w3.org/2000/svg}path"))
+    marks = [p.get("d") for p in paths if p.get("class") is None][1::2]
     assert all(mark.count("M") == 2 for mark in marks)  # half arrow and stroke
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_modulated_transformer_has_its_signal_of_the_coordinates(graphs, name):
+    """Fig. 2: a full arrow of Psi ends on each MTF and on nothing else; constant transformers have none."""
+    places, root = layout(graphs[name]), ElementTree.fromstring(viz.draw_bond_graph(graphs[name]))
+    paths = list(root.iter("{http://www.w3.org/2000/svg}path"))
+    starts, tips = ([p.get("d") for p in paths if p.get("class") == kind] for kind in ("signal", "tip"))
+    modulated = [e.name for e in graphs[name].elements if e.kind == "MTF"]
+    assert len(starts) == len(tips) == len(modulated) and ("detailed" not in name or modulated)
+    ends = {tuple(float(x) for x in tip.split(" L")[2].split(" Z")[0].split()) for tip in tips}
+    boxes = [places.boxes[m] for m in modulated]
+    assert ends == {(round((b[0] + b[2]) / 2, 1), round(b[1], 1)) for b in boxes}
+    for start in starts:
+        x, y = (float(v) for v in start[1:].split(" L")[0].split())
+        assert not any(b[0] < x < b[2] and b[1] < y < b[3] for b in places.boxes.values())
 
 
 def test_names_are_escaped():

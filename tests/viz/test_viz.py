@@ -233,6 +233,30 @@ def test_everything_is_drawn_as_what_it_is():
     assert len(barrel) == 1
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("angle", [-0.8, 0.0, 1.1])
+def test_a_torsion_spring_winds_up_and_a_damper_turns_with_its_body(angle):
+    """Figs 5 and 6 of the paper: a spiral whose outer end turns with the child, a vane in the drum of a damper."""
+    b = mbs.SystemBuilder()
+    b.body("arm", 1.0, (0.5, 0.0, 0.0), 0.1)
+    b.joint("pin", mbs.Revolute("z"), "ground", "arm", parent_frame=(0.3, 0.2, 0.0))
+    b.frame("tip", "arm", (1.0, 0.0, 0.0))
+    b.force("spring", mbs.SpringDamper(3.0), joint="pin")
+    b.force("damper", mbs.SpringDamper(0.0, 2.0), joint="pin")
+    system = b.build()
+    ax = viz.plot_mechanism(system, mbs.State.at(system, pin=angle), "xy", ax=Figure().add_subplot())
+    lines = {len(line.get_xdata()): line.get_xydata() - [0.3, 0.2] for line in ax.lines}
+    spiral, vane = lines[81], lines[9]
+    radius = np.linalg.norm(spiral, axis=1)
+    assert np.all(np.diff(radius) > 0) and radius[-1] < 0.1
+    wound = np.sum(np.diff(np.unwrap(np.arctan2(spiral[:, 1], spiral[:, 0]))))
+    np.testing.assert_allclose(wound, 5 * np.pi + angle, rtol=1e-9)
+    middle = vane[4] / np.linalg.norm(vane[4])
+    ends = spiral[0] / radius[0]  # where the parent's end is
+    seen = np.arctan2(ends[0] * middle[1] - ends[1] * middle[0], ends @ middle)
+    np.testing.assert_allclose(seen, angle, atol=1e-9)
+
+
 def test_mesh_pictures():
     structure = plate()
     ax = viz.plot_structure(structure, ax=Figure().add_subplot())
