@@ -81,8 +81,8 @@ def test_four_bars_of_wide_numbers(released, lengths, masses, lost):
 
 @pytest.mark.long
 def test_marks_follow_the_axes_of_the_design():
-    """`unique_force` is said in the joint's axes: a design that turns the frames of a ball in a planar loop has other
-    marks than the one it is built like.  They are those of `like`: known, so turn no frames between such designs."""
+    """`unique_force` is in the axes asked, at the state asked: a design that turns the frames of a ball in a planar loop
+    has other marks in the joint's axes than the one it is built like, and the same in the world."""
 
     def loop(turn):
         b, place = mbs.SystemBuilder(), lambda p: mbs.Pose(p, turn)
@@ -96,9 +96,10 @@ def test_marks_follow_the_axes_of_the_design():
 
     tilted = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     plain, turned = loop(np.eye(3)).build(), loop(tilted).build()
-    unique = lambda s: list(mbs.reactions(s, mbs.State.at(s, A=0.7))["B"].unique_force)  # noqa: E731
-    assert unique(plain) == [True, True, False] and unique(turned) == [False, True, True]
-    assert unique(loop(tilted).build(like=plain)) == unique(plain)
+    unique = lambda s, frame: list(mbs.reactions(s, mbs.State.at(s, A=0.7), frame)["B"].unique_force)  # noqa: E731
+    for system, marks in ((plain, [True, True, False]), (turned, [False, True, True])):
+        assert unique(system, "joint") == marks and unique(system, "world") == [True, True, False]
+    assert unique(loop(tilted).build(like=plain), "joint") == unique(turned, "joint")
 
 
 def test_a_negative_stiffness_is_no_rigid_mode():
