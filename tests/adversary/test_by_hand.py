@@ -81,8 +81,8 @@ def test_four_bars_of_wide_numbers(released, lengths, masses, lost):
 
 @pytest.mark.long
 def test_marks_follow_the_axes_of_the_design():
-    """`unique_force` is in the axes asked, at the state asked: a design that turns the frames of a ball in a planar loop
-    has other marks in the joint's axes than the one it is built like, and the same in the world."""
+    """`unique_force` is in the axes asked, at the state asked: a design that turns the frames of a ball in a planar
+    loop has other marks in the joint's axes than the one it is built like, and the same in the world."""
 
     def loop(turn):
         b, place = mbs.SystemBuilder(), lambda p: mbs.Pose(p, turn)
