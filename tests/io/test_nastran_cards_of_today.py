@@ -163,7 +163,6 @@ WRONG = {
     "there is no PBAR 4 or PBARL 4, but a PBEAM 4": "PBEAM,4,1,1.,1.,1.,,1.\nCBAR,2,4,1,2,0.,1.,0.\n",
     "there is no MAT1 5": "CONROD,7,5,1,2,1.\n",
     "BAROR .* a second time": "BAROR,,1\nBAROR,,1\n",
-    "a second mass on one PMASS": "PMASS,3,1.,4\n",
     "M must not be negative": "PMASS,3,-1.\n",
     "no number must|must not be negative": "CDAMP2,3,-1.,1,1\n",
 }
@@ -173,6 +172,18 @@ WRONG = {
 def test_references_to_nothing(words, tmp_path):
     found = faults(BAR + "CBAR,1,1,1,2,0.,1.,0.\n" + WRONG[words], tmp_path, spc=7 if "SPC" in words else None)
     assert len(found) == 1 and re.search(words, found[0]), found
+
+
+def test_entries_that_share_a_card(tmp_path):
+    """Two scalar elements, two springs, four masses on a card, and no GRID at all: a chain of the first forms."""
+    text = "PELAS,5,100.,,,6,50.\nPMASS,1,1.,2,2.,3,3.,4,4.\nPDAMP,7,9.,8,8.\n"
+    text += (
+        "CELAS3,11,5,1,2,12,6,2,3\nCELAS4,13,7.,1,0\nCMASS3,21,1,1,,22,4,2\nCMASS3,23,3,3\nCDAMP3,31,7,1,,32,8,3\n"
+    )
+    K, M, C = matrices(deck(text, tmp_path))
+    np.testing.assert_allclose(K, [[107, -100, 0], [-100, 150, -50], [0, -50, 50]], atol=1e-12)
+    np.testing.assert_allclose(M, np.diag([1.0, 4.0, 3.0]), atol=1e-12)
+    np.testing.assert_allclose(C, np.diag([9.0, 0.0, 8.0]), atol=1e-12)
 
 
 def test_mpcadd_of_nothing(tmp_path):

@@ -152,6 +152,26 @@ def scalar_points(found: dict[str, list[Card]]) -> set[int]:
     return points
 
 
+#: How many data each of several entries on one card has.
+_SHARED = {"PELAS": 4, "PMASS": 2, "PDAMP": 2} | {
+    f"{kind}{form}": 4 for kind in ("CELAS", "CMASS", "CDAMP") for form in "34"
+}
+
+
+def split(found: dict[str, list[Card]]) -> None:
+    """A card for each of the entries that share one."""
+    for name, width in _SHARED.items():
+        made = []
+        for card in found.get(name, ()):
+            starts = [k for k in range(1, max(len(card), 1) + 1, width) if k == 1 or card.text(k)]
+            for start in starts:
+                one = Card(name, card.place, card.faults)
+                one.fields += card.fields[start : start + width]
+                made.append(one)
+        if made:
+            found[name] = made
+
+
 def defaults(found: dict[str, list[Card]]) -> None:
     """What BAROR and BEAMOR say, where bars and beams are blank."""
     for name, kind in (("BAROR", "CBAR"), ("BEAMOR", "CBEAM")):

@@ -72,19 +72,16 @@ def scalar(card: Card, note: Callable[[str], None]) -> ScalarProperty:
     """PELAS."""
     if card.real(3, "GE", 0.0):
         note("structural damping GE of PELAS")
-    card.refuse("a second spring on one PELAS", *range(5, 9))
     return ScalarProperty(card.real(2, "K"))
 
 
 def scalar_mass(card: Card, note: Callable[[str], None]) -> ScalarMass:
-    """PMASS of one mass."""
-    card.refuse("a second mass on one PMASS", *range(3, 9))
+    """One mass of a PMASS."""
     positive(card, nonnegative={"M": card.real(2, "M")})
     return ScalarMass(card.real(2, "M"))
 
 
 def scalar_damper(card: Card, note: Callable[[str], None]) -> ScalarDamper:
-    """PDAMP of one damper."""
-    card.refuse("a second damper on one PDAMP", *range(3, 9))
+    """One damper of a PDAMP."""
     positive(card, nonnegative={"B": card.real(2, "B")})
     return ScalarDamper(card.real(2, "B"))

@@ -12,7 +12,7 @@ from ...errors import ModelError
 from .cards import Card, cards
 from .connections import Groups, bars, conrods, plates, rods, solids
 from .constraints import chosen, held, ties
-from .context import Context, defaults
+from .context import Context, defaults, scalar_points, split
 from .coordinates import coordinates_of, uncoupled
 from .deck import Deck
 from .frames import NAMES
@@ -88,10 +88,11 @@ def read_nastran(
         for card in found.get(name, ()):
             if len(card) > most:
                 card.fault(f"it has {len(card)} data; a {name} has {most}")
+    split(found)
     defaults(found)
     strange = [name for name in found if name not in _USED | _HARMLESS and name]
     faults += [f"{name} is not read: {_places(found[name])}" for name in strange]
-    if not found.get("GRID") and not found.get("SPOINT"):
+    if not found.get("GRID") and not scalar_points(found):
         raise ModelError([*faults, f"{text.name} has no GRID"])
     deck = Context(found, polar)
     elements = {
