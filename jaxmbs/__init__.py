@@ -86,6 +86,7 @@ from .kinematics.influence_second import kic_rate, kic_second, point_kic
 from .kinematics.points import angular_velocity, jacobian, position, rotation, velocity
 from .kinematics.rows import constraint_jacobian, constraint_residual
 from .kinematics.state import State
+from .kinematics.state_sweep import branch, states_along
 from .linear.system import LinearSystem
 from .math.compile_notes import report_compiles
 from .model import Pose, System, inertia, rotations
@@ -177,6 +178,7 @@ __all__ = [
     "blocksparse",
     "bond_graph",
     "bond_powers",
+    "branch",
     "cache",
     "check",
     "constraint_jacobian",
@@ -223,6 +225,7 @@ __all__ = [
     "statics",
     "studies",
     "sweep",
+    "states_along",
     "stiffness",
     "velocity",
 ]

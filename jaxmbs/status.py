@@ -29,6 +29,10 @@ class Status(enum.IntEnum):
         8,
         "the energy account is off by more than a tenth of the energy exchanged (take smaller steps or tolerances)",
     )
+    BRANCH = (
+        9,
+        "the loops are closed on another branch than in the first design or pose (follow one: State.at(near=...))",
+    )
 
     text: str
 

@@ -17,9 +17,10 @@ FACES = {
         spring_kic spring_kic_second spring_vector state_equations total_effort
     """,
     "jaxmbs.kinematics": """
-        Kic SecondKic State angular_velocity constraint_jacobian constraint_residual count_mobility internal_kic
-        internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second kic_second_vector
-        left_product plane_mix point_kic position quadratic right_product rotation system_at velocity
+        Kic SecondKic State angular_velocity branch constraint_jacobian constraint_residual count_mobility
+        internal_kic internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second
+        kic_second_vector left_product plane_mix point_kic position quadratic right_product rotation states_along
+        system_at velocity
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Planar PointOnLine
@@ -38,11 +39,12 @@ FACES = {
         RollingDisk RollingSphere Rows Screw SemiImplicitEuler SimulationError Spherical Spline SpringDamper State
         StateSpace Status Step System SystemBuilder Table Torque Universal UnknownNameError VelocityRows Weld
         Wrench acceleration analysis angular_acceleration angular_velocity batch blocksparse bond_graph
-        bond_powers cache check constraint_jacobian constraint_residual coupling dynamics elements
+        bond_powers branch cache check constraint_jacobian constraint_residual coupling dynamics elements
         equilibrium experiment export fem flexible forces forward_dynamics frequency_response inertia
         inverse_dynamics io jacobian jit joints kic kic_rate kic_second kinematics kinetic_energy linear
         linearise load_model load_program mass_matrix minimise modes peak point_kic position potential_energy
-        reaction_bonds reactions reductions register report_compiles rotation rotations save_model simulate statics
+        reaction_bonds reactions reductions register report_compiles rotation rotations save_model simulate
+        states_along statics
         stiffness studies sweep velocity viz
     """,
     "jaxmbs.analysis": """

@@ -1,5 +1,7 @@
 """Mobility of a model: counted on the host at assembled poses, the one of use where a guess says which that is."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -38,21 +40,31 @@ def analysed(system: System, independent=None) -> System:
     length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
     system, weight = with_mobility(system, None, length), np.where(top.spins > 0, 1.0, length)
     psi = _pose_of_use(system) if top.guess else _close(system, psi, t, weight, random)
-    best, fault = None, None
+    best, fault, stresses = None, None, []
     for _ in range(_POSES):
         rows = evaluate(system, psi, t)
         spaces = rank, Z, _ = spaces_of(system, rows)
         found = _inertia_fault(top, rows.M, Z, weight)
         if best is None or rank > best[1][0]:
-            best, fault = (rows, spaces), found
+            best, fault, stresses = (rows, spaces), found, []
         elif rank == best[1][0]:  # one pose with inertia will do
             fault = fault and found
+        if rank == best[1][0]:
+            stresses.append(spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[2])
         if not top.num_rows and fault is None:
             break
         psi = _elsewhere(system, psi, t, Z, weight, random)
     if fault:
         raise ModelError([fault])
-    return with_mobility(system, mobility_of(system, *best, independent))
+    found = mobility_of(system, *best, independent)
+    return with_mobility(system, dataclasses.replace(found, turning_rows=_turning(stresses)))
+
+
+def _turning(stresses):
+    """Rows whose part in the null spaces of the rows' transpose (rows, k), one at each pose, is not the same."""
+    parts = [Y @ Y.T for Y in stresses]
+    change = np.max([np.abs(part - parts[0]).max(1, initial=0.0) for part in parts], axis=0)
+    return tuple(int(k) for k in np.nonzero(change > 1e-3)[0])  # of one
 
 
 def check_numbers(system: System) -> None:
@@ -83,11 +95,12 @@ def _elsewhere(system, psi, t, Z, weight, random):
     """Another closed pose, along the motions Z."""
     step = _NEAR if system.topology.guess else _STEP
     move = weight * (Z @ random.normal(size=Z.shape[1]) * step)
-    return _newton(system, moved(system.topology, psi, move), t, weight)[0]
+    found, error = _newton(system, moved(system.topology, psi, move), t, weight)
+    return found if np.isfinite(error) else psi
 
 
 def _newton(system, psi, t, weight, iterations=60):
-    """Least-squares Newton from psi with damping: (coordinates, largest residual).
+    """Least-squares Newton from psi with damping: (coordinates, largest residual, infinite where a row has no slope).
 
     The damping falls faster than it rises: near the solution steps are Newton's own.  A sum of squares of 1e-24 is
     residuals of 1e-12, a thousandth of what counts as closed.
@@ -96,7 +109,7 @@ def _newton(system, psi, t, weight, iterations=60):
     f, A, *_ = evaluate(system, psi, t)
     for _ in range(iterations):
         cost = float(np.dot(f, f))
-        if not np.isfinite(cost) or cost < 1e-24:
+        if not np.isfinite(cost) or cost < 1e-24 or not np.all(np.isfinite(A)):
             break
         J = np.asarray(A)[top.position_rows] * weight[None]
         step = (
@@ -113,7 +126,7 @@ def _newton(system, psi, t, weight, iterations=60):
             damping *= 10
             if damping > 1e8:
                 break
-    return psi, float(np.max(np.abs(np.asarray(f)), initial=0.0))
+    return psi, float(np.max(np.abs(f), initial=0.0)) if np.all(np.isfinite(A)) else np.inf
 
 
 def _close(system, psi, t, weight, random):
@@ -128,7 +141,11 @@ def _close(system, psi, t, weight, random):
         if error < _CLOSED[_precision().itemsize]:
             return found
         psi = moved(top, start, weight * random.normal(size=top.num_velocities))
-    f, least = np.abs(evaluate(system, found, t).f), _CLOSED[_precision().itemsize]
+    rows, least = evaluate(system, found, t), _CLOSED[_precision().itemsize]
+    f, steep = np.abs(rows.f), ~np.all(np.isfinite(rows.A), axis=1)
+    if np.any(steep):
+        names = ", ".join(repr(name) for name in sorted({top.row_joint[k] for k in np.nonzero(steep)[0]}))
+        raise ModelError([f"the slope of {names} is not finite at any pose that was tried; check the function"])
     open_rows = sorted({top.row_joint[k] for k, value in zip(top.position_rows, f, strict=True) if not value < least})
     raise ModelError(
         [

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from jaxmbs.design.chunks import Chunks
 from jaxmbs.design.lanes import lanes_of, whole
-from jaxmbs.design.outcome import lane_cost
+from jaxmbs.design.outcome import across_designs, lane_cost
 from jaxmbs.design.table import is_traced, length, read_designs
 from jaxmbs.errors import BatchError
 from jaxmbs.status import Status, succeeded
@@ -28,7 +28,8 @@ class Batch(eqx.Module):
 
     Attributes:
         values: like one result of the function, with a leading axis B; arrays of the host (NumPy), or traced ones.
-        status: codes (B,) of `Status`.
+        status: codes (B,) of `Status`; BRANCH for states of the values that are on another branch than those of the
+            first design that is well.
         cost: of each design (B,): by default the integrator's steps.
         computed: steps computed for all designs (), those of designs that wait for others included.
         seconds: wall time of the run () [s] after compilation; nan when traced, like `computed`.
@@ -122,7 +123,9 @@ def batch(
 def _run(chunks, lanes, good, bar) -> Batch:
     begin = time.perf_counter()
     error = chunks.run(good, bar)
-    found = Batch(*lanes.named(chunks.results), chunks.computed, time.perf_counter() - begin)
+    values, status, cost = lanes.named(chunks.results)
+    status = np.asarray(across_designs(values, status))
+    found = Batch(values, status, cost, chunks.computed, time.perf_counter() - begin)
     if error is not None:
         raise BatchError(f"the batch stopped early: {error!r}\n{found.summary()}", found) from error
     return found
@@ -131,6 +134,7 @@ def _run(chunks, lanes, good, bar) -> Batch:
 def _traced(lanes, designs, chunk, feasible) -> Batch:
     """All designs run; of infeasible ones the results become nan by a product, so that their derivatives do too."""
     values, status, cost = lanes.in_turn(designs, chunk)
+    status = across_designs(values, status)
     if feasible is not None:
         good = jnp.asarray(batch(feasible, designs, progress=False).values, bool)
         factor = jnp.where(good, 1.0, jnp.nan)

@@ -5,20 +5,33 @@ import jax.numpy as jnp
 
 from jaxmbs.kinematics.state import State
 from jaxmbs.motion.motion import Motion
-from jaxmbs.status import Status
+from jaxmbs.status import Status, succeeded
 
 
 def lane_status(values):
     """Status code () of what the function returned for one design.
 
-    The worst result among its motions; NOT_ASSEMBLED for a state that is not ok; NOT_FINITE if they are well but
-    some other number is not finite.  A motion ended by an event has unused entries, so nothing is asked then.
+    The worst result among its motions; NOT_ASSEMBLED for a state that is not ok, BRANCH for states that are not all
+    on the branch of the first of them; NOT_FINITE if they are well but some other number is not finite.  A motion
+    ended by an event has unused entries, so nothing is asked then.
     """
     parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion | State))
     codes = [_code(part) for part in parts]
     worst = jnp.max(jnp.stack([jnp.asarray(Status.SUCCESS, jnp.int32), *codes]))
     finite = jnp.stack([jnp.asarray(True), *(_finite(part) for part in parts if not isinstance(part, Motion))])
     return jnp.where((worst == Status.SUCCESS) & ~jnp.all(finite), Status.NOT_FINITE, worst)
+
+
+def across_designs(values, status):
+    """The status codes (B,), with BRANCH for designs whose states are on another branch than that of the first design
+    that is well; values with a leading axis B."""
+    for part in jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, State)):
+        if isinstance(part, State) and part.branch.ndim > 1 and part.branch.size:
+            well = succeeded(status)
+            changes = part.branch * part.branch[jnp.argmax(well)][None] < 0
+            other = jnp.any(changes.reshape(len(status), -1), axis=1)
+            status = jnp.where(well & other, jnp.asarray(Status.BRANCH, status.dtype), status)
+    return status
 
 
 def lane_cost(values):
@@ -31,7 +44,9 @@ def _code(part):
     if isinstance(part, Motion):
         return jnp.max(jnp.asarray(part.result, jnp.int32))
     if isinstance(part, State) and hasattr(part, "ok"):
-        return jnp.where(jnp.all(part.ok), Status.SUCCESS, Status.NOT_ASSEMBLED).astype(jnp.int32)
+        signs = part.branch.reshape(-1, part.branch.shape[-1]) if part.branch.size else jnp.zeros((1, 0))
+        code = jnp.where(jnp.any(signs * signs[:1] < 0), Status.BRANCH, Status.SUCCESS)
+        return jnp.where(jnp.all(part.ok), code, Status.NOT_ASSEMBLED).astype(jnp.int32)
     return jnp.asarray(Status.SUCCESS, jnp.int32)
 
 

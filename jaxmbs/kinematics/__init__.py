@@ -15,12 +15,14 @@ from .mobility import count_mobility, system_at
 from .points import angular_velocity, jacobian, position, rotation, velocity
 from .rows import constraint_jacobian, constraint_residual
 from .state import State
+from .state_sweep import branch, states_along
 
 __all__ = [
     "Kic",
     "SecondKic",
     "State",
     "angular_velocity",
+    "branch",
     "constraint_jacobian",
     "constraint_residual",
     "count_mobility",
@@ -39,6 +41,7 @@ __all__ = [
     "quadratic",
     "right_product",
     "rotation",
+    "states_along",
     "system_at",
     "velocity",
 ]

@@ -13,7 +13,6 @@ from ..model.system import System
 from . import constraints
 from .configuration import configuration
 from .poses import coordinate_rate, node_parameters, normalise, step_coordinates
-from .rank import constraint_rank
 
 _ITERATIONS = 100  # of Levenberg and Marquardt; what closes takes some ten
 _NEAR = 1e-20  # squared residual [m, rad] from where on the passes end as soon as one gains nothing: at rounding
@@ -30,8 +29,8 @@ def metric_matrix(system: System):
     return metric(system)[:, None] * np.eye(system.topology.num_velocities)
 
 
-def _linearised(system, P, psi, t, free):
-    """Residual of the positions and its Jacobian in the free columns."""
+def linearised(system: System, P, psi, t, free):
+    """Residual of the positions (rows,) and its Jacobian (rows, nv) in the free columns."""
     at = configuration(system, P, psi, t, inertias=False)
     f, A = constraints.residual_and_jacobian(system, at)
     return f, A[system.topology.position_rows] * free[None, :]
@@ -42,7 +41,7 @@ def newton_step(system: System, P, psi, t, free):
 
     Columns with free (nv,) = 0 stay.
     """
-    f, A = _linearised(system, P, psi, t, free)
+    f, A = linearised(system, P, psi, t, free)
     delta = _least_step(system, A, -f)
     return step_coordinates(system.topology, psi, delta), jnp.max(jnp.abs(f), initial=0.0)
 
@@ -63,7 +62,7 @@ def _levenberg_marquardt(system, P, psi, t, free):
 
     def look(carry):
         k, trial, damping, _, best = carry
-        f, A = _linearised(system, P, trial, t, free)
+        f, A = linearised(system, P, trial, t, free)
         found, (_, _, _, value) = (trial, f, A, jnp.dot(f, f)), best
         better = found[-1] < value
         stuck = better & (value - found[-1] < 1e-6 * value)  # at the bottom, and open: what cannot close ends here
@@ -84,30 +83,31 @@ def _levenberg_marquardt(system, P, psi, t, free):
     return lax.while_loop(running, look, (0, psi, number(1e-2), jnp.asarray(True), nothing))[4][0]
 
 
-def assemble(system: System, P, psi, t, free):
+def assemble(system: System, P, psi, t, free, search: bool = True):
     """Coordinates (nq,) on the constraint manifold near psi; columns with free (nv,) = 0 are held.
 
-    First and second derivatives with respect to parameters, held coordinates and time are exact.
+    Without a search psi is there already.  First and second derivatives with respect to parameters, held coordinates
+    and time are exact.
     """
     if not system.has_constraints:
         return psi
-    return normalise(system.topology, _closed(system, P, psi, t, free))
+    return normalise(system.topology, _closed(system, P, psi, t, free, search))
 
 
 @eqx.filter_custom_jvp
-def _closed(system, P, psi, t, free):
-    return _levenberg_marquardt(system, P, psi, t, free)
+def _closed(system, P, psi, t, free, search):
+    return _levenberg_marquardt(system, P, psi, t, free) if search else psi
 
 
 @_closed.def_jvp
 def _closed_jvp(primals, tangents):
     """Where psi and all else move the rows, the least step that closes them again is added to the motion of psi."""
-    system, _, _, _, free = primals
+    system, _, _, _, free, _ = primals
     found = _closed(*primals)
     at = (system, primals[1], found, primals[3])
 
     def rows(system, P, psi, t):
-        return _linearised(system, P, psi, t, free)
+        return linearised(system, P, psi, t, free)
 
     (_, A), (f_dot, _) = eqx.filter_jvp(rows, at, tangents[:4])
     psi_dot = jnp.zeros_like(found) if tangents[2] is None else tangents[2]
@@ -133,12 +133,12 @@ def _nearest_velocities(system, A, f_t, u, free):
 
 
 @jit(compile="quick")
-def assembled(system: System, psi, u, t, free_position, free_velocity):
-    """(coordinates, velocities, residuals of positions and velocities, rank of the rows) from guesses: `State.at`."""
+def assembled(system: System, psi, u, t, free_position, free_velocity, search: bool = True):
+    """(coordinates, velocities, position residual, velocity residual, rows) from guesses; see `State.at`."""
     P = node_parameters(system)
-    psi = assemble(system, P, psi, t, free_position)
+    psi = assemble(system, P, psi, t, free_position, search)
     at = configuration(system, P, psi, t, inertias=False)
     (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
     if system.has_constraints:
         u = _nearest_velocities(system, A, f_t, u, free_velocity)
-    return psi, u, f, A @ u + f_t, constraint_rank(system, A)
+    return psi, u, f, A @ u + f_t, lax.stop_gradient(A)

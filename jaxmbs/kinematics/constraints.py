@@ -51,13 +51,20 @@ def jacobian(system: System, at: Configuration, known=None):
 
 def row_scale(system: System) -> RowScale:
     """Brings lengths to multiples of the characteristic length, angles and others as they are; rows by element."""
+    unit = jnp.where(rows_are_lengths(system), 1.0 / system.length, 1.0)
+    return RowScale(
+        lax.stop_gradient(unit), np.unique(np.array(system.topology.row_joint, str), return_inverse=True)[1]
+    )
+
+
+def rows_are_lengths(system: System) -> np.ndarray:
+    """Whether each row (rows,) is a length [m]; else an angle, or what the user's row is in."""
     top = system.topology
     units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
     for row in system.rows:
         sliding = isinstance(row, Drive) and top.node_kind[row.columns[0]] == "prismatic"
         units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
-    unit = jnp.where(np.array([unit == "m" for unit in units], bool), 1.0 / system.length, 1.0)
-    return RowScale(lax.stop_gradient(unit), np.unique(np.array(top.row_joint, str), return_inverse=True)[1])
+    return np.array([unit == "m" for unit in units], bool)
 
 
 def time_rate(system: System, at: Configuration):

@@ -1,12 +1,68 @@
 """What a user says of a state: coordinates and velocities by the name of the joint, put in their places."""
 
 import warnings
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
 from ..checks import broken, known, no_such
+from ..errors import ModelError
+from ..model.rows import Drive
+from ..model.system import System
 from .cut_joints import may_hold
+from .poses import neutral_coordinates
+
+
+class Request(NamedTuple):
+    """The state that a user asks for.
+
+    Attributes:
+        coordinates, velocities, t: (nq,), (nv,), (); those given, of the others what a search begins with.
+        held: velocity columns whose coordinates are given; `held_rates` those whose velocities are.
+        cuts: values () of cut joints by name; `cut_guesses` what their search begins with.
+        drives: rows whose joints begin where they are driven to.
+        has_guess: whether the user or the model gave any for joints in the tree.
+    """
+
+    system: System
+    coordinates: Any
+    velocities: Any
+    t: Any
+    held: tuple[int, ...]
+    held_rates: tuple[int, ...]
+    cuts: dict
+    cut_guesses: dict
+    drives: tuple[Drive, ...]
+    has_guess: bool
+
+    @property
+    def numbers(self) -> tuple:
+        return self.coordinates, self.velocities, self.t, self.cuts, self.cut_guesses
+
+    @property
+    def free(self) -> tuple[np.ndarray, np.ndarray]:
+        """One for columns that are found, zero for those given, of coordinates and of velocities (nv,)."""
+        top, dtype = self.system.topology, self.coordinates.dtype
+        return free_columns(top, self.held, dtype), free_columns(top, self.held_rates, dtype)
+
+
+def request(system: System, values, velocities, guess, t) -> Request:
+    """What is asked for, checked.  Raises: ModelError with all faults."""
+    top, faults, own = system.topology, [], set(guess or {})
+    guess = {**{name: np.squeeze(x) for name, x in top.guess}, **(guess or {})}
+    precision = jnp.result_type(float)
+    (guess, cut_guesses), (values, cuts) = (split_cuts(system, given, faults) for given in (guess, values or {}))
+    psi = placed(top, neutral_coordinates(top).astype(precision), guess, "coordinates", faults)
+    psi = placed(top, psi, values, "coordinates", faults)
+    u = placed(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
+    if np.shape(t) != () or isinstance(t, str) or broken(lambda t: ~np.isfinite(t), t):
+        faults.append(f"state: t must be one finite time, got {t!r}")
+    if faults:
+        raise ModelError(faults)
+    drives = tuple(row for row in system.rows if isinstance(row, Drive) and row.name not in {*own, *values})
+    held, rates = (columns_of(top, given) for given in (values, velocities or {}))
+    return Request(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess))
 
 
 def split_cuts(system, values, faults):
@@ -77,9 +133,23 @@ def _notice_degrees(name, joint, value, part):
         warnings.warn(f"{text}; angles are in radians, not degrees", stacklevel=4)
 
 
-def free_columns(top, values):
-    """1 for every column (nv,), 0 for those of the joints that have values."""
-    free = np.ones(top.num_velocities)
-    for name in values:
-        free[top.joints[top.joint_index[name]].velocities] = 0.0
+def columns_of(top, names):
+    """Velocity columns of joints in the tree."""
+    joints = [top.joints[top.joint_index[name]] for name in names]
+    return tuple(k for joint in joints for k in range(joint.velocities.start, joint.velocities.stop))
+
+
+def free_columns(top, columns, dtype):
+    """1 for every column (nv,), 0 for some."""
+    free = np.ones(top.num_velocities, dtype)
+    free[list(columns)] = 0.0
     return free
+
+
+def coordinates_of(top, columns):
+    """Whether each coordinate (nq,) belongs to one of the velocity columns."""
+    mine, balls = np.zeros(top.num_coordinates, bool), set(top.balls)
+    for k in columns:
+        first = top.node_coordinate[k]
+        mine[first : first + (4 if k in balls else 1)] = True
+    return mine

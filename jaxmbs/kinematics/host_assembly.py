@@ -23,6 +23,10 @@ def assembled_on_host(system: System, psi, u, t, free_position, free_velocity):
         return np.linalg.lstsq(A * (free / root)[None], gap, rcond=_RANK[psi.dtype.itemsize])[0] / root
 
     psi, rows = _newton(system, psi, t, free_position, root, least)
+    if not _is_regular(rows):  # open without end where a row has no slope, so that a search starts elsewhere
+        smooth = np.all(np.isfinite(rows.A), axis=1)
+        f, g = (np.where(at, x, np.inf) for at, x in ((smooth[top.position_rows], rows.f), (smooth, rows.f_t)))
+        return psi, u, f, g, rows.A
     u = u + least(rows.A, free_velocity, -rows.f_t - rows.A @ u)
     return _unit_quaternions(top, psi), u, rows.f, rows.A @ u + rows.f_t, rows.A
 
@@ -33,25 +37,31 @@ def _newton(system, psi, t, free, root, least):
     value = rows.f @ rows.f
 
     for _ in range(_ITERATIONS):
-        if not value > 1e-20 or damping >= 1e7:
+        if not value > 1e-20 or damping >= 1e7 or not _is_regular(rows):
             break
         A = rows.A[top.position_rows] * free[None]
         delta = -np.linalg.solve(A.T @ A + damping * np.diag(root**2), A.T @ rows.f)
         trial = moved(top, psi, delta)
         found = evaluate(system, trial, t)
         new = found.f @ found.f
-        better, damping = new < value, np.clip(damping * (0.1 if new < value else 10.0), 1e-12, 1e8)
+        better = new < value and _is_regular(found)
+        damping = np.clip(damping * (0.1 if better else 10.0), 1e-12, 1e8)
         if better:
             stuck = value - new < 1e-6 * value  # at the bottom, and open: what cannot close ends here
             psi, rows, value = trial, found, new
             damping = 1e8 if stuck else damping
-    for _ in range(_NEWTON):
+    for _ in range(_NEWTON if _is_regular(rows) else 0):
         trial = moved(top, psi, least(rows.A[top.position_rows], free, -rows.f))
         found = evaluate(system, trial, t)
-        if not found.f @ found.f < value:
+        if not found.f @ found.f < value or not _is_regular(found):
             break
         psi, rows, value = trial, found, found.f @ found.f
     return psi, rows
+
+
+def _is_regular(rows):
+    """Whether all rows have a slope."""
+    return bool(np.all(np.isfinite(rows.A)))
 
 
 def _unit_quaternions(topology, psi):

@@ -127,10 +127,29 @@ def mobility_of(system: System, rows: Rows, spaces, wanted: Iterable[str] | None
     chosen = _nearest_set(Z, old.independent) if wanted is None else _wanted_set(top, Z, tuple(wanted))
     positions = chosen
     if top.slip_rows:
-        positions = _nearest_set(spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[1], chosen)
+        Z = spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[1]
+        positions = _nearest_set(Z, chosen)
     undetermined, names = _undetermined(reaction_map.carriers(system), rows.reactions, Y, float(system.length))
     names += tuple(name for name in _sharing_rows(system, Y) if name not in names)
-    return Mobility(rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions)
+    counted = rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions
+    return Mobility(*counted, _moved_by(Z, positions), old.turning_rows, _ranks(system, rows))
+
+
+def _moved_by(Z, positions):
+    """Which of the independent columns (by their place there) move each column, of the null space Z of the rows."""
+    if Z.shape[0] == Z.shape[1]:  # a tree
+        return ()
+    share = np.abs(np.linalg.lstsq(Z[list(positions)].T, Z.T, rcond=None)[0].T)
+    return tuple(tuple(int(k) for k in np.nonzero(row > 1e-6)[0]) for row in share)
+
+
+def _ranks(system, rows):
+    """The rank of the position rows of each name."""
+    names = np.array(system.topology.row_joint, str)[system.topology.position_rows]
+    A = rows.A[system.topology.position_rows]
+    return tuple(
+        (str(name), spaces_of(system, rows._replace(A=A[names == name]))[0]) for name in dict.fromkeys(names)
+    )
 
 
 def independent_columns(system: System) -> np.ndarray:

@@ -43,7 +43,11 @@ class Mobility:
     `rank` of the constraint rows, `mobility` = velocities - rank, `redundant` = rows - rank.  `undetermined` marks
     per joint, then per two-frame constraint, the reaction components (force x y z, moment x y z, its own axes) that
     statics cannot determine; `redundant_names` are theirs, and of couplers and drives that share.  `independent` are
-    the velocity columns of the KIC; `independent_positions` adds those that only rows of velocity restrict.
+    the velocity columns of the KIC; `independent_positions` adds those that only rows of velocity restrict;
+    `moved_by` says of every velocity column which of these (by their place there) move it, and is empty where no row
+    restricts positions.  `turning_rows` are the position rows (by their place among them) whose redundancy turns with
+    the pose: three parallel cranks.
+    `ranks` are those of the position rows of each joint or constraint by itself.
     """
 
     rank: int
@@ -53,6 +57,9 @@ class Mobility:
     undetermined: tuple[tuple[bool, ...], ...] = ()
     redundant_names: tuple[str, ...] = ()
     independent_positions: tuple[int, ...] = ()
+    moved_by: tuple[tuple[int, ...], ...] = ()
+    turning_rows: tuple[int, ...] = ()
+    ranks: tuple[tuple[str, int], ...] = ()
 
     @property
     def mobility(self) -> int:

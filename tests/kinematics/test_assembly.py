@@ -132,3 +132,125 @@ def test_traced_states_have_the_rates_of_their_drives():
     for state in (jax.jit(lambda t: mbs.State.at(driven, t=t))(0.3), mbs.State.at(driven, t=0.3)):
         np.testing.assert_allclose(state.coordinates, 0.1 + 0.7 * 0.3 + 0.5 * 0.3**2, rtol=1e-12)
         np.testing.assert_allclose(state.velocities, 0.7 + 0.3, rtol=1e-12)
+
+
+SIGNALS = {  # each reaches the angle at t = 1
+    "function": lambda angle: jax.tree_util.Partial(jnp.multiply, angle),
+    "ramp": lambda angle: mbs.Polynomial((0.2, angle - 0.2)),
+    "harmonic": lambda angle: mbs.Harmonic(angle - 0.1, 0.1, 0.5 * np.pi),
+    "constant": lambda angle: mbs.Constant(angle),
+    "spline": lambda angle: mbs.Spline((0.0, 2.0), (0.0, 2.0 * angle)),
+}
+
+
+def slider_crank(drive=None, slide=None, like=None, angle=None):
+    """Crank 0.3 m, rod 1 m; the slide may be a screw of 0.5 m a turn."""
+    b = mbs.SystemBuilder()
+    for name, length in (("crank", 0.3), ("rod", 1.0)):
+        b.body(name, 1.0, (length / 2.0, 0.0, 0.0), mbs.inertia.rod(1.0, length))
+    b.body("block", 1.0, inertia=0.1)
+    b.joint("A", mbs.Revolute("z"), "ground", "crank", drive=drive)
+    b.joint("B", mbs.Revolute("z"), "crank", "rod", parent_frame=(0.3, 0.0, 0.0))
+    b.joint("S", mbs.Prismatic("x"), "ground", "block", drive=slide)
+    b.joint("C", mbs.Revolute("z"), "rod", "block", parent_frame=(1.0, 0.0, 0.0))
+    return b.build(like=like, cut=["C"])
+
+
+def slider_truth(angle):
+    """Angle of the rod to the crank, and the slide's place."""
+    lean = np.arcsin(0.3 * np.sin(angle))
+    return -lean - angle, 0.3 * np.cos(angle) + np.cos(lean)
+
+
+@pytest.mark.parametrize("signal", SIGNALS)
+def test_a_search_begins_where_the_drive_is(signal):
+    """The others are guessed exactly; from a crank at zero five of these closed on the other branch."""
+    first = slider_crank(SIGNALS[signal](jnp.asarray(1.0)))
+    degrees = np.deg2rad([15.0, 75.0, 105.0, 135.0, 180.0, 225.0, 255.0, 285.0, 315.0, 345.0])
+
+    def place(angle):
+        B, S = (
+            -jnp.arcsin(0.3 * jnp.sin(angle)) - angle,
+            0.3 * jnp.cos(angle) + jnp.sqrt(1 - (0.3 * jnp.sin(angle)) ** 2),
+        )
+        system = slider_crank(SIGNALS[signal](angle), like=first)
+        state = mbs.State.at(system, t=1.0, guess={"B": B, "S": S})
+        return system.coordinates(state)["S"], state.coordinates
+
+    wanted = slider_truth(degrees)[1]
+    np.testing.assert_allclose(jax.vmap(place)(degrees)[0], wanted, atol=1e-9)
+    on_host = degrees if signal == "function" else degrees[2:4]
+    np.testing.assert_allclose([place(float(angle))[0] for angle in on_host], slider_truth(on_host)[1], atol=1e-9)
+
+
+def test_driven_slides_begin_where_they_are_driven_and_guesses_come_first():
+    system = slider_crank(slide=lambda t: 1.1 + 0.1 * t)
+    for sign in (1.0, -1.0):
+        angle = sign * np.arccos((1.2**2 + 0.3**2 - 1.0) / (2 * 1.2 * 0.3))
+        state = mbs.State.at(system, t=1.0, guess={"A": angle, "B": slider_truth(angle)[0]})
+        np.testing.assert_allclose(system.coordinates(state)["A"], angle, atol=1e-9)
+    driven = slider_crank(lambda t: 2.0 * np.pi * t)
+    state = mbs.State.at(driven, t=0.25, guess={"A": 1.5, "B": -1.5 - 0.3, "S": 0.9})
+    np.testing.assert_allclose(driven.coordinates(state)["S"], slider_truth(0.5 * np.pi)[1], atol=1e-9)
+
+
+def test_drives_are_followed_in_time():
+    system = slider_crank(lambda t: 3.0 * t)
+    rest = mbs.State.at(system, t=0.1, guess={"B": -0.4, "S": 1.2})
+    times = np.linspace(0.0, 2.0, 41)
+    states = jax.vmap(lambda t: mbs.State.at(system, t=t, near=rest))(times)
+    np.testing.assert_allclose(system.coordinates(states)["S"], slider_truth(3.0 * times)[1], atol=1e-9)
+    np.testing.assert_array_equal(mbs.State.at(system, near=rest).t, rest.t)
+    slope = jax.grad(lambda t: system.coordinates(mbs.State.at(system, t=t, near=rest))["S"])(1.3)
+    h = 1e-5
+    wanted = (slider_truth(3.0 * (1.3 + h))[1] - slider_truth(3.0 * (1.3 - h))[1]) / (2 * h)
+    np.testing.assert_allclose(slope, wanted, rtol=1e-7)
+
+
+def test_rounded_coordinates_are_told_of_guesses(system):
+    state = mbs.State.at(system, A=0.7, guess=GUESS)
+    rounded = {name: round(float(value), 7) for name, value in system.coordinates(state).items()}
+    with pytest.raises(mbs.AssemblyError, match=r"nearly close the loops, as rounded numbers do.*guess="):
+        mbs.State.at(system, rounded)
+    crank = rounded.pop("A")
+    np.testing.assert_allclose(mbs.State.at(system, A=crank, guess=rounded).coordinates, state.coordinates, atol=1e-6)
+    with pytest.raises(mbs.AssemblyError) as caught:
+        mbs.State.at(system, A=0.7, D=3.0)
+    assert "rounded" not in str(caught.value)
+
+
+CONES = {
+    "coupler": mbs.Coupler({"qx": 1, "qy": 1, "qz": 1}, function=lambda x, y, z: z - jnp.sqrt(x * x / 2 + y * y / 4)),
+    "rows": mbs.Rows(lambda q, t: q[2:] - jnp.sqrt(q[:1] ** 2 / 2 + q[1:2] ** 2 / 4)),
+}
+
+
+def on_axes(law):
+    b = mbs.SystemBuilder()
+    for name in "xyz":
+        b.body(name, 1.0)
+        b.joint(f"q{name}", mbs.Prismatic(name), "ground", name)
+    b.constraint("cone", law)
+    return b.build()
+
+
+@pytest.mark.parametrize("kind", CONES)
+def test_rows_without_a_slope_where_all_is_zero(kind):
+    """A cone, regular but at its tip."""
+    system, height = on_axes(CONES[kind]), lambda x, y: np.sqrt(x * x / 2 + y * y / 4)
+    assert system.topology.mobility == 2
+    state = mbs.State.at(system, qx=0.5, qy=-0.3)
+    np.testing.assert_allclose(system.coordinates(state)["qz"], height(0.5, -0.3), rtol=1e-12)
+    somewhere = system.coordinates(mbs.State.at(system, qz=0.7))
+    np.testing.assert_allclose(height(somewhere["qx"], somewhere["qy"]), 0.7, rtol=1e-9)
+    traced = jax.jit(jax.vmap(lambda x: mbs.State.at(system, qx=x, qy=0.2)))(np.array([0.3, 0.0, -0.4]))
+    np.testing.assert_allclose(system.coordinates(traced)["qz"], height(np.array([0.3, 0.0, -0.4]), 0.2), rtol=1e-9)
+    with pytest.raises(mbs.AssemblyError, match="(?s)no finite value or slope there.*cone: inf"):
+        mbs.State.at(system, qx=0.0, qy=0.0)
+    assert not jax.jit(lambda x: mbs.State.at(system, qx=x, qy=x).ok)(0.0)
+
+
+def test_rows_that_never_have_a_slope_are_named():
+    never = mbs.Rows(lambda q, t: q[2:] - jnp.sqrt(q[:1] - 100.0))
+    with pytest.raises(mbs.ModelError, match="slope of 'cone' is not finite at any pose"):
+        on_axes(never)
