@@ -56,6 +56,7 @@ def export(function: Callable, example: Explained[tuple], path: str | PathLike) 
     Args:
         function: of pytrees to a pytree of arrays, for example a loss, or `lambda s, x: mbs.reactions(s, x)`.
         example: the arguments, a tuple; later calls may have other numbers, but the same structure, shapes and types.
+            Laws of the user are known by their code, as this version of Python compiles it, and what that reads.
         path: of the file.
 
     Returns: the path.  The program is compiled by the process that loads it: use `mbs.cache` there as well.

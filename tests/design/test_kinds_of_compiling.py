@@ -35,7 +35,7 @@ QUESTIONS = {
         ).design
     ),
     "optax": lambda kind: (
-        mbs.minimise(bowl, rows(3), BOX, optax.adam(0.1), 5, starts=3, progress=False, compile=kind).design
+        mbs.minimise(bowl, rows(3), BOX, optax.adam(0.1), 5, starts="stacked", progress=False, compile=kind).design
     ),
     "pareto": lambda kind: pareto(bowl, slope, DESIGN, BOX, 3, progress=False, compile=kind).designs,
     "first order": lambda kind: scattered(bowl, DESIGN, {"a": 0.1, "b": 0.2}, compile=kind).deviation,

@@ -332,6 +332,9 @@ def test_limits_that_contradict_each_other(optimiser):
 def test_a_tolerance_is_kept_or_the_search_has_not_converged(tolerance):
     best = minimise(sum_of, {"x": 0.1, "y": 0.3}, limits=[CIRCLE], tolerance=tolerance)
     assert best.ok and best.kkt <= 100.0 * tolerance * np.sqrt(10.0)
+
+
+def test_a_tolerance_that_rounding_does_not_allow():
     coarse = minimise(rod_over_a_turn, *ROD, limits=[PIN, STABLE], gradient="forward", tolerance=1e-18)
     assert not coarse.ok or coarse.kkt <= 1e-16
 
