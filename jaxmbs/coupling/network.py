@@ -14,11 +14,23 @@ from ..linear.motion import LinearMotion
 from ..linear.rest import StaticResponse
 from ..linear.storage import inexact
 from ..linear.system import LinearSystem
+from ..tables import told
 from ..typing import ArrayLike
 from .dual import self_stresses
 from .loads import BondLoads, Determinacy, by_bond
 from .primal import Assembly, interface_reactions
 from .ties import Ties, component_of
+
+
+def _told(net):
+    """A line; every component with its coordinates, every bond with the directions that it ties."""
+    summary = f"{net.num_rows} coordinates of {len(net.names)} components, {len(net.bonds)} bonds"
+    rows = [
+        (name, "component", f"{c.num_rows} coordinates, {c.num_interface} of them interface")
+        for name, c in zip(net.names, net.components, strict=True)
+    ]
+    rows += [(name, "bond", " ".join(tie.labels[k] for k in tie.kept) or "ties nothing") for name, tie in net.bonds]
+    return summary, [("name", "", ""), *rows]
 
 
 class Network(Assembly):
@@ -35,6 +47,8 @@ class Network(Assembly):
     names: tuple[str, ...] = eqx.field(static=True)
     bonds: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
     joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = told(_told)
 
     def __init__(
         self,

@@ -122,10 +122,11 @@ def _strain_energy(sub, K, motions, tolerance, warnings):
     reference = np.sum(motions**2 * np.diag(K)[:, None], axis=0)
     relative = energy / np.where(reference > 0, reference, 1.0)
     strained = np.nonzero(relative > 1e-3 * tolerance)[0]
-    if len(strained):
+    moving = np.any(motions != 0, axis=0)
+    if len(strained) and np.any(moving & (relative <= 1e-3 * tolerance)):  # what is held in all of them is supported
         which = ", ".join(DIRECTIONS[k] for k in strained)
         forces = np.abs(K @ motions[:, strained]).max(axis=1)
-        warnings.append(f"held: rigid motions {which} are strained, most at {_largest(sub, forces)}")
+        warnings.append(f"held in part: rigid motions {which} are strained, most at {_largest(sub, forces)}")
     return relative, "held" if len(strained) else "free"
 
 

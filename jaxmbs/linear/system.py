@@ -10,11 +10,25 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError, UnknownNameError
+from ..tables import told
 from ..typing import ArrayLike, CoordinateLike
 from .labels import labels_of, places_of, rows_of, spoken
 from .storage import Matrix, MatrixLike, dense, dtype_of, num_rows, stored
 
 Same = TypeVar("Same", bound="LinearSystem")
+
+
+def _told(system):
+    """A line, and the coordinates of every node."""
+    by_node: dict[str, list[str]] = {}
+    for node, direction in system.coordinates:
+        by_node.setdefault(node, []).append(direction)
+    storage = type(system.stiffness).__name__ if not isinstance(system.stiffness, Array | np.ndarray) else "dense"
+    damped = "no damping" if system.damping is None else "damped"
+    summary = f"{system.num_rows} coordinates, {system.num_interface} of them interface, {storage} matrices, {damped}"
+    outer = {system.coordinates[k][0] for k in system.interface}
+    rows = [(node, " ".join(own), "interface" if node in outer else "") for node, own in by_node.items()]
+    return summary, [("node", "directions", ""), *rows]
 
 
 class LinearSystem(eqx.Module):
@@ -41,6 +55,8 @@ class LinearSystem(eqx.Module):
     interface: tuple[int, ...] = eqx.field(static=True)
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = told(_told)
 
     def __init__(
         self,

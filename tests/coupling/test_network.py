@@ -135,6 +135,18 @@ def test_amplitudes_are_those_of_the_transfer_functions():
         mbs.linear.harmonic_response(net, omega, {"pannel.edge z": 1.0})
 
 
+def test_a_network_shows_its_components_and_bonds():
+    """A table that fits a screen, of a part too; with traced numbers, shapes."""
+    net = network(STIFFNESS, AXES)
+    lines = repr(net).splitlines()
+    assert len(lines) == 2 + 4 + 4 and lines[0] == f"Network: {net.num_rows} coordinates of 4 components, 4 bonds"
+    assert any(line.split()[:2] == ["pin", "bond"] and line.endswith("x y z rx rz") for line in lines)
+    part = repr(PARTS["stage"])
+    assert "18 coordinates, 18 of them interface, dense matrices, no damping" in part and "knee" in part
+    assert "interface" in repr(PARTS["mast"]).splitlines()[2] and len(part.splitlines()) == 5
+    jax.eval_shape(lambda k: repr(network(k, AXES)) and k, jnp.asarray(STIFFNESS))
+
+
 def test_gradient_and_batch_by_a_mount():
     """Size of the pin's force by the mount's stiffness, many at once, against differences."""
 
