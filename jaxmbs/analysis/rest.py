@@ -22,6 +22,7 @@ from ..kinematics.state import State
 from ..math import lapack, square
 from ..math.jit import jit
 from ..math.lineax_solver import SquareSolver
+from ..math.nan import nan_where
 from ..model.question import check_one
 from ..model.system import System
 from .linearisation import local_efforts
@@ -34,7 +35,8 @@ class Equilibrium(eqx.Module):
     """Where a mechanism rests or moves steadily.
 
     Attributes:
-        state: the State there.
+        state: the State there; NaN where nothing was found, as are stiffness and efforts, so that nothing is
+            computed of a state that is none.
         residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale,
             without derivative.
         ok: whether the residual is small.
@@ -130,11 +132,14 @@ def _equilibrium(system, state, moving):
     efforts, gap = _unbalanced(system, at, w), constraints.residual(system, at)
     residual = jnp.maximum(jnp.max(jnp.abs(still * efforts), initial=0.0) / scale, jnp.max(jnp.abs(gap), initial=0.0))
     K = along_independent(system, at, lambda at: _unbalanced(system, at, w))
+    ok = residual < _SMALL[start.dtype.itemsize]
+    stable = _is_stable(K, still)
+    psi, u, K, efforts = (nan_where(~ok, x) for x in (psi, Gamma @ w + b, K, efforts))
     return Equilibrium(
-        state=State(state.t, psi, Gamma @ w + b, structure=top.structure),
+        state=State(state.t, psi, u, structure=top.structure),
         residual=jax.lax.stop_gradient(residual),
-        ok=residual < _SMALL[start.dtype.itemsize],
-        stable=_is_stable(K, still),
+        ok=ok,
+        stable=stable,
         stiffness=K,
         efforts=(1.0 - still) * efforts,
         steps=count.astype(int),

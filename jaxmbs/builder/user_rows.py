@@ -12,6 +12,7 @@ from ..kinematics.poses import coordinate_rate
 from ..math.jit import jit
 from ..model.rows import CoordinateRows, CoupledJoints, UserRows, UserVelocityRows
 from ..model.system import System
+from ..typing import AnyArray
 
 _STATES = 6
 _SEED = 11  # any, but the same in every build
@@ -21,10 +22,10 @@ _AFFINE = {8: 1e-8, 4: 1e-3}  # relative: what counts as affine, by precision
 class _Tried(NamedTuple):
     """Of a row at states (states, k): at velocities, at rest, the slope along velocities; that along coordinates."""
 
-    moving: Array
-    rest: Array
-    slope: Array
-    along: Array
+    moving: AnyArray
+    rest: AnyArray
+    slope: AnyArray
+    along: AnyArray
 
 
 def shape_faults(row: CoordinateRows, psi: Array, u: Array) -> list[str]:

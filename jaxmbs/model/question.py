@@ -59,7 +59,7 @@ def check_system(system) -> None:
 
 def check_precision(numbers) -> None:
     """ModelError for numbers in double precision where JAX is switched to single: it would mix both, and fail."""
-    if getattr(numbers, "dtype", None) == np.float64 and not jax.config.jax_enable_x64:
+    if getattr(numbers, "dtype", None) == np.float64 and jnp.result_type(float) == np.float32:
         raise ModelError(
             [
                 "the model is in double precision, and JAX has been switched to single since it was built: call "

@@ -120,7 +120,7 @@ class Motion(eqx.Module):
         check_fits(system, self.states)
         if self.ts.ndim != 1:
             raise ValueError(f"one motion has states at a time, use jax.vmap; the times have shape {self.ts.shape}")
-        t, last = as_array(t), jnp.sum(jnp.isfinite(self.ts)) - 1
+        t, last = as_array(t), jnp.sum(jnp.isfinite(self.ts), dtype=jnp.int32) - 1
         first, end = self.ts[0], self.ts[last]
         if broken(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
             raise ValueError(f"the motion has states saved from {float(first):.6g} to {float(end):.6g} s, not at {t}")
@@ -166,7 +166,7 @@ def _at(system, states, ts, last, t):
     P = node_parameters(system)
 
     def one(t):
-        k = jnp.clip(jnp.searchsorted(ts, t, side="right") - 1, 0, jnp.maximum(last - 1, 0))
+        k = jnp.clip(jnp.searchsorted(ts, t, side="right").astype(last.dtype) - 1, 0, jnp.maximum(last - 1, 0))
         both = jnp.minimum(jnp.stack([k, k + 1]), last)
         knots = knots_of(system, jax.tree.map(lambda x: x[both], states))
         state = between(system, P, knots.number(0), knots.number(1), t)

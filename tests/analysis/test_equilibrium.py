@@ -107,7 +107,9 @@ def test_no_equilibrium_is_said():
     system = b.build()
     with pytest.raises(mbs.SimulationError, match="no equilibrium"):
         mbs.equilibrium(system, mbs.State.at(system))
-    assert not bool(mbs.equilibrium(system, mbs.State.at(system), throw=False).ok)
+    found = mbs.equilibrium(system, mbs.State.at(system), throw=False)
+    assert not bool(found.ok) and not bool(found.state.ok)
+    assert np.isnan(mbs.linearise(system, found.state).stiffness).all()
 
 
 def test_moving_joints_must_be_independent():
