@@ -26,8 +26,8 @@ def motion():
 
 def loads():
     wave = jnp.linspace(0.0, 1.0, 5)[:, None] * jnp.array([[3.0, 4.0, 0.0]])
-    open_ = (False, False, True, False, False, False)
-    one = JointReaction(wave, 0.1 * wave, jnp.zeros((5, 0)), open_)
+    none, every = jnp.zeros((5, 0)), jnp.ones((5, 3), bool)
+    one = JointReaction(wave, 0.1 * wave, none, none, every.at[:, 2].set(False), every)
     return Reactions({"pin": one, "seam": one}, jnp.zeros((5, 0)), jnp.zeros(5), jnp.ones(5, bool), ("seam",))
 
 
