@@ -154,3 +154,22 @@ def test_pickups_of_arms_and_their_slopes_by_every_hard_point():
             assert set(of_points.item()) == set(POINTS)
             for point, expected in of_points.item().items():
                 check(slopes[point][k, j], expected, tol)
+
+
+@pytest.mark.slow
+def test_the_travel_is_followed_on_one_branch():
+    """From the design position, by `near=`: a published curve at each travel, and one sign for all of them."""
+    first = wishbone.suspension(POINTS)
+    start = mbs.State.at(first)
+
+    def curve(travel):
+        system = wishbone.suspension(POINTS, travel=travel / 1e3, like=first)
+        state = mbs.State.at(system, near=start)
+        return wishbone.curves(POINTS, system, state)[0], state.branch
+
+    travels = np.array([-60.0, -30.0, 0.0, 30.0, 60.0])
+    angles, signs = compiled(jax.vmap(curve))(travels)
+    np.testing.assert_array_equal(np.unique(signs, axis=0), np.asarray(start.branch)[None])
+    assert start.branch.size and np.all(np.abs(start.branch) == 1.0)
+    for travel, row in zip(travels, angles, strict=True):
+        check(row, *values(V1, f"[camber, toe, caster, KPI] deg at travel {travel:.0f} mm, rack 0 mm"))
