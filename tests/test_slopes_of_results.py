@@ -17,7 +17,7 @@ from jaxmbs.motion import Diagnostics, Motion, Peak
 DIAGNOSTICS = {
     Motion: (),
     Diagnostics: ("constraint_drift", "velocity_drift", "num_steps", "num_rejected"),
-    mbs.State: ("residual", "rank_change"),
+    mbs.State: ("residual", "rank_change", "branch"),
     Equilibrium: ("residual", "ok", "stable", "steps"),
     Linearisation: (),
     Modes: ("is_rigid", "rounding"),

@@ -43,16 +43,10 @@ CASES = {
     "kinematics.count_mobility": of_state(),
     "kinematics.system_at": of_state(f"state nan inside: {NO_NUMBER}"),
     "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
-    **{
-        f"{room}.branch": case(
-            lambda z: call(z.bars, z.state, ["A"]), "held empty: what is missing is completed", "system nan inside: 0"
-        )
-        for room in ("kinematics", "jaxmbs")
-    },
-    **{
-        f"{room}.states_along": case(lambda z: call(z.bars, "A", np.array([0.7, 0.8]), z.state))
-        for room in ("kinematics", "jaxmbs")
-    },
+    "kinematics.branch": case(
+        lambda z: call(z.bars, z.state, ["A"]), "held empty: what is missing is completed", "system nan inside: 0"
+    ),
+    "kinematics.states_along": case(lambda z: call(z.bars, "A", np.array([0.7, 0.8]), z.state)),
     "kinematics.State": case(
         lambda z: call(0.0, np.array([0.25, 0.5]), np.array([1.0, 2.0])),
         "* nan: written by hand, `ok` of it is asked by whoever uses it",
