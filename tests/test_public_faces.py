@@ -63,7 +63,7 @@ FACES = {
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs
-        Network base_motion bushing combine connect coupled_response cqc_correlation equivalent_impulse
+        Network RigidBody base_motion bushing combine connect coupled_response cqc_correlation equivalent_impulse
         interface_pattern joint limit_loads modal_pairs peak_response reactions rigid shortfall
     """,
     "jaxmbs.demo": """

@@ -77,7 +77,12 @@ def _is_finite(value):
 
 def body_faults(body) -> list[str]:
     """Mass, centre of mass and inertia of one body."""
-    where, found = f"body {body.name!r}", []
+    return mass_faults(f"body {body.name!r}", body)
+
+
+def mass_faults(where: str, body) -> list[str]:
+    """The same of anything that has them, and `any_inertia`; where: the beginning of each message."""
+    found = []
     if known(body.mass):
         mass = np.asarray(body.mass, float)
         if mass.shape != ():

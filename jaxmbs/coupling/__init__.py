@@ -17,6 +17,7 @@ from .loads import BondLoad, BondLoads, Determinacy
 from .measured import MeasuredNetwork
 from .moved_base import BaseMotion, base_motion
 from .network import Network, reactions
+from .rigid_body import RigidBody
 
 __all__ = [
     "BaseMotion",
@@ -29,6 +30,7 @@ __all__ = [
     "MeasuredNetwork",
     "ModalPairs",
     "Network",
+    "RigidBody",
     "base_motion",
     "bushing",
     "combine",

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Protocol, overload, runtime_checkable
 
+import numpy as np
+
 from ..errors import ModelError
 from ..linear.system import LinearSystem
 from ..linear.transfer import TransferFunctions
@@ -12,6 +14,8 @@ from .measured import MeasuredNetwork, channels_of
 from .network import Network
 from .places import apart
 from .primal import joined
+from .rigid_body import RigidBody
+from .rigid_links import carried, dependence
 from .ties import joint_numbers, shared_by_axes, ties
 
 
@@ -46,19 +50,22 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
     free.
 
     Args:
-        components: by name, linear systems, whole or reduced, their interface where bonds may be; a mechanism as
-            `linearise` gives it; measured `TransferFunctions`, whose interface are the channels that are both driven
-            and measured.  With such the result is a `MeasuredNetwork`, which answers `frequency_response`.
+        components: by name, linear systems, whole or reduced, their interface where bonds may be; a `RigidBody` with
+            its points; a mechanism as `linearise` gives it; measured `TransferFunctions`, whose interface are the
+            channels that are both driven and measured.  With such the result is a `MeasuredNetwork`, which answers
+            `frequency_response`.
         bonds: by name; a bushing is a component of its own, with the bond's name.
         places: whether joined nodes must be at one place, where their positions are known.
 
     Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already,
-    nodes that are apart.
+    nodes that are apart, rigid bonds of rigid bodies that statics does not determine.
     Source: S1 (1)-(3), (9)-(12), (21)-(25).
     """
     components = {name: _noun(c) for name, c in components.items()}
     measured = {name: c for name, c in components.items() if isinstance(c, TransferFunctions)}
+    bodies = {name: c for name, c in components.items() if isinstance(c, RigidBody)}
     modelled = components | {name: channels_of(c) for name, c in measured.items()}
+    modelled |= {name: c.channels for name, c in bodies.items()}
     found = ties(modelled, bonds)
     faults = shared_by_axes(bonds, found) + (apart(modelled, bonds, found) if places else [])
     if faults:
@@ -68,8 +75,13 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
     joints = joint_numbers(sizes, found)
     if measured:
         return MeasuredNetwork(components, bonds, found)
-    parts = _turned({name: explicit(c) for name, c in (components | elements).items()}, bonds, found)
-    at, labels = _labelled(parts, joints)
+    parts = {name: c.reduced() if name in bodies else explicit(c) for name, c in (components | elements).items()}
+    parts, points = _turned(parts, {name: c.motions for name, c in bodies.items()}, bonds, found)
+    at, labels = _labelled(parts, joints, points)
+    fields = joined(tuple(parts.values()), at, labels)
+    if points:
+        named = (dict(zip(parts, numbers, strict=True)) for numbers in (joints, at))
+        fields = carried(fields, dependence(points, *named, labels, fields["massless"], found))
     return Network(
         components=parts.values(),
         places=at,
@@ -77,7 +89,8 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
         bonds=found.items(),
         joints=joints,
         positions=_positions(components, bonds) if places else None,
-        **joined(tuple(parts.values()), at, labels),
+        points=points,
+        **fields,
     )
 
 
@@ -87,9 +100,10 @@ def _noun(component):
     return own if isinstance(own, LinearSystem) else component
 
 
-def _labelled(parts, joints):
+def _labelled(parts, joints, points):
     """Places of every component's coordinates in the joined ones; a joint has the name of its first member."""
     count = 1 + max((joint for row in joints for joint in row), default=-1)
+    joints = [() if name in points else row for name, row in zip(parts, joints, strict=True)]
     places, labels = [], [None] * count
     for (name, c), row in zip(parts.items(), joints, strict=True):
         named = [(f"{name}.{node}", direction) for node, direction in c.coordinates]
@@ -112,10 +126,17 @@ def _positions(components, bonds):
     }
 
 
-def _turned(parts, bonds, found):
-    """Components whose ends at bonds with axes are resolved in these."""
+def _turned(parts, points, bonds, found):
+    """Components, and points of rigid bodies, whose ends at bonds with axes are resolved in these."""
     for name, bond in bonds.items():
         for end in found[name].ends if bond.axes is not None else ():
-            if end:
-                parts[end[0][0]] = resolved_in(parts[end[0][0]], bond.axes, [k for _, k in end])
-    return parts
+            if not end:
+                continue
+            component, rows = end[0][0], np.array([k for _, k in end])
+            if component in points:
+                own = points[component]
+                turned = bond.axes.astype(own.dtype) @ own[rows].reshape(-1, 3, 6)
+                points[component] = own.at[rows].set(turned.reshape(-1, 6))
+            else:
+                parts[component] = resolved_in(parts[component], bond.axes, rows)
+    return parts, points

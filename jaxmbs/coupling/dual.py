@@ -76,7 +76,7 @@ def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = 
     """
     if rigid is None:
         condensed = [_condensed(c) for c in components]
-        floor = 1e-6 * max(np.max(np.diagonal(K), initial=0.0) for K in condensed)
+        floor = 1e-6 * (max(np.max(np.diagonal(K), initial=0.0) for K in condensed) or 1.0)
         rigid = [_rigid(K, floor) for K in condensed]
     moved = ties @ scipy.linalg.block_diag(*(np.asarray(R) for R in rigid))
     U, s, _ = np.linalg.svd(moved)

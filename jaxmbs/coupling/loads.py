@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Inexact
 from ..checks import no_such
 from ..elements import DIRECTIONS
 from ..errors import UnknownNameError
+from ..math import square
 
 
 class BondLoad(eqx.Module):
@@ -110,12 +111,15 @@ class Determinacy:
         return "\n".join(lines)
 
 
-def by_bond(bonds, rows: np.ndarray, forces: Array, residual: Array, rounding: Array) -> BondLoads:
+def by_bond(bonds, rows: np.ndarray | Array, forces: Array, residual: Array, rounding: Array) -> BondLoads:
     """Loads of the ties from the forces on the components, `B^T f = r`: no tie closes a ring, so B has full rank.
 
     Args: bonds: `(name, Ties)`; rows: B (ties, interface coordinates of all components); forces: r, times last.
     """
-    solve = jnp.asarray(np.linalg.solve(rows @ rows.T, rows)).astype(forces.dtype)
+    if isinstance(rows, np.ndarray):
+        solve = jnp.asarray(np.linalg.solve(rows @ rows.T, rows)).astype(forces.dtype)
+    else:  # with lever arms of rigid bodies, which have derivatives
+        solve = square.solve(rows @ rows.T, rows).astype(forces.dtype)
     f, at, found = jnp.moveaxis(jnp.tensordot(solve, forces, axes=1), 0, -1), 0, {}
     for name, bond in bonds:
         sides = []

@@ -13,13 +13,14 @@ from jaxtyping import Array, Float
 from ..checks import known
 from ..errors import UnknownNameError
 from ..linear.dynamic_stiffness import dynamic_stiffness
-from ..linear.labels import label, rows_of
+from ..linear.labels import label, rows_of, spoken
 from ..linear.questions import frequency_response as response_of
 from ..linear.system import LinearSystem
 from ..linear.transfer import TransferFunctions
 from ..typing import ArrayLike
 from .bonds import Bond
 from .loads import BondLoad, BondLoads
+from .rigid_body import RigidBody
 from .ties import Channels, Ties, component_of
 from .transfer_functions import couple, interface_forces, with_stiffness
 from .uncoupled import beside, check_alike
@@ -203,7 +204,8 @@ def channel_name(component, k: int) -> str:
     """Of the interface coordinate number k."""
     if isinstance(component, TransferFunctions):
         return _collocated(component)[k]
-    return component.label(component.interface[k])
+    own = component.channels if isinstance(component, RigidBody) else component
+    return spoken(own.coordinates[own.interface[k]])
 
 
 def _collocated(measured):

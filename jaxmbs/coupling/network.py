@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..checks import known
 from ..errors import ModelError
 from ..linear.harmonic import HarmonicResponse
 from ..linear.motion import LinearMotion
@@ -42,11 +43,13 @@ class Network(Assembly):
         names: of the components given, then of the bushings.
         bonds: `(name, what it ties)`.
         joints: of every component the numbers of the joint displacements of its interface, -1 for the ground's.
+        points: by rigid body, the coordinates of its points by its own (k, 6).
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
     bonds: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
     joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    points: dict[str, Array]
 
     __repr__, _repr_html_ = told(_told)
 
@@ -56,10 +59,11 @@ class Network(Assembly):
         names: Iterable[str],
         bonds: Iterable[tuple[str, Ties]],
         joints: tuple[tuple[int, ...], ...],
+        points: Mapping[str, Array] | None = None,
         **options: Any,
     ) -> None:
         super().__init__(**options)
-        self.names, self.bonds, self.joints = tuple(names), tuple(bonds), joints
+        self.names, self.bonds, self.joints, self.points = tuple(names), tuple(bonds), joints, dict(points or {})
 
     def expand(self, xi: ArrayLike) -> dict[str, Array]:
         """Displacements (..., n_c) of all coordinates of every component, by name, from joined ones (..., N)."""
@@ -74,8 +78,9 @@ class Network(Assembly):
             component, own = self._component(name)
             found, which = self.components[component].outputs(own)
             place = np.array(self.places[component])
-            spread = jnp.zeros((len(found), self.num_rows + 1), self.dtype)  # the last column is held
-            rows.append(spread.at[:, place].add(found.astype(self.dtype))[:, :-1])
+            spread = jnp.zeros((len(found), self.num_joined + 1), self.dtype)  # the last column is held
+            spread = spread.at[:, place].add(found.astype(self.dtype))[:, :-1]
+            rows.append(spread if self.transformation is None else spread @ self.transformation)
             labels += [f"{self.names[component]}.{label}" for label in which]
         return jnp.concatenate(rows), tuple(labels)
 
@@ -123,17 +128,20 @@ class Network(Assembly):
         Source: S1 (14), (20).
         """
         rigid = None if rigid is None else [rigid[name] for name in self.names]
-        stresses, free = self_stresses(self._rows(), self.components, rigid)
-        unknown, known, at = np.abs(stresses).max(axis=1, initial=0.0) > 1e-6, {}, 0
+        ties = self._rows()
+        if not known(ties):
+            raise ValueError("redundant bonds are found on the host: not under tracing")
+        stresses, free = self_stresses(np.asarray(ties), self.components, rigid)
+        unknown, certain, at = np.abs(stresses).max(axis=1, initial=0.0) > 1e-6, {}, 0
         for name, bond in self.bonds:
-            known[name] = tuple(not flag for flag in unknown[at : at + len(bond.kept)])
+            certain[name] = tuple(not flag for flag in unknown[at : at + len(bond.kept)])
             at += sum(len(pairs) for pairs in bond.pairs)
         labels = {name: tuple(bond.labels[k] for k in bond.kept) for name, bond in self.bonds}
-        return Determinacy(stresses.shape[1], free, known, labels)
+        return Determinacy(stresses.shape[1], free, certain, labels)
 
     def _rows(self):
-        """(ties, interface coordinates of all components in turn): first less second."""
-        starts = np.cumsum([0, *(c.num_interface for c in self.components)])
+        """Rows of the ties over the interface coordinates of all components, of rigid bodies their own six."""
+        starts = np.cumsum([0, *map(len, self.joints)])
         place = {name: start for name, start in zip(self.names, starts, strict=False)}
         pairs = [pair for _, bond in self.bonds for side in bond.pairs for pair in side]
         rows = np.zeros((len(pairs), starts[-1]))
@@ -141,7 +149,10 @@ class Network(Assembly):
             for sign, coordinate in zip((1.0, -1.0), pair, strict=True):
                 if coordinate is not None:
                     row[place[coordinate[0]] + coordinate[1]] = sign
-        return rows
+        if not self.points:
+            return rows
+        parts = zip(self.names, np.split(rows, starts[1:-1], axis=1), strict=True)
+        return jnp.concatenate([B @ self.points[name] if name in self.points else B for name, B in parts], axis=1)
 
 
 def _share(component, given):

@@ -23,19 +23,35 @@ class Assembly(LinearSystem):
 
     Attributes:
         components: with explicit interfaces.
-        places: of each component's coordinates in xi; -1 is held.  These are the columns of beta.
+        places: of each component's coordinates in the joined ones; -1 is held.  These are the columns of beta.
+        transformation: (all, N) the joined coordinates by xi, where some follow from rigid bodies, else None.
     """
 
     components: tuple[Reduced, ...]
     places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    transformation: Array | None
 
-    def __init__(self, *, components: Iterable[Reduced], places: Iterable[tuple[int, ...]], **options: Any) -> None:
+    def __init__(
+        self,
+        *,
+        components: Iterable[Reduced],
+        places: Iterable[tuple[int, ...]],
+        transformation: Array | None = None,
+        **options: Any,
+    ) -> None:
         super().__init__(**options)
-        self.components, self.places = tuple(components), tuple(places)
+        self.components, self.places, self.transformation = tuple(components), tuple(places), transformation
+
+    @property
+    def num_joined(self) -> int:
+        """How many joined coordinates there are before some follow from rigid bodies."""
+        return self.num_rows if self.transformation is None else len(self.transformation)
 
     def part(self, xi: ArrayLike) -> tuple[Array, ...]:
         """`rho_c = beta_c xi` of every component, (r_c, ...).  Source: S1 (7), (11), (21)-(24)."""
         xi = jnp.asarray(xi)
+        if self.transformation is not None:
+            xi = _times(self.transformation, xi)
         padded = jnp.concatenate([xi, jnp.zeros_like(xi[:1])])
         return tuple(padded[np.array(p)] for p in self.places)
 
@@ -44,7 +60,8 @@ class Assembly(LinearSystem):
 
         Source: S1 (18), (21)-(25).
         """
-        return _sum(self.places, shares, self.num_rows)
+        joined = _sum(self.places, shares, self.num_joined)
+        return joined if self.transformation is None else _times(self.transformation.T, joined)
 
 
 class Reactions(eqx.Module):
@@ -141,17 +158,20 @@ def balanced(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None
     sizes = [jnp.abs(f) for f in forces] if sizes is None else sizes
     largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f)) for f in forces]))
     largest, eps = jnp.where(largest > 0, largest, 1.0), jnp.finfo(largest.dtype).eps
-    residual, rounding = (jnp.max(jnp.abs(_at_joints(assembly, parts))) / largest for parts in (forces, sizes))
+    T = assembly.transformation
+    pairs = ((forces, T), (sizes, None if T is None else jnp.abs(T)))
+    residual, rounding = (jnp.max(jnp.abs(_at_joints(assembly, *pair))) / largest for pair in pairs)
     return Reactions(tuple(forces), residual, ROUNDING * eps * rounding)
 
 
-def _at_joints(assembly, parts):
-    """Sums (N, ...) over the components of what is at their interfaces (b_c, ...)."""
+def _at_joints(assembly, parts, T):
+    """Sums (N, ...) over the components of what is at their interfaces (b_c, ...); T: the transformation."""
     padded = [
         jnp.zeros_like(f, shape=(len(p), *f.shape[1:])).at[: len(f)].set(f)
         for f, p in zip(parts, assembly.places, strict=True)
     ]
-    return _sum(assembly.places, padded, assembly.num_rows)
+    joined = _sum(assembly.places, padded, assembly.num_joined)
+    return joined if T is None else _times(T.T, joined)
 
 
 def joint_places(components: Sequence[Reduced], joints: Sequence[Sequence[int]]):

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from jaxtyping import Array
+
 from ..checks import are_axes, no_such
 from ..elements import DIRECTIONS
 from ..errors import ModelError, UnknownNameError
@@ -15,10 +17,11 @@ DOTTED = "a name without a dot, please: 'stage.top' is the node 'top' of 'stage'
 
 
 class Channels(NamedTuple):
-    """What bonds may tie of a component that is known by measured transfer functions."""
+    """What bonds may tie of a component whose own coordinates are others, or none: a rigid body, measured data."""
 
     coordinates: tuple[tuple[str, str], ...]
-    positions: None = None
+    positions: Array | None = None
+    nodes: tuple[str, ...] = ()
 
     @property
     def interface(self) -> range:

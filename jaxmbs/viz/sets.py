@@ -12,10 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from ..palette import COLORS
 from ..typing import ScalarLike
-from .anatomy import body_frames, distinct, slides, spans
+from .anatomy import body_frames, distinct, slides, spans, torsions
 from .film import Film
 from .guesses import guessed, inertia_box
 from .solids import Solid, icosphere, rounded_hull, swept, turned_to, unit_coil, unit_cone, unit_cylinder
+from .torsion_solids import torsion_solids
 
 STEEL, DARK, PALE, BRASS = "#8d99a6", "#3a444e", "#c3ccd4", "#b8863b"
 _MANY = 40  # bodies; more are drawn with fewer corners
@@ -67,6 +68,7 @@ class Set:
         self._bodies()
         self._joints()
         self._spans()
+        self._torsions()
 
     def solid(self, name, body, number, position, z, radius, length, color, alpha=1.0):
         """One of the unit solids on a body, from a position along z."""
@@ -237,6 +239,17 @@ class Set:
         a, b = (self.film.x[:, frame] for frame in span.frames)
         slender = max(float(np.max(np.linalg.norm(b - a, axis=-1))) / radius, 1.0)
         return self.solids(unit_coil(2.0 ** np.clip(np.round(np.log2(slender)), 2, 6)))
+
+    def _torsions(self):
+        for torsion in torsions(self.system):
+            if torsion.joint.name not in self.film.axes:
+                continue
+            first = torsion.joint.frames[0]
+            axis = self.film.R[0, first] @ self.film.axes[torsion.joint.name]
+            made = torsion_solids(torsion.kind, axis, self.r)
+            for frame, (solid, color) in zip(torsion.joint.frames, made, strict=True):
+                body, place = self._body(frame), self.film.in_body(self.top, frame)
+                self._put(torsion.name, body, solid.placed(place, self.film.R[0, body].T), color)
 
     def trace(self, name, points, color):
         """The path of points (T, 3) in the world, and a ball that runs along it is left to the body."""

@@ -104,6 +104,10 @@ CASES = {
         "* name: connect refuses it",
         "axes *: connect refuses it",
     ),
+    "coupling.RigidBody": case(
+        lambda z: call(mass=2.0, points={"foot": np.zeros(3)}, com=np.zeros(3), inertia=np.ones(3)),
+        positive="mass inertia",
+    ),
     "coupling.Bond": case(lambda z: call((("one", "a"), ("two", "a"))), "ends *: made by rigid, joint and bushing"),
     "coupling.connect": case(
         lambda z: call({"one": z.chain, "two": z.chain}, {"bolt": coupling.rigid("one.a", "two.a")}),

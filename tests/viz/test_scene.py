@@ -159,6 +159,35 @@ def test_every_joint_and_law_is_on_stage(tmp_path):
     }
 
 
+@pytest.mark.parametrize("kind", ["spring", "damper"])
+def test_what_turns_with_a_joint_has_a_part_on_either_body(kind):
+    """A spiral at the ground and a finger of the arm at its outer end, which the arm takes along; drum and vane."""
+    b = mbs.SystemBuilder()
+    b.body("arm", 1.0, (0.5, 0.0, 0.0), 0.1)
+    b.joint("pin", mbs.Revolute("z"), "ground", "arm", parent_frame=(0.3, 0.2, 0.0), child_frame=(-0.1, 0.0, 0.4))
+    b.frame("tip", "arm", (1.0, 0.0, 0.0))
+    b.force("law", mbs.SpringDamper(3.0) if kind == "spring" else mbs.SpringDamper(0.0, 2.0), joint="pin")
+    system = b.build()
+    states = jax.vmap(lambda angle: mbs.State.at(system, pin=angle))(jnp.array([0.3, 1.4]))
+    data = viz.scene(system, states).data
+    (stage,) = data["stages"]
+    still, moving = (item for item in stage["items"] if item["name"] == "law")
+    assert (still["body"], moving["body"]) == (0, 1)
+    own, taken = (numbers(data["solids"][item["solid"]]["vertices"], -1, 3) for item in (still, moving))
+    places = numbers(stage["tracks"], 2, 2, 7)[:, 1]
+    pin, seen = np.array([0.3, 0.2]), []
+    for place in places:
+        world = Rotation.from_quat(place[3:]).apply(taken) + place[:3]
+        seen.append(world.mean(axis=0)[:2] - pin)
+    reach = np.linalg.norm(own[:, :2] - pin, axis=1).max()
+    angles = [np.arctan2(y, x) for x, y in seen]
+    np.testing.assert_allclose(np.mod(angles[1] - angles[0], 2 * np.pi), 1.1, atol=1e-5)
+    assert own[:, 2].min() > 0.0
+    if kind == "spring":  # the finger is at the outer end in the first pose
+        assert np.min(np.linalg.norm(own[:, :2] - pin - seen[0], axis=1)) < 0.1 * reach
+    assert np.linalg.norm(seen[0]) < reach
+
+
 def test_wrong_names_are_told(four_bar):
     system, motion = four_bar
     with pytest.raises(mbs.UnknownNameError, match="crnak"):
