@@ -83,11 +83,11 @@ def body_faults(body) -> list[str]:
 def mass_faults(where: str, body) -> list[str]:
     """The same of anything that has them, and `any_inertia`; where: the beginning of each message."""
     found = []
-    if known(body.mass):
+    if np.shape(body.mass) != ():
+        found.append(f"{where}: mass must be one number, got shape {np.shape(body.mass)}")
+    elif known(body.mass):
         mass = np.asarray(body.mass, float)
-        if mass.shape != ():
-            found.append(f"{where}: mass must be one number, got shape {mass.shape}")
-        elif not np.isfinite(mass) or mass < 0:
+        if not np.isfinite(mass) or mass < 0:
             found.append(f"{where}: mass is {mass}; it must be finite and not negative")
     if known(body.com) and (np.shape(body.com) != (3,) or not np.all(np.isfinite(np.asarray(body.com, float)))):
         found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")

@@ -80,8 +80,8 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
     at, labels = _labelled(parts, joints, points)
     fields = joined(tuple(parts.values()), at, labels)
     if points:
-        named = (dict(zip(parts, numbers, strict=True)) for numbers in (joints, at))
-        fields = carried(fields, dependence(points, *named, labels, fields["massless"], found))
+        own, places_of = (dict(zip(parts, numbers, strict=True)) for numbers in (joints, at))
+        fields = carried(fields, dependence(points, own, places_of, labels, fields["massless"], found))
     return Network(
         components=parts.values(),
         places=at,

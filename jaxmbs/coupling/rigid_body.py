@@ -58,6 +58,8 @@ class RigidBody(LinearSystem):
     Source: S1 (3), (14).
     """
 
+    positions: Float[Array, "nodes 3"]
+
     __repr__, _repr_html_ = told(_told)
 
     def __init__(
@@ -74,14 +76,16 @@ class RigidBody(LinearSystem):
         if faults:
             raise ModelError(faults)
         m, spin = number(mass), as_matrix(inertia)
-        dtype = jnp.result_type(m, spin)
-        blocks = jnp.zeros((6, 6), dtype).at[:3, :3].set(m * jnp.eye(3, dtype=dtype)).at[3:, 3:].set(spin)
+        places = {name: number(place) for name, place in {CENTRE: com, **points}.items()}
+        dtype = np.result_type(m.dtype, spin.dtype, *(place.dtype for place in places.values()))
+        translation = m.astype(dtype) * jnp.eye(3, dtype=dtype)
+        blocks = jnp.zeros((6, 6), dtype).at[:3, :3].set(translation).at[3:, 3:].set(spin.astype(dtype))
         super().__init__(
             mass=blocks,
             stiffness=jnp.zeros_like(blocks),
             interface=range(6),
             coordinates=[(CENTRE, direction) for direction in DIRECTIONS],
-            positions={CENTRE: com, **points},
+            positions={name: place.astype(dtype) for name, place in places.items()},
             massless=_massless(mass, inertia),
         )
 
@@ -95,7 +99,7 @@ class RigidBody(LinearSystem):
     @property
     def motions(self) -> Float[Array, "points_6 6"]:
         """The displacements of all points for unit motions of the centre of mass.  Source: S1 (14)."""
-        return rigid_motions(self.positions[1:], self.positions[0]).reshape(-1, 6).astype(self.dtype)
+        return rigid_motions(self.positions[1:], self.positions[0]).reshape(-1, 6)
 
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
         """As of `LinearSystem`, of the centre of mass and of all points."""

@@ -7,7 +7,7 @@ from .solids import Solid, swept, turned_to, unit_cylinder
 BRASS, STEEL, DARK = "#b8863b", "#8d99a6", "#3a444e"
 
 
-def torsion_solids(kind: str, axis: np.ndarray, radius: float) -> tuple[tuple[Solid, str], tuple[Solid, str]]:
+def torsion_solids(kind: str, axis: np.ndarray, radius: float) -> list[tuple[Solid, str]]:
     """(solid, colour) on the parent and on the child, about an axis through the origin, in the first pose.
 
     A spring is a spiral, its outer end at a finger of the child; a damper a drum with a vane that turns on it.
@@ -28,4 +28,4 @@ def torsion_solids(kind: str, axis: np.ndarray, radius: float) -> tuple[tuple[So
             (vane.placed((-2.0 * radius, 0.0, 2.75 * radius)), DARK),
         )
     turn = turned_to(np.asarray(axis, float))
-    return tuple((solid.placed(rotation=turn), color) for solid, color in parts)
+    return [(solid.placed(rotation=turn), color) for solid, color in parts]

@@ -106,6 +106,7 @@ CASES = {
     ),
     "coupling.RigidBody": case(
         lambda z: call(mass=2.0, points={"foot": np.zeros(3)}, com=np.zeros(3), inertia=np.ones(3)),
+        "points name: names of points are free",
         positive="mass inertia",
     ),
     "coupling.Bond": case(lambda z: call((("one", "a"), ("two", "a"))), "ends *: made by rigid, joint and bushing"),
