@@ -73,7 +73,12 @@ def dependence(
         light += range(len(names), len(names) + len(own)) if set(tied) <= set(massless) else ()
         left, names = jnp.concatenate([left, T[:, np.array(tied)] @ N], axis=1), names + own
     if not names:
-        raise ModelError(["the bonds hold every component: nothing is left that could move"])
+        raise ModelError(
+            [
+                "the bonds hold every component, nothing is left that could move: make one of them a bushing, whose "
+                "stiffness changes no load that statics determines"
+            ]
+        )
     return Dependence(left, names, light)
 
 

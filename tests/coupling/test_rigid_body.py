@@ -306,6 +306,21 @@ def test_a_rigid_body_beside_measured_components():
     np.testing.assert_allclose(found, exact, rtol=1e-6)
 
 
+def test_two_welded_bodies_share_a_push_by_mass():
+    """Inertia relief of what has no stiffness at all; their mass, centre and inertia together."""
+    parts = {
+        "one": RigidBody(mass=1.0, inertia=0.1, points={"face": (1.0, 0.0, 0.0)}),
+        "two": RigidBody(mass=2.0, com=(1.5, 0.0, 0.0), inertia=0.2, points={"face": (1.0, 0.0, 0.0)}),
+    }
+    net = connect(parts, {"weld": rigid("one.face", "two.face")})
+    report = mbs.check(net)
+    np.testing.assert_allclose(report.centre, [1.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(np.diag(report.central_inertia), [0.3, 1.8, 1.8], rtol=1e-12)
+    loads = mbs.reactions(net, mbs.equilibrium(net, {"one.com x": 3.0}, free=True))
+    np.testing.assert_allclose(loads["weld"].on_first, [-2.0, 0, 0, 0, 0, 0], atol=1e-12)
+    assert loads.ok and mbs.modes(net).num_rigid == 6
+
+
 def test_a_rigid_link_without_mass():
     """A mass beyond a lever on two springs: `1/k = (1 + s)^2 / k_1 + s^2 / k_2`, s the overhang over the arm."""
     arm, overhang, k, m = 0.5, 0.3, np.array([4e4, 7e4]), 3.0
@@ -341,7 +356,7 @@ FAULTS = {
         {"m": rigid("box.a"), "n": rigid("box.b")},
         "bond 'n': other rigid bonds hold its rigid body already in x",
     ),
-    "all": ({"m": rigid("box.a")}, "the bonds hold every component: nothing is left that could move"),
+    "all": ({"m": rigid("box.a")}, "the bonds hold every component, nothing is left that could move"),
     "apart": ({"m": rigid("box.b", "other.a")}, "box.b and other.a are 1 apart"),
     "in line": (
         {"m": joint("box.a", free="rx ry rz"), "n": joint("box.b", free="y z rx ry rz")},
