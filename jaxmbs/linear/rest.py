@@ -58,10 +58,9 @@ def static_response(
     d = rigid.shape[1]
     if d:
         carried = jnp.matmul(jnp.asarray(M), rigid)
-        size = jnp.max(jnp.abs(K))  # none where all components are rigid
-        weight = lax.stop_gradient(
-            jnp.where(size > 0, size, 1) / jnp.max(jnp.abs(carried))
-        )  # equal sizes in the saddle
+        size = jnp.max(jnp.abs(K))  # zero where all components are rigid
+        size = jnp.where(size > 0, size, 1)
+        weight = lax.stop_gradient(size / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
         K = jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
         f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
     _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
