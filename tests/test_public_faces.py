@@ -111,7 +111,8 @@ FACES = {
         Pose System Topology
     """,
     "jaxmbs.motion": """
-        Diagnostics Formulation Gauss4 ImplicitMidpoint Motion Peak Rates SemiImplicitEuler peak simulate
+        Diagnostics Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak Rates SemiImplicitEuler load_peaks
+        peak simulate
     """,
     "jaxmbs.questions": """
         check equilibrium frequency_response modes reactions simulate

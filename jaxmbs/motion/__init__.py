@@ -3,6 +3,7 @@
 from .formulation import Formulation, Rates
 from .gauss import Gauss4, ImplicitMidpoint
 from .integrate import simulate
+from .load_peaks import LoadPeaks, load_peaks
 from .motion import Diagnostics, Motion
 from .peaks import Peak, peak
 from .solvers import SemiImplicitEuler
@@ -12,10 +13,12 @@ __all__ = [
     "Formulation",
     "Gauss4",
     "ImplicitMidpoint",
+    "LoadPeaks",
     "Motion",
     "Peak",
     "Rates",
     "SemiImplicitEuler",
+    "load_peaks",
     "peak",
     "simulate",
 ]

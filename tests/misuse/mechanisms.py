@@ -44,9 +44,13 @@ CASES = {
     "kinematics.system_at": of_state(f"state nan inside: {NO_NUMBER}"),
     "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
     "kinematics.branch": case(
-        lambda z: call(z.bars, z.state, ["A"]), "held empty: what is missing is completed", "system nan inside: 0"
+        lambda z: call(z.bars, z.state, ["A"]),
+        "held empty: what is missing is completed",
+        "* nan inside: 0, which no branch has",
     ),
-    "kinematics.states_along": case(lambda z: call(z.bars, "A", np.array([0.7, 0.8]), z.state)),
+    "kinematics.states_along": case(
+        lambda z: call(z.bars, "A", np.array([0.7, 0.8]), z.state), "values shape: any number of values"
+    ),
     "kinematics.State": case(
         lambda z: call(0.0, np.array([0.25, 0.5]), np.array([1.0, 2.0])),
         "* nan: written by hand, `ok` of it is asked by whoever uses it",
@@ -100,6 +104,7 @@ CASES = {
         "solver none: the default",
         positive="dt",
     ),
+    "motion.load_peaks": case(lambda z: call(z.bars, z.motion)),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
     "bondgraph.bond_graph": case(
         lambda z: call(z.bars, "detailed", z.state),

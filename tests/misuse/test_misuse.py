@@ -24,8 +24,8 @@ EXEMPT = {
         coupling.ModalPairs coupling.Network design.Batch design.History design.Optimum dynamics.JointReaction
         dynamics.Reactions experiment.VirtualPoint fem.Coordinates fem.Group flexible.FloatingFrame kinematics.Kic
         kinematics.SecondKic linear.Check linear.HarmonicResponse linear.LinearMotion linear.ModalMotion linear.Modes
-        linear.StaticResponse model.System model.Topology motion.Diagnostics motion.Motion motion.Peak motion.Rates
-        reductions.Reduced statics.BondReaction statics.BondReactions statics.ReactionFamily statics.ReactionMatrix
+        linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion motion.Peak
+        motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions statics.ReactionFamily statics.ReactionMatrix
         statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
         linear.ResonanceGains reductions.Family reductions.Motions
         design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
@@ -55,6 +55,7 @@ EXEMPT = {
 }
 # whose calls compile for more than a second
 LONG = """
+    motion.load_peaks
     motion.peak linear.modal_motion coupling.Components reductions.averaged_motion linear.direct_response
     coupling.base_motion linear.transmissibility linear.lowest_modes coupling.coupled_response statics.bond_reactions
     linear.viscous_receptance linear.receptance linear.simulate flexible.interface_loads linear.oscillations

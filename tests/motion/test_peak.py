@@ -126,3 +126,27 @@ def test_spikes_in_a_four_bar():
     around = found.time[:, None] + 1e-4 * jnp.arange(-2.0, 3.0)[None]
     np.testing.assert_allclose(found.value, largest(2.0, jnp.sort(jnp.ravel(around))), rtol=1e-6)
     np.testing.assert_allclose(slope, (peaks(2.001)[0][0] - peaks(1.999)[0][0]) / 0.002, rtol=1e-5)
+
+
+@pytest.mark.slow
+def test_peak_loads_of_every_joint_are_one_table():
+    """A weight on an arm: its pin carries most at the bottom, by the fall; the weld the moment of its offset too."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    b.body("arm", 0.0)
+    b.body("bob", mass=2.0, com=(0.0, 0.1, 0.0))
+    b.joint("A", mbs.Revolute("x"), "ground", "arm")
+    b.joint("seat", mbs.Weld(), "arm", "bob", parent_frame=(0.0, 0.0, -1.0))
+    system = b.build()
+    motion = mbs.simulate(system, mbs.State.at(system, A=1.2), ts=jnp.linspace(0.0, 1.2, 10), **TIGHT)
+    peaks = mbs.motion.load_peaks(system, motion)
+    r, tilt = np.hypot(1.0, 0.1), np.arctan2(0.1, 1.0)  # a point mass on a string of this length, tilted in the arm
+    most = 2.0 * 9.81 * (1.0 + 2.0 * (1.0 - np.cos(1.2 + tilt)))
+    for name in ("A", "seat"):
+        np.testing.assert_allclose(peaks.force[name].value, most, rtol=1e-5)
+        np.testing.assert_allclose(peaks.force[name].state.coordinates, [-tilt], atol=1e-3)
+    # about its frame the weld holds the weight's force, which points along the string, at 0.1 m from the arm's line
+    np.testing.assert_allclose(peaks.moment["seat"].value, most * 0.1 / r, rtol=1e-5)
+    table = peaks.to_pandas()
+    assert list(table.columns) == ["value", "time", "A"] and len(table) == 4
+    np.testing.assert_allclose(table.loc[("seat", "force"), "time"], peaks.force["seat"].time)
+    assert "seat" in repr(peaks) and "at [s]" in repr(peaks)
