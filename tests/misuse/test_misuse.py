@@ -23,14 +23,14 @@ EXEMPT = {
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy coupling.MeasuredNetwork
         coupling.ModalPairs coupling.Network design.Batch design.History design.Optimum dynamics.JointReaction
         dynamics.Reactions experiment.VirtualPoint fem.Coordinates fem.Group flexible.FloatingFrame kinematics.Kic
-        kinematics.SecondKic linear.Check linear.HarmonicResponse linear.LinearMotion linear.ModalMotion linear.Modes
-        linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion motion.Peak
-        motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions statics.ReactionFamily statics.ReactionMatrix
-        statics.Redundancy blocksparse.Factor blocksparse.Plan jaxmbs.Program jaxmbs.Status experiment.Suspension
-        linear.ResonanceGains reductions.Family reductions.Motions
-        design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
-        dynamics.DriveLoad dynamics.LawForce dynamics.RowLoad studies.Designs
-        io.Deck io.Imported io.JointLimits io.Mesh
+        kinematics.SecondKic linear.Check linear.HarmonicResponse linear.LinearMotion linear.ModalMotion
+        linear.Modes linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks
+        motion.Motion motion.Peak motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions
+        statics.ReactionFamily statics.ReactionMatrix statics.Redundancy blocksparse.Factor blocksparse.Plan
+        jaxmbs.Program jaxmbs.Status experiment.Suspension linear.ResonanceGains reductions.Family
+        reductions.Motions design.Front design.LimitResult design.Scatter design.Tolerance dynamics.Actuation
+        dynamics.DriveLoad dynamics.LawForce dynamics.RowLoad studies.Designs io.Deck io.Imported io.JointLimits
+        io.Mesh
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
