@@ -43,7 +43,7 @@ def test_things_of_another_kind(pendulum):
     state = mbs.State.at(pendulum, pin=0.3)
     motion = mbs.simulate(pendulum, state, t1=0.1)
     for ask, message in (
-        (lambda: mbs.forward_dynamics(pendulum, motion), "not a Motion: take one of its states, or jax.vmap"),
+        (lambda: mbs.linearise(pendulum, motion), "not a Motion: take one of its states"),
         (lambda: mbs.forward_dynamics("pendulum", state), "a System is needed.* not a str"),
         (lambda: mbs.State.at(state, pin=1.0), "a System is needed.* not a State"),
         (lambda: mbs.bond_graph(state, "detailed", pendulum), "a System is needed"),

@@ -11,6 +11,7 @@ from ..forces.ports import JointPort, port_of
 from ..forces.signals import as_signal
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
 from ..math.content import KnownFunction
+from ..math.host import as_array
 from ..model.frame import Pose
 from ..model.inertia import as_matrix
 from ..model.rows import CoupledJoints, Drive, UserRows, UserVelocityRows
@@ -211,7 +212,7 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         for name in group_names:
             names += [name] * kind.num_rows
             slips += range(len(names) - kind.num_slips, len(names))
-    neutral = tuple(jnp.zeros(sum(getattr(r, what) for r in record.values())) for what in _SIZES)
+    neutral = tuple(as_array(np.zeros(sum(getattr(r, what) for r in record.values()))) for what in _SIZES)
     faults = [fault for row in rows for fault in shape_faults(row, *neutral)]
     if faults:
         raise ModelError(faults)

@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..checks import known
 from ..model.system import System
 
 _NONE = {8: 1e-7, 4: 1e-3}  # singular values, or pivots, that count as zero, by precision
@@ -11,8 +12,8 @@ _NONE = {8: 1e-7, 4: 1e-3}  # singular values, or pivots, that count as zero, by
 
 def column_weights(system: System):
     """Weights (nv,) that make velocities comparable: 1 for turning columns, the length of the system for sliding."""
-    spins = np.asarray(system.topology.spins)
-    return spins + (1.0 - spins) * lax.stop_gradient(system.length)
+    spins, length = np.asarray(system.topology.spins), system.length
+    return spins + (1.0 - spins) * (np.asarray(length) if known(length) else lax.stop_gradient(length))
 
 
 def constraint_spaces(A: np.ndarray, length: float) -> tuple[int, np.ndarray, np.ndarray]:

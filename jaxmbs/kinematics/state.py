@@ -138,7 +138,7 @@ def made(system: System, found: Found) -> State:
     parts = found.t, found.coordinates, found.velocities, jax.lax.stop_gradient(found.residual)
     t, psi, u, residual, change, signs = (as_array(x, None) for x in (*parts, found.rank_change, found.branch))
     state = State(t, psi, u, residual, system.topology.structure, change, signs)
-    if is_concrete(state) and state.t.ndim == 0 and state.rank_change != 0:
+    if is_concrete(state) and state.t.ndim == 0 and int(state.rank_change):
         _notice_rank(system.topology, int(state.rank_change))
     return state
 

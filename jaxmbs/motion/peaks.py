@@ -78,7 +78,9 @@ def _peak_near(system, states, values, quantity, entry, at_end):
     frozen = held(parts)
     found = _maximise(lambda t: at(frozen, t)[0], *lax.stop_gradient((knots.t, values)))
     at_end, middle = at_end & (found == knots.t[1]), knots.t[1]
-    time = jnp.where(at_end, middle, _still(found, parts, lambda parts, t: at(parts, t)[0]))
+    # the quantity may know traced numbers by itself, such as those of a system: they become arguments of the rule
+    open_ = eqx.filter_closure_convert(lambda parts, t: at(parts, t)[0], parts, found)
+    time = jnp.where(at_end, middle, _still(found, parts, open_))
     # the slope is zero inside the motion, so that the value moves with the time of an end alone
     value = at(parts, jnp.where(at_end, middle, found))[0]
     return value, time, at(parts, time)[1]
@@ -94,11 +96,11 @@ def _still(t, parts, function):
 def _still_jvp(primals, tangents):
     t, parts, function = primals
 
-    def slope(parts, t):
+    def slope(function, parts, t):
         return jax.jvp(lambda t: function(parts, t), (t,), (jnp.ones_like(t),))[1]
 
-    bend = jax.jvp(lambda t: slope(parts, t), (t,), (jnp.ones_like(t),))[1]
-    turned = eqx.filter_jvp(lambda parts: slope(parts, t), (parts,), (tangents[1],))[1]
+    bend = jax.jvp(lambda t: slope(function, parts, t), (t,), (jnp.ones_like(t),))[1]
+    turned = eqx.filter_jvp(lambda f, parts: slope(f, parts, t), (function, parts), (tangents[2], tangents[1]))[1]
     return t, -turned / jnp.where(bend == 0.0, jnp.nan, bend)
 
 

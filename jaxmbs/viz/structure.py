@@ -103,7 +103,7 @@ def plot_modes(
         room.autoscale_view()
         framed(room, look).set_title(f"{mode.frequency:.4g} Hz", fontsize="medium")
     if shown is not None:
-        _bar(shown, rooms, "share of the largest displacement")
+        _bar(shown, rooms, "share of\nthe largest")
     return ax
 
 

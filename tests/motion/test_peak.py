@@ -150,3 +150,19 @@ def test_peak_loads_of_every_joint_are_one_table():
     assert list(table.columns) == ["value", "time", "A"] and len(table) == 4
     np.testing.assert_allclose(table.loc[("seat", "force"), "time"], peaks.force["seat"].time)
     assert "seat" in repr(peaks) and "at [s]" in repr(peaks)
+
+
+@pytest.mark.slow
+def test_the_time_of_a_peak_moves_with_what_the_quantity_knows():
+    """A falling weight passes a height c: the time of it by c is one over its speed, through a closure of c."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    b.body("weight", 1.0)
+    b.joint("z", mbs.Prismatic("z"), "ground", "weight")
+    system = b.build()
+    motion = mbs.simulate(system, mbs.State.at(system), ts=jnp.linspace(0.0, 1.0, 5), **TIGHT)
+
+    def passing(c):
+        return mbs.peak(system, motion, lambda state: -((state.coordinates[0] - c) ** 2)).time
+
+    for slope in (jax.grad(passing), jax.jacfwd(passing)):
+        np.testing.assert_allclose(jax.jit(slope)(-1.5), -1.0 / np.sqrt(2 * 9.81 * 1.5), rtol=1e-4)
