@@ -3,7 +3,7 @@
 from .formulation import Formulation, Rates
 from .gauss import Gauss4, ImplicitMidpoint
 from .integrate import simulate
-from .load_peaks import LoadPeaks, load_peaks
+from .joint_peaks import LoadPeaks, load_peaks
 from .motion import Diagnostics, Motion
 from .peaks import Peak, peak
 from .solvers import SemiImplicitEuler
