@@ -5,6 +5,7 @@ For analysis and for reading the bond graph; simulations use the tensor-free for
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError
@@ -14,9 +15,9 @@ from ..kinematics.influence_second import along_independent
 from ..kinematics.mobility import at_independent, system_at
 from ..kinematics.poses import body_frame, coordinate_rate
 from ..kinematics.state import State
+from ..math.host import as_array
 from ..math.spd import spd_solve
 from ..model.question import check_fits
-from ..model.rows import Drive
 from ..model.system import System
 from .elastic import refuse_elastic
 from .ports import effort_along
@@ -56,18 +57,23 @@ def refuse_other_coordinates(system: System, what: str, driven: bool) -> None:
     The terms that such systems have beside the paper's would be left out without a word.
     """
     top, found = system.topology, []
-    balls = dict.fromkeys(
-        top.joints[top.node_joint[k]].name for k, kind in enumerate(top.node_kind) if kind == "ball"
-    )
-    if balls:
-        found.append(f"{what}: the velocities of {', '.join(balls)} are no rates of coordinates (quaternions)")
+    if top.quaternion_joints:
+        names = ", ".join(top.quaternion_joints)
+        found.append(f"{what}: the velocities of {names} are no rates of coordinates (quaternions)")
     if top.slip_rows:
         found.append(f"{what}: rows of velocity alone restrict the motion, it has more coordinates than velocities")
-    drives = [row.name for row in system.rows if isinstance(row, Drive)]
-    if driven and (drives or system.paths):
-        found.append(f"{what}: the motion has drives ({', '.join(drives) or 'frame paths'}), whose terms it lacks")
+    moved = [row.name for row in system.rows if _moves(top, row)] if driven else []
+    if driven and (moved or system.paths):
+        names = ", ".join([*moved, *system.paths])
+        found.append(f"{what}: the motion has drives ({names}), or rows that read the time, whose terms it lacks")
     if found:
         raise ModelError([f"{fault}; ask gyristor_field, state_equations or forward_dynamics" for fault in found])
+
+
+def _moves(topology, row):
+    """Whether a row of coordinates moves the system with time."""
+    sizes = topology.num_coordinates, topology.num_velocities, ()
+    return row.may_depend_on_time and row.depends_on_time(*(as_array(np.zeros(size)) for size in sizes))
 
 
 def _field(system, at, first, second):
@@ -108,7 +114,8 @@ def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
     Its matrix differs from `gyristor_field`; the efforts agree, `GR phi_dot = GR~ phi_dot`.  For coordinates that
     are integrals of their velocities, and motions without drives.
 
-    Raises: ModelError for quaternions, rows of velocity alone and drives.  Source: S2 (47)-(54), (55).
+    Raises: ModelError for quaternions, rows of velocity alone, drives and rows that read the time.
+    Source: S2 (47)-(54), (55).
     """
     refuse_other_coordinates(system, "gyristor_field_direct", driven=True)
     planes = along_independent(system, _at(system, state), lambda at: _inertia_field(system, at))

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..errors import ModelError
 from ..math.linalg import full_rank_lstsq
 from ..math.tensor import left_product, plane_mix, right_product
 from ..model.system import System
@@ -45,7 +46,8 @@ def velocity_map_second(system: System, at: Configuration):
 def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jax.jacfwd` of Gi along (1, Gi).
 
-    No root is sought inside the derivative.  Source: S2 (7)-(9).
+    Drives add accelerations of their own, which Hi does not hold.  No root is sought inside the derivative.
+    Source: S2 (7)-(9).
     """
     return velocity_map_second(system, at_state(system, state, inertias=False))[dependent_columns(system)]
 
@@ -55,8 +57,18 @@ def internal_kic_second_printed(system: System, state: State) -> Float[Array, "M
     """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
 
     Planes of second derivatives are rows k of f, then `[k, i, j] = d2 f_k / dq_i dphi_j` as (10) orders them.  For
-    coordinates that are integrals of their velocities (no quaternions).  Source: S2 (8)-(10), products (77)-(84).
+    coordinates that are integrals of their velocities.
+
+    Raises: ModelError for quaternions.  Source: S2 (8)-(10), products (77)-(84).
     """
+    if system.topology.quaternion_joints:
+        names = ", ".join(system.topology.quaternion_joints)
+        raise ModelError(
+            [
+                f"internal_kic_second_printed: the velocities of {names} are no rates of coordinates (quaternions); "
+                "ask internal_kic_second"
+            ]
+        )
     at = at_state(system, state, inertias=False)
     p, q = independent_columns(system), dependent_columns(system)
     f_xx = jax.jacfwd(lambda x: constraints.jacobian(system, elsewhere(system, at, x)))(at.psi)

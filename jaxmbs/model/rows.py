@@ -7,6 +7,7 @@ alone, and whether it may depend on time; rates and efforts follow from those by
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -21,6 +22,11 @@ class CoordinateRows(eqx.Module):
 
     restricts_velocity_alone: ClassVar[bool] = False
     may_depend_on_time: ClassVar[bool] = True
+
+    def depends_on_time(self, psi, u, t) -> bool:
+        """Whether the rows read the time, by their traced code."""
+        traced = jax.make_jaxpr(lambda t: (self.residual(psi, t), self.slip(psi, u, t)))(t).jaxpr
+        return any(traced.invars[0] is x for equation in traced.eqns for x in equation.invars)
 
     def residual(self, psi, t):
         """(k,) zero where the coordinates psi (nq,) keep the rows."""

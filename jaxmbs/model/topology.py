@@ -107,6 +107,14 @@ class Topology:
         return tuple(j.name for j in self.joints)
 
     @cached_property
+    def quaternion_joints(self) -> tuple[str, ...]:
+        """Names of the joints whose velocities are no rates of their coordinates."""
+        names = (
+            self.joints[j].name for j, kind in zip(self.node_joint, self.node_kind, strict=True) if kind == "ball"
+        )
+        return tuple(dict.fromkeys(names))
+
+    @cached_property
     def structure(self) -> tuple:
         """(joint, kind, coordinates, velocities) in tree order, what a state of the system is laid out by."""
         moving = [j for j in self.joints if j.num_velocities]
