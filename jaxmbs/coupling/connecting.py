@@ -61,6 +61,8 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
     nodes that are apart, rigid bonds of rigid bodies that statics does not determine.
     Source: S1 (1)-(3), (9)-(12), (21)-(25).
     """
+    if not components:
+        raise ModelError(["no component is given: a network has one or more, by name"])
     components = {name: _noun(c) for name, c in components.items()}
     measured = {name: c for name, c in components.items() if isinstance(c, TransferFunctions)}
     bodies = {name: c for name, c in components.items() if isinstance(c, RigidBody)}

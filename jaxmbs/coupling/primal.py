@@ -156,11 +156,12 @@ def balanced(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None
     Source: S1 (2), (25).
     """
     sizes = [jnp.abs(f) for f in forces] if sizes is None else sizes
-    largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f)) for f in forces]))
+    largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f), initial=0.0) for f in forces]))
     largest, eps = jnp.where(largest > 0, largest, 1.0), jnp.finfo(largest.dtype).eps
     T = assembly.transformation
     pairs = ((forces, T), (sizes, None if T is None else jnp.abs(T)))
-    residual, rounding = (jnp.max(jnp.abs(_at_joints(assembly, *pair))) / largest for pair in pairs)
+    gaps = (jnp.max(jnp.abs(_at_joints(assembly, *pair)), initial=0.0) for pair in pairs)
+    residual, rounding = (gap / largest for gap in gaps)
     return Reactions(tuple(forces), residual, ROUNDING * eps * rounding)
 
 

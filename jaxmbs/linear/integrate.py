@@ -63,8 +63,8 @@ def simulate(
     Raises: ValueError for what does not fit, links and damping on rows without mass too, by name; UnknownNameError;
     SimulationError.  Source: S1 (3), (9)-(12).
     """
-    system = system.dense()
-    ts = typed(ts, system.dtype)
+    system, ts = system.dense(), typed(ts, system.dtype)
+    forces = None if isinstance(forces, Mapping) and not forces else forces
     _check(system, ts, gradient)
     for name, value in {"rtol": rtol, "atol": atol}.items():
         if value is not None and (np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x) | (x < 0), value)):

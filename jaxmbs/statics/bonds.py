@@ -159,6 +159,8 @@ class Bonds(eqx.Module):
 
 
 def _spread(position):
+    if not len(position):
+        return jnp.ones((), position.dtype)
     middle = jnp.mean(position, axis=0, keepdims=True)
     spread = safe_norm((position - middle).reshape(-1)) / np.sqrt(position.shape[0])
     return jnp.where(spread > 0.0, spread, 1.0)
@@ -190,7 +192,7 @@ def _check(network, given):
             wrong |= (np.isfinite(value).all(axis=(1, 2)) & ~_rotates(np.asarray(value), np))[:, None, None]
         if name == "effort":
             wrong |= given["carries"][0] & (np.asarray(value) != 0.0)
-        wrong = wrong.reshape(len(wrong), -1).any(axis=1)
+        wrong = wrong.any(axis=tuple(range(1, wrong.ndim)))
         advice = {"compliance": "must be positive", "effort": "acts in a component that the bond carries"}
         advice = advice.get(name, "must be finite")
         if name == "frame" and np.all(np.isfinite(value)):

@@ -76,7 +76,7 @@ def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
     if method == "auto":
         small = 6 * network.num_loops <= DENSE and len(network.bonds) * network.num_loops <= 100_000
         method = "svd" if small else "random projection"
-    middle = np.asarray(bonds.position).mean(0, keepdims=True)
+    middle = np.asarray(bonds.position).sum(0, keepdims=True) / max(1, len(network.bonds))
     near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - jnp.asarray(middle))
     free = _free_count(near)
     if method == "svd" or network.num_loops == 0:
@@ -134,12 +134,14 @@ def _dense(bonds):
     to_bond = np.swapaxes(np.asarray(bonds.twist_axes, float), 1, 2)
     to_bond = to_bond * scale[None, None, :] / scale[None, :, None]  # both sides in N, moments over the length
     wrench = np.einsum("qs,qij->qisj", Y, to_bond).reshape(q, 6, 6 * S)
-    rows = np.einsum("qic,qis->qcs", _free_rows(bonds), wrench).reshape(-1, 6 * S)
+    free = _free_rows(bonds)
+    rows = np.einsum("qic,qis->qcs", free, wrench).reshape(q * free.shape[2], 6 * S)
     rows = np.linalg.qr(rows, mode="r")
     _, s, Vt = np.linalg.svd(rows) if rows.size else (None, np.zeros(0), np.eye(6 * S))
     tolerance = _RANK[bonds.position.dtype.itemsize] * max(s.max(initial=0.0), 1e-30)
     stress = wrench.reshape(6 * q, 6 * S) @ Vt[int(np.sum(s > tolerance)) :].T
-    return np.linalg.qr(stress)[0].T.reshape(-1, q, 6)
+    basis = np.linalg.qr(stress)[0].T
+    return basis.reshape(len(basis), q, 6)
 
 
 @jit(compile="quick")

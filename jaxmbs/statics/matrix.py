@@ -47,7 +47,7 @@ def carried_directions(bonds: Bonds) -> list[np.ndarray]:
 
 
 def _diagonal(blocks):
-    out = np.zeros(tuple(np.sum([b.shape for b in blocks], axis=0)))
+    out = np.zeros([sum(b.shape[k] for b in blocks) for k in (0, 1)])
     row = column = 0
     for block in blocks:
         out[row : row + block.shape[0], column : column + block.shape[1]] = block
