@@ -77,7 +77,7 @@ QUESTIONS = {
     "acceleration": lambda s, x: mbs.acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
     "angular_acceleration": lambda s, x: mbs.angular_acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
     "angular_velocity": lambda s, x: mbs.angular_velocity(s, x, "a"),
-    "batch": lambda s, x: mbs.batch(functools.partial(scaled, s, x), jnp.arange(1.0, 3.0)).values,
+    "batch": lambda s, x: mbs.batch(functools.partial(scaled, s, x), jnp.arange(1.0, 3.0), progress=False).values,
     "bond_graph": lambda s, x: mbs.bond_graph(s),
     "bond_powers": lambda s, x: mbs.bond_powers(s, x),
     "check": lambda s, x: mbs.check(s),
@@ -97,7 +97,10 @@ QUESTIONS = {
     "linearise": mbs.linearise,
     "mass_matrix": mbs.mass_matrix,
     "minimise": lambda s, x: mbs.minimise(
-        lambda d: (d["k"] - 1.0) ** 2 + 0.0 * mbs.potential_energy(s, x), {"k": 0.3}, {"k": (0.0, 2.0)}
+        lambda d: (d["k"] - 1.0) ** 2 + 0.0 * mbs.potential_energy(s, x),
+        {"k": 0.3},
+        {"k": (0.0, 2.0)},
+        progress=False,
     ),
     "modes": mbs.modes,
     "peak": lambda s, x: mbs.peak(
