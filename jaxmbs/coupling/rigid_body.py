@@ -151,6 +151,13 @@ def _point_faults(points):
             found.append(f"rigid body: names of points must be text, not {name!r}")
         elif np.shape(place) != (3,):
             found.append(f"rigid body: point {name!r} must be three numbers, not of shape {np.shape(place)}")
-        elif known(place) and not np.all(np.isfinite(np.asarray(place, float))):
-            found.append(f"rigid body: point {name!r} is not finite: {place!r}")
+        elif known(place) and not _finite(place):
+            found.append(f"rigid body: point {name!r} must be three finite numbers, not {place!r}")
     return found
+
+
+def _finite(place):
+    try:
+        return bool(np.all(np.isfinite(np.asarray(place, float))))
+    except (TypeError, ValueError):
+        return np.iscomplexobj(place)  # refused for what it is

@@ -380,7 +380,7 @@ def test_bodies_that_cannot_be():
         RigidBody(
             mass=-1.0,
             inertia=(1.0, 1.0, 9.0),
-            points={"com": (0, 0, 0), "b": (1.0, 2.0), "c": (np.nan, 0, 0), 3: (0, 0, 0)},
+            points={"com": (0, 0, 0), "b": (1.0, 2.0), "c": (np.nan, 0, 0), "d": (0, "x", 0), 3: (0, 0, 0)},
         )
     told = str(error.value)
     for said in (
@@ -388,7 +388,8 @@ def test_bodies_that_cannot_be():
         "break A + B >= C",
         "cannot be called 'com'",
         "point 'b' must be three numbers",
-        "point 'c' is not finite",
+        "point 'c' must be three finite numbers",
+        "point 'd' must be three finite numbers",
         "must be text, not 3",
     ):
         assert said in told
