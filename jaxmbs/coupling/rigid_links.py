@@ -69,9 +69,10 @@ def dependence(
     if holding:
         about = [which[i] for i, _ in holding]
         C = _differences(rows, holding)[:, np.array(tied)]
-        N, own = _motions_left(C, [labels[k] for k in tied], about, bonds)
+        N, own, sound = _motions_left(C, [labels[k] for k in tied], about, bonds)
         light += range(len(names), len(names) + len(own)) if set(tied) <= set(massless) else ()
         left, names = jnp.concatenate([left, T[:, np.array(tied)] @ N], axis=1), names + own
+        left = left if known(sound) else jnp.where(sound, left, jnp.nan)
     if not names:
         raise ModelError(
             [
@@ -120,12 +121,12 @@ def _differences(rows, holding):
 
 
 def _motions_left(C, labels, about, bonds):
-    """Motions N (n, n - r) with `C N = 0`, and their names.
+    """Motions N (n, n - r) with `C N = 0`, their names, and whether no row of C follows from others.
 
     With known places some of the bodies' own coordinates are left and give the others; with traced ones, whose
     places in the elimination cannot be chosen, the motions are those of least size.
     """
-    r, n = C.shape
+    (r, n), sound = C.shape, True
     if known(C):
         dependent = _pivots(np.asarray(C), about, bonds)
         own = [k for k in range(n) if k not in set(dependent)]
@@ -138,8 +139,8 @@ def _motions_left(C, labels, about, bonds):
         values, vectors = lapack.eigh(here.T @ here)
         start, given = jnp.split(lax.stop_gradient(vectors), [n - r], axis=1)
         sound = values[n - r] > 10 * n * jnp.finfo(values.dtype).eps * values[-1]
-        start, names = jnp.where(sound, start, jnp.nan), [(f"motion {k}", "") for k in range(n - r)]
-    return start - given @ square.solve(C @ given, C @ start) if names else start, names
+        names = [(f"motion {k}", "") for k in range(n - r)]
+    return start - given @ square.solve(C @ given, C @ start) if names else start, names, sound
 
 
 def _pivots(C, about, bonds):

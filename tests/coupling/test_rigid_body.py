@@ -160,6 +160,15 @@ def test_traced_bonds_that_hold_twice_give_no_number():
     points = {name: jnp.asarray(place) for name, place in HINGE.items()}
     assert np.all(np.isnan(mass(points)))
 
+    @jax.jit
+    def held(points):
+        """Six rows that leave one motion of the flap, beside what can move."""
+        parts = {"flap": RigidBody(mass=1.0, points=points), "other": RigidBody(mass=1.0, points={"a": (0, 0, 0)})}
+        own = {"a": joint("flap.left", free="rx ry rz"), "b": joint("flap.right", free="rx ry rz")}
+        return connect(parts, own | {"spring": bushing("other.a x", stiffness=[1.0])}).mass
+
+    assert np.all(np.isnan(held(points)))
+
 
 POINTS = {"knee": (0.1, 0, 0.4), "top": (0, 0.1, 0.8), "lug": (0, 0.1, 0.8), "arm": (0.3, 0.2, 0.9)}
 BOX = {"mass": 0.8, "com": (0.2, 0.1, 0.6), "inertia": np.diag([3e-3, 4e-3, 5e-3])}
