@@ -85,6 +85,14 @@ def _gap(w):
     return w.v["end"][0] - w.v["base"][0] - w.v["base"][1] @ SPRING[0][1]
 
 
+def _on_bonds(w):
+    """The loads of joints and contacts by the network of bonds, and by the multipliers."""
+    own = mbs.reactions(w.system, w.state, frame="joint")
+    for name, load in mbs.statics.bond_reactions(*mbs.reaction_bonds(w.system, w.state)).items():
+        yield load.force, own[name].force
+        yield load.moment, own[name].moment
+
+
 #: By function pairs of what it answers and what that should be.
 CHECKS = {
     "position": lambda w: [(w.v["base"][0][0], 0.0 if w.freedoms == 7 else m.DRIVE(0.3))],
@@ -164,10 +172,11 @@ CHECKS = {
     ],
     "resistance_effort": lambda w: [(w.v["e"]["resistance"], _resistance(w))],
     "resistance_field": lambda w: [(w.s["R"], w.resistance)],
+    "reaction_bonds": _on_bonds,
     "total_effort": lambda w: [(w.v["e"]["total"], sum(w.v["e"][k] for k in EFFORTS[:-1]))],
 }
 #: What depends on none of these traits, or has its own tests of all of them: `test_balances`, `test_reactions`.
-ELSEWHERE = {"left_product", "plane_mix", "quadratic", "right_product", "reactions", "reaction_bonds", "branch"}
+ELSEWHERE = {"left_product", "plane_mix", "quadratic", "right_product", "reactions", "branch"}
 
 
 def _at_fixed_time(w):
