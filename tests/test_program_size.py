@@ -34,8 +34,8 @@ QUESTIONS = {
 }
 # A motion takes 30 more than it did: its end has derivatives, and what is lost makes no NaN of what is kept.
 # Reactions of loops: 150 equations and a loop count the marks at each state, those of the build were another's.
-# Within a trace `linearise`, `stiffness` and `kic` look whether the independent set of the build determines the motion
-# at the state, one more walk of the tree: 240 equations and two loops.
+# Within a trace `linearise`, `stiffness` and `kic` look whether the build's independent set determines the motion at
+# the state: one more walk of the tree, 240 equations and two loops.
 CEILINGS = {  # equations, loops
     "four-bar": {
         "forward dynamics": (850, 4),

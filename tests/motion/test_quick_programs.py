@@ -41,7 +41,8 @@ def test_motions_and_reactions(specimen):
 def test_gradients(specimen):
     arguments, slopes = arguments_of(specimen), jax.grad(mixed, argnums=2)
     full = mbs.jit(slopes)(*arguments)
-    np.testing.assert_allclose(mbs.jit(slopes, compile="quick")(*arguments), full, rtol=1e-7)
+    # of the elastic arm 2.5e-7 on some processors, for the same reason as above
+    np.testing.assert_allclose(mbs.jit(slopes, compile="quick")(*arguments), full, rtol=1e-6)
     step = 1e-5 * np.eye(2)
     along = [mixed(*arguments[:2], arguments[2] + s) - mixed(*arguments[:2], arguments[2] - s) for s in step]
     np.testing.assert_allclose(full, np.array(along) / 2e-5, rtol=0.0, atol=1e-5 * np.abs(full).max())
