@@ -2,6 +2,7 @@
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 
@@ -113,6 +114,7 @@ EMPTY = {
 }
 
 
+@pytest.mark.slow
 def test_empty_lists():
     """Zeros where nothing acts and where nothing is asked of the right shape; or words."""
     faults, z = [], Nothing()

@@ -132,7 +132,10 @@ NO_ANSWER = {
 }
 
 
-@pytest.mark.parametrize("name", [n if n != "free" else pytest.param(n, marks=pytest.mark.slow) for n in MODELS])
+SLOW = ("free", "clamped", "driven")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in MODELS])
 def test_every_question_has_an_answer(name):
     """All are asked, so that one report has every fault."""
     faults, refused, (system, state) = [], 0, model(name)

@@ -75,7 +75,7 @@ QUESTIONS = {
     "peak at the end": lambda x, mode: peak_of(x, mode, lambda s: s.coordinates[0]),
     "reactions": lambda x, mode: mbs.reactions(*started(x)),
 }
-QUICK = ("motion to an event", "modes")
+MARKS = {name: pytest.mark.long for name in QUESTIONS} | {"motion to an event": pytest.mark.slow, "modes": ()}
 
 
 def peak_of(x, mode, quantity):
@@ -102,7 +102,7 @@ def numbers(result, wanted, path="", owner=None):
     return found
 
 
-@pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in QUESTIONS])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=MARKS[n]) for n in QUESTIONS])
 def test_every_field_has_the_slope_of_its_differences(name):
     ask, _ = QUESTIONS[name], reference()
     reverse = jax.jit(jax.jacrev(lambda x: numbers(ask(x, "reverse"), True)))(X)

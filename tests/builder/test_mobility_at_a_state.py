@@ -74,6 +74,7 @@ def test_state_reports_another_mobility_than_the_build(drawn_flat):
     assert "mobility: 1 (tree velocities 7) at this state, 2 at the pose of the build" in drawn_flat.describe(state)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:state. the mechanism has mobility")
 def test_answers_on_the_freedoms_of_the_state(drawn_flat):
     state = at_work(drawn_flat)
