@@ -11,8 +11,8 @@ import numpy as np
 from ...elements import DIRECTIONS
 from ...errors import ModelError, ModelFileError
 from ...linear.transfer import KINDS, TransferFunctions
+from ...whole_file import whole_file
 from ..regular_file import read_bytes
-from ..whole_file import whole_file
 from .data_sets import data_sets
 from .functions import FUNCTIONS, TRANSFER, Function, FunctionError, function_of, function_type
 from .units import FileUnits, file_units, hertz, response
