@@ -24,8 +24,8 @@ import jax
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs.design import batches
-from jaxmbs.design.lanes import lanes_of
+from jaxmbs.batching import _batch as batches
+from jaxmbs.batching._program import lanes_of
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 SETTINGS = {

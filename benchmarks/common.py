@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field
 import environment  # noqa: F401
 import jax
 
-from jaxmbs.math.jit import options
+from jaxmbs.runtime._jit import options
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_enable_compilation_cache", False)  # compile times are measured, never read from disk

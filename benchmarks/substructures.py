@@ -15,8 +15,9 @@ import scipy.sparse.linalg as spl
 
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble_blocks
-from jaxmbs.linear import LinearSystem, receptance
+from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import receptance
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 

@@ -14,8 +14,8 @@ import pinocchio as pin
 from jax import lax
 from random_trees import our_system, pinocchio_model, random_links
 
-from jaxmbs.dynamics.hamilton import tree_state_rate
-from jaxmbs.kinematics.poses import node_parameters
+from jaxmbs.dynamics._hamilton import tree_state_rate
+from jaxmbs.kinematics._poses import node_parameters
 
 CASES = tuple(("chain", n) for n in (7, 30, 100, 300)) + (("tree", 30), ("tree", 100))
 QUICK = (("tree", 7),)

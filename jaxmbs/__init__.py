@@ -2,8 +2,11 @@
 
 from . import (
     analysis,
+    batching,
     blocksparse,
+    bondgraph,
     coupling,
+    design,
     dynamics,
     elements,
     experiment,
@@ -14,24 +17,28 @@ from . import (
     joints,
     kinematics,
     linear,
+    model,
+    motion,
+    ode,
+    reaction,
     reductions,
+    runtime,
     statics,
     studies,
+    vibration,
     viz,
 )
-from .analysis.linearisation import Linearisation, StateSpace, linearise
-from .analysis.rest import Equilibrium
-from .analysis.stiffness_parts import stiffness
+from .analysis._equilibrium import Equilibrium
+from .analysis._linearise import Linearisation, StateSpace, linearise
+from .analysis._stiffness import stiffness
+from .batching import Batch, batch
 from .bondgraph import bond_graph, bond_powers
 from .builder import SystemBuilder
-from .design import Batch, Limit, batch, minimise
-from .dynamics.actuation import inverse_dynamics
-from .dynamics.energy import kinetic_energy, potential_energy
-from .dynamics.newton_euler import forward_dynamics, mass_matrix
-from .dynamics.points import acceleration, angular_acceleration
-from .dynamics.system_bonds import reaction_bonds
+from .design import Limit, minimise
+from .dynamics._energy import kinetic_energy, potential_energy
+from .dynamics._newton_euler import forward_dynamics, mass_matrix
+from .dynamics._points import acceleration, angular_acceleration
 from .errors import AssemblyError, BatchError, ModelError, ModelFileError, SimulationError, UnknownNameError
-from .exported import Program, export, load_program
 from .forces import (
     PD,
     AbstractBodyLaw,
@@ -81,27 +88,24 @@ from .joints import (
     VelocityRows,
     Weld,
 )
-from .kinematics.influence import kic
-from .kinematics.influence_second import kic_rate, kic_second, point_kic
-from .kinematics.points import angular_velocity, jacobian, position, rotation, velocity
-from .kinematics.rows import constraint_jacobian, constraint_residual
-from .kinematics.state import State
-from .kinematics.state_sweep import branch, states_along
-from .linear.system import LinearSystem
-from .math.compile_notes import report_compiles
+from .kinematics._constraint_rows import constraint_jacobian, constraint_residual
+from .kinematics._kic import kic
+from .kinematics._kic_second import kic_rate, kic_second, point_kic
+from .kinematics._points import angular_velocity, jacobian, position, rotation, velocity
+from .kinematics._state import State
+from .kinematics._state_sweep import branch, states_along
+from .linear._system import LinearSystem
 from .model import Pose, System, inertia, rotations
-from .model.elastic import ElasticBody
+from .model._elastic import ElasticBody
 from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak
-from .programs import cache, jit
-from .questions import check, equilibrium, frequency_response, modes, reactions, simulate
+from .reaction import inverse_dynamics, reaction_bonds
+from .runtime import Program, export, load_program, report_compiles
+from .runtime._cache import cache, jit
 from .status import Status
 from .studies import sweep
+from .verbs import check, equilibrium, frequency_response, modes, reactions, simulate
 
 __all__ = [
-    "dynamics",
-    "kinematics",
-    "io",
-    "viz",
     "AbstractBodyLaw",
     "AbstractClosure",
     "AbstractJoint",
@@ -175,15 +179,19 @@ __all__ = [
     "angular_acceleration",
     "angular_velocity",
     "batch",
+    "batching",
     "blocksparse",
     "bond_graph",
     "bond_powers",
+    "bondgraph",
     "branch",
     "cache",
     "check",
     "constraint_jacobian",
     "constraint_residual",
     "coupling",
+    "design",
+    "dynamics",
     "elements",
     "equilibrium",
     "experiment",
@@ -195,12 +203,14 @@ __all__ = [
     "frequency_response",
     "inertia",
     "inverse_dynamics",
+    "io",
     "jacobian",
     "jit",
     "joints",
     "kic",
     "kic_rate",
     "kic_second",
+    "kinematics",
     "kinetic_energy",
     "linear",
     "linearise",
@@ -208,11 +218,15 @@ __all__ = [
     "load_program",
     "mass_matrix",
     "minimise",
+    "model",
     "modes",
+    "motion",
+    "ode",
     "peak",
     "point_kic",
     "position",
     "potential_energy",
+    "reaction",
     "reaction_bonds",
     "reactions",
     "reductions",
@@ -220,12 +234,15 @@ __all__ = [
     "report_compiles",
     "rotation",
     "rotations",
+    "runtime",
     "save_model",
     "simulate",
+    "states_along",
     "statics",
+    "stiffness",
     "studies",
     "sweep",
-    "states_along",
-    "stiffness",
     "velocity",
+    "vibration",
+    "viz",
 ]

@@ -6,7 +6,7 @@ import platform
 
 import jax
 
-from .math.one_kernel import SMALL_LOOPS, sets_marks
+from .runtime import SMALL_LOOPS, sets_marks
 
 _PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy")
 _BAD_RELEASES = {("jax", "0.11.1"): "makes scans with stacked outputs quadratic on CPU: take another"}

@@ -28,8 +28,8 @@ import numpy as np
 import jaxmbs as mbs
 from jaxmbs import elements, fem, forces, viz
 from jaxmbs.coupling import connect, equivalent_impulse, limit_loads, modal_pairs, peak_response, rigid
-from jaxmbs.linear import Link, Modal
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import Link, Modal
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))

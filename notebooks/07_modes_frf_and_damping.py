@@ -24,9 +24,9 @@ import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
-from jaxmbs import elements, fem, linear
-from jaxmbs.linear import complex_modes, effective_masses, mac, natural_modes, proportional_from_ratios
-from jaxmbs.linear import proportional as rayleigh
+from jaxmbs import elements, fem, linear, vibration
+from jaxmbs.vibration import complex_modes, effective_masses, mac, natural_modes, proportional_from_ratios
+from jaxmbs.vibration import proportional as rayleigh
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -99,9 +99,9 @@ where = {label: row for row, label in enumerate(labels)}
 into, out = where["10", "x"], where[f"{STOREYS}0", "x"]
 hertz = np.linspace(2.0, 120.0, 60 if FAST else 600)
 omega = jnp.asarray(2 * np.pi * hertz)
-exact = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C)[:, 0, 0]
-four = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C, num=4)[:, 0, 0]
-bare = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C, num=4, residual=False)[:, 0, 0]
+exact = vibration.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C)[:, 0, 0]
+four = vibration.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C, num=4)[:, 0, 0]
+bare = vibration.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C, num=4, residual=False)[:, 0, 0]
 fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for values, style, label in (
     (exact, "k", "all modes"),
@@ -122,7 +122,7 @@ ax.legend(frameon=False)
 def level(radii):
     K, M = fem.assemble_dense(mast(radii))
     C = rayleigh(K=K, M=M, by_mass=by_mass, by_stiffness=by_stiffness)
-    found = linear.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C)[:, 0, 0]
+    found = vibration.receptance(K=K, M=M, omega=omega, out=(out,), into=(into,), C=C)[:, 0, 0]
     return jnp.sqrt(jnp.mean((jnp.abs(found) * omega**2) ** 2))
 
 

@@ -9,16 +9,16 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import blocksparse as bs
-from jaxmbs import linear, reductions
-from jaxmbs.linear.block_modes import lowest_modes
-from jaxmbs.linear.damping import complex_modes
-from jaxmbs.linear.eigenmodes import natural_modes
-from jaxmbs.linear.mode_shapes import track
-from jaxmbs.linear.oscillators import modal_motion
-from jaxmbs.linear.rest import static_response
-from jaxmbs.math import square
-from jaxmbs.math.interpolation import spline_slopes
-from jaxmbs.math.regular_inverse import regular_inverse
+from jaxmbs import reductions, vibration
+from jaxmbs.linear._static_response import static_response
+from jaxmbs.math import _square as square
+from jaxmbs.math._interpolation import spline_slopes
+from jaxmbs.math._regularised_inverse import regular_inverse
+from jaxmbs.vibration._damping import complex_modes
+from jaxmbs.vibration._lanczos import lowest_modes
+from jaxmbs.vibration._modal_equations import modal_motion
+from jaxmbs.vibration._mode_shapes import track
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, component
 from tests.zoo.mechanisms import four_bar, four_bar_state
 
@@ -107,7 +107,9 @@ WITHOUT = {
     "block factors": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3))),
     "block ldl": lambda t: bs.log_determinant(bs.factor(block_matrix(t), "ldl")),
     "block lu": lambda t: bs.solve_once(block_matrix(t), jnp.ones((6, 3)), "lu"),
-    "dense_response": lambda t: linear.dense_response(K=K, M=(1.0 + t) * M, load=jnp.ones((18, 1)), omega=OMEGA, C=C),
+    "dense_response": lambda t: vibration.dense_response(
+        K=K, M=(1.0 + t) * M, load=jnp.ones((18, 1)), omega=OMEGA, C=C
+    ),
     "measured_stiffness": lambda t: jax.vmap(square.inverse)(measured(t)),
 }
 
@@ -136,9 +138,9 @@ WITH = {
         ),
         VALUES | SOLVE,
     ),
-    "receptance": (lambda t: linear.receptance(K=K * (1.0 + t), M=M, **PAIR), VALUES),
+    "receptance": (lambda t: vibration.receptance(K=K * (1.0 + t), M=M, **PAIR), VALUES),
     "viscous_receptance": (
-        lambda t: linear.viscous_receptance(K=K * (1.0 + t), M=M, omega=OMEGA, out=(0,), into=(0,), C=C),
+        lambda t: vibration.viscous_receptance(K=K * (1.0 + t), M=M, omega=OMEGA, out=(0,), into=(0,), C=C),
         GENERAL,
     ),
     "regular_inverse": (lambda t: regular_inverse(measured(t), rank=2), {"gesdd"}),

@@ -13,11 +13,23 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "jaxmbs"
 FLOORS = [  # a room imports rooms of lower floors, and of its own floor those to its left
-    ["typing", "errors", "palette", "status", "checks", "tables", "whole_file", "math", "blocksparse"],
+    [
+        "typing",
+        "errors",
+        "status",
+        "checks",
+        "tables",
+        "palette",
+        "atomic_write",
+        "runtime",
+        "math",
+        "ode",
+        "blocksparse",
+    ],
     ["joints", "forces", "elements", "model"],
-    ["linear", "kinematics", "builder", "fem"],
-    ["statics", "dynamics", "reductions", "coupling", "flexible"],
-    ["analysis", "motion", "experiment", "bondgraph", "design", "studies", "programs", "exported", "questions"],
+    ["linear", "vibration", "kinematics", "builder", "fem"],
+    ["statics", "dynamics", "reaction", "reductions", "coupling", "flexible"],
+    ["analysis", "motion", "experiment", "bondgraph", "batching", "design", "studies", "verbs"],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])
@@ -27,7 +39,7 @@ EXTRAS = {
     *("pyyeti", "pyuff", "meshio", "skfem", "nlopt", "viser", "scipy.optimize"),
 }
 LAZY = {
-    **{room: {"xarray"} for room in ("motion", "dynamics", "linear")},
+    **{room: {"xarray"} for room in ("motion", "reaction", "linear", "vibration", "batching")},
     "bondgraph": {"networkx"},
     "design": {"scipy.optimize", "nlopt", "xarray"},
     "studies": {"xarray", "filelock", "distributed"},

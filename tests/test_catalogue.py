@@ -10,7 +10,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import elements, forces, joints, reductions
-from jaxmbs.math.rotation import rotation_vector
+from jaxmbs.math._rotation import rotation_vector
 
 EXTENSIONS = Path(__file__).parent.parent / "docs" / "_ext"
 

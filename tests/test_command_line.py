@@ -12,8 +12,9 @@ import pandas
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.cli import files, main
-from jaxmbs.math.jit import SMALL
+from jaxmbs.cli import _files as files
+from jaxmbs.cli import main
+from jaxmbs.runtime._jit import SMALL
 from tests.io.texts import ARM_URDF, LOOPS_MJCF
 
 PENDULUM = """<robot name="pendulum"><link name="base"/>
@@ -26,7 +27,7 @@ PENDULUM = """<robot name="pendulum"><link name="base"/>
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    monkeypatch.setattr("jaxmbs.cli.models.prepare", lambda: None)  # settings of this process are the tests'
+    monkeypatch.setattr("jaxmbs.cli._models.prepare", lambda: None)  # settings of this process are the tests'
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pendulum.urdf").write_text(PENDULUM)
     (tmp_path / "arm.urdf").write_text(ARM_URDF)
@@ -41,7 +42,7 @@ def said(capsys, *arguments, status=0):
 
 def test_the_demo_traces_small_programs(folder, monkeypatch):
     seen = []
-    monkeypatch.setattr("jaxmbs.cli.installation.prepare", lambda: None)
+    monkeypatch.setattr("jaxmbs.cli._installation.prepare", lambda: None)
     monkeypatch.setattr("jaxmbs.demo.run", lambda output, quick: seen.append(SMALL.value) or 0)
     assert main(["demo"]) == 0 and seen == [True] and not SMALL.value
 
@@ -169,7 +170,7 @@ def test_a_broken_pipe_is_quiet(folder):
 
 
 def test_a_file_is_whole_or_not_there(tmp_path):
-    from jaxmbs.whole_file import whole_file
+    from jaxmbs.atomic_write import whole_file
 
     target = tmp_path / "a.txt"
     with pytest.raises(KeyboardInterrupt), whole_file(target) as file:

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from jaxmbs import cli
-from jaxmbs.demo import files, story
-from jaxmbs.demo.loads import crank_angle, grid
-from jaxmbs.demo.reference import FREE_TOLERANCE, LOADS, TIMES
+from jaxmbs.demo import _files as files
+from jaxmbs.demo import _story as story
+from jaxmbs.demo._loads import crank_angle, grid
+from jaxmbs.demo._reference import FREE_TOLERANCE, LOADS, TIMES
 
 README = Path(__file__).parent.parent / "README.md"
 

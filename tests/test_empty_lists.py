@@ -47,7 +47,7 @@ EMPTY = {
     "equilibrium, no cases": (lambda z: mbs.equilibrium(z.linear, np.zeros((0, 2))).displacement, (0, 2)),
     "equilibrium of a network": (lambda z: mbs.equilibrium(z.net, {}).displacement, (3,)),
     "bonds at rest": (lambda z: _carried(z, mbs.equilibrium(z.net, {})), (1,)),
-    "bonds of vibration": (lambda z: _carried(z, mbs.linear.harmonic_response(z.net, [1.0], {})), (1, 1)),
+    "bonds of vibration": (lambda z: _carried(z, mbs.vibration.harmonic_response(z.net, [1.0], {})), (1, 1)),
     "bonds of a motion": (lambda z: _carried(z, mbs.simulate(z.net, ts=z.ts, forces={})), (3, 1)),
     "no bonds": (lambda z: np.zeros(len(list(mbs.reactions(z.alone, mbs.equilibrium(z.alone, {}))))), (0,)),
     "bonds beside what has no interface": (
@@ -55,11 +55,11 @@ EMPTY = {
         (1,),
     ),
     "no components": (lambda z: mbs.coupling.connect({}, {}), "no component"),
-    "vibration": (lambda z: mbs.linear.harmonic_response(z.linear, [1.0, 2.0], {}).displacement, (2, 2)),
-    "vibration, no frequencies": (lambda z: mbs.linear.harmonic_response(z.linear, [], {}).displacement, (0, 2)),
+    "vibration": (lambda z: mbs.vibration.harmonic_response(z.linear, [1.0, 2.0], {}).displacement, (2, 2)),
+    "vibration, no frequencies": (lambda z: mbs.vibration.harmonic_response(z.linear, [], {}).displacement, (0, 2)),
     "linear motion": (lambda z: mbs.simulate(z.linear, ts=z.ts, forces={}).displacement, (3, 2)),
     "linear motion in modes": (
-        lambda z: mbs.simulate(z.linear, ts=z.ts, forces={}, solver=mbs.linear.Modal()),
+        lambda z: mbs.simulate(z.linear, ts=z.ts, forces={}, solver=mbs.vibration.Modal()),
         "under sampled forces",
     ),
     "linear motion, no times": (lambda z: mbs.simulate(z.linear, ts=[]), "two or more times"),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.math.structure_data import from_data, to_data
+from jaxmbs.runtime._structure_data import from_data, to_data
 
 MODEL = """
 import jax, jax.numpy as jnp
@@ -198,7 +198,7 @@ def test_reading_runs_nothing(tmp_path):
     for data in (
         {"object": "os:system", "fields": {}},
         {"object": "subprocess:Popen", "fields": {"args": "true"}},
-        {"class": "jaxmbs.programs:jit"},
+        {"class": "jaxmbs.runtime._jit:jit"},
         {"record": "builtins:str", "items": []},
         {"object": "antigravity:x", "fields": {}},
         {"object": f"{__name__}:Trap", "fields": {"__class__": 1}},

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.math.rotation import rotation_matrix
+from jaxmbs.math._rotation import rotation_matrix
 from tests.mechanisms import DOWN_Y, four_bar
 
 EULER = diffrax.Euler()  # short to compile

@@ -1,4 +1,4 @@
-"""No program hands LAPACK a batch: two batches at once stop a process for good (`jaxmbs.math.lapack`)."""
+"""No program hands LAPACK a batch: two batches at once stop a process for good (`jaxmbs.runtime._lapack`)."""
 
 import diffrax
 import jax

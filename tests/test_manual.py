@@ -75,7 +75,10 @@ def test_page_says_where_to_go_next(page):
     assert page.name == "index.md" or "\n## Next\n" in page.read_text(encoding="utf-8")
 
 
-_ROOMS = {face.removeprefix("jaxmbs.") for face in FACES} - {"jaxmbs", "motion"}  # pages call a Motion `motion`
+_ROOMS = {face.removeprefix("jaxmbs.") for face in FACES} - {
+    *("jaxmbs", "motion"),  # pages call a Motion `motion`
+    *("ode", "runtime"),  # not for users; pyYeti has an `ode` too
+}
 _NAMED = re.compile(r"`(?:jaxmbs\.|mbs\.)?(\w+)\.(\w+)[`(]|`mbs\.(\w+)[`(]")
 _LINK = re.compile(r"\]\((?!http)([^)#]+)[^)]*\)")
 

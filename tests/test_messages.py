@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import elements, fem, linear, reductions
+from jaxmbs import elements, fem, linear, reductions, vibration
 from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_state
 from tests.model.test_states_of_others import QUESTIONS
 
@@ -153,7 +153,7 @@ def test_nothing_to_reduce():
     with pytest.raises(ValueError, match="interface is all of the component .* take Physical"):
         reductions.reduce(free.with_interface(0, 1), reductions.Hurty(0))
     with pytest.raises(ValueError, match="there are no coordinates, and so no modes"):
-        linear.natural_modes(K=K[:0, :0], M=K[:0, :0])
+        vibration.natural_modes(K=K[:0, :0], M=K[:0, :0])
 
 
 # ------------------------------------------------------------------ cut joints

@@ -11,7 +11,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.elements import PointMass, Rod
-from jaxmbs.elements.base import number
+from jaxmbs.elements._base import number
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.linear import LinearSystem
 
@@ -68,10 +68,10 @@ def test_matrices_in_the_wrong_order():
 @pytest.mark.parametrize(
     "call",
     [
-        lambda K, M: mbs.linear.natural_modes(K, M),
-        lambda K, M: mbs.linear.receptance(K, M, jnp.ones(1), (0,), (0,)),
-        lambda K, M: mbs.linear.modal(K, M, 0.01),
-        lambda K, M: mbs.linear.modal_response(K, M, jnp.ones((1, 3)), 0.1),
+        lambda K, M: mbs.vibration.natural_modes(K, M),
+        lambda K, M: mbs.vibration.receptance(K, M, jnp.ones(1), (0,), (0,)),
+        lambda K, M: mbs.vibration.modal(K, M, 0.01),
+        lambda K, M: mbs.vibration.modal_response(K, M, jnp.ones((1, 3)), 0.1),
         lambda K, M: LinearSystem(M, K),
     ],
     ids=["natural_modes", "receptance", "modal", "modal_response", "LinearSystem"],
@@ -108,6 +108,7 @@ def test_no_function_hides_a_room():
 EITHER = {"check", "equilibrium", "frequency_response", "modes", "reactions", "simulate"}  # of either noun in `mbs`
 ALIKE = {  # the same of two kinds of things: bodies or components, fields or graphs, blocks or elements
     *("Network", "state_equations", "interface_forces", "assemble"),
+    *("factor", "jit"),  # of a block matrix, of a gradient's memory; for the library, for users
     "inertia",  # the module of inertias of bodies, and Sylvester's of a factor
 }
 
@@ -163,7 +164,9 @@ def test_one_ports_of_a_law(law, ports):
     [
         lambda system: mbs.State.at(system, rates={"pin": 1.0}),
         lambda system: mbs.forces.Harmonic(frequency=2.0),
-        lambda system: mbs.linear.modal_motion(frequencies=jnp.ones(1), ratios=0.0, loads=jnp.ones((3, 1)), step=0.1),
+        lambda system: mbs.vibration.modal_motion(
+            frequencies=jnp.ones(1), ratios=0.0, loads=jnp.ones((3, 1)), step=0.1
+        ),
     ],
     ids=["rates", "Harmonic", "modal_motion"],
 )

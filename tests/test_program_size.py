@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.math.jit import SMALL
+from jaxmbs.runtime._jit import SMALL
 from tests.mechanisms import DOWN_Y, PIN
 
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
-from jaxmbs.dynamics.efforts import efforts
-from jaxmbs.dynamics.hamilton import canonical_rate, momenta
-from jaxmbs.kinematics.configuration import at_state, elsewhere, moving
-from jaxmbs.kinematics.influence import independent_columns
-from jaxmbs.kinematics.poses import coordinate_rate
+from jaxmbs.dynamics._efforts import efforts
+from jaxmbs.dynamics._hamilton import canonical_rate, momenta
+from jaxmbs.kinematics._configuration import at_state, elsewhere, moving
+from jaxmbs.kinematics._kic import independent_columns
+from jaxmbs.kinematics._poses import coordinate_rate
 
 from .random_systems import after, build, random_inertia, random_links, random_pose, random_state
 

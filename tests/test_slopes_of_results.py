@@ -9,9 +9,9 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.analysis import Equilibrium, Linearisation
-from jaxmbs.dynamics import Reactions
-from jaxmbs.linear import Modes
 from jaxmbs.motion import Diagnostics, Motion, Peak
+from jaxmbs.reaction import Reactions
+from jaxmbs.vibration import Modes
 
 #: By result: the fields without derivative; the docstring of their class says so.
 DIAGNOSTICS = {

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.dynamics import JointReaction, Reactions
-from jaxmbs.kinematics.state import State
+from jaxmbs.kinematics._state import State
 from jaxmbs.motion import Diagnostics
-from jaxmbs.statics.indeterminacy import Redundancy
-from jaxmbs.statics.network import Network
+from jaxmbs.reaction import JointReaction, Reactions
+from jaxmbs.statics._indeterminacy import Redundancy
+from jaxmbs.statics._network import Network
 from jaxmbs.tables import aligned, shortened
 
 
@@ -38,7 +38,7 @@ def redundancy():
 
 def modes():
     roots = jnp.array([-0.1 + 6.2j, -0.1 - 6.2j, 0.0 + 0.0j])
-    return mbs.linear.Modes(jnp.abs(roots) ** 2, jnp.eye(3, dtype=complex), roots == 0, roots)
+    return mbs.vibration.Modes(jnp.abs(roots) ** 2, jnp.eye(3, dtype=complex), roots == 0, roots)
 
 
 def pendulum():

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import viz, whole_file
-from jaxmbs.bondgraph.drawing import draw_bond_graph
-from jaxmbs.whole_file import whole_path, write_whole
+from jaxmbs import atomic_write as whole_file
+from jaxmbs import viz
+from jaxmbs.atomic_write import whole_path, write_whole
+from jaxmbs.bondgraph._drawing import draw_bond_graph
 
 
 def swinging():

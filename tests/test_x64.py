@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.math import precision
+from jaxmbs.runtime import _precision as precision
 
 ROOT = Path(__file__).parent.parent
 

@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 
 import jaxmbs as mbs
-from jaxmbs import linear
-from jaxmbs.linear.eigenmodes import natural_modes
+from jaxmbs import vibration
+from jaxmbs.vibration._modes import natural_modes
 
 from .mechanisms import four_bar as planar_four_bar
 from .mechanisms import four_bar_angles
@@ -65,7 +65,7 @@ def _modes():
 
     def lane(t):
         held = K * (1.0 + t) + jnp.eye(len(K))
-        return natural_modes(K=held, M=M).values, linear.receptance(
+        return natural_modes(K=held, M=M).values, vibration.receptance(
             K=held, M=M, omega=jnp.linspace(1.0, 9.0, 5), out=(0,), into=(0,)
         )
 

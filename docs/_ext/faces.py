@@ -8,8 +8,8 @@ from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
 ROOMS = """
-    analysis blocksparse bondgraph builder coupling demo design dynamics elements experiment fem flexible forces io
-    joints kinematics linear model motion reductions statics studies viz
+    runtime ode blocksparse joints forces elements model linear vibration kinematics builder fem statics dynamics
+    reaction reductions coupling flexible analysis motion experiment bondgraph batching design studies io viz demo
 """.split()
 
 

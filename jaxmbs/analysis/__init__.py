@@ -1,9 +1,9 @@
 """Questions about a mechanism at rest or beside a state: equilibrium, linear system, modes, stiffness."""
 
-from .linearisation import Linearisation, StateSpace, frequency_response, linearise
-from .mechanism_modes import modes
-from .rest import Equilibrium, equilibrium
-from .stiffness_parts import Stiffness, stiffness
+from ._equilibrium import Equilibrium, equilibrium
+from ._linearise import Linearisation, StateSpace, frequency_response, linearise
+from ._mechanism_modes import modes
+from ._stiffness import Stiffness, stiffness
 
 __all__ = [
     "Equilibrium",

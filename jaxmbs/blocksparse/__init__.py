@@ -1,10 +1,10 @@
 """Block-sparse linear systems: pattern, ordering, factorisation, solution; vmapped and differentiable."""
 
-from .factorisation import Factor, factor, inertia, is_finite, log_determinant, solve, solve_once
-from .matrix import BlockMatrix, assemble
-from .operator import BlockOperator, BlockSolver
-from .pattern import Pattern
-from .plan import Plan, analyse
+from ._factorisation import Factor, factor, inertia, is_finite, log_determinant, solve, solve_once
+from ._matrix import BlockMatrix, assemble
+from ._operator import BlockOperator, BlockSolver
+from ._pattern import Pattern
+from ._plan import Plan, analyse
 
 __all__ = [
     "BlockMatrix",

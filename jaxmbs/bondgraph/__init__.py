@@ -1,8 +1,8 @@
 """The bond graph of a mechanism: its three views, causality, powers, and the state equations read off it."""
 
-from .causality import bond_graph
-from .equations import state_equations
-from .power import bond_powers, junction_residual
+from ._causality import bond_graph
+from ._equations import state_equations
+from ._power import bond_powers, junction_residual
 
 __all__ = [
     "bond_graph",

@@ -1,6 +1,6 @@
 """From declarations by name to a system: validation, spanning tree, arrays, count of freedoms."""
 
-from .builder import SystemBuilder
+from ._builder import SystemBuilder
 
 __all__ = [
     "SystemBuilder",

@@ -9,9 +9,9 @@ import contextlib
 import os
 import sys
 
-from . import interrupts
-from .parser import parser
-from .terminal import note
+from . import _interrupts as interrupts
+from ._parser import parser
+from ._terminal import note
 
 __all__ = ["main", "process"]
 

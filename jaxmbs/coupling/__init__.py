@@ -1,9 +1,10 @@
 """Components joined: bonds, networks, the loads of their bonds, and limits of these."""
 
-from .blocks import Components, CoupledResponse, coupled_response, interface_pattern
-from .bonds import Bond, bushing, joint, rigid
-from .connecting import connect
-from .limits import (
+from ._base_excitation import BaseMotion, base_motion
+from ._blocks import Components, CoupledResponse, coupled_response, interface_pattern
+from ._bonds import Bond, bushing, joint, rigid
+from ._connect import connect
+from ._limits import (
     ModalPairs,
     combine,
     cqc_correlation,
@@ -13,11 +14,10 @@ from .limits import (
     peak_response,
     shortfall,
 )
-from .loads import BondLoad, BondLoads, Determinacy
-from .measured import MeasuredNetwork
-from .moved_base import BaseMotion, base_motion
-from .network import Network, reactions
-from .rigid_body import RigidBody
+from ._loads import BondLoad, BondLoads, Determinacy
+from ._measured import MeasuredNetwork
+from ._network import Network, reactions
+from ._rigid_body import RigidBody
 
 __all__ = [
     "BaseMotion",

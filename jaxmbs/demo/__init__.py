@@ -1,6 +1,6 @@
 """The demo: a slider-crank simulated, its joint loads checked, its design improved by gradients."""
 
-from .story import run
+from ._story import run
 
 __all__ = [
     "run",

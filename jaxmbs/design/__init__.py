@@ -1,15 +1,13 @@
 """Design: finding the numbers of a model that make an objective small."""
 
-from jaxmbs.design.batches import Batch, batch
-from jaxmbs.design.front import Front, pareto
-from jaxmbs.design.limit import Limit
-from jaxmbs.design.limit_result import LimitResult
-from jaxmbs.design.optimise import minimise
-from jaxmbs.design.optimum import History, Optimum
-from jaxmbs.design.scatter import Scatter, Tolerance, scattered, sensitivities, tolerances
+from jaxmbs.design._limit import Limit
+from jaxmbs.design._limit_result import LimitResult
+from jaxmbs.design._minimise import minimise
+from jaxmbs.design._optimum import History, Optimum
+from jaxmbs.design._pareto import Front, pareto
+from jaxmbs.design._uncertainty import Scatter, Tolerance, scattered, sensitivities, tolerances
 
 __all__ = [
-    "Batch",
     "Front",
     "History",
     "Limit",
@@ -17,7 +15,6 @@ __all__ = [
     "Optimum",
     "Scatter",
     "Tolerance",
-    "batch",
     "minimise",
     "pareto",
     "scattered",

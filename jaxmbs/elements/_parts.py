@@ -4,8 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..math.linalg import skew
-from ..math.spd import spd_solve
+from ..math._linalg import skew
+from ..math._spd import spd_solve
 
 
 def along(axis, reference=None):

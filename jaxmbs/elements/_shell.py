@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import Converted, Matrix3, ScalarLike
+from ._base import AbstractElement, number
 from ._parts import carried, plane_stress, turned
-from .base import AbstractElement, number
 
 _RESULTANTS = ("Nxx", "Nyy", "Nxy", "Mxx", "Myy", "Mxy")
 

@@ -1,15 +1,15 @@
 """Measured transfer functions: coupling, decoupling, virtual points, test rigs, uncertainty."""
 
-from ..coupling.transfer_functions import couple, interface_forces
-from ..coupling.uncoupled import uncoupled
-from ..linear.transfer import TransferFunctions
-from ..math.regular_inverse import regular_inverse
-from .decoupling import decouple
-from .rig import free_response, measured_stiffness, remove_stiffness
-from .sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
-from .suspension import Suspension, check_suspension
-from .uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
-from .virtual import VirtualPoint, flexible_channels, rigid_channels, virtual_point
+from ..coupling._transfer_functions import couple, interface_forces
+from ..coupling._uncoupled_transfer import uncoupled
+from ..linear._transfer import TransferFunctions
+from ..math._regularised_inverse import regular_inverse
+from ._decoupling import decouple
+from ._rig import free_response, measured_stiffness, remove_stiffness
+from ._sine_sweep import nonlinearity, sweep_phase, swept_amplitudes, swept_variance
+from ._suspension import Suspension, check_suspension
+from ._uncertainty import coherence_variance, mean_of_repeats, noise_variance, noisy, propagate, propagate_scalar
+from ._virtual import VirtualPoint, flexible_channels, rigid_channels, virtual_point
 
 __all__ = [
     "Suspension",

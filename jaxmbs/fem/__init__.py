@@ -1,11 +1,11 @@
 """Structures of finite elements: assembly, loads, recovery."""
 
-from .assembly import assemble, assemble_blocks, assemble_dense, element_matrices, node_pattern
-from .groups import Group
-from .loads import body_load, line_load, nodal_load, pressure_load
-from .over_time import histories
-from .recovery import element_forces, element_stresses
-from .structure import Coordinates, Structure, collect, spread
+from ._assembly import assemble, assemble_blocks, assemble_dense, element_matrices, node_pattern
+from ._groups import Group
+from ._loads import body_load, line_load, nodal_load, pressure_load
+from ._over_time import histories
+from ._recovery import element_forces, element_stresses
+from ._structure import Coordinates, Structure, collect, spread
 
 __all__ = [
     "Coordinates",

@@ -1,9 +1,9 @@
 """Elastic bodies in mechanisms: substructures in a floating frame, and the way back to their elements."""
 
-from .carried import carried_loads, mass_properties
-from .floating import FloatingFrame, floating_frame
-from .recovery import deformations, displacements, interface_loads
-from .spin import stiffening
+from ._carried_loads import carried_loads, mass_properties
+from ._floating_frame import FloatingFrame, floating_frame
+from ._recovery import deformations, displacements, interface_loads
+from ._stiffening import stiffening
 
 __all__ = [
     "FloatingFrame",

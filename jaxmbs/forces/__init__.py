@@ -1,15 +1,15 @@
 """Force laws: one law per file, each a port from motion to effort."""
 
-from .actuator import PD, Actuator
-from .applied import Force, Torque, Wrench
-from .base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
-from .bump_stop import BumpStop
-from .bushing import Bushing
-from .friction import CoulombFriction
-from .generalised import GeneralisedEffort
-from .signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
-from .spring_damper import SpringDamper
-from .table import Table
+from ._actuator import PD, Actuator
+from ._applied import Force, Torque, Wrench
+from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ._bump_stop import BumpStop
+from ._bushing import Bushing
+from ._friction import CoulombFriction
+from ._generalised import GeneralisedEffort
+from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
+from ._spring_damper import SpringDamper
+from ._table import Table
 
 __all__ = [
     "AbstractBodyLaw",

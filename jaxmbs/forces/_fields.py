@@ -11,8 +11,7 @@ import jax
 import numpy as np
 
 from ..checks import broken, known
-from ..math.content import KnownFunction
-from ..math.host import as_array
+from ..runtime import KnownFunction, as_array
 
 
 def number(value: Any) -> jax.Array:

@@ -1,7 +1,7 @@
 """Files in and out; each format imports what it needs when it is called."""
 
-from .matrices import read_dmig, read_matrix_market, read_op4
-from .meshes import Mesh, read_mesh
+from ._matrices import read_dmig, read_matrix_market, read_op4
+from ._meshes import Mesh, read_mesh
 from .model_file import load_model, model_schema, register, save_model
 from .nastran import Deck, read_nastran
 from .robots import Imported, JointLimits, read_mjcf, read_urdf

@@ -1,27 +1,27 @@
 """Joints, one per file.  A new joint is a file here and a line below; the tests over all joints take it in."""
 
-from .base import AbstractJoint as AbstractJoint
-from .closures import AbstractClosure as AbstractClosure
-from .closures import Coupler as Coupler
-from .closures import Distance as Distance
-from .closures import PointOnLine as PointOnLine
-from .closures import PointOnPlane as PointOnPlane
-from .closures import Rows as Rows
-from .closures import VelocityRows as VelocityRows
-from .cylindrical import Cylindrical as Cylindrical
-from .frame_path import FramePath as FramePath
-from .free import Free as Free
-from .modal import Modal as Modal
-from .planar import Planar as Planar
-from .prismatic import Prismatic as Prismatic
-from .revolute import Revolute as Revolute
-from .rolling import KnifeEdge as KnifeEdge
-from .rolling import RollingDisk as RollingDisk
-from .rolling import RollingSphere as RollingSphere
-from .screw import Screw as Screw
-from .spherical import Spherical as Spherical
-from .universal import Universal as Universal
-from .weld import Weld as Weld
+from ._base import AbstractJoint as AbstractJoint
+from ._closures import AbstractClosure as AbstractClosure
+from ._closures import Coupler as Coupler
+from ._closures import Distance as Distance
+from ._closures import PointOnLine as PointOnLine
+from ._closures import PointOnPlane as PointOnPlane
+from ._closures import Rows as Rows
+from ._closures import VelocityRows as VelocityRows
+from ._cylindrical import Cylindrical as Cylindrical
+from ._frame_path import FramePath as FramePath
+from ._free import Free as Free
+from ._modal import Modal as Modal
+from ._planar import Planar as Planar
+from ._prismatic import Prismatic as Prismatic
+from ._revolute import Revolute as Revolute
+from ._rolling import KnifeEdge as KnifeEdge
+from ._rolling import RollingDisk as RollingDisk
+from ._rolling import RollingSphere as RollingSphere
+from ._screw import Screw as Screw
+from ._spherical import Spherical as Spherical
+from ._universal import Universal as Universal
+from ._weld import Weld as Weld
 
 ALL = (Revolute, Prismatic, Cylindrical, Screw, Universal, Spherical, Planar, Free, Weld)
 

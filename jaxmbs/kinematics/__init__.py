@@ -1,8 +1,9 @@
 """Kinematics of mechanisms: states, constraints, influence coefficients and products with them, points."""
 
-from ..math.tensor import left_product, plane_mix, quadratic, right_product
-from .influence import Kic, internal_kic, kic
-from .influence_second import (
+from ..math._tensor import left_product, plane_mix, quadratic, right_product
+from ._constraint_rows import constraint_jacobian, constraint_residual
+from ._kic import Kic, internal_kic, kic
+from ._kic_second import (
     SecondKic,
     internal_kic_second,
     internal_kic_second_printed,
@@ -11,11 +12,10 @@ from .influence_second import (
     kic_second_vector,
     point_kic,
 )
-from .mobility import count_mobility, system_at
-from .points import angular_velocity, jacobian, position, rotation, velocity
-from .rows import constraint_jacobian, constraint_residual
-from .state import State
-from .state_sweep import branch, states_along
+from ._mobility import count_mobility, system_at
+from ._points import angular_velocity, jacobian, position, rotation, velocity
+from ._state import State
+from ._state_sweep import branch, states_along
 
 __all__ = [
     "Kic",

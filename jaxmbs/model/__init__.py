@@ -1,8 +1,8 @@
 """The model: static topology, array parameters, inertia helpers."""
 
-from .frame import Pose
-from .system import System
-from .topology import Topology
+from ._pose import Pose
+from ._system import System
+from ._topology import Topology
 
 __all__ = [
     "Pose",

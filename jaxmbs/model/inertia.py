@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from jaxmbs.math.host import as_array
-from jaxmbs.math.rotation import axis_vector
+from jaxmbs.math._rotation import axis_vector
+from jaxmbs.runtime import as_array
 from jaxmbs.typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
 
 from ..checks import are_axes, broken, known, negative, refuse_complex

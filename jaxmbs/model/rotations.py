@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import are_axes, broken, refuse_complex
-from ..math import rotation as single
-from ..math.host import as_array
+from ..math import _rotation as single
+from ..runtime import as_array
 from ..typing import ArrayLike, Axis
 
 _NO_LENGTH = 1e-12

@@ -1,12 +1,12 @@
 """Motions in time."""
 
-from .formulation import Formulation, Rates
-from .gauss import Gauss4, ImplicitMidpoint
-from .integrate import simulate
-from .joint_peaks import LoadPeaks, load_peaks
-from .motion import Diagnostics, Motion
-from .peaks import Peak, peak
-from .solvers import SemiImplicitEuler
+from ..ode._gauss import Gauss4, ImplicitMidpoint
+from ..ode._semi_implicit_euler import SemiImplicitEuler
+from ._formulation import Formulation, Rates
+from ._joint_peaks import LoadPeaks, load_peaks
+from ._motion import Diagnostics, Motion
+from ._peaks import Peak, peak
+from ._simulate import simulate
 
 __all__ = [
     "Diagnostics",

@@ -1,20 +1,19 @@
 """Components in few coordinates: reductions to their interfaces, and the way back."""
 
-from .accuracy import force_errors, frequency_errors, num_modes_up_to
-from .base import AbstractReduction, Physical, Reduced, reduce
-from .characteristic import Characteristic, characteristic_modes
-from .craig_bampton import CraigBampton, fixed_interface_modes
-from .craig_chang import CraigChang
-from .cyclic import Cyclic
-from .family import Family
-from .guyan import Guyan
-from .hurty import Hurty, determinate_coordinates, support_motions
-from .macneal import MacNeal
-from .mirror import Mirror
-from .mixed import Mixed
-from .placement import turned
-from .recovery import element_loads, harmonic, interface_forces, mode_acceleration, mode_acceleration_free
-from .rigid_interface import (
+from ._accuracy import force_errors, frequency_errors, num_modes_up_to
+from ._base import AbstractReduction, Physical, Reduced, reduce
+from ._characteristic import Characteristic, characteristic_modes
+from ._craig_bampton import CraigBampton, fixed_interface_modes
+from ._craig_chang import CraigChang
+from ._cyclic import Cyclic
+from ._guyan import Guyan
+from ._hurty import Hurty, determinate_coordinates, support_motions
+from ._macneal import MacNeal
+from ._mirror import Mirror
+from ._mixed import Mixed
+from ._placement import turned
+from ._recovery import element_loads, harmonic, interface_forces, mode_acceleration, mode_acceleration_free
+from ._rigid_interface import (
     averaged_motion,
     averaged_transformation,
     on_interface,
@@ -22,8 +21,9 @@ from .rigid_interface import (
     rigid_node,
     rigid_transformation,
 )
-from .rubin import Rubin
-from .work import Motions, virtual_work
+from ._rubin import Rubin
+from ._symmetry_subspace import Family
+from ._work import Motions, virtual_work
 
 __all__ = [
     "AbstractReduction",

@@ -1,11 +1,11 @@
 """Reactions of networks of rigid bodies: trees by sums, loops by parameters or nodes, redundancy named."""
 
-from .bonds import Bonds
-from .family import ReactionFamily, reaction_family
-from .indeterminacy import Redundancy, redundancy, with_redundancy
-from .matrix import ReactionMatrix, reaction_matrix
-from .network import Network
-from .solve import BondReaction, BondReactions, bond_reactions
+from ._bonds import Bonds
+from ._indeterminacy import Redundancy, redundancy, with_redundancy
+from ._matrix import ReactionMatrix, reaction_matrix
+from ._network import Network
+from ._self_stress_family import ReactionFamily, reaction_family
+from ._solve import BondReaction, BondReactions, bond_reactions
 
 __all__ = [
     "BondReaction",

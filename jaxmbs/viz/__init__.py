@@ -1,19 +1,19 @@
 """Pictures: scenes in three dimensions for a browser; by matplotlib (extra `viz`) films, and plots drawn into `ax`
 and never shown; bond graphs as SVG text."""
 
-from ..bondgraph.drawing import draw_bond_graph
-from .designs import plot_front, plot_limits, plot_parallel, plot_scatter
-from .envelopes import plot_envelope, plot_polar
-from .films import animate
-from .limits import plot_limit_values
-from .mechanism import plot_mechanism, plot_views
-from .page import Scene, scene
-from .plots import plot_coordinates, plot_energy, plot_history, plot_reactions
-from .power import plot_power
-from .responses import plot_bode, plot_campbell, plot_mac, plot_nyquist
-from .solids import Solid
-from .structure import plot_modes, plot_structure
-from .swinging import Swing, swing
+from ..bondgraph._drawing import draw_bond_graph
+from ._animation import animate
+from ._designs import plot_front, plot_limits, plot_parallel, plot_scatter
+from ._envelopes import plot_envelope, plot_polar
+from ._limits import plot_limit_values
+from ._mechanism import plot_mechanism, plot_views
+from ._mode_animation import Swing, swing
+from ._plots import plot_coordinates, plot_energy, plot_history, plot_reactions
+from ._power import plot_power
+from ._responses import plot_bode, plot_campbell, plot_mac, plot_nyquist
+from ._structure import plot_modes, plot_structure
+from .scenes._page import Scene, scene
+from .scenes._solids import Solid
 
 __all__ = [
     "Scene",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.linear.eigenmodes import natural_modes
+from jaxmbs.vibration._modes import natural_modes
 from tests.mechanisms import PIN, four_bar, four_bar_angles
 
 

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import jaxmbs as mbs
-from jaxmbs.math.rotation import rotation_matrix
+from jaxmbs.math._rotation import rotation_matrix
 from tests.mechanisms import four_bar
 
 from .slopes import Slopes

@@ -14,9 +14,10 @@ from jax import lax
 import jaxmbs as mbs
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble_dense, element_forces
-from jaxmbs.linear import LinearSystem, receptance, viscous_receptance
-from jaxmbs.linear.damping import proportional
+from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import element_loads, interface_forces, mode_acceleration
+from jaxmbs.vibration import receptance, viscous_receptance
+from jaxmbs.vibration._damping import proportional
 
 from .slopes import Slopes
 from .test_special_motions import changed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics.poses import step_coordinates
+from jaxmbs.kinematics._poses import step_coordinates
 from tests.cases import models
 from tests.mechanisms import four_bar, four_bar_angles
 

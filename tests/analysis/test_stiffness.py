@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics.assembly import assemble
-from jaxmbs.kinematics.influence import independent_columns
-from jaxmbs.kinematics.poses import node_parameters
+from jaxmbs.kinematics._assembly import assemble
+from jaxmbs.kinematics._kic import independent_columns
+from jaxmbs.kinematics._poses import node_parameters
 from tests.cases import models
 from tests.mechanisms import OnCart, four_bar_angles, slopes
 

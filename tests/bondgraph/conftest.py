@@ -3,7 +3,7 @@
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.bondgraph.views import VIEWS
+from jaxmbs.bondgraph._views import VIEWS
 
 from ..zoo import SPECIMENS
 from . import cases

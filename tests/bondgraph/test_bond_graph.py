@@ -7,9 +7,9 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.bondgraph import junction_residual
-from jaxmbs.bondgraph.views import VIEWS
-from jaxmbs.dynamics.efforts import element_is_source, element_names
-from jaxmbs.kinematics.influence import dependent_columns
+from jaxmbs.bondgraph._views import VIEWS
+from jaxmbs.dynamics._efforts import element_is_source, element_names
+from jaxmbs.kinematics._kic import dependent_columns
 
 from ..cases import models
 from ..cases.test_slider_crank import OMEGA, START, TIMES, TORQUE

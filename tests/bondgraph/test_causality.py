@@ -4,7 +4,7 @@ import jax
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.bondgraph.views import VIEWS
+from jaxmbs.bondgraph._views import VIEWS
 
 from . import cases
 

@@ -10,8 +10,8 @@ from matplotlib.textpath import TextPath
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.bondgraph.layout import layout, text_of
-from jaxmbs.bondgraph.views import VIEWS
+from jaxmbs.bondgraph._layout import layout, text_of
+from jaxmbs.bondgraph._views import VIEWS
 
 from . import cases
 

@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 import scipy.signal
 
-from jaxmbs.coupling.moved_base import base_motion
+from jaxmbs.coupling._base_excitation import base_motion
 from jaxmbs.reductions import Physical, reduce
 from tests.structural_matrices import chain, component
 

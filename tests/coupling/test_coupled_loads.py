@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from jaxmbs.coupling import connect, reactions, rigid
-from jaxmbs.coupling.primal import interface_reactions
+from jaxmbs.coupling._primal import interface_reactions
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.io import read_op4
-from jaxmbs.linear import Modal, modes, simulate
-from jaxmbs.linear.eigenmodes import natural_modes
+from jaxmbs.vibration import Modal, modes, simulate
+from jaxmbs.vibration._modes import natural_modes
 
 pyyeti = pytest.importorskip("pyyeti")
 FILES = Path(pyyeti.__file__).parent / "tests" / "cla_test_data"

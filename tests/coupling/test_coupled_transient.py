@@ -14,8 +14,9 @@ import jaxmbs as mbs
 from jaxmbs.coupling import connect, rigid
 from jaxmbs.errors import ModelError, SimulationError, UnknownNameError
 from jaxmbs.forces import AbstractScalarLaw, BumpStop
-from jaxmbs.linear import LinearSystem, Link, Modal
+from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import Link, Modal
 from tests.structural_matrices import beam, component
 
 TIMES = np.linspace(0.0, 2.0, 41)

@@ -9,13 +9,14 @@ import pytest
 import scipy.linalg
 
 from jaxmbs.coupling import Components, connect, coupled_response, rigid
-from jaxmbs.coupling.dual import dual_response
-from jaxmbs.coupling.primal import elastic_bond, interface_reactions, join
-from jaxmbs.linear import interface_basis, modes
-from jaxmbs.linear.eigenmodes import natural_modes
-from jaxmbs.linear.oscillators import modal_motion
+from jaxmbs.coupling._dual import dual_response
+from jaxmbs.coupling._primal import elastic_bond, interface_reactions, join
+from jaxmbs.linear import interface_basis
 from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Physical, Rubin, reduce
-from jaxmbs.reductions.recovery import harmonic
+from jaxmbs.reductions._recovery import harmonic
+from jaxmbs.vibration import modes
+from jaxmbs.vibration._modal_equations import modal_motion
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, chain, component, kw
 
 K, M = beam(8)

@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg
 import scipy.signal
 
-from jaxmbs.coupling.limits import (
+from jaxmbs.coupling._limits import (
     combine,
     cqc_correlation,
     equivalent_impulse,
@@ -17,11 +17,11 @@ from jaxmbs.coupling.limits import (
     peak_response,
     shortfall,
 )
-from jaxmbs.coupling.primal import join
-from jaxmbs.linear import modes as modes_of
-from jaxmbs.linear.eigenmodes import natural_modes
-from jaxmbs.linear.oscillators import modal_motion
+from jaxmbs.coupling._primal import join
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import modes as modes_of
+from jaxmbs.vibration._modal_equations import modal_motion
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, chain, component
 
 

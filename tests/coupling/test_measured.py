@@ -10,8 +10,9 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.coupling import MeasuredNetwork, bushing, connect, joint, rigid
 from jaxmbs.errors import ModelError, UnknownNameError
-from jaxmbs.linear import TransferFunctions, frequency_response
+from jaxmbs.linear import TransferFunctions
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import frequency_response
 from tests.coupling.test_network import AXES, DAMPING, MASS, PARTS, STIFFNESS
 
 OMEGA = np.array([30.0, 110.0, 250.0])
@@ -68,7 +69,7 @@ def test_a_measured_component_among_models(rig):
     np.testing.assert_allclose(found.values[::-1], whole.values, atol=1e-7 * np.abs(whole.values).max())
     np.testing.assert_allclose(net.omega, OMEGA)
     loads = mbs.reactions(net, found, loss=0.02)
-    push = mbs.linear.harmonic_response(connect(models(), BONDS), OMEGA[::-1], {"panel.edge rx": 1.0}, loss=0.02)
+    push = mbs.vibration.harmonic_response(connect(models(), BONDS), OMEGA[::-1], {"panel.edge rx": 1.0}, loss=0.02)
     for name, exact in mbs.reactions(connect(models(), BONDS), push).items():
         for side in ("on_first", "on_second"):
             one, other = getattr(loads[name], side)[:, found.inputs.index("panel.edge rx")], getattr(exact, side)

@@ -94,7 +94,7 @@ def shaken(stiffness, axes):
     """Amplitudes by component and loads at two frequencies, the force twice as large at the second one."""
     net = network(stiffness, axes)
     force = np.outer([1.0, 2.0], FORCE)
-    response = mbs.linear.harmonic_response(net, [OMEGA, OMEGA], {"panel": force})
+    response = mbs.vibration.harmonic_response(net, [OMEGA, OMEGA], {"panel": force})
     return net.expand(response.displacement), mbs.reactions(net, response), net
 
 
@@ -117,7 +117,7 @@ def test_every_bond_against_one_dense_model():
 def test_amplitudes_are_those_of_the_transfer_functions():
     """By the same names; complex amplitudes, one for each frequency; a loss factor; block matrices."""
     net, omega, push = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[2], [20.0, 90.0], np.array([1.0, 2.0 - 1j])
-    found = mbs.linear.harmonic_response(net, omega, {"panel.edge z": push, "mast.middle x": 3.0}, loss=0.05)
+    found = mbs.vibration.harmonic_response(net, omega, {"panel.edge z": push, "mast.middle x": 3.0}, loss=0.05)
     asked = {"into": ["panel.edge z", "mast.middle x"], "out": ["stage.knee y"]}
     H = mbs.frequency_response(net, omega, **asked, loss=0.05).values[:, 0]
     rows, _ = net.outputs("stage.knee y")
@@ -127,12 +127,12 @@ def test_amplitudes_are_those_of_the_transfer_functions():
     loads = mbs.reactions(net, found)
     assert loads.ok and loads["bolts"].force.shape == (2, 3)
     sheet = assemble(Structure(*GIRDER), blocks=True)
-    one, other = (mbs.linear.harmonic_response(s, omega, {"b x": push}, 0.1) for s in (sheet, sheet.dense()))
+    one, other = (mbs.vibration.harmonic_response(s, omega, {"b x": push}, 0.1) for s in (sheet, sheet.dense()))
     np.testing.assert_allclose(one.displacement, other.displacement, rtol=1e-9)
     with pytest.raises(ValueError, match="frequencies first"):
-        mbs.linear.harmonic_response(net, omega, {"panel.edge z": np.ones(3)})
+        mbs.vibration.harmonic_response(net, omega, {"panel.edge z": np.ones(3)})
     with pytest.raises(ValueError, match="no component 'pannel': did you mean 'panel'"):
-        mbs.linear.harmonic_response(net, omega, {"pannel.edge z": 1.0})
+        mbs.vibration.harmonic_response(net, omega, {"pannel.edge z": 1.0})
 
 
 def test_a_network_shows_its_components_and_bonds():

@@ -75,7 +75,7 @@ def test_modes_by_mass_inertia_and_centre():
     def total(p):
         spin = jnp.diag(jnp.stack([p[1], 7.0, 9.0]))
         net = on_four_mounts(jnp.stack([p[2], 0.05, p[3]]), FEET, p[0], spin)
-        return jnp.sum(jnp.log(mbs.linear.natural_modes(K=net.stiffness, M=net.mass).values))
+        return jnp.sum(jnp.log(mbs.vibration.natural_modes(K=net.stiffness, M=net.mass).values))
 
     p = jnp.array([MASS, 4.0, 0.1, 0.15])
     slope = jax.jit(jax.grad(total))(p)
@@ -121,7 +121,7 @@ def hinged(com, points):
 def answers(com, points):
     net = hinged(com, points)
     loads = mbs.reactions(net, mbs.equilibrium(net, {"flap.com z": -WEIGHT}))
-    values = mbs.linear.natural_modes(K=net.stiffness, M=net.mass).values
+    values = mbs.vibration.natural_modes(K=net.stiffness, M=net.mass).values
     return jnp.stack([values[0], *(loads[name].on_first[..., -1 if name == "spring" else 2] for name in loads)])
 
 
@@ -249,7 +249,7 @@ def test_every_bond_of_rigid_bodies_against_a_dense_model():
     push = {"can.com": PUSH[:1], "box.arm": PUSH[1:2], "mast.middle": PUSH[2:]}
 
     def shaken(net):
-        response = mbs.linear.harmonic_response(net, jnp.array([OMEGA]), push)
+        response = mbs.vibration.harmonic_response(net, jnp.array([OMEGA]), push)
         return net.expand(response.displacement), mbs.reactions(net, response)
 
     net = assembled()
@@ -263,7 +263,7 @@ def test_every_bond_of_rigid_bodies_against_a_dense_model():
             np.testing.assert_allclose(loads[name].on_second, -loads[name].on_first)
     H = mbs.frequency_response(net, [OMEGA], into=["can.com x"], out=["box.arm z"]).values
     rows, labels = net.outputs("box.arm z")
-    unit = mbs.linear.harmonic_response(net, [OMEGA], {"can.com x": 1.0})
+    unit = mbs.vibration.harmonic_response(net, [OMEGA], {"can.com x": 1.0})
     np.testing.assert_allclose(H[:, 0, 0], np.asarray(unit.displacement) @ np.asarray(rows[0]), rtol=1e-9)
     assert labels == ("box.arm z",)
     report = net.determinacy()

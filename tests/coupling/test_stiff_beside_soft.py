@@ -8,7 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.coupling import connect, rigid
-from jaxmbs.coupling.dual import dual_response
+from jaxmbs.coupling._dual import dual_response
 from tests.structural_matrices import beam_element, component
 
 

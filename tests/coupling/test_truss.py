@@ -6,8 +6,8 @@ import numpy as np
 from jaxmbs.coupling import connect, rigid
 from jaxmbs.elements import Rod
 from jaxmbs.fem import Structure, assemble
-from jaxmbs.linear import modes
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import modes
 
 #: Seven digits of the printed output [Hz]; its table of differences from the whole truss in per cent.
 PRINTED = [3.595773, 17.56351, 28.49219, 39.50692, 61.09858, 80.28014, 84.45366, 98.89752, 111.7643]

@@ -14,8 +14,9 @@ import pytest
 from jax import numpy as jnp
 
 import jaxmbs as mbs
-from jaxmbs.design import batches, lanes
-from jaxmbs.design.outcome import lane_cost, lane_status
+from jaxmbs.batching import _batch as batches
+from jaxmbs.batching import _program as lanes
+from jaxmbs.batching._result import lane_cost, lane_status
 from jaxmbs.status import Status
 
 batch = functools.partial(mbs.batch, progress=False)

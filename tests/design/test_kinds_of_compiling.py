@@ -7,8 +7,9 @@ import optax
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.design import lanes, pareto, scattered, sensitivities, tolerances
-from jaxmbs.math import jit as compiling
+from jaxmbs.batching import _program as lanes
+from jaxmbs.design import pareto, scattered, sensitivities, tolerances
+from jaxmbs.runtime import _jit as compiling
 
 DESIGN, BOX = {"a": 1.0, "b": 2.0}, {"a": (0.1, 3.0), "b": (0.1, 3.0)}
 

@@ -12,8 +12,8 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.design import minimise as minimise_with_bar
-from jaxmbs.design.constrained import run_limited
-from jaxmbs.design.limited import LimitedSearch
+from jaxmbs.design._constrained import run_limited
+from jaxmbs.design._working_set import LimitedSearch
 
 minimise = functools.partial(minimise_with_bar, progress=False)
 

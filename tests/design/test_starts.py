@@ -9,7 +9,8 @@ import optax
 import pytest
 from jax import numpy as jnp
 
-from jaxmbs.design import Limit, meeting
+from jaxmbs.design import Limit
+from jaxmbs.design import _multistart as meeting
 from jaxmbs.design import minimise as minimise_with_bar
 
 minimise = functools.partial(minimise_with_bar, progress=False)

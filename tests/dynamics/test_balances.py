@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jaxmbs.forces.ports import FramePort, LinePort, PosePort
+from jaxmbs.forces._ports import FramePort, LinePort, PosePort
 
 from ..zoo import of_all
 from ..zoo.probes import motion

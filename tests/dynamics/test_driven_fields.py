@@ -8,8 +8,8 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs import dynamics
 from jaxmbs.bondgraph import state_equations as of_the_graph
-from jaxmbs.kinematics.influence import dependent_columns
-from jaxmbs.kinematics.poses import coordinate_rate
+from jaxmbs.kinematics._kic import dependent_columns
+from jaxmbs.kinematics._poses import coordinate_rate
 
 
 def cart(drive):

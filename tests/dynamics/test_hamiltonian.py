@@ -4,11 +4,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmbs.dynamics import hamilton, springs
-from jaxmbs.kinematics import closures, constraints
-from jaxmbs.kinematics.configuration import at_state, configuration, moving
-from jaxmbs.kinematics.influence import dependent_columns
-from jaxmbs.kinematics.poses import coordinate_rate
+from jaxmbs.dynamics import _hamilton as hamilton
+from jaxmbs.dynamics.paper import _springs as springs
+from jaxmbs.kinematics import _closures as closures
+from jaxmbs.kinematics import _constraints as constraints
+from jaxmbs.kinematics._configuration import at_state, configuration, moving
+from jaxmbs.kinematics._kic import dependent_columns
+from jaxmbs.kinematics._poses import coordinate_rate
 
 from ..zoo import SPECIMENS, of_all
 from ..zoo.probes import fields, variations

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 import jaxmbs as mbs
 from jaxmbs import forces as F
 from jaxmbs.bondgraph import junction_residual
-from jaxmbs.dynamics.ports import compliance_effort, resistance_effort, source_effort
-from jaxmbs.forces.ports import PosePort
+from jaxmbs.dynamics.paper._ports import compliance_effort, resistance_effort, source_effort
+from jaxmbs.forces._ports import PosePort
 
 X, V, T = 0.5, 0.3, 0.4  # where the laws are asked: distance or coordinate [m], its rate [m/s], time [s]
 M, HOLD, HOME = 2.0, 60.0, 0.45  # mass of a block [kg], rate [N/m] and free length [m] of the spring that holds it

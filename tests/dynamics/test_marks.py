@@ -7,8 +7,8 @@ import pytest
 import scipy.linalg
 
 import jaxmbs as mbs
-from jaxmbs.kinematics import reaction_map
-from jaxmbs.kinematics.configuration import at_state
+from jaxmbs.kinematics import _reaction_map as reaction_map
+from jaxmbs.kinematics._configuration import at_state
 from tests.mechanisms import DOWN_Y, PIN, bennett, four_bar
 
 Y = mbs.Revolute("y")

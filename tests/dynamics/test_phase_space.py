@@ -7,8 +7,8 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import dynamics
-from jaxmbs.dynamics import hamilton
-from jaxmbs.kinematics.poses import node_parameters
+from jaxmbs.dynamics import _hamilton as hamilton
+from jaxmbs.kinematics._poses import node_parameters
 
 from ..mechanisms import LENGTHS, OnCart, four_bar, four_bar_angles, four_bar_state, slopes
 

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.dynamics import reaction_solve
+from jaxmbs.reaction import _solve as reaction_solve
 from tests import random_systems as rs
 from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, rotation_about
 

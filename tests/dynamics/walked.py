@@ -8,7 +8,7 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import dynamics, kinematics
-from jaxmbs.kinematics.poses import step_coordinates
+from jaxmbs.kinematics._poses import step_coordinates
 
 from . import driven_mechanisms as m
 

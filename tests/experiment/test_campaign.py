@@ -7,10 +7,10 @@ import pytest
 import scipy.linalg
 from jax import lax
 
-from jaxmbs.experiment.decoupling import decouple
-from jaxmbs.experiment.rig import free_response, remove_stiffness
-from jaxmbs.experiment.sine_sweep import sweep_phase, swept_amplitudes, swept_variance
-from jaxmbs.experiment.uncertainty import (
+from jaxmbs.experiment._decoupling import decouple
+from jaxmbs.experiment._rig import free_response, remove_stiffness
+from jaxmbs.experiment._sine_sweep import sweep_phase, swept_amplitudes, swept_variance
+from jaxmbs.experiment._uncertainty import (
     coherence_variance,
     mean_of_repeats,
     noise_variance,
@@ -18,7 +18,7 @@ from jaxmbs.experiment.uncertainty import (
     propagate,
     propagate_scalar,
 )
-from jaxmbs.linear.transfer import TransferFunctions
+from jaxmbs.linear._transfer import TransferFunctions
 
 N, ENDS = 4, [0, 3]
 K = 2000.0 * (2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from jaxmbs import experiment
-from jaxmbs.coupling.transfer_functions import independent_pairs, signed_interface
+from jaxmbs.coupling._transfer_functions import independent_pairs, signed_interface
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment import decouple
-from jaxmbs.linear import dense_response
-from jaxmbs.linear.transfer import TransferFunctions
+from jaxmbs.linear._transfer import TransferFunctions
+from jaxmbs.vibration import dense_response
 from tests.structural_matrices import chain
 
 OMEGA = jnp.array([0.3, 1.4, 2.9])

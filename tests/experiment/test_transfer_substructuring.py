@@ -6,17 +6,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.coupling import transfer_functions
-from jaxmbs.coupling.uncoupled import uncoupled
+from jaxmbs.coupling import _transfer_functions as transfer_functions
+from jaxmbs.coupling._uncoupled_transfer import uncoupled
 from jaxmbs.errors import ModelError
-from jaxmbs.experiment import decoupling
-from jaxmbs.experiment.rig import free_response, measured_stiffness, remove_stiffness
-from jaxmbs.experiment.virtual import flexible_channels, rigid_channels, virtual_point
-from jaxmbs.linear import frequency_response
-from jaxmbs.linear.dynamic_stiffness import dense_response
-from jaxmbs.linear.transfer import TransferFunctions
-from jaxmbs.math.regular_inverse import regular_inverse
+from jaxmbs.experiment import _decoupling as decoupling
+from jaxmbs.experiment._rig import free_response, measured_stiffness, remove_stiffness
+from jaxmbs.experiment._virtual import flexible_channels, rigid_channels, virtual_point
+from jaxmbs.linear._transfer import TransferFunctions
+from jaxmbs.math._regularised_inverse import regular_inverse
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import frequency_response
+from jaxmbs.vibration._direct_response import dense_response
 from tests.structural_matrices import chain, component
 
 OMEGA = np.linspace(2.0, 60.0, 23)

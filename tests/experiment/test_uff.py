@@ -5,7 +5,7 @@ import pytest
 
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_uff, write_uff
-from jaxmbs.linear.transfer import TransferFunctions
+from jaxmbs.linear._transfer import TransferFunctions
 
 pyuff = pytest.importorskip("pyuff")
 

@@ -8,7 +8,7 @@ import jaxmbs as mbs
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import floating_frame
-from jaxmbs.kinematics.poses import neutral_coordinates, step_coordinates
+from jaxmbs.kinematics._poses import neutral_coordinates, step_coordinates
 
 
 def beam_structure(length, elements, **section):

@@ -11,7 +11,7 @@ from jaxmbs.coupling import connect, rigid
 from jaxmbs.elements import PointMass
 from jaxmbs.fem import Structure, assemble, body_load, collect
 from jaxmbs.flexible import carried_loads, mass_properties
-from jaxmbs.flexible.floating import rigid_basis
+from jaxmbs.flexible._floating_frame import rigid_basis
 from jaxmbs.linear import LinearSystem, check
 from tests.flexible.beams import beam_structure, chain_of_beams, random_state
 from tests.mechanisms import rotation_about

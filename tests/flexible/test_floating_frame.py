@@ -8,17 +8,17 @@ import pytest
 import scipy.linalg
 
 import jaxmbs as mbs
-from jaxmbs.dynamics import hamilton
-from jaxmbs.dynamics.ports import resistance_field
+from jaxmbs.dynamics import _hamilton as hamilton
+from jaxmbs.dynamics.paper._ports import resistance_field
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble, element_forces
 from jaxmbs.flexible import deformations, displacements, floating_frame, interface_loads
-from jaxmbs.kinematics.configuration import at_state, configuration, moving
-from jaxmbs.kinematics.poses import coordinate_rate
+from jaxmbs.kinematics._configuration import at_state, configuration, moving
+from jaxmbs.kinematics._poses import coordinate_rate
 from jaxmbs.linear import LinearSystem
-from jaxmbs.math.rotation import quaternion_exp
+from jaxmbs.math._rotation import quaternion_exp
 from jaxmbs.reductions import CraigBampton, reduce, rigid_node
-from jaxmbs.viz.anatomy import body_frames
+from jaxmbs.viz._drawable import body_frames
 
 from ..mechanisms import slopes
 from .beams import beam_structure, elastic_beam, random_state

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.forces import Bushing
-from jaxmbs.math.rotation import rotation_matrix
+from jaxmbs.math._rotation import rotation_matrix
 
 _ROOT = np.roll(np.random.default_rng(3).normal(size=(6, 6)), 3, axis=(0, 1))
 FULL = Bushing(_ROOT @ _ROOT.T, damping=0.1 * _ROOT.T @ _ROOT, preload=[3.0, 0.0, -1.0, 1.0, -2.0, 0.5])

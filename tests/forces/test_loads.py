@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from jaxmbs import forces as F
-from jaxmbs.math.rotation import rotation_matrix
+from jaxmbs.math._rotation import rotation_matrix
 
 ROTATION = rotation_matrix(jnp.array([0.3, -0.2, 0.9]))
 VECTOR = jnp.array([1.0, 2.0, 3.0])

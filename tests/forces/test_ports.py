@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.forces.ports import End, LinePort, PosePort
-from jaxmbs.math.linalg import skew
-from jaxmbs.math.rotation import rotation_matrix
+from jaxmbs.forces._ports import End, LinePort, PosePort
+from jaxmbs.math._linalg import skew
+from jaxmbs.math._rotation import rotation_matrix
 
 RANDOM = np.random.default_rng(3)
 PORTS = [LinePort(), PosePort()]

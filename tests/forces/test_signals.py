@@ -7,7 +7,7 @@ import pytest
 import scipy.interpolate
 
 from jaxmbs import forces as F
-from jaxmbs.forces.signals import as_signal, value_and_rate, value_rate_acceleration
+from jaxmbs.forces._signals import as_signal, value_and_rate, value_rate_acceleration
 
 TIMES, VALUES = [0.0, 0.5, 0.9, 2.0, 2.5], [0.0, 1.0, -0.5, 0.3, 0.2]
 SIGNALS = {

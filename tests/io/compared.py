@@ -11,7 +11,7 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
-from jaxmbs.kinematics.poses import frame_poses, node_parameters, node_poses
+from jaxmbs.kinematics._poses import frame_poses, node_parameters, node_poses
 
 
 @jax.jit

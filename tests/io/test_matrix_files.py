@@ -9,7 +9,7 @@ import scipy.io
 import scipy.sparse
 
 import jaxmbs as mbs
-from jaxmbs.io.matrix_market import matrix_market
+from jaxmbs.io._matrix_market import matrix_market
 
 op4 = pytest.importorskip("pyyeti.nastran").op4
 K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -0.5], [0.0, -0.5, 1.5]])

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 import jaxmbs as mbs
 from jaxmbs import elements, fem, forces, joints, linear, reductions
-from jaxmbs.builder.assemble_system import assemble_system
-from jaxmbs.builder.build import _tree
+from jaxmbs.builder._assemble_system import assemble_system
+from jaxmbs.builder._build import _tree
 from tests import random_systems as rs
 from tests.elements.test_all_elements import CASES
 from tests.forces import test_loads, test_scalar_laws, test_signals

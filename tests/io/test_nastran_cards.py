@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_nastran
-from jaxmbs.io.nastran.cards import Card, cards
-from jaxmbs.io.nastran.text import Text
+from jaxmbs.io.nastran._cards import Card, cards
+from jaxmbs.io.nastran._text import Text
 
 BAR = "MAT1,1,2.+11,,0.3,7850.\nPBAR,1,1,1.-3,2.-7,1.-7,3.-7\nGRID,1\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\n"
 

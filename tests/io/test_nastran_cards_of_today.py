@@ -7,7 +7,7 @@ import pytest
 
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_nastran
-from jaxmbs.io.nastran.sections import SECTIONS
+from jaxmbs.io.nastran._sections import SECTIONS
 
 BAR = "MAT1,1,2.+11,8.+10,,7850.\nPBAR,1,1,1.-3,2.-7,1.-7,3.-7\nGRID,1\nGRID,2,,1.,0.,0.\n"
 

@@ -8,7 +8,7 @@ import pytest
 
 from jaxmbs.errors import ModelError, ModelFileError
 from jaxmbs.io import read_uff, write_uff
-from jaxmbs.linear.transfer import TransferFunctions
+from jaxmbs.linear._transfer import TransferFunctions
 
 pyuff = pytest.importorskip("pyuff")
 F = np.array([1.0, 2.0, 3.5, 5.0, 8.0, 11.0, 14.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.joints.base import HALF_TURN, aligned, parallel
+from jaxmbs.joints._base import HALF_TURN, aligned, parallel
 from tests.mechanisms import DOWN_Y, PIN, rotation_about
 
 HALF = np.diag([-1.0, -1.0, 1.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.math.determinant import determinant_signs
+from jaxmbs.math._determinant import determinant_signs
 from tests.mechanisms import PIN, bennett, four_bar
 
 CRANK_ROCKER = (1.0, 0.42, 1.1, 0.75)  # ground, crank, coupler, rocker [m]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics import influence as first
-from jaxmbs.kinematics import influence_second as second
-from jaxmbs.kinematics.assembly import assemble
-from jaxmbs.kinematics.poses import node_parameters
+from jaxmbs.kinematics import _kic as first
+from jaxmbs.kinematics import _kic_second as second
+from jaxmbs.kinematics._assembly import assemble
+from jaxmbs.kinematics._poses import node_parameters
 
 from ..mechanisms import OnCart, slopes
 from ..zoo import SPECIMENS, of_all

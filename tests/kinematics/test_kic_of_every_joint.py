@@ -7,7 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.kinematics import kic_second_vector
-from jaxmbs.kinematics.poses import step_coordinates
+from jaxmbs.kinematics._poses import step_coordinates
 
 from .. import random_systems as rs
 from ..joints.test_all_joints import CLOSING, EXAMPLES

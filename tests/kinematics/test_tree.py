@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from jaxmbs.kinematics import tree as primitives
-from jaxmbs.model.tree import Tree
+from jaxmbs.kinematics import _tree as primitives
+from jaxmbs.model._tree import Tree
 
 CHAIN, BRANCHED = Tree((-1, 0, 1, 2)), Tree((-1, 0, 1, 0, 3, -1))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from jaxmbs.linear import (
+from jaxmbs.vibration import (
     acceleration_gain,
     gain_from_mobility,
     generalised_stiffness,

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
 
-from jaxmbs.linear import complex_modes, transmissibility
+from jaxmbs.vibration import complex_modes, transmissibility
 
 
 def test_free_motion_of_two_masses_from_complex_modes():

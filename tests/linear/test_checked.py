@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from jax import lax
 
-from jaxmbs.linear import dense_response, receptance, viscous_receptance
+from jaxmbs.vibration import dense_response, receptance, viscous_receptance
 from tests.structural_matrices import beam, chain, kw
 
 OMEGA = jnp.array([0.2, 0.7, 3.1])

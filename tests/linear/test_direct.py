@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from jaxmbs import blocksparse as bs
-from jaxmbs.linear import LinearSystem, dense_response, direct_response, frequency_response, receptance
+from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, reduce
+from jaxmbs.vibration import dense_response, direct_response, frequency_response, receptance
 from tests.structural_matrices import beam
 
 N = 30

@@ -8,8 +8,8 @@ import scipy.linalg
 
 import jaxmbs as mbs
 from jaxmbs.forces import SpringDamper
-from jaxmbs.linear import Link, Modal
 from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Mixed, Rubin, reduce
+from jaxmbs.vibration import Link, Modal
 
 N, LIGHT = 7, [1, 4, 5]
 HEAVY = [k for k in range(N) if k not in LIGHT]
@@ -103,8 +103,8 @@ def test_no_mass_says_so_by_name_and_never_nan():
             ask(loose)
     K, M, C = matrices(damping=1.0)
     for wrong in (
-        lambda: mbs.linear.receptance(K=K, M=M, omega=jnp.ones(2), out=[0], into=[0]),
-        lambda: mbs.linear.viscous_receptance(K=K, M=M, C=C, omega=jnp.ones(2), out=[0], into=[0]),
+        lambda: mbs.vibration.receptance(K=K, M=M, omega=jnp.ones(2), out=[0], into=[0]),
+        lambda: mbs.vibration.viscous_receptance(K=K, M=M, C=C, omega=jnp.ones(2), out=[0], into=[0]),
     ):
         with pytest.raises(ValueError, match=r"\[1, 4, 5\] have no mass.*LinearSystem"):
             wrong()

@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 from jax import lax
 
-from jaxmbs.linear import (
+from jaxmbs.vibration import (
     accelerance,
     mobility,
     modal_receptance,
@@ -18,8 +18,8 @@ from jaxmbs.linear import (
     transmissibility,
     viscous_receptance,
 )
-from jaxmbs.linear.damping import modal, proportional
-from jaxmbs.linear.eigenmodes import natural_modes
+from jaxmbs.vibration._damping import modal, proportional
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, chain
 
 SIDE = 3

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from jaxmbs.linear.damping import (
+from jaxmbs.vibration._damping import (
     complex_modes,
     damped_frequency,
     modal,
@@ -14,8 +14,8 @@ from jaxmbs.linear.damping import (
     proportional_from_ratios,
     structural,
 )
-from jaxmbs.linear.eigenmodes import Modes, complete, natural_modes
-from jaxmbs.linear.mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from jaxmbs.vibration._mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from jaxmbs.vibration._modes import Modes, complete, natural_modes
 from tests.structural_matrices import beam, chain, double_cross, kw
 
 CANTILEVER = [1.87510407, 4.69409113, 7.85475744, 10.99554073]

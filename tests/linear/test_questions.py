@@ -12,8 +12,9 @@ from jaxmbs import blocksparse as bs
 from jaxmbs.coupling import connect, rigid
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
-from jaxmbs.linear import LinearSystem, complex_modes, natural_modes, proportional
+from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, MacNeal, reduce
+from jaxmbs.vibration import complex_modes, natural_modes, proportional
 from tests.structural_matrices import chain
 
 EI, LENGTH = 7e10 * 2e-8, 2.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.linear.damping import complex_modes
+from jaxmbs.vibration._damping import complex_modes
 
 
 def conservative(kind, seed, n=6):

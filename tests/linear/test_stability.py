@@ -7,9 +7,6 @@ import pytest
 
 from jaxmbs.elements import Beam, Quadrilateral
 from jaxmbs.fem import Structure, assemble_dense
-from jaxmbs.linear import modal_response
-from jaxmbs.linear.damping import modal
-from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.reductions import (
     Characteristic,
     CraigBampton,
@@ -21,6 +18,9 @@ from jaxmbs.reductions import (
     Rubin,
     reduce,
 )
+from jaxmbs.vibration import modal_response
+from jaxmbs.vibration._damping import modal
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, chain, component, kw
 
 BUCKLED = jnp.diag(jnp.array([-0.5, 1.0, 2.0]))

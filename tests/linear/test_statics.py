@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.linear.rest import static_response
+from jaxmbs.linear._static_response import static_response
 from tests.structural_matrices import beam
 
 LENGTH, EI, RHO_A, FORCE = 2.0, 3.0, 0.7, 5.0

@@ -14,8 +14,8 @@ from jaxmbs.errors import ModelError
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.io import read_dmig, read_matrix_market, read_op4
 from jaxmbs.linear import LinearSystem, block_matrices, check, rigid_motions
-from jaxmbs.linear.mode_shapes import effective_masses
 from jaxmbs.reductions import CraigBampton, fixed_interface_modes, reduce
+from jaxmbs.vibration._mode_shapes import effective_masses
 
 CHAIN = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
 

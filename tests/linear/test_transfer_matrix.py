@@ -5,14 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.linear import (
-    Modes,
-    complex_modes,
-    modal_transfer_matrix,
-    natural_modes,
-    receptance,
-    transfer_matrix,
-)
+from jaxmbs.vibration import Modes, complex_modes, modal_transfer_matrix, natural_modes, receptance, transfer_matrix
 from tests.structural_matrices import beam, chain
 
 POINTS = np.array([0.3 + 1.1j, -0.4 + 0.2j, 0.7j, 1.5])

@@ -10,9 +10,9 @@ import scipy.integrate
 import scipy.linalg
 import scipy.signal
 
-from jaxmbs.linear.eigenmodes import natural_modes
-from jaxmbs.linear.oscillators import base_load, modal_motion
-from jaxmbs.linear.response_in_modes import modal_response
+from jaxmbs.vibration._modal_equations import base_load, modal_motion
+from jaxmbs.vibration._modal_response import modal_response
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import chain, kw
 
 W, Z = jnp.array([0.0, 2.0, 30.0, 4.0]), jnp.array([0.0, 0.02, 0.1, 1.5])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from jax import lax
 
-from jaxmbs.math.again import SMALL, again, factor
-from jaxmbs.math.spd import spd_solve
+from jaxmbs.math._spd import spd_solve
+from jaxmbs.runtime._remat import SMALL, again, factor
 
 
 def test_a_solution_is_not_looked_for_again():

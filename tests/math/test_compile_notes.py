@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.math import compile_notes
+from jaxmbs.runtime import _compile_log as compile_notes
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.math.content import KnownFunction, NoContent, content_of
-from jaxmbs.math.fingerprint import fingerprint
+from jaxmbs.runtime._content import KnownFunction, NoContent, content_of
+from jaxmbs.runtime._fingerprint import fingerprint
 
 
 def closing(k):

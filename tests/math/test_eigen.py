@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 from jax import lax
 
-from jaxmbs.math.eigen import eig, eigh, group_means, same, spectral
+from jaxmbs.math._eigen import eig, eigh, group_means, same, spectral
 
 SIDE = 3
 T = 2 * np.eye(SIDE) - np.eye(SIDE, k=1) - np.eye(SIDE, k=-1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.interpolate
 
-from jaxmbs.math.interpolation import hermite, hermite_integral, interval, pchip_slopes
+from jaxmbs.math._interpolation import hermite, hermite_integral, interval, pchip_slopes
 
 CURVES = {
     "rising": ([0.0, 0.5, 2.0, 2.2, 4.0], [0.0, 1.0, 1.5, 4.0, 4.5]),

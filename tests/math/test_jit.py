@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.math import jit as module
-from jaxmbs.math.jit import SMALL, jit, options
+from jaxmbs.runtime import _jit as module
+from jaxmbs.runtime._jit import SMALL, jit, options
 
 X = jnp.array([0.3, 1.2])
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from jax.test_util import check_grads
 
-from jaxmbs.math import lapack, square
-from jaxmbs.math.lineax_solver import SquareSolver
+from jaxmbs.math import _square as square
+from jaxmbs.ode._linear_solver import SquareSolver
+from jaxmbs.runtime import _lapack as lapack
 
 SIZES = [0, 1, 7, square.SMALL, square.SMALL + 5]
 

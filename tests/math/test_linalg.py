@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.math.linalg import _FEW, saddle_solve
+from jaxmbs.math._linalg import _FEW, saddle_solve
 
 TOLERANCE = {np.float32: 2e-4, np.float64: 1e-12}
 SIZES = {"inverse of the whole": 4, "eliminated": 20}  # unknowns; rows are half of them, and half of those again

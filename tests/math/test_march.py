@@ -8,8 +8,8 @@ import numpy as np
 import optimistix
 import pytest
 
-from jaxmbs.math.march import March, walked
-from jaxmbs.math.march_adjoint import walked_reverse
+from jaxmbs.ode._adjoint import walked_reverse
+from jaxmbs.ode._loop import March, walked
 
 START = (jnp.array([1.0, 0.2]), jnp.array([-0.3]))
 TIMES = jnp.array([0.0, 0.3, 0.3, 0.7, 1.1, 1.6])

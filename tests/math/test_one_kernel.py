@@ -10,10 +10,10 @@ import pytest
 from jax import lax
 
 import jaxmbs as mbs
-from jaxmbs.math import jit as jit_module
-from jaxmbs.math import one_kernel as module
-from jaxmbs.math.jit import jit, options
-from jaxmbs.math.one_kernel import MARKED, marks, one_kernel
+from jaxmbs.runtime import _jit as jit_module
+from jaxmbs.runtime import _small_call as module
+from jaxmbs.runtime._jit import jit, options
+from jaxmbs.runtime._small_call import MARKED, marks, one_kernel
 from tests.zoo.mechanisms import four_bar, four_bar_state
 
 X = jnp.array([0.3, 1.2])

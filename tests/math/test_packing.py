@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.math.packing import Packing
+from jaxmbs.runtime._packing import Packing
 
 
 def tree(dtype):

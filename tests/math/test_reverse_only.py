@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.math.reverse_only import reverse_only
+from jaxmbs.runtime._reverse_only import reverse_only
 
 
 def cube(x, y=2.0):

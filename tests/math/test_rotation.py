@@ -6,7 +6,7 @@ import pytest
 from jax import numpy as jnp
 from scipy.spatial.transform import Rotation
 
-from jaxmbs.math import rotation
+from jaxmbs.math import _rotation as rotation
 
 _DIRECTIONS = [np.array(d, float) for d in [(1, 0, 0), (0, -1, 0), (0, 0, 1), (-0.8, 0.6, 0)]]
 _SLANTED = np.array([1.0, -2.0, 3.0]) / np.sqrt(14.0)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.math.rows import FEW, RUNS, TOGETHER, over_rows, take
+from jaxmbs.runtime._gather import FEW, RUNS, TOGETHER, over_rows, take
 
 X = np.random.default_rng(0).normal(size=(9, 2, 3))
 PLACES = {

@@ -7,10 +7,10 @@ import pytest
 from jax import lax
 from jax.extend.core import jaxpr_as_fun
 
-from jaxmbs.math.jaxpr import equations
-from jaxmbs.math.linalg import saddle_solve, small_matmul
-from jaxmbs.math.one_kernel import MARKED, one_kernel
-from jaxmbs.math.small_products import as_sums
+from jaxmbs.math._linalg import saddle_solve, small_matmul
+from jaxmbs.runtime._jaxpr import equations
+from jaxmbs.runtime._small_call import MARKED, one_kernel
+from jaxmbs.runtime._small_products import as_sums
 
 RANDOM = np.random.default_rng(4)
 M = RANDOM.normal(size=(5, 3, 3))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from jaxmbs.math import spatial
-from jaxmbs.math.jit import SMALL
+from jaxmbs.math import _spatial as spatial
+from jaxmbs.runtime._jit import SMALL
 
 N, BATCH = 4, 3
 RNG = np.random.default_rng(3)

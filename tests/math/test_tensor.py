@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from jax import numpy as jnp
 
-from jaxmbs.math import tensor
+from jaxmbs.math import _tensor as tensor
 
 
 @pytest.fixture

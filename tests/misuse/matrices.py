@@ -17,11 +17,11 @@ CASES = {
         "* complex: matrices may be",
         "damping nan: refused",
     ),
-    "linear.Link": case(
+    "vibration.Link": case(
         lambda z: call(mbs.SpringDamper(2.0), {"a": 1.0}),
         "row name: simulate refuses it",
     ),
-    "linear.Modal": case(
+    "vibration.Modal": case(
         lambda z: call(0.25, 2),
         "ratios *: simulate refuses it",
         "num *: simulate refuses it",
@@ -36,57 +36,57 @@ CASES = {
         "outputs number for a name: names are free",
         "inputs number for a name: names are free",
     ),
-    "linear.accelerance": case(lambda z: call(z.values, z.omega), "receptance shape: any number of channels"),
-    "linear.mobility": case(lambda z: call(z.values, z.omega), "receptance shape: any number of channels"),
-    "linear.acceleration_gain": case(
+    "vibration.accelerance": case(lambda z: call(z.values, z.omega), "receptance shape: any number of channels"),
+    "vibration.mobility": case(lambda z: call(z.values, z.omega), "receptance shape: any number of channels"),
+    "vibration.acceleration_gain": case(
         lambda z: call(3.0, 2.0), "* shape: numbers or arrays of them", "reference inf: a limit that exists"
     ),
-    "linear.gain_from_mobility": case(lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them"),
-    "linear.mobility_from_gain": case(
+    "vibration.gain_from_mobility": case(lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them"),
+    "vibration.mobility_from_gain": case(
         lambda z: call(0.5, 2.0, 3.0), "* shape: numbers or arrays of them", "total_mass inf: a limit that exists"
     ),
-    "linear.generalised_stiffness": case(lambda z: call(2.0, 3.0), "* shape: numbers or arrays of them"),
-    "linear.superpose": case(lambda z: call(z.modes.shapes, z.x.T), "coordinates shape: any number of columns"),
-    "linear.base_load": case(lambda z: call(z.M, z.K[:, :1], z.x[:, :1])),
+    "vibration.generalised_stiffness": case(lambda z: call(2.0, 3.0), "* shape: numbers or arrays of them"),
+    "vibration.superpose": case(lambda z: call(z.modes.shapes, z.x.T), "coordinates shape: any number of columns"),
+    "vibration.base_load": case(lambda z: call(z.M, z.K[:, :1], z.x[:, :1])),
     "linear.block_matrices": case(lambda z: call(z.K, z.M, size=2)),
     "linear.check": case(
         lambda z: call(z.free_beam, np.zeros(3), 1e-6),
         "tolerance *: of a report",
         "system nan inside: LinearSystem refuses it before",
     ),
-    "linear.natural_modes": case(lambda z: call(K=z.K, M=z.M, num=2)),
-    "linear.complex_modes": case(lambda z: call(K=z.K, C=z.C, M=z.M), "* single: shapes have any phase"),
-    "linear.modal": case(lambda z: call(K=z.K, M=z.M, ratios=np.full(4, 0.25))),
-    "linear.proportional": case(lambda z: call(K=z.K, M=z.M, by_mass=0.5, by_stiffness=0.25)),
-    "linear.proportional_from_ratios": case(lambda z: call((1.0, 0.25), (2.0, 0.5))),
-    "linear.structural": case(lambda z: call(z.K, 0.25), "* swapped: entry by entry"),
-    "linear.coupled": case(
+    "vibration.natural_modes": case(lambda z: call(K=z.K, M=z.M, num=2)),
+    "vibration.complex_modes": case(lambda z: call(K=z.K, C=z.C, M=z.M), "* single: shapes have any phase"),
+    "vibration.modal": case(lambda z: call(K=z.K, M=z.M, ratios=np.full(4, 0.25))),
+    "vibration.proportional": case(lambda z: call(K=z.K, M=z.M, by_mass=0.5, by_stiffness=0.25)),
+    "vibration.proportional_from_ratios": case(lambda z: call((1.0, 0.25), (2.0, 0.5))),
+    "vibration.structural": case(lambda z: call(z.K, 0.25), "* swapped: entry by entry"),
+    "vibration.coupled": case(
         lambda z: call(z.C), "C nan: yes, nothing comes apart", "C inf: likewise", "C complex: matrices may be"
     ),
-    "linear.damped_frequency": case(
+    "vibration.damped_frequency": case(
         lambda z: call(2.0, 0.25), "* shape: numbers or arrays of them", "ratio inf: zero from critical damping on"
     ),
     "linear.constraint_modes": case(lambda z: call(z.K, (0,))),
     "linear.interface_basis": case(lambda z: call(z.K, (0,))),
     "linear.partition": case(lambda z: call(4, (0, 2)), "size huge: it is the size", "* integer: rows"),
-    "linear.dense_response": case(
+    "vibration.dense_response": case(
         lambda z: call(K=z.K, M=z.M, C=z.C, load=z.M, omega=z.omega, out=z.x),
         f"omega shape: {ANY}",
         "load shape: any number of columns",
     ),
-    "linear.direct_response": case(
+    "vibration.direct_response": case(
         lambda z: call(K=z.blocks[0], M=z.blocks[1], load=np.ones((4, 1)), omega=z.omega), f"omega shape: {ANY}"
     ),
-    "linear.receptance": case(
+    "vibration.receptance": case(
         lambda z: call(K=z.K, M=z.M, omega=z.omega, out=[0], into=[3], C=z.C), f"omega shape: {ANY}"
     ),
-    "linear.viscous_receptance": case(
+    "vibration.viscous_receptance": case(
         lambda z: call(K=z.K, M=z.M, C=z.C, omega=z.omega, out=[0], into=[3]), f"omega shape: {ANY}"
     ),
-    "linear.transmissibility": case(
+    "vibration.transmissibility": case(
         lambda z: call(K=z.K, M=z.M, omega=z.omega, base=(0,), out=(3,)), f"omega shape: {ANY}"
     ),
-    "linear.modal_receptance": case(
+    "vibration.modal_receptance": case(
         lambda z: call(np.array([1.0, 2.0]), np.ones((1, 2)), np.ones((1, 2)), z.omega, 0.25, 2.0),
         f"omega shape: {ANY}",
         "natural inf: a limit that exists",
@@ -94,45 +94,47 @@ CASES = {
         "ratios inf: a limit that exists",
         "modal_masses inf: a limit that exists",
     ),
-    "linear.transfer_matrix": case(
+    "vibration.transfer_matrix": case(
         lambda z: call(K=z.K, M=z.M, s=1j * z.omega, C=z.C, out=z.x, into=z.M),
         f"s shape: {ANY}",
         "into shape: any loads",
     ),
-    "linear.modal_transfer_matrix": case(
+    "vibration.modal_transfer_matrix": case(
         lambda z: call(z.complex_modes, 1j * z.omega, [0], [3]), f"s shape: {ANY}", "s inf: a limit that exists"
     ),
-    "linear.resonance_gains": case(lambda z: call(K=z.K, M=z.M, base=(0,), out=(3,), ratios=0.25), positive="ratios"),
-    "linear.modal_motion": case(
+    "vibration.resonance_gains": case(
+        lambda z: call(K=z.K, M=z.M, base=(0,), out=(3,), ratios=0.25), positive="ratios"
+    ),
+    "vibration.modal_motion": case(
         lambda z: call(np.array([1.0, 2.0]), 0.25, z.x[:, :2], 0.5, np.ones(2), np.ones(2)),
         "loads shape: refused",
         positive="step",
     ),
-    "linear.oscillations": case(
+    "vibration.oscillations": case(
         lambda z: call(np.array([1.0, 4.0]), np.array([0.5, 0.25]), z.x[:, :2], 0.5, np.ones(2), np.ones(2)),
         positive="step",
     ),
-    "linear.modal_response": case(lambda z: call(K=z.K, M=z.M, load=z.x, step=0.5, ratios=0.25), positive="step"),
-    "linear.mac": case(
+    "vibration.modal_response": case(lambda z: call(K=z.K, M=z.M, load=z.x, step=0.5, ratios=0.25), positive="step"),
+    "vibration.mac": case(
         lambda z: call(z.modes.shapes, z.modes.shapes, z.M),
         "* shape: any number of shapes",
         "first complex: of complex shapes, a real number",
         "second complex: likewise",
     ),
-    "linear.track": case(lambda z: call(z.modes, z.modes, z.M)),
-    "linear.mode_ratios": case(lambda z: call(z.modes, 1)),
-    "linear.effective_masses": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
-    "linear.participation": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
-    "linear.lowest_modes": case(lambda z: call(_factor(z.long_blocks[0]), z.long_blocks[1], 2)),
+    "vibration.track": case(lambda z: call(z.modes, z.modes, z.M)),
+    "vibration.mode_ratios": case(lambda z: call(z.modes, 1)),
+    "vibration.effective_masses": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
+    "vibration.participation": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
+    "vibration.lowest_modes": case(lambda z: call(_factor(z.long_blocks[0]), z.long_blocks[1], 2)),
     "linear.rigid_motions": case(lambda z: call(z.x[:, :3], np.array([1.0, 2.0, 3.0]))),
     "linear.static_response": case(lambda z: call(K=z.K, load=z.x)),
-    "linear.equilibrium": case(lambda z: call(z.chain, {"b": 1.0}), "forces shape: any number of cases"),
-    "linear.modes": case(lambda z: call(z.chain, 2)),
-    "linear.frequency_response": case(
+    "vibration.equilibrium": case(lambda z: call(z.chain, {"b": 1.0}), "forces shape: any number of cases"),
+    "vibration.modes": case(lambda z: call(z.chain, 2)),
+    "vibration.frequency_response": case(
         lambda z: call(z.chain, z.omega, ["a"], ["d"], "direct", 0.25), f"omega shape: {ANY}"
     ),
-    "linear.harmonic_response": case(lambda z: call(z.chain, z.omega, {"a": 1.0}, 0.25), f"omega shape: {ANY}"),
-    "linear.simulate": case(
+    "vibration.harmonic_response": case(lambda z: call(z.chain, z.omega, {"a": 1.0}, 0.25), f"omega shape: {ANY}"),
+    "vibration.simulate": case(
         lambda z: call(z.chain, (np.zeros(4), np.ones(4)), ts=z.ts, forces={"a": np.ones(3)}, rtol=1e-6, atol=1e-6),
         positive="rtol atol",
     ),

@@ -79,11 +79,11 @@ CASES = {
     "dynamics.spring_displacement": case(
         lambda z: call(z.bars, z.state, "ground", "coupler", 0.25), positive="free_length"
     ),
-    "dynamics.inverse_dynamics": case(lambda z: call(z.bars, z.state, np.array([1.0, 2.0, 3.0]))),
+    "reaction.inverse_dynamics": case(lambda z: call(z.bars, z.state, np.array([1.0, 2.0, 3.0]))),
     "dynamics.acceleration": of_frame(),
     "dynamics.angular_acceleration": of_frame(),
-    "dynamics.reactions": case(lambda z: call(z.bars, z.state, "world", "child", {"A": np.ones(6)}, "dense")),
-    "dynamics.reaction_bonds": case(lambda z: call(z.bars, z.state, {"A": np.ones(6)}, "dense")),
+    "reaction.reactions": case(lambda z: call(z.bars, z.state, "world", "child", {"A": np.ones(6)}, "dense")),
+    "reaction.reaction_bonds": case(lambda z: call(z.bars, z.state, {"A": np.ones(6)}, "dense")),
     "jaxmbs.reactions": case(lambda z: call(z.bars, z.state)),
     "analysis.equilibrium": case(lambda z: call(z.hanging, z.near_rest)),
     "jaxmbs.equilibrium": case(lambda z: call(z.hanging, z.near_rest)),
@@ -182,7 +182,7 @@ CASES = {
         "number huge: as many",
         "seed huge: any",
     ),
-    "design.batch": case(
+    "batching.batch": case(
         lambda z: call(_squared, {"x": np.array([1.0, 2.0])}),
         "designs shape: any number of designs",
         through=lambda batch: lambda function, designs: batch(function, designs, progress=False).values,

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs import blocksparse, coupling, elements, fem, flexible, linear, reductions, statics
+from jaxmbs import blocksparse, coupling, elements, fem, flexible, linear, reductions, statics, vibration
 from tests.mechanisms import four_bar, four_bar_state
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -76,11 +76,11 @@ class Zoo:
 
     @cached_property
     def modes(self):
-        return linear.natural_modes(K=self.K, M=self.M)
+        return vibration.natural_modes(K=self.K, M=self.M)
 
     @cached_property
     def complex_modes(self):
-        return linear.complex_modes(K=self.K, C=self.C, M=self.M)
+        return vibration.complex_modes(K=self.K, C=self.C, M=self.M)
 
     @cached_property
     def chain(self):

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.bondgraph.equations import state_equations
-from jaxmbs.dynamics import fields, ports
-from jaxmbs.kinematics import influence_second as kic_second
+from jaxmbs.bondgraph._equations import state_equations
+from jaxmbs.dynamics.paper import _fields as fields
+from jaxmbs.dynamics.paper import _ports as ports
+from jaxmbs.kinematics import _kic_second as kic_second
 from tests.mechanisms import PIN, four_bar
 
 QUESTIONS = [

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics.configuration import at_state
-from jaxmbs.motion.formulations import Canonical
-from jaxmbs.motion.gauss import solve_stages
+from jaxmbs.kinematics._configuration import at_state
+from jaxmbs.motion._formulations import Canonical
+from jaxmbs.ode._gauss import solve_stages
 from tests.cases import models
 from tests.cases.test_double_pendulum import ANGLES
 from tests.mechanisms import four_bar, four_bar_state

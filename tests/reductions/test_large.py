@@ -8,10 +8,10 @@ import pytest
 from jaxmbs import blocksparse as bs
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble_blocks
-from jaxmbs.linear.block_modes import lowest_modes
-from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.reductions import CraigBampton, reduce
-from jaxmbs.reductions.craig_bampton_blocks import interface_rows
+from jaxmbs.reductions._craig_bampton_blocks import interface_rows
+from jaxmbs.vibration._lanczos import lowest_modes
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import component
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])

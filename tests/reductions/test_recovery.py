@@ -7,10 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.coupling.primal import interface_reactions, join
+from jaxmbs.coupling._primal import interface_reactions, join
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble_dense, element_forces, element_stresses, histories
-from jaxmbs.linear.eigenmodes import natural_modes
 from jaxmbs.reductions import (
     Characteristic,
     CraigBampton,
@@ -22,15 +21,16 @@ from jaxmbs.reductions import (
     rigid_body_motions,
     rigid_transformation,
 )
-from jaxmbs.reductions.accuracy import force_errors, frequency_errors, num_modes_up_to
-from jaxmbs.reductions.base import numbered, project
-from jaxmbs.reductions.recovery import (
+from jaxmbs.reductions._accuracy import force_errors, frequency_errors, num_modes_up_to
+from jaxmbs.reductions._base import numbered, project
+from jaxmbs.reductions._recovery import (
     element_loads,
     harmonic,
     interface_forces,
     mode_acceleration,
     mode_acceleration_free,
 )
+from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, beam_element, component
 
 K, M = beam(10)

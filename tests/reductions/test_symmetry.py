@@ -14,8 +14,9 @@ from jaxmbs.coupling import connect, rigid
 from jaxmbs.elements import DIRECTIONS, Beam
 from jaxmbs.errors import ModelError
 from jaxmbs.fem import Structure, assemble
-from jaxmbs.linear import LinearSystem, modes
+from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, Cyclic, Mirror, reduce, turned
+from jaxmbs.vibration import modes
 
 ACROSS_X = np.diag([-1.0, 1.0, 1.0])
 

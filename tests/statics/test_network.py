@@ -7,8 +7,8 @@ import pytest
 
 from jaxmbs.errors import ModelError
 from jaxmbs.statics import Bonds, Network
-from jaxmbs.statics.cycles import cycle_pattern
-from jaxmbs.statics.reduction import series_reduction
+from jaxmbs.statics._cycles import cycle_pattern
+from jaxmbs.statics._reduction import series_reduction
 
 from .networks import GRAPHS
 

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 import jaxmbs as mbs
-from jaxmbs.studies import store
+from jaxmbs.studies import _store as store
 
 jax.config.update("jax_enable_x64", True)
 PLAN = mbs.studies.grid(x=jnp.arange(20.0), y=jnp.arange(10.0))

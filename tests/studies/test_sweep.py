@@ -14,9 +14,11 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.errors import BatchError
-from jaxmbs.studies import StudyError, grid, latin_hypercube, sobol, store, study
+from jaxmbs.studies import StudyError, grid, latin_hypercube, sobol
+from jaxmbs.studies import _store as store
+from jaxmbs.studies import _study as study
 from jaxmbs.studies import sweep as sweep_with_bar
-from jaxmbs.studies.store import Store, chunk_spans
+from jaxmbs.studies._store import Store, chunk_spans
 
 pytest.importorskip("xarray")
 CHILD = Path(__file__).parent / "killed_study.py"
@@ -321,7 +323,7 @@ def test_workers_of_dask(tmp_path):
 
 def test_designs_of_like_cost_are_told_apart(tmp_path, monkeypatch):
     """`cost=` reaches the batch: dear designs run first once some have run."""
-    from jaxmbs.design import chunks
+    from jaxmbs.batching import _executor as chunks
 
     orders, before = [], chunks.dearest_first
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.viz.guesses import guessed
+from jaxmbs.viz._body_shapes import guessed
 
 from .machines import made_up_loads, plate, turning_four_bar
 

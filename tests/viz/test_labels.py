@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.demo import mechanism, pictures
-from jaxmbs.kinematics.state import State
+from jaxmbs.demo import _mechanism as mechanism
+from jaxmbs.demo import _pictures as pictures
+from jaxmbs.kinematics._state import State
 
 TIMES = np.linspace(0.0, 2.0, 41)
 
@@ -122,7 +123,7 @@ def vibrating():
     places = {f"n{i}": (0.2 * i, 0.0, 0.0) for i in range(n)}
     labels = [(name, "z") for name in places]
     system = mbs.LinearSystem(mass=np.eye(n), stiffness=K, damping=1e-4 * K, coordinates=labels, positions=places)
-    modes = mbs.linear.natural_modes(K=jnp.asarray(K), M=jnp.eye(n))
+    modes = mbs.vibration.natural_modes(K=jnp.asarray(K), M=jnp.eye(n))
     omega = np.linspace(20.0, 250.0, 300)
     dynamic = K - omega[:, None, None] ** 2 * np.eye(n) + 1e-4j * omega[:, None, None] * K
     values = np.linalg.inv(dynamic)[:, :2, :1]

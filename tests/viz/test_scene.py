@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 import jaxmbs as mbs
 from jaxmbs import fem, viz
 from jaxmbs.coupling import connect, rigid
-from jaxmbs.viz.film import film
-from jaxmbs.viz.mesh import moving_meshes
-from jaxmbs.viz.sets import tracks
+from jaxmbs.reaction import JointReaction, Reactions
+from jaxmbs.viz._mesh import moving_meshes
+from jaxmbs.viz.scenes._geometry import tracks
+from jaxmbs.viz.scenes._trajectory import film
 
 from .machines import everything, four_bar_angles, made_up_loads, plate, turning_four_bar
 
@@ -120,9 +121,9 @@ def test_arrows_ask_for_the_axes_and_the_side(four_bar):
             axes = R[top.frame_names[joint.frames[side == "child"]]]
             turned = np.einsum("tba,tb->ta", axes, force) if frame == "joint" else force
             turned, none, every = jnp.asarray(turned), jnp.zeros((len(force), 1)), jnp.ones((len(force), 3), bool)
-            named[joint.name] = mbs.dynamics.JointReaction(turned, 0 * turned, none, none, every, every)
+            named[joint.name] = JointReaction(turned, 0 * turned, none, none, every, every)
         ok = jnp.ones(len(motion.ts), bool)
-        given = mbs.dynamics.Reactions(named, jnp.zeros((len(ok), 0)), jnp.zeros(len(ok)), ok, frame=frame, side=side)
+        given = Reactions(named, jnp.zeros((len(ok), 0)), jnp.zeros(len(ok)), ok, frame=frame, side=side)
         arrows = viz.scene(system, motion, loads=given).data["stages"][0]["arrows"]
         drawn[frame, side] = [numbers(arrows[key], len(ok), 4, 3) for key in ("force", "place")]
     for found in drawn.values():
@@ -233,7 +234,7 @@ def test_a_mode_of_a_mechanism_keeps_its_loops_to_first_order(four_bar):
     system, motion = four_bar
     state = jax.tree.map(lambda x: x[7], motion.states)
     roots = jnp.array([2j, -2j])
-    made = mbs.linear.Modes(jnp.ones(2), jnp.array([[1.0 + 0j, 1.0], [2j, -2j]]), roots == 0, roots)
+    made = mbs.vibration.Modes(jnp.ones(2), jnp.array([[1.0 + 0j, 1.0], [2j, -2j]]), roots == 0, roots)
     gaps = []
     for amplitude in (1e-2, 1e-3):
         seen = film(system, viz.swing(system, made, 0, state, amplitude, frames=5))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.viz import Solid
-from jaxmbs.viz.solids import rounded_hull, swept, turned_to, unit_cone
+from jaxmbs.viz.scenes._solids import rounded_hull, swept, turned_to, unit_cone
 
 
 def volume(solid):

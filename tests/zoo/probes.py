@@ -10,15 +10,15 @@ import numpy as np
 import jaxmbs as mbs
 from jaxmbs import dynamics
 from jaxmbs.bondgraph import state_equations
-from jaxmbs.bondgraph.views import VIEWS
-from jaxmbs.dynamics import hamilton
-from jaxmbs.dynamics.efforts import efforts, stored_energy
-from jaxmbs.dynamics.energy import energies
-from jaxmbs.kinematics import influence as first
-from jaxmbs.kinematics import influence_second as second
-from jaxmbs.kinematics.configuration import at_state, elsewhere, moving
-from jaxmbs.kinematics.influence import velocity_map
-from jaxmbs.kinematics.poses import coordinate_rate
+from jaxmbs.bondgraph._views import VIEWS
+from jaxmbs.dynamics import _hamilton as hamilton
+from jaxmbs.dynamics._efforts import efforts, stored_energy
+from jaxmbs.dynamics._energy import energies
+from jaxmbs.kinematics import _kic as first
+from jaxmbs.kinematics import _kic_second as second
+from jaxmbs.kinematics._configuration import at_state, elsewhere, moving
+from jaxmbs.kinematics._kic import velocity_map
+from jaxmbs.kinematics._poses import coordinate_rate
 
 
 def probe(function):

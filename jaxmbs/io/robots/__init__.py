@@ -1,7 +1,7 @@
 """Mechanisms from the files that robots are described in."""
 
-from .imported import Imported, JointLimits
-from .mjcf import read_mjcf
-from .urdf import read_urdf
+from ._imported import Imported, JointLimits
+from ._mjcf import read_mjcf
+from ._urdf import read_urdf
 
 __all__ = ["Imported", "JointLimits", "read_mjcf", "read_urdf"]

@@ -1,0 +1,189 @@
+"""Static equilibrium and steady motion: where the independent accelerations vanish."""
+
+from collections.abc import Iterable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix
+from jaxtyping import Array, Bool, Float, Int
+
+from ..checks import known, no_such
+from ..dynamics._bodies import total_mass
+from ..errors import ModelError, SimulationError
+from ..kinematics import _constraints as constraints
+from ..kinematics._configuration import at_state, configuration
+from ..kinematics._kic import independent_columns, velocity_map
+from ..kinematics._kic_second import along_independent
+from ..kinematics._mobility import is_determined, system_at
+from ..kinematics._poses import node_parameters, normalise, step_coordinates
+from ..kinematics._state import State
+from ..math import _square as square
+from ..math._nan import nan_where
+from ..model._entry_points import check_one
+from ..model._system import System
+from ..ode._linear_solver import SquareSolver
+from ..runtime import jit, lapack
+from ._linearise import local_efforts
+
+_SETS = 3  # independent sets that are tried, each at the pose found with the one before
+_SMALL = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
+
+
+class Equilibrium(eqx.Module):
+    """Where a mechanism rests or moves steadily.
+
+    Attributes:
+        state: the State there; NaN where nothing was found, as are stiffness and efforts, so that nothing is
+            computed of a state that is none.
+        residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale,
+            without derivative.
+        ok: whether the residual is small.
+        stable: whether the symmetric part of the stiffness is positive definite on the coordinates that do not move.
+        stiffness: K (N, N) there, all causes, along the admissible directions.
+        efforts: (N,) that hold the moving joints at their speed; zero when the motion sustains itself.
+        steps: of the search.
+    """
+
+    state: State
+    residual: Float[Array, ""]
+    ok: Bool[Array, ""]
+    stable: Bool[Array, ""]
+    stiffness: Float[Array, "N N"]
+    efforts: Float[Array, " N"]
+    steps: Int[Array, ""]
+
+
+def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw: bool = True) -> Equilibrium:
+    """The state of rest, or of steady motion, near a state.
+
+    Args:
+        state: where the search starts; its time serves the drives.
+        moving: names of joints that turn or slide steadily: they keep their coordinates and velocities, all other
+            independent velocities are zero.
+        throw: raise when nothing is found (outside of tracing); else look at `.ok`.
+
+    Newton's method with a line search on the independent efforts and the loops together; derivatives by the
+    implicit function theorem.
+
+    Raises:
+        ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`).
+        SimulationError: no equilibrium was found.
+    """
+    check_one(system, state)
+    moving = tuple(moving)
+    result = _found(system, state, moving)
+    if throw and known(result.ok) and not np.all(np.asarray(result.ok)):
+        worst = float(np.max(np.asarray(result.residual)))
+        raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
+    return result
+
+
+def _found(system, state, moving):
+    """The equilibrium on the freedoms of the state, and once more from where it was found if these are others there:
+    a linkage that starts straight leaves a singular pose."""
+    for _ in range(_SETS):
+        here = system_at(system, state)
+        result = _equilibrium(here, state, _columns(here, moving))
+        if not known(result):
+            fits = is_determined(here, result.state.coordinates, result.state.t) if here.has_constraints else True
+            return eqx.tree_at(lambda r: r.ok, result, result.ok & fits)
+        state = result.state
+        if system_at(here, state) is here:
+            return result
+    return eqx.tree_at(lambda r: r.ok, result, jnp.zeros_like(result.ok))
+
+
+def _columns(system, moving):
+    """Velocity columns of the joints that move steadily.  Raises: ModelError."""
+    top, chosen = system.topology, independent_columns(system)
+    faults, columns = [], []
+    for name in moving:
+        if name not in top.joint_index:
+            faults.append(f"moving: {no_such('joint', name, top.joint_names)}")
+            continue
+        mine = range(*top.joints[top.joint_index[name]].velocities.indices(top.num_velocities))
+        if not mine or not set(mine) <= set(chosen.tolist()):
+            faults.append(f"moving: joint {name!r} is not independent; use build(independent=[..., {name!r}])")
+        columns += mine
+    if faults:
+        raise ModelError(faults)
+    return tuple(columns)
+
+
+@jit
+def _equilibrium(system, state, moving):
+    top, chosen = system.topology, independent_columns(system)
+    still = jnp.asarray(~np.isin(chosen, moving), state.coordinates.dtype)
+    w = state.velocities[chosen] * (1.0 - still)
+    start = jnp.zeros(top.num_velocities, state.coordinates.dtype)
+    weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
+    first = jnp.max(jnp.abs(_unbalanced(system, at_state(system, state), w)), initial=0.0)
+    scale = jax.lax.stop_gradient(jnp.where(weight + first > 0.0, weight + first, 1.0))  # massless, not loaded
+    arguments = (system, state.coordinates, w, state.t, still, scale)
+    if start.size:
+        step, count = jax.lax.custom_root(lambda x: _balance(x, arguments), start, _search, _along_root, has_aux=True)
+    else:  # a structure of welds rests where it is
+        step, count = start, jnp.zeros((), start.dtype)
+    psi = normalise(top, step_coordinates(top, state.coordinates, step))
+    at = configuration(system, node_parameters(system), psi, state.t)
+    Gamma, b = velocity_map(system, at)
+    efforts, gap = _unbalanced(system, at, w), constraints.residual(system, at)
+    residual = jnp.maximum(jnp.max(jnp.abs(still * efforts), initial=0.0) / scale, jnp.max(jnp.abs(gap), initial=0.0))
+    K = along_independent(system, at, lambda at: _unbalanced(system, at, w))
+    ok = residual < _SMALL[start.dtype.itemsize]
+    stable = _is_stable(K, still)
+    psi, u, K, efforts = (nan_where(~ok, x) for x in (psi, Gamma @ w + b, K, efforts))
+    return Equilibrium(
+        state=State(state.t, psi, u, structure=top.structure),
+        residual=jax.lax.stop_gradient(residual),
+        ok=ok,
+        stable=stable,
+        stiffness=K,
+        efforts=(1.0 - still) * efforts,
+        steps=count.astype(int),
+    )
+
+
+def _search(balance, start):
+    """The root of `balance` near `start` and the steps it took, as a float: `custom_root` differentiates it too."""
+    tolerance = _SMALL[start.dtype.itemsize] * 1e-3
+    newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
+    newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
+    solution = optimistix.root_find(lambda x, _: balance(x), newton, start, max_steps=200, throw=False)
+    return solution.value, jnp.asarray(solution.stats["num_steps"], start.dtype)
+
+
+def _along_root(linear, right):
+    """The implicit function theorem; not finite where the stiffness is singular, and no error: that would stop the
+    other equilibria of a batch."""
+    return square.solve(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
+
+
+def _unbalanced(system, at, w):
+    """Efforts (N,) that are missing for zero accelerations at the velocities w."""
+    return local_efforts(system, at, w, jnp.zeros_like(w))[0]
+
+
+def _balance(step, arguments):
+    """Residual (nv,): efforts along Gamma, loops across it; the two are orthogonal, so both vanish with it."""
+    system, psi, w, t, still, scale = arguments
+    at = configuration(system, node_parameters(system), step_coordinates(system.topology, psi, step), t)
+    Gamma = velocity_map(system, at)[0]
+    held = (1.0 - still) * step[independent_columns(system)]
+    along = Gamma @ (still * _unbalanced(system, at, w) / scale + held)
+    if not system.has_constraints:
+        return along
+    A = constraints.jacobian(system, at)[system.topology.position_rows]
+    return along + A.T @ constraints.residual(system, at)
+
+
+def _is_stable(K, still):
+    """Whether the symmetric part is positive definite on the coordinates that stand still."""
+    both = still[:, None] * still[None, :]
+    symmetric = jnp.where(
+        both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K), initial=0.0)
+    )
+    values = lapack.eigvalsh(jax.lax.stop_gradient(symmetric))
+    return jnp.min(values, initial=jnp.inf) > 1e-12 * jnp.max(jnp.abs(values), initial=0.0)

@@ -1,0 +1,287 @@
+"""Linear equations of small motions about a state, at rest or in steady motion, on independent coordinates.
+
+`M dphi'' + C dphi' + K dphi = efforts`, and the state space for chosen inputs and outputs.
+"""
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from ..checks import place_of
+from ..dynamics._efforts import efforts
+from ..dynamics._newton_euler import forward_dynamics, required_efforts
+from ..dynamics.paper._ports import resistance
+from ..errors import ModelError
+from ..flexible._stiffening import missing, squared_spins, warn_of_stiffening
+from ..kinematics import _closures as closures
+from ..kinematics import _constraints as constraints
+from ..kinematics._configuration import at_state, configuration, moving, node_accelerations
+from ..kinematics._kic import independent_columns, motion_map, position_map, velocity_map
+from ..kinematics._mobility import system_at, where_determined
+from ..kinematics._poses import coordinate_rate
+from ..kinematics._state import State
+from ..linear._system import LinearSystem
+from ..linear._transfer import TransferFunctions
+from ..math import _square as square
+from ..math._linalg import full_rank_lstsq
+from ..model._entry_points import check_one
+from ..model._rows import Drive
+from ..model._system import System
+from ..runtime import jit
+from ..typing import ArrayLike, CoordinateLike
+from ..vibration._questions import frequency_response as response_by_names
+from ._release import release
+
+
+class StateSpace(NamedTuple):
+    """`x' = A x + B v`, `y = C x + D v`, with x = (coordinates (n,), velocities (N,)) as differences."""
+
+    A: jax.Array
+    B: jax.Array
+    C: jax.Array
+    D: jax.Array
+
+
+class Linearisation(eqx.Module):
+    """Small motions about a state.
+
+    Attributes:
+        mass: M (N, N), the inertia field I*.
+        damping: C (N, N), of dampers and of the steady motion.
+        gyroscopic: the part of C that the motion makes, `C - R` with R of S2 (74).
+        stiffness: K (N, n) in total derivatives: springs, gravity, loads and the steady motion.
+        state_space: A, B, C, D.
+        positions, velocities: columns of the independent coordinates and velocities (static); they differ (n > N)
+            where rows of velocity restrict the motion.
+        names: of the independent velocities (static), "pin", or "ball rx" of a joint with several.
+        position_names: likewise of the independent coordinates, the same but where rows of velocity restrict the
+            motion.
+        stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
+            out, see `flexible.stiffening`.
+    """
+
+    mass: Float[Array, "N N"]
+    damping: Float[Array, "N N"]
+    gyroscopic: Float[Array, "N N"]
+    stiffness: Float[Array, "N n"]
+    state_space: StateSpace
+    positions: tuple[int, ...] = eqx.field(static=True)
+    velocities: tuple[int, ...] = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True, default=())
+    position_names: tuple[str, ...] = eqx.field(static=True, default=())
+    stiffening: dict = eqx.field(default_factory=dict)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states x of `state_space` and of the rows of modes: coordinates "pin", then "rate of pin"."""
+        return (*self.position_names, *(f"rate of {name}" for name in self.names))
+
+    @property
+    def ok(self) -> Bool[Array, "..."]:
+        """Whether it is finite: the state is assembled, and the independent set determines the motion there."""
+        parts = self.mass, self.damping, self.stiffness
+        return jnp.all(jnp.stack([jnp.all(jnp.isfinite(part), axis=(-2, -1)) for part in parts]), axis=0)
+
+    @property
+    def system(self) -> LinearSystem:
+        """M, C and K by names of joints, all of them interface: a component that `connect` joins to others.
+
+        Raises: ModelError where rows of velocity restrict the motion: it has more coordinates than velocities.
+        """
+        if self.positions != self.velocities:
+            raise ModelError(
+                [
+                    "a mechanism that rolls or slides on edges has more coordinates than velocities and is no "
+                    "LinearSystem: take its `state_space`, with rows named by `state_names`, or `modes` of it"
+                ]
+            )
+        matrices = {"mass": self.mass, "damping": self.damping, "stiffness": self.stiffness}
+        return LinearSystem(**matrices, coordinates=self.names, interface=range(len(self.names)))
+
+
+def linearise(
+    system: System, state: State, inputs: Iterable[str] = (), outputs: Iterable[str] | Callable = ()
+) -> Linearisation:
+    """Linear equations about a state.
+
+    Args:
+        inputs: joint names.  The effort on a free joint's coordinates [N, N m], or the acceleration of a driven
+            joint's coordinate: the drive is then released and its position and speed join the state, so that
+            transmissibilities follow by division by its own output.
+        outputs: joint names, for their coordinates, or one function `f(state, accelerations (nv,)) -> (m,)`.
+
+    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.  It is on the
+    freedoms of the state asked, where these are others than those counted at build; within a trace, where shapes are
+    those of the build, it is NaN there and `ok` False: build with a pose of use, `build(guess=...)`.
+
+    Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
+    """
+    check_one(system, state)
+    for name in (*inputs, *(() if callable(outputs) else outputs)):
+        place_of("joint", name, system.topology.joint_names)
+    system = system_at(system, state)
+    driven = tuple(name for name in inputs if name in _drives(system))
+    accelerations = forward_dynamics(system, state)[0]
+    system = release(system, driven, state)
+    if not callable(outputs):
+        joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
+        outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
+    found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
+    warn_of_stiffening(found.stiffening)
+    found = where_determined(system, state, found)
+    names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
+    return dataclasses.replace(found, names=names, position_names=position_names)
+
+
+def _column_names(topology, columns):
+    """Names of velocities: that of the joint, with its label where the joint has several."""
+    names = {}
+    for joint in topology.joints:
+        own = range(joint.velocities.start, joint.velocities.stop)
+        labels = _velocity_labels(joint.labels, [topology.node_kind[k] for k in own])
+        names |= {k: joint.name if len(own) == 1 else f"{joint.name} {d}" for k, d in zip(own, labels, strict=True)}
+    return tuple(names.get(k, str(k)) for k in columns)
+
+
+def _velocity_labels(labels, kinds):
+    """Labels of a joint's velocities: those of its coordinates, rx ry rz for the four numbers of a quaternion."""
+    found, rest = [], list(labels)
+    for k, kind in enumerate(kinds):
+        if kind != "ball":
+            found.append(rest.pop(0) if rest else str(k))
+        elif kinds[:k].count("ball") % 3 == 0:
+            found, rest = [*found, "rx", "ry", "rz"], rest[4:]
+    return found
+
+
+class _Coordinates(eqx.Module):
+    """Output of joint coordinates."""
+
+    ranges: tuple[tuple[int, int], ...] = eqx.field(static=True)
+
+    def __call__(self, state, accelerations):
+        return jnp.concatenate([jnp.zeros(0), *[state.coordinates[a:b] for a, b in self.ranges]])
+
+
+def _drives(system):
+    return {row.name for row in system.rows if isinstance(row, Drive)}
+
+
+def local_efforts(system: System, at, w, a):
+    """`I* a + ... - Q` (N,): efforts that the independent velocities w need for accelerations a; zero in a motion.
+
+    Also returns all velocities (nv,) and accelerations (nv,).
+    """
+    directions = closures.moving_directions(system, at)
+    Gamma, B = motion_map(system, at, directions[0])
+    u = Gamma @ w - B @ constraints.time_rate(system, at)
+    here = moving(system, at, u)
+    unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
+    u_dot = Gamma @ a + B @ constraints.acceleration_bias(system, here, unmoved, directions)
+    V_dot, loads = node_accelerations(system.topology, here, u_dot), efforts(system, here)[:2]
+    return Gamma.T @ required_efforts(system, here, V_dot, u_dot, loads), u, u_dot
+
+
+@jit
+def _linearise(system, state, accelerations, inputs, driven, outputs):
+    psi, t, at = state.coordinates, state.t, at_state(system, state, inertias=False)
+    top, chosen = system.topology, independent_columns(system)
+    w, a = state.velocities[chosen], accelerations[chosen]
+    Gamma = velocity_map(system, at)[0]
+    Z = position_map(system, at) if top.slip_rows else Gamma
+
+    def everything(psi, w, a):
+        need, u, u_dot = local_efforts(system, configuration(system, at.P, psi, t), w, a)
+        return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u, structure=top.structure), u_dot)
+
+    (_, psi_dot, _), slopes = jax.linearize(everything, psi, w, a)
+    ends = [Z.shape[1], Z.shape[1] + len(chosen)]  # directions: positions, velocities, accelerations
+    eye = np.eye(ends[1] + len(chosen), dtype=psi.dtype)
+    moved = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(Z) @ eye[: ends[0]]
+    found = jax.vmap(slopes, 1, 1)(moved, jnp.asarray(eye[ends[0] : ends[1]]), jnp.asarray(eye[ends[1] :]))
+    (K, C, M), (drift, flow, _), (y_psi, y_w, y_a) = (jnp.split(part, ends, axis=1) for part in found)
+    positions = independent_positions(system)
+    upper = _position_rates(top, psi, Z, psi_dot, drift, flow)[positions]
+    lower, B = _accelerations(system, Gamma, M, jnp.concatenate([K, C], axis=1), inputs, driven)
+    space = StateSpace(
+        A=jnp.concatenate([upper, lower]),
+        B=jnp.concatenate([jnp.zeros((len(positions), B.shape[1]), B.dtype), B]),
+        C=jnp.concatenate([y_psi, y_w], axis=1) + y_a @ lower,
+        D=y_a @ B,
+    )
+    R = resistance(system, at, Gamma, state.velocities)
+    columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
+    still = missing(system, squared_spins(system, moving(system, at, state.velocities))) if system.elastic else {}
+    return Linearisation(M, C, C - R, K, space, *columns, stiffening=still)
+
+
+def _position_rates(top, psi, Z, psi_dot, drift, flow):
+    """Rates (nv, n + N) of the displacements of all columns: `psi_dot` less what fixed displacements turn with."""
+    if top.is_simple:
+        return jnp.concatenate([drift, flow], axis=1)
+    resting = jax.vmap(lambda z: _rate_of_step(top, psi, z, psi_dot), 1, 1)(Z)
+    T = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(jnp.eye(top.num_velocities, dtype=psi.dtype))
+    return full_rank_lstsq(T, jnp.concatenate([drift - resting, flow], axis=1))
+
+
+def independent_positions(system: System) -> np.ndarray:
+    """Columns of the independent coordinates (static)."""
+    top = system.topology
+    return np.asarray(top.analysis.independent_positions, int) if top.slip_rows else independent_columns(system)
+
+
+def _rate_of_step(top, psi, z, psi_dot):
+    """Rate of `T(psi) z` along the motion at fixed z: zero but for quaternions."""
+    return jax.jvp(lambda q: coordinate_rate(top, q, z), (psi,), (psi_dot,))[1]
+
+
+def _accelerations(system, Gamma, M, KC, inputs, driven):
+    """Accelerations (N, n + N) per state and (N, m) per input; driven velocities take theirs from the input."""
+    top, chosen, columns = system.topology, list(independent_columns(system)), []
+    prescribed = np.zeros(len(chosen), bool)
+    for name in inputs:
+        joint = top.joints[top.joint_index[name]].velocities
+        if name in driven:
+            prescribed[chosen.index(joint.start)] = True
+            columns.append(jnp.asarray(np.eye(len(chosen))[:, [chosen.index(joint.start)]], M.dtype))
+        else:
+            columns.append(Gamma[joint].T)
+    right = jnp.concatenate([jnp.zeros((len(chosen), 0), M.dtype), *columns], axis=1)
+    rows = jnp.asarray(prescribed)[:, None]
+    left = jnp.where(rows, jnp.eye(len(chosen), dtype=M.dtype), M)
+    solved = square.solve(left, jnp.concatenate([jnp.where(rows, 0.0, -KC), right], axis=1))
+    return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
+
+
+def frequency_response(
+    space: StateSpace | Linearisation,
+    omega: ArrayLike,
+    into: Iterable[CoordinateLike] | None = None,
+    out: Iterable[CoordinateLike] | None = None,
+) -> Array | TransferFunctions:
+    """Transfer matrices (..., outputs, inputs) of a linearised mechanism, from its inputs to its outputs, at angular
+    frequencies omega (...,) [rad/s].
+
+    Args: into, out: names of joints, in place of the inputs and outputs of `linearise`; the answer of the
+    Linearisation's `system`, labelled `TransferFunctions`, in m or rad for unit efforts.
+
+    Raises: UnknownNameError; ModelError for one of `into`, `out` without the other.
+    """
+    if into is not None and out is not None and isinstance(space, Linearisation):
+        return response_by_names(space.system, omega, into, out)
+    if into is not None or out is not None:
+        raise ModelError(["give `into` and `out` both, with a Linearisation: a bare StateSpace has no names"])
+    space = space.state_space if isinstance(space, Linearisation) else space
+    eye = jnp.eye(space.A.shape[0], dtype=space.A.dtype)
+    A, B, C, D = (jax.lax.complex(x, jnp.zeros_like(x)) for x in space)
+
+    def at(w):
+        return C @ square.solve(jax.lax.complex(jnp.zeros_like(eye), w * eye) - A, B) + D
+
+    return jnp.vectorize(at, signature="()->(m,k)")(jnp.asarray(omega, float))

@@ -1,0 +1,92 @@
+"""Modes of a linearised mechanism."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..checks import known, place_of
+from ..errors import ModelError
+from ..kinematics._state import State
+from ..math._eigen import eig, eig_rounding
+from ..math._square import solve
+from ..model._system import System
+from ..vibration._modes import Modes
+from ._linearise import Linearisation, linearise
+
+_CYCLIC = {8: 1e-7, 4: 1e-3}  # of the largest entry: what counts as zero
+
+
+def modes(mechanism: Linearisation | System, state: State | None = None, without: Sequence[str] = ()) -> Modes:
+    """Complex modes of the small motions of `linearise(system, state)`, or of a mechanism about a state; on the CPU,
+    where LAPACK's general eigenproblem lives.
+
+    Args:
+        without: cyclic coordinates, by joint or as `Linearisation.names` has them: a rotor's angle, a free slide.
+            Nothing depends on them and their momenta stay: the modes are those at unchanged momenta, without the
+            pair of zero roots of each (Routh's).
+
+    Returns: `Modes` by size of the roots, none of a mechanism without freedom; shapes (n + N, m) are coordinates,
+    then velocities of each mode, largest entry 1; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have
+    derivatives where they are simple or their vectors complete, shapes where the root is simple; at a defective one
+    (a free motion's pair of zeros) none exists, and zero is returned.
+
+    Raises: UnknownNameError; ModelError for a coordinate left out that is not independent or, if that can be seen, on
+    which something depends.
+    """
+    if not isinstance(mechanism, Linearisation):
+        if state is None:
+            raise TypeError("modes of a mechanism are those about a state: modes(system, state)")
+        mechanism = linearise(mechanism, state)
+    A = _routh(mechanism, tuple(without)) if without else mechanism.state_space.A
+    out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
+    names = tuple(name for name in mechanism.state_names if name.removeprefix("rate of ") not in out)
+    if not A.size:  # without freedom there is no mode
+        none, dtype = jnp.zeros(0, A.dtype), lax.complex(A, A).dtype
+        return Modes(none, jnp.zeros((0, 0), dtype), none > 0.0, none.astype(dtype), rounding=none, coordinates=names)
+    roots, shapes, left = eig(A)
+    rounding = lax.stop_gradient(eig_rounding(A, shapes, left))
+    largest = jnp.take_along_axis(shapes, jnp.argmax(jnp.abs(shapes), axis=0)[None], axis=0)
+    values = roots.real**2 + roots.imag**2
+    return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding, coordinates=names)
+
+
+def _routh(lin, without):
+    """The state matrix at unchanged momenta of the cyclic velocities, `M_cc v_c = -M_cr v_r - C_cr x_r`; their
+    coordinates drop out."""
+    out = _columns(lin, without)
+    if lin.positions != lin.velocities:
+        raise ModelError(["modes without cyclic coordinates: not where rows of velocity restrict the motion"])
+    number = len(lin.velocities)
+    rest = np.setdiff1d(np.arange(number), out)
+    _check_cyclic(lin, out)
+    A, (x, v) = lin.state_space.A, (rest, number + rest)
+    kept = np.concatenate([x, v])
+    momenta = jnp.concatenate([lin.damping[np.ix_(out, rest)], lin.mass[np.ix_(out, rest)]], axis=1)
+    return A[np.ix_(kept, kept)] - A[np.ix_(kept, number + out)] @ solve(lin.mass[np.ix_(out, out)], momenta)
+
+
+def _columns(lin, without):
+    """Places of the coordinates left out."""
+    found = []
+    for name in without:
+        of_joint = [k for k, own in enumerate(lin.names) if own.rpartition(" ")[0] == name]
+        found += of_joint or [place_of("independent coordinate", name, lin.names)]
+    return np.unique(found)
+
+
+def _check_cyclic(lin, out):
+    """ModelError where something is seen to depend on a coordinate, or to take its momentum away."""
+    if not known(lin.stiffness, lin.damping):
+        return
+    K, C = np.asarray(lin.stiffness), np.asarray(lin.damping)
+    least, faults = _CYCLIC[K.dtype.itemsize], []
+    for k in out:
+        name = lin.names[k]
+        if max(np.abs(K[:, k]).max(), np.abs(K[k]).max()) > least * max(np.abs(K).max(), 1e-300):
+            faults.append(f"{name!r} is not cyclic: the stiffness of the motion depends on it")
+        elif np.abs(C[k, out]).max() > least * max(np.abs(C).max(), 1e-300):
+            faults.append(f"the momentum of {name!r} does not stay: it is damped")
+    if faults:
+        raise ModelError(faults)

@@ -1,0 +1,50 @@
+"""A driven mechanism with some of its drives taken off: their coordinates become independent ones."""
+
+import dataclasses
+
+import numpy as np
+
+from ..checks import known
+from ..errors import ModelError
+from ..kinematics._constraint_rows import constraint_jacobian
+from ..model._rows import Drive
+from ..model._system import System
+
+
+def release(system: System, names, state) -> System:
+    """The system without the drives of the joints `names`, their velocities added to the independent set.
+
+    Raises: ModelError when a concrete state shows that drives are redundant: taking one off frees nothing.
+    """
+    if not names:
+        return system
+    top = system.topology
+    found = top.analysis
+    keep = np.array([not (row in names and _is_drive(system, k)) for k, row in enumerate(top.row_joint)])
+    number = np.cumsum(keep) - 1
+    freed = tuple(top.joints[top.joint_index[name]].first_velocity for name in names)
+    analysis = dataclasses.replace(
+        found,
+        rank=found.rank - len(freed),
+        num_rows=found.num_rows - len(freed),
+        independent=tuple(sorted({*found.independent, *freed})),
+        independent_positions=tuple(sorted({*found.independent_positions, *freed})),
+    )
+    topology = dataclasses.replace(
+        top,
+        row_joint=tuple(name for name, kept in zip(top.row_joint, keep, strict=True) if kept),
+        slip_rows=tuple(int(number[k]) for k in top.slip_rows),
+        analysis=analysis,
+    )
+    rows = tuple(row for row in system.rows if not (isinstance(row, Drive) and row.name in names))
+    released = dataclasses.replace(system, topology=topology, rows=rows)
+    A = constraint_jacobian(released, state)
+    if known(A) and np.linalg.matrix_rank(np.asarray(A), tol=1e-7) > analysis.rank:
+        raise ModelError([f"the drives of {', '.join(names)} are redundant: taking them off frees nothing"])
+    return released
+
+
+def _is_drive(system, k):
+    """Whether row k is a drive: closures come first."""
+    closures = sum(len(g.names) * g.kind.num_rows for g in system.closures)
+    return k >= closures

@@ -1,0 +1,90 @@
+"""Local stiffness on the independent coordinates, by cause: springs, their preload, gravity, loads.
+
+`K = -dQ/dphi`, the total derivative along the constraints at rest.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..dynamics._bodies import bodies_of, total
+from ..dynamics._conservative_efforts import source_pull, stored_pull
+from ..dynamics._efforts import element_flows
+from ..dynamics.paper._ports import weights
+from ..kinematics._configuration import Configuration, at_state, node_motion, resting
+from ..kinematics._kic import velocity_map
+from ..kinematics._kic_second import along_independent
+from ..kinematics._mobility import at_independent
+from ..kinematics._state import State
+from ..model._system import System
+
+
+class Stiffness(eqx.Module):
+    """Shares (N, N) of the local stiffness; rows are efforts, columns independent coordinates.
+
+    Attributes:
+        elastic: `sum K_i G_C^T G_C`, the springs' own rates seen through their KIC.
+        antagonistic: `sum K_i dq_C^T . {dG_C/dphi}`, what preload makes of the changing geometry; any sign.
+        gravity: -de_G/dphi.
+        sources: -dQ*/dphi of loads and actuators at rest: preload of redundant actuation is here.
+    """
+
+    elastic: Float[Array, "n n"]
+    antagonistic: Float[Array, "n n"]
+    gravity: Float[Array, "n n"]
+    sources: Float[Array, "n n"]
+
+    @property
+    def total(self) -> Float[Array, "n n"]:
+        """K (N, N), the Hessian of the potential where all loads have one."""
+        return self.elastic + self.antagonistic + self.gravity + self.sources
+
+
+@at_independent
+def stiffness(system: System, state: State) -> Stiffness:
+    """Local stiffness at a state, velocities taken as zero.
+
+    Every share is formed by itself: the antagonistic one is what the springs' efforts, held as they are, make of the
+    changing KIC.  `-d e_C/dphi` has plus on both terms; S2 (71) prints a stray minus.  Loops, redundant springs and
+    redundant actuation included; for coordinates that are integrals of their velocities the spring shares are
+    symmetric.
+
+    Source: S2 (68)-(71).
+    """
+    at = at_state(system, state, inertias=False)
+    pull = stored_pull(system, at)
+
+    def efforts(moved):
+        Gamma = velocity_map(system, moved)[0]
+        return Gamma.T @ pull(moved), weights(system, moved, Gamma), Gamma.T @ source_pull(system, moved)
+
+    held, gravity, sources = (-slope for slope in along_independent(system, at, efforts))
+    elastic, turning = spring_stiffness(system, at)
+    return Stiffness(elastic, held + turning, gravity, sources)
+
+
+def spring_stiffness(system: System, at: Configuration):
+    """(elastic, turning), each (N, N), at frozen KIC: `sum K_i G_C^T G_C`, each law at the rate of what it stores,
+    and what efforts do that turn with their element, as a spring's between two points.
+
+    Source: S2 (68)-(70), first term.
+    """
+    Gamma = velocity_map(system, at)[0]
+    elastic = total(bodies.strain_stiffness(system, at, Gamma) for bodies in bodies_of(system))
+    turning = jnp.zeros_like(elastic)
+    if not system.forces:
+        return elastic, turning
+    twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), resting(system, at)
+    for group in system.forces:
+        flows = jax.vmap(lambda V, u, group=group: element_flows(system, group, at, V, u)[2], (0, 1), -1)
+        G, (_, displacement, flow) = flows(twists, Gamma), element_flows(system, group, at, still.V, still.u)
+
+        def both(law, x, f, port=group.port):
+            K = port.stiffness(law, x, f, at.t)
+            return K, port.slope(law, x, f, at.t) - K
+
+        found = jax.vmap(both)(group.law, displacement, flow)
+        own, turned = (jnp.einsum("eka,ekl,elb->ab", G, K, G) for K in found)
+        elastic, turning = elastic + own, turning + turned
+    return elastic, turning

@@ -1,0 +1,8 @@
+"""Batches: one function over many designs, compiled once, on all cores or devices."""
+
+from ._batch import Batch, batch
+
+__all__ = [
+    "Batch",
+    "batch",
+]

@@ -1,0 +1,154 @@
+"""`batch`: one function over many designs, compiled once, chunk by chunk on all cores or devices."""
+
+import math
+import os
+import time
+from collections.abc import Callable, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int, PyTree
+from tqdm import tqdm
+
+from jaxmbs.batching._executor import Chunks
+from jaxmbs.batching._program import lanes_of, whole
+from jaxmbs.batching._result import across_designs, lane_cost
+from jaxmbs.batching._table import is_traced, length, read_designs
+from jaxmbs.errors import BatchError
+from jaxmbs.status import Status, succeeded
+
+#: Designs side by side: on the CPU as cheap each as 64, cheaper than 16 or 128 (benchmarks/batch_of_motions.py).
+CHUNK = 32
+
+
+class Batch(eqx.Module):
+    """What a function returned for each of B designs, and how each of them ended.
+
+    Attributes:
+        values: like one result of the function, with a leading axis B; arrays of the host (NumPy), or traced ones.
+        status: codes (B,) of `Status`; BRANCH for states of the values that are on another branch than those of the
+            first design that is well.
+        cost: of each design (B,): by default the integrator's steps.
+        computed: steps computed for all designs (), those of designs that wait for others included.
+        seconds: wall time of the run () [s] after compilation; nan when traced, like `computed`.
+    """
+
+    values: PyTree
+    status: Int[Array, "..."] | Int[np.ndarray, "..."]
+    cost: Float[Array, "..."] | Float[np.ndarray, "..."]
+    computed: float | Float[Array, "..."] = math.nan
+    seconds: float | Float[Array, "..."] = math.nan
+
+    @property
+    def ok(self) -> Array | np.ndarray:
+        """Which designs (B,) were computed as asked."""
+        return succeeded(self.status)
+
+    def summary(self) -> str:
+        """How many designs ended in which way, how many ran each second, and the steps computed for each that
+        was needed (concrete batches)."""
+        status = np.asarray(self.status)
+        codes, counts = np.unique(status, return_counts=True)
+        ran, needed = np.count_nonzero(status > Status.NOT_RUN), np.sum(self.cost, where=self.ok)
+        rate = f", {ran / self.seconds:.3g} designs/s" if self.seconds > 0 else ""
+        rate += f", steps computed / needed {self.computed / needed:.2f}" if needed and self.computed > 0 else ""
+        lines = [f"{count:8d}  {Status(int(code))}" for code, count in zip(codes, counts, strict=True)]
+        return "\n".join([f"{status.size} designs, {np.count_nonzero(self.ok)} ok{rate}", *lines])
+
+    def __repr__(self) -> str:
+        return f"<Batch: {'traced' if is_traced(self) else self.summary().splitlines()[0]}>"
+
+
+def batch(
+    function: Callable[[PyTree], PyTree],
+    designs: PyTree,
+    *,
+    chunk: int | None = None,
+    progress: bool = True,
+    devices: Sequence[jax.Device] | None = None,
+    feasible: Callable[[PyTree], bool] | None = None,
+    cost: Callable[[PyTree], float] = lane_cost,
+    compile: str = "full",
+) -> Batch:
+    """Evaluate a function for many designs, of which some may fail.
+
+    The function is compiled once for chunks of one size and kept: keep the same function object to use it again
+    (`slopes = jax.value_and_grad(f)` outside of the loop that calls `batch(slopes, ...)`).  Chunks run on all cores.
+    Return what you ask for, peaks rather than whole motions: all results stay in memory.
+
+    Args:
+        function: takes one design to a pytree of arrays; it is traced.
+        designs: a dict of columns or any pytree whose leaves share a leading axis B; a list of B dicts; or a table
+            such as a pandas DataFrame.  If they are traced, or the function holds traced numbers, so is the batch:
+            it can be differentiated and compiled as a part of something larger.
+        chunk: designs side by side; by default 32, less for few designs, or where one chunk would take more than
+            256 MB of working memory.
+        progress: show a progress bar (not when traced).
+        devices: spread every chunk over these devices of this host, e.g. `jax.devices()`.
+        feasible: cheap function of one design to whether it is worth running, e.g. `lambda d: mbs.State.at(build(d),
+            A=0.3).ok`; designs that it refuses are not computed (in a trace they are), their results are nan.
+        cost: function of one result to the work it took; by default the steps of all motions in it.  A chunk takes
+            as long as its slowest design, so designs of similar cost are put in one chunk.  Where no motion is
+            returned, return its steps: `cost=lambda values: values["steps"]`.
+        compile: "full", or "quick" for few designs: compiled in half the time, run two to four times as long.
+
+    Raises:
+        TypeError, ValueError: naming the column, for designs that are no numbers or differ in length; no designs.
+        BatchError: a chunk raised an error or was interrupted; carries the designs done so far as `.batch`.
+    """
+    if chunk is not None and chunk < 1:
+        raise ValueError(f"chunk must be at least 1, got {chunk}")
+    designs, devices = read_designs(designs), tuple(devices or ())
+    with tqdm(total=length(designs), desc="batch: compiling", unit=" designs", disable=not progress) as bar:
+        lanes = lanes_of(function, designs, cost, compile)
+        if lanes.is_traced or is_traced(designs):
+            bar.disable = True
+            return _traced(lanes, designs, chunk or CHUNK, feasible)
+        threads = 1 if devices else _threads()
+        if chunk is None:
+            program, chunk = lanes.fitting(whole(_share(length(designs), threads), devices), devices)
+        else:
+            chunk = whole(chunk, devices)
+            program = lanes.program(chunk, devices)
+        good = np.full(length(designs), True)
+        if feasible is not None:
+            good = np.asarray(batch(feasible, designs, progress=False, devices=devices, compile=compile).values, bool)
+        bar.set_description("batch")
+        bar.reset()
+        return _run(Chunks(program, chunk, max(len(devices), 1), threads, designs, lanes), lanes, good, bar)
+
+
+def _run(chunks, lanes, good, bar) -> Batch:
+    begin = time.perf_counter()
+    error = chunks.run(good, bar)
+    values, status, cost = lanes.named(chunks.results)
+    status = np.asarray(across_designs(values, status))
+    found = Batch(values, status, cost, chunks.computed, time.perf_counter() - begin)
+    if error is not None:
+        raise BatchError(f"the batch stopped early: {error!r}\n{found.summary()}", found) from error
+    return found
+
+
+def _traced(lanes, designs, chunk, feasible) -> Batch:
+    """All designs run; of infeasible ones the results become nan by a product, so that their derivatives do too."""
+    values, status, cost = lanes.in_turn(designs, chunk)
+    status = across_designs(values, status)
+    if feasible is not None:
+        good = jnp.asarray(batch(feasible, designs, progress=False).values, bool)
+        factor = jnp.where(good, 1.0, jnp.nan)
+        spoil = lambda x: x * factor.reshape(-1, *[1] * (x.ndim - 1)).astype(x.dtype)  # noqa: E731
+        values = jax.tree.map(lambda x: spoil(x) if jnp.issubdtype(x.dtype, jnp.inexact) else x, values)
+        status = jnp.where(good, status, Status.INFEASIBLE)
+    return Batch(values, status, cost)
+
+
+def _threads() -> int:
+    """Threads that call the program: one per core; two elsewhere, so that a device never waits for the host."""
+    return (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 2
+
+
+def _share(number: int, threads: int) -> int:
+    """Power of two that gives each thread its share, up to `CHUNK`."""
+    return min(CHUNK, 2 ** math.ceil(math.log2(math.ceil(number / threads))))

@@ -1,0 +1,73 @@
+"""Chunks of designs through a compiled program on several threads, their results gathered on the host."""
+
+import math
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+
+import jax
+import numpy as np
+
+from jaxmbs.batching._scheduling import dearest_first, parts
+from jaxmbs.batching._table import length, rows
+from jaxmbs.status import Status
+
+#: Chunks for each thread before the first grouping.
+_FIRST = 4
+
+
+class Chunks:
+    """Runs designs through `program`, `chunk` at a time, on `threads`; each chunk is split over `shares` devices.
+
+    Attributes:
+        results: leaves (B, ...) of (values, status, cost); what has not run is nan, its status says so.
+        computed: cost of all lanes () so far, the idle time of those that waited for others included.
+    """
+
+    def __init__(self, program, chunk, shares, threads, designs, lanes):
+        self.program, self.chunk, self.shares, self.threads = program, chunk, shares, threads
+        self.designs, self.computed = designs, 0.0
+        self.results = [_empty(length(designs), x) for x in jax.tree.leaves(lanes.shape)]
+        *_, self.status, self.costs = self.results
+        self.status[:] = Status.NOT_RUN
+
+    def run(self, feasible, bar):
+        """Run the feasible designs; the error or interrupt that ended it, after the calls under way ended, else None.
+
+        A part is ordered by what has run until a thread would be idle without it: no thread waits for the others.
+        """
+        self.status[~feasible] = Status.INFEASIBLE
+        bar.update(int(np.sum(~feasible)))
+        left = deque(parts(np.flatnonzero(feasible), _FIRST * self.threads * self.chunk))
+        ran, calls = [np.arange(0)], set()
+        with ThreadPoolExecutor(self.threads) as pool:
+            try:
+                while left or calls:
+                    if left and len(calls) < self.threads:
+                        order = dearest_first(self.designs, left.popleft(), np.concatenate(ran), self.costs)
+                        starts = range(0, len(order), self.chunk)
+                        calls |= {pool.submit(self._run_chunk, order[k : k + self.chunk]) for k in starts}
+                    done, calls = wait(calls, return_when=FIRST_COMPLETED)
+                    for call in done:
+                        index, computed = call.result()
+                        ran.append(index)
+                        self.computed += computed
+                        bar.update(len(index))
+            except (Exception, KeyboardInterrupt) as error:
+                pool.shutdown(wait=True, cancel_futures=True)
+                return error
+        return None
+
+    def _run_chunk(self, index):
+        """Run one chunk, filled up with its last design; (its designs, cost of its lanes)."""
+        filled = np.pad(index, (0, self.chunk - len(index)), "edge")
+        found = self.program(*jax.tree.leaves(rows(self.designs, filled)))
+        for column, part in zip(self.results, found, strict=True):
+            column[index] = np.asarray(part)[: len(index)]
+        together = np.asarray(found[-1]).reshape(self.shares, -1)
+        return index, float(np.sum(together.max(axis=1)) * together.shape[1])
+
+
+def _empty(number: int, one) -> np.ndarray:
+    """Array for the results of all designs, nan where it can be."""
+    fill = math.nan if jax.dtypes.issubdtype(one.dtype, np.inexact) else 0
+    return np.full((number, *one.shape), fill, one.dtype)

@@ -1,0 +1,56 @@
+"""How each design of a batch ended, and what it cost."""
+
+import jax
+import jax.numpy as jnp
+
+from jaxmbs.kinematics._state import State
+from jaxmbs.motion._motion import Motion
+from jaxmbs.status import Status, succeeded
+
+
+def lane_status(values):
+    """Status code () of what the function returned for one design.
+
+    The worst result among its motions; NOT_ASSEMBLED for a state that is not ok, BRANCH for states that are not all
+    on the branch of the first of them; NOT_FINITE if they are well but some other number is not finite.  A motion
+    ended by an event has unused entries, so nothing is asked then.
+    """
+    parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion | State))
+    codes = [_code(part) for part in parts]
+    worst = jnp.max(jnp.stack([jnp.asarray(Status.SUCCESS, jnp.int32), *codes]))
+    finite = jnp.stack([jnp.asarray(True), *(_finite(part) for part in parts if not isinstance(part, Motion))])
+    return jnp.where((worst == Status.SUCCESS) & ~jnp.all(finite), Status.NOT_FINITE, worst)
+
+
+def across_designs(values, status):
+    """The status codes (B,), with BRANCH for designs whose states are on another branch than that of the first design
+    that is well; values with a leading axis B."""
+    for part in jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, State)):
+        if isinstance(part, State) and part.branch.ndim > 1 and part.branch.size:
+            well = succeeded(status)
+            changes = part.branch * part.branch[jnp.argmax(well)][None] < 0
+            other = jnp.any(changes.reshape(len(status), -1), axis=1)
+            status = jnp.where(well & other, jnp.asarray(Status.BRANCH, status.dtype), status)
+    return status
+
+
+def lane_cost(values):
+    """Steps () of all motions among what the function returned for one design, rejected ones included."""
+    motions = [x for x in jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion)) if isinstance(x, Motion)]
+    return sum((jnp.sum(m.diagnostics.num_steps + m.diagnostics.num_rejected) for m in motions), jnp.zeros((), int))
+
+
+def _code(part):
+    if isinstance(part, Motion):
+        return jnp.max(jnp.asarray(part.result, jnp.int32))
+    if isinstance(part, State) and hasattr(part, "ok"):
+        signs = part.branch.reshape(-1, part.branch.shape[-1]) if part.branch.size else jnp.zeros((1, 0))
+        code = jnp.where(jnp.any(signs * signs[:1] < 0), Status.BRANCH, Status.SUCCESS)
+        return jnp.where(jnp.all(part.ok), code, Status.NOT_ASSEMBLED).astype(jnp.int32)
+    return jnp.asarray(Status.SUCCESS, jnp.int32)
+
+
+def _finite(part):
+    numbers = [jnp.asarray(x) for x in jax.tree.leaves(part)]
+    numbers = [x for x in numbers if jnp.issubdtype(x.dtype, jnp.inexact)]
+    return jnp.all(jnp.stack([jnp.asarray(True), *(jnp.all(jnp.isfinite(x)) for x in numbers)]))

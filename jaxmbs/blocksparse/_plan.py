@@ -1,0 +1,176 @@
+"""From tiers of fronts to the index arrays of the numeric phase; cached by pattern and options."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from ..typing import AnyArray, ArrayLike
+from ._ordering import given_order, nested_dissection
+from ._pattern import Pattern
+from ._symbolic import Report, flops, fronts, report
+from ._tiers import tiers
+
+
+@dataclass(frozen=True, eq=False)
+class TierPlan:
+    """Index arrays of one tier; `s` steps of `width` fronts with `pivots` + `boundary` = r blocks.
+
+    values (s, width, r, r): rows of the pool of matrix blocks (diagonal, upper, below, zero).
+    updates (s, slots, width, r, r) and carried (s, slots, width, r): rows of the children's updates, of matrix and
+    of vectors (last row zero).
+    pivot (s, width, k), border (s, width, m): blocks (the number of blocks: none).
+    first_update, first_carried (s,): where each step puts its updates.
+    """
+
+    pivots: int
+    boundary: int
+    width: int
+    values: np.ndarray
+    updates: np.ndarray
+    carried: np.ndarray
+    pivot: np.ndarray
+    border: np.ndarray
+    first_update: np.ndarray
+    first_carried: np.ndarray
+
+    @property
+    def steps(self) -> int:
+        return len(self.pivot)
+
+    @property
+    def rows(self) -> int:
+        return self.pivots + self.boundary
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """All tiers, and how many rows of updates they make; one object per pattern and options, hashed by identity."""
+
+    pattern: Pattern
+    tiers: tuple[TierPlan, ...]
+    num_updates: int
+    num_carried: int
+    report: Report
+
+
+def analyse(
+    pattern: Pattern,
+    order: Iterable[int] | AnyArray | None = None,
+    leaf: int | None = None,
+    positions: ArrayLike | None = None,
+    last: Iterable[int] = (),
+    tiers: int = 8,
+) -> Plan:
+    """Symbolic analysis, kept for the pattern: ordering, fronts, tiers and index arrays.
+
+    Args:
+        order: the user's elimination order of the blocks; default nested dissection with `leaf`, `positions` (of
+            meshes) and the blocks to come `last`, see `ordering.nested_dissection`.
+        tiers: most kernels to be compiled; more of them pad less.
+    """
+    order = None if order is None else tuple(int(v) for v in order)
+    points = None if positions is None else (np.asarray(positions, float).tobytes(), np.shape(positions))
+    return _analyse(pattern, order, leaf, points, tuple(int(v) for v in last), tiers)
+
+
+@lru_cache(maxsize=256)
+def _analyse(pattern, order, leaf, points, last, most):
+    if order is not None:
+        supernodes = given_order(pattern, order)
+    else:
+        positions = None if points is None else np.frombuffer(points[0]).reshape(points[1])
+        supernodes = nested_dissection(pattern, leaf, positions, last)
+    made = fronts(pattern, supernodes)
+    chosen = tiers(made, pattern.size, most)
+    places = _Places(pattern, made, chosen)
+    plans = tuple(places.tier(tier) for tier in chosen)
+    plans = tuple(replace(p, **places.with_zero_rows(p)) for p in plans)
+    padded = sum(len(t.steps) * t.width * flops(t.pivots, t.boundary, pattern.size) for t in chosen)
+    shapes = tuple((sum(map(len, t.steps)), t.pivots, t.boundary) for t in chosen)
+    done = replace(report(pattern, made), padded_flops=padded, tiers=shapes)
+    return Plan(pattern, plans, places.updates.size, places.carried.size, done)
+
+
+class _Storage:
+    """Rows for the updates of steps, given out again once the fronts above have taken them."""
+
+    def __init__(self):
+        self.size, self.used = 0, []
+
+    def take(self, rows, now, until):
+        """First row of a free stretch; it is free again at step `until`."""
+        self.used = sorted(stretch for stretch in self.used if stretch[2] > now)
+        start = 0
+        for first, end, _ in self.used:
+            if first - start >= rows:
+                break
+            start = max(start, end)
+        self.used.append((start, start + rows, until))
+        self.size = max(self.size, start + rows)
+        return start
+
+
+class _Places:
+    """Where everything stands; filled tier by tier."""
+
+    def __init__(self, pattern, made, chosen):
+        self.pattern, self.made = pattern, made
+        self.updates, self.carried = _Storage(), _Storage()
+        steps = [step for tier in chosen for step in tier.steps]
+        step_of = {f: now for now, step in enumerate(steps) for f in step}
+        self.now, self.taken = 0, {c: step_of[f] for f, front in enumerate(made) for c in front.children}
+        self.of = {}  # front -> (first row of its update matrix, of its update vector, blocks in a row)
+        self.supernode = np.full(pattern.num_blocks, -1)
+        for k, front in enumerate(made):
+            self.supernode[front.pivots] = k
+
+    def tier(self, tier):
+        s, c, k, m = len(tier.steps), tier.width, tier.pivots, tier.boundary
+        n, r = self.pattern.num_blocks, k + m
+        slots = max((len(self.made[f].children) for step in tier.steps for f in step), default=0)
+        values = np.full((s, c, r, r), n + 2 * self.pattern.num_edges, np.int32)
+        updates, carried = np.full((s, slots, c, r, r), -1, np.int32), np.full((s, slots, c, r), -1, np.int32)
+        pivot, border = np.full((s, c, k), n, np.int32), np.full((s, c, m), n, np.int32)
+        first = np.zeros((2, s), np.int64)
+        for i, step in enumerate(tier.steps):
+            until = max(self.taken.get(f, self.now) for f in step)
+            first[0, i] = self.updates.take(c * m * m, self.now, until)
+            first[1, i] = self.carried.take(c * m, self.now, until)
+            self.now += 1
+            for j, f in enumerate(step):
+                front = self.made[f]
+                pivot[i, j, : len(front.pivots)] = front.pivots
+                border[i, j, : len(front.boundary)] = front.boundary
+                at = {v: row for row, v in enumerate(front.pivots)}
+                at.update({v: k + row for row, v in enumerate(front.boundary)})
+                self._values(values[i, j], f, at)
+                self._children(updates[i, :, j], carried[i, :, j], front, at)
+                self.of[f] = (first[0, i] + j * m * m, first[1, i] + j * m, m)
+        return TierPlan(k, m, c, values, updates, carried, pivot, border, *first)
+
+    def _values(self, table, f, at):
+        """Matrix blocks assembled in front f: rows and columns of its pivots."""
+        n, edges, index = self.pattern.num_blocks, self.pattern.num_edges, self.pattern.edge_index
+        for v in self.made[f].pivots:
+            table[at[v], at[v]] = v
+            for w in self.pattern.neighbours[v]:
+                if w in at and (self.supernode[w] != f or v < w):
+                    upper, below = n + index[min(v, w), max(v, w)], n + edges + index[min(v, w), max(v, w)]
+                    table[at[v], at[w]], table[at[w], at[v]] = (upper, below) if v < w else (below, upper)
+
+    def _children(self, updates, carried, front, at):
+        for slot, child in enumerate(front.children):
+            rows = np.array([at[v] for v in self.made[child].boundary], int)
+            matrix, vector, m = self.of[child]
+            q = np.arange(len(rows))
+            updates[slot][np.ix_(rows, rows)] = matrix + q[:, None] * m + q
+            carried[slot][rows] = vector + q
+
+    def with_zero_rows(self, plan):
+        """The last row of either pool is zero: what is assembled where no child adds."""
+        return {
+            "updates": np.where(plan.updates < 0, self.updates.size, plan.updates).astype(np.int32),
+            "carried": np.where(plan.carried < 0, self.carried.size, plan.carried).astype(np.int32),
+        }

@@ -1,0 +1,100 @@
+"""Symbolic analysis: fronts of the multifrontal method, their levels, work and memory; once per pattern.
+
+A front is a supernode's pivots and its boundary: the later blocks they couple to, by the matrix or by fill.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._pattern import Pattern
+
+#: Children assembled into one front; more are merged in groups beforehand.
+MAX_CHILDREN = 4
+
+
+@dataclass(frozen=True)
+class Front:
+    """Blocks eliminated here, blocks they pass on to, the fronts below, and the height above the leaves."""
+
+    pivots: list
+    boundary: list
+    children: list
+    height: int
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a factorisation costs: levels, largest front [coordinates], flops, entries kept; `padded_flops` as run."""
+
+    levels: int
+    fronts: int
+    largest_front: int
+    flops: float
+    factor_entries: int
+    padded_flops: float = 0.0
+    tiers: tuple = ()
+
+    def __str__(self):
+        tiers = ", ".join(f"{count} x ({pivots}+{boundary})" for count, pivots, boundary in self.tiers)
+        return (
+            f"{self.fronts} fronts in {self.levels} levels, largest {self.largest_front} coordinates, "
+            f"{self.flops / 1e6:.3g} Mflop ({self.padded_flops / max(self.flops, 1):.2f} times with padding), "
+            f"{self.factor_entries * 8 / 1e6:.3g} MB; tiers (pivots+boundary): {tiers}"
+        )
+
+
+def fronts(pattern: Pattern, supernodes) -> list[Front]:
+    """Fronts in an order that has children first; the supernodes come parents first."""
+    place = np.zeros(pattern.num_blocks, np.int64)  # place of the elimination of every block
+    for k, (blocks, _) in enumerate(supernodes):
+        place[blocks] = len(supernodes) - 1 - k
+    below = [[] for _ in supernodes]
+    made = []
+    for k in reversed(range(len(supernodes))):
+        blocks, parent = supernodes[k]
+        children = _grouped(below[k], made, place)
+        own = set(blocks)
+        reach = {w for v in blocks for w in pattern.neighbours[v] if place[w] > place[v]}
+        reach.update(*(made[c].boundary for c in children))
+        boundary = sorted(reach - own, key=lambda v: (place[v], v))
+        made.append(Front(blocks, boundary, children, _height(children, made)))
+        if parent >= 0:
+            below[parent].append(len(made) - 1)
+    return made
+
+
+def _height(children, made):
+    return max((made[c].height + 1 for c in children), default=0)
+
+
+def _grouped(children, made, place):
+    """At most MAX_CHILDREN fronts: more are joined under fronts without pivots."""
+    while len(children) > MAX_CHILDREN:
+        children, groups = [], [children[k : k + MAX_CHILDREN] for k in range(0, len(children), MAX_CHILDREN)]
+        for group in groups:
+            if len(group) == 1:
+                children += group
+                continue
+            reach = set().union(*(made[c].boundary for c in group))
+            boundary = sorted(reach, key=lambda v: (place[v], v))
+            made.append(Front([], boundary, group, _height(group, made)))
+            children.append(len(made) - 1)
+    return children
+
+
+def flops(pivots, boundary, size):
+    """Multiplications and additions of one Cholesky front, counts in blocks."""
+    k, m = pivots * size, boundary * size
+    return k**3 / 3 + k * k * m + k * m * m
+
+
+def report(pattern: Pattern, made: list[Front]) -> Report:
+    """Exact counts, without padding."""
+    b = pattern.size
+    K, M = (
+        np.array([len(part) for part in parts]) for parts in zip(*((f.pivots, f.boundary) for f in made), strict=True)
+    )
+    entries = int(np.sum((K * b) * (K * b + 1) // 2 + K * b * M * b))
+    levels = max(f.height for f in made) + 1
+    return Report(levels, len(made), int((K + M).max()) * b, float(np.sum(flops(K, M, b))), entries)

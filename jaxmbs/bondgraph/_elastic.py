@@ -1,0 +1,123 @@
+"""Elastic bodies in a bond graph, on their flows y = (turning, sliding, rates of deformation) in floating axes.
+
+Behind the modulus G_y an inertia holds the momenta `pi = I_y y`, a gyristor exerts what turns them and what the
+deformed inertia changes, `-g(q, y)`, and a source the weight: `pi_dot + g = ...`.  As I* and GR of the paper, neither
+conserves alone, the two together do: `(pi_dot + g).y = dKE/dt`.  Strains hang on the rates of deformation, a
+compliance and a resistor.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..checks import present
+from ..kinematics._configuration import Configuration, Moving, resting
+from ..kinematics._elastic import ElasticState, elastic_state, flow_map
+from ..model._system import System
+
+RIGID = 6  # turning and sliding, before the deformations
+
+
+def num_flows(group) -> int:
+    """Of each body of the group."""
+    return RIGID + group.body.stiffness.shape[-1]
+
+
+def strain_parts(group, i: int) -> list[str]:
+    """One-ports that the strains of body `i` need."""
+    if num_flows(group) == RIGID:
+        return []
+    return ["C"] * present(group.body.stiffness[i]) + ["R"] * present(group.body.damping[i])
+
+
+class ElasticFields(NamedTuple):
+    """Of a group at a configuration: modulus G_y (bodies, k, r), inertia I_y (bodies, k, k)."""
+
+    modulus: Array
+    inertia: Array
+
+
+class ElasticNumbers(NamedTuple):
+    """Of a group in motion: fields and the rate of the modulus; flow y, the gyristor's loads g, weight (bodies, k);
+    efforts of strains, stored and resisted (bodies, k - 6)."""
+
+    fields: ElasticFields
+    modulus_rate: Array
+    state: ElasticState
+    turning: Array
+    weight: Array
+    stored: Array
+    resisted: Array
+
+
+def elastic_fields(system: System, at: Configuration, L) -> tuple[ElasticFields, ...]:
+    """Moduli and inertias by group, with the rate map L (nv, r).  Source: S2 (35) for bodies that deform."""
+    found = []
+    for group in system.elastic:
+        s = elastic_state(system, group, resting(system, at))
+        found.append(ElasticFields(flow_map(system, group, at, s) @ L, jax.vmap(_inertia)(group.body, s.q)))
+    return tuple(found)
+
+
+def _inertia(body, q):
+    """I_y (k, k) of one body."""
+    Z = jax.vmap(lambda y: body.speeds(q, y), out_axes=1)(jnp.eye(RIGID + q.size, dtype=q.dtype))
+    return Z.T @ body.inertia @ Z
+
+
+def elastic_numbers(system: System, at: Moving, fields, modulus_rates) -> tuple[ElasticNumbers, ...]:
+    """The numbers of every group."""
+
+    def of_body(body, s):
+        y = s.flow
+        weight = body.gravity_loads(s.q, system.gravity @ s.R)
+        return body.gyroscopic_loads(s.q, y), weight, body.stiffness @ s.q, body.damping @ y[RIGID:]
+
+    found = []
+    for group, of_group, rate in zip(system.elastic, fields, modulus_rates, strict=True):
+        s = elastic_state(system, group, at)
+        found.append(ElasticNumbers(of_group, rate, s, *jax.vmap(of_body)(group.body, s)))
+    return tuple(found)
+
+
+def field_inertia(fields):
+    """What elastic bodies add to I* (r, r)."""
+    return sum(jnp.einsum("eki,ekl,elj->ij", G, I, G) for G, I in fields)
+
+
+def field_gyristor(system: System, numbers):
+    """What they add to GR (r, r): `G_dot^T I G - 1/2 G^T (dg/dy) G`, g being quadratic in y."""
+    found = 0.0
+    for group, n in zip(system.elastic, numbers, strict=True):
+        G, I = n.fields
+        slope = jax.vmap(lambda body, s: jax.jacfwd(body.gyroscopic_loads, 1)(s.q, s.flow))(group.body, n.state)
+        found = found + jnp.einsum("eki,ekl,elj->ij", n.modulus_rate, I, G)
+        found = found - 0.5 * jnp.einsum("eki,ekl,elj->ij", G, slope, G)
+    return found
+
+
+def field_weight(numbers):
+    """What their weight adds to the effort (r,) of gravity."""
+    return sum(jnp.einsum("eki,ek->i", n.fields.modulus, n.weight) for n in numbers)
+
+
+def momentum_rates(system: System, numbers, rates, w_dot):
+    """pi_dot (bodies, k) by group, from the root rates (r,) and their rates w_dot (r,)."""
+    found = []
+    for group, n in zip(system.elastic, numbers, strict=True):
+        y_dot = n.modulus_rate @ rates + n.fields.modulus @ w_dot
+
+        def of_body(body, s, y_dot):
+            return jax.jvp(body.momenta, (s.q, s.flow), (s.flow[RIGID:], y_dot))[1]
+
+        found.append(jax.vmap(of_body)(group.body, n.state, y_dot))
+    return found
+
+
+def elastic_names(system: System):
+    """(element name of the inertia, its body's name, group, place in it) of every elastic body."""
+    for g, group in enumerate(system.elastic):
+        for i, name in enumerate(group.names):
+            yield f"I:{name}.flow", name, g, i

@@ -1,0 +1,168 @@
+"""Effort, flow and power of every bond at a state or along a motion."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..dynamics._newton_euler import accelerations
+from ..kinematics import _constraints as constraints
+from ..kinematics._mobility import system_at
+from ..kinematics._poses import coordinate_rate, node_parameters
+from ..kinematics._state import State
+from ..model._entry_points import states_of
+from ..model._system import System
+from ..motion._motion import Motion
+from ..runtime import jit
+from ._elastic import elastic_names, momentum_rates
+from ._graph import BondGraph
+from ._moduli import apply_inertia, numbers, root_rates
+from ._naming import named, split
+from ._views import build_view
+
+
+class BondPowers(eqx.Module):
+    """What every bond carries, by its name, "tail -> head"; leading axes for a motion.
+
+    Attributes:
+        effort, flow: (..., size) of the bond; `power` their product [W], positive along the half arrow.
+        graph: the view they belong to (static, without causal strokes).
+    """
+
+    effort: dict
+    flow: dict
+    graph: BondGraph = eqx.field(static=True)
+
+    @property
+    def power(self) -> dict:
+        """Power (...) [W] by bond."""
+        return {name: jnp.sum(self.effort[name] * self.flow[name], axis=-1) for name in self.effort}
+
+    def into(self, name: str):
+        """Net power (...) [W] into an element: what it stores or dissipates; minus what a source feeds in."""
+        return _into(self.graph, self.power, name)
+
+    def ports(self) -> dict:
+        """Net power (...) [W] into the mechanism's stores (I, C, GR), resistors and sources, by one-port."""
+        power = self.power
+        return {e.name: _into(self.graph, power, e.name) for e in self.graph.elements if e.is_port}
+
+
+def _into(graph, power, name):
+    return sum(-sign * power[bond.name] for bond, _, sign in graph.bonds_of(name))
+
+
+def junction_residual(powers: BondPowers) -> dict:
+    """Power (...) [W] that every junction and transformer fails to pass on: zero to rounding.
+
+    Flows are those of the bodies and elements themselves, efforts of the inertias and drives come from the
+    accelerations: transformers and 0-junctions test the moduli, the roots the balance of all efforts.  1-junctions
+    further out close by construction.  Source: S2 (6), (13), (16), (28).
+    """
+    power = powers.power
+    return {e.name: _into(powers.graph, power, e.name) for e in powers.graph.elements if not e.is_port}
+
+
+def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict):
+    """(efforts, flows) by bond from those of the one-ports: efforts run inwards through junctions and transformers.
+
+    Args: flow by 1-junction and one-port, modulus by transformer, leaf efforts by (one-port, junction beside it).
+    """
+    efforts, flows = {}, {bond.name: _bond_flow(graph, bond, flow, modulus) for bond in graph.bonds}
+    for element in reversed(graph.elements):
+        inward, outward = graph.inward(element.name), graph.outward(element.name)
+        if element.is_port:
+            effort = None
+        elif element.kind == "1":
+            parts = [sign * efforts[bond.name] for bond, _, sign in outward]
+            effort = sum(parts[1:], parts[0]) if parts else jnp.zeros_like(flow[element.name])
+        else:
+            effort = efforts[outward[0][0].name]
+            effort = modulus[element.name].T @ effort if element.kind in ("TF", "MTF") else effort
+        for bond, inner, _ in inward:
+            efforts[bond.name] = leaf[element.name, inner] if effort is None else effort
+    return efforts, flows
+
+
+def _bond_flow(graph, bond, flow, modulus):
+    """A bond's flow: that of a 1-junction or one-port at an end, else of the transformer beside a 0-junction."""
+    for end in sorted((bond.tail, bond.head), key=graph.order.get):
+        if graph[end].kind == "1":
+            return flow[end]
+    for end in (bond.tail, bond.head):
+        if graph[end].is_port:
+            return flow[end]
+    transformer = next(end for end in (bond.tail, bond.head) if graph[end].kind != "0")
+    return modulus[transformer] @ flow[graph.inward(transformer)[0][1]]
+
+
+def leaf_efforts(system: System, graph: BondGraph, effort: dict) -> dict:
+    """Efforts by (one-port, element beside it); the fields' split by root."""
+    leaf = {}
+    for element in graph.elements:
+        if not element.is_port or element.name not in effort:
+            continue
+        beside = [other for _, other, _ in graph.bonds_of(element.name)]
+        spread = element.name in ("I*", "GR", "Q", "gravity")
+        parts = split(system, effort[element.name]) if spread else dict.fromkeys(beside, effort[element.name])
+        leaf.update({(element.name, other): parts[other] for other in beside})
+    return leaf
+
+
+def inertial_efforts(system: System, values) -> dict:
+    """Momentum rates of all inertias and the drives' efforts, by one-port, from the accelerations.
+
+    Source: S2 (28), (34); a drive's effort is its constraint's multiplier.
+    """
+    at = values.at
+    u_dot, multipliers, _ = accelerations(system, at)
+    moving = coordinate_rate(system.topology, at.psi, at.u), u_dot, jnp.ones_like(at.t)
+    w_dot = jax.jvp(lambda *x: root_rates(system, at.P, *x), (at.psi, at.u, at.t), moving)[1]
+    flow_dot = values.modulus_rate @ values.rates + values.modulus @ w_dot
+    h, h_dot = (apply_inertia(system, values.inertias, f) for f in (values.flow, flow_dot))
+    h_dot = h_dot.at[:, :3].add(jnp.cross(values.flow[:, :3], h[:, :3]))
+    effort = {"I*": values.inertia @ w_dot + values.inertia_rate @ values.rates}
+    for k, body in enumerate(system.topology.body_names):
+        effort.update({f"I:{body}": h_dot[k, :3], f"m:{body}": h_dot[k, 3:]})
+    rates = momentum_rates(system, values.elastic, values.rates, w_dot)
+    effort.update({inertia: rates[g][i] for inertia, _, g, i in elastic_names(system)})
+    if system.has_constraints:
+        pull = values.map.T @ (constraints.jacobian(system, at).T @ multipliers)
+        effort["drive"] = split(system, pull)["drives"]
+    return effort
+
+
+def _values(system, P, state):
+    """Flows, moduli and efforts by name of all views at a state."""
+    psi, u, t = state.coordinates, state.velocities, state.t
+    values = numbers(system, P, psi, u, t)
+    names = named(system, values)
+    return names.flow, names.modulus, names.effort | inertial_efforts(system, values)
+
+
+@jit
+def _all_values(system, states, batched):
+    P = node_parameters(system)
+    one = lambda s: _values(system, P, s)  # noqa: E731
+    return jax.vmap(one)(states) if batched else one(states)
+
+
+@jit
+def _spread(system, graph, flow, modulus, effort, batched):
+    one = lambda f, m, e: propagate(graph, f, m, leaf_efforts(system, graph, e))  # noqa: E731
+    return jax.vmap(one)(flow, modulus, effort) if batched else one(flow, modulus, effort)
+
+
+def bond_powers(system: System, motion: State | Motion, view: str = "detailed") -> BondPowers:
+    """Efforts, flows and power of every bond of a view at a state or along a motion.
+
+    Args:
+        motion: a State, a Motion, or a State with one leading axis.
+        view: "detailed", "inertia" or "hamiltonian", as in `bond_graph`.
+
+    The bond of I* alone does not conserve: `p_dot.phi_dot = dKE/dt + phi_dot^T GR phi_dot`, so the power of GR counts
+    with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
+    """
+    states = states_of(system, motion)
+    system = system_at(system, states)
+    graph, batched = build_view(system, view), states.coordinates.ndim == 2
+    return BondPowers(*_spread(system, graph, *_all_values(system, states, batched), batched), graph)

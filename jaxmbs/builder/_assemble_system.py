@@ -1,0 +1,243 @@
+"""From declarations and a spanning tree to the `System` pytree."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import known
+from ..errors import ModelError
+from ..forces._fields import function
+from ..forces._ports import JointPort, port_of
+from ..forces._signals import as_signal
+from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
+from ..model._pose import Pose
+from ..model._rows import CoupledJoints, Drive, UserRows, UserVelocityRows
+from ..model._system import ClosureGroup, ForceGroup, System
+from ..model._topology import JointRecord, Topology
+from ..model._tree import Tree
+from ..model.inertia import as_matrix
+from ..runtime import KnownFunction, as_array
+from ._arrays import after, joint_poses, pair, stack, stacked, tree_arrays
+from ._declarations import GROUND, Model, resolve
+from ._elastic import elastic_groups, elastic_items
+from ._spanning import SpanningTree
+from ._user_rows import shape_faults
+
+_SIZES = ("num_coordinates", "num_velocities")
+
+
+class _Frames:
+    """Growing list of frames: name, body and pose in body axes."""
+
+    def __init__(self):
+        self.names, self.bodies, self.poses = [], [], []
+
+    def add(self, name, body, pose):
+        self.names.append(name)
+        self.bodies.append(body)
+        self.poses.append(pose)
+        return len(self.names) - 1
+
+
+def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None) -> System:
+    """The system of a validated model; its mobility is not counted yet.  guess: coordinates of a pose by joint."""
+    order, parent, via, _, cuts = tree
+    bodies, named, joints = model.bodies, model.frames, model.joints
+    poses = joint_poses(bodies, joints, named)
+    in_node, placements, leads = tree_arrays(*tree[:4], joints, poses)
+    index = {GROUND: -1, **{name: k for k, name in enumerate(order)}}
+    nodes, body_node = _nodes(order, parent, via, joints, index)
+
+    frames = _Frames()
+    for name in (GROUND, *order):
+        frames.add(name, name, pair(Pose()))
+    for frame in named.values():
+        frames.add(frame.name, frame.body, pair(frame.pose))
+    joint_frames = {
+        name: tuple(
+            frames.add(f"{name}.{end}", body, pose)
+            for end, body, pose in zip(("parent", "child"), (j.parent, j.child), poses[name], strict=True)
+        )
+        for name, j in joints.items()
+    }
+    records = _records(joints, joint_frames, nodes, cuts, index)
+    record = {r.name: r for r in records}
+    force_groups = _force_groups(model.forces, frames, record, bodies, named)
+    closures, rows, row_names, slip_rows = _constraint_groups(
+        model.constraints, joints, cuts, record, frames, bodies, named
+    )
+
+    topology = Topology(
+        body_names=tuple(order),
+        bodies=Tree(tuple(index[parent[b]] for b in order)),
+        body_node=body_node,
+        body_joint=tuple(list(joints).index(via[b]) for b in order),
+        nodes=Tree(tuple(n[0] for n in nodes)),
+        node_kind=tuple(n[1] for n in nodes),
+        node_joint=tuple(list(joints).index(n[2]) for n in nodes),
+        node_coordinate=tuple(n[3] for n in nodes),
+        num_coordinates=sum(r.num_coordinates for r in records),
+        joints=records,
+        frame_names=tuple(frames.names),
+        frame_node=tuple(-1 if b == GROUND else body_node[index[b]] for b in frames.bodies),
+        frame_body=tuple(index[b] for b in frames.bodies),
+        row_joint=row_names,
+        slip_rows=slip_rows,
+        guess=tuple((name, tuple(np.atleast_1d(x).astype(float).tolist())) for name, x in (guess or {}).items()),
+    )
+    return System(
+        topology=topology,
+        gravity=model.gravity,
+        mass=_numbers([bodies[b].mass for b in order]),
+        com=_numbers([bodies[b].com for b in order]),
+        inertia=_numbers([as_matrix(bodies[b].inertia) for b in order]),
+        body_pose=stacked([in_node[b] for b in order]),
+        placement=stacked(placements),
+        lead=_numbers(leads) if leads else jnp.zeros(0),
+        frames=stacked([after(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]),
+        forces=force_groups,
+        closures=closures,
+        rows=rows,
+        elastic=elastic_groups(_group(elastic_items(model.elastic, index, record))),
+    )
+
+
+def _numbers(values):
+    """Numbers of bodies or nodes, one row each; a point may be a tuple with traced entries."""
+    return stack([_traced(v) if isinstance(v, tuple | list) and not known(v) else v for v in values], float)
+
+
+def _traced(point):
+    return jnp.stack([jnp.asarray(x, float) for x in point])
+
+
+def _nodes(order, parent, via, joints, index):
+    """Rows (parent node, kind, joint, coordinate) of the node tree, and the last node of every body."""
+    nodes, last, coordinate = [], {GROUND: -1}, 0
+    for body in order:
+        at = last[parent[body]]
+        for node in joints[via[body]].kind.nodes:
+            for _ in range(3 if node.kind == "ball" else 1):
+                nodes.append((at, node.kind, via[body], coordinate))
+                at = len(nodes) - 1
+            coordinate += 4 if node.kind == "ball" else 1
+        last[body] = at
+    return nodes, tuple(last[b] for b in order)
+
+
+def _records(joints, joint_frames, nodes, cuts, index):
+    """A `JointRecord` per declared joint."""
+    records = []
+    for name, joint in joints.items():
+        mine = [k for k, node in enumerate(nodes) if node[2] == name]
+        balls = any(nodes[k][1] == "ball" for k in mine)
+        records.append(
+            JointRecord(
+                name=name,
+                kind=type(joint.kind).__name__,
+                parent=index[joint.parent],
+                child=index[joint.child],
+                is_cut=name in cuts,
+                frames=joint_frames[name],
+                first_coordinate=nodes[mine[0]][3] if mine else 0,
+                num_coordinates=len(mine) + (1 if balls else 0),
+                first_velocity=mine[0] if mine else 0,
+                num_velocities=len(mine),
+                labels=joint.kind.labels if mine else (),
+                is_hidden=joint.is_hidden,
+            )
+        )
+    return tuple(records)
+
+
+def _group(items):
+    """Items (name, law, first, second, extra) of equal structure, their arrays stacked."""
+    groups: dict = {}
+    for item in items:
+        leaves, treedef = jax.tree.flatten(item[1])
+        key = (item[4], treedef, tuple(jnp.shape(leaf) for leaf in leaves))
+        groups.setdefault(key, []).append(item)
+    for (port, *_), members in groups.items():
+        names, laws, first, second, _ = zip(*members, strict=True)
+        yield port, names, jax.tree.map(lambda *x: stack(x), *laws), first, second, members
+
+
+def _force_groups(forces, frames, record, bodies, named):
+    items = []
+    for force in forces.values():
+        if force.joint is not None:
+            joint = record[force.joint]
+            items.append((force.name, force.law, joint.first_velocity, joint.first_coordinate, JointPort()))
+            continue
+        ends = force.between if force.between is not None else (() if force.on is None else (force.on, force.on))
+        places = []
+        for side, reference in zip("ab", ends, strict=False):
+            body, pose = resolve(reference, bodies, named)
+            places.append(frames.add(f"{force.name}.{side}", body, pair(pose)))
+        items.append((force.name, force.law, *(places or (0, 0)), port_of(force.law)))
+    return tuple(
+        ForceGroup(names=names, port=port, first=first, second=second, law=law)
+        for port, names, law, first, second, _ in _group(items)
+    )
+
+
+def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named):
+    """Closure groups, coordinate rows, the joint or constraint of each row, and which rows are of velocity alone."""
+    items = [(name, joints[name].kind, *record[name].frames, "closure") for name in cuts]
+    rows = [
+        Drive(name, (record[name].first_velocity,), (record[name].first_coordinate,), as_signal(j.drive))
+        for name, j in joints.items()
+        if j.drive is not None
+    ]
+    for item in constraints.values():
+        if isinstance(item.law, AbstractClosure):
+            ends = []
+            for side, reference in zip("ab", item.between, strict=True):
+                body, pose = resolve(reference, bodies, named)
+                ends.append(frames.add(f"{item.name}.{side}", body, pair(pose)))
+            items.append((item.name, _as_pytree(item.law), *ends, "closure"))
+        elif isinstance(item.law, Coupler):
+            mine = [record[n] for n in item.law.joints]
+            columns = tuple(r.first_velocity for r in mine)
+            rows.append(CoupledJoints(item.name, columns, tuple(r.first_coordinate for r in mine), _known(item.law)))
+        else:
+            kind = UserVelocityRows if isinstance(item.law, VelocityRows) else UserRows
+            rows.append(kind(item.name, (), (), type(item.law)(function(item.law.function))))
+    rows.sort(key=lambda row: row.restricts_velocity_alone)
+    groups, names, slips = [], [], []
+    for _, group_names, kind, first, second, members in _group(items):
+        basis = stack([member[1].basis() for member in members])
+        groups.append(ClosureGroup(group_names, first, second, kind, basis))
+        for name in group_names:
+            names += [name] * kind.num_rows
+            slips += range(len(names) - kind.num_slips, len(names))
+    neutral = tuple(as_array(np.zeros(sum(getattr(r, what) for r in record.values()))) for what in _SIZES)
+    faults = [fault for row in rows for fault in shape_faults(row, *neutral)]
+    if faults:
+        raise ModelError(faults)
+    for row in rows:
+        size = _num_rows(row, *neutral)
+        names += [row.name] * size
+        slips += range(len(names) - size, len(names)) if row.restricts_velocity_alone else ()
+    return tuple(groups), tuple(rows), tuple(names), tuple(slips)
+
+
+def _known(coupler):
+    """The coupler, its function equal to others of the same content."""
+    if coupler.function is None:
+        return coupler
+    coefficients = dict(zip(coupler.joints, coupler.coefficients, strict=True))
+    return Coupler(coefficients, coupler.offset, KnownFunction(coupler.function))
+
+
+def _as_pytree(law):
+    """A constraint between frames whose functions of time are signals."""
+    if not isinstance(law, FramePath):
+        return law
+    signals = (None if path is None else as_signal(path) for path in (law.position, law.rotation))
+    return FramePath(*signals, law.hold)
+
+
+def _num_rows(row, psi, u):
+    found = jax.eval_shape(lambda t: (row.residual(psi, t), row.slip(psi, u, t)), jnp.zeros(()))
+    return sum(part.size for part in found)

@@ -1,0 +1,106 @@
+"""From a declared model to a `System`: spanning tree, bodies split where loops need it, mobility."""
+
+import dataclasses
+import functools
+import warnings
+from collections.abc import Iterable
+
+import jax.numpy as jnp
+
+from ..checks import known
+from ..errors import ModelError
+from ..joints import Coupler, Weld
+from ..kinematics._mobility import with_mobility
+from ..model._pose import Pose
+from ..model._system import System
+from ._arrays import reference_poses
+from ._assemble_system import assemble_system
+from ._declarations import Body, Joint, Model
+from ._mobility import analysed, check_numbers
+from ._spanning import spanning_tree
+from ._user_rows import row_faults
+from ._validation import system_law_faults
+
+
+def built(model: Model, like: System | None, independent: Iterable[str] | None, cut: set[str], guess) -> System:
+    """The system of a model without faults; see `SystemBuilder.build`."""
+    guess = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None} | guess
+    model = dataclasses.replace(model, bodies=dict(model.bodies), joints=dict(model.joints))
+    system = assemble_system(model, _tree(model, cut), guess)
+    found = system_law_faults(model.forces.values(), system.topology)
+    if found:
+        raise ModelError(found)
+    if like is not None:
+        return _take_over(system, like)
+    if found := row_faults(system):
+        raise ModelError(found)
+    traced = not known(system)
+    if traced and system.has_constraints:
+        raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
+    _warn_single_precision()
+    return system if traced else analysed(system, independent)
+
+
+def _tree(model, cut):
+    """The spanning tree; bodies whose every joint must keep its coordinate are split in the model."""
+    keep = _kept(model)
+    tree = spanning_tree(model.bodies, model.joints, keep, cut)
+    split = [name for name in tree.cuts if name in keep]
+    if split:
+        _split_bodies(split, model)
+        tree = spanning_tree(model.bodies, model.joints, keep, {f"{n}.weld" for n in split} | (cut - keep))
+    loose = [name for name in tree.cuts if model.joints[name].kind.num_rows == 0]
+    if loose:
+        raise ModelError([f"joint {n!r} (Free) leaves all motions free, so it cannot close a loop" for n in loose])
+    return tree
+
+
+def _kept(model):
+    """Joints that must keep their coordinate: they carry a law, a drive or a coupler, or an elastic body."""
+    names = {n for e in model.elastic.values() for n in e.joints}
+    names |= {f.joint for f in model.forces.values() if f.joint is not None}
+    names |= {j.name for j in model.joints.values() if j.drive is not None}
+    for item in model.constraints.values():
+        if isinstance(item.law, Coupler):
+            names |= set(item.law.joints)
+    return names
+
+
+def _split_bodies(names, model):
+    """Cut loops whose every joint is needed inside a body: a massless twin of the child, welded to it."""
+    bodies, joints = model.bodies, model.joints
+    world = reference_poses(bodies, joints, model.frames) if any(j.at is not None for j in joints.values()) else {}
+    for name in names:
+        joint = joints[name]
+        twin = f"{joint.child}.{name}"
+        place = world.get(joint.child)
+        pose = None if place is None else Pose(place[1], place[0])
+        bodies[twin] = Body(twin, 0.0, (0.0, 0.0, 0.0), 0.0, pose)
+        frame = joint.child_frame
+        joints[name] = dataclasses.replace(joint, child=twin)
+        joints[f"{name}.weld"] = Joint(f"{name}.weld", Weld(), joint.child, twin, None, None, None, is_hidden=True)
+        if isinstance(frame, str):
+            raise ModelError([f"joint {name!r}: give child_frame as a point or Pose, its body must be split"])
+
+
+@functools.cache
+def _warn_single_precision():
+    if jnp.result_type(float).itemsize == 4:
+        warnings.warn(
+            "building in single precision: loops close to 1e-4 and stiff systems lose all digits; "
+            "call jax.config.update('jax_enable_x64', True) first",
+            stacklevel=4,
+        )
+
+
+def _take_over(system, like):
+    """The system with the mobility of `like`; what concrete numbers can show, closed loops and inertia, is asked."""
+    guess = system.topology.guess or like.topology.guess
+    system = dataclasses.replace(system, topology=dataclasses.replace(system.topology, guess=guess))
+    if system.topology != dataclasses.replace(like.topology, analysis=None, guess=guess):
+        raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
+    if like.topology.analysis is None:
+        return system
+    if known(system):
+        check_numbers(system)
+    return with_mobility(system, like.topology.analysis, like.length)

@@ -1,0 +1,253 @@
+"""`SystemBuilder`: declare bodies, joints, forces and constraints by name, then build the system."""
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from ..checks import no_such
+from ..errors import ModelError
+from ..forces._base import AbstractLaw
+from ..joints import Coupler
+from ..joints._base import AbstractJoint
+from ..joints._closures import AbstractClosure, Rows, VelocityRows
+from ..model._elastic import ElasticBody
+from ..model._pose import Pose
+from ..model._system import System
+from ..runtime import as_array, follow_precision
+from ..typing import ArrayLike, Explained, FrameLike
+from . import _declarations as declared
+from ._build import built
+from ._elastic import Elastic, elastic_faults
+from ._links import link_parts
+from ._locate import located
+from ._validation import cut_faults, guess_faults, model_faults
+
+
+class SystemBuilder:
+    """Collects a model by names and builds a `System`; SI units, radians, the fixed body is "ground".
+
+    Every number may be traced: a function of design variables that builds a system is differentiable.  A traced
+    system with loops takes its freedoms from a concrete build of the same topology, `build(like=system)`.
+    """
+
+    def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> None:
+        self._model = declared.Model(as_array(gravity))
+        self._faults: list[str] = []
+
+    @property
+    def declared(self) -> declared.Model:
+        """All that was declared, by name; to be read, not changed."""
+        return self._model
+
+    def __repr__(self) -> str:
+        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames")
+        counts = [f"{len(getattr(self._model, kind))} {kind}" for kind in kinds if getattr(self._model, kind)]
+        return f"SystemBuilder({', '.join(counts)})"
+
+    def _add(self, what, table, item):
+        names = {**self._model.bodies, **self._model.frames} if what in ("body", "frame") else table
+        if what in ("joint", "constraint"):
+            names = {**self._model.joints, **self._model.constraints}
+        if item.name in names or (what in ("body", "frame") and item.name == declared.GROUND):
+            self._faults.append(f"{what} {item.name!r}: the name is taken")
+        else:
+            table[item.name] = item
+
+    def _placed(self, where, position, rotation):
+        """A pose in the reference pose, None where none is given; what is none is a fault."""
+        if position is None and rotation is None:
+            return None
+        try:
+            pose = Pose((0.0, 0.0, 0.0) if position is None else position, rotation)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"{where}: {error}")
+            return None
+        self._faults += [f"{where}: {fault}" for fault in pose.faults()]
+        return pose
+
+    def body(
+        self,
+        name: str,
+        mass: ArrayLike,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike = 0.0,
+        position: ArrayLike | None = None,
+        rotation: ArrayLike | None = None,
+        any_inertia: bool = False,
+    ) -> None:
+        """A rigid body.
+
+        Args:
+            mass: [kg].
+            com: centre of mass in body axes [m].
+            inertia: about the centre of mass in body axes [kg m^2]: 0, three principal values or (3, 3).
+            position, rotation: world pose of its frame in the reference pose, for joints given by `at=`; by default
+                the world frame: com and points are then given in world axes.
+            any_inertia: take principal inertias that no real body has, A + B < C, as some files have them.
+        """
+        pose = self._placed(f"body {name!r}", position, rotation)
+        self._add("body", self._model.bodies, declared.Body(name, mass, com, inertia, pose, any_inertia))
+
+    def elastic(
+        self,
+        name: str,
+        body: Explained[ElasticBody],
+        motions: Mapping[str, AbstractJoint] | None = None,
+        position: ArrayLike | None = None,
+        rotation: ArrayLike | None = None,
+    ) -> None:
+        """An elastic body; its interfaces are bodies "name.interface" to which joints attach.
+
+        Args:
+            body: an `ElasticBody`, see `jaxmbs.flexible.floating_frame`.  Name the interface that the ground reaches
+                first as its first: it carries the floating frame.
+            motions: joints by other interface that restrict its motion on the first one: `{"tip": Planar("z")}`
+                holds it in the plane (default `Free()`; directions left out are held rigidly).
+            position, rotation: world pose of the first interface in the reference pose, for joints given by `at=`.
+
+        The state holds the motion of each other interface under "name.interface" and the modes under "name.modes".
+        """
+        motions = dict(motions or {})
+        found = elastic_faults(name, body, motions)
+        self._faults += found
+        if found:
+            return
+        item = Elastic(name, body, motions)
+        bodies, joints = item.parts(self._placed(f"elastic body {name!r}", position, rotation))
+        for part in bodies:
+            self._add("body", self._model.bodies, part)
+        for joint in joints:
+            self._add("joint", self._model.joints, joint)
+        self._model.elastic[name] = item
+
+    def frame(
+        self, name: str, on: str, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None
+    ) -> None:
+        """A named frame fixed in the body or frame `on` at `position` [m], `rotation` (3, 3), in its axes."""
+        pose = self._placed(f"frame {name!r}", position, rotation)
+        self._add("frame", self._model.frames, declared.Frame(name, on, pose or Pose()))
+
+    def link(
+        self,
+        name: str,
+        /,
+        mass: ArrayLike = 0.0,
+        com: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+        plane: str = "xy",
+        points: Mapping[str, ArrayLike] | None = None,
+        **more_points: ArrayLike,
+    ) -> None:
+        """A rigid body drawn by its points in the reference pose: `b.link("arm", A=(0, 0.2), D=(2, 1.2), mass=3.0)`.
+
+        The points are world points [m]; each is a frame of the body, "arm.A" and "arm.D", for joints, forces and
+        questions.  Links joined at points that are drawn at one place are assembled where all coordinates are zero,
+        so that `State.at` needs no guess near the drawing.
+
+        Args:
+            mass: [kg].
+            com: centre of mass, a world point [m] of the drawing (default: that of thin bars along the outline).
+            inertia: about the centre of mass in world axes of the drawing [kg m^2], as of `body` (default: that of
+                thin bars of this mass from point to point and back to the first; none for one point).
+            plane: "xy", "xz" or "yz", in which points of two numbers lie; points may have three numbers.
+            points: the same by a dict, for names that are no words of Python.
+        """
+        try:
+            drawn = link_parts(name, mass, com, inertia, plane, {**(points or {}), **more_points})
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"link {name!r}: {error}")
+            return
+        self._add("body", self._model.bodies, drawn[0])
+        for frame in drawn[1]:
+            self._add("frame", self._model.frames, frame)
+
+    def joint(
+        self,
+        name: str,
+        kind: Explained[AbstractJoint],
+        parent: Explained[FrameLike],
+        child: Explained[FrameLike],
+        parent_frame: str | Pose | ArrayLike | None = None,
+        child_frame: str | Pose | ArrayLike | None = None,
+        at: str | ArrayLike | None = None,
+        drive: Callable | None = None,
+        guess: ArrayLike | None = None,
+    ) -> None:
+        """A joint between two bodies, which may close a loop.
+
+        Args:
+            kind: a joint such as `Revolute(axis="z")`.
+            parent, child: names of bodies, or of frames on them, which are then the joint's frames: "arm.tip"; or
+                (body, point), (body, Pose).
+            parent_frame, child_frame: its place in each body: a point, `Pose` or frame name (default: the origin).
+            at: instead, a world point in the reference pose, or the frame whose point it is.  Bodies are there at
+                their `position=` or, without one, have the world frame as their own; joint axes are world axes.
+            drive: function of time that prescribes its coordinate.
+            guess: its coordinate [rad or m] in the pose of use, about (several freedoms: an array, as in a State).
+                Freedoms are counted there, and every search for a state begins there.
+        """
+        item = declared.Joint(name, kind, parent, child, parent_frame, child_frame, at, drive, guess=guess)
+        self._add("joint", self._model.joints, item)
+
+    def drive(self, joint: str, function: Callable) -> None:
+        """Prescribe the coordinate of a one-freedom joint as a function of time (rheonomic)."""
+        if joint not in self._model.joints:
+            self._faults.append(f"drive: {no_such('joint', joint, self._model.joints)}")
+        elif self._model.joints[joint].drive is not None:
+            self._faults.append(f"drive: joint {joint!r} is driven already")
+        else:
+            self._model.joints[joint] = dataclasses.replace(self._model.joints[joint], drive=function)
+
+    def force(
+        self,
+        name: str,
+        law: Explained[AbstractLaw],
+        between: tuple | list | None = None,
+        joint: str | None = None,
+        on: Explained[FrameLike | None] = None,
+    ) -> None:
+        """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
+        load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
+        self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
+
+    def constraint(
+        self,
+        name: str,
+        law: Explained[AbstractClosure | Coupler | VelocityRows | Rows],
+        between: tuple | list | None = None,
+    ) -> None:
+        """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine`, or a `FramePath` in time between
+        two frames, `Coupler` of joint coordinates, or `Rows` of the user."""
+        self._add("constraint", self._model.constraints, declared.Constraint(name, law, between))
+
+    def faults(self) -> list[str]:
+        """Every fault of the model so far, one sentence each."""
+        return self._faults + model_faults(located(self._model))
+
+    def build(
+        self,
+        like: System | None = None,
+        independent: Iterable[str] | None = None,
+        cut: Iterable[str] | None = None,
+        guess: Mapping[str, Any] | None = None,
+    ) -> System:
+        """The system.
+
+        Args:
+            like: a concrete build of the same topology, whose freedoms and independent set are taken over; needed
+                for traced models with constraints, and quick for concrete ones.
+            independent: joint names whose velocities are the independent ones of the KIC (default: by pivoting).
+            cut: joint names to cut (default: those that close a loop in the order declared).
+            guess: joint name -> coordinate of a pose of use, beside and before the guesses of the joints themselves.
+                Freedoms, the independent set and what statics leaves open are counted at the closed pose nearest to
+                it, and searches of `State.at` begin there; by default at the reference pose, all coordinates zero.
+
+        Raises: ModelError with every fault of the model.
+        """
+        follow_precision()
+        cut = tuple(cut or ())
+        model, guess = located(self._model), dict(guess or {})
+        found = self._faults + model_faults(model) + cut_faults(model, cut) + guess_faults(model, guess)
+        if found:
+            raise ModelError(found)
+        return built(model, like, independent, set(cut), guess)

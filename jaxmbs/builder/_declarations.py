@@ -1,0 +1,126 @@
+"""What the user declares, before it becomes a system.
+
+`Annotated[Any, kind]`: what of another kind is declared is refused in words, by `validation`, and not as a type;
+model files read the kind.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+from jax import Array
+
+from ..forces._base import AbstractLaw
+from ..joints import Coupler, Rows, VelocityRows
+from ..joints._base import AbstractJoint
+from ..model._pose import Pose
+from ..typing import ArrayLike, FrameLike
+
+GROUND = "ground"
+
+
+@dataclass
+class Body:
+    """A rigid body as declared; pose is its world pose in the reference pose, or None.
+
+    `any_inertia`: whether its principal inertias may break A + B >= C.
+    """
+
+    name: str
+    mass: Annotated[Any, ArrayLike]
+    com: Annotated[Any, ArrayLike]
+    inertia: Annotated[Any, ArrayLike]
+    pose: Pose | None
+    any_inertia: bool = False
+
+
+@dataclass
+class Frame:
+    """A named frame fixed in a body, or in another frame."""
+
+    name: str
+    body: str
+    pose: Pose
+
+
+@dataclass
+class Joint:
+    """A joint as declared.
+
+    Its ends are references to bodies or frames, their frames None, a point, a Pose or the name of a frame; `at` is a
+    world point or the name of a frame; `guess` are its coordinates in the pose of use.
+    """
+
+    name: str
+    kind: Annotated[Any, AbstractJoint]
+    parent: Annotated[Any, FrameLike]
+    child: Annotated[Any, FrameLike]
+    parent_frame: Annotated[Any, str | Pose | ArrayLike | None]
+    child_frame: Annotated[Any, str | Pose | ArrayLike | None]
+    at: Annotated[Any, str | ArrayLike | None]
+    drive: Annotated[Any, Callable | ArrayLike | None] = None
+    is_hidden: bool = False
+    guess: Annotated[Any, ArrayLike | None] = None
+
+
+@dataclass
+class Force:
+    """A force element as declared, with its port."""
+
+    name: str
+    law: Annotated[Any, AbstractLaw]
+    between: Annotated[Any, tuple | list | None]
+    joint: str | None
+    on: Annotated[Any, FrameLike | None]
+
+
+@dataclass
+class Constraint:
+    """Rows between two frames, joint coordinates, or given by the user."""
+
+    name: str
+    law: Annotated[Any, AbstractJoint | Coupler | Rows | VelocityRows]
+    between: Annotated[Any, tuple | list | None]
+
+
+@dataclass
+class Model:
+    """All that is declared, by name."""
+
+    gravity: Array
+    bodies: dict[str, Body] = field(default_factory=dict)
+    frames: dict[str, Frame] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    forces: dict[str, Force] = field(default_factory=dict)
+    constraints: dict[str, Constraint] = field(default_factory=dict)
+    elastic: dict[str, Any] = field(default_factory=dict)
+
+
+def as_pose(value) -> Pose:
+    """A pose from None, a point or a pose."""
+    if value is None:
+        return Pose()
+    return value if isinstance(value, Pose) else Pose(value)
+
+
+def resolve(reference, bodies, frames) -> tuple[str, Pose]:
+    """Body name and pose in body axes of a reference: a body or frame name, or (body, point | Pose).
+
+    Raises: KeyError with the unknown name.
+    """
+    if isinstance(reference, str):
+        if reference == GROUND or reference in bodies:
+            return reference, Pose()
+        frame = frames[reference]
+        return frame.body, frame.pose
+    body, place = reference
+    if body != GROUND and body not in bodies:
+        raise KeyError(body)
+    return body, as_pose(place)
+
+
+def joint_frame(value, body, frames) -> Pose:
+    """Pose in body axes of a joint's frame: None, a point, a Pose, or the name of a frame on that body."""
+    if isinstance(value, str):
+        return frames[value].pose if frames[value].body == body else None
+    return as_pose(value)

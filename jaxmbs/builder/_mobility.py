@@ -1,0 +1,187 @@
+"""Mobility of a model: counted on the host at assembled poses, the one of use where a guess says which that is."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..errors import AssemblyError, ModelError
+from ..joints._base import HALF_TURN
+from ..kinematics._host_rows import evaluate, moved
+from ..kinematics._mobility import mobility_of, spaces_of, with_mobility
+from ..kinematics._poses import neutral_coordinates
+from ..kinematics._rank import constraint_spaces
+from ..kinematics._state import State
+from ..model._system import System
+
+_POSES = 4
+_STEP = 0.3  # between poses, about [rad]: beyond rounding, and near enough to close again
+_NEAR = 0.05  # the same about a pose of use, whose branch is to be kept
+_SEED = 7  # of the poses looked at: any, but the same in every build, so that a model has one answer
+_CLOSED = {8: 1e-9, 4: 1e-4}  # residuals that count as closed
+_HALF_TURN_OFF = 1e-4  # relative: about a degree
+_INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
+
+
+def _precision():
+    return jnp.result_type(float)
+
+
+def analysed(system: System, independent=None) -> System:
+    """A concrete system with its characteristic length and its mobility: the largest rank near the pose of use, or
+    near the reference pose where no guess says which pose that is.
+
+    Raises: ModelError when the loops cannot be closed, when a joint can move without inertia, or when the user's
+    independent set does not determine the motion.
+    """
+    top, random = system.topology, np.random.default_rng(_SEED)
+    psi, t = neutral_coordinates(top).astype(_precision()), np.zeros((), _precision())
+    x = evaluate(system, psi, t).positions
+    length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
+    system, weight = with_mobility(system, None, length), np.where(top.spins > 0, 1.0, length)
+    psi = _pose_of_use(system) if top.guess else _close(system, psi, t, weight, random)
+    best, fault, stresses = None, None, []
+    for _ in range(_POSES):
+        rows = evaluate(system, psi, t)
+        spaces = rank, Z, _ = spaces_of(system, rows)
+        found = _inertia_fault(top, rows.M, Z, weight)
+        if best is None or rank > best[1][0]:
+            best, fault, stresses = (rows, spaces), found, []
+        elif rank == best[1][0]:  # one pose with inertia will do
+            fault = fault and found
+        if rank == best[1][0]:
+            stresses.append(spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[2])
+        if not top.num_rows and fault is None:
+            break
+        psi = _elsewhere(system, psi, t, Z, weight, random)
+    if fault:
+        raise ModelError([fault])
+    found = mobility_of(system, *best, independent)
+    return with_mobility(system, dataclasses.replace(found, turning_rows=_turning(stresses)))
+
+
+def _turning(stresses):
+    """Rows whose part in the null spaces of the rows' transpose (rows, k), one at each pose, is not the same."""
+    parts = [Y @ Y.T for Y in stresses]
+    change = np.max([np.abs(part - parts[0]).max(1, initial=0.0) for part in parts], axis=0)
+    return tuple(int(k) for k in np.nonzero(change > 1e-3)[0])  # of one
+
+
+def check_numbers(system: System) -> None:
+    """ModelError if the loops of a concrete system cannot be closed, or a joint can move without inertia."""
+    top, random = system.topology, np.random.default_rng(_SEED)
+    weight, t = np.ones(top.num_velocities), np.zeros((), _precision())
+    psi = neutral_coordinates(top).astype(_precision())
+    psi, fault = _pose_of_use(system) if top.guess else _close(system, psi, t, weight, random), None
+    for _ in range(_POSES):
+        rows = evaluate(system, psi, t)
+        Z = constraint_spaces(rows.A, 1.0)[1]
+        fault = _inertia_fault(top, rows.M, Z, weight)
+        if fault is None:
+            return
+        psi = _elsewhere(system, psi, t, Z, weight, random)
+    raise ModelError([fault])
+
+
+def _pose_of_use(system):
+    """Coordinates of the pose that the guesses of the model lead to."""
+    try:
+        return np.asarray(State.at(system).coordinates)
+    except AssemblyError as error:
+        raise ModelError([f"guess: {error}"]) from error
+
+
+def _elsewhere(system, psi, t, Z, weight, random):
+    """Another closed pose, along the motions Z."""
+    step = _NEAR if system.topology.guess else _STEP
+    move = weight * (Z @ random.normal(size=Z.shape[1]) * step)
+    found, error = _newton(system, moved(system.topology, psi, move), t, weight)
+    return found if np.isfinite(error) else psi
+
+
+def _newton(system, psi, t, weight, iterations=60):
+    """Least-squares Newton from psi with damping: (coordinates, largest residual, infinite where a row has no slope).
+
+    The damping falls faster than it rises: near the solution steps are Newton's own.  A sum of squares of 1e-24 is
+    residuals of 1e-12, a thousandth of what counts as closed.
+    """
+    top, damping = system.topology, 1e-3
+    f, A, *_ = evaluate(system, psi, t)
+    for _ in range(iterations):
+        cost = float(np.dot(f, f))
+        if not np.isfinite(cost) or cost < 1e-24 or not np.all(np.isfinite(A)):
+            break
+        J = np.asarray(A)[top.position_rows] * weight[None]
+        step = (
+            -weight
+            * np.linalg.lstsq(
+                np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
+            )[0]
+        )
+        trial = moved(top, psi, step)
+        g, B, *_ = evaluate(system, trial, t)
+        if float(np.dot(g, g)) < cost:
+            psi, f, A, damping = trial, g, B, max(damping * 0.05, 1e-15)
+        else:
+            damping *= 10
+            if damping > 1e8:
+                break
+    return psi, float(np.max(np.abs(f), initial=0.0)) if np.all(np.isfinite(A)) else np.inf
+
+
+def _close(system, psi, t, weight, random):
+    """An assembled pose near the neutral one; ModelError when none is found."""
+    top = system.topology
+    if not top.num_rows:
+        return psi
+    start = psi
+    _refuse_half_turns(system, evaluate(system, psi, t).f)
+    for _ in range(25):
+        found, error = _newton(system, psi, t, weight)
+        if error < _CLOSED[_precision().itemsize]:
+            return found
+        psi = moved(top, start, weight * random.normal(size=top.num_velocities))
+    rows, least = evaluate(system, found, t), _CLOSED[_precision().itemsize]
+    f, steep = np.abs(rows.f), ~np.all(np.isfinite(rows.A), axis=1)
+    if np.any(steep):
+        names = ", ".join(repr(name) for name in sorted({top.row_joint[k] for k in np.nonzero(steep)[0]}))
+        raise ModelError([f"the slope of {names} is not finite at any pose that was tried; check the function"])
+    open_rows = sorted({top.row_joint[k] for k, value in zip(top.position_rows, f, strict=True) if not value < least})
+    raise ModelError(
+        [
+            f"the loops cannot be closed; still open (largest residual {error:.3g}): {', '.join(open_rows)}; "
+            "check the joint frames and link lengths"
+        ]
+    )
+
+
+def _refuse_half_turns(system, f):
+    """ModelError where the frames of a closing joint stand half a turn apart in the reference pose."""
+    faults, first = [], 0
+    for group in system.closures:
+        units = group.kind.row_units[: group.kind.num_rows - group.kind.num_slips]
+        turns = np.array([unit == "rad" for unit in units], bool)
+        rows = f[first : first + len(group.names) * len(turns)].reshape(len(group.names), len(turns))
+        first += rows.size
+        for name, angle in zip(group.names, np.linalg.norm(rows[:, turns], axis=1), strict=True):
+            if angle > HALF_TURN * (1.0 - _HALF_TURN_OFF):
+                turn = np.rad2deg(np.arccos(1.0 - min(angle, HALF_TURN) / 2.0))
+                faults.append(
+                    f"joint {name!r}: in the reference pose its frames are half a turn ({turn:.4f} degrees) from "
+                    "closed; turn one of them by half a turn (rotation of parent_frame or child_frame)"
+                )
+    if faults:
+        raise ModelError(faults)
+
+
+def _inertia_fault(top, M, Z, weight):
+    """What is wrong where a motion among Z moves no inertia; else None."""
+    reduced = (Z * weight[:, None]).T @ M @ (Z * weight[:, None])
+    if reduced.size == 0:
+        return None
+    values, vectors = np.linalg.eigh(reduced)
+    if values[0] > _INERTIA[_precision().itemsize] * max(values[-1], 1e-300) and values[-1] > 0:
+        return None
+    mode = np.abs(Z @ vectors[:, 0])
+    names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})
+    return f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"

@@ -1,0 +1,289 @@
+"""Faults of a declared model, found before anything is traced."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import broken, faults_if, known, no_such
+from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ..forces._ports import JointPort, LinePort, SystemPort, port_of
+from ..forces._signals import as_signal
+from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
+from ._declarations import GROUND, Model, as_pose, resolve
+from ._elastic import entry_faults
+
+
+def model_faults(model: Model) -> list[str]:
+    """Every fault of a model, one sentence each."""
+    bodies, frames, joints, found = model.bodies, model.frames, model.joints, []
+    if not bodies:
+        found.append("the model has no bodies")
+    if model.gravity.shape != (3,):
+        found.append(f"gravity must be three numbers, got shape {model.gravity.shape}")
+    if broken(lambda g: ~np.isfinite(g), model.gravity):
+        found.append(f"gravity is not finite: {np.asarray(model.gravity)}")
+    found += _name_faults(model)
+    for body in bodies.values():
+        found += body_faults(body)
+    for frame in frames.values():
+        if frame.body in frames:
+            found.append(f"frame {frame.name!r}: the frames that carry it go round in a circle")
+        elif frame.body != GROUND and frame.body not in bodies:
+            found.append(f"frame {frame.name!r}: {no_such('body or frame', frame.body, [*bodies, *frames])}")
+    for joint in joints.values():
+        found += joint_faults(joint, bodies, frames)
+    for force in model.forces.values():
+        found += force_faults(force, bodies, frames, joints)
+    for item in model.constraints.values():
+        found += constraint_faults(item, bodies, frames, joints)
+    return found
+
+
+def _name_faults(model):
+    """Names that two things have, or that the library keeps; the builder's verbs refuse them, files may have them."""
+    places = {"body": model.bodies, "frame": model.frames}
+    found = [f"{what} 'ground': the name is taken" for what, table in places.items() if GROUND in table]
+    found += [f"frame {name!r}: a body has this name" for name in model.frames if name in model.bodies]
+    found += [f"constraint {name!r}: a joint has this name" for name in model.constraints if name in model.joints]
+    if "drives" in model.forces:
+        found.append("force 'drives': the account of work keeps that name for driven joints")
+    return found
+
+
+def cut_faults(model: Model, cut) -> list[str]:
+    """Joints to cut that do not exist; elastic bodies that the others reach by a wrong interface."""
+    found = [f"cut: {no_such('joint', name, model.joints)}" for name in cut if name not in model.joints]
+    return found + entry_faults(model.elastic, [j for name, j in model.joints.items() if name not in cut])
+
+
+def guess_faults(model: Model, guess) -> list[str]:
+    """Guesses of joints that do not exist, or of what is no number; traced ones, which no search can begin at."""
+    found = [f"guess: {no_such('joint', name, model.joints)}" for name in guess if name not in model.joints]
+    own = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None}
+    for name, value in {**own, **guess}.items():
+        if not known(value):
+            found.append(f"joint {name!r}: its guess is traced; it must be a number, as the pose counted at is fixed")
+        elif not _is_finite(value):
+            found.append(f"joint {name!r}: its guess must be finite real numbers, got {value!r}")
+    return found
+
+
+def _is_finite(value):
+    try:
+        return bool(np.all(np.isfinite(np.asarray(value, float)))) and not np.iscomplexobj(value)
+    except (TypeError, ValueError):
+        return False
+
+
+def body_faults(body) -> list[str]:
+    """Mass, centre of mass and inertia of one body."""
+    return mass_faults(f"body {body.name!r}", body)
+
+
+def mass_faults(where: str, body) -> list[str]:
+    """The same of anything that has them, and `any_inertia`; where: the beginning of each message."""
+    found = []
+    if np.shape(body.mass) != ():
+        found.append(f"{where}: mass must be one number, got shape {np.shape(body.mass)}")
+    elif known(body.mass):
+        mass = np.asarray(body.mass, float)
+        if not np.isfinite(mass) or mass < 0:
+            found.append(f"{where}: mass is {mass}; it must be finite and not negative")
+    if known(body.com) and (np.shape(body.com) != (3,) or not np.all(np.isfinite(np.asarray(body.com, float)))):
+        found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
+    shape = np.shape(body.inertia)
+    if shape not in ((), (3,), (3, 3)):
+        return [*found, f"{where}: inertia must be 0, three principal values or (3, 3), got shape {shape}"]
+    return found + (_inertia_faults(where, body) if known(body.inertia, body.mass) else [])
+
+
+def _inertia_faults(where, body):
+    matrix = np.asarray(body.inertia, float)  # on the host: many bodies, and constants inside a traced build
+    matrix = matrix if matrix.ndim == 2 else np.diag(matrix * np.ones(3))
+    if not np.all(np.isfinite(matrix)):
+        return [f"{where}: inertia is not finite"]
+    scale = max(np.abs(matrix).max(), 1e-300)
+    # rounding of a rotation stays below 1e-9; a principal value of a rod may be 0, and a plate's third the sum of two
+    if np.abs(matrix - matrix.T).max() > 1e-9 * scale:
+        return [f"{where}: inertia is not symmetric"]
+    a, b, c = np.linalg.eigvalsh(matrix)
+    if a < -1e-9 * scale:
+        return [f"{where}: inertia has the negative principal value {a:.6g}"]
+    if a + b < c * (1 - 1e-6) and not body.any_inertia:
+        return [
+            f"{where}: principal inertias {a:.6g}, {b:.6g}, {c:.6g} break A + B >= C; "
+            "is the inertia about the centre of mass, in body axes?"
+        ]
+    if c > 0 and np.asarray(body.mass).shape == () and float(body.mass) == 0.0:
+        return [f"{where}: has inertia but no mass"]
+    return []
+
+
+def joint_faults(joint, bodies, frames) -> list[str]:
+    """Names, frames and kind of one joint."""
+    where, found = f"joint {joint.name!r}", []
+    if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
+        return [f"{where}: its kind must be a joint such as Revolute(axis='z'), got {joint.kind!r}"]
+    ends = {"parent": joint.parent, "child": joint.child}
+    wrong = [f for end, body in ends.items() for f in _end_faults(f"{where}, {end}", end, body, bodies, frames)]
+    found += wrong
+    if not wrong and joint.parent == joint.child:
+        found.append(f"{where}: parent and child are both {joint.parent!r}")
+    if not isinstance(joint.at, str):
+        found += _place_faults(f"{where}, at", joint.at)
+    elif joint.at not in frames:
+        found.append(f"{where}, at: {no_such('frame', joint.at, frames)}")
+    for end, frame, body in (
+        ("parent_frame", joint.parent_frame, joint.parent),
+        ("child_frame", joint.child_frame, joint.child),
+    ):
+        if not isinstance(frame, str):
+            found += _place_faults(f"{where}, {end}", frame)
+        else:
+            if frame not in frames:
+                found.append(f"{where}: {end} {frame!r} is not a frame; declare it with b.frame(...)")
+            elif not wrong and frames[frame].body != body:
+                found.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
+    if joint.at is not None and (joint.parent_frame is not None or joint.child_frame is not None):
+        found.append(f"{where}: at= places both of its frames; give at= and two bodies, or a frame for each of them")
+    for end in (f"{joint.name}.parent", f"{joint.name}.child"):
+        if end in bodies or end in frames:
+            found.append(f"{'frame' if end in frames else 'body'} {end!r}: {where} names its own frame so")
+    found += [f"{where}: {fault}" for fault in joint.kind.faults()]
+    if joint.drive is not None and not _has_one_coordinate(joint):
+        found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
+    return found + ([] if joint.drive is None else [f"{where}: its drive: {f}" for f in _drive_faults(joint.drive)])
+
+
+def _end_faults(where, end, body, bodies, frames):
+    """What is wrong with a body that was to be found by its name or by a frame."""
+    if isinstance(body, str) and (body == GROUND or body in bodies):
+        return []
+    if isinstance(body, str) and body in frames:
+        return [
+            f"{where}: {body!r} is a frame, which places it already: give the frame, or the body and {end}_frame="
+        ]
+    return _reference_faults(where, body, bodies, frames) or [
+        f"{where}: {body!r} places it already: give that, or the body and {end}_frame="
+    ]
+
+
+def _drive_faults(drive):
+    """What is wrong with a function of time: its numbers, or what one call of it says."""
+    try:
+        signal = as_signal(drive)
+        shape = jax.eval_shape(signal, jnp.zeros(())).shape
+    except Exception as error:  # noqa: BLE001 - the user's own code
+        return [f"it cannot be evaluated: {type(error).__name__}: {error}"]
+    found = signal.faults() if hasattr(signal, "faults") else []
+    return found + faults_if((shape not in ((), (1,)), f"it gives shape {shape}, not one number"))
+
+
+def _place_faults(where, place):
+    """What is wrong with None, a point or a pose."""
+    try:
+        return [f"{where}: {fault}" for fault in as_pose(place).faults()]
+    except (TypeError, ValueError) as error:
+        return [f"{where}: {error}"]
+
+
+def _has_one_coordinate(joint):
+    """Whether it has; joints of no valid kind are reported elsewhere and pass."""
+    if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
+        return True
+    return len(joint.kind.nodes) == 1 and joint.kind.nodes[0].kind != "ball"
+
+
+def _reference_faults(where, reference, bodies, frames):
+    try:
+        faults = resolve(reference, bodies, frames)[1].faults()
+    except KeyError as error:
+        return [f"{where}: {no_such('body or frame', error.args[0], [GROUND, *bodies, *frames])}"]
+    except (TypeError, ValueError):
+        return [f"{where}: {reference!r} is not a body name, frame name, (body, point) or (body, Pose)"]
+    return [f"{where}: {reference!r}: {fault}" for fault in faults]
+
+
+def force_faults(force, bodies, frames, joints) -> list[str]:
+    """Law, port and references of one force element."""
+    where, law, found = f"force {force.name!r}", force.law, []
+    given = [p for p in ("between", "joint", "on") if getattr(force, p) is not None]
+    if isinstance(law, AbstractScalarLaw):
+        wanted = ("between", "joint")
+    elif isinstance(law, AbstractPoseLaw):
+        wanted = ("between",)
+    elif isinstance(law, AbstractBodyLaw):
+        wanted = ("on",)
+    elif isinstance(law, AbstractSystemLaw):
+        wanted = ()
+    else:
+        return [f"{where}: {law!r} is not a force law such as SpringDamper(...) or Force(...)"]
+    if (wanted and (len(given) != 1 or given[0] not in wanted)) or (not wanted and given):
+        need = " or ".join(f"{w}=..." for w in wanted) or "no port"
+        return [f"{where}: {type(law).__name__} takes {need}, got {', '.join(given) or 'none'}"]
+    if force.joint is not None:
+        if force.joint not in joints:
+            found.append(f"{where}: {no_such('joint', force.joint, joints)}")
+        elif not _has_one_coordinate(joints[force.joint]):
+            found.append(
+                f"{where}: joint {force.joint!r} has not exactly one coordinate; use a Bushing between frames"
+            )
+    references = force.between if force.between is not None else ([force.on] if force.on is not None else [])
+    if force.between is not None and len(force.between) != 2:
+        return [f"{where}: between= takes two frames, got {len(force.between)}"]
+    for reference in references:
+        found += _reference_faults(where, reference, bodies, frames)
+    if force.between is not None and not found:
+        first, second = (resolve(reference, bodies, frames)[0] for reference in references)
+        if first == second:
+            found.append(f"{where}: both frames lie on {first!r}, so they never move apart and nothing is felt")
+        if isinstance(law, AbstractScalarLaw):
+            found += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
+    return found + [f"{where}: {fault}" for fault in law.faults() or _effort_faults(law, force.joint is not None)]
+
+
+def _effort_faults(law, on_joint) -> list[str]:
+    """What one call of the law says; laws of the whole system are called when its size is known."""
+    port = JointPort() if on_joint else port_of(law)
+    if port.num_flows is None:
+        return []
+    zero, place = jnp.zeros(()), (jnp.eye(3), jnp.zeros(3))
+    displacement = {LinePort: place[1:], JointPort: (zero,)}.get(type(port), place)
+    return call_faults(law, port, displacement, port.num_flows)
+
+
+def call_faults(law, port, displacement, size) -> list[str]:
+    """What is wrong with the effort (size,) that a law gives, seen by its shape alone."""
+    try:
+        found = jax.eval_shape(lambda: port.effort(law, displacement, jnp.zeros(size), jnp.zeros(()))).shape
+    except Exception as error:  # noqa: BLE001 - the user's own code
+        return [f"the law cannot be evaluated: {type(error).__name__}: {error}"]
+    return faults_if((found != (size,), f"the law gives shape {found}, not {(size,)}"))
+
+
+def system_law_faults(forces, topology) -> list[str]:
+    """What one call of every law of the whole system says."""
+    laws = [force for force in forces if isinstance(force.law, AbstractSystemLaw)]
+    call = lambda law: call_faults(law, SystemPort(), (jnp.zeros(topology.num_coordinates),), topology.num_velocities)  # noqa: E731
+    return [f"force {force.name!r}: {fault}" for force in laws for fault in call(force.law)]
+
+
+def constraint_faults(item, bodies, frames, joints) -> list[str]:
+    """Law and references of one constraint."""
+    where, law = f"constraint {item.name!r}", item.law
+    if isinstance(law, AbstractClosure):
+        if item.between is None or len(item.between) != 2:
+            return [f"{where}: {type(law).__name__} takes between=(frame, frame)"]
+        found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
+    elif isinstance(law, Coupler):
+        found = [f"{where}: {no_such('joint', name, joints)}" for name in law.joints if name not in joints]
+        found += [
+            f"{where}: joint {name!r} has not exactly one coordinate"
+            for name in law.joints
+            if name in joints and not _has_one_coordinate(joints[name])
+        ]
+    elif isinstance(law, (Rows, VelocityRows)):
+        found = []
+    else:
+        return [f"{where}: {law!r} is not a constraint such as Distance(...), Coupler(...) or Rows(...)"]
+    return found + [f"{where}: {fault}" for fault in law.faults()]

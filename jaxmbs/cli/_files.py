@@ -1,0 +1,50 @@
+"""Commands that write files, each as a whole or not at all."""
+
+import argparse
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from .. import viz
+from ..atomic_write import whole_path
+from ..io.model_file import save_model
+from . import _interrupts as interrupts
+from ._models import posed, read
+
+
+def view(options: argparse.Namespace) -> int:
+    """A picture of a pose by matplotlib, or a scene."""
+    system, state = posed(options)
+    with _whole(options.out) as part:
+        if Path(options.out).suffix.lower() == ".html":
+            viz.scene(system, state, path=part)
+            return 0
+        import matplotlib
+
+        matplotlib.use("Agg")
+        viz.plot_mechanism(system, state, plane=options.plane).figure.savefig(part, dpi=200)
+    return 0
+
+
+def convert(options: argparse.Namespace) -> int:
+    """A model as one of our files."""
+    with _whole(options.output) as part:
+        save_model(read(options).builder, part)
+    return 0
+
+
+def write_table(result: Any, path: str) -> None:
+    """A motion, reactions or modes as .csv (`to_pandas`) or .nc (`to_xarray`)."""
+    with _whole(path) as part:
+        if Path(path).suffix.lower() == ".csv":
+            result.to_pandas().to_csv(part)
+        else:
+            result.to_xarray().to_netcdf(part, engine="h5netcdf")
+
+
+@contextmanager
+def _whole(path):
+    """A path to write to, which becomes `path` at the end unless an interrupt was asked for."""
+    with whole_path(path) as part:
+        yield part
+        interrupts.check()

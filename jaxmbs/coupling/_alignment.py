@@ -1,0 +1,65 @@
+"""Whether what bonds join stands at one place: where it does not, a bond would resist the turning of the whole."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..checks import known
+from ..elements import DIRECTIONS
+from ..linear._system import LinearSystem
+from ._bonds import Bond
+from ._ties import Channels, Ties
+
+#: How far apart joined nodes may be, of the size of all components together.
+NEAR = 1e-3
+
+
+def apart(
+    components: Mapping[str, LinearSystem | Channels], bonds: Mapping[str, Bond], found: Mapping[str, Ties]
+) -> list[str]:
+    """Faults of bonds between nodes that are apart; only where positions are known.
+
+    A tie along e of points that are r apart is that of a rigid link where r is along e, and wrong by `|r x e|`
+    else: two points can be tied in one direction at a distance, a prop that stands, but not in three.
+    """
+    placed = [np.asarray(c.positions) for c in components.values() if c.positions is not None and known(c.positions)]
+    if not placed:
+        return []
+    size = np.linalg.norm(np.ptp(np.concatenate(placed), axis=0))
+    faults = []
+    for name, bond in bonds.items():
+        gaps = [_gap(components, bond, found[name], k) for k in found[name].kept]
+        lever, *gap = max(gaps, key=lambda gap: gap[0], default=(0.0,))
+        if lever > NEAR * size:
+            faults.append(f"bond {name!r}: {_told(*gap)}")
+    return faults
+
+
+def _gap(components, bond, ties, k):
+    """(lever, node, node, offset) of one tied direction, the lever 0 where there is nothing to say."""
+    nothing, (first, second) = (0.0, "", "", None), ties.ends
+    if not second or ties.labels[k] not in DIRECTIONS[:3]:
+        return nothing
+    (one, p), (other, q) = (_place(components, end[k]) for end in (first, second))
+    if p is None or q is None or not known(bond.axes):
+        return nothing
+    axis = DIRECTIONS.index(ties.labels[k])
+    along = (np.eye(3) if bond.axes is None else np.asarray(bond.axes))[axis]
+    return np.linalg.norm(np.cross(p - q, along)), one, other, p - q
+
+
+def _place(components, coordinate):
+    name, k = coordinate
+    c = components[name]
+    node, _ = c.coordinates[c.interface[k]]
+    if c.positions is None or not known(c.positions) or node not in c.nodes:
+        return "", None
+    return f"{name}.{node}", np.asarray(c.positions)[c.nodes.index(node)]
+
+
+def _told(one, other, offset):
+    by = ", ".join(f"{x:.4g}" for x in offset)
+    return (
+        f"{one} and {other} are {np.linalg.norm(offset):.3g} apart: give a component another place, "
+        f"`{other.partition('.')[0]}.moved(({by}))`, or take them as they are, `connect(..., places=False)`"
+    )

@@ -1,0 +1,175 @@
+"""Thousands of components of few shapes in one program, joined at shared nodes by number; `connect` joins by name.
+
+Assembled once per node (primal), so that a floating component does no harm; the multipliers of the bonds are what is
+left over of each component's own equilibrium.  At every node they sum to the load put on it: S1 (2), (25).
+"""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Inexact
+
+from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
+from ..linear._system import LinearSystem
+from ..math import _square as square
+from ..reductions._base import explicit
+from ..runtime import typed
+from ..typing import ArrayLike
+from ._dual import impedance
+
+
+class Components(eqx.Module):
+    """Components of one shape: interface coordinates first, node by node, then internal ones (modes, interior).
+
+    Attributes:
+        nodes: (components, k), the interface node of each of a component's k places; -1 is a fixed one.
+        matrix: (components, n, n) stiffness, or dynamic stiffness (complex); symmetric.
+        load: (components, n) on its coordinates.
+    """
+
+    nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    matrix: Inexact[Array, "components n n"]
+    load: Inexact[Array, "components n"]
+
+    @classmethod
+    def of(
+        cls,
+        components: Sequence[LinearSystem],
+        nodes: Sequence[Sequence[int]],
+        forces: Sequence,
+        omega: ArrayLike | None = None,
+    ) -> "Components":
+        """Linear systems whose interfaces are whole nodes, as one group.
+
+        Args:
+            nodes: interface node of each place (components, k), -1 held; a component's interface coordinates are
+                those of its places in turn.
+            forces: on each component's own coordinates (n_c,), None for none.
+            omega: angular frequency [rad/s]; None for statics.
+
+        Raises: ValueError for components of different shapes.  Source: S1 (1)-(3), (19), (41).
+        """
+        parts = [explicit(c) for c in components]
+        if len({(c.num_interface, c.num_rows) for c in parts}) > 1:
+            raise ValueError("components of one group have the same numbers of interface and inner coordinates")
+        matrices = jnp.stack([impedance(c, omega) for c in parts])
+        zero = jnp.zeros(matrices.shape[1], matrices.dtype)
+        pairs = zip(parts, forces, strict=True)
+        loads = [zero if f is None else (c.basis.T.astype(f.dtype) @ f).astype(matrices.dtype) for c, f in pairs]
+        return cls(tuple(tuple(int(n) for n in row) for row in nodes), matrices, jnp.stack(loads))
+
+
+class CoupledResponse(eqx.Module):
+    """Displacements and the forces in the bonds.
+
+    Attributes:
+        interface: (nodes, size) displacements of the interface nodes.
+        internal: per group (components, n - k size), displacements of the internal coordinates.
+        reactions: per group (components, k, size), the forces the bonds put on each component, S1 (3).
+        residual: largest `|sum of reactions - load|` over the free nodes, S1 (2), relative to the largest reaction.
+    """
+
+    interface: Inexact[Array, "nodes size"]
+    internal: tuple
+    reactions: tuple
+    residual: Array
+
+
+def interface_pattern(groups: Sequence[Components], num_nodes: int, size: int) -> Pattern:
+    """The graph of the interface nodes: nodes of one component couple.
+
+    Raises: ValueError for a node that is not there, or a component that meets a node twice.
+    """
+    edges = []
+    for group in groups:
+        nodes = np.array(group.nodes)
+        for k, row in enumerate(nodes):
+            if row.max() >= num_nodes or len(set(row[row >= 0])) < np.sum(row >= 0):
+                raise ValueError(
+                    f"component {k}: nodes {row.tolist()} must be different ones of 0 ... {num_nodes - 1}"
+                )
+        for r in range(nodes.shape[1]):
+            edges += [nodes[:, [r, s]] for s in range(r)]
+    pairs = np.concatenate(edges) if edges else np.zeros((0, 2), int)
+    return Pattern(num_nodes, size, pairs[np.all(pairs >= 0, axis=1)])
+
+
+def coupled_response(
+    groups: Sequence[Components], load: ArrayLike, kind: str = "cholesky", plan: Plan | None = None
+) -> CoupledResponse:
+    """Static or harmonic response of coupled components.
+
+    Args:
+        load: (nodes, size) forces on the interface nodes themselves.
+        kind: "cholesky" for stiffnesses, "ldl" for dynamic stiffnesses.
+        plan: of `blocksparse.analyse(interface_pattern(...))`, else made here.
+
+    The assembled structure must be held; the components need not be.  Source: S1 (1)-(3), (5)-(6), (10)-(12).
+    """
+    load = jnp.asarray(load)
+    nodes, size = load.shape
+    pattern = interface_pattern(groups, nodes, size) if plan is None else plan.pattern
+    condensed = [_condense(group, size) for group in groups]
+    matrix, right = _zero(pattern, condensed[0][0].dtype), typed(load, condensed[0][0].dtype)
+    for group, (stiffness, force, _, _) in zip(groups, condensed, strict=True):
+        matrix = matrix + _assembled(pattern, group, stiffness)
+        right = _add(group, right, force)
+    x = solve(factor(matrix, kind, plan), right)
+    internal, reactions = [], []
+    sums = -load.astype(x.dtype)
+    for group, (stiffness, force, modes, fixed) in zip(groups, condensed, strict=True):
+        u = _at_nodes(group, x)
+        internal.append(jnp.einsum("smi,si->sm", modes, u.reshape(len(u), -1)) + fixed)
+        reaction = jnp.einsum("sij,sj->si", stiffness, u.reshape(len(u), -1)).reshape(u.shape) - force
+        reactions.append(reaction)
+        sums = _add(group, sums, reaction)
+    largest = jnp.max(jnp.stack([jnp.max(jnp.abs(r)) for r in reactions]))
+    residual = jnp.max(jnp.abs(sums)) / jnp.where(largest > 0, largest, 1.0)
+    return CoupledResponse(x, tuple(internal), tuple(reactions), residual)
+
+
+def _condense(group, size):
+    """Stiffness and force at the interface, constraint modes `-K_NN^-1 K_Ni` and interior at a fixed interface."""
+    k = len(group.nodes[0]) * size
+    K, f = group.matrix, typed(group.load, group.matrix.dtype)
+    inner = K[:, k:, k:]
+    both = jax.vmap(square.solve)(inner, jnp.concatenate([K[:, k:, :k], f[:, k:, None]], axis=2))
+    modes, fixed = -both[:, :, :k], both[:, :, k]
+    stiffness = K[:, :k, :k] + K[:, :k, k:] @ modes
+    force = f[:, :k] + jnp.einsum("smi,sm->si", modes, f[:, k:])
+    return stiffness, force.reshape(len(K), -1, size), modes, fixed
+
+
+def _zero(pattern, dtype):
+    b = pattern.size
+    return BlockMatrix(
+        pattern, jnp.zeros((pattern.num_blocks, b, b), dtype), jnp.zeros((pattern.num_edges, b, b), dtype)
+    )
+
+
+def _assembled(pattern, group, stiffness):
+    """Element assembly; a fixed place adds to no node."""
+    nodes, b = np.array(group.nodes), pattern.size
+    s, k = nodes.shape
+    blocks = stiffness.reshape(s, k, b, k, b).transpose(0, 1, 3, 2, 4)
+    matrix = _zero(pattern, stiffness.dtype)
+    for held in np.unique(nodes < 0, axis=0):
+        rows, free = np.nonzero(np.all((nodes < 0) == held, axis=1))[0], np.nonzero(~held)[0]
+        if len(free):
+            part = blocks[rows][:, free][:, :, free]
+            matrix = matrix + assemble(pattern, nodes[np.ix_(rows, free)], part)
+    return matrix
+
+
+def _add(group, total, forces):
+    nodes = np.array(group.nodes)
+    padded = jnp.concatenate([total, jnp.zeros((1, total.shape[1]), total.dtype)])
+    return padded.at[np.where(nodes < 0, len(total), nodes)].add(forces)[:-1]
+
+
+def _at_nodes(group, x):
+    nodes = np.array(group.nodes)
+    return jnp.concatenate([x, jnp.zeros((1, x.shape[1]), x.dtype)])[np.where(nodes < 0, len(x), nodes)]

@@ -1,0 +1,119 @@
+"""Bonds between components: rigid ones, joints that leave directions free, bushings with damping and mass."""
+
+import operator
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..elements._base import optional
+from ..linear._system import LinearSystem
+from ..reductions._base import Reduced
+from ..typing import ArrayLike, Converted
+from ._primal import elastic_bond
+
+#: "stage", "stage.top", "stage.top z", or `(name, which)`: a node, nodes, or numbers of interface coordinates.
+End = str | tuple[str, str | int | Sequence | range | np.ndarray]
+
+#: The end of a bond that is held.
+GROUND = "ground"
+
+
+class Bond(eqx.Module):
+    """What joins two ends; made by `rigid`, `joint` and `bushing`, joined by `network.connect`.
+
+    Attributes:
+        ends: `(component, which)`, which of its interface coordinates: nodes, numbers, or None for all.
+        free: directions, or places among the end's coordinates, that the bond leaves free.
+        axes: (3, 3), rows are the bond's axes in world axes, or None.
+        element: a bushing as a component, or None.
+    """
+
+    ends: tuple = eqx.field(static=True)
+    free: tuple = eqx.field(static=True, default=())
+    axes: Converted[Float[Array, "3 3"] | None] = eqx.field(converter=optional, default=None)
+    element: LinearSystem | None = None
+
+
+def rigid(first: End, second: End = GROUND) -> Bond:
+    """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
+
+    Args: first, second: a component's name (its whole interface), one of its nodes, "stage.top", or a coordinate,
+        "stage.top z"; or `(name, node)`, `(name, nodes)`, `(name, numbers)` of interface coordinates, or
+        `(name, [(node, direction)])` as systems label them; second also "ground".  Source: S1 (1)-(2).
+    """
+    return Bond((_end(first), _end(second)))
+
+
+def joint(
+    first: End, second: End = GROUND, *, free: str | Sequence[str | int], axes: ArrayLike | None = None
+) -> Bond:
+    """As `rigid`, but for directions that are left free: a pin, a slider, a ball joint.
+
+    Args:
+        free: directions "ry" or "x rz", or a sequence of them or of places among the end's coordinates.
+        axes: (3, 3), rows are the joint's axes in world axes; the ends then are whole nodes, its forces resolved so.
+
+    Source: S1 (1)-(2), (14).
+    """
+    return Bond((_end(first), _end(second)), tuple(free.split() if isinstance(free, str) else free), axes)
+
+
+def bushing(
+    first: End,
+    second: End = GROUND,
+    *,
+    stiffness: ArrayLike,
+    damping: ArrayLike | None = None,
+    mass: ArrayLike | None = None,
+    axes: ArrayLike | None = None,
+) -> Bond:
+    """An elastic-inertial bond between two ends at one place.
+
+    Args:
+        stiffness, damping, mass: (k, k) over an end's k coordinates, or k numbers; see `elastic_bond`.
+        axes: (3, 3), rows are the axes that they and the bond's forces are resolved in; default world axes.
+
+    Source: S1 (1)-(3).
+    """
+    return Bond((_end(first), _end(second)), (), axes, elastic_bond(stiffness, damping, mass))
+
+
+def _end(end):
+    if isinstance(end, str):
+        name, _, node = end.partition(".")
+        return name, (node,) if node else None
+    words = f"an end of a bond is a component's name, 'stage.top', 'stage.top z' or (name, which), not {end!r}"
+    if not (isinstance(end, tuple | list) and len(end) == 2 and isinstance(end[0], str)):
+        raise TypeError(words)
+    name, which = end
+    if isinstance(which, str | int | np.integer):
+        return name, (_label(which, words),)
+    if not np.iterable(which):
+        raise TypeError(words)
+    return name, tuple(_label(one, words) for one in which)
+
+
+def _label(one, words):
+    """A node, a number, or a coordinate: as text, or as the pair (node, direction) that systems label it by."""
+    if isinstance(one, str):
+        return one
+    if isinstance(one, tuple | list) and len(one) == 2 and all(isinstance(part, str) for part in one):
+        return " ".join(one).strip()
+    try:
+        return operator.index(one)
+    except TypeError:
+        raise TypeError(words) from None
+
+
+def resolved_in(reduced: Reduced, axes, coordinates) -> Reduced:
+    """The component with interface coordinates x y z (rx ry rz) of a node resolved in `axes`, rows in world axes."""
+    rows = np.array(coordinates).reshape(-1, 3)
+    turn = jnp.swapaxes(axes, 0, 1).astype(reduced.dtype)
+    E = jnp.eye(reduced.num_rows, dtype=reduced.dtype)
+    for part in rows:
+        E = E.at[np.ix_(part, part)].set(turn)
+    M, K, C = (None if A is None else E.T @ A @ E for A in (reduced.mass, reduced.stiffness, reduced.damping))
+    return reduced.changed(mass=M, stiffness=K, damping=C, basis=reduced.basis @ E)

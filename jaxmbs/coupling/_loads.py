@@ -1,0 +1,131 @@
+"""What the bonds of a network carry, by name."""
+
+import dataclasses
+from collections.abc import ItemsView
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Inexact
+
+from ..checks import no_such
+from ..elements import DIRECTIONS
+from ..errors import UnknownNameError
+from ..math import _square as square
+
+
+class BondLoad(eqx.Module):
+    """The load of one bond, in its own axes if it has such; times come first.
+
+    Attributes:
+        on_first: (..., k) along its directions, what the bond puts on its first end.
+        on_second: on its second end; the opposite of the first but for a bushing with mass.
+        labels: its directions, or the numbers of its coordinates.
+    """
+
+    on_first: Inexact[Array, "... k"]
+    on_second: Inexact[Array, "... k"]
+    labels: tuple[str, ...] = eqx.field(static=True)
+
+    @property
+    def force(self) -> Inexact[Array, "... 3"]:
+        """(..., 3) [N] on the first end; zero in directions that the bond does not have."""
+        return self._along(DIRECTIONS[:3])
+
+    @property
+    def moment(self) -> Inexact[Array, "... 3"]:
+        """(..., 3) [N m] on the first end; zero in directions that the bond does not have."""
+        return self._along(DIRECTIONS[3:])
+
+    def _along(self, directions):
+        f = self.on_first
+        columns = [
+            f[..., self.labels.index(d)] if d in self.labels else jnp.zeros_like(f[..., 0]) for d in directions
+        ]
+        return jnp.stack(columns, axis=-1)
+
+
+class BondLoads(eqx.Module):
+    """Loads of the bonds, `loads["bolts"].force`.
+
+    Attributes:
+        bonds: by name.
+        residual: () largest sum of the forces at a joint, relative to the largest: zero by S1 (25).
+        rounding: () what rounding alone may make of it: where soft components carry stiff ones, their
+            forces are small differences of large ones.
+    """
+
+    bonds: dict[str, BondLoad]
+    residual: Array
+    rounding: Array | float = 0.0
+
+    @property
+    def ok(self) -> Bool[Array, ""]:
+        """Whether they are finite and balance but for rounding, or 1e-6 of the largest (1e-2 in single precision).
+
+        Where rounding leaves less than two digits they do not count as found.
+        """
+        double = self.residual.dtype.itemsize > 4
+        floor, most = (1e-6, 1e-2) if double else (1e-2, 0.1)
+        return self.residual < jnp.clip(self.rounding, floor, most)
+
+    def __getitem__(self, name: str) -> BondLoad:
+        if name not in self.bonds:
+            raise UnknownNameError(no_such("bond", name, self.bonds))
+        return self.bonds[name]
+
+    def __iter__(self):
+        return iter(self.bonds)
+
+    def items(self) -> ItemsView[str, BondLoad]:
+        """Pairs of name and load."""
+        return self.bonds.items()
+
+
+@dataclasses.dataclass(frozen=True)
+class Determinacy:
+    """Which forces of the bonds the equilibrium of rigid components determines; `str` of it is a table.
+
+    Attributes:
+        redundant: how many bonds could be cut and leave no new rigid motion.
+        free_motions: how many rigid motions the bonds leave.
+        determinate: by bond, by direction: whether its force is independent of stiffness.
+        labels: by bond, its directions.
+    """
+
+    redundant: int
+    free_motions: int
+    determinate: dict[str, tuple[bool, ...]]
+    labels: dict[str, tuple[str, ...]]
+
+    def __str__(self):
+        lines = [f"{self.redundant} redundant bonds, {self.free_motions} free motions"]
+        width = max((len(name) for name in self.determinate), default=0)
+        for name, known in self.determinate.items():
+            parts = [
+                f"{kind} {' '.join(label for label, k in zip(self.labels[name], known, strict=True) if k is flag)}"
+                for kind, flag in (("determinate", True), ("redundant", False))
+                if flag in known
+            ]
+            lines.append(f"{name:<{width}}  {'; '.join(parts)}")
+        return "\n".join(lines)
+
+
+def by_bond(bonds, rows: np.ndarray | Array, forces: Array, residual: Array, rounding: Array) -> BondLoads:
+    """Loads of the ties from the forces on the components, `B^T f = r`: no tie closes a ring, so B has full rank.
+
+    Args: bonds: `(name, Ties)`; rows: B (ties, interface coordinates of all components); forces: r, times last.
+    """
+    if isinstance(rows, np.ndarray):
+        solve = jnp.asarray(np.linalg.solve(rows @ rows.T, rows)).astype(forces.dtype)
+    else:  # with lever arms of rigid bodies, which have derivatives
+        solve = square.solve(rows @ rows.T, rows).astype(forces.dtype)
+    f, at, found = jnp.moveaxis(jnp.tensordot(solve, forces, axes=1), 0, -1), 0, {}
+    for name, bond in bonds:
+        sides = []
+        for pairs in bond.pairs:
+            zero = jnp.zeros((*f.shape[:-1], len(bond.labels)), f.dtype)
+            sides.append(zero.at[..., np.array(bond.kept, int)].set(f[..., at : at + len(pairs)]))
+            at += len(pairs)
+        found[name] = BondLoad(sides[0], -sides[-1], bond.labels)
+    return BondLoads(found, residual, rounding)

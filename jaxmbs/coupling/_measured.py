@@ -1,0 +1,247 @@
+"""Networks of components of which some are known by measured transfer functions: what they answer by frequency."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Float
+
+from ..checks import known
+from ..errors import UnknownNameError
+from ..linear._labels import label, rows_of, spoken
+from ..linear._system import LinearSystem
+from ..linear._transfer import TransferFunctions
+from ..typing import ArrayLike
+from ..vibration._direct_response import dynamic_stiffness
+from ..vibration._questions import frequency_response as response_of
+from ._bonds import Bond
+from ._loads import BondLoad, BondLoads
+from ._rigid_body import RigidBody
+from ._ties import Channels, Ties, component_of
+from ._transfer_functions import couple, interface_forces, with_stiffness
+from ._uncoupled_transfer import beside, check_alike
+
+
+class _Joined(NamedTuple):
+    """Transfer functions with the bushings and without the rigid bonds, with all, what these are, names asked."""
+
+    apart: TransferFunctions
+    together: TransferFunctions
+    pairs: list
+    bushings: dict
+    asked: list
+
+
+class MeasuredNetwork(eqx.Module):
+    """Components joined by bonds, as `connect` makes it where some are `TransferFunctions`.
+
+    It answers `frequency_response` at the measured frequencies, by names as of a `Network`: "rig.foot z", and
+    `reactions` of that.  What was not measured cannot be asked: neither modes nor motions.
+
+    Attributes:
+        components: by name, measured ones as receptances.
+        bonds: by name.
+        ties: `(name, what the bond ties)`.
+    """
+
+    components: dict[str, TransferFunctions | LinearSystem]
+    bonds: dict[str, Bond]
+    ties: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
+
+    def __init__(self, components: Mapping, bonds: Mapping[str, Bond], ties: Mapping[str, Ties]) -> None:
+        self.components = {
+            name: c.to("receptance") if isinstance(c, TransferFunctions) else c for name, c in components.items()
+        }
+        check_alike(self.measured)
+        self.bonds, self.ties = dict(bonds), tuple(ties.items())
+
+    @property
+    def measured(self) -> dict[str, TransferFunctions]:
+        """The components that are known by transfer functions, by name."""
+        return {name: c for name, c in self.components.items() if isinstance(c, TransferFunctions)}
+
+    @property
+    def omega(self) -> Float[Array, " frequencies"]:
+        """The measured frequencies [rad/s]."""
+        return next(iter(self.measured.values())).omega
+
+    def frequency_response(
+        self,
+        omega: ArrayLike,
+        into: Sequence,
+        out: Sequence,
+        loss: ArrayLike = 0.0,
+        **regular: Any,
+    ) -> TransferFunctions:
+        """Displacements at names for unit forces at names.
+
+        Args:
+            omega: (frequencies,) [rad/s], all or some of those measured.
+            into, out: channels "rig.foot z" of measured components; of linear systems as of a `Network`.
+            loss: loss factor of the stiffness of linear systems and bushings.
+            regular: `rank`, `rcond`, `noise`, `weights` of `experiment.regular_inverse`, for noisy interfaces.
+
+        Raises: UnknownNameError; ValueError for frequencies that were not measured.
+        Source: S1 (1)-(3), (40)-(41).
+        """
+        found = self._joined(omega, into, out, loss, regular)
+        return found.together.at(*found.asked)
+
+    def reactions(self, response: TransferFunctions, loss: ArrayLike = 0.0, **regular: Any) -> BondLoads:
+        """What the bonds carry for unit forces at the inputs of a `frequency_response` of this network.
+
+        Args: loss, regular: those that the response was asked with.
+
+        Returns: loads (frequencies, inputs, k) by bond; `residual` is the largest gap left between what rigid bonds
+        tie, relative to the largest motion there: rounding but for an inverse that drops noise.
+        Source: S1 (1)-(2), (25).
+        """
+        found = self._joined(response.omega, response.inputs, (), loss, regular)
+        columns = found.together.columns(found.asked[1])
+        rigid = iter(())
+        residual = jnp.zeros((), self.omega.dtype)
+        if found.pairs:
+            forces = interface_forces(found.apart, found.pairs, **regular)[:, :, columns]
+            rigid = iter(jnp.moveaxis(forces, 1, 0))
+            residual = _largest_gap(found.together, found.pairs)
+        bonds = {}
+        for name, ties in self.ties:
+            if name in found.bushings:
+                channels, Z = found.bushings[name]
+                moved = found.together.values[:, found.together.rows(channels)][:, :, columns]
+                f = -jnp.swapaxes(Z[:, :, : len(channels)] @ moved, 1, 2)
+                first, second = jnp.split(f, 2, axis=-1)
+            else:
+                along = {k: next(rigid) for k in ties.kept}
+                zero = jnp.zeros((len(response.omega), len(columns)), found.together.values.dtype)
+                first = jnp.stack([along.get(k, zero) for k in range(len(ties.labels))], axis=-1)
+                second = -first
+            bonds[name] = BondLoad(first, second, ties.labels)
+        return BondLoads(bonds, residual)
+
+    def _joined(self, omega, into, out, loss, regular):
+        places = self._places(omega)
+        omega, loss = self.omega[places], jnp.asarray(loss, self.omega.dtype)
+        asked = self._channels(out, "outputs"), self._channels(into, "inputs")
+        tied = [coordinate for _, ties in self.ties for end in ties.ends for coordinate in end]
+        tied = [(name, channel_name(self.components[name], k)) for name, k in tied]
+        parts = {}
+        for name, c in self.components.items():
+            sides = [list(dict.fromkeys(own for n, own in (*side, *tied) if n == name)) for side in asked]
+            if any(sides):
+                parts[name] = _receptances(c, places, omega, loss, *sides)
+        Y, pairs, bushings = beside(_alike(parts), "."), [], {}
+        for name, ties in self.ties:
+            Y, ends = self._ends(Y, name, ties)
+            element = self.bonds[name].element
+            if element is None:
+                pairs += [(ends[0][k], ends[1][k] if ends[1] else None) for k in ties.kept]
+            else:
+                bushings[name] = [*ends[0], *ends[1]], _impedance(element, omega, loss).astype(Y.values.dtype)
+        for channels, Z in bushings.values():
+            Y = with_stiffness(
+                Y, channels, Z[:, : len(channels), : len(channels)]
+            )  # a second end in the ground rests
+        names = [[".".join(channel) for channel in side] for side in asked]
+        return _Joined(Y, couple(Y, pairs, **regular) if pairs else Y, pairs, bushings, names)
+
+    def _ends(self, Y, name, ties):
+        """The channels of a bond's ends, in its axes if it has such: these are added."""
+        bond = self.bonds[name]
+        ends = [[f"{n}.{channel_name(self.components[n], k)}" for n, k in end] for end in ties.ends]
+        for side, end in enumerate(ends):
+            if end and bond.axes is not None:
+                ends[side] = [f"{name}.{side}.{k}" for k in range(len(end))]  # no component bears the name of a bond
+                Y = _turned(Y, end, ends[side], bond.axes)
+        return Y, ends
+
+    def _places(self, omega):
+        """Which of the measured frequencies are asked."""
+        own, asked = self.omega, jnp.asarray(omega, self.omega.dtype)
+        if asked.ndim != 1:
+            raise ValueError(f"omega has shape {asked.shape}, not (frequencies,)")
+        if not known(own, asked):
+            if asked.shape != own.shape:
+                raise ValueError(f"traced: ask all {len(own)} measured frequencies, not {len(asked)}")
+            return np.arange(len(own))
+        own, asked = np.asarray(own), np.asarray(asked)
+        places = np.argmin(np.abs(own[None, :] - asked[:, None]), axis=1)
+        far = asked[np.abs(own[places] - asked) > 1e-6 * np.max(np.abs(own))]
+        if len(far):
+            raise ValueError(
+                f"omega = {far[0]:.6g} rad/s was not measured: there are {len(own)} frequencies, "
+                f"{own.min():.6g} to {own.max():.6g}, `net.omega`"
+            )
+        return places
+
+    def _channels(self, names, side) -> list[tuple[str, str]]:
+        """(component, channel) of names, all directions of a node among them."""
+        found = []
+        for name in names:
+            component, own = component_of(name, self.components)
+            c = self.components[component]
+            if isinstance(c, LinearSystem):
+                found += [(component, channel) for channel in c.outputs(own)[1]]
+                continue
+            faults, channels = [], getattr(c, side)
+            rows = rows_of([own], [label(channel) for channel in channels], faults)
+            if faults:
+                raise UnknownNameError(f"{side} of {component!r}: {faults[0]}")
+            found += [(component, channels[row]) for row in rows]
+        return found
+
+
+def channels_of(measured: TransferFunctions) -> Channels:
+    """What bonds may tie: the channels that are driven and measured at one place."""
+    return Channels(tuple(label(name) for name in _collocated(measured)))
+
+
+def channel_name(component, k: int) -> str:
+    """Of the interface coordinate number k."""
+    if isinstance(component, TransferFunctions):
+        return _collocated(component)[k]
+    own = component.channels if isinstance(component, RigidBody) else component
+    return spoken(own.coordinates[own.interface[k]])
+
+
+def _collocated(measured):
+    return [name for name in measured.outputs if name in measured.inputs]
+
+
+def _receptances(c, places, omega, loss, rows, columns):
+    if isinstance(c, TransferFunctions):
+        some = TransferFunctions(omega, c.values[places], c.outputs, c.inputs)
+        return some.at(rows, columns)
+    return response_of(c, omega, into=columns, out=rows, loss=loss)
+
+
+def _alike(parts):
+    dtype = np.result_type(*(part.values.dtype for part in parts.values()))
+    return {name: part.replace(part.values.astype(dtype)) for name, part in parts.items()}
+
+
+def _turned(Y, names, own, axes):
+    """With channels of a node's x y z (rx ry rz) resolved in axes."""
+    turn = jnp.kron(jnp.eye(len(names) // 3), jnp.asarray(axes)).astype(Y.values.dtype)
+    values = jnp.concatenate([Y.values, turn @ Y.values[:, Y.rows(names)]], axis=1)
+    values = jnp.concatenate([values, values[:, :, Y.columns(names)] @ turn.T], axis=2)
+    return TransferFunctions(Y.omega, values, [*Y.outputs, *own], [*Y.inputs, *own])
+
+
+def _impedance(element, omega, loss):
+    """(frequencies, 2 k, 2 k) of a bushing."""
+    K = element.stiffness.astype(np.result_type(element.dtype, np.complex64))
+    K = K * lax.complex(jnp.ones_like(loss), loss).astype(K.dtype)
+    return jax.vmap(lambda w: dynamic_stiffness(K, element.damping, element.mass, w))(omega)
+
+
+def _largest_gap(Y, pairs):
+    first = Y.values[:, Y.rows([one for one, _ in pairs])]
+    others = [None if other is None else Y.values[:, Y.rows([other])[0]] for _, other in pairs]
+    second = jnp.stack([jnp.zeros_like(first[:, 0]) if x is None else x for x in others], axis=1)
+    size = jnp.max(jnp.abs(Y.values))
+    return jnp.max(jnp.abs(first - second)) / jnp.where(size > 0, size, 1.0)

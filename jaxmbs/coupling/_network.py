@@ -1,0 +1,195 @@
+"""Components joined by named bonds: a linear system whose bonds tell what they carry."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from ..checks import known
+from ..errors import ModelError
+from ..linear._static_response import StaticResponse
+from ..linear._storage import inexact
+from ..linear._system import LinearSystem
+from ..tables import told
+from ..typing import ArrayLike
+from ..vibration._harmonic_response import HarmonicResponse
+from ..vibration._linear_motion import LinearMotion
+from ._dual import self_stresses
+from ._loads import BondLoads, Determinacy, by_bond
+from ._primal import Assembly, interface_reactions
+from ._ties import Ties, component_of
+
+
+def _told(net):
+    """A line; every component with its coordinates, every bond with the directions that it ties."""
+    summary = f"{net.num_rows} coordinates of {len(net.names)} components, {len(net.bonds)} bonds"
+    rows = [
+        (name, "component", f"{c.num_rows} coordinates, {c.num_interface} of them interface")
+        for name, c in zip(net.names, net.components, strict=True)
+    ]
+    rows += [(name, "bond", " ".join(tie.labels[k] for k in tie.kept) or "ties nothing") for name, tie in net.bonds]
+    return summary, [("name", "", ""), *rows]
+
+
+class Network(Assembly):
+    """Components and bushings joined by bonds, as `connect` makes it: a `LinearSystem` over the joined coordinates.
+
+    Coordinates of components are named "stage.top z", those that were reduced included.
+
+    Attributes:
+        names: of the components given, then of the bushings.
+        bonds: `(name, what it ties)`.
+        joints: of every component the numbers of the joint displacements of its interface, -1 for the ground's.
+        points: by rigid body, the coordinates of its points by its own (k, 6).
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    bonds: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
+    joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    points: dict[str, Array]
+
+    __repr__, _repr_html_ = told(_told)
+
+    def __init__(
+        self,
+        *,
+        names: Iterable[str],
+        bonds: Iterable[tuple[str, Ties]],
+        joints: tuple[tuple[int, ...], ...],
+        points: Mapping[str, Array] | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(**options)
+        self.names, self.bonds, self.joints, self.points = tuple(names), tuple(bonds), joints, dict(points or {})
+
+    def expand(self, xi: ArrayLike) -> dict[str, Array]:
+        """Displacements (..., n_c) of all coordinates of every component, by name, from joined ones (..., N)."""
+        parts = self.part(jnp.moveaxis(inexact(xi), -1, 0))
+        found = zip(self.names, self.components, parts, strict=True)
+        return {name: jnp.moveaxis(jnp.tensordot(c.basis.astype(rho.dtype), rho, 1), 0, -1) for name, c, rho in found}
+
+    def outputs(self, *names: str | tuple[str, str]) -> tuple[Array, tuple[str, ...]]:
+        """As of `LinearSystem`, of the components: "stage.top z", ("stage", "top z"), "stage.top"."""
+        rows, labels = [jnp.zeros((0, self.num_rows), self.dtype)], []
+        for name in names:
+            component, own = self._component(name)
+            found, which = self.components[component].outputs(own)
+            place = np.array(self.places[component])
+            spread = jnp.zeros((len(found), self.num_joined + 1), self.dtype)  # the last column is held
+            spread = spread.at[:, place].add(found.astype(self.dtype))[:, :-1]
+            rows.append(spread if self.transformation is None else spread @ self.transformation)
+            labels += [f"{self.names[component]}.{label}" for label in which]
+        return jnp.concatenate(rows), tuple(labels)
+
+    def _component(self, name):
+        component, own = component_of(name, self.names)
+        return self.names.index(component), own
+
+    def load(self, forces: Mapping | ArrayLike) -> Array:
+        """Forces (..., N): as of `LinearSystem`, and by name of a component on all of its coordinates (..., n_c).
+
+        Source: S1 (18), (21)-(25).
+        """
+        if not isinstance(forces, Mapping):
+            return super().load(forces)
+        shares = self.shares(forces)
+        times = np.broadcast_shapes(*(s.shape[:-1] for s in shares if s is not None))
+        shares = [None if s is None else _first(s, times) for s in shares]
+        if all(share is None for share in shares):
+            return jnp.zeros(self.num_rows, self.dtype)
+        return jnp.moveaxis(self.gathered(shares), 0, -1)
+
+    def shares(self, forces: Mapping) -> list:
+        """Generalised forces (..., r_c) on every component, None for none.  Source: S1 (17)-(18)."""
+        if not isinstance(forces, Mapping):
+            raise ValueError("forces of a network are given by name: which component bears them?")
+        own = [{} for _ in self.names]
+        for name, force in forces.items():
+            if name in self.names:
+                component, force = self.names.index(name), inexact(force)
+                basis = self.components[component].basis
+                if force.shape[-1:] != (len(basis),):
+                    raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(basis)})")
+                own[component][None] = force @ basis.astype(force.dtype)
+            else:
+                component, label = self._component(name)
+                own[component][label] = force
+        return [_share(c, dict(given)) if given else None for c, given in zip(self.components, own, strict=True)]
+
+    def determinacy(self, rigid: Mapping | None = None) -> Determinacy:
+        """Redundant and statically determinate bonds; on the host.
+
+        Args: rigid: by component, rigid motions of its interface (b, d); default: the motions
+            below the widest gap in the stiffness of each component's interface.
+
+        Source: S1 (14), (20).
+        """
+        rigid = None if rigid is None else [rigid[name] for name in self.names]
+        ties = self._rows()
+        if not known(ties):
+            raise ValueError("redundant bonds are found on the host: not under tracing")
+        stresses, free = self_stresses(np.asarray(ties), self.components, rigid)
+        unknown, certain, at = np.abs(stresses).max(axis=1, initial=0.0) > 1e-6, {}, 0
+        for name, bond in self.bonds:
+            certain[name] = tuple(not flag for flag in unknown[at : at + len(bond.kept)])
+            at += sum(len(pairs) for pairs in bond.pairs)
+        labels = {name: tuple(bond.labels[k] for k in bond.kept) for name, bond in self.bonds}
+        return Determinacy(stresses.shape[1], free, certain, labels)
+
+    def _rows(self):
+        """Rows of the ties over the interface coordinates of all components, of rigid bodies their own six."""
+        starts = np.cumsum([0, *map(len, self.joints)])
+        place = {name: start for name, start in zip(self.names, starts, strict=False)}
+        pairs = [pair for _, bond in self.bonds for side in bond.pairs for pair in side]
+        rows = np.zeros((len(pairs), starts[-1]))
+        for row, pair in zip(rows, pairs, strict=True):
+            for sign, coordinate in zip((1.0, -1.0), pair, strict=True):
+                if coordinate is not None:
+                    row[place[coordinate[0]] + coordinate[1]] = sign
+        if not self.points:
+            return rows
+        parts = zip(self.names, np.split(rows, starts[1:-1], axis=1), strict=True)
+        return jnp.concatenate([B @ self.points[name] if name in self.points else B for name, B in parts], axis=1)
+
+
+def _share(component, given):
+    """(..., r_c) of forces by label, and of those on all coordinates, which are generalised already."""
+    whole = given.pop(None, None)
+    part = component.load(given) if given else None
+    if whole is None or part is None:
+        return part if whole is None else whole
+    shape, dtype = np.broadcast_shapes(whole.shape, part.shape), np.result_type(whole.dtype, part.dtype)
+    return jnp.broadcast_to(whole, shape).astype(dtype) + jnp.broadcast_to(part, shape).astype(dtype)
+
+
+def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | HarmonicResponse) -> BondLoads:
+    """What the bonds carry in a motion, at rest or over frequencies: `reactions(net, motion)["bolts"].force`.
+
+    Args: answer: of `simulate`, `equilibrium` or `harmonic_response`, with the forces that it was asked with.
+
+    With fixed-interface modes these loads already are those of mode acceleration.  Damping by `Modal(ratios)` or by
+    a loss factor is shared out to the components as their stiffness is.
+
+    Raises: ModelError for a linear system without bonds.  Source: S1 (3), (19)-(25).
+    """
+    if not isinstance(network, Network):
+        raise ModelError(["reactions are those of a mechanism, or of the bonds of a network of `connect`"])
+    elastic, viscous, inertial = (
+        None if part is None else jnp.moveaxis(part, -1, 0) for part in answer.terms(network)
+    )
+    shares = [None] * len(network.names)
+    for given in answer.forces:
+        new = [
+            None if s is None else _first(s, elastic.shape[1:]).astype(elastic.dtype) for s in network.shares(given)
+        ]
+        shares = [b if a is None else a if b is None else a + b for a, b in zip(shares, new, strict=True)]
+    found = interface_reactions(network, elastic, inertial, viscous, shares)
+    return by_bond(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual, found.rounding)
+
+
+def _first(share, times):
+    """(r, ...) of a share (..., r), which may be the same at all times."""
+    return jnp.moveaxis(jnp.broadcast_to(share, (*times, share.shape[-1])), -1, 0)

@@ -1,0 +1,222 @@
+"""Reduced components joined at shared interface displacements; the reactions of the bonds and their balance."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from ..elements._base import number
+from ..linear._system import LinearSystem
+from ..reductions._base import Reduced, explicit
+from ..runtime import jit
+from ..typing import ArrayLike
+
+#: How many roundings of its terms a sum of forces may differ by.
+ROUNDING = 16.0
+
+
+class Assembly(LinearSystem):
+    """Joined components: `rho_c = beta_c xi`, first the displacements of the joints, then each one's own coordinates.
+
+    Attributes:
+        components: with explicit interfaces.
+        places: of each component's coordinates in the joined ones; -1 is held.  These are the columns of beta.
+        transformation: (all, N) the joined coordinates by xi, where some follow from rigid bodies, else None.
+    """
+
+    components: tuple[Reduced, ...]
+    places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    transformation: Array | None
+
+    def __init__(
+        self,
+        *,
+        components: Iterable[Reduced],
+        places: Iterable[tuple[int, ...]],
+        transformation: Array | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(**options)
+        self.components, self.places, self.transformation = tuple(components), tuple(places), transformation
+
+    @property
+    def num_joined(self) -> int:
+        """How many joined coordinates there are before some follow from rigid bodies."""
+        return self.num_rows if self.transformation is None else len(self.transformation)
+
+    def part(self, xi: ArrayLike) -> tuple[Array, ...]:
+        """`rho_c = beta_c xi` of every component, (r_c, ...).  Source: S1 (7), (11), (21)-(24)."""
+        xi = jnp.asarray(xi)
+        if self.transformation is not None:
+            xi = _times(self.transformation, xi)
+        padded = jnp.concatenate([xi, jnp.zeros_like(xi[:1])])
+        return tuple(padded[np.array(p)] for p in self.places)
+
+    def gathered(self, shares: Sequence) -> Array:
+        """`Q = sum beta_c^T Q_c` (N, ...) of generalised forces on the components (r_c, ...), None for none.
+
+        Source: S1 (18), (21)-(25).
+        """
+        joined = _sum(self.places, shares, self.num_joined)
+        return joined if self.transformation is None else _times(self.transformation.T, joined)
+
+
+class Reactions(eqx.Module):
+    """Forces of the bonds on every component, and whether they balance.
+
+    Attributes:
+        forces: per component (b_c, ...), along its interface coordinates.
+        residual: largest sum of the forces at a joint, relative to the largest force: zero by S1 (25).
+        rounding: what it may be by the rounding of the terms that make the forces: those of a stiff component are
+            small differences of large ones.
+    """
+
+    forces: tuple
+    residual: Array
+    rounding: Array
+
+
+def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) -> Assembly:
+    """Components on common joint displacements: the primal assembly, by numbers; `connect` does it by name.
+
+    Args:
+        joints: for each component, the number of the joint displacement that each of its interface coordinates
+            equals; -1 holds it to the ground.  Directions that a joint leaves free have numbers of their own.
+
+    Raises: ValueError for a wrong count, or numbers that are not 0, 1, 2, ...  Source: S1 (1)-(3), (9)-(12).
+    """
+    parts = tuple(map(explicit, components))
+    places, labels = joint_places(parts, joints)
+    return Assembly(**joined(parts, places, labels), components=parts, places=places)
+
+
+def joined(parts: Sequence[Reduced], places, labels) -> dict:
+    """What makes a `LinearSystem` of components on common coordinates.  Source: S1 (9)-(12)."""
+    matrices = {
+        kind: _assemble(places, [getattr(c, kind) for c in parts], len(labels))
+        for kind in ("mass", "stiffness", "damping")
+    }
+    heavy = {p for place, c in zip(places, parts, strict=True) for k, p in enumerate(place) if k not in c.massless}
+    return matrices | {"coordinates": labels, "massless": [i for i in range(len(labels)) if i not in heavy]}
+
+
+def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
+    """A bushing between two frames as a component: interface is the one frame's coordinates, then the other's.
+
+    By name: `bushing`.
+
+    Args: stiffness, damping, mass: (k, k), or the k numbers of a diagonal; damping and mass may be None.  The mass is
+        shared as that of a uniform rod, a third at each end and a third between them.
+
+    Raises: ValueError for matrices of different sizes.
+    """
+    stiffness, damping, mass = (None if A is None else _square(A) for A in (stiffness, damping, mass))
+    shapes = {A.shape for A in (stiffness, damping, mass) if A is not None}
+    if len(shapes) > 1:
+        raise ValueError(f"stiffness, damping and mass of a bond differ in shape: {sorted(shapes)}")
+    two = jnp.array([[1, -1], [-1, 1]], stiffness.dtype)
+    K, C = (None if A is None else jnp.kron(two, A) for A in (stiffness, damping))
+    M = jnp.zeros_like(K) if mass is None else jnp.kron(jnp.array([[2, 1], [1, 2]], stiffness.dtype) / 6, mass)
+    b = range(len(K))
+    return LinearSystem(mass=M, stiffness=K, damping=C, interface=b, massless=b if mass is None else ())
+
+
+def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Sequence | None = None) -> Reactions:
+    """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - Q`.
+
+    Args:
+        xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes.
+        shares: generalised forces on the components (r_c, ...), None for none.
+
+    With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (17)-(25).
+    """
+    motions = [
+        assembly.part(x) if x is not None else (None,) * len(assembly.components) for x in (xi, xi_dot, xi_ddot)
+    ]
+    found, sizes = [], []
+    for c, rho, rho_dot, rho_ddot, given in zip(
+        assembly.components, *motions, shares or (None,) * len(assembly.components), strict=True
+    ):
+        terms = [(c.stiffness, rho), (c.mass, rho_ddot), (c.damping, rho_dot)]
+        terms = [(A[: c.num_interface], x) for A, x in terms if A is not None and x is not None]
+        load = 0.0 if given is None else given[: c.num_interface].astype(rho.dtype)
+        found.append(sum(_times(A, x) for A, x in terms) - load)
+        sizes.append(sum(_times(jnp.abs(A), jnp.abs(x)) for A, x in terms) + jnp.abs(load))
+    return balanced(assembly, found, sizes)
+
+
+def balanced(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None) -> Reactions:
+    """Reactions from the forces (b_c, ...) on each component, and their sums at the joints.
+
+    Args: sizes: of the terms that make them up, likewise; default: themselves.
+
+    Source: S1 (2), (25).
+    """
+    sizes = [jnp.abs(f) for f in forces] if sizes is None else sizes
+    largest = jnp.max(jnp.stack([jnp.max(jnp.abs(f), initial=0.0) for f in forces]))
+    largest, eps = jnp.where(largest > 0, largest, 1.0), jnp.finfo(largest.dtype).eps
+    T = assembly.transformation
+    pairs = ((forces, T), (sizes, None if T is None else jnp.abs(T)))
+    gaps = (jnp.max(jnp.abs(_at_joints(assembly, *pair)), initial=0.0) for pair in pairs)
+    residual, rounding = (gap / largest for gap in gaps)
+    return Reactions(tuple(forces), residual, ROUNDING * eps * rounding)
+
+
+def _at_joints(assembly, parts, T):
+    """Sums (N, ...) over the components of what is at their interfaces (b_c, ...); T: the transformation."""
+    padded = [
+        jnp.zeros_like(f, shape=(len(p), *f.shape[1:])).at[: len(f)].set(f)
+        for f, p in zip(parts, assembly.places, strict=True)
+    ]
+    joined = _sum(assembly.places, padded, assembly.num_joined)
+    return joined if T is None else _times(T.T, joined)
+
+
+def joint_places(components: Sequence[Reduced], joints: Sequence[Sequence[int]]):
+    """Places of every component's coordinates in the joined ones, and their labels; ValueErrors of `join`."""
+    if len(joints) != len(components):
+        raise ValueError(f"{len(components)} components, but joints of {len(joints)}")
+    for k, (c, row) in enumerate(zip(components, joints, strict=True)):
+        if len(row) != c.num_interface:
+            raise ValueError(f"component {k} has {c.num_interface} interface coordinates, its joints are {len(row)}")
+    used = sorted({int(j) for row in joints for j in row if j >= 0})
+    if used != list(range(len(used))):
+        raise ValueError(f"joint displacements must be numbered 0, 1, 2, ..., not {used}")
+    places, labels = [], [f"joint {j}" for j in used]
+    for k, (c, row) in enumerate(zip(components, joints, strict=True)):
+        own = range(len(row), c.num_rows)
+        places.append((*(max(int(j), -1) for j in row), *range(len(labels), len(labels) + len(own))))
+        labels += [f"component {k} {c.label(i)}" for i in own]
+    return tuple(places), tuple(labels)
+
+
+@jit
+def _assemble(places, blocks, size):
+    if all(b is None for b in blocks):
+        return None
+    total = jnp.zeros((size + 1, size + 1), next(b for b in blocks if b is not None).dtype)
+    for place, block in zip(places, blocks, strict=True):
+        if block is not None:
+            total = total.at[np.ix_(place, place)].add(block)
+    return total[:-1, :-1]
+
+
+@jit
+def _sum(places, parts, size):
+    given = [(p, f) for p, f in zip(places, parts, strict=True) if f is not None]
+    total = jnp.zeros((size + 1, *given[0][1].shape[1:]), np.result_type(*(f.dtype for _, f in given)))
+    for place, f in given:
+        total = total.at[np.array(place)].add(f.astype(total.dtype))
+    return total[:-1]
+
+
+def _square(value):
+    value = number(value)
+    return jnp.diag(value) if value.ndim == 1 else value
+
+
+def _times(A, x):
+    return A.astype(x.dtype) @ x

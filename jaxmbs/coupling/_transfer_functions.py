@@ -1,0 +1,155 @@
+"""Coupling by transfer functions: interface forces as multipliers of the compatibility."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Complex
+
+from ..errors import ModelError
+from ..linear._transfer import TransferFunctions
+from ..math import _square as square
+from ..math._regularised_inverse import regular_inverse
+from ..typing import ArrayLike
+from ._uncoupled_transfer import uncoupled
+
+#: Two channels that move together, or one and None: held.
+Pair = tuple[str, str | None]
+
+
+def signed_interface(names: Sequence[str], pairs: Sequence[Pair]) -> np.ndarray:
+    """Signed Boolean matrix (pairs, channels): +1 at the first channel of a pair, -1 at the second one.
+
+    Raises: ModelError with the names that are not there and the pairs of a channel with itself.
+    Source: S1 (1).
+    """
+    faults = [f"there is no channel {n!r}" for pair in pairs for n in pair if n is not None and n not in names]
+    faults += [f"channel {a!r} is joined to itself" for a, b in pairs if a == b]
+    if faults:
+        raise ModelError([f"{fault}; there are {', '.join(names)}" for fault in faults])
+    B = np.zeros((len(pairs), len(names)))
+    for row, (a, b) in enumerate(pairs):
+        B[row, names.index(a)] = 1.0
+        if b is not None:
+            B[row, names.index(b)] = -1.0
+    return B
+
+
+def couple(
+    parts: TransferFunctions | Mapping[str, TransferFunctions],
+    pairs: Sequence[Pair],
+    compliance: ArrayLike | None = None,
+    **regular: Any,
+) -> TransferFunctions:
+    """Components joined: `Y - Y B^T (B Y B^T + S)^-1 B Y`.
+
+    Args:
+        parts: components by name (their channels are then named "component channel"), or what `uncoupled` or an
+            earlier coupling gave.
+        pairs: channels that move together; both are outputs and inputs.  (name, None) holds a channel.
+        compliance: S of elastic bonds, (pairs, pairs) or (frequencies, pairs, pairs): relative motion (displacement,
+            velocity, acceleration as the kind says) per force; None is rigid.
+        regular: `rank`, `rcond`, `noise`, `weights` of `regular_inverse`, for measured interfaces.
+
+    A pair given twice and pairs in a ring (a-b, b-c, a-c) do no harm: the names alone tell which pairs repeat what
+    others say, so that no number decides the rank of B; `independent_pairs` says what becomes of S.  With `regular`
+    the rank is at most that of B.
+
+    Source: S1 (1)-(3), (40)-(41); D. de Klerk, D. Rixen, S. Voormeeren, AIAA J. 46 (2008) 1169.
+    """
+    Y = parts if isinstance(parts, TransferFunctions) else uncoupled(parts)
+    Bf, sums, shares = _multipliers(Y, pairs, compliance, regular)
+    return Y.replace(Y.values - (Y.values @ Bf.T @ shares) @ sums)
+
+
+def interface_forces(
+    parts: TransferFunctions | Mapping[str, TransferFunctions],
+    pairs: Sequence[Pair],
+    compliance: ArrayLike | None = None,
+    **regular: Any,
+) -> Complex[Array, "frequencies pairs inputs"]:
+    """Forces that the bonds exert on the first channel of each pair, for unit forces at the inputs.
+
+    The second channel gets the opposite.  Arguments as of `couple`.  Where pairs are redundant, S shares the forces
+    out; rigid bonds take the shares whose squares have the least sum.  Source: S1 (2), (25).
+    """
+    Y = parts if isinstance(parts, TransferFunctions) else uncoupled(parts)
+    _, sums, shares = _multipliers(Y, pairs, compliance, regular)
+    return -shares @ sums
+
+
+def with_stiffness(receptances: TransferFunctions, channels: Sequence[str], stiffness: Array) -> TransferFunctions:
+    """Receptances of the same structure with a dynamic stiffness more, `Y - Y Z (I + Y Z)^-1 Y`: no Y is inverted.
+
+    Args: channels: outputs and inputs; stiffness: Z (1 or frequencies, channels, channels) [N/m].  Source: S1 (41).
+    """
+    Y, Z = receptances.values, stiffness.astype(receptances.values.dtype)
+    columns, rows = receptances.columns(channels), Y[:, receptances.rows(channels)]
+    inner = jnp.eye(Z.shape[-1], dtype=Z.dtype)[None] + rows[:, :, columns] @ Z
+    return receptances.replace(Y - Y[:, :, columns] @ Z @ jax.vmap(square.solve)(inner, rows))
+
+
+def independent_pairs(B) -> tuple[np.ndarray, np.ndarray]:
+    """The first independent rows (r,) of a signed Boolean B (pairs, channels), and the rings (pairs, pairs - r).
+
+    A ring N is a column of -1, 0, 1 with `B^T N = 0`: forces round it do nothing but strain its elastic bonds.  They
+    make `N^T S N` least; where that is rounding of its terms (below 2e-10 of `|N|^T |S| |N|` in double precision,
+    5e-5 in single) nothing resists, and the last pair of the ring takes none.
+    """
+    ground = B.shape[1]
+    root = np.arange(ground + 1)
+
+    def top(channel):
+        while root[channel] != channel:
+            channel = root[channel]
+        return channel
+
+    first = []
+    for k, row in enumerate(B):
+        a, b = (top(c) for c in (*np.flatnonzero(row), ground)[:2])
+        if a != b:
+            root[a] = b
+            first.append(k)
+    others = np.setdiff1d(np.arange(len(B)), first)
+    rings = np.zeros((len(B), len(others)))
+    if len(others):
+        rings[first] = -np.rint(np.linalg.lstsq(B[first].T, B[others].T, rcond=None)[0])
+        rings[others, np.arange(len(others))] = 1.0
+    return np.array(first, int), rings
+
+
+def _multipliers(Y, pairs, compliance, regular):
+    """B^T's matrix, forces that act (frequencies, r, inputs), and how the pairs share them (..., pairs, r)."""
+    dtype = Y.values.dtype
+    B, Bf = (signed_interface(names, pairs) for names in (Y.outputs, Y.inputs))
+    first, rings = independent_pairs(B)
+    Bu, Bf, every = (jnp.asarray(A, dtype) for A in (B, Bf, np.eye(len(pairs))))
+    S = None if compliance is None else jnp.asarray(compliance, dtype)
+    S = S[None] if S is not None and S.ndim == 2 else S
+    if regular:
+        flexibility = Bu @ Y.values @ Bf.T
+        if S is None:
+            rank = regular.get("rank")
+            regular = regular | {"rank": len(first) if rank is None else min(rank, len(first))}
+        inverse = regular_inverse(flexibility if S is None else flexibility + S, **regular)
+        return Bf, inverse @ (Bu @ Y.values), every
+    shares = _shares(first, rings, S, dtype)
+    gap = Bu[first] @ Y.values
+    flexibility = gap @ Bf[first].T
+    if S is not None:
+        flexibility = flexibility + (S @ shares)[:, first]
+    return Bf, jax.vmap(square.solve)(flexibility, gap), shares
+
+
+def _shares(first, rings, S, dtype):
+    """Forces (..., pairs, r) of all pairs for unit ones of the independent pairs."""
+    alone = np.eye(len(rings))[:, first]
+    if S is None or not rings.shape[1]:
+        return jnp.asarray(alone - rings @ (np.linalg.pinv(rings) @ alone), dtype)
+    N, alone = jnp.asarray(rings, dtype), jnp.asarray(alone, dtype)
+    own, size = N.T @ S @ N, jnp.abs(N).T @ jnp.abs(S) @ jnp.abs(N)
+    least = float(jnp.finfo(dtype).eps) ** (5 / 8)
+    inverse = regular_inverse(jnp.where(jnp.abs(own) > least * size, own, 0.0), rcond=least)
+    return alone[None] - N @ (inverse @ (N.T @ S @ alone))

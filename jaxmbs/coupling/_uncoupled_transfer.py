@@ -1,0 +1,60 @@
+"""Transfer functions of components side by side, before they are joined."""
+
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import known
+from ..errors import ModelError
+from ..linear._transfer import TransferFunctions
+
+
+def uncoupled(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
+    """Components side by side, not yet joined; channels are named "component channel".
+
+    Raises: ModelError where numbers of frequencies or kinds differ.  Source: S1 (3), (40).
+    """
+    return beside(parts, " ")
+
+
+def beside(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctions:
+    """As `uncoupled`, with this mark between the names of component and channel."""
+    check_alike(parts)
+    first = next(iter(parts.values()))
+    heights, widths = ([len(getattr(p, side)) for p in parts.values()] for side in ("outputs", "inputs"))
+    values = jnp.zeros((len(first.omega), sum(heights), sum(widths)), first.values.dtype)
+    row = column = 0
+    for part, height, width in zip(parts.values(), heights, widths, strict=True):
+        values = values.at[:, row : row + height, column : column + width].set(part.values)
+        row, column = row + height, column + width
+    outputs, inputs = (
+        [f"{n}{mark}{c}" for n, p in parts.items() for c in getattr(p, side)] for side in ("outputs", "inputs")
+    )
+    return TransferFunctions(first.omega, values, outputs, inputs, first.kind)
+
+
+def check_alike(parts: Mapping[str, TransferFunctions]) -> None:
+    """Components on the same frequencies and of the same kind. Raises: ModelError."""
+    if not parts:
+        raise ModelError(["no component is given"])
+    faults = []
+    (name, first), *others = parts.items()
+    for other, part in others:
+        if part.kind != first.kind:
+            faults.append(f"{other!r} is a {part.kind}, {name!r} a {first.kind}")
+        if part.values.dtype != first.values.dtype:
+            faults.append(f"{other!r} is {part.values.dtype}, {name!r} {first.values.dtype}")
+        if len(part.omega) != len(first.omega):
+            faults.append(f"{other!r} has {len(part.omega)} frequencies, {name!r} {len(first.omega)}")
+        elif _differ(part.omega, first.omega):
+            faults.append(f"{other!r} and {name!r} are at different frequencies")
+    if faults:
+        raise ModelError(faults)
+
+
+def _differ(a, b):
+    """Whether concrete frequencies differ; traced ones cannot be looked at."""
+    if not known(a, b):
+        return False
+    return bool(np.any(np.abs(np.asarray(a) - np.asarray(b)) > 1e-6 * np.max(np.abs(a), initial=0.0)))

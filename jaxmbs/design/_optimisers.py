@@ -1,0 +1,91 @@
+"""The optimisers that drive one search: SciPy's L-BFGS-B, and any of optax."""
+
+import contextlib
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+from jax.flatten_util import ravel_pytree
+
+from jaxmbs.design._search import Point, Search
+
+#: Halvings of a step until the design at its end has finite values.
+HALVINGS = 30
+
+
+def lbfgsb(search: Search, steps: int) -> None:
+    """Run SciPy's L-BFGS-B, variables scaled by their bounds."""
+    from scipy.optimize import minimize
+
+    variables = search.variables
+    scale = variables.scale
+    offset = np.where(np.isfinite(variables.lower), variables.lower, 0.0)
+    unit = search.gradient_norm  # of the objective: the first step is about as long as the bounds are wide
+
+    def scaled(z):
+        point = search.evaluate(offset + scale * z)
+        value, slopes = (point.value, point.gradient) if point.finite else wall(search.current, point.x)
+        return value / unit, scale * slopes / unit
+
+    def after_step(intermediate_result):
+        if search.accept(search.evaluate(offset + scale * intermediate_result.x), by_decrease=True):
+            raise StopIteration
+
+    result = minimize(
+        scaled,
+        (variables.start - offset) / scale,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=np.stack([variables.lower - offset, variables.upper - offset], axis=1) / scale[:, None],
+        callback=after_step,
+        options={"maxiter": steps, "maxfun": 50 * steps, "ftol": 0.0, "gtol": 0.0},
+    )
+    if not search.reason and result.nit < steps:
+        search.reason = "converged" if result.success else search.stuck()
+
+
+def wall(current: Point, x: np.ndarray) -> tuple[float, np.ndarray]:
+    """A value and gradient that turn a line search back to a quarter of its step towards x.
+
+    Along the step they are those of the parabola that leaves the current point with its slope and has risen,
+    at x, as much as that slope would have fallen.
+    """
+    rise = abs(float(np.dot(current.gradient, x - current.x)))
+    return current.value + (rise or 1.0 + abs(current.value)), -3.0 * current.gradient
+
+
+@contextlib.contextmanager
+def usual_promotion():
+    """Inside, JAX promotes types and ranks as optax expects, whatever the user's settings."""
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        yield
+
+
+def run_optax(search: Search, objective: Callable, steps: int, optimiser: optax.GradientTransformation) -> None:
+    """Run an optax optimiser in the units of the design."""
+    optimiser = optax.with_extra_args_support(optimiser)
+    variables = search.variables
+
+    @jax.jit
+    def update(x, value, slopes, state):
+        slopes = variables.unravel(slopes)
+        extra = {"value": value, "grad": slopes, "value_fn": objective}
+        updates, state = optimiser.update(slopes, state, variables.unravel(x), **extra)
+        return ravel_pytree(updates)[0], state
+
+    with usual_promotion():
+        state = optimiser.init(variables.unravel(variables.vector(variables.start)))
+    for _ in range(steps):
+        at = search.current
+        slopes = jnp.asarray(at.gradient, float)
+        with usual_promotion():
+            move, state = update(variables.vector(at.x), jnp.asarray(at.value, float), slopes, state)
+        trials = (search.evaluate(at.x + 0.5**k * np.asarray(move, float)) for k in range(HALVINGS))
+        point = next((trial for trial in trials if trial.finite), None)
+        if point is None:
+            search.reason = "non-finite"
+            return
+        if search.accept(point, by_decrease=False):
+            return

@@ -1,0 +1,155 @@
+"""What an optimisation found, and how it went."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import PyTree
+
+from jaxmbs.checks import no_such
+from jaxmbs.design._limit_result import LimitResult, limits_table
+from jaxmbs.errors import UnknownNameError
+
+
+class History(NamedTuple):
+    """One entry for the first design and for every step taken.
+
+    Attributes:
+        values: objective (steps + 1,).
+        gradient_norms: the largest fall of the objective (steps + 1,) that its slope promises when one
+            variable moves by its scale (width of its bounds, else its size now or at first, or one), or up to its
+            bound; with limits the same of what their multipliers leave.
+        evaluations: objective evaluations so far (steps + 1,).
+    """
+
+    values: np.ndarray
+    gradient_norms: np.ndarray
+    evaluations: np.ndarray
+
+
+class Optimum(eqx.Module):
+    """The best design of an optimisation.
+
+    Attributes:
+        design: the best design, a pytree like the first one.
+        value: its objective.
+        initial_design: the first design.
+        initial_value: its objective.
+        history: the course of the search.
+        lower: lower bounds of the scalar variables (n,).
+        upper: upper bounds (n,).
+        names: their names.
+        reason: why the search ended: "converged", "step limit", "stopped by callback", "non-finite" (no
+            finite objective and gradient ahead), "no further descent" (no lower value on the last line) or
+            "unbounded: ..." with the variables along which the objective falls without end; "no design
+            found that keeps all limits: ..." with the limits that are missed; of one start among many also "no search
+            can start ...", its value is then NaN.
+        starts: the optima from all first designs, where there were many.
+        limits: values, margins and prices of the limits, in their order.
+        bound_prices: (n,) of the variables' bounds, with limits: what one unit more of an active bound adds to the
+            objective.
+        kkt: residual of the conditions of Karush, Kuhn and Tucker, as `History.gradient_norms`.
+    """
+
+    design: PyTree
+    value: float
+    initial_design: PyTree
+    initial_value: float
+    history: History
+    lower: np.ndarray
+    upper: np.ndarray
+    names: tuple[str, ...] = eqx.field(static=True)
+    reason: str = eqx.field(static=True)
+    starts: "tuple[Optimum, ...]" = ()
+    limits: tuple[LimitResult, ...] = ()
+    bound_prices: np.ndarray | None = None
+    kkt: float | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether the tolerance was met."""
+        return self.reason == "converged"
+
+    def table(self) -> str:
+        """Every variable before and after, with its bounds and a mark where a bound is active."""
+        before, after = _flat(self.initial_design), _flat(self.design)
+        rows: list[tuple[str, ...]] = [("variable", "before", "after", "lower", "upper", "")]
+        for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
+            rows.append((name, *(f"{number:.6g}" for number in numbers), _mark(*numbers[1:])))
+        rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
+        return _text(rows) + ("\n\n" + limits_table(self.limits) if self.limits else "")
+
+    def limit(self, name: str) -> LimitResult:
+        """The limit of a name.
+
+        Raises: UnknownNameError.
+        """
+        found = {limit.name: limit for limit in self.limits}
+        if name not in found:
+            raise UnknownNameError(no_such("limit", name, list(found)))
+        return found[name]
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by variable: before, after and bounds; see `limits_to_pandas`."""
+        import pandas
+
+        columns = {"before": _flat(self.initial_design), "after": _flat(self.design)}
+        return pandas.DataFrame(columns | {"lower": self.lower, "upper": self.upper}, pandas.Index(self.names))
+
+    def limits_to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by limit: its worst entry before and after, what bounds it, margin, price, active."""
+        import pandas
+
+        rows = [
+            {
+                "before": limit.before[limit.worst],
+                "after": limit.after[limit.worst],
+                "bound": limit.bound,
+                "margin": limit.margin,
+                "price": limit.price,
+                "active": limit.active,
+            }
+            for limit in self.limits
+        ]
+        return pandas.DataFrame(rows, pandas.Index([limit.name for limit in self.limits]))
+
+    def to_xarray(self) -> Any:
+        """An `xarray.Dataset` over `variable` and `limit`, of both tables; the objective is an attribute."""
+        import xarray
+
+        variables = xarray.Dataset.from_dataframe(self.to_pandas().rename_axis("variable"))
+        limits = xarray.Dataset.from_dataframe(self.limits_to_pandas().rename_axis("limit").add_prefix("limit "))
+        return variables.merge(limits).assign_attrs(objective=self.value, reason=self.reason)
+
+    def starts_table(self) -> str:
+        """Every start with its objective before and after, steps and reason; the best one is marked."""
+        rows: list[tuple[str, ...]] = [("start", "before", "after", "steps", "", "")]
+        for k, found in enumerate(self.starts):
+            mark = "best" if found.value == self.value else ""
+            steps = str(len(found.history.values) - 1)
+            rows.append((str(k), f"{found.initial_value:.6g}", f"{found.value:.6g}", steps, mark, found.reason))
+        return _text(rows)
+
+
+def _flat(design: PyTree) -> np.ndarray:
+    return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(design)])
+
+
+def _text(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    return "\n".join(_line(row, widths) for row in rows)
+
+
+def _line(row: tuple[str, ...], widths: list[int]) -> str:
+    numbers = (cell.rjust(width) for cell, width in zip(row[1:5], widths[1:], strict=True))
+    return "  ".join([row[0].ljust(widths[0]), *numbers, row[5]]).rstrip()
+
+
+def _mark(x: float, lower: float, upper: float) -> str:
+    if lower == upper:
+        return "fixed"
+    size = upper - lower if np.isfinite(upper - lower) else abs(x) + 1.0
+    if x - lower <= 1e-9 * size:
+        return "at lower"
+    return "at upper" if upper - x <= 1e-9 * size else ""

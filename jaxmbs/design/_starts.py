@@ -1,0 +1,168 @@
+"""Searches from many first designs: together as one compiled program, and the best of them."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+from jax.flatten_util import ravel_pytree
+from jaxtyping import PyTree
+
+from jaxmbs.design._optimisers import HALVINGS, usual_promotion
+from jaxmbs.design._optimum import Optimum
+from jaxmbs.design._sampling import sobol_points
+from jaxmbs.design._search import Search
+from jaxmbs.design._variables import Variables, read_variables
+
+
+def first_variables(design0: PyTree, bounds: PyTree | None, starts: int | str) -> list[Variables]:
+    """The variables of many first designs: `starts` of one design and points spread between its bounds; of designs
+    that are "stacked" along a leading axis of every leaf.
+
+    Raises: as `read_variables`, with the number of the start; ValueError for a leaf without the leading axis that
+        others have, and for variables without bounds where points are to be spread.
+    """
+    if starts == "stacked":
+        return _stacked(design0, bounds)
+    if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
+        raise ValueError(
+            f"starts is a positive whole number, or 'stacked' for designs along a first axis: {starts!r}"
+        )
+    return _spread(read_variables(design0, bounds), int(starts))
+
+
+def _stacked(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
+    """Those of every one of the stacked designs."""
+    leaves = jax.tree_util.tree_flatten_with_path(designs)[0]
+    if not leaves:
+        raise ValueError("design0 has no variables")
+    number = next((np.shape(leaf)[0] for _, leaf in leaves if np.ndim(leaf)), 0)
+    for path, leaf in leaves:
+        if np.shape(leaf)[:1] != (number,):
+            name = jax.tree_util.keystr(path, simple=True, separator=".") or "design"
+            raise ValueError(f"{name} has shape {np.shape(leaf)}: {number} stacked starts need that leading axis")
+    if not number:
+        raise ValueError("there are no stacked starts: the leading axis is empty")
+    found = []
+    for k in range(number):
+        try:
+            found.append(read_variables(jax.tree.map(lambda leaf, k=k: np.asarray(leaf)[k], designs), bounds))
+        except ValueError as error:
+            raise ValueError(f"start {k}: {error}") from error
+    return found
+
+
+def _spread(variables: Variables, starts: int) -> list[Variables]:
+    """The design itself, and points of Sobol's sequence between its bounds."""
+    open_ = [
+        name for name, *ends in zip(*variables[:1], *variables[2:4], strict=True) if not np.all(np.isfinite(ends))
+    ]
+    if open_:
+        raise ValueError(
+            f"{starts} starts from one design need both bounds of every variable: {', '.join(open_)}; "
+            "where design0 holds many designs along a first axis, say starts='stacked'"
+        )
+    points = sobol_points(len(variables.start), max(starts - 1, 1), seed=0)[: starts - 1]
+    points = variables.lower + points * (variables.upper - variables.lower)
+    return [variables, *(variables._replace(start=point) for point in points)]
+
+
+def best_of(found: Sequence[Optimum]) -> Optimum:
+    """The best optimum, with all of them in `starts`; what a design gains by the limits' slack does not count.
+
+    Raises: ValueError when no search could start.
+    """
+    values = np.array([optimum.value + _leaning(optimum) for optimum in found])
+    if np.all(np.isnan(values)):
+        raise ValueError(f"no search can start at any of the {len(found)} first designs: see `History` of one alone")
+    missed = np.array(
+        [max((-limit.margin for limit in optimum.limits if not limit.ok), default=0.0) for optimum in found]
+    )
+    first = np.lexsort((values, np.where(np.isnan(values), np.inf, missed)))[0]
+    return dataclasses.replace(found[int(first)], starts=tuple(found))
+
+
+def _leaning(optimum: Optimum) -> float:
+    """What the slack of limits that are missed a little has gained, by their prices; twice, to be safe."""
+    missed = [(limit, abs(limit.after[limit.worst] - limit.bound)) for limit in optimum.limits if limit.margin < 0.0]
+    return 2.0 * float(sum(np.sum(np.abs(limit.prices)) * excess for limit, excess in missed))
+
+
+class _Together:
+    """Evaluates a trial design of every start at once and hands each search its own row."""
+
+    def __init__(self, evaluate: Callable):
+        self._evaluate = evaluate
+        self.values = self.slopes = np.zeros(0)
+
+    def row(self, k: int) -> Callable:
+        """What search k takes for its objective and gradient."""
+        return lambda vector: (self.values[k], self.slopes[k], (), (), ())
+
+    def at(self, x: np.ndarray) -> None:
+        """Evaluate designs (starts, n)."""
+        values, slopes, *_ = self._evaluate(jnp.asarray(x, float))
+        self.values, self.slopes = np.asarray(values, float), np.asarray(slopes, float)
+
+
+def run_optax_together(
+    evaluate: Callable,
+    objective: Callable,
+    variables: list[Variables],
+    optimiser: optax.GradientTransformation,
+    steps: int,
+    tolerance: float,
+    callback: Callable | None,
+    progress,
+) -> list[Search]:
+    """Run an optax optimiser from all starts in step; each stops, steps back and keeps its best for itself.
+
+    `evaluate` takes all designs (starts, n).
+    """
+    batch, unravel = _Together(evaluate), variables[0].unravel
+    batch.at(np.stack([v.start for v in variables]))
+    searches = [
+        Search(batch.row(k), v, tolerance, callback, progress, may_fail=True) for k, v in enumerate(variables)
+    ]
+    optimiser = optax.with_extra_args_support(optimiser)
+
+    @jax.jit
+    @jax.vmap
+    def update(x, value, slopes, state):
+        slopes = unravel(slopes)
+        updates, state = optimiser.update(slopes, state, unravel(x), value=value, grad=slopes, value_fn=objective)
+        return ravel_pytree(updates)[0], state
+
+    def stacked(part):
+        return jnp.asarray(np.stack([getattr(search.current, part) for search in searches]), float)
+
+    with usual_promotion():
+        state = jax.vmap(lambda x: optimiser.init(unravel(x)))(stacked("x"))
+    for _ in range(steps):
+        if all(search.reason for search in searches):
+            break
+        with usual_promotion():
+            move, state = update(stacked("x"), stacked("value"), stacked("gradient"), state)
+        _step(searches, batch, np.asarray(move, float))
+    return searches
+
+
+def _step(searches: list[Search], batch: _Together, move: np.ndarray) -> None:
+    """Accept a finite trial of every search under way, halving the moves (starts, n) that lead to none."""
+    waiting = {k for k, search in enumerate(searches) if not search.reason}
+    trial = np.stack([search.current.x for search in searches])
+    for halving in range(HALVINGS):
+        for k in waiting:
+            trial[k] = np.asarray(searches[k].variables.vector(searches[k].current.x + 0.5**halving * move[k]))
+        batch.at(trial)
+        for k in sorted(waiting):
+            point = searches[k].evaluate(trial[k])
+            if point.finite:
+                searches[k].accept(point, by_decrease=False)
+                waiting.discard(k)
+        if not waiting:
+            return
+    for k in waiting:
+        searches[k].reason = "non-finite"

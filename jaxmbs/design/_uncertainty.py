@@ -1,0 +1,214 @@
+"""Scatter of the parameters: what it does to an answer, and which of them matters."""
+
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import PyTree
+
+from jaxmbs.batching._batch import batch
+from jaxmbs.checks import refuse_complex
+from jaxmbs.design._sampling import normal_points, scatter_of, sobol_points
+from jaxmbs.design._variables import read_variables
+from jaxmbs.runtime import jit
+from jaxmbs.typing import AnyArray, ArrayLike
+
+
+class Scatter(NamedTuple):
+    """An answer under scatter of the parameters.
+
+    Attributes:
+        mean, deviation: expected value and standard deviation, in the answer's shape.
+        percentile: the value that so many per cent of the designs stay below.
+        failed: how many samples gave no number; they are left out of the others.
+        samples: (samples, ...) the answers that were drawn; None to first order.
+    """
+
+    mean: np.ndarray
+    deviation: np.ndarray
+    percentile: np.ndarray
+    failed: int
+    samples: np.ndarray | None = None
+
+    def within(self, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> np.ndarray:
+        """The yield: the share of designs whose answer lies between limits, each entry for itself.
+
+        Of samples it is counted, and those that failed count as outside; to first order the answer is normal.
+        """
+        from scipy.stats import norm
+
+        refuse_complex((lower, upper))
+        low, high = np.asarray(lower, float), np.asarray(upper, float)
+        if not np.all(low <= high):
+            raise ValueError(f"the limits cross or are no numbers: {lower}, {upper}")
+        if self.samples is not None:
+            inside = np.sum((low <= self.samples) & (self.samples <= high), axis=0)
+            return np.asarray(inside / (len(self.samples) + self.failed))
+        sure = (low <= self.mean) & (self.mean <= high)  # of an answer that does not scatter
+        sigma = np.where(self.deviation > 0.0, self.deviation, np.nan)
+        share = norm.cdf((high - self.mean) / sigma) - norm.cdf((low - self.mean) / sigma)
+        return np.where(self.deviation > 0.0, share, sure)
+
+
+class Tolerance(NamedTuple):
+    """What one parameter's tolerance does to an answer.
+
+    Attributes:
+        name: of the parameter; tolerance: its half width.
+        change: of the answer, by its slope, if the parameter lies at the end of its tolerance.
+        share: of the answer's variance, of all parameters one.
+    """
+
+    name: str
+    tolerance: float
+    change: float
+    share: float
+
+
+def scattered(
+    function: Callable[[PyTree], Any],
+    design: PyTree,
+    deviations: PyTree,
+    percent: float = 95.0,
+    samples: int | None = None,
+    seed: int = 0,
+    compile: str = "full",
+    gradient: str = "forward",
+) -> Scatter:
+    """An answer where every parameter scatters normally about the design, on its own.
+
+    Args:
+        function: of a design to a number or array; it is traced.
+        deviations: standard deviations, like `design`; zero for what does not scatter.
+        percent: of the percentile.
+        samples: so many designs are drawn, as by `mbs.studies.normal`; default: to first order, by the gradient.
+        compile: "full", or "quick", as of `minimise`.
+        gradient: "forward" for few parameters, or "reverse": of motions it is what `simulate` was told.
+
+    Returns: a `Scatter`; where fewer than two samples gave numbers, what cannot be said is nan.
+
+    Raises: ValueError for deviations that do not fit the design or are negative, `percent` outside of 0 to 100, fewer
+    than two samples; TypeError for an answer that is no number or array.
+    """
+    from scipy.stats import norm
+
+    x, sigma, unravel = scatter_of(design, deviations, "deviations")
+    _check_gradient(gradient)
+    if not 0.0 < percent < 100.0:
+        raise ValueError(f"percent lies between 0 and 100, got {percent}")
+    flat = lambda x: _answer(function(unravel(x)))  # noqa: E731
+    if samples is None:
+        derive = jax.jacfwd if gradient == "forward" else jax.jacrev
+        value, slopes = jit(lambda x: (flat(x), derive(flat)(x)), compile=compile)(jnp.asarray(x, float))
+        deviation = np.sqrt(np.sum((np.asarray(slopes) * sigma) ** 2, axis=-1))
+        return Scatter(np.asarray(value), deviation, np.asarray(value) + norm.ppf(percent / 100.0) * deviation, 0)
+    _check_samples(samples)
+    found = batch(flat, x + sigma * normal_points(len(x), samples, seed), progress=False, compile=compile)
+    values = np.asarray(found.values)[found.ok]
+    unknown = np.full(values.shape[1:], np.nan)
+    deviation = np.std(values, axis=0, ddof=1) if len(values) > 1 else unknown
+    mean, percentile = (
+        (np.mean(values, axis=0), np.percentile(values, percent, axis=0)) if len(values) else (unknown, unknown)
+    )
+    return Scatter(mean, deviation, percentile, int(np.sum(~found.ok)), values)
+
+
+def tolerances(
+    function: Callable[[PyTree], Any],
+    design: PyTree,
+    widths: PyTree,
+    compile: str = "full",
+    gradient: str = "reverse",
+) -> list[Tolerance]:
+    """Which parameter's tolerance drives a number, the strongest first; to first order.
+
+    Args: function: of a design to one number; widths: half widths of the tolerances, like `design`; compile and
+    gradient: as of `minimise`.
+
+    Raises: ValueError for widths that do not fit the design or are negative, an answer that is no single number or
+    not finite, with its gradient, at the design.
+    """
+    x, width, unravel = scatter_of(design, widths, "widths")
+    slope = _slope(lambda x: function(unravel(x)), gradient)
+    value, slopes = (np.asarray(part) for part in jit(slope, compile=compile)(jnp.asarray(x, float)))
+    names = read_variables(design, None).names
+    bad = [name for name, one in zip(names, slopes, strict=True) if not np.isfinite(one)]
+    if bad or not np.isfinite(value):
+        raise ValueError(f"the answer is {value:g} at the design, its slope is not finite for: {', '.join(bad)}")
+    changes = slopes * width
+    whole = np.sum(changes**2) or 1.0
+    rows = [Tolerance(*row) for row in zip(names, width, changes, changes**2 / whole, strict=True)]
+    return sorted(rows, key=lambda row: -abs(row.change))
+
+
+def sensitivities(
+    function: Callable[[PyTree], Any],
+    bounds: Mapping[str, tuple[float, float]],
+    samples: int = 256,
+    seed: int = 0,
+    compile: str = "full",
+    gradient: str = "reverse",
+) -> dict[str, float]:
+    """Mean square of the slope by every parameter over a box, times the square of its width over pi^2 and over the
+    answer's variance: above the share of the variance that the parameter takes part in (its total Sobol index).
+
+    Args: compile, gradient: as of `minimise`.
+
+    Source: Sobol and Kucherenko's derivative-based global sensitivity measures.
+
+    Raises: ValueError for bounds that cross or are not finite, fewer than two samples (or than two that gave
+    numbers), or an answer that is no single number.  Warns of samples without numbers, which are left out.
+    """
+    refuse_complex(dict(bounds))
+    _check_samples(samples)
+    lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
+    if not (bounds and np.all(np.isfinite(upper - lower)) and np.all(lower <= upper)):
+        raise ValueError(f"bounds are finite, (lower, upper), for one parameter at least: {dict(bounds)}")
+    points = lower + sobol_points(len(lower), samples, seed) * (upper - lower)
+    columns = dict(zip(bounds, points.T, strict=True))
+    found = batch(_slope(function, gradient), columns, progress=False, compile=compile)
+    values, slopes = found.values
+    good = found.ok
+    if np.sum(good) < 2:
+        raise ValueError(f"{np.sum(good)} of {samples} designs gave numbers, two are needed\n{found.summary()}")
+    if not np.all(good):
+        warnings.warn(f"{np.sum(~good)} of {samples} designs gave no numbers and are left out", stacklevel=2)
+    variance = np.var(values[good], ddof=1) or 1.0
+    means = {name: np.mean(np.asarray(slope)[good] ** 2) for name, slope in slopes.items()}
+    width = dict(zip(bounds, upper - lower, strict=True))
+    return {name: float(mean * width[name] ** 2 / (np.pi**2 * variance)) for name, mean in means.items()}
+
+
+def _slope(function, gradient) -> Callable:
+    """A function of a design to (its number, the slopes)."""
+    _check_gradient(gradient)
+
+    def number(design):
+        found = _answer(function(design))
+        if found.ndim:
+            raise ValueError(f"the function answers an array of shape {found.shape}: return one number")
+        return found
+
+    if gradient == "reverse":
+        return jax.value_and_grad(number)
+    return lambda design: (number(design), jax.jacfwd(number)(design))
+
+
+def _answer(value):
+    """What a function answered as an array of real numbers."""
+    if not isinstance(value, AnyArray | float | int) or jnp.iscomplexobj(value):
+        raise TypeError(f"the function answers {type(value).__name__}: return one real number or array")
+    return jnp.asarray(value, float)
+
+
+def _check_gradient(gradient):
+    if gradient not in ("reverse", "forward"):
+        raise ValueError(f"gradient is 'reverse' or 'forward', not {gradient!r}")
+
+
+def _check_samples(samples):
+    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or samples < 2:
+        raise ValueError(f"samples is a whole number, two at least, got {samples!r}")

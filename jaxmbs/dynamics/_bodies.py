@@ -1,0 +1,41 @@
+"""The kinds of bodies of a system, and what they carry, need and store together."""
+
+import functools
+import operator
+
+from jax import Array
+
+from ..kinematics._configuration import Moving
+from ..kinematics._wrench_targets import Owners
+from ..model._system import System
+from ._body import AbstractBodies
+from ._elastic import ElasticBodies
+from ._loads import Loads
+from ._rigid import RigidBodies
+
+total = functools.partial(functools.reduce, operator.add)
+
+
+def bodies_of(system: System) -> tuple[AbstractBodies, ...]:
+    """The rigid bodies, then the groups of elastic ones."""
+    return RigidBodies(), *(ElasticBodies(group) for group in system.elastic)
+
+
+def body_momenta(system: System, at: Moving) -> Loads:
+    """Momenta of all bodies on nodes and columns."""
+    return total(bodies.momenta(system, at) for bodies in bodies_of(system))
+
+
+def inertial_loads(system: System, at: Moving) -> Loads:
+    """What changes the momenta of all bodies beside loads."""
+    return total(bodies.inertial_loads(system, at) for bodies in bodies_of(system))
+
+
+def needed_loads(system: System, at: Moving, V_dot, u_dot, owners: Owners) -> Loads:
+    """Loads that all bodies need beside gravity."""
+    return total(bodies.needed_loads(system, at, V_dot, u_dot, owners) for bodies in bodies_of(system))
+
+
+def total_mass(system: System) -> Array:
+    """Mass [kg] of all bodies."""
+    return total(bodies.mass(system) for bodies in bodies_of(system))

@@ -1,0 +1,56 @@
+"""What stored energy exerts, and what the elements exert at rest beside it: efforts of ports on all columns."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+
+from ..kinematics._configuration import Configuration, resting
+from ..kinematics._wrench_targets import nodes
+from ..model._system import System
+from ._bodies import bodies_of, total
+from ._efforts import element_efforts, element_flows
+from ._loads import Loads, on_columns
+
+
+def stored_pull(system: System, at: Configuration) -> Callable[[Configuration], jax.Array]:
+    """The efforts of stored energy at a configuration, held as they are: a function of another configuration to what
+    they do on its columns (nv,).
+
+    At the same configuration it is `-dV/dpsi`; its slope is what held efforts make of the changing geometry.
+    Source: S2 (59), (64), (69).
+    """
+    held, _ = port_efforts(system, at)
+    strains = [bodies.held_strains(system, at) for bodies in bodies_of(system)]
+
+    def pull(moved):
+        return on_columns(system, moved, _spread(system, moved, held) + total(strain(moved) for strain in strains))
+
+    return pull
+
+
+def source_pull(system: System, at: Configuration):
+    """Efforts (nv,) that the elements exert at rest beside their stored energy.  Source: S2 (76), Q*."""
+    return on_columns(system, at, _spread(system, at, port_efforts(system, at)[1]))
+
+
+def port_efforts(system: System, at: Configuration):
+    """(stored, other): by force group the efforts (n, num_flows) of its elements at rest, those of the potential and
+    all others."""
+    still, stored, other = resting(system, at), [], []
+    for group in system.forces:
+        _, displacement, flow = element_flows(system, group, still, still.V, still.u)
+        own = jax.vmap(lambda law, x, f, port=group.port: port.stored_effort(law, x, f, at.t))
+        stored.append(own(group.law, displacement, flow))
+        other.append(element_efforts(group, displacement, flow, at.t) - stored[-1])
+    return stored, other
+
+
+def _spread(system, at, efforts) -> Loads:
+    """What efforts of the elements do on nodes and columns."""
+    still, owners = resting(system, at), nodes(system)
+    loads = Loads(jnp.zeros((owners.number, 6), at.psi.dtype))
+    for group, effort in zip(system.forces, efforts, strict=True):
+        seen, *_ = element_flows(system, group, still, still.V, still.u)
+        loads = loads + Loads(*group.port.spread(group, seen, effort, owners, still.u.size))
+    return loads

@@ -1,0 +1,82 @@
+"""Efforts of gravity and force elements on the tree, their stored energy and the power of each element.
+
+Every law is carried to its nodes as a world wrench or to its own velocity column, so a new law never touches
+kinematics.  Source: S2 (56)-(76), total `Q = Q* + e_C + e_R + e_G`.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from ..kinematics._configuration import Configuration, Moving, resting
+from ..kinematics._poses import frame_twists
+from ..kinematics._wrench_targets import nodes
+from ..model._system import System
+from ._bodies import bodies_of, total
+from ._loads import Loads
+
+
+def element_flows(system: System, group, at: Configuration, V, u):
+    """What the elements of a group see, their displacements, and flows (n, size) at node twists V, velocities u."""
+    seen = group.port.gather(group, at, frame_twists(system, V), u)
+    return seen, jax.vmap(group.port.displacement)(*seen), jax.vmap(group.port.flow)(*seen)
+
+
+def element_efforts(group, displacement, flow, t):
+    """Efforts (n, size) of a group's elements on the system."""
+    return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.law, displacement, flow)
+
+
+class Acting(NamedTuple):
+    """What the elements of a group see, and their efforts (n, size)."""
+
+    seen: tuple
+    effort: Array
+
+
+def efforts(system: System, at: Moving, owners=None, found: list[Acting] | None = None):
+    """All force elements: wrench on every node (nodes, 6), or on other owners; effort on every column (nv,); powers.
+
+    The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
+    sources that drive; in the order of `element_names`.  Gravity is not included.
+
+    Args: found: a list that takes what acts, group by group.
+    """
+    owners = owners or nodes(system)
+    loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
+    for group in system.forces:
+        port = group.port
+        seen, displacement, flow = element_flows(system, group, at, at.V, at.u)
+        effort = element_efforts(group, displacement, flow, at.t)
+        if found is not None:
+            found.append(Acting(seen, effort))
+        loads = loads + Loads(*port.spread(group, seen, effort, owners, at.u.size))
+        storing = jax.vmap(lambda law, x, f, port=port: port.storing(law, x, f, at.t))(group.law, displacement, flow)
+        powers.append(jnp.sum(effort * flow, axis=1) + storing)
+    for bodies in bodies_of(system):
+        strain, power = bodies.strain_efforts(system, at, owners)
+        loads, powers = loads + strain, [*powers, *power]
+    return loads.wrench, loads.column, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
+
+
+def element_names(system: System) -> tuple[str, ...]:
+    """Names of the force elements in the order of their powers, then of the elastic bodies (their dampers)."""
+    return tuple(name for group in (*system.forces, *system.elastic) for name in group.names)
+
+
+def element_is_source(system: System) -> tuple[bool, ...]:
+    """Whether the power of each element counts as input (else as dissipation)."""
+    elastic = (False,) * sum(len(group.names) for group in system.elastic)
+    return tuple(group.law.is_source for group in system.forces for _ in group.names) + elastic
+
+
+def stored_energy(system: System, at: Configuration):
+    """Potential energy [J] of all force elements and elastic bodies, without gravity.  Source: S2 (70), V."""
+    stored, still = total(bodies.strain_energy(system, at) for bodies in bodies_of(system)), resting(system, at)
+    for group in system.forces:
+        displacement = element_flows(system, group, at, still.V, still.u)[1]
+        parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.law, displacement)
+        stored = stored + jnp.sum(parts)
+    return stored

@@ -1,0 +1,117 @@
+"""Elastic bodies: momenta and loads on the nodes that carry their interfaces, and on their modes.
+
+With flows `y = B u_e` of interface twists u_e, momenta `pi = dT/dy` and loads f on y, each body obeys
+`pi_dot + g = f` with its gyroscopic loads g.  So its interfaces carry the momenta `h = B^T pi` and
+`h_dot = B^T f + (B_dot^T pi - B^T g)`: elastic bodies add h and the loads on the right to those of rigid bodies.
+Source: S2 (29), (38)-(42) for bodies that deform.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..errors import ModelError
+from ..kinematics._configuration import resting
+from ..kinematics._elastic import (
+    ElasticState,
+    along_motion,
+    elastic_state,
+    flow_map,
+    flow_rate,
+    gathered,
+    on_interfaces,
+)
+from ..kinematics._wrench_targets import nodes
+from ..model._elastic import ElasticGroup
+from ..model._system import System
+from ._body import AbstractBodies
+from ._loads import Loads, on_columns
+
+
+class ElasticBodies(AbstractBodies):
+    """Elastic bodies of one shape."""
+
+    group: ElasticGroup
+
+    def mass(self, system):
+        return jnp.sum(self.group.body.inertia[:, 3, 3])
+
+    def momenta(self, system, at):
+        return self._loads(lambda body, s: body.momenta(s.q, s.flow), system, at)
+
+    def inertial_loads(self, system, at):
+        """`B_dot^T pi - B^T g` and gravity."""
+
+        def loads(body, s: ElasticState):
+            pi = body.momenta(s.q, s.flow)
+            turning = jax.jvp(lambda R, x, q: on_interfaces(body, R, x, q, pi), (s.R, s.x, s.q), along_motion(s))[1]
+            load = body.gravity_loads(s.q, system.gravity @ s.R) - body.gyroscopic_loads(s.q, s.flow)
+            return jax.tree.map(jnp.add, turning, on_interfaces(body, s.R, s.x, s.q, load))
+
+        return self._summed(loads, system, at)
+
+    def needed_loads(self, system, at, V_dot, u_dot, owners):
+        def loads(body, s: ElasticState, V_dot, rates_dot):
+            return needed(body, s, flow_rate(body, s, V_dot, rates_dot), system.gravity @ s.R)
+
+        return self._loads(loads, system, at, owners, *gathered(system, self.group, V_dot, u_dot))
+
+    def energies(self, system, at):
+        body, s = self.group.body, elastic_state(system, self.group, at)
+        kinetic = jnp.sum(jax.vmap(lambda body, s: body.kinetic_energy(s.q, s.flow))(body, s))
+        moment = jnp.einsum("eij,ej->ei", s.R, jax.vmap(lambda body, q: body.first_moment(q))(body, s.q))
+        return kinetic, body.inertia[:, 3, 3] @ (s.x[:, 0] + at.origin[None]) + jnp.sum(moment, axis=0)
+
+    def weight(self, system, at, Gamma):
+        still = resting(system, at)
+        loads = self._loads(lambda body, s: body.gravity_loads(s.q, system.gravity @ s.R), system, still)
+        return Gamma.T @ on_columns(system, at, loads)
+
+    def strain_efforts(self, system, at, owners):
+        """Source: S2 (56)-(57), (72) with the strains in place of springs."""
+        rates = elastic_state(system, self.group, at).flow[:, 6:]
+        power = -jnp.einsum("ek,ekl,el->e", rates, self.group.body.damping, rates)
+        return self._loads(lambda body, s: body.strain_loads(s.q, s.flow), system, at, owners), (power,)
+
+    def held_strains(self, system, at):
+        """Source: S2 (59), (69) with the strains in place of springs."""
+        s = elastic_state(system, self.group, resting(system, at))
+        held = jax.vmap(lambda body, s: body.strain_loads(s.q, s.flow))(self.group.body, s)
+        carry = lambda body, s, load: load  # noqa: E731
+        return lambda moved: self._loads(carry, system, resting(system, moved), None, held)
+
+    def strain_energy(self, system, at):
+        """Source: S2 (70)."""
+        q = elastic_state(system, self.group, resting(system, at)).q
+        return 0.5 * jnp.einsum("ek,ekl,el->", q, self.group.body.stiffness, q)
+
+    def strain_stiffness(self, system, at, Gamma):
+        """`sum G^T K G` with the rates of deformation G per independent velocity.  Source: S2 (68)-(71)."""
+        s = elastic_state(system, self.group, resting(system, at))
+        G = flow_map(system, self.group, at, s)[:, 6:] @ Gamma
+        return jnp.einsum("ekn,ekl,elm->nm", G, self.group.body.stiffness, G)
+
+    def _loads(self, function, system, at, owners=None, *rates):
+        """`function(body, state, *rates)`, loads (6 + m,) on the flow of each body, brought to owners and columns."""
+        carried = lambda body, s, *rates: on_interfaces(body, s.R, s.x, s.q, function(body, s, *rates))  # noqa: E731
+        return self._summed(carried, system, at, owners, *rates)
+
+    def _summed(self, function, system, at, owners=None, *rates):
+        """The same of wrenches on interfaces and parts of modes; owners: nodes where none are given."""
+        frames, columns = np.array(self.group.frames), np.array(self.group.columns, int)
+        wrench, column = jax.vmap(function)(self.group.body, elastic_state(system, self.group, at), *rates)
+        wrench = (owners or nodes(system)).collect(frames.reshape(-1), wrench.reshape(-1, 6))
+        return Loads(wrench, jnp.zeros(system.topology.num_velocities, column.dtype).at[columns].add(column))
+
+
+def needed(body, s: ElasticState, rate, gravity):
+    """Load (6 + m,) on the flow of one body that its rate (6 + m,) needs beside gravity (3,), floating axes."""
+    pi_dot = jax.jvp(body.momenta, (s.q, s.flow), (s.flow[6:], rate))[1]
+    return pi_dot + body.gyroscopic_loads(s.q, s.flow) - body.gravity_loads(s.q, gravity)
+
+
+def refuse_elastic(system: System, what: str) -> None:
+    """Raises: ModelError for a question that is answered for rigid bodies only."""
+    names = [name for group in system.elastic for name in group.names]
+    if names:
+        raise ModelError([f"{what} are of rigid bodies; elastic are: {', '.join(names)} (mass_matrix holds them)"])

@@ -1,0 +1,37 @@
+"""Kinetic and potential energy."""
+
+import jax.numpy as jnp
+
+from ..kinematics._configuration import Moving, at_state, moving
+from ..kinematics._state import State
+from ..model._entry_points import question
+from ..model._system import System
+from ..typing import Scalar
+from ._bodies import bodies_of, total
+from ._efforts import stored_energy
+
+
+def energies(system: System, at: Moving):
+    """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
+    kinetic, lifted = zip(*(bodies.energies(system, at) for bodies in bodies_of(system)), strict=True)
+    return total(kinetic), stored_energy(system, at) - jnp.dot(system.gravity, total(lifted))
+
+
+def _of_state(system, state):
+    return energies(system, moving(system, at_state(system, state), state.velocities))
+
+
+@question
+def kinetic_energy(system: System, state: State) -> Scalar:
+    """Kinetic energy [J] of a state: the energy `1/2 p.I*^-1 p` and the coenergy `1/2 phi_dot.I* phi_dot` alike.
+
+    So, without potential, the Lagrangian and its Legendre transform, the Hamiltonian.  (46) prints p_dot for p.
+    Source: S2 (36)-(37), (45)-(46).
+    """
+    return _of_state(system, state)[0]
+
+
+@question
+def potential_energy(system: System, state: State) -> Scalar:
+    """Potential energy [J] of gravity (zero at the world origin) and of all springs."""
+    return _of_state(system, state)[1]

@@ -1,0 +1,124 @@
+"""Hamilton's equations of the tree and of constrained systems: state (coordinates, momenta).
+
+Trees carry (psi, p) with `p = M u`.  Systems with constraint rows carry the canonical momentum of Bayo and Avello,
+`[M A^T; A 0][u; sigma] = [P; -f_t]`, which needs no independent set and passes singular poses; every set of
+independent coordinates sees the paper's p as `Gamma^T P` because `Gamma^T A^T = 0`.
+"""
+
+import jax
+import jax.numpy as jnp
+
+from ..kinematics import _closures as closures
+from ..kinematics import _constraints as constraints
+from ..kinematics._configuration import Configuration, Moving, column_twists, configuration, moving, node_motion
+from ..kinematics._elastic import mass_matrix
+from ..kinematics._kic import velocity_map
+from ..kinematics._poses import coordinate_rate, first_place, joint_twists, node_inertias, node_poses, referred
+from ..kinematics._tree import solve, subtrees
+from ..math._linalg import saddle_solve
+from ..math._spatial import cross_motion, dot, momentum
+from ..math._spd import spd_solve
+from ..model._system import System
+from ..model._topology import Topology
+from ._bodies import body_momenta, inertial_loads
+from ._efforts import efforts
+from ._loads import Loads, on_columns
+from ._rigid import gravity_wrench
+
+
+def momentum_rate(topology: Topology, S, V, h, F):
+    """First gyristor form (nodes, ...): `h . S_dot + S . F` with momenta h, wrenches F (nodes, 6, ...) of subtrees.
+
+    Equals `GR phi_dot + Q` of S2 (42) without forming a tensor, O(nodes); columns fixed in the child, so it holds
+    for quaternion velocities too.  Source: S2 (38)-(42).
+    """
+    total = subtrees(topology.nodes, jnp.concatenate([h, F], axis=1))
+    return dot(total[:, :6], cross_motion(column_twists(topology, V), S)) + dot(total[:, 6:], S)
+
+
+def tree_state_rate(topology: Topology, P, psi, p, gravity):
+    """(psi_dot, p_dot) of a tree under gravity alone; parameters and states may carry batch axes, last.
+
+    Args: P (nodes, 23[, batch]) of `node_parameters`, psi, p (nodes[, batch]); simple joints only.
+    Source: S2 (42)-(43).
+    """
+    W = node_poses(topology, P, psi)
+    W = referred(W, first_place(topology, W))
+    S, J = joint_twists(topology, P, W), node_inertias(P, W)
+    u = solve(topology.nodes, S, J, p)
+    V = node_motion(topology, S, u)
+    return u, momentum_rate(topology, S, V, momentum(J, V), gravity_wrench(J, gravity))
+
+
+def tree_momentum_rate(system: System, at: Moving, sigma=None, directions=None):
+    """Momentum rate (nv,) under gravity, force elements and `A_dot^T sigma`, and the elements' powers.
+
+    Args: directions: `closures.moving_directions`, with sigma.
+
+    The wrenches that sigma puts on the tree join the momenta, their rates join the loads: one subtree sum for all.
+    """
+    F, Q, powers = efforts(system, at)
+    h, loads = body_momenta(system, at).wrench, Loads(F, Q) + inertial_loads(system, at)
+    if sigma is not None:
+        wrenches, rates, part = constraints.pull(system, at, sigma, directions)
+        h, loads = h + wrenches, loads + Loads(rates, part)
+    return momentum_rate(system.topology, at.S, at.V, h, loads.wrench) + loads.column, powers
+
+
+def velocities(system: System, at: Configuration, p, known=None):
+    """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum; known:
+    `closures.directions`."""
+    if system.is_rigid_tree:
+        return solve(system.topology.nodes, at.S, at.J, p), None
+    A = constraints.jacobian(system, at, known)
+    M, f_t = mass_matrix(system, at), constraints.time_rate(system, at)
+    return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
+
+
+def momenta(system: System, at: Moving):
+    """Momenta p = M u (nv,); Source: S2 (30), (34)."""
+    return on_columns(system, at, body_momenta(system, at))
+
+
+def canonical_rate(system: System, at: Configuration, p):
+    """(psi_dot, p_dot, powers, u) of the state (psi, p), trees and constrained systems alike.
+
+    `p_dot = Q + sum J_dot^T h + A_dot^T sigma`.  The derivation uses only `V = J u` and the conservation of power, so
+    it holds for quasi-velocities (balls) and for rows of velocity alone (rolling) as it stands: the Hamel terms of
+    Lagrange's equations would come from commuting derivatives of coordinates, and none are taken.
+
+    Source: S2 (42)-(44) in all velocities.
+    """
+    directions = closures.moving_directions(system, at)
+    u, sigma = velocities(system, at, p, directions[0])
+    rate, powers = tree_momentum_rate(system, moving(system, at, u), sigma, directions)
+    return coordinate_rate(system.topology, at.psi, u), rate, powers, u
+
+
+def independent_velocities(system: System, at: Configuration, p):
+    """Velocities u (nv,) of the paper's momenta p (N,) at fixed independent coordinates.
+
+    `u = Gamma phi_dot + b`, `phi_dot = I*^-1 (p - c)`, `c = Gamma^T M b`; Source: S2 (43)-(44).
+    """
+    Gamma, b = velocity_map(system, at)
+    M = mass_matrix(system, at)
+    I_star = Gamma.T @ M @ Gamma
+    phi_dot = spd_solve(I_star, p - Gamma.T @ (M @ b))
+    return Gamma @ phi_dot + b
+
+
+def independent_rate(system: System, at: Configuration, p):
+    """(psi_dot, p_dot, powers, u) in the independent coordinates themselves; Source: S2 (42)-(44).
+
+    `p_dot = Gamma^T (Q + sum J_dot^T h) + Gamma_dot^T M u`: singular where the independent set is.
+    """
+    u = independent_velocities(system, at, p)
+    here = moving(system, at, u)
+    rate, powers = tree_momentum_rate(system, here)
+    h, psi_dot = momenta(system, here), coordinate_rate(system.topology, at.psi, u)
+
+    def carried(psi, t):
+        return velocity_map(system, configuration(system, at.P, psi, t, inertias=False))[0].T @ h
+
+    _, turning = jax.jvp(carried, (at.psi, at.t), (psi_dot, jnp.ones_like(at.t)))
+    return psi_dot, velocity_map(system, at)[0].T @ rate + turning, powers, u

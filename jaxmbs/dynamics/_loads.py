@@ -1,0 +1,35 @@
+"""Momenta and loads of a mechanism: on its nodes or bodies, and on its velocity columns."""
+
+import equinox as eqx
+from jax import Array
+
+from ..kinematics._tree import subtrees
+from ..math._spatial import dot
+from ..model._system import System
+
+
+class Loads(eqx.Module):
+    """Wrenches (owners, 6) about the origin and entries (nv,) of velocity columns; None where there are none."""
+
+    wrench: Array | None = None
+    column: Array | None = None
+
+    def __add__(self, other: "Loads") -> "Loads":
+        return Loads(_plus(self.wrench, other.wrench), _plus(self.column, other.column))
+
+    def __sub__(self, other: "Loads") -> "Loads":
+        return Loads(_minus(self.wrench, other.wrench), _minus(self.column, other.column))
+
+
+def _plus(a, b):
+    return a if b is None else b if a is None else a + b
+
+
+def _minus(a, b):
+    return a if b is None else -b if a is None else a - b
+
+
+def on_columns(system: System, at, loads: Loads) -> Array:
+    """Loads on nodes as entries (nv,) of the columns: `S . subtrees(wrench)` and what acts on them already."""
+    efforts = dot(at.S, subtrees(system.topology.nodes, loads.wrench))
+    return efforts if loads.column is None else efforts + loads.column

@@ -1,0 +1,72 @@
+"""Elastic bodies on the graph of bodies: their modes eliminated, what is left couples their interfaces."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..kinematics._elastic import interface_inertia
+from ..math._spd import spd_inverse
+from ..model._system import System
+from ._body_graph import BodyGraph
+from ._body_matrix import JointMaps, solve_columns
+
+_SPIN = (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)
+
+
+class Cluster(NamedTuple):
+    """Bodies of one elastic group, on world twists of their interfaces.
+
+    Attributes:
+        whole, inertia (bodies, i, i, 6, 6): before and after their modes are eliminated.
+        follow (bodies, modes, i, 6): rates of the modes, with the sign changed, that twists bring with no load.
+        modal (bodies, modes, modes): inertia of the modes, `inverse` of it.
+    """
+
+    whole: Array
+    inertia: Array
+    follow: Array
+    modal: Array
+    inverse: Array
+
+
+def clusters(system: System, at) -> list[Cluster]:
+    """All elastic groups at a configuration."""
+    return [_cluster(interface_inertia(system, group, at), len(group.frames[0])) for group in system.elastic]
+
+
+def _cluster(E, i):
+    k = 6 * i
+    whole, modal = E[:, :k, :k], E[:, k:, k:]
+    inverse = jax.vmap(spd_inverse)(modal)
+    follow = inverse @ E[:, k:, :k]
+    blocks = [x.reshape(-1, i, 6, i, 6).transpose(0, 1, 3, 2, 4) for x in (whole, whole - E[:, :k, k:] @ follow)]
+    return Cluster(*blocks, follow.reshape(*follow.shape[:2], i, 6), modal, inverse)
+
+
+def shared_inertia(system: System, J, parts):
+    """Inertias (nodes, 10) with each elastic body's, as if rigid, in equal parts on its interfaces: for scales."""
+    J = jnp.concatenate([J, jnp.zeros((1, 10), J.dtype)])
+    for group, part in zip(system.elastic, parts, strict=True):
+        E = jnp.sum(part.whole, axis=(1, 2)) / part.whole.shape[1]
+        rigid = [E[:, 3, 3], E[:, 1, 5] * -1.0, E[:, 0, 5], E[:, 0, 4] * -1.0, *(E[:, a, b] for a, b in _SPIN)]
+        at = np.asarray(system.topology.frame_node)[np.array(group.frames)]
+        J = J.at[at].add(jnp.stack(rigid, axis=1)[:, None])
+    return J[:-1]
+
+
+def solve_with_modes(system: System, graph: BodyGraph, maps: JointMaps, parts, factor, r):
+    """Accelerations (nv,) for efforts r (nv,) of tree and modes."""
+    load = jnp.zeros((len(graph.node) + 1, 6), r.dtype)
+    for group, at, part in zip(system.elastic, graph.clusters, parts, strict=True):
+        wrench = -jnp.einsum("emib,em->eib", part.follow, r[np.array(group.columns, int)])
+        load = load.at[at].add(jnp.einsum("eiba,eib->eia", maps.world[at], wrench))
+    a, v = solve_columns(graph, maps, factor, r, load)
+    for group, at, part in zip(system.elastic, graph.clusters, parts, strict=True):
+        columns = np.array(group.columns, int)
+        twist = jnp.einsum("eiab,eib->eia", maps.world[at], v[at])
+        rates = jnp.einsum("emn,en->em", part.inverse, r[columns]) - jnp.einsum("emib,eib->em", part.follow, twist)
+        a = a.at[columns].set(rates)
+    return a

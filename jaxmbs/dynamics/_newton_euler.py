@@ -1,0 +1,84 @@
+"""Newton-Euler on the tree: accelerations to efforts and back, O(nodes) for trees.
+
+Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..kinematics import _closures as closures
+from ..kinematics import _constraints as constraints
+from ..kinematics._configuration import Moving, at_state, moving, node_accelerations
+from ..kinematics._elastic import mass_matrix as inertia_matrix
+from ..kinematics._state import State
+from ..kinematics._tree import solve
+from ..kinematics._wrench_targets import nodes
+from ..math._linalg import saddle_solve
+from ..model._entry_points import question
+from ..model._system import System
+from ._bodies import needed_loads
+from ._efforts import efforts
+from ._loads import Loads, on_columns
+from ._sparse_saddle import constraint_rows, sparse_saddle
+
+
+def required_efforts(system: System, at: Moving, V_dot, u_dot, loads):
+    """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and the loads of
+    its force elements, on nodes (nodes, 6) and columns (nv,)."""
+    F, Q = loads
+    return on_columns(system, at, needed_loads(system, at, V_dot, u_dot, nodes(system)) - Loads(F)) - Q
+
+
+def accelerations(system: System, at: Moving, method="dense", loads=None, directions=None):
+    """(u_dot (nv,), multipliers (rows,), gaps (rows,)): `M u_dot + bias - Q = A^T lambda`, `A u_dot - gamma` = gaps.
+
+    Args:
+        method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
+        loads, directions: of the force elements on nodes and columns; `closures.moving_directions`; where at hand.
+    """
+    if system.is_rigid_tree:
+        need = saddle_sides(system, at, loads)[0]
+        return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
+    known, _ = directions = directions or closures.moving_directions(system, at)
+    need, gamma = saddle_sides(system, at, loads, directions)
+    if method == "block-sparse":
+        rows = constraint_rows(system, at, known)
+        a, y = sparse_saddle(system, at, rows, need, gamma)
+        return a, -y, rows.rates(a) / rows.unit - gamma
+    A = constraints.jacobian(system, at, known)
+    a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))
+    return a, -y, A @ a - gamma
+
+
+def saddle_sides(system: System, at: Moving, loads=None, directions=None):
+    """Right-hand sides of the saddle system: efforts (nv,) less bias at zero accelerations, and gamma (rows,), None
+    without directions."""
+    none = jnp.zeros_like(at.u)
+    V_dot = node_accelerations(system.topology, at, none)
+    loads = efforts(system, at)[:2] if loads is None else loads
+    need = -required_efforts(system, at, V_dot, none, loads)
+    return need, None if directions is None else constraints.acceleration_bias(system, at, V_dot, directions)
+
+
+def _at(system, state):
+    return moving(system, at_state(system, state), state.velocities)
+
+
+@question
+def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"], Float[Array, " rows"]]:
+    """Accelerations and constraint multipliers of a state.
+
+    Returns: u_dot (nv,) [m/s^2 or rad/s^2] and lambda (rows,), the efforts along the constraint rows: `A^T lambda`
+    acts on the velocities.  Redundant rows share their load (see `reactions` for the least-norm choice).
+    Source: S2 (28)-(29), (40) solved for accelerations.
+    """
+    return accelerations(system, _at(system, state))[:2]
+
+
+@question
+def mass_matrix(system: System, state: State) -> Float[Array, "nv nv"]:
+    """Mass matrix (nv, nv) of the tree of rigid and elastic bodies, all loops cut.
+
+    Source: S2 (35) with every coordinate independent.
+    """
+    return inertia_matrix(system, at_state(system, state))

@@ -1,0 +1,182 @@
+"""The inertia and gyristor fields of the paper in independent coordinates, and its state equations, term by term.
+
+For analysis and for reading the bond graph; simulations use the tensor-free forms of `hamilton.py`.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...errors import ModelError
+from ...kinematics._configuration import Configuration, at_state, configuration, elsewhere, moving
+from ...kinematics._kic import body_kic, dependent_columns, independent_columns, velocity_map
+from ...kinematics._kic_second import along_independent
+from ...kinematics._mobility import at_independent, system_at
+from ...kinematics._poses import body_frame, coordinate_rate
+from ...kinematics._state import State
+from ...math._spd import spd_solve
+from ...model._entry_points import check_fits
+from ...model._system import System
+from ...runtime import as_array
+from .._elastic import refuse_elastic
+from ._ports import effort_along
+
+
+def _at(system, state):
+    refuse_elastic(system, "the paper's fields")
+    return at_state(system, state, inertias=False)
+
+
+def world_inertias(system: System, at: Configuration):
+    """Inertia (bodies, 3, 3) of every body about its centre of mass, world axes."""
+    R = at.R[body_frame(system.topology)]
+    return jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
+
+
+def _maps(system, at):
+    """(Gamma, G): velocities (nv, N) and body motions (bodies, 6, N) per independent velocity."""
+    Gamma = velocity_map(system, at)[0]
+    return Gamma, body_kic(system, at, Gamma)
+
+
+def _maps_and_rate(system, at, u):
+    """(Gamma, G) and G_dot (bodies, 6, N) along the motion at velocities u (nv,): `H phi_dot` without drives."""
+
+    def maps(psi, t):
+        return _maps(system, configuration(system, at.P, psi, t, inertias=False))
+
+    along = coordinate_rate(system.topology, at.psi, u), jnp.ones_like(at.t)
+    (Gamma, G), (_, G_dot) = jax.jvp(maps, (at.psi, at.t), along)
+    return Gamma, G, G_dot
+
+
+def refuse_other_coordinates(system: System, what: str, driven: bool) -> None:
+    """Raises: ModelError where the velocities are not the rates of coordinates, or where drives move the system too.
+
+    The terms that such systems have beside the paper's would be left out without a word.
+    """
+    top, found = system.topology, []
+    if top.quaternion_joints:
+        names = ", ".join(top.quaternion_joints)
+        found.append(f"{what}: the velocities of {names} are no rates of coordinates (quaternions)")
+    if top.slip_rows:
+        found.append(f"{what}: rows of velocity alone restrict the motion, it has more coordinates than velocities")
+    moved = [row.name for row in system.rows if _moves(top, row)] if driven else []
+    if driven and (moved or system.paths):
+        names = ", ".join([*moved, *system.paths])
+        found.append(f"{what}: the motion has drives ({names}), or rows that read the time, whose terms it lacks")
+    if found:
+        raise ModelError([f"{fault}; ask gyristor_field, state_equations or forward_dynamics" for fault in found])
+
+
+def _moves(topology, row):
+    """Whether a row of coordinates moves the system with time."""
+    sizes = topology.num_coordinates, topology.num_velocities, ()
+    return row.may_depend_on_time and row.depends_on_time(*(as_array(np.zeros(size)) for size in sizes))
+
+
+def _field(system, at, first, second):
+    """(N, N) sum over bodies `m first_t^T second_t + first_r^T I second_r`."""
+    translation = jnp.einsum("k,kci,kcj->ij", system.mass, first[:, 3:], second[:, 3:])
+    return translation + jnp.einsum("kci,kcd,kdj->ij", first[:, :3], world_inertias(system, at), second[:, :3])
+
+
+def _inertia_field(system, at):
+    G = _maps(system, at)[1]
+    return _field(system, at, G, G)
+
+
+@at_independent
+def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
+    """I* (N, N) = sum over bodies `m G_t^T G_t + G_r^T I G_r` (printed with one G_r in the mass term).
+
+    Source: S2 (35); p = I* phi_dot, S2 (30), (34).
+    """
+    return _inertia_field(system, _at(system, state))
+
+
+@at_independent
+def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
+    """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion, drives included.
+
+    With drives the momenta have a part beside `I* phi_dot`, which `state_equations` adds.  Source: S2 (41).
+    """
+    at = _at(system, state)
+    _, G, G_dot = _maps_and_rate(system, at, state.velocities)
+    return _field(system, at, G_dot, G)
+
+
+@at_independent
+def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
+    """GR~ (N, N), second form: row k is `1/2 phi_dot^T P*_k` with `P*_kij = dI*_ij/dphi_k` (print drops the 1/2).
+
+    Its matrix differs from `gyristor_field`; the efforts agree, `GR phi_dot = GR~ phi_dot`.  For coordinates that
+    are integrals of their velocities, and motions without drives.
+
+    Raises: ModelError for quaternions, rows of velocity alone, drives and rows that read the time.
+    Source: S2 (47)-(54), (55).
+    """
+    refuse_other_coordinates(system, "gyristor_field_direct", driven=True)
+    planes = along_independent(system, _at(system, state), lambda at: _inertia_field(system, at))
+    return 0.5 * jnp.einsum("i,ijk->kj", independent_rates(system, state), planes)
+
+
+def independent_rates(system: System, state: State) -> Float[Array, " N"]:
+    """phi_dot (N,): velocities of the independent columns."""
+    check_fits(system, state)
+    return state.velocities[independent_columns(system_at(system, state))]
+
+
+@at_independent
+def generalised_momentum(system: System, state: State) -> Float[Array, " N"]:
+    """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
+    at = _at(system, state)
+    Gamma, b = velocity_map(system, at)
+    G = body_kic(system, at, Gamma)
+    return jnp.einsum("bcn,bc->n", G, _body_momenta(system, at, G @ independent_rates(system, state), b))
+
+
+def _body_momenta(system, at, V, b):
+    """Angular momenta about the centres and momenta (bodies, 6), of what the independent velocities make of the
+    motion of the bodies V (bodies, 6) and what the drives add, velocities b (nv,)."""
+    rate = coordinate_rate(system.topology, at.psi, b)
+    free = jax.jvp(lambda psi: _com_and_axes(system, elsewhere(system, at, psi)), (at.psi,), (rate,))[1]
+    V = V + _free_twist(system, at, free)
+    turning = jnp.einsum("bcd,bd->bc", world_inertias(system, at), V[:, :3])
+    return jnp.concatenate([turning, system.mass[:, None] * V[:, 3:]], axis=1)
+
+
+def _com_and_axes(system, at):
+    R, x = (part[body_frame(system.topology)] for part in (at.R, at.x))
+    return R, x + jnp.einsum("bij,bj->bi", R, system.com)
+
+
+def _free_twist(system, at, rates):
+    """(bodies, 6) angular velocity and velocity of the centre of mass from rates of axes and centre."""
+    R_dot, velocity = rates
+    R, _ = _com_and_axes(system, at)
+    spin = jnp.einsum("bij,bkj->bik", R_dot, R)
+    omega = 0.5 * jnp.stack(
+        [spin[:, 2, 1] - spin[:, 1, 2], spin[:, 0, 2] - spin[:, 2, 0], spin[:, 1, 0] - spin[:, 0, 1]], 1
+    )
+    return jnp.concatenate([omega, velocity], axis=1)
+
+
+@at_independent
+def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
+    """(p_dot, phi_dot, q_dot) of the paper at a state, drives included.
+
+    `p_dot = +GR phi_dot + Q` (the print has a minus), `phi_dot = I*^-1 p`, `q_dot = Gi phi_dot`; drives
+    add what they move to the momenta of bodies, behind GR, and to q_dot.
+    Source: S2 (42)-(44).
+    """
+    at, rates, u = _at(system, state), independent_rates(system, state), state.velocities
+    Gamma, G, G_dot = _maps_and_rate(system, at, u)
+    b = velocity_map(system, at)[1]
+    inertia = _field(system, at, G, G)
+    momenta = _body_momenta(system, at, G @ rates, b)
+    phi_dot = spd_solve(inertia, inertia @ rates)
+    p_dot = jnp.einsum("bcn,bc->n", G_dot, momenta) + effort_along(system, moving(system, at, u), Gamma)
+    dependent = dependent_columns(system)
+    return p_dot, phi_dot, Gamma[dependent] @ phi_dot + b[dependent]

@@ -1,0 +1,92 @@
+"""The ports of the paper's 1-junction: compliance, resistance, gravity and source efforts on independent velocities.
+
+`Q = Q* + e_C + e_R + e_G`, S2 (76) (printed with e_C twice; the second is e_G).
+"""
+
+import jax
+from jaxtyping import Array, Float
+
+from ...kinematics._configuration import Configuration, Moving, at_state, moving, resting
+from ...kinematics._kic import velocity_map
+from ...kinematics._mobility import at_independent
+from ...kinematics._state import State
+from ...model._system import System
+from .._bodies import bodies_of, total
+from .._conservative_efforts import source_pull, stored_pull
+from .._efforts import efforts
+from .._loads import Loads, on_columns
+
+
+def _at(system, state):
+    """The configuration, and Gamma (nv, N)."""
+    at = at_state(system, state, inertias=False)
+    return at, velocity_map(system, at)[0]
+
+
+def _of_elements(system, at):
+    """Efforts (nv,) of all force elements, without gravity."""
+    F, Q, _ = efforts(system, at)
+    return on_columns(system, at, Loads(F, Q))
+
+
+def weights(system: System, at: Configuration, Gamma):
+    """`gravity_effort` with Gamma (nv, N) of `velocity_map`."""
+    return total(bodies.weight(system, at, Gamma) for bodies in bodies_of(system))
+
+
+@at_independent
+def compliance_effort(system: System, state: State) -> Float[Array, " N"]:
+    """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64), (67)."""
+    at, Gamma = _at(system, state)
+    return Gamma.T @ stored_pull(system, at)(at)
+
+
+@at_independent
+def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
+    """e_R (N,): the part of the elements' efforts that the velocities make, `-R phi_dot` for dampers.
+
+    Source: S2 (72)-(73), on the system (72 prints the effort into the element).
+    """
+    at, Gamma = _at(system, state)
+    at = moving(system, at, state.velocities)
+    return Gamma.T @ (_of_elements(system, at) - _of_elements(system, resting(system, at)))
+
+
+@at_independent
+def resistance_field(system: System, state: State) -> Float[Array, "N N"]:
+    """R (N, N) = `sum G_R^T R_i G_R`, the derivative of -e_R by phi_dot; as unsymmetric as the elements are.
+
+    Source: S2 (74).
+    """
+    at, Gamma = _at(system, state)
+    return resistance(system, at, Gamma, state.velocities)
+
+
+def resistance(system: System, at: Configuration, Gamma, u):
+    """`resistance_field` at velocities u (nv,), with Gamma (nv, N) of `velocity_map`."""
+    return -Gamma.T @ jax.jacfwd(lambda u: _of_elements(system, moving(system, at, u)))(u) @ Gamma
+
+
+@at_independent
+def gravity_effort(system: System, state: State) -> Float[Array, " N"]:
+    """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
+    return weights(system, *_at(system, state))
+
+
+@at_independent
+def source_effort(system: System, state: State) -> Float[Array, " N"]:
+    """Q* (N,): what the elements exert at rest beside their stored energy: loads, motors.  Source: S2 (76)."""
+    at, Gamma = _at(system, state)
+    return Gamma.T @ source_pull(system, at)
+
+
+@at_independent
+def total_effort(system: System, state: State) -> Float[Array, " N"]:
+    """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
+    at, Gamma = _at(system, state)
+    return effort_along(system, moving(system, at, state.velocities), Gamma)
+
+
+def effort_along(system: System, at: Moving, Gamma):
+    """`total_effort` with Gamma (nv, N) of `velocity_map`."""
+    return Gamma.T @ _of_elements(system, at) + weights(system, at, Gamma)

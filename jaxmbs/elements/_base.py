@@ -1,0 +1,96 @@
+"""What a finite element is: node positions in, stiffness, mass and forces out.
+
+Coordinates of a node: displacements x y z [m] and small rotations rx ry rz [rad] in world axes; solids and rods use
+the first three only.  Numbers (section, material, stiffness) are leaves, positions are arguments, so that both have
+derivatives.  Methods treat one element and never branch on values; assembly maps them over all elements of a group.
+"""
+
+import abc
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import known, refuse_complex
+from ..runtime import as_array
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def number(value: Any) -> Array:
+    """Array leaf in the precision it comes in; whole numbers become floats.  Raises: TypeError for complex ones."""
+    refuse_complex(value)
+    value = as_array(value, None)
+    return value if jnp.issubdtype(value.dtype, jnp.floating) else jnp.asarray(value, float)
+
+
+def optional(value: Any) -> Array | None:
+    """`number`, or None where there is none."""
+    return None if value is None else number(value)
+
+
+class AbstractElement(eqx.Module):
+    """One element. `coordinates` is how many of x y z rx ry rz each node uses: 3 or 6.
+
+    `force_labels` and `stress_labels` name what `forces` and `stresses` return, `nonnegative` the fields that
+    must not be negative, `positive` those that must not be zero either; `misplacement` says what `misplaced` finds.
+    Where `has_ends`, `forces` and `stresses` are those of the ends and take one more argument, the load (n,) that is
+    spread over the element.
+    """
+
+    num_nodes: ClassVar[int]
+    coordinates: ClassVar[int] = 6
+    force_labels: ClassVar[tuple[str, ...]] = ()
+    stress_labels: ClassVar[tuple[str, ...]] = ()
+    nonnegative: ClassVar[tuple[str, ...]] = ("young", "area", "thickness", "density")
+    positive: ClassVar[tuple[str, ...]] = ()
+    misplacement: ClassVar[str] = "its nodes lie at one point"
+    has_ends: ClassVar[bool] = False
+
+    @property
+    def size(self) -> int:
+        """Coordinates of the element, node by node."""
+        return self.num_nodes * self.coordinates
+
+    @abc.abstractmethod
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """Stiffness in world axes [N/m, N, N m]."""
+
+    @abc.abstractmethod
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """Mass in world axes [kg, kg m, kg m^2]."""
+
+    @property
+    def damps(self) -> bool:
+        """Whether `damping` is more than zeros."""
+        return type(self).damping is not AbstractElement.damping
+
+    def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """Viscous damping in world axes [N s/m, N s, N m s]; zero but for dampers."""
+        return jnp.zeros((self.size, self.size), nodes.dtype)
+
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
+        """Element loads `F_e = k_e T_e x` in the element's own axes, named by `force_labels`. Source: S1 (30)."""
+        return jnp.zeros(0, nodes.dtype)
+
+    def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
+        """Stresses [Pa] in the element's own axes, named by `stress_labels`. Source: S1 (30)."""
+        return jnp.zeros(0, nodes.dtype)
+
+    def faults(self) -> list[str]:
+        """What is wrong with the values, one message each; values that are traced are not looked at."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        given = {n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and known(v)}
+        found = [f"{name} must be finite" for name, v in given.items() if not np.all(np.isfinite(v))]
+        negative = [name for name in self.nonnegative if name in given and np.any(given[name] < 0)]
+        if "poisson" in given and not np.all((given["poisson"] > -1) & (given["poisson"] < 0.5)):
+            found.append("poisson must lie between -1 and 1/2")
+        zero = [name for name in self.positive if name in given and np.any(given[name] == 0)]
+        found += [f"{name} must not be negative" for name in negative]
+        return found + [f"{name} must not be zero" for name in zero]
+
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+        """Which of many elements (m,), by their positions (m, k, 3), have no extent or are inside out."""
+        return (np.ptp(nodes, axis=1).max(axis=1) == 0) & (self.num_nodes > 1)

@@ -1,0 +1,237 @@
+"""Straight beam in space, Euler-Bernoulli or Timoshenko, with end offsets and releases."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import known
+from ..math._spd import spd_solve
+from ..typing import Converted
+from ._base import DIRECTIONS, AbstractElement, number, optional
+from ._parts import along, carried, gauss, turned
+
+# Bending in one plane, coordinates v1, slope1 l, v2, slope2 l: what does not depend on the shear ratio p, and what
+# multiplies it.  The deflection is (DEFLECTION[0] + p DEFLECTION[1]) / (1 + p) at the points of quadrature.
+_BEND = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+_BEND_SHEAR = np.array([[0.0, 0, 0, 0], [0, 1, 0, -1], [0, 0, 0, 0], [0, -1, 0, 1]])
+_POINTS, _WEIGHTS = gauss(4, 1)
+_S, _W = (_POINTS[:, 0] + 1) / 2, _WEIGHTS / 2
+_DEFLECTION = (
+    np.stack([1 - 3 * _S**2 + 2 * _S**3, _S - 2 * _S**2 + _S**3, 3 * _S**2 - 2 * _S**3, _S**3 - _S**2], axis=1),
+    np.stack([1 - _S, (_S - _S**2) / 2, _S, (_S**2 - _S) / 2], axis=1),
+)
+_SLOPE = (
+    np.stack([6 * (_S**2 - _S), 1 - 4 * _S + 3 * _S**2, 6 * (_S - _S**2), 3 * _S**2 - 2 * _S], axis=1),
+    np.stack([0 * _S, 1 - _S, 0 * _S, _S], axis=1),
+)
+_PLANE_Y, _PLANE_Z = np.array([1, 5, 7, 11]), np.array([2, 4, 8, 10])  # rz = dv/dx, ry = -dw/dx
+_SIGN_Z = np.array([1.0, -1.0, 1.0, -1.0])
+
+
+class Beam(AbstractElement):
+    """Two-node beam: exact static stiffness, consistent mass of the same shapes.
+
+    Local axes: x from the first node to the second, y towards `reference`, z by the right hand.  Forces: those on the
+    beam at its ends [N], then moments [N m], of the first end, then of the second, positive along local axes: in
+    tension Fx2 is positive, Fx1 negative.  Stresses [Pa]: tension positive.
+
+    With `shear` it is Timoshenko's beam with rotary inertia, without it Euler-Bernoulli's with neither.
+    Source: Przemieniecki, Theory of matrix structural analysis (1968), 5.6; Friedman and Kosmatka, Comput. Struct. 47
+    (1993) 473-481 for the mass.
+
+    Attributes:
+        young, shear_modulus: [Pa]; area [m^2]; density [kg/m^3].
+        inertia_z: second moment for bending in the local x-y plane, inertia_y: in the x-z plane [m^4].
+        torsion: torsion constant [m^4].
+        shear: (2,) shear factors of the forces along y and z (5/6 for a rectangle), or None.
+        reference: (3,) vector in the local x-y plane, world axes; None, for sections alike in y and z: any.
+        offsets: (2, 3) from the nodes to the beam's ends, world axes [m], or None.
+        releases: names of end coordinates that carry no force: "rz1", "ry2", "x1", ...
+        fibres: (p, 2) points y, z of the section whose stress is asked [m].
+        line_mass: mass that is no part of the section, on its axis [kg/m].
+    """
+
+    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    shear_modulus: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    area: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    inertia_y: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    inertia_z: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    torsion: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    shear: Converted[Float[Array, "... 2"] | None] = eqx.field(converter=optional, default=None)
+    reference: Converted[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
+    offsets: Converted[Float[Array, "... 2 3"] | None] = eqx.field(converter=optional, default=None)
+    releases: tuple[str, ...] = eqx.field(static=True, default=())
+    fibres: Converted[Float[Array, "... p 2"]] = eqx.field(converter=number, default=((0.0, 0.0),))
+    line_mass: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+
+    num_nodes = 2
+    has_ends = True
+    force_labels = tuple(f"{name}{end}" for end in (1, 2) for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"))
+    stress_labels = ("axial stress of each fibre at end 1, then at end 2",)
+    nonnegative = ("young", "shear_modulus", "area", "inertia_y", "inertia_z", "torsion", "density", "shear")
+    nonnegative += ("line_mass",)
+
+    def __check_init__(self):
+        possible = {f"{d}{end}" for end in (1, 2) for d in DIRECTIONS}
+        wrong = [name for name in self.releases if name not in possible]
+        if wrong:
+            raise ValueError(f"releases {wrong} are not among {sorted(possible)}")
+        for d in ("x", "y", "z", "rx"):
+            if {f"{d}1", f"{d}2"} <= set(self.releases):
+                raise ValueError(f"a beam released in {d} at both ends is a mechanism: release one end")
+
+    @property
+    def positive(self) -> tuple[str, ...]:
+        """What it cannot hold without; with shear also what its compliance is divided by."""
+        return ("young", "area", *(() if self.shear is None else ("shear", "shear_modulus")))
+
+    def faults(self) -> list[str]:
+        """Also a section that differs in y and z without a reference to say which is which."""
+        pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])
+        uneven = any(known(pair) and not np.allclose(*pair, rtol=1e-6, atol=0) for pair in pairs)
+        if self.reference is None and uneven:
+            return [*super().faults(), "give it a reference: its section differs in y and z"]
+        return super().faults()
+
+    def _axes(self, nodes):
+        """Length, axes (3, 3), and (12, 12) end motions in local axes from those of the nodes."""
+        offsets = jnp.zeros_like(nodes) if self.offsets is None else self.offsets
+        line = nodes[1] + offsets[1] - nodes[0] - offsets[0]
+        axes = along(line, self.reference)
+        R = turned(axes)
+        T = jax.scipy.linalg.block_diag(R @ carried(offsets[0]), R @ carried(offsets[1]))
+        return jnp.linalg.norm(line), axes, T
+
+    def _planes(self, length):
+        """Bending stiffness E I and shear ratio `12 E I / (k G A l^2)` of the x-y and the x-z plane."""
+        EI = (self.young * self.inertia_z, self.young * self.inertia_y)
+        if self.shear is None:
+            return [(e, jnp.zeros_like(length)) for e in EI]
+        GA = self.shear_modulus * self.area * length**2
+        return [(e, 12.0 * e / (self.shear[i] * GA)) for i, e in enumerate(EI)]
+
+    def _local_stiffness(self, length):
+        bar = np.array([[1.0, -1.0], [-1.0, 1.0]])
+        K = jnp.zeros((12, 12), length.dtype)
+        K = _add(K, [0, 6], self.young * self.area / length * jnp.asarray(bar, K.dtype))
+        K = _add(K, [3, 9], self.shear_modulus * self.torsion / length * jnp.asarray(bar, K.dtype))
+        for (EI, ratio), plane, sign in zip(self._planes(length), (_PLANE_Y, _PLANE_Z), (1.0, _SIGN_Z), strict=True):
+            scale = _scale(length, sign) / length
+            shape = jnp.asarray(_BEND, K.dtype) + ratio * jnp.asarray(_BEND_SHEAR, K.dtype)
+            K = _add(K, plane, EI / (length * (1.0 + ratio)) * jnp.outer(scale, scale) * shape)
+        return K
+
+    def _local_mass(self, length):
+        bar = np.array([[1 / 3, 1 / 6], [1 / 6, 1 / 3]])
+        line, mass = self.density * length, (self.density * self.area + self.line_mass) * length
+        M = jnp.zeros((12, 12), length.dtype)
+        M = _add(M, [0, 6], mass * jnp.asarray(bar, M.dtype))
+        M = _add(M, [3, 9], line * (self.inertia_y + self.inertia_z) * jnp.asarray(bar, M.dtype))
+        inertias = (self.inertia_z, self.inertia_y)
+        for i, (plane, sign) in enumerate(((_PLANE_Y, 1.0), (_PLANE_Z, _SIGN_Z))):
+            ratio, scale = self._planes(length)[i][1], _scale(length, sign)
+            M = _add(M, plane, mass * jnp.outer(scale, scale) * _square(_DEFLECTION, ratio))
+            if self.shear is not None:
+                scale = scale / length
+                M = _add(M, plane, line * inertias[i] * jnp.outer(scale, scale) * _square(_SLOPE, ratio))
+        return M
+
+    def _released(self, K):
+        """(12, 12): end motions of the beam by those of its ends' frames, the released ones free. Source: S1 (6)."""
+        free = [
+            i for i, name in enumerate(f"{d}{end}" for end in (1, 2) for d in DIRECTIONS) if name in self.releases
+        ]
+        T = jnp.eye(12, dtype=K.dtype)
+        if not free:
+            return T
+        held = [i for i in range(12) if i not in free]
+        follow = -spd_solve(K[np.ix_(free, free)], K[np.ix_(free, held)])
+        return T.at[np.array(free), np.array(free)].set(0.0).at[np.ix_(free, held)].set(follow)
+
+    def _matrices(self, nodes):
+        """Length, axes, local stiffness, and local end motions (12, 12) of the beam from those of the nodes."""
+        length, axes, T = self._axes(nodes)
+        K = self._local_stiffness(length)
+        return length, axes, K, self._released(K) @ T
+
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """`T^T k_e T`, exact for loads at the nodes."""
+        _, _, K, T = self._matrices(nodes)
+        return T.T @ K @ T
+
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """`T^T m_e T`."""
+        length, _, _, T = self._matrices(nodes)
+        return T.T @ self._local_mass(length) @ T
+
+    def forces(
+        self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"], load: Array | None = None
+    ) -> Float[Array, " f"]:
+        """Forces and moments (12,) on the beam at its two ends, local axes. Source: S1 (30).
+
+        Args: load: (12,) of what is spread over the beam (`line_load`, weight), which the ends carry too.
+        """
+        _, axes, K, T = self._matrices(nodes)
+        found = K @ T @ u.reshape(-1)
+        if load is None:
+            return found
+        arms = jnp.zeros_like(nodes) if self.offsets is None else self.offsets
+        ends = [turned(axes) @ carried(-arm).T @ part for arm, part in zip(arms, load.reshape(2, 6), strict=True)]
+        return found - jnp.concatenate(ends)
+
+    def stresses(
+        self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"], load: Array | None = None
+    ) -> Float[Array, " s"]:
+        """Axial stress (2 p,) of the fibres at both ends: `N/A - M_z y/I_z + M_y z/I_y`. Source: S1 (30)."""
+        force = self.forces(nodes, u, load)
+        y, z = self.fibres[:, 0], self.fibres[:, 1]
+        ends = [
+            N / self.area - Mz * y / self.inertia_z + My * z / self.inertia_y
+            for N, My, Mz in ((-force[0], -force[4], -force[5]), (force[6], force[10], force[11]))
+        ]
+        return jnp.concatenate(ends)
+
+    def line_load(self, nodes: Float[Array, "k 3"], q: Array) -> Array:
+        """Consistent load (12,) of a uniform force q (3,) [N/m] in world axes. Source: S1 (18)."""
+        length, axes, _, T = self._matrices(nodes)
+        x, y, z = axes @ q * length
+        f = jnp.zeros(12, nodes.dtype).at[np.array([0, 6])].set(x / 2)
+        share = jnp.asarray([1 / 2, 1 / 12, 1 / 2, -1 / 12], nodes.dtype)
+        f = f.at[_PLANE_Y].set(y * share * _scale(length, 1.0)).at[_PLANE_Z].set(z * share * _scale(length, _SIGN_Z))
+        return T.T @ f
+
+    misplacement = "its ends meet, or its reference lies along it"
+
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+        """No length, or no plane for the local axes."""
+        line = nodes[:, 1] - nodes[:, 0]
+        if self.offsets is not None and known(self.offsets):
+            offsets = np.asarray(self.offsets)
+            line = line + offsets[..., 1, :] - offsets[..., 0, :]
+        length = np.linalg.norm(line, axis=1)
+        if self.reference is None or not known(self.reference):
+            return length == 0
+        reference = np.asarray(self.reference)
+        size = length * np.linalg.norm(reference, axis=-1)
+        return np.linalg.norm(np.cross(line, reference), axis=1) <= 1e-9 * size
+
+
+def _add(matrix, places, part):
+    return matrix.at[np.ix_(places, places)].add(part)
+
+
+def _scale(length, sign):
+    """(4,) 1, l, 1, l with signs of the plane."""
+    one = jnp.ones_like(length)
+    return jnp.stack([one, length, one, length]) * jnp.asarray(np.broadcast_to(sign, 4), length.dtype)
+
+
+def _square(shapes, ratio):
+    """(4, 4) integral over [0, 1] of the products of shapes `(a + p b) / (1 + p)`."""
+    a, b = shapes
+    parts = [np.einsum("q,qi,qj->ij", _W, *pair) for pair in ((a, a), (a, b), (b, b))]
+    aa, ab, bb = (jnp.asarray(part, ratio.dtype) for part in (parts[0], parts[1] + parts[1].T, parts[2]))
+    return (aa + ratio * ab + ratio**2 * bb) / (1.0 + ratio) ** 2

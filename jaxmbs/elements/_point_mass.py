@@ -1,0 +1,61 @@
+"""Rigid mass on a node, at an offset."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import known
+from ..typing import Converted
+from ._base import AbstractElement, number, optional
+from ._parts import carried
+
+
+class PointMass(AbstractElement):
+    """Mass with inertia, rigidly carried by one node. Without offset and inertia it uses displacements only.
+
+    It has no forces: its weight and inertia come by `fem.body_load` and the mass matrix.
+
+    Attributes:
+        value: mass [kg].
+        offset: (3,) centre of mass from the node, world axes [m], or None.
+        inertia: (3, 3) about the centre of mass, world axes [kg m^2], or None.
+    """
+
+    value: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    offset: Converted[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
+    inertia: Converted[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
+
+    num_nodes = 1
+    nonnegative = ("value",)
+
+    def faults(self) -> list[str]:
+        """Also an inertia that is not symmetric, or negative about some axis."""
+        found = super().faults()
+        if found or self.inertia is None or not known(self.inertia):
+            return found
+        I = np.asarray(self.inertia)
+        size = 1e-6 * np.max(np.abs(I))
+        if np.max(np.abs(I - np.swapaxes(I, -1, -2))) > size:
+            return ["inertia must be symmetric"]
+        return ["inertia must not be negative"] if np.any(np.linalg.eigvalsh(I) < -size) else []
+
+    @property
+    def coordinates(self) -> int:
+        """3, or 6 with an offset or an inertia."""
+        return 3 if self.offset is None and self.inertia is None else 6
+
+    def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """Zero."""
+        return jnp.zeros((self.size, self.size), nodes.dtype)
+
+    def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
+        """`[m E, -m c~; m c~, I + m c~^T c~]`, c the offset."""
+        central = self.value * jnp.eye(3, dtype=nodes.dtype)
+        if self.coordinates == 3:
+            return central
+        inertia = jnp.zeros((3, 3), nodes.dtype) if self.inertia is None else self.inertia
+        offset = jnp.zeros(3, nodes.dtype) if self.offset is None else self.offset
+        T = carried(offset)
+        return T.T @ jax.scipy.linalg.block_diag(central, inertia) @ T

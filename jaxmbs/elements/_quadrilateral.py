@@ -1,0 +1,141 @@
+"""Four-node shell: MITC4 bending, membrane with incompatible modes and drilling rotations."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..typing import Converted, Matrix3
+from ._base import number
+from ._parts import across, condensed, gauss, inverse_jacobian, linear_shapes, plane_stress
+from ._shell import AbstractShell
+
+_CORNERS = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
+_POINTS, _WEIGHTS = gauss(2, 2)
+_N, _DN = linear_shapes(_CORNERS, _POINTS)  # (4, 4), (4, 2, 4)
+_CENTRE = np.zeros((1, 2))
+_DN0 = linear_shapes(_CORNERS, _CENTRE)[1]
+_BUBBLES = -2.0 * _POINTS[:, :, None] * np.eye(2)  # (q, slope, mode) of 1 - xi^2, 1 - eta^2
+_SIDES = np.array([[0.0, 1], [0, -1], [1, 0], [-1, 0]])  # where the transverse shear is tied
+_NS, _DNS = linear_shapes(_CORNERS, _SIDES)
+
+
+class Quadrilateral(AbstractShell):
+    """Thick or thin shell of four nodes, free of shear locking; a warped one is carried by its mean plane.
+
+    Forces, per length at the centre, in element axes (x bisects the diagonals, z is the normal by the order of the
+    nodes): membrane forces Nxx Nyy Nxy [N/m], tension positive, then moments Mxx Myy Mxy [N], positive where the face
+    +z is in tension, then transverse shear forces Qx Qy [N/m].
+    Stresses [Pa] of the face +z (top), then of -z (bottom).
+
+    Bending: MITC4, Dvorkin and Bathe, Eng. Comput. 1 (1984) 77-88.  Membrane: modes 1 - xi^2, 1 - eta^2 of Taylor,
+    Beresford and Wilson, Int. J. Numer. Meth. Eng. 10 (1976) 1211-1219.  Drilling: Hughes and Brezzi, Comput. Meth.
+    Appl. Mech. Eng. 72 (1989) 105-121.
+
+    Attributes:
+        shear_factor: of the transverse shear.
+        drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
+    """
+
+    shear_factor: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=5 / 6)
+    drilling: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.1)
+
+    num_nodes = 4
+    force_labels = AbstractShell.force_labels + ("Qx", "Qy")
+
+    def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
+        """x bisects the diagonals, z along their vector product."""
+        first, second = nodes[2] - nodes[0], nodes[3] - nodes[1]
+        return across(first, second, first - second)
+
+    def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Bilinear, at 2 x 2 points."""
+        return _N.astype(xy.dtype), inverse_jacobian(_DN, xy)[1] * _WEIGHTS.astype(xy.dtype)
+
+    def _slopes(self, xy, slopes):
+        """Slopes (q, 2, 4) in the plane and areas (q,) per unit square."""
+        inverse, det = inverse_jacobian(slopes, xy)
+        return inverse @ slopes.astype(xy.dtype), det
+
+    def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Strain and drilling energies with the incompatible modes condensed."""
+        slopes, det = self._slopes(xy, _DN)
+        inverse0, det0 = inverse_jacobian(_DN0, xy)
+        bubbles = inverse0 @ _BUBBLES.astype(xy.dtype) * (det0 / det)[:, None, None]
+        strain = jnp.concatenate([_strains(slopes, 3), _strains(bubbles, 2)], axis=2)  # (q, 3, 12 + 4)
+        turn = jnp.concatenate([_turns(slopes, _N.astype(xy.dtype)), _turns(bubbles, None)], axis=1)
+        weight = det * _WEIGHTS.astype(xy.dtype) * self.thickness
+        G = self.drilling * self.young / (2.0 * (1.0 + self.poisson))
+        K = jnp.einsum("q,qai,ab,qbj->ij", weight, strain, plane_stress(self.young, self.poisson), strain)
+        K = condensed(K + G * jnp.einsum("q,qi,qj->ij", weight, turn, turn), 12)
+        return K, _strains(self._slopes(xy, _DN0)[0], 3)[0]
+
+    def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Curvature energy, and shear energy with tied shear angles."""
+        slopes, det = self._slopes(xy, _DN)
+        curvature, shear = _curvatures(slopes), self._shear(xy, _POINTS)
+        weight = det * _WEIGHTS.astype(xy.dtype)
+        D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
+        K = jnp.einsum("q,qai,ab,qbj->ij", weight, curvature, D, curvature)
+        K = K + self._shear_modulus() * jnp.einsum("q,qai,qaj->ij", weight, shear, shear)
+        return K, _curvatures(self._slopes(xy, _DN0)[0])[0]
+
+    def _shear(self, xy, points):
+        """Transverse shear angles (q, 2, 12) at points of [-1, 1]^2, interpolated from the mid-sides."""
+        N, DN = _NS.astype(xy.dtype), _DNS.astype(xy.dtype)
+        tangents = DN @ xy  # (4, 2, 2): rows d/dxi, d/deta
+        # dw/ds + ry dx/ds - rx dy/ds along both directions s of the square
+        parts = [DN, -tangents[:, :, 1, None] * N[:, None, :], tangents[:, :, 0, None] * N[:, None, :]]
+        tied = jnp.stack(parts, axis=-1).reshape(4, 2, 12)
+        xi, eta = (points[:, d, None].astype(xy.dtype) for d in (0, 1))
+        along_xi = ((1 + eta) * tied[0, 0][None] + (1 - eta) * tied[1, 0][None]) / 2
+        along_eta = ((1 + xi) * tied[2, 1][None] + (1 - xi) * tied[3, 1][None]) / 2
+        inverse = inverse_jacobian(linear_shapes(_CORNERS, points)[1], xy)[0]
+        return inverse @ jnp.stack([along_xi, along_eta], axis=1)
+
+    def _shear_modulus(self):
+        return self.shear_factor * self.thickness * self.young / (2.0 * (1.0 + self.poisson))
+
+    def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
+        """Membrane forces, moments and transverse shear forces per length at the centre. Source: S1 (30)."""
+        xy, T = self.flat(nodes)
+        local = (T @ u.reshape(-1)).reshape(4, 6)
+        shear = self._shear(xy, _CENTRE)[0] @ local[:, 2:5].reshape(-1)
+        return jnp.concatenate([super().forces(nodes, u), self._shear_modulus() * shear])
+
+    misplacement = "its corners do not go round a convex outline"
+
+    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+        """A corner whose angle is not below a straight one."""
+        normal = np.cross(nodes[:, 2] - nodes[:, 0], nodes[:, 3] - nodes[:, 1])
+        after, before = np.roll(nodes, -1, axis=1) - nodes, np.roll(nodes, 1, axis=1) - nodes
+        return np.any(np.sum(np.cross(after, before) * normal[:, None], axis=2) <= 0, axis=1)
+
+
+def _strains(slopes, per_node):
+    """(q, 3, per_node k): xx, yy, xy strains of u, v (and the drilling rotation, which strains nothing)."""
+    x, y = slopes[:, 0], slopes[:, 1]
+    zero = jnp.zeros_like(x)
+    rows = [[x, zero, zero], [zero, y, zero], [y, x, zero]]
+    return _by_node(rows, per_node)
+
+
+def _turns(slopes, values):
+    """(q, 3 k or 2 k): drilling rotation less the rotation `(v,x - u,y) / 2` of the membrane."""
+    x, y = slopes[:, 0], slopes[:, 1]
+    row = [y / 2, -x / 2] if values is None else [y / 2, -x / 2, values]
+    return jnp.stack(row, axis=-1).reshape(len(x), -1)
+
+
+def _curvatures(slopes):
+    """(q, 3, 12): slopes of the fibre's rotations bx = ry, by = -rx over w, rx, ry."""
+    x, y = slopes[:, 0], slopes[:, 1]
+    zero = jnp.zeros_like(x)
+    return _by_node([[zero, zero, x], [zero, -y, zero], [zero, -x, y]], 3)
+
+
+def _by_node(rows, per_node):
+    stacked = jnp.stack([jnp.stack(row[:per_node], axis=-1) for row in rows], axis=1)
+    return stacked.reshape(*stacked.shape[:2], -1)

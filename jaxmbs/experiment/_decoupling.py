@@ -1,0 +1,68 @@
+"""Decoupling: what remains of an assembled structure when a known component is taken off."""
+
+from collections.abc import Sequence
+
+import jax
+
+from ..coupling._uncoupled_transfer import check_alike
+from ..errors import ModelError
+from ..linear._transfer import TransferFunctions
+from ..math import _square as square
+from ..math._regularised_inverse import regular_inverse
+from ..typing import ArrayLike
+
+#: A channel of both, or its name in the assembled structure and in the component.
+Shared = str | tuple[str, str]
+
+
+def decouple(
+    assembled: TransferFunctions,
+    known: TransferFunctions,
+    compatibility: Sequence[Shared],
+    equilibrium: Sequence[Shared] | None = None,
+    rank: int | None = None,
+    rcond: ArrayLike = 0.0,
+    noise: ArrayLike = 0.0,
+    weights: ArrayLike | None = None,
+) -> TransferFunctions:
+    """The rest of `assembled` without `known`: the component is coupled once more, with the opposite sign.
+
+    `Y - Y E^T (C Y E^T)^+ C Y` with `Y = diag(Y_assembled, -Y_known)`.
+
+    Args:
+        compatibility: where the motions of both agree.  The interface alone (standard), or points inside the known
+            component as well (extended), which makes the matrix singular by as many: give `rank`.
+        equilibrium: where forces take the component off; None is the same channels (collocated).
+        rank: number of interface coordinates kept, for an extended interface.
+        rcond, noise, weights: of `regular_inverse`, against noise: drop small singular values, Tikhonov's damping,
+            rows weighed by one over their standard deviation.
+
+    Returns: the assembled structure's channels; those inside the removed component no longer mean anything.
+
+    Raises: ModelError for channels that are not there or named twice, fewer conditions than forces.
+    Source: S1 (1)-(2), (41); S. Voormeeren, D. Rixen, Mech. Syst. Signal Process. 27 (2012) 56.
+    """
+    check_alike({"assembled": assembled, "known": known})
+    motion, force = _names(compatibility), _names(compatibility if equilibrium is None else equilibrium)
+    twice = [c for side in (*motion, *force) for c in dict.fromkeys(side) if side.count(c) > 1]
+    if twice:
+        raise ModelError([f"channels named twice: {', '.join(dict.fromkeys(twice))}"])
+    if len(motion[0]) < len(force[0]):
+        raise ModelError([f"{len(motion[0])} compatible channels are fewer than {len(force[0])} forces"])
+    rows, columns = assembled.rows(motion[0]), assembled.columns(force[0])
+    known_rows, known_columns = known.rows(motion[1]), known.columns(force[1])
+    Y = assembled.values
+    difference = Y[:, rows][:, :, columns] - known.values[:, known_rows][:, :, known_columns]
+    if rank is None and rcond == 0.0 and weights is None and _is_zero(noise) and len(rows) == len(columns):
+        return assembled.replace(Y - Y[:, :, columns] @ jax.vmap(square.solve)(difference, Y[:, rows]))
+    inverse = regular_inverse(difference, rank, rcond, noise, weights)
+    return assembled.replace(Y - Y[:, :, columns] @ (inverse @ Y[:, rows]))
+
+
+def _names(shared):
+    pairs = [(item, item) if isinstance(item, str) else tuple(item) for item in shared]
+    return [a for a, _ in pairs], [b for _, b in pairs]
+
+
+def _is_zero(noise):
+    return isinstance(noise, int | float) and noise == 0

@@ -1,0 +1,118 @@
+"""Taking the test rig out by computation: measured support forces, or a known rig."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float
+
+from ..coupling._transfer_functions import with_stiffness
+from ..errors import ModelError
+from ..linear._transfer import TransferFunctions
+from ..math import _square as square
+from ..math._regularised_inverse import regular_inverse
+from ..typing import ArrayLike
+
+
+class FreeResponse(NamedTuple):
+    """`receptance` (frequencies, outputs, inputs) of the free structure, and `residual` (frequencies,): what of the
+    motions it does not explain, relative; rounding only when there are as many runs as inputs."""
+
+    receptance: Complex[Array, "frequencies outputs inputs"]
+    residual: Float[Array, " frequencies"]
+
+
+def free_response(
+    motions: ArrayLike,
+    exciters: ArrayLike,
+    supports: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    rcond: ArrayLike = 0.0,
+    noise: ArrayLike = 0.0,
+) -> FreeResponse:
+    """`B_free = X (F + R)^+`, over the runs, at each frequency.
+
+    Args:
+        motions: X (frequencies, outputs, runs), complex amplitudes of any kind (displacement, acceleration).
+        exciters: F (frequencies, inputs, runs), forces of the exciters on the structure [N].
+        supports: R (frequencies, inputs, runs), measured forces of the supports on the structure [N], at the same
+            inputs, or None.
+        weights: (runs,), one over the standard deviation of each run's motions.
+        rcond, noise: of `regular_inverse`.
+
+    The inputs are all places where a force acts, supports included, and there are at least as many runs (exciters
+    placed, or phased, differently).
+
+    Raises: ModelError for shapes that do not fit and too few runs.
+    Source: S1 (41), Figs 4-5.
+    """
+    motions, exciters = jnp.asarray(motions), jnp.asarray(exciters)
+    supports, weights = (None if a is None else jnp.asarray(a) for a in (supports, weights))
+    faults = _faults(motions, exciters, supports, weights)
+    if faults:
+        raise ModelError(faults)
+    force = exciters if supports is None else exciters + supports
+    if weights is not None:
+        w = weights.astype(force.dtype)[None, None, :]
+        motions, force = motions * w, force * w
+    B = motions @ regular_inverse(force, rcond=rcond, noise=noise)
+    rest, size = (jnp.sum(jnp.abs(a) ** 2, axis=(1, 2)) for a in (motions - B @ force, motions))
+    safe = jnp.where(rest > 0, rest, 1.0)
+    return FreeResponse(B, jnp.where(rest > 0, jnp.sqrt(safe / jnp.where(size > 0, size, 1.0)), 0.0))
+
+
+def _faults(motions, exciters, supports, weights):
+    shapes = {"motions": motions.shape, "exciters": exciters.shape}
+    if supports is not None:
+        shapes["supports"] = supports.shape
+    faults = [
+        f"{name} have shape {s}, not (frequencies, channels, runs)" for name, s in shapes.items() if len(s) != 3
+    ]
+    if faults:
+        return faults
+    frequencies, inputs, runs = exciters.shape
+    if supports is not None and supports.shape != exciters.shape:
+        faults.append(f"supports have shape {supports.shape}, exciters {exciters.shape}: give zeros where none acts")
+    if (motions.shape[0], motions.shape[2]) != (frequencies, runs):
+        faults.append(f"motions have shape {motions.shape}, exciters {exciters.shape}: frequencies and runs differ")
+    if runs < inputs:
+        faults.append(f"{runs} runs are too few for {inputs} inputs: excite in {inputs} different ways")
+    if weights is not None and weights.shape != (runs,):
+        faults.append(f"weights have shape {weights.shape}, not ({runs},)")
+    return faults
+
+
+def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiffness: ArrayLike) -> TransferFunctions:
+    """The free structure from one measured on a rig of known dynamic stiffness: `(B^-1 - Z)^-1` at the channels.
+
+    Computed as `B + B Z (I - B Z)^-1 B`, so that channels off the rig come along, and no B is inverted.
+
+    Args:
+        channels: where the rig holds the structure; outputs and inputs.
+        stiffness: Z, (channels, channels) or (frequencies, channels, channels), force per displacement [N/m], complex
+            with damping and mass: `K + i w C - w^2 M`.  With the opposite sign it adds a rig.
+
+    Source: S1 (41).
+    """
+    Z = jnp.asarray(stiffness, measured.values.dtype)
+    n = len(channels)
+    if Z.shape not in {(n, n), (len(measured.omega), n, n)}:
+        raise ModelError([f"the rig's stiffness has shape {Z.shape}; {n} channels need ({n}, {n}) at each frequency"])
+    B = measured.to("receptance")
+    Z = Z if Z.ndim == 3 else Z[None]
+    return with_stiffness(B, channels, -Z).to(measured.kind)
+
+
+def measured_stiffness(
+    measured: TransferFunctions, channels: Sequence[str] | None = None
+) -> tuple[Float[Array, "frequencies n n"], Float[Array, "frequencies n n"]]:
+    """H and J with `([H] + j[J]) B = E`: real and imaginary dynamic stiffness [N/m] at the channels.
+
+    Raises: ModelError where outputs and inputs are not the same channels.  Source: S1 (41).
+    """
+    B = measured.to("receptance")
+    channels = B.outputs if channels is None else channels
+    B = B.at(channels, channels).values
+    Z = jax.vmap(square.inverse)(B)
+    return Z.real, Z.imag

@@ -1,0 +1,135 @@
+"""Matrices of a structure, dense or in blocks of nodes, by one mapped call and one scatter per group."""
+
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..blocksparse import BlockMatrix, Pattern
+from ..blocksparse import assemble as summed
+from ..elements import DIRECTIONS
+from ..linear._system import LinearSystem
+from ..runtime import jit
+from ._structure import Structure
+
+KINDS = ("stiffness", "mass", "damping")
+
+
+@jit
+def element_matrices(structure: Structure, group: str, kind: str = "stiffness") -> Float[Array, "elements n n"]:
+    """Matrices in world axes of all elements of a group.
+
+    Args: kind: "stiffness", "mass" or "damping".  Source: S1 (30).
+    """
+    if kind not in KINDS:
+        raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
+    return structure.groups[group].map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
+
+
+def assemble(structure: Structure, interface: Iterable = (), blocks: bool = False) -> LinearSystem:
+    """The matrices (n, n) [kg, N s/m, N/m; N m and rad where nodes turn] of a structure over named coordinates, with
+    the places of its nodes; damping where an element damps.
+
+    Args:
+        interface: nodes by name or number, as in the structure's groups, or labels.
+        blocks: block matrices on the graph of nodes, for large structures; coordinates that are held or that a node
+            does not have then keep a row without coupling.  By default dense arrays over what is not held.
+
+    Raises: ModelError for an interface that is not there.  Source: S1 (3).
+    """
+    damped = any(group.element.damps for group in structure.groups.values())
+    kinds = KINDS if damped else KINDS[:2]
+    made = (assemble_blocks if blocks else assemble_dense)(structure, kinds)
+    matrices: dict[str, Any] = dict(zip(kinds, made, strict=True))
+    labels = structure.labels
+    if blocks:
+        labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
+    places = (structure.names, structure.positions)
+    interface = [_node(structure, item) for item in interface]
+    return LinearSystem(**matrices, interface=interface, coordinates=labels, positions=places)
+
+
+def _node(structure, item):
+    """The name of a node given by its number; what is no number, and a number too large to be refused, as it is."""
+    known = isinstance(item, int) and 0 <= item < len(structure.names)
+    return structure.names[item] if known else str(item) if isinstance(item, int) else item
+
+
+@jit
+def assemble_dense(structure: Structure, kinds: Sequence[str] = ("stiffness", "mass")) -> tuple[Array, ...]:
+    """(K, M), or what `kinds` names, over the coordinates that are not held: rows as `structure.labels`.
+
+    Source: S1 (3).
+    """
+    return tuple(_dense(structure, kind) for kind in kinds)
+
+
+def _dense(structure, kind):
+    index = structure.index
+    n = index.num_rows
+    total = jnp.zeros((n + 1, n + 1), structure.positions.dtype)  # the last row takes what is held
+    for name, group in structure.groups.items():
+        rows = index.table[group.connections, : group.element.coordinates].reshape(len(group.nodes), -1)
+        rows = np.where(rows < 0, n, rows)
+        total = total.at[rows[:, :, None], rows[:, None, :]].add(element_matrices(structure, name, kind))
+    return total[:n, :n]
+
+
+@jit
+def assemble_blocks(structure: Structure, kinds: Sequence[str] = ("stiffness", "mass")) -> tuple[BlockMatrix, ...]:
+    """(K, M) as block matrices on the graph of nodes, blocks of `structure.size`.
+
+    Held coordinates stay in their blocks, uncoupled: one in the stiffness, zero elsewhere.  Source: S1 (3).
+    """
+    return tuple(_blocks(structure, kind) for kind in kinds)
+
+
+def _blocks(structure, kind):
+    pattern = node_pattern(structure)
+    n, b = pattern.shape
+    dtype = structure.positions.dtype
+    total = BlockMatrix(pattern, jnp.zeros((n, b, b), dtype), jnp.zeros((pattern.num_edges, b, b), dtype))
+    for name, group in structure.groups.items():
+        k, c = group.element.num_nodes, group.element.coordinates
+        parts = element_matrices(structure, name, kind).reshape(-1, k, c, k, c).transpose(0, 1, 3, 2, 4)
+        parts = jnp.pad(parts, [(0, 0)] * 3 + [(0, b - c)] * 2)
+        total = total + summed(pattern, group.connections, parts)
+    return _hold(structure, total, one=kind == "stiffness")
+
+
+def _hold(structure, matrix, one):
+    if not structure.held:
+        return matrix
+    held = np.zeros((structure.num_nodes, 6), bool)
+    for node, direction in structure.held:
+        held[node, direction] = True
+    return hold(matrix, held[:, : structure.size], one)
+
+
+def hold(matrix: BlockMatrix, held, one: bool) -> BlockMatrix:
+    """A symmetric matrix with coordinates `held` (blocks, size) bool taken out: zero, or `one` on its diagonal."""
+    i, j = matrix.pattern.edges.T
+    free = jnp.asarray(~held, matrix.diagonal.dtype)
+    diagonal = matrix.diagonal * free[:, :, None] * free[:, None, :]
+    if one:
+        diagonal = diagonal + jnp.eye(held.shape[1], dtype=free.dtype)[None] * (1.0 - free)[:, :, None]
+    return BlockMatrix(matrix.pattern, diagonal, matrix.upper * free[i][:, :, None] * free[j][:, None, :])
+
+
+def node_pattern(structure: Structure) -> Pattern:
+    """Graph of the nodes that share an element."""
+    connections = tuple(group.nodes for group in structure.groups.values())
+    return _pattern(structure.names, connections, tuple(structure.sizes.tolist()), structure.size)
+
+
+@lru_cache(maxsize=32)
+def _pattern(names, connections, sizes, size):
+    pairs = [np.zeros((0, 2), int)]
+    for nodes in connections:
+        nodes = np.array(nodes, int)
+        first, second = np.triu_indices(nodes.shape[1], 1)
+        pairs.append(np.stack([nodes[:, first].ravel(), nodes[:, second].ravel()], axis=1))
+    return Pattern(len(names), size, np.concatenate(pairs), names, sizes)

@@ -1,0 +1,104 @@
+"""Forces and stresses of elements from displacements of nodes."""
+
+from collections.abc import Mapping
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array
+
+from ..linear._storage import inexact
+from ..runtime import jit
+from ..typing import AnyArray, ArrayLike
+from ._loads import element_line_loads, element_weights
+from ._structure import Structure, spread
+
+
+@jit
+def element_forces(
+    structure: Structure,
+    x: AnyArray,
+    line_loads: Mapping[str, ArrayLike] | None = None,
+    acceleration: ArrayLike | None = None,
+) -> dict[str, Array]:
+    """Element loads `F_e = k_e T_e x - f_e` by group, (..., elements, labels), in the elements' own axes.
+
+    Args:
+        x: (..., rows) of the dense matrices, or (..., nodes, size) or (..., nodes, 6) at the nodes, times or cases
+            first; may be complex amplitudes.  What fits both ways, as two nodes with six rows do, is taken at the
+            nodes: `histories` takes rows always.
+        line_loads: by group, what x was computed under, as given to `line_load`.
+        acceleration: (3,), likewise, as given to `body_load`.
+
+    `element.force_labels` names the columns.  Loads spread over a beam part its end forces from `k_e T_e x`; give
+    them here and the end forces are right for any mesh.  Other elements state forces in their middle, which need no
+    such part.
+
+    Raises: ValueError for x of another shape, or a line load on elements that take none; KeyError for an unknown
+    group.  Source: S1 (30).
+    """
+    return _recovered(structure, x, "forces", line_loads, acceleration)
+
+
+@jit
+def element_stresses(
+    structure: Structure,
+    x: AnyArray,
+    line_loads: Mapping[str, ArrayLike] | None = None,
+    acceleration: ArrayLike | None = None,
+) -> dict[str, Array]:
+    """Stresses [Pa] by group, (..., elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
+    return _recovered(structure, x, "stresses", line_loads, acceleration)
+
+
+def _shape_of_one(structure, x):
+    """Shape of the displacements of one instant: that of x without its leading axes.
+
+    Raises: ValueError for displacements that are not those of the structure.
+    """
+    n, nodes = structure.index.num_rows, structure.num_nodes
+    for shape in ((nodes, structure.size), (nodes, 6), (n,)):
+        if x.shape[-len(shape) :] == shape:
+            return shape
+    raise ValueError(
+        f"the structure has {n} coordinates and {nodes} nodes, x has the shape {x.shape}; displacements of what "
+        "was reduced, or joined by rigid nodes, go through its `expand` first"
+    )
+
+
+def _recovered(structure, x, what, line_loads, acceleration):
+    x = inexact(x)
+    shape = _shape_of_one(structure, x)
+    axes = x.shape[: x.ndim - len(shape)]
+    if axes:
+        one = lambda x: _of_one(structure, x, what, line_loads, acceleration)  # noqa: E731
+        found = jax.vmap(one)(x.reshape(-1, *shape))
+        return jax.tree.map(lambda f: f.reshape(*axes, *f.shape[1:]), found)
+    return _of_one(structure, x, what, line_loads, acceleration)
+
+
+def _of_one(structure, x, what, line_loads, acceleration):
+    if not jnp.iscomplexobj(x):
+        return _of_real(structure, x, what, line_loads, acceleration)
+    given, parts = jax.tree.map(jnp.asarray, (x, line_loads, acceleration)), []
+    for part in (jnp.real, jnp.imag):
+        x, line_loads, acceleration = jax.tree.map(part, given)
+        parts.append(_of_real(structure, x, what, line_loads, acceleration))
+    return jax.tree.map(lax.complex, *parts)
+
+
+def _of_real(structure, x, what, line_loads, acceleration):
+    u = spread(structure, x) if x.ndim == 1 else x
+    spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
+    found = {}
+    for name, group in structure.groups.items():
+        at = u[group.connections, : group.element.coordinates]
+        function = lambda element, *rest: getattr(element, what)(*rest)  # noqa: E731
+        if not group.element.has_ends:
+            found[name] = group.map(function, structure.positions, at)
+            continue
+        load = spread_over.get(name, jnp.zeros((len(group.nodes), group.element.size), at.dtype))
+        if acceleration is not None:
+            load = load + element_weights(structure, group, acceleration)
+        found[name] = group.map(function, structure.positions, at, load.astype(at.dtype))
+    return found

@@ -1,0 +1,171 @@
+"""Loads of a mechanism's motion on the finite elements of its rigid bodies: what a stress analysis starts from."""
+
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+
+from ..checks import no_such
+from ..dynamics._newton_euler import accelerations
+from ..elements import DIRECTIONS
+from ..errors import ModelError
+from ..kinematics import _reaction_map as reaction_map
+from ..kinematics._configuration import at_state, moving, node_accelerations
+from ..kinematics._state import HasStates, State
+from ..linear._system import LinearSystem
+from ..math._linalg import skew
+from ..model._entry_points import states_of
+from ..model._system import System
+from ..reaction._solve import reactions
+from ..runtime import jit, over_rows
+from ..typing import Matrix3, Scalar, Vector3
+from ._floating_frame import directions, rigid_basis
+
+
+def carried_loads(
+    system: System,
+    motion: State | HasStates,
+    components: Mapping,
+    joints: Mapping | None = None,
+    method: str = "dense",
+) -> dict:
+    """Loads on components that go with a body as if they were rigid: weight, inertia, and what joints put on them.
+
+    Args:
+        motion: a State, a Motion, or a State with one leading axis.
+        components: frame or body name -> LinearSystem with positions, in that frame's axes and from its origin.
+        joints: joint name -> (frame, node): the joint's reaction acts on that node of the component of that frame.
+            All joints of a body given, and no other forces on it, its loads are in balance.
+        method: of the reactions, as in `reactions`.
+
+    Returns: frame -> loads (..., n) [N, N m] on the component's coordinates, in the frame's axes.  Directions that a
+    node has no coordinate for take none: for a joint on a solid, give its node six coordinates by `rigid_node`.
+    Inertia is that of the component's own mass matrix, its resultants exact.
+
+    Raises: ModelError for unknown names, a joint that the frame's body does not have, no positions, or a frame of an
+    elastic body, whose modes already carry its loads (`FloatingFrame`); all in one.
+    Source: S1 (3), (18); S2 (28)-(29).
+    """
+    joints = {} if joints is None else dict(joints)
+    states = states_of(system, motion)
+    _check(system, components, joints)
+    found = reactions(system, states, method=method) if joints else None
+    wrenches = {} if found is None else {name: (found[name].force, found[name].moment) for name in joints}
+    return _carried(system, states, dict(components), wrenches, tuple(joints.items()), method)
+
+
+def mass_properties(component: LinearSystem) -> tuple[Scalar, Vector3, Matrix3]:
+    """Mass () [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a free component: `SystemBuilder.body`
+    takes them.
+
+    Raises: ModelError for a component without the positions of its nodes.  Source: S1 (3).
+    """
+    if component.positions is None:
+        raise ModelError(["mass properties need the positions of the nodes: LinearSystem(..., positions=...)"])
+    B = rigid_basis(component, jnp.zeros(3, component.positions.dtype))
+    J = B.T @ component.mass @ B
+    mass = jnp.trace(J[3:, 3:]) / 3.0
+    lever = (J[:3, 3:] - J[3:, :3]) / (2.0 * mass)  # skew(centre)
+    centre = jnp.stack([lever[2, 1], lever[0, 2], lever[1, 0]])
+    inertia = J[:3, :3] + mass * skew(centre) @ skew(centre)
+    return mass, centre, 0.5 * (inertia + inertia.T)
+
+
+def _check(system, components, joints):
+    top, faults = system.topology, []
+    names = {name: ends for name, *ends in reaction_map.carriers(system)}
+    elastic = {top.frame_body[frame] for group in system.elastic for frames in group.frames for frame in frames}
+    for frame, component in components.items():
+        if frame not in top.frame_index:
+            faults.append(f"components: {no_such('body or frame', frame, top.frame_names)}")
+        elif top.frame_body[top.frame_index[frame]] in elastic:
+            faults.append(f"components: {frame!r} is on an elastic body, which carries its loads itself")
+        if component.positions is None:
+            faults.append(f"component {frame!r}: needs the positions of its nodes, LinearSystem(..., positions=...)")
+    for name, (frame, node) in joints.items():
+        if frame not in components:
+            faults.append(f"joint {name!r}: no component is given for frame {frame!r}")
+        elif node not in components[frame].nodes:
+            faults.append(f"joint {name!r}: {no_such('node of its component', node, components[frame].nodes)}")
+        if name not in names:
+            faults.append(no_such("joint", name, names))
+        elif frame in top.frame_index and _side(top, names[name], frame) == 0.0:
+            faults.append(f"joint {name!r} is not on the body of {frame!r}")
+    if faults:
+        raise ModelError(faults)
+
+
+def _side(top, ends, frame):
+    """1 where the frame's body is the joint's child, -1 where it is its parent, 0 where neither."""
+    parent, child = (top.frame_body[end] for end in ends)
+    body = top.frame_body[top.frame_index[frame]]
+    return 1.0 if body == child else -1.0 if body == parent else 0.0
+
+
+@jit
+def _carried(system, states, components, wrenches, joints, method):
+    def loads(row):
+        state, wrenches = row
+        at, V, V_dot = _motion(system, state, method)
+        found = {frame: _inertia(system, at, V, V_dot, frame, c) for frame, c in components.items()}
+        for name, (frame, node) in joints:
+            found[frame] = found[frame] + _of_joint(system, at, wrenches[name], name, frame, components[frame], node)
+        return found
+
+    rows = states, wrenches
+    return loads(rows) if states.coordinates.ndim == 1 else over_rows(loads, rows)
+
+
+def _motion(system, state, method):
+    """Where it is, and the world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
+    at = moving(system, at_state(system, state), state.velocities)
+    V_dot = node_accelerations(system.topology, at, accelerations(system, at, method)[0])
+    return at, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (at.V, V_dot))
+
+
+def _inertia(system, at, V, V_dot, frame, component):
+    """Weight less the rate of the nodes' momenta `h = M y`, y = (v, omega) of every node in the frame's axes:
+    `f = p' + omega x p` on what moves, `m = l' + omega x l + v x p` on what turns."""
+    top = system.topology
+    index = top.frame_index[frame]
+    R, x, node = at.R[index], at.x[index], top.frame_node[index]
+    B, M = rigid_basis(component, jnp.zeros(3, x.dtype)), component.mass
+
+    def in_frame(twist):
+        """(rotation, translation of the frame's origin) (6,) in the frame's axes."""
+        omega, v = twist[:3], twist[3:] + jnp.cross(twist[:3], x)
+        return jnp.concatenate([R.T @ omega, R.T @ v])
+
+    flow, flow_dot = in_frame(V[node]), in_frame(V_dot[node])
+    omega, weight = flow[:3], B[:, 3:] @ (R.T @ system.gravity)
+    y = B @ flow
+    v, (p, l) = _split(component, y)[0], _split(component, M @ y)
+    spin = jnp.broadcast_to(omega, p.shape)
+    turning = _rows(component, jnp.cross(spin, p), jnp.cross(spin, l) + jnp.cross(v, p))
+    return M @ (weight - B @ flow_dot) - turning
+
+
+def _of_joint(system, where, wrench, name, frame, component, node):
+    """The joint's reaction (n,) on one node: its force, and its moment about the node."""
+    top = system.topology
+    ends = next(ends for other, *ends in reaction_map.carriers(system) if other == name)
+    index, sign = top.frame_index[frame], _side(top, ends, frame)
+    R, place = where.R[index], component.positions[component.nodes.index(node)]
+    force, moment = (sign * R.T @ w for w in wrench)
+    moment = moment + jnp.cross(R.T @ (where.x[ends[1]] - where.x[index]) - place, force)
+    at = jnp.asarray([other == node for other in component.nodes], force.dtype)
+    return _rows(component, jnp.outer(at, force), jnp.outer(at, moment))
+
+
+def _split(component, y):
+    """Vectors (nodes, 3) along and about the axes of the nodes, from coordinates (n,)."""
+    node, direction = directions(component)
+    real = direction >= 0
+    u = jnp.zeros((len(component.nodes), len(DIRECTIONS)), y.dtype).at[node[real], direction[real]].set(y[real])
+    return u[:, :3], u[:, 3:]
+
+
+def _rows(component, along, about):
+    """Coordinates (n,) from vectors (nodes, 3) along and about the axes of the nodes."""
+    node, direction = directions(component)
+    both = jnp.concatenate([along, about], axis=1)
+    return jnp.where(direction >= 0, both[node, direction], 0.0)

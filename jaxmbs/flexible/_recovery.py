@@ -1,0 +1,149 @@
+"""From the motion of a mechanism back to an elastic body: deformations, displacements of nodes, interface loads."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..checks import no_such
+from ..dynamics._elastic import needed
+from ..dynamics._newton_euler import accelerations
+from ..errors import UnknownNameError
+from ..kinematics._configuration import at_state, moving, node_accelerations
+from ..kinematics._elastic import elastic_state, flow_rate, gathered
+from ..kinematics._state import HasStates, State
+from ..math._rotation import rotation_vector_rate
+from ..model._entry_points import states_of
+from ..model._system import System
+from ..reductions import _recovery as recovery
+from ..runtime import jit
+from ._floating_frame import FloatingFrame, interface_rows, turned
+
+
+class _Motion(NamedTuple):
+    """Deformations q (m,), displacements x, x_dot (n,) of the kept shapes, load (n,) of inertia and gravity, and the
+    wrench (6,) that all interfaces together must put on the body, about the first; floating axes."""
+
+    q: Array
+    x: Array
+    x_dot: Array
+    load: Array
+    wrench: Array
+
+
+def deformations(system: System, motion: State | HasStates, name: str) -> tuple[Array, Array]:
+    """Deformations q (..., m) of an elastic body and their rates, at a state or along a motion.
+
+    Six of each other interface (displacement [m], rotation vector [rad], seen from the first and in its axes), then
+    the modal coordinates.
+
+    Raises: UnknownNameError.
+    """
+    group, index = _find(system, name)
+    return _mapped(system, lambda state: _deformations(system, group, index, state), motion)
+
+
+def displacements(
+    system: System, motion: State | HasStates, name: str, frame: FloatingFrame, method: str = "acceleration"
+) -> Array:
+    """Displacements (..., n) of all coordinates of an elastic body's substructure, seen from its first interface.
+
+    Args: method: "acceleration": the interior from the balance of forces, inertia of the whole motion included, or
+        "displacement": what the kept shapes show.
+
+    `frame.expand` leads them back through rigid nodes to the structure, whose `fem.element_forces` and
+    `element_stresses` take them.
+
+    Raises: UnknownNameError, ValueError for an unknown method.  Source: S1 (31).
+    """
+    if method not in ("acceleration", "displacement"):
+        raise ValueError(f"method must be 'acceleration' or 'displacement', got {method!r}")
+    group, index = _find(system, name)
+    if method == "displacement":
+        return _mapped(system, lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
+    return _mapped(system, lambda state: _recovered(frame, _motion(system, group, index, frame, state)), motion)
+
+
+def interface_loads(system: System, motion: State | HasStates, name: str, frame: FloatingFrame) -> Array:
+    """Forces [N] and moments [N m] (..., interfaces, 6) that act on an elastic body at its interfaces.
+
+    In the axes of the floating frame, about each interface where it has moved: of the others from the equilibrium of
+    the elements, `R_i = (K x + C x' + M x'')_i`, of the first from that of the whole deformed body.
+
+    Raises: UnknownNameError.  Source: S1 (25), (30).
+    """
+    group, index = _find(system, name)
+    s, rows = frame.system, interface_rows(frame.system, frame.body.interfaces)
+
+    def loads(state):
+        motion = _motion(system, group, index, frame, state)
+        still, x = jnp.zeros_like(motion.x), _recovered(frame, motion)
+        load = recovery.interface_forces(s.with_interface(*rows), x, still, motion.load, motion.x_dot)
+        others, moved = load.reshape(-1, 6)[1:], motion.q[: len(rows) - 6].reshape(-1, 6)
+        force, moment = others[:, :3], jax.vmap(_moment)(moved[:, 3:], others[:, 3:])
+        arms = frame.body.places + moved[:, :3]
+        first = motion.wrench - jnp.concatenate(
+            [jnp.sum(moment + jnp.cross(arms, force), axis=0), jnp.sum(force, axis=0)]
+        )
+        return jnp.concatenate([jnp.roll(first, 3)[None], jnp.concatenate([force, moment], axis=1)])
+
+    return _mapped(system, loads, motion)
+
+
+def _moment(vector, load):
+    """Moment (3,) of a load on the rates of a rotation vector."""
+    return jax.linear_transpose(lambda omega: rotation_vector_rate(vector, omega), load)(load)[0]
+
+
+def _recovered(frame, motion):
+    s = frame.system
+    rows = interface_rows(s, frame.body.interfaces)
+    if len(rows) == s.num_rows:
+        return motion.x
+    still = jnp.zeros_like(motion.x)
+    return recovery.mode_acceleration(s.with_interface(*rows), motion.x, still, motion.load, motion.x_dot)
+
+
+def _find(system, name):
+    for group in system.elastic:
+        if name in group.names:
+            return group, group.names.index(name)
+    names = [n for group in system.elastic for n in group.names]
+    raise UnknownNameError(no_such("elastic body", name, names))
+
+
+def _mapped(system, function, motion):
+    states = states_of(system, motion)
+    return jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
+
+
+def _of_body(group, index, tree):
+    return jax.tree.map(lambda x: x[index], (group.body, tree))
+
+
+def _deformations(system, group, index, state):
+    at = moving(system, at_state(system, state, inertias=False), state.velocities)
+    s = _of_body(group, index, elastic_state(system, group, at))[1]
+    return s.q, s.flow[6:]
+
+
+def _motion(system, group, index, frame, state):
+    """Inertia is the rate of the momenta of the nodes, `-(M y_dot + Omega x M y)` with the velocities y."""
+    at = moving(system, at_state(system, state), state.velocities)
+    a, *_ = accelerations(system, at)
+    V_dot = node_accelerations(system.topology, at, a)
+    body, s = _of_body(group, index, elastic_state(system, group, at))
+    rate = flow_rate(body, s, *_of_body(group, index, gathered(system, group, V_dot, a))[1])
+    component = frame.system
+
+    def nodal_momenta(q, flow):
+        """M y (n,)."""
+        carried = jnp.einsum("a,anm,m->n", flow[:3], turned(component, frame.shapes), q)
+        return component.mass @ (frame.rigid @ flow[:6] + carried + frame.shapes @ flow[6:])
+
+    h, h_dot = jax.jvp(nodal_momenta, (s.q, s.flow), (s.flow[6:], rate))
+    turning = jnp.einsum("a,anm->n", s.flow[:3], turned(component, h[:, None]))
+    weight = component.mass @ (frame.rigid[:, 3:] @ (system.gravity @ s.R))
+    x, x_dot = frame.shapes @ s.q, frame.shapes @ s.flow[6:]
+    return _Motion(s.q, x, x_dot, weight - h_dot - turning, needed(body, s, rate, system.gravity @ s.R)[:6])

@@ -1,0 +1,87 @@
+"""How much the stiffening by rotation, which elastic bodies leave out, would change them at the speed at hand."""
+
+import warnings
+from collections.abc import Mapping
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array
+
+from ..checks import known
+from ..kinematics._configuration import Moving, at_state, moving
+from ..kinematics._elastic import gathered
+from ..kinematics._state import HasStates, State
+from ..model._entry_points import states_of
+from ..model._system import System
+from ..runtime import jit, lapack
+
+#: Southwell's coefficient of a uniform cantilever: `w^2 = w_1^2 + 1.19 Omega^2` across the plane of rotation.
+SOUTHWELL = 1.19
+#: Relative error of the first frequency from which users are warned.
+NOTICED = 0.01
+
+
+def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
+    """Estimated relative errors (...) of the first frequency of each elastic body by the stiffening that is left out.
+
+    Strains are linear, so tension by rotation does not stiffen a body.  The estimate is that of a uniform cantilever,
+    `1.19 Omega^2 / (2 w_1^2)`, with the angular speed of the floating frame and the first frequency of the body, its
+    first interface held.  Rotation about the body's own axis is counted too, the pull of what hangs on it is not.
+    Above 0.01 `simulate` and `linearise` warn; a body cut into several has higher frequencies, and its frames follow
+    the deformation.
+
+    Returns: by elastic body, for a state () or along a motion (times,); without derivative.
+    Source: Southwell and Gough (1921); Wright et al. (1982).
+    """
+    states = states_of(system, motion)
+
+    def at(state):
+        here = moving(system, at_state(system, state, inertias=False), state.velocities)
+        return missing(system, squared_spins(system, here))
+
+    return jit(at if states.coordinates.ndim == 1 else jax.vmap(at))(states)
+
+
+def squared_spins(system: System, at: Moving) -> tuple[Array, ...]:
+    """Squared angular speeds (bodies,) of the floating frames, by group of elastic bodies."""
+    return tuple(jnp.sum(gathered(system, group, at.V, at.u)[0][:, 0, :3] ** 2, axis=-1) for group in system.elastic)
+
+
+def missing(system: System, spins: tuple[Array, ...]) -> dict[str, Array]:
+    """The estimate by name, from squared angular speeds (..., bodies) of every group; see `stiffening`."""
+    found = {}
+    for group, spin in zip(system.elastic, spins, strict=True):
+        softness = lax.stop_gradient(SOUTHWELL / 2 / jax.vmap(_first_value)(group.body))
+        found |= {name: lax.stop_gradient(spin)[..., k] * softness[k] for k, name in enumerate(group.names)}
+    return found
+
+
+def _first_value(body):
+    """Square of the first angular frequency () with the first interface held; infinite without deformations."""
+    m = body.num_deformations
+    if m == 0:
+        return jnp.full((), jnp.inf, body.stiffness.dtype)
+    K, M = lax.stop_gradient((body.stiffness, body.inertia[-m:, -m:]))
+    unit = jnp.sqrt(jnp.diagonal(K))  # displacements and rotations in one unit
+    units = unit[:, None] * unit[None, :]
+    L = lapack.cholesky(K / units)
+    softness = lapack.solve_factor(L, lapack.solve_factor(L, M / units).T)
+    return 1 / lapack.eigh((softness + softness.T) / 2)[0][-1]
+
+
+def warn_of_stiffening(errors: Mapping[str, Array], stacklevel: int = 3) -> None:
+    """A warning that names the elastic bodies which turn too fast to be left without stiffening, if that is known."""
+    if not known(*errors.values()):
+        return
+    worst = {name: float(np.max(np.nan_to_num(np.asarray(e)), initial=0.0)) for name, e in errors.items()}
+    fast = {name: error for name, error in worst.items() if error > NOTICED}
+    if fast:
+        listed = ", ".join(f"{name!r} by about {100 * error:.2g} %" for name, error in list(fast.items())[:6])
+        more = f" and {len(fast) - 6} more" if len(fast) > 6 else ""
+        warnings.warn(
+            f"stiffening by rotation is left out of elastic bodies; at this speed it would change the first "
+            f"frequency of {listed}{more}: cut them into several bodies (flexible.stiffening has the estimate)",
+            stacklevel=stacklevel,
+        )

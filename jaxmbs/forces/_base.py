@@ -1,0 +1,144 @@
+"""What a force law is: a port that turns motion into effort, of one of four kinds.
+
+A law is a frozen pytree whose numbers are array leaves. The engine stacks the leaves of laws with the same
+structure and calls the methods under `jax.vmap`, so methods never branch on values and treat one law at a
+time. Time is always the last argument, and wrenches are pairs (force, moment). The part of the effort that derives
+from `potential` is stored energy; the rest is dissipation, or input when `is_source`. Effort times flow is the power
+fed into the system.
+Source: S2 (76).
+"""
+
+import abc
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxmbs.typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
+
+from ..math._linalg import direction, safe_norm
+from ._fields import value_faults
+
+
+class AbstractLaw(eqx.Module):
+    """Common to all laws.  `unbounded` names the fields that may be infinite."""
+
+    is_source: ClassVar[bool] = False
+    unbounded: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def stores(self) -> bool:
+        """Whether part of the effort derives from a potential; parameters known to be zero may say that none does."""
+        own = [getattr(type(self), name, None) for name in ("potential", "line_potential")]
+        return any(method is not None and method.__module__ != __name__ for method in own)
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether there is effort beside that of the potential: resistance, or input where `is_source`."""
+        return True
+
+    def faults(self) -> list[str]:
+        """What is wrong with the values, one message each; values that are traced are not looked at."""
+        return value_faults(self)
+
+
+class AbstractScalarLaw(AbstractLaw):
+    """One-port law on a scalar displacement x and its rate v.
+
+    On a joint x is the joint's coordinate [m or rad], zero where its frames coincide, and the effort drives it up.
+    Between two points x is their distance, never negative, and v the rate at which they part [m, m/s]; the effort
+    acts along the line from the first to the second and pushes them apart [N].  Points that coincide have no
+    direction and feel nothing.
+    """
+
+    @abc.abstractmethod
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
+        """Effort [N or N m] exerted on the system along increasing x.
+
+        Args:
+            x: displacement [m or rad].
+            v: its rate [m/s or rad/s].
+            t: time [s].
+        """
+
+    def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
+        """Stored energy [J]; `effort(x, 0, t) = -d potential / dx` for laws that store all they take."""
+        return jnp.zeros((), jnp.result_type(x, float))
+
+    def line_force(self, d: Vector3, v: Vector3, t: ScalarLike) -> Vector3:
+        """Force [N] on the second of two points, `effort(|d|, n.v, t) n`; the first gets the opposite.
+
+        Args:
+            d: (3,) from the first point to the second [m], n its unit vector.
+            v: (3,) its rate [m/s].
+            t: time [s].
+
+        Source: S2 (57)-(58), (72).
+        """
+        n = direction(d)
+        return self.effort(safe_norm(d), jnp.dot(n, v), t) * n
+
+    def line_potential(self, d: Vector3, t: ScalarLike) -> Scalar:
+        """Stored energy [J] of the law between two points d (3,) [m] apart."""
+        return self.potential(safe_norm(d), t)
+
+    def length_faults(self) -> list[str]:
+        """What is wrong with the values for a distance of two points, which is never negative."""
+        return []
+
+
+class AbstractPoseLaw(AbstractLaw):
+    """Law between frames A and B. Zero configuration: B coincides with A."""
+
+    @abc.abstractmethod
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
+        """Force [N] and moment [N m] on B, in A axes, about B's origin; A gets the opposite wrench there.
+
+        Args:
+            rotation: (3, 3) `R_A^T R_B`, B axes in A axes.
+            displacement: (3,) origin of B from that of A, in A axes [m].
+            angular_velocity: (3,) of B relative to A, in A axes [rad/s].
+            velocity: (3,) of B's origin seen in the rotating frame A, in A axes [m/s].
+            t: time [s].
+        """
+
+    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
+        """Stored energy [J]."""
+        return jnp.zeros((), displacement.dtype)
+
+
+class AbstractBodyLaw(AbstractLaw):
+    """Load at the origin of a frame, all quantities in world axes."""
+
+    is_source: ClassVar[bool] = True
+
+    @abc.abstractmethod
+    def wrench(
+        self, rotation: Matrix3, position: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
+        """Force [N] and moment [N m] on the body, in world axes, about the frame's origin.
+
+        Args:
+            rotation: (3, 3) frame axes in world axes.
+            position: (3,) frame origin [m].
+            angular_velocity: (3,) [rad/s].
+            velocity: (3,) of the frame origin [m/s].
+            t: time [s].
+        """
+
+    def potential(self, rotation: Matrix3, position: Vector3, t: ScalarLike) -> Scalar:
+        """Stored energy [J]; zero for loads whose work is counted as input."""
+        return jnp.zeros((), position.dtype)
+
+
+class AbstractSystemLaw(AbstractLaw):
+    """Generalised efforts on the velocities of the whole system."""
+
+    is_source: ClassVar[bool] = True
+
+    @abc.abstractmethod
+    def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Float[Array, " nv"]:
+        """Efforts (nv,) along the velocities, from coordinates (nq,), velocities (nv,) and time [s]."""

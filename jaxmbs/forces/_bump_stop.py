@@ -1,0 +1,85 @@
+"""Stops at the ends of a stroke."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from jaxmbs.typing import Converted, Scalar, ScalarLike
+
+from ..checks import broken, faults_if, negative, present
+from ._base import AbstractScalarLaw
+from ._fields import number
+
+
+class BumpStop(AbstractScalarLaw):
+    """Nothing inside the gap `lower <= x <= upper`; beyond it `k d^n (1 + c max(rate of d, 0))`, d the depth.
+
+    The damping factor (Hunt and Crossley) acts in compression only and grows from zero with the depth, so the
+    stop never pulls and the effort has no jump. For n > 1 the effort is C1 at the edge, for n > 2 C2. Give
+    one bound for a one-sided stop.
+
+    On a joint x is its coordinate [m or rad]; between two points it is their distance [m], so a strut's stop in
+    compression is `lower`, its shortest free length, and that in rebound `upper`.
+
+    Attributes:
+        stiffness: k >= 0 [N/m^n or N m/rad^n].
+        lower: lower edge of the gap [m or rad], default none.
+        upper: upper edge of the gap [m or rad], default none.
+        exponent: n >= 1.
+        damping: c >= 0 [s/m or s/rad].
+    """
+
+    stiffness: Converted[Scalar] = eqx.field(converter=number)
+    lower: Converted[Scalar] = eqx.field(converter=number, default=-jnp.inf)
+    upper: Converted[Scalar] = eqx.field(converter=number, default=jnp.inf)
+    exponent: Converted[Scalar] = eqx.field(converter=number, default=2.0)
+    damping: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
+        """Push of the lower stop minus push of the upper one."""
+        return self._push(self.lower - x, -v) - self._push(x - self.upper, v)
+
+    def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
+        """`k d^(n+1) / (n+1)` of the stop that is touched [J]."""
+        n = self.exponent + 1.0
+        return self.stiffness / n * (_power(self.lower - x, n) + _power(x - self.upper, n))
+
+    @property
+    def stores(self) -> bool:
+        return present(self.stiffness)
+
+    @property
+    def dissipates(self) -> bool:
+        return present(self.damping)
+
+    unbounded: ClassVar[tuple[str, ...]] = ("lower", "upper")
+
+    def faults(self) -> list[str]:
+        """A passive stop with a gap between its edges."""
+        return super().faults() + faults_if(
+            (negative(self.stiffness), "stiffness must not be negative"),
+            (negative(self.damping), "damping must not be negative"),
+            (broken(lambda n: n < 1, self.exponent), "exponent must be at least 1"),
+            (broken(lambda low, high: low > high, self.lower, self.upper), "lower must not exceed upper"),
+        )
+
+    def length_faults(self) -> list[str]:
+        """An edge at a negative distance is never reached, or never left."""
+        return faults_if(
+            (broken(_below_zero, self.lower), "lower is a distance between points and must not be negative"),
+            (negative(self.upper), "upper is a distance between points and must not be negative"),
+        )
+
+    def _push(self, depth, rate):
+        return self.stiffness * _power(depth, self.exponent) * (1.0 + self.damping * jnp.maximum(rate, 0.0))
+
+
+def _below_zero(edge):
+    return (edge < 0) & (edge > -jnp.inf)
+
+
+def _power(depth, exponent):
+    """`max(depth, 0) ** exponent` with finite derivatives in both, also where the stop is free."""
+    touching = depth > 0
+    return jnp.where(touching, jnp.where(touching, depth, 1.0) ** exponent, 0.0)

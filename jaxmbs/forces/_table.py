@@ -1,0 +1,97 @@
+"""Spring and damper from measured curves."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxmbs.math._interpolation import hermite, hermite_integral, pchip_slopes
+
+from ..checks import broken, faults_if, known, not_increasing
+from ..typing import Converted, Scalar, ScalarLike
+from ._base import AbstractScalarLaw
+from ._fields import number, optional_number
+
+
+class Table(AbstractScalarLaw):
+    """Spring curve, and optionally a damper curve, through tabulated points.
+
+    Monotone cubic interpolation (PCHIP) between the points, straight lines beyond them: C1, and without
+    overshoot. The curves are those of the element under test, positive for a spring that resists increasing
+    x: `Table([-1, 1], [-k, k])` equals `SpringDamper(k)`. Zero energy at the first point of the table. On a joint
+    x is its coordinate; between two points it is their distance, not what it has grown by: shift a curve over
+    the stretch by the free length. v is the rate of x.
+    Source: S2 (56)-(67), (72)-(74), with curves in place of the constants.
+
+    Attributes:
+        x_points: (n,) displacements, increasing [m or rad].
+        efforts: (n,) tension or restoring moment at these [N or N m].
+        flow_points: (m,) rates, increasing [m/s or rad/s].
+        damping_efforts: (m,) resisting effort at these [N or N m]; zero at rest, never along the flow.
+    """
+
+    x_points: Converted[Float[Array, " n"]] = eqx.field(converter=number)
+    efforts: Converted[Float[Array, " n"]] = eqx.field(converter=number)
+    flow_points: Converted[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
+    damping_efforts: Converted[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
+
+    def __check_init__(self):
+        _check_curve(self.x_points, self.efforts)
+        if (self.flow_points is None) != (self.damping_efforts is None):
+            raise ValueError("a damper curve needs both flow_points and damping_efforts")
+        if self.flow_points is not None:
+            _check_curve(self.flow_points, self.damping_efforts)
+
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
+        """Minus the curves at x and v. Source: S2 (56), (72)."""
+        return -_curve(hermite, self.x_points, self.efforts, x) - self._damper(v)
+
+    def potential(self, x: ScalarLike, t: ScalarLike) -> Scalar:
+        """Integral of the spring curve from the first point [J]."""
+        return _curve(hermite_integral, self.x_points, self.efforts, x)
+
+    @property
+    def dissipates(self) -> bool:
+        return self.flow_points is not None
+
+    def faults(self) -> list[str]:
+        """Abscissae increase; the damper dissipates at every rate."""
+        found = super().faults() + faults_if((not_increasing(self.x_points), "x_points must increase"))
+        if self.flow_points is None or self.damping_efforts is None or not known(self):
+            return found
+        if not_increasing(self.flow_points):
+            return [*found, "flow_points must increase"]
+        slopes = pchip_slopes(self.flow_points, self.damping_efforts)
+        return found + faults_if(
+            (broken(_feeds, self.flow_points, self.damping_efforts), "damping_efforts must oppose the flow"),
+            (broken(_moves, self._damper(number(0.0)), self.damping_efforts), "damping must be zero at rest"),
+            (broken(_ends_fall, slopes), "damping must not fall at the ends"),
+        )
+
+    def length_faults(self) -> list[str]:
+        """Some of the curve lies at distances that points can have."""
+        never = broken(lambda x: x[-1] <= 0, self.x_points)
+        return faults_if((never, "x_points are distances between points: none of them is positive"))
+
+    def _damper(self, v):
+        return 0.0 if self.flow_points is None else _curve(hermite, self.flow_points, self.damping_efforts, v)
+
+
+def _curve(evaluate, points, values, x):
+    return evaluate(points, values, pchip_slopes(points, values), x)
+
+
+def _check_curve(points, values) -> None:
+    if points.ndim != 1 or points.shape != values.shape or points.shape[0] < 2:
+        raise ValueError(f"a curve needs two or more points, as many efforts: {points.shape}, {values.shape}")
+
+
+def _feeds(flows, efforts):
+    return flows * efforts < 0
+
+
+def _moves(at_rest, efforts):
+    return np.abs(at_rest) > 1e-6 * np.abs(efforts).max()
+
+
+def _ends_fall(slopes):
+    return slopes[[0, -1]] < 0

@@ -1,0 +1,83 @@
+"""Names that a model file may use: classes of the library, and the functions and classes that a user registers.
+
+A file holds names, never code or places where code lies; what has no name here is refused.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Any
+
+from ... import design, elements, fem, flexible, forces, joints, linear, model, reductions
+from ...builder import _declarations as declarations
+from ...builder._elastic import Elastic
+from ...model._elastic import ElasticBody
+from ...typing import Explained
+from ..robots._equalities import PolynomialCoupling
+from ..robots._springs import ServoEffort
+
+_ROOMS = (joints, forces, elements, reductions)
+_OTHERS = (
+    *(model.Pose, ElasticBody, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
+    *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling, ServoEffort),
+)
+#: The class of the rows of every table of a builder.
+ROWS = {
+    "bodies": declarations.Body,
+    "frames": declarations.Frame,
+    "joints": declarations.Joint,
+    "forces": declarations.Force,
+    "constraints": declarations.Constraint,
+    "elastic": Elastic,
+}
+_registered: dict[str, Any] = {}
+
+
+def register(name: str, item: Explained[Callable]) -> None:
+    """Let model files speak of your own function or class by a name; under a name given before it replaces that.
+
+    A function's own numbers are not in the file: make them fields of an `equinox.Module` class, register the class.
+
+    Raises: ValueError for a name that the library uses; TypeError for what is neither function nor class.
+    """
+    if name in classes():
+        raise ValueError(f"the name {name!r} is that of a class of the library")
+    if not callable(item) or not (isinstance(item, type) or hasattr(item, "__qualname__")):
+        raise TypeError(f"only functions and classes have names in model files, not {type(item).__name__}")
+    _registered[name] = item
+
+
+@functools.cache
+def classes() -> dict[str, type]:
+    """Classes of the library by name: what can be declared, and the declarations."""
+    found = [getattr(room, name) for room in _ROOMS for name in room.__all__]
+    found = [item for item in (*found, *_OTHERS) if isinstance(item, type) and _is_record(item)]
+    return {item.__name__: item for item in found if not item.__name__.startswith("Abstract")}
+
+
+def _is_record(item):
+    return dataclasses.is_dataclass(item) or hasattr(item, "_fields")
+
+
+def class_of(name: str) -> type | None:
+    """The class of that name, of the library or registered."""
+    item = classes().get(name) or _registered.get(name)
+    return item if isinstance(item, type) and _is_record(item) else None
+
+
+def function_of(name: str) -> Callable | None:
+    """The registered function of that name."""
+    item = _registered.get(name)
+    return None if isinstance(item, type) else item
+
+
+def name_of(item: Any) -> str | None:
+    """The name of a class or function, None where it has none."""
+    if isinstance(item, type) and classes().get(item.__name__) is item:
+        return item.__name__
+    return next((name for name, other in _registered.items() if other is item), None)
+
+
+def names() -> list[str]:
+    """All of them."""
+    return [*classes(), *_registered]

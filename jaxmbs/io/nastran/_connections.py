@@ -1,0 +1,148 @@
+"""Cards of lines, plates and solids: which nodes they join."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...elements import DIRECTIONS
+from ._cards import Card
+from ._context import Context
+from ._groups import AbstractCards, Bars, Plates, Rods, Solids
+from ._properties import Section
+
+Groups = dict[str, AbstractCards]
+_OWNERS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML"), "CROD": ("PROD",), "CHEXA": ("PSOLID",)}
+
+
+def gathered(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Card]]:
+    """Cards by what they have in common, each identifier once; a card that repeats another one is left out."""
+    found, seen = {}, {}
+    for card in cards:
+        one = card.integer(1, "EID")
+        if one in seen:
+            if seen[one] != card.fields:
+                card.fault("this element is given here a second time, otherwise")
+            continue
+        seen[one] = card.fields
+        found.setdefault(key(card), []).append(card)
+    return found
+
+
+def numbers_of(cards: list[Card]) -> tuple[int, ...]:
+    """Identifiers of elements."""
+    return tuple(card.integer(1, "EID") for card in cards)
+
+
+def joined(card: Card, deck: Context, first: int, count: int) -> tuple[int, ...]:
+    """Places of the nodes of an element."""
+    nodes = tuple(deck.node(card, k, f"G{k - first + 1}") for k in range(first, first + count))
+    if len({card.text(k) for k in range(first, first + count)}) < count and deck.index:
+        card.fault("it meets a node twice")
+    return nodes
+
+
+def bars(cards: list[Card], deck: Context) -> Groups:
+    """CBAR or CBEAM; a group for each property and each set of pins."""
+    made: Groups = {}
+    for (owner, pins), own in gathered(
+        cards, lambda card: (deck.owner(card, *_OWNERS[card.name]), _pins(card))
+    ).items():
+        nodes = [joined(card, deck, 3, 2) for card in own]
+        third = tuple(_third(card, deck) for card in own)
+        vectors = [_vector(card, deck, ends) for card, ends in zip(own, nodes, strict=True)]
+        offsets = np.array([_offsets(card, deck, ends) for card, ends in zip(own, nodes, strict=True)])
+        name = " ".join([own[0].name, owner.partition(" ")[2], *(["without", *pins] if pins else [])])
+        given = offsets if np.any(offsets) else None
+        polar = deck.polar or own[0].name == "CBEAM"
+        made[name] = Bars(tuple(nodes), numbers_of(own), owner, np.array(vectors), third, given, pins, polar)
+    return made
+
+
+def _pins(card):
+    ends = [card.directions(k, name, "") for k, name in ((9, "PA"), (10, "PB"))]
+    if {0, 1, 2, 3} & set(ends[0]) & set(ends[1]):
+        card.fault("PA and PB free the same direction at both ends: a mechanism")
+        return ()
+    if card.name == "CBEAM":
+        card.refuse("warping SA, SB", 17, 18)
+    return tuple(f"{DIRECTIONS[d]}{end}" for end, free in enumerate(ends, start=1) for d in free)
+
+
+def _third(card, deck):
+    """Place of the node that gives plane 1, -1 where a vector does."""
+    by_node = card.text(5).isdigit() and not card.text(6) and not card.text(7)
+    return deck.node(card, 5, "G0") if by_node else -1
+
+
+def _vector(card, deck, ends):
+    if card.text(8).upper() not in ("", "GGG"):
+        card.fault(f"OFFT {card.text(8)[:8]!r} is not read: GGG is")
+    if _third(card, deck) >= 0:
+        return np.zeros(3)
+    vector = card.reals(5, 3, "X")
+    if not any(vector):
+        card.fault("the vector X1 X2 X3 of plane 1 is missing")
+    return vector @ deck.axes(ends[0])
+
+
+def _offsets(card, deck, ends):
+    given = card.reals(11, 3, "WA"), card.reals(14, 3, "WB")
+    return [np.array(offset) @ deck.axes(end) for offset, end in zip(given, ends, strict=True)]
+
+
+def rods(cards: list[Card], deck: Context) -> Groups:
+    """CROD."""
+    return _simple(Rods, cards, deck, 2)
+
+
+def conrods(cards: list[Card], deck: Context) -> Groups:
+    """CONROD: a group and a property "CONROD 7", of its first element, for each material, area and NSM."""
+    made: Groups = {}
+    values = lambda card: (card.integer(2, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))  # noqa: E731
+    for (mid, area, nsm), own in gathered(cards, values).items():
+        name = f"CONROD {own[0].integer(1, 'EID')}"
+        if not deck.has_material(f"MAT1 {mid}"):
+            own[0].fault(f"there is no MAT1 {mid}")
+        for card in own:
+            card.refuse("torsion J", 6)
+        if not area > 0 or nsm < 0:
+            own[0].fault("A must be positive and NSM must not be negative")
+        deck.properties[name] = Section(area, 0.0, 0.0, 0.0, nsm, None, f"MAT1 {mid}")
+        made[name] = Rods(tuple(joined(card, deck, 3, 2) for card in own), numbers_of(own), name)
+    return made
+
+
+def solids(cards: list[Card], deck: Context) -> Groups:
+    """CHEXA of eight nodes."""
+    for card in cards:
+        if len(card) > 10:
+            card.fault(f"{len(card) - 2} nodes: of CHEXA those of 8 nodes are read")
+    return _simple(Solids, cards, deck, 8)
+
+
+def plates(cards: list[Card], deck: Context) -> Groups:
+    """CQUAD4 or CTRIA3 of the thickness of their PSHELL."""
+    count = 4 if cards[0].name == "CQUAD4" else 3
+    for card in cards:
+        card.refuse("the offset ZOFFS", count + 4)
+        owner = deck.properties.get(deck.owner(card, "PSHELL"))
+        thickness = None if owner is None else float(owner.thickness)
+        if owner is not None and owner.is_thin and count == 4:
+            deck.remark("CQUAD4 has no transverse shear, as MID3 is blank; shear_factor 5/6 of its PSHELL gives it")
+        elif owner is not None and not owner.is_thin and count == 3:
+            deck.remark("CTRIA3 has no transverse shear, whatever MID3 says")
+        last = 2 * count + 6  # T1 ... stand in the last fields of the second row
+        for k in range(last - count + 1 + (count == 3), last + 1 + (count == 3)):
+            if card.real(k, "T", None) not in (None, thickness):
+                card.fault("a thickness T1 ... other than its PSHELL's is not read")
+    return _simple(Plates, cards, deck, count)
+
+
+def _simple(kind, cards, deck, count):
+    owners = _OWNERS.get(cards[0].name, ("PSHELL",))
+    made = {}
+    for owner, own in gathered(cards, lambda card: deck.owner(card, *owners)).items():
+        name = f"{own[0].name} {owner.partition(' ')[2]}"
+        made[name] = kind(tuple(joined(card, deck, 3, count) for card in own), numbers_of(own), owner)
+    return made

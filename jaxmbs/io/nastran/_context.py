@@ -1,0 +1,203 @@
+"""What the cards of a deck refer to while it is read: nodes, coordinate systems, materials, properties."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ._cards import Card
+from ._frames import Frame, frames_of, known_frame, place
+from ._properties import READ
+
+
+class Context:
+    """Nodes and properties by number, as far as the cards are right.
+
+    Attributes:
+        ids: numbers of the GRIDs in ascending order; `index` gives their places.
+        positions: (nodes, 3) in basic axes; `turned[node]` is the number of its displacement frame, 0 the basic one.
+        scalars: places of the scalar points, which stand at the origin and have direction 1 alone.
+        frames: coordinate systems by number.
+        materials, properties: by name, "MAT1 3", "PBAR 100".
+        held: (node, direction) of the permanent constraints on GRIDs.
+        notes, remarks: what is read over, and what was decided about it, in words, with the number of times.
+        polar: whether CBARs have inertia about their own axis.
+    """
+
+    def __init__(self, found: dict[str, list[Card]], polar: bool) -> None:
+        self.notes: dict[str, int] = {}
+        self.remarks: dict[str, int] = {}
+        self.polar = polar
+        default = _default(found)
+        grids = {}
+        for card in found.get("GRID", ()):
+            one, frame = card.integer(1, "ID"), card.integer(2, "CP", default[0], low=0)
+            if one in grids and grids[one][0].fields != card.fields:
+                card.fault("this node is given here a second time, otherwise")
+            grids[one] = card, frame, card.reals(3, 3, "X")
+        self.frames = frames_of(found, grids)
+        points = scalar_points(found)
+        for one in points & grids.keys():
+            grids[one][0].fault("this number is that of a scalar point, too")
+        grids |= {one: (Card("SPOINT", "", []), 0, [0.0] * 3) for one in points - grids.keys()}
+        self.ids = sorted(grids)
+        self.index = {one: k for k, one in enumerate(self.ids)}
+        self.positions = np.array([self._place(*grids[one]) for one in self.ids]).reshape(-1, 3)
+        self.scalars = {k for k, one in enumerate(self.ids) if one in points}
+        self.turned = [
+            self._turned(grids[one][0], 0 if k in self.scalars else default[1]) for k, one in enumerate(self.ids)
+        ]
+        self.held = {
+            (k, d)
+            for k, one in enumerate(self.ids)
+            for d in (range(1, 6) if k in self.scalars else _permanent(grids[one][0]) or default[2])
+        }
+        self.axes = lru_cache(maxsize=None)(self._axes)
+        self.materials: dict[str, Any] = {}
+        self.properties: dict[str, Any] = {}
+        cards_of: dict[str, Card] = {}
+        for kind, read in READ.items():
+            for card in found.get(kind, ()):
+                name = f"{kind} {card.integer(1, 'ID')}"
+                if name in cards_of and cards_of[name].fields != card.fields:
+                    card.fault("this number is given here a second time, otherwise")
+                (self.materials if kind == "MAT1" else self.properties)[name] = read(card, self.note)
+                cards_of[name] = card
+        self._unread = {
+            card.text(1) for name in found if name not in READ and name[:1] in "PM" for card in found[name]
+        }
+        self._missing: set[str] = set()
+        for name, owner in self.properties.items():
+            if not self.has_material(getattr(owner, "material", None)):
+                cards_of[name].fault(f"there is no {owner.material}")
+
+    def note(self, what: str) -> None:
+        """Something that is read over."""
+        self.notes[what] = self.notes.get(what, 0) + 1
+
+    def remark(self, what: str) -> None:
+        """Something that was decided."""
+        self.remarks[what] = self.remarks.get(what, 0) + 1
+
+    def has_material(self, name: str | None) -> bool:
+        """Whether it is there, or stands on a card of another kind, which is not read: that is said once."""
+        return name is None or name in self.materials or name.partition(" ")[2] in self._unread
+
+    def directions(self, card: Card, k: int, name: str, node: int) -> tuple[int, ...]:
+        """Components of a GRID, or the one of a scalar point, which is 0, 1 or blank."""
+        if node in self.scalars and card.text(k) in ("", "0", "1"):
+            return (0,)
+        return card.directions(k, name)
+
+    def node(self, card: Card, k: int, name: str) -> int:
+        """Place of the GRID that a field names; 0, and a fault, where there is none."""
+        return self.known(card, card.integer(k, name))
+
+    def known(self, card: Card, one: int) -> int:
+        """Place of a GRID by its number; 0, and a fault, where there is none."""
+        if one not in self.index:
+            card.fault(f"there is no GRID {one}")
+        return self.index.get(one, 0)
+
+    def nodes(self, card: Card, ranges: list[range]) -> list[int]:
+        """Places of GRIDs in ranges of numbers; of a `THRU` those that there are."""
+        found = []
+        for numbers in ranges:
+            if len(numbers) == 1:
+                found.append(self.known(card, numbers[0]))
+            else:
+                low, high = np.searchsorted(self.ids, [numbers.start, numbers.stop])
+                found.extend(range(int(low), int(high)))
+        return found
+
+    def owner(self, card: Card, *kinds: str) -> str:
+        """Name of the property that an element has, of one of these kinds; by default it has the element's number."""
+        one = card.integer(2, "PID", card.integer(1, "EID"))
+        names = [f"{kind} {one}" for kind in kinds]
+        found = next((name for name in names if name in self.properties), None)
+        if found is None and str(one) not in self._unread and names[0] not in self._missing:
+            others = [name for name in self.properties if name.split()[1] == str(one)]
+            self._missing.add(names[0])  # its other elements would say the same
+            card.fault(f"there is no {' or '.join(names)}{f', but a {others[0]}' if others else ''}")
+        return found or ""
+
+    def frame(self, card: Card, one: int) -> Frame:
+        """A coordinate system by its number."""
+        return known_frame(one, self.frames, card)
+
+    def _axes(self, node: int) -> np.ndarray:
+        return self.frames.get(self.turned[node], self.frames[0]).at(self.positions[node], np)
+
+    def _place(self, card, frame, given):
+        found = place(known_frame(frame, self.frames, card), given)
+        if not np.all(np.isfinite(found)):
+            card.fault("its position is not finite")
+        return found
+
+    def _turned(self, card, default):
+        one = card.integer(6, "CD", default, low=-1)
+        if one == -1:
+            card.fault("CD = -1, a fluid's node, is not read")
+            return 0
+        known_frame(one, self.frames, card)
+        return one if one in self.frames else 0
+
+
+def scalar_points(found: dict[str, list[Card]]) -> set[int]:
+    """Numbers of SPOINT, and of what the third and fourth forms of scalar elements join."""
+    points = {one for card in found.get("SPOINT", ()) for part in card.identifiers(1, "ID") for one in part}
+    for kind in ("CELAS", "CMASS", "CDAMP"):
+        for card in (*found.get(f"{kind}3", ()), *found.get(f"{kind}4", ())):
+            points |= {card.integer(k, "S") for k in (3, 4) if card.text(k) not in ("", "0")}
+    return points
+
+
+#: How many data each of several entries on one card has.
+_SHARED = {"PELAS": 4, "PMASS": 2, "PDAMP": 2} | {
+    f"{kind}{form}": 4 for kind in ("CELAS", "CMASS", "CDAMP") for form in "34"
+}
+
+
+def split(found: dict[str, list[Card]]) -> None:
+    """A card for each of the entries that share one."""
+    for name, width in _SHARED.items():
+        made = []
+        for card in found.get(name, ()):
+            starts = [k for k in range(1, max(len(card), 1) + 1, width) if k == 1 or card.text(k)]
+            for start in starts:
+                one = Card(name, card.place, card.faults)
+                one.fields += card.fields[start : start + width]
+                made.append(one)
+        if made:
+            found[name] = made
+
+
+def defaults(found: dict[str, list[Card]]) -> None:
+    """What BAROR and BEAMOR say, where bars and beams are blank."""
+    for name, kind in (("BAROR", "CBAR"), ("BEAMOR", "CBEAM")):
+        own = found.get(name, [])
+        for card in own[1:]:
+            card.fault(f"{name} stands here a second time")
+        for card in found.get(kind, ()) if own else ():
+            whole = card.fields + [""] * (9 - len(card.fields))
+            given = (2,), (5, 6, 7), (8,)  # PID, the vector as a whole, OFFT
+            for fields in given:
+                if not any(whole[k] for k in fields):
+                    for k in fields:
+                        whole[k] = own[0].text(k)
+            card.fields = whole
+
+
+def _default(found):
+    """CP, CD and PS of GRDSET."""
+    cards = found.get("GRDSET", [])
+    for card in cards[1:]:
+        card.fault("GRDSET is given here a second time")
+    if not cards:
+        return 0, 0, ()
+    card = cards[0]
+    return card.integer(2, "CP", 0, low=0), card.integer(6, "CD", 0, low=0), card.directions(7, "PS", "")
+
+
+def _permanent(card):
+    return card.directions(7, "PS", "") if card.text(7) != "0" else ()

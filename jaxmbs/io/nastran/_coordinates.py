@@ -1,0 +1,112 @@
+"""Which coordinates of a deck are free, and how all displacements follow from them."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...typing import AnyArray
+from ._context import Context
+from ._frames import Frame
+from ._ties import AbstractTie, Pair
+
+
+class Coordinates(eqx.Module):
+    """Free coordinates, and the nodes that move otherwise than by free coordinates of their own in basic axes.
+
+    Attributes:
+        free: (node, direction), in the order of the rows.
+        turned: by node, its displacement frame, where the deck holds or ties something there.
+        others: nodes that are turned or that depend on others.
+        ties: by name.
+    """
+
+    free: tuple[Pair, ...] = eqx.field(static=True)
+    turned: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    others: tuple[int, ...] = eqx.field(static=True)
+    ties: dict[str, AbstractTie]
+    frames: dict[int, Frame]
+
+    @property
+    def plain(self) -> bool:
+        """Whether no node moves otherwise than by its own coordinates."""
+        return not self.others
+
+    def motions(self, positions: AnyArray) -> Float[Array, "others 6 free"]:
+        """Displacements and rotations of `others` in basic axes by the free coordinates."""
+        column = {pair: k for k, pair in enumerate(self.free)}
+        place = {node: k for k, node in enumerate(self.others)}
+        own = [(place[pair[0]], pair[1], k) for pair, k in column.items() if pair[0] in place]
+        found = np.zeros((len(self.others), 6, len(self.free)))
+        if own:
+            found[tuple(np.array(own).T)] = 1.0
+        motions = jnp.asarray(found, positions.dtype)
+        if self.ties:
+            dependent, given = self.tied(positions)
+            at = np.array([(place[node], d) for node, d in dependent])
+            motions = motions.at[at[:, 0], at[:, 1]].set(given)
+        axes = self.axes(positions, self.others)
+        turned = jnp.einsum("nab,nkaq->nkbq", axes, motions.reshape(-1, 2, 3, len(self.free)))
+        return turned.reshape(motions.shape)
+
+    def tied(self, positions: AnyArray) -> tuple[list[Pair], Float[Array, "dependent free"]]:
+        """Directions that ties give, and how the free coordinates give them, in the nodes' own axes."""
+        column = {pair: k for k, pair in enumerate(self.free)}
+        dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
+        R, own = self.equations(positions)
+        touched = self._touched
+        mine = [k for k, pair in enumerate(touched) if pair in column]
+        given = -R[:, np.array(mine, int)]
+        if not uncoupled(self.ties):
+            given = jnp.linalg.solve(R[:, own], given)
+        whole = jnp.zeros((len(dependent), len(column)), R.dtype)
+        return dependent, whole.at[:, np.array([column[touched[k]] for k in mine], int)].set(given)
+
+    @property
+    def _touched(self):
+        return list(dict.fromkeys(pair for tie in self.ties.values() for pair in tie.pairs))
+
+    def equations(self, positions: AnyArray) -> tuple[Array, np.ndarray]:
+        """Coefficients (dependent, touched) of all ties, and the columns of the dependent directions."""
+        place = {pair: k for k, pair in enumerate(self._touched)}
+        dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
+        R, row = jnp.zeros((len(dependent), len(place)), positions.dtype), 0
+        for tie in self.ties.values():
+            rows = np.arange(row, row + len(tie.dependent))
+            columns = np.array([place[pair] for pair in tie.pairs])
+            R = R.at[rows[:, None], columns[None]].add(tie.equations(positions, lambda n: self.axes(positions, n)))
+            row += len(rows)
+        return R, np.array([place[pair] for pair in dependent], int)
+
+    def axes(self, positions: AnyArray, nodes: tuple[int, ...]) -> Float[Array, "nodes 3 3"]:
+        """Rows: the axes of the nodes' displacements."""
+        turned = dict(self.turned)
+        found = jnp.asarray(np.broadcast_to(np.eye(3), (len(nodes), 3, 3)), positions.dtype)
+        for one in sorted({turned[node] for node in nodes if node in turned}):
+            at = np.array([k for k, node in enumerate(nodes) if turned.get(node) == one])
+            here = positions[np.array(nodes)[at]]
+            found = found.at[at].set(jax.vmap(self.frames[one].at)(here).astype(found.dtype))
+        return found
+
+
+def uncoupled(ties: dict[str, AbstractTie]) -> bool:
+    """Whether every tie gives its directions by none that another tie gives."""
+    dependent = {pair for tie in ties.values() for pair in tie.dependent}
+    free = all(not dependent & (set(tie.pairs) - set(tie.dependent)) for tie in ties.values())
+    return free and all(tie.explicit for tie in ties.values())
+
+
+def coordinates_of(
+    deck: Context, ties: dict[str, AbstractTie], held: set[Pair], sizes: np.ndarray, weak: set[Pair]
+) -> Coordinates:
+    """From what is held, what the elements give each node (0, 3 or 6 coordinates), and what AUTOSPC holds."""
+    present = {(n, d) for n, size in enumerate(sizes.tolist()) for d in range(size)}
+    present |= {pair for tie in ties.values() for pair in tie.raised}
+    dependent = {pair for tie in ties.values() for pair in tie.dependent}
+    touched = held | weak | {pair for tie in ties.values() for pair in tie.pairs}
+    turned = {n: deck.turned[n] for n in sorted({n for n, _ in touched}) if deck.turned[n]}
+    free = sorted(present - held - weak - dependent)
+    others = sorted({*turned, *(n for n, _ in dependent), *(n for n, d in free if d >= sizes[n])})
+    frames = {one: deck.frames[one] for one in sorted(set(turned.values()))}
+    return Coordinates(tuple(free), tuple(turned.items()), tuple(others), ties, frames)

@@ -1,0 +1,146 @@
+"""A structure read from Nastran bulk data: its numbers are leaves, finite elements are made of them when asked."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Inexact
+
+from ...elements import DIRECTIONS
+from ...elements._base import number
+from ...fem import Group, Structure, assemble, assemble_dense
+from ...linear import LinearSystem
+from ...linear._storage import inexact
+from ...typing import AnyArray, Converted
+from ._coordinates import Coordinates
+from ._groups import AbstractCards, Numbers
+from ._lumped import Lumps
+
+
+class Deck(eqx.Module):
+    """Nodes "GRID 12", materials "MAT1 3", properties "PSHELL 1", groups of elements "CQUAD4 1".
+
+    Every number is a leaf: `eqx.tree_at(lambda d: d.properties["PSHELL 1"].thickness, deck, t).system` has
+    derivatives by t.  Numbers are those of the deck; masses are multiplied by `mass`.
+
+    Attributes:
+        positions: (nodes, 3) of the GRIDs in basic axes.
+        materials, properties: by name of their card.
+        elements: groups of elements; each has `ids`, the numbers of its elements.
+        mass: PARAM WTMASS.
+        massless: rows of `system` without mass.
+        held: labels that SPC and GRID hold; weak: those that PARAM AUTOSPC holds, as no element stiffens them.
+        ignored: what of the deck is not used, one sentence each.
+        notes: what was decided about it: masses lumped or consistent, plates without transverse shear.
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    positions: Converted[Float[Array, "nodes 3"]] = eqx.field(converter=number)
+    materials: dict[str, Any]
+    properties: dict[str, Any]
+    elements: dict[str, AbstractCards]
+    mass: Converted[Float[Array, ""]] = eqx.field(converter=number)
+    coordinates: Coordinates
+    fixed: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    massless: tuple[int, ...] = eqx.field(static=True)
+    held: tuple[str, ...] = eqx.field(static=True)
+    weak: tuple[str, ...] = eqx.field(static=True)
+    ignored: tuple[str, ...] = eqx.field(static=True)
+    notes: tuple[str, ...] = eqx.field(static=True, default=())
+
+    @property
+    def numbers(self) -> Numbers:
+        """What elements are made of."""
+        return Numbers(self.positions, self.materials, self.properties, self.mass)
+
+    @property
+    def structure(self) -> Structure:
+        """The finite elements, for `fem`; what ties and turned frames hold is not in it, but in `system`."""
+        made = {name: Group(own.element(self.numbers), own.nodes, False) for name, own in self.elements.items()}
+        held: dict[str, list[str]] = {}
+        for node, direction in self.fixed:
+            held.setdefault(self.names[node], []).append(DIRECTIONS[direction])
+        return Structure((self.names, self.positions), made, held)
+
+    @property
+    def system(self) -> LinearSystem:
+        """Mass and stiffness over the free coordinates: `assemble()`."""
+        return self.assemble()
+
+    def assemble(self, interface: Iterable = (), blocks: bool = False) -> LinearSystem:
+        """The free coordinates, ties eliminated exactly: `T^T K T` with displacements T x.
+
+        Rows are labelled "GRID 12 x", in basic axes.  A node of which the deck holds or ties something in a frame of
+        its own keeps that frame, with labels "GRID 12, 1 of frame 5".
+
+        Args: interface: names of nodes, or labels; blocks: block matrices, where no tie and no turned frame is.
+
+        Raises: ModelError for an interface that is not there; ValueError for blocks where there are ties.
+        """
+        structure = self.structure
+        if self.coordinates.plain:
+            found = assemble(structure, interface, blocks)
+            return found if blocks else found.changed(massless=self.massless)
+        if blocks:
+            raise ValueError("block matrices need a deck without ties and without supports in turned frames")
+        damped = any(group.element.damps for group in structure.groups.values())
+        kinds = ("stiffness", "mass", *(["damping"] if damped else []))
+        motions = self.coordinates.motions(self.positions)
+        found = assemble_dense(structure, kinds)
+        made: dict[str, Any] = {k: self._reduced(structure, A, motions) for k, A in zip(kinds, found, strict=True)}
+        made |= dict(interface=interface, coordinates=self._labels, massless=self.massless)
+        return LinearSystem(**made, positions=(self.names, self.positions))
+
+    def displacements(self, x: AnyArray) -> Inexact[Array, "... nodes 6"]:
+        """Displacements and rotations of all nodes in basic axes, from x (..., rows) of `system`, times first.
+
+        `fem.element_forces(deck.structure, deck.displacements(x))` has the forces of the elements.
+
+        Raises: ValueError for x of another size.
+        """
+        x = inexact(x)
+        if x.shape[-1:] != (len(self.coordinates.free),):
+            raise ValueError(f"displacements have shape {x.shape}, not (..., {len(self.coordinates.free)})")
+        apart = set(self.coordinates.others)
+        own = [(n, d, k) for k, (n, d) in enumerate(self.coordinates.free) if n not in apart]
+        nodes, directions, rows = np.array(own, int).reshape(-1, 3).T
+        found = jnp.zeros((*x.shape[:-1], len(self.names), 6), x.dtype).at[..., nodes, directions].set(x[..., rows])
+        if self.coordinates.plain:
+            return found
+        others = jnp.tensordot(x, self.coordinates.motions(self.positions).astype(x.dtype), axes=(-1, -1))
+        return found.at[..., np.array(self.coordinates.others), :].set(others)
+
+    def describe(self) -> str:
+        """What was read, what is held and what was ignored, in lines."""
+        own = {name: own for name, own in self.elements.items() if not isinstance(own, Lumps)}
+        counts = [f"{name}: {len(cards.nodes)} elements" for name, cards in own.items()]
+        lines = [f"{len(self.names)} nodes, {len(self.coordinates.free)} free coordinates", *counts]
+        lines += [f"tied by {name}" for name in self.coordinates.ties]
+        lines += [f"held, as no element stiffens it: {name}" for name in self.weak[:20]]
+        lines += [f"and {len(self.weak) - 20} more"] if len(self.weak) > 20 else []
+        lines += [f"note: {what}" for what in self.notes]
+        return "\n".join([*lines, *(f"ignored: {what}" for what in self.ignored)])
+
+    @property
+    def _labels(self):
+        turned = dict(self.coordinates.turned)
+        return [
+            (f"{self.names[n]}, {d + 1} of frame {turned[n]}", "") if n in turned else (self.names[n], DIRECTIONS[d])
+            for n, d in self.coordinates.free
+        ]
+
+    def _reduced(self, structure, A, motions):
+        """`T^T A T`: rows of nodes with coordinates of their own are only moved, the others multiplied."""
+        index = structure.index
+        apart = {node: k for k, node in enumerate(self.coordinates.others)}
+        free = {pair: k for k, pair in enumerate(self.coordinates.free)}
+        pairs = list(zip(index.nodes.tolist(), index.directions.tolist(), strict=True))
+        own = np.array([row for row, (n, _) in enumerate(pairs) if n not in apart], int)
+        other = np.array([row for row, (n, _) in enumerate(pairs) if n in apart], int)
+        to = np.array([free[pairs[row]] for row in own], int)
+        T = motions[np.array([apart[pairs[row][0]] for row in other], int), index.directions[other]]
+        mixed = A[np.ix_(own, other)] @ T
+        found = T.T @ A[np.ix_(other, other)] @ T
+        return found.at[np.ix_(to, to)].add(A[np.ix_(own, own)]).at[to].add(mixed).at[:, to].add(mixed.T)

@@ -1,0 +1,89 @@
+"""Masses of elements on their nodes, as Nastran has them unless PARAM COUPMASS asks for consistent ones."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...elements import AbstractElement, PointMass
+from ._groups import HEAVY, AbstractCards, Numbers
+from ._point_groups import Masses
+
+
+class Weightless(AbstractCards):
+    """The stiffness of elements whose masses are `Lumps`."""
+
+    of: AbstractCards
+
+    def element(self, numbers: Numbers) -> AbstractElement:
+        """Without density and mass per length."""
+        made = self.of.element(numbers)
+        heavy = [name for name in ("density", "line_mass") if hasattr(made, name)]
+        where = lambda e: [getattr(e, name) for name in heavy]  # noqa: E731
+        return eqx.tree_at(where, made, [jnp.zeros_like(value) for value in where(made)])
+
+    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+        """As of those elements."""
+        return self.of.strained(element, numbers)
+
+
+class Lumps(AbstractCards):
+    """The masses of elements, shares of each on its nodes; those of bars at the ends of their offsets.
+
+    Attributes:
+        turns: whether ends have inertia about the axis, as those of CBEAM have.
+    """
+
+    of: AbstractCards
+    turns: bool = eqx.field(static=True)
+
+    def element(self, numbers: Numbers) -> AbstractElement:
+        """Point masses, node by node."""
+        made: Any = self.of.element(numbers)
+        nodes = numbers.positions[np.array(self.of.nodes)]
+        mass = self._shares(made, nodes).reshape(-1)
+        offset = getattr(self.of, "offsets", None)
+        if offset is None and not self.turns:
+            return PointMass(mass)
+        offset = jnp.zeros_like(nodes) if offset is None else jnp.asarray(offset, nodes.dtype)
+        line = nodes[:, 1] + offset[:, 1] - nodes[:, 0] - offset[:, 0]
+        length = jnp.linalg.norm(line, axis=1)
+        about = 0.5 * length * made.density * (made.inertia_y + made.inertia_z) if self.turns else 0.0 * length
+        x = line / length[:, None]
+        inertia = about[:, None, None] * x[:, :, None] * x[:, None, :]
+        return PointMass(mass, offset.reshape(-1, 3), jnp.repeat(inertia, 2, axis=0))
+
+    def _shares(self, made, nodes) -> Float[Array, "elements k"]:
+        """Sums of the rows of consistent masses; lines and triangles have equal ones."""
+        M = jax.vmap(lambda element, at: element.mass(at))(made, nodes)
+        count, size = made.num_nodes, made.coordinates
+        blocks = M.reshape(len(M), count, size, count, size)[:, :, :3, :, :3]
+        shares = jnp.trace(jnp.sum(blocks, axis=3), axis1=2, axis2=3) / 3.0
+        return jnp.broadcast_to(jnp.mean(shares, axis=1, keepdims=True), shares.shape) if count < 4 else shares
+
+    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+        """Nothing."""
+        nothing = np.zeros((len(self.nodes), 1, 0, 3))
+        return nothing, nothing
+
+    def carried(self, element: Any, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+        """As of masses by cards."""
+        masses = Masses(self.nodes, self.ids, element.value, element.offset, element.inertia)
+        return masses.carried(element, numbers)
+
+
+def lumped(elements: dict[str, AbstractCards]) -> dict[str, AbstractCards]:
+    """Groups with masses of their own divided in two, "CBAR 1" and "mass of CBAR 1"."""
+    made: dict[str, AbstractCards] = {}
+    for name, own in elements.items():
+        if not isinstance(own, HEAVY):
+            made[name] = own
+            continue
+        made[name] = Weightless(own.nodes, own.ids, own)
+        nodes = tuple((node,) for row in own.nodes for node in row)
+        ids = tuple(one for one, row in zip(own.ids, own.nodes, strict=True) for _ in row)
+        made[f"mass of {name}"] = Lumps(nodes, ids, own, name.startswith("CBEAM"))
+    return made

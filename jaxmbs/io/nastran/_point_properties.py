@@ -1,0 +1,87 @@
+"""Properties of bushings and of scalar springs, masses and dampers."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from ...elements._base import number, optional
+from ...typing import Converted
+from ._cards import Card, positive
+
+Scalar = Converted[Float[Array, ""]]
+
+
+class Bush(eqx.Module):
+    """PBUSH.
+
+    Attributes:
+        stiffness: (6,) [N/m, N m/rad]; damping: (6,) [N s/m, N m s/rad], or None.
+    """
+
+    stiffness: Converted[Float[Array, "6"]] = eqx.field(converter=number)
+    damping: Converted[Float[Array, "6"] | None] = eqx.field(converter=optional)
+
+
+class ScalarProperty(eqx.Module):
+    """PELAS.
+
+    Attributes:
+        stiffness: [N/m or N m/rad].
+    """
+
+    stiffness: Scalar = eqx.field(converter=number)
+
+
+class ScalarMass(eqx.Module):
+    """PMASS.
+
+    Attributes:
+        mass: [kg or kg m^2].
+    """
+
+    mass: Scalar = eqx.field(converter=number)
+
+
+class ScalarDamper(eqx.Module):
+    """PDAMP.
+
+    Attributes:
+        damping: [N s/m or N m s/rad].
+    """
+
+    damping: Scalar = eqx.field(converter=number)
+
+
+def bush(card: Card, note: Callable[[str], None]) -> Bush:
+    """PBUSH with K and B; GE and stress recovery are noted."""
+    values = {"K": [0.0] * 6, "B": [0.0] * 6}
+    for row in range(2, max(len(card), 2) + 1, 8):
+        what = card.text(row).upper()
+        if what in values:
+            values[what] = card.reals(row + 1, 6, what)
+        elif what in ("GE", "RCV"):
+            note(f"{what} of PBUSH")
+        elif what:
+            card.fault(f"{what[:16]!r} is none of K, B, GE, RCV")
+    positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
+    return Bush(values["K"], values["B"] if any(values["B"]) else None)
+
+
+def scalar(card: Card, note: Callable[[str], None]) -> ScalarProperty:
+    """PELAS."""
+    if card.real(3, "GE", 0.0):
+        note("structural damping GE of PELAS")
+    return ScalarProperty(card.real(2, "K"))
+
+
+def scalar_mass(card: Card, note: Callable[[str], None]) -> ScalarMass:
+    """One mass of a PMASS."""
+    positive(card, nonnegative={"M": card.real(2, "M")})
+    return ScalarMass(card.real(2, "M"))
+
+
+def scalar_damper(card: Card, note: Callable[[str], None]) -> ScalarDamper:
+    """One damper of a PDAMP."""
+    positive(card, nonnegative={"B": card.real(2, "B")})
+    return ScalarDamper(card.real(2, "B"))

@@ -1,0 +1,89 @@
+"""Lines of a deck: its bulk data, with what it includes from its own folder."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from ...errors import ModelError
+from .._regular_file import require_file
+
+MAX_BYTES = 256 * 2**20  # of a deck and all that it includes
+MAX_FILES, MAX_DEPTH = 500, 20
+_BEGIN = re.compile(r"^\s*BEGIN\b(.*)", re.IGNORECASE)
+_INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)", re.IGNORECASE)
+_CHOICE = re.compile(r"^\s*(SPC|MPC)\s*=\s*(\d{1,8})\s*$", re.IGNORECASE)
+
+
+class Line(NamedTuple):
+    """A line without its comment, and where it stands: "plate.bdf:12"."""
+
+    text: str
+    place: str
+
+
+class Text:
+    """The bulk data of a deck.
+
+    Attributes:
+        name: of the file.
+        faults: what is wrong with the files.
+        choices: sets that the case control chooses: `{"SPC": {1}, "MPC": set()}`.
+        skipped: number of lines before BEGIN BULK.
+    """
+
+    def __init__(self, path: Path, faults: list[str]) -> None:
+        self.name = path.name
+        self.faults, self.choices, self.skipped = faults, {"SPC": set(), "MPC": set()}, 0
+        self._path, self._root = path, path.resolve().parent
+        self._bytes = self._files = 0
+
+    def lines(self) -> Iterator[Line]:
+        """Lines of bulk data to the end of the file; blank ones and comments are left out."""
+        found = self._read(self._path)
+        begin = next((k for k, text in enumerate(found) if _BEGIN.match(text)), None)
+        for text in found[: begin or 0]:
+            if chosen := _CHOICE.match(text):
+                self.choices[chosen[1].upper()].add(int(chosen[2]))
+        self.skipped = 0 if begin is None else begin + 1
+        yield from self._lines(self._path.name, self._path, found, self.skipped, 0)
+
+    def _lines(self, name, path, found, start, depth) -> Iterator[Line]:
+        numbered = iter(list(enumerate(found, start=1))[start:])
+        for number, text in numbered:
+            if _BEGIN.match(text):
+                self.faults.append(f"{name}:{number}: one part BEGIN BULK is read, no superelements")
+            if not (include := _INCLUDE.match(text)):
+                if text:
+                    yield Line(text, f"{name}:{number}")
+                continue
+            quoted = include[1]
+            while quoted[:1] in ("'", '"') and quoted.count(quoted[0]) < 2:  # a path over many lines
+                quoted += next(numbered, (0, quoted[0]))[1].strip()
+            other = self._inside(quoted.strip("'\" "), path, f"{name}:{number}", depth)
+            if other is not None:
+                yield from self._lines(other.name, other, self._read(other), 0, depth + 1)
+
+    def _inside(self, name, path, place, depth) -> Path | None:
+        """The file that an INCLUDE names, if it lies in the folder of the deck."""
+        if depth >= MAX_DEPTH:
+            raise ModelError([f"{place}: INCLUDE goes deeper than {MAX_DEPTH} files"])
+        try:
+            there = [(base / name).resolve() for base in (self._root, path.resolve().parent)]
+            inside = [other for other in there if other.is_relative_to(self._root)]
+            found = next((other for other in inside if other.is_file()), None)
+        except (OSError, ValueError, RuntimeError):  # names too long, with zero bytes, links in a ring
+            inside, found = [self._root], None
+        if not inside:
+            self.faults.append(f"{place}: INCLUDE {name[:80]!r} leads out of the folder of the deck")
+        elif found is None:
+            self.faults.append(f"{place}: INCLUDE {name[:80]!r} is no file in the folder of the deck")
+        return found
+
+    def _read(self, path) -> list[str]:
+        self._files += 1
+        self._bytes += require_file(path).stat().st_size
+        if self._bytes > MAX_BYTES or self._files > MAX_FILES:
+            raise ModelError([f"{path.name}: more than {MAX_BYTES} bytes or {MAX_FILES} files of a deck"])
+        text = path.read_bytes().decode("latin-1")
+        return [line.split("$", 1)[0].expandtabs(8).rstrip() for line in text.split("\n")]

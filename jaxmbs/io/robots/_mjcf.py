@@ -1,0 +1,161 @@
+"""Mechanisms from MJCF: MuJoCo's own compiler reads the file, what it makes of it is declared here."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ...builder import SystemBuilder
+from ...errors import ModelFileError
+from ...joints import Weld
+from ...typing import ArrayLike
+from ._equalities import add_equalities
+from ._imported import Imported, JointLimits, Names, counted, listed, own_frames
+from ._link_tree import HERE, Link, LinkJoint, declare
+from ._mjcf_text import Text, mjcf_text
+from ._mujoco_model import FREE, SCALAR, link_joints, rotation, start_of
+from ._springs import add_actuators, add_springs
+from ._stops import add_stops, limits_left_out
+
+
+def read_mjcf(
+    path: str | os.PathLike,
+    *,
+    fixed: str = "frames",
+    stops: float | None = None,
+    tendons: str = "refuse",
+    armature: str = "rotors",
+    controls: Mapping[str, ArrayLike | Callable] | None = None,
+) -> Imported:
+    """A mechanism from an MJCF file (extra `io`): bodies, joints, sites as frames, equalities as loops and couplers,
+    springs, dampers, and actuators on joints as force elements of their names.
+
+    Names and coordinates are the file's; what has no name is called by its body.  Included files and meshes are read
+    inside the file's folder only, meshes only where a body has its mass from them.  Contacts, friction losses and
+    whatever else is not there are left out and listed.
+
+    Args:
+        fixed: "frames" makes bodies without joints named frames of the body that carries them, their mass added to
+            it; "welds" keeps them bodies, so that `reactions` gives what their fastening carries.
+        stops: stiffness of the bump stops that limits of joints become [N m/rad^2 or N/m^2]; None makes none.
+        tendons: "refuse" them, or "drop" them with all that hangs on them.
+        armature: "rotors" makes a flywheel coupled to the joint of each, which adds a coordinate and a coupler and is
+            exact; "drop" leaves them out.
+        controls: of actuators by name, numbers or functions of time (default: zero).
+
+    Raises: ModelFileError for what the file may not have and what MuJoCo refuses; UnknownNameError for controls of no
+    actuator; ValueError for unknown options; ImportError without MuJoCo.
+    """
+    path = Path(path)
+    options = {
+        "fixed": (fixed, ("frames", "welds")),
+        "tendons": (tendons, ("refuse", "drop")),
+        "armature": (armature, ("rotors", "drop")),
+    }
+    for what, (given, among) in options.items():
+        if given not in among:
+            raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
+    text = mjcf_text(path, tendons)
+    model, said = _compiled(path, text)
+    dropped = text.dropped + [f"MuJoCo warns: {' '.join(line.split())}" for line in said]
+    return _imported(model, dropped, fixed == "welds", stops, armature == "rotors", controls or {})
+
+
+def _compiled(path: Path, text: Text):
+    """The compiled model, and what MuJoCo warns of, which it would write to a file in the folder one works in."""
+    import mujoco
+
+    said: list[str] = []
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        return mujoco.MjModel.from_xml_string(text.xml, text.assets), said
+    except (ValueError, mujoco.FatalError) as error:
+        lines = str(error).strip().splitlines() or ["no reason given"]
+        raise ModelFileError(path, [f"MuJoCo refuses it: {' '.join(lines)}"]) from error
+    finally:
+        mujoco.set_mju_user_warning(None)
+
+
+def _imported(model, dropped, welds, stops, rotors, controls):
+    builder = SystemBuilder(_gravity(model))
+    names = Names("ground", *own_frames(model.joint(j).name for j in range(model.njnt)))
+    bodies = [None, *(names(model.body(k).name or f"body{k}") for k in range(1, model.nbody))]
+    joint_names = Names()
+    joints = [joint_names(name) for name in _joint_names(model, bodies)]
+    homes = declare(builder, [_link(model, k, bodies, joints, joint_names) for k in range(1, model.nbody)], welds)
+    home = [homes[name] for name in bodies]
+    for k in range(model.nsite):
+        body = model.site_bodyid[k]
+        name = names(model.site(k).name or f"{bodies[body] or 'ground'}.site{k}")
+        R, p = home[body].pose
+        builder.frame(name, home[body].body, R @ model.site_pos[k] + p, R @ rotation(model.site_quat[k]))
+    limits = _limits(model, joints)
+    dropped = [*dropped, *_left_out(model, bodies, joints)]
+    dropped += add_equalities(builder, model, home, joints, joint_names)
+    dropped += add_springs(builder, model, joints, rotors)
+    dropped += add_actuators(builder, model, joints, controls)
+    add_stops(builder, limits, stops)
+    dropped += limits_left_out(limits, stops)
+    poses = {model.key(k).name or f"key{k}": start_of(model, joints, model.key_qpos[k]) for k in range(model.nkey)}
+    notes = names.notes("the body or site") + joint_names.notes("the joint or equality")
+    return Imported(builder, tuple(dropped), limits, start_of(model, joints, model.qpos0), poses, tuple(notes))
+
+
+def _gravity(model):
+    import mujoco
+
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    return np.zeros(3) if off else np.array(model.opt.gravity)
+
+
+def _joint_names(model, bodies):
+    kinds = ("free", "ball", "slide", "hinge")
+    return [
+        model.joint(j).name or f"{bodies[model.jnt_bodyid[j]]}.{kinds[model.jnt_type[j]]}" for j in range(model.njnt)
+    ]
+
+
+def _link(model, k, bodies, joints, names) -> Link:
+    own = range(model.body_jntadr[k], model.body_jntadr[k] + model.body_jntnum[k])
+    floats = any(model.jnt_type[j] == FREE for j in own)  # its coordinates are its place in the world
+    place = HERE if floats else (rotation(model.body_quat[k]), np.array(model.body_pos[k]))
+    R = rotation(model.body_iquat[k])
+    inertia = R @ np.diag(model.body_inertia[k]) @ R.T
+    made = tuple(link_joints(model, own, joints)) or (LinkJoint(names(f"{bodies[k]}.weld"), Weld()),)
+    parent = bodies[model.body_parentid[k]]
+    return Link(bodies[k], parent, place, made, float(model.body_mass[k]), np.array(model.body_ipos[k]), inertia)
+
+
+def _limits(model, joints):
+    found = {}
+    for j, name in enumerate(joints):
+        if model.jnt_type[j] not in SCALAR:
+            continue
+        lower, upper = model.jnt_range[j] if model.jnt_limited[j] else (-np.inf, np.inf)
+        effort = model.jnt_actfrcrange[j][1] if model.jnt_actfrclimited[j] else np.inf
+        limits = JointLimits(float(lower), float(upper), effort=float(effort))
+        if limits != JointLimits():
+            found[name] = limits
+    return found
+
+
+def _left_out(model, bodies, joints):
+    """What the compiled model has and the mechanism has not."""
+    touching = int(np.sum((model.geom_contype | model.geom_conaffinity) != 0))
+    if touching:
+        yield f"contacts of {counted(touching, 'shape')}"
+    rubbing = [joints[model.dof_jntid[d]] for d in range(model.nv) if model.dof_frictionloss[d]]
+    if rubbing:
+        yield f"friction losses of the joints {listed(dict.fromkeys(rubbing))}"
+    lifted = [bodies[k] for k in range(1, model.nbody) if model.body_gravcomp[k]]
+    if lifted:
+        yield f"the gravity compensation of the bodies {listed(lifted)}"
+    held = [bodies[k] for k in range(1, model.nbody) if model.body_mocapid[k] >= 0]
+    if held:
+        yield f"the motion of the bodies {listed(held)}, which stand still (mocap)"
+    turned = [joints[j] for j in range(model.njnt) if model.jnt_limited[j] and model.jnt_type[j] not in SCALAR]
+    if turned:
+        yield f"limits of the ball joints {listed(turned)}"
+    if model.opt.density or model.opt.viscosity or np.any(model.opt.wind):
+        yield "the forces of the fluid around it (density, viscosity, wind)"

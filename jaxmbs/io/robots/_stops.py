@@ -1,0 +1,27 @@
+"""Limits of joints as bump stops."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...builder import SystemBuilder
+from ...forces import BumpStop
+from ._imported import JointLimits, counted
+
+
+def _bounded(limits):
+    return {name: held for name, held in limits.items() if np.isfinite(held.lower) or np.isfinite(held.upper)}
+
+
+def add_stops(builder: SystemBuilder, limits: Mapping[str, JointLimits], stiffness: float | None) -> None:
+    """A force "joint.stop" for every joint with an end of its stroke, none where the stiffness is None."""
+    for name, held in {} if stiffness is None else _bounded(limits).items():
+        builder.force(f"{name}.stop", BumpStop(stiffness, held.lower, held.upper), joint=name)
+
+
+def limits_left_out(limits: Mapping[str, JointLimits], stiffness: float | None) -> list[str]:
+    """What to say of ends of strokes that hold nothing back."""
+    number = len(_bounded(limits))
+    if stiffness is not None or not number:
+        return []
+    return [f"limits of {counted(number, 'joint')}: they hold nothing back unless stops= gives their stiffness"]

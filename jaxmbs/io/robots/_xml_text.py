@@ -1,0 +1,82 @@
+"""XML of others, read with distrust: of one folder, of bounded size, without document types, entities or depth."""
+
+import codecs
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from ...errors import ModelFileError
+from .._regular_file import read_bytes
+
+MOST_BYTES, MOST_ELEMENTS = 32_000_000, 200_000
+DEEPEST = 200  # a chain of so many bodies is nested no deeper than MuJoCo's own limit
+_ENCODING = re.compile(r"""\s*<\?xml[^>]*?\sencoding\s*=\s*["']([\w.-]+)["']""", re.ASCII)
+_ENCODINGS = re.compile(
+    r"utf-?8(-sig)?|utf-?16|(us-)?ascii|iso-?8859-\d+|latin-?\d|(windows-|cp)\d+|gbk?|gb\d+|big5|shift_jis|euc-\w\w"
+    r"|koi8-\w|mac-?roman",
+    re.IGNORECASE,
+)
+_TYPES = re.compile(r"<!\s*(DOCTYPE|ENTITY|ELEMENT|ATTLIST|NOTATION)", re.IGNORECASE)
+
+
+def read_xml(path: Path) -> ET.Element:
+    """The root of a file.
+
+    Raises: ModelFileError for what is no file, not of its encoding, no XML, declares a document type or is too large
+    or deep.
+    """
+    return parse_xml(path, read_bytes(path, MOST_BYTES))
+
+
+def parse_xml(path: Path, content: bytes) -> ET.Element:
+    """The root of a file's content; raises as `read_xml`."""
+    text = _decoded(path, content)
+    if _TYPES.search(text):
+        raise ModelFileError(path, ["it declares a document type or entities, which models do not need"])
+    try:
+        root = ET.fromstring(re.sub(r"^\s*<\?xml[^>]*\?>", "", text))
+    except (ET.ParseError, ValueError) as error:
+        raise ModelFileError(path, [f"it is not well-formed XML: {error}"]) from error
+    if sum(1 for _ in root.iter()) > MOST_ELEMENTS:
+        raise ModelFileError(path, [f"it has more than {MOST_ELEMENTS} elements"])
+    if _depth(root) > DEEPEST:
+        raise ModelFileError(path, [f"its elements are nested more than {DEEPEST} deep"])
+    space = root.tag.rpartition("}")[0]
+    for element in root.iter() if space else ():  # the namespace of the whole document is no part of its names
+        element.tag = element.tag.removeprefix(space + "}")
+    return root
+
+
+def _decoded(path, content):
+    """Text, by its byte order mark, else by the encoding that it declares, else as UTF-8."""
+    marks = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+    declared = _ENCODING.match(content[:200].decode("latin-1"))
+    encoding = next((name for mark, name in marks if content.startswith(mark)), declared[1] if declared else "utf-8")
+    if not _ENCODINGS.fullmatch(encoding):
+        raise ModelFileError(path, [f"its encoding {encoding!r} is not read; save it as UTF-8"])
+    try:
+        return content.decode(encoding)
+    except (UnicodeError, LookupError) as error:
+        where = f" (byte {error.start})" if isinstance(error, UnicodeDecodeError) else ""
+        raise ModelFileError(path, [f"it is not {encoding.upper().removesuffix('-SIG')} text{where}"]) from error
+
+
+def _depth(root) -> int:
+    depth, level = 0, [root]
+    while level and depth <= DEEPEST:
+        depth, level = depth + 1, [child for element in level for child in element]
+    return depth
+
+
+def inside(folder: Path, name: str, *beside: Path) -> Path | None:
+    """The file of that name in one of the folders `beside`, links followed; None where there is none, or where it
+    lies outside of `folder`."""
+    home = folder.resolve()
+    for place in (folder, *beside):
+        try:
+            found = (place / name).resolve()
+            if found.is_relative_to(home) and found.is_file():
+                return found
+        except (OSError, ValueError, RuntimeError):  # nulls, loops of links
+            continue
+    return None

@@ -1,0 +1,138 @@
+"""Constraints beside joints: rows between two frames, and rows between joint coordinates."""
+
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import broken, faults_if, known
+from ..runtime import as_array
+from ..typing import ArrayLike, Converted, ScalarLike
+from ._base import AbstractJoint
+
+
+class AbstractClosure(AbstractJoint):
+    """Rows on the pose of frame B in frame A, like those of a cut joint, but with no joint behind them."""
+
+
+class Distance(AbstractClosure):
+    """A massless rod with ball ends: the two origins stay `length` [m] apart, `(d.d / length - length) / 2 = 0`.
+
+    One row [m].  Its multiplier is the rod's force [N], positive where it pushes the ends apart; `reactions` gives
+    the force on frame B.
+    """
+
+    row_units: ClassVar[tuple[str, ...]] = ("m",)
+
+    length: Converted[Float[Array, ""]] = eqx.field(converter=as_array)
+
+    def closure(self, R: Array, d: Array) -> Array:
+        return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]
+
+    def faults(self) -> list[str]:
+        bad = known(self.length) and not (np.isfinite(self.length) and self.length > 0)
+        return ["its length is not positive; for coinciding points use a Spherical joint"] if bad else []
+
+
+class PointOnPlane(AbstractClosure):
+    """The origin of frame B stays in the x-y plane of frame A.
+
+    One row [m]: z of the origin in frame A, positive along the z axis of A; so is its multiplier [N], the force on B.
+    """
+
+    row_units: ClassVar[tuple[str, ...]] = ("m",)
+
+    def closure(self, R: Array, d: Array) -> Array:
+        return d[2:]
+
+
+class PointOnLine(AbstractClosure):
+    """The origin of frame B stays on the z axis of frame A.
+
+    Two rows [m]: x, then y of the origin in frame A, positive along the axes of A; their multipliers [N] are the
+    force on B.
+    """
+
+    row_units: ClassVar[tuple[str, ...]] = ("m", "m")
+
+    def closure(self, R: Array, d: Array) -> Array:
+        return d[:2]
+
+
+class Coupler(eqx.Module):
+    """A gear, rack or cam between joint coordinates q_i: `sum c_i q_i = offset`, or `function(*q) = 0`.
+
+    One row, in the unit of c q.  Coordinates count as the joints count them, positive as they are: external gears of
+    20 and 60 teeth are `{"pinion": 20, "wheel": 60}` with a positive sign each, internal ones have opposite signs,
+    and a rack on a pinion of radius r is `{"rack": 1, "pinion": -r}`.  Joints of one coordinate only.
+
+    Args:
+        coefficients: joint name -> coefficient (any value when `function` is given: only the order counts).
+        offset: right-hand side [unit of c q].
+        function: scalar function of the coordinates, in the order of `coefficients`.
+    """
+
+    joints: tuple[str, ...] = eqx.field(static=True)
+    coefficients: Float[Array, " joints"]
+    offset: Float[Array, ""]
+    function: Callable | None = eqx.field(static=True)
+
+    def __init__(
+        self, coefficients: Mapping[str, ArrayLike], offset: ArrayLike = 0.0, function: Callable | None = None
+    ) -> None:
+        self.joints = tuple(coefficients)
+        self.coefficients = jnp.stack([as_array(c) for c in coefficients.values()])
+        self.offset = as_array(offset)
+        self.function = function
+
+    def rows(self, q: Array) -> Array:
+        """Residual (1,) at the coupled coordinates q (joints,)."""
+        value = jnp.dot(self.coefficients, q) if self.function is None else self.function(*q)
+        return jnp.reshape(value - self.offset, (1,))
+
+    def faults(self) -> list[str]:
+        zero = self.function is None and known(self.coefficients) and not np.any(self.coefficients)
+        infinite = any(broken(lambda x: ~np.isfinite(x), value) for value in (self.coefficients, self.offset))
+        return faults_if(
+            (zero, "all its coefficients are zero"),
+            (infinite, "its numbers are not finite"),
+            (len(set(self.joints)) < len(self.joints), f"it names a joint twice: {', '.join(self.joints)}"),
+            (
+                np.shape(self.coefficients) != (len(self.joints),),
+                f"it has {np.size(self.coefficients)} coefficients for {len(self.joints)} joints",
+            ),
+        )
+
+
+class VelocityRows(eqx.Module):
+    """Rows of velocity given by the user (nonholonomic): `function(coordinates (nq,), velocities (nv,), t) -> (m,)`.
+
+    Zero when satisfied, affine in the velocities.  Coordinates and velocities are in the order of those of a `State`,
+    `system.columns("joint")` finds the velocities of a joint; a row has the unit that the function gives it, and its
+    sign.
+    """
+
+    function: Callable
+
+    def rows(self, psi: Array, u: Array, t: ScalarLike) -> Array:
+        """The rows (m,)."""
+        return jnp.atleast_1d(self.function(psi, u, t))
+
+    def faults(self) -> list[str]:
+        return []
+
+
+class Rows(eqx.Module):
+    """Holonomic rows given by the user: `function(coordinates (nq,), t) -> (m,)`, zero when satisfied.
+
+    Coordinates are in the order of those of a `State`; a row has the unit that the function gives it, and its sign.
+    A function with design parameters should be an `equinox.Module`, whose numbers are then leaves of the system.
+    """
+
+    function: Callable
+
+    def faults(self) -> list[str]:
+        return []

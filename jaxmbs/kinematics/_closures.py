@@ -1,0 +1,156 @@
+"""Rows of cut joints and two-frame constraints, group by group: residuals, directions, wrenches along them."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..math._linalg import skew
+from ..model._system import ClosureGroup, System
+from ..runtime import take
+from ._configuration import Configuration
+from ._wrench_targets import Owners
+
+
+def _relative(basis, a, b):
+    """Canonical axes of frame A, and the pose of frame B in them."""
+    (R_a, x_a), (R_b, x_b) = a, b
+    axes = R_a @ basis
+    return axes, axes.T @ R_b @ basis, axes.T @ (x_b - x_a)
+
+
+def _rows(kind, basis, a, b, t):
+    _, R, d = _relative(basis, a, b)
+    return kind.closure_at(R, d, t)
+
+
+def _row_rates(kind, basis, a, b, t, twist):
+    """Rows of position (k,), and rates of all rows while B moves with the world `twist` relative to A, time held."""
+    axes, R, d = _relative(basis, a, b)
+    omega, v = axes.T @ twist[:3], axes.T @ (twist[3:] + skew(twist[:3]) @ b[1])
+    rows, rates = jnp.zeros(0, d.dtype), []
+    if kind.num_rows > kind.num_slips:
+        rows, rate = jax.jvp(lambda R, d: kind.closure_at(R, d, t), (R, d), (skew(omega) @ R, v))
+        rates.append(rate)
+    if kind.num_slips:
+        rates.append(kind.slip(R, d, omega, v))
+    return rows, jnp.concatenate(rates)
+
+
+def _directions(kind, basis, a, b, t):
+    along = lambda twist: _row_rates(kind, basis, a, b, t, twist)  # noqa: E731
+    return jax.vmap(along, out_axes=(None, 1))(np.eye(6, dtype=basis.dtype))
+
+
+_IN_GROUP = (0, 0, 0, 0, None)  # axes of kind, basis, frames A and B, time
+
+
+def _ends(group: ClosureGroup, *arrays):
+    """The arrays at the elements' frames A, and at their frames B."""
+    return tuple(tuple(take(x, end) for x in arrays) for end in (group.first, group.second))
+
+
+def _group_rows(group, R, x, t):
+    """Rows (elements, k) of a group."""
+    a, b = _ends(group, R, x)
+    return jax.vmap(_rows, _IN_GROUP)(group.kind, group.basis, a, b, t)
+
+
+def _linear_rows(group, R, x, t):
+    """Rows of position (elements, k) of a group, and `closure_directions`."""
+    a, b = _ends(group, R, x)
+    return jax.vmap(_directions, _IN_GROUP)(group.kind, group.basis, a, b, t)
+
+
+def closure_directions(group: ClosureGroup, R, x, t):
+    """Derivative of each row with respect to a world twist of frame B relative to frame A: (elements, rows, 6).
+
+    Its transpose turns multipliers into the wrench (moment about the world origin, force) on frame B's body.
+    """
+    return _linear_rows(group, R, x, t)[1]
+
+
+def directions(system: System, at: Configuration):
+    """`closure_directions` of every group, for the functions that take them where they are known already."""
+    return tuple(closure_directions(group, at.R, at.x, at.t) for group in system.closures)
+
+
+def residual_and_directions(system: System, at: Configuration):
+    """`residual` and `directions` at once."""
+    found = [_linear_rows(group, at.R, at.x, at.t) for group in system.closures]
+    return [rows.reshape(-1) for rows, _ in found], tuple(D for _, D in found)
+
+
+def wrenches(system: System, known, multipliers):
+    """Wrench (elements, 6) of the rows' multipliers on every element's B body, about the world origin, group by
+    group; known: `directions`, or their rates."""
+    first, found = 0, []
+    for group, D in zip(system.closures, known, strict=True):
+        shape = (len(group.names), group.kind.num_rows)
+        part = multipliers[first : first + shape[0] * shape[1]].reshape(shape)
+        found.append(jnp.einsum("erk,er->ek", D, part))
+        first += shape[0] * shape[1]
+    return found
+
+
+def sum_on(owners: Owners, system: System, wrenches):
+    """Wrenches of all elements on their owners (n, 6): plus on that of B, minus on that of A."""
+    both = jnp.concatenate([*wrenches, *(-wrench for wrench in wrenches)])
+    ends = [end for side in ("second", "first") for group in system.closures for end in getattr(group, side)]
+    return owners.collect(ends, both)
+
+
+def moving_directions(system: System, at: Configuration):
+    """`directions`, and the function of (R_dot, x_dot) that gives their rates as time goes on."""
+
+    def of_frames(R, x, t):
+        return tuple(closure_directions(group, R, x, t) for group in system.closures)
+
+    known, along = jax.linearize(of_frames, at.R, at.x, at.t)
+    return known, lambda R_dot, x_dot: along(R_dot, x_dot, jnp.ones_like(at.t))
+
+
+def time_rates(system: System, at: Configuration, frame_rates=None):
+    """(rows,) rates of all closures' rows at rest, those of paths in time; or, with the rates (R_dot, x_dot) of the
+    frames, what these rates change by as time goes on."""
+
+    def rate(group, R, x, t):
+        return jax.jvp(lambda t: _group_rows(group, R, x, t), (t,), (jnp.ones_like(t),))[1].reshape(-1)
+
+    parts = [jnp.zeros(0, at.psi.dtype)]
+    for group in system.closures:
+        one = functools.partial(rate, group)
+        if not group.kind.may_depend_on_time:
+            parts.append(jnp.zeros(len(group.names) * group.kind.num_rows, at.psi.dtype))
+        elif frame_rates is None:
+            parts.append(one(at.R, at.x, at.t))
+        else:
+            parts.append(jax.jvp(one, (at.R, at.x, at.t), (*frame_rates, jnp.ones_like(at.t)))[1])
+    return jnp.concatenate(parts)
+
+
+def residual(system: System, at: Configuration):
+    """Residuals of every group with rows of position, in one unit for each: lengths [m], tangents of half angles."""
+    return [
+        _group_rows(group, at.R, at.x, at.t).reshape(-1)
+        for group in system.closures
+        if group.kind.num_rows > group.kind.num_slips
+    ]
+
+
+def jacobian(system: System, at: Configuration, known=None):
+    """Rows (rows, nv) of every group; known: `directions`."""
+    parts = []
+    for group, D in zip(system.closures, directions(system, at) if known is None else known, strict=True):
+        path = jnp.asarray(path_difference(system, group), at.psi.dtype)
+        rows = jnp.einsum("erk,nk->ern", D, at.S) * path[:, None, :]
+        parts.append(rows.reshape(len(group.names) * group.kind.num_rows, system.topology.num_velocities))
+    return parts
+
+
+def path_difference(system: System, group: ClosureGroup):
+    """(elements, columns): +1 where a column moves frame B, -1 where it moves frame A, 0 where both or none."""
+    path = np.vstack([system.topology.nodes.path, np.zeros((1, system.topology.nodes.size), bool)]).astype(float)
+    node = np.asarray(system.topology.frame_node)
+    return path[node[np.asarray(group.second)]] - path[node[np.asarray(group.first)]]

@@ -1,0 +1,93 @@
+"""A mechanism at a place, and in motion there: what one walk of the tree finds, for every question asked of it.
+
+World axes.  Positions, twists, wrenches and inertias refer to an `origin`: a point of the system that stands still in
+every derivative.  Far from the world origin `m r^2` would swamp the inertias.
+"""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..math._spatial import cross_motion, scale
+from ..model._system import System
+from ._poses import first_place, frame_poses, joint_twists, node_inertias, node_parameters, node_poses, referred
+from ._tree import ancestors
+
+
+class Configuration(eqx.Module):
+    """Where a mechanism is.
+
+    Attributes:
+        t: time; psi: coordinates (nq,); P: `node_parameters` (nodes, 23).
+        W: node poses (nodes, 12); S: joint twists (nodes, 6); J: node inertias (nodes, 10), None where nobody asks.
+        R, x: rotations (frames, 3, 3) and positions (frames, 3) of the frames; origin: (3,) in the world.
+    """
+
+    t: Array
+    psi: Array
+    P: Array
+    W: Array
+    S: Array
+    R: Array
+    x: Array
+    origin: Array
+    J: Array | None
+
+
+class Moving(Configuration):
+    """A configuration with its velocities u (nv,) and the twists V (nodes, 6) of all nodes."""
+
+    u: Array
+    V: Array
+
+
+def configuration(system: System, P, psi, t, inertias=True, origin=None) -> Configuration:
+    """The walk of the tree at coordinates psi (nq,), about `origin` (default: where the first body is)."""
+    W = node_poses(system.topology, P, psi)
+    origin = first_place(system.topology, W) if origin is None else origin
+    W = referred(W, origin)
+    R, x = frame_poses(system, W, origin)
+    J = node_inertias(P, W) if inertias else None
+    return Configuration(t, psi, P, W, joint_twists(system.topology, P, W), R, x, origin, J)
+
+
+def at_state(system: System, state, inertias=True) -> Configuration:
+    """The configuration of a state."""
+    return configuration(system, node_parameters(system), state.coordinates, state.t, inertias)
+
+
+def elsewhere(system: System, at: Configuration, psi) -> Configuration:
+    """The same at other coordinates."""
+    return configuration(system, at.P, psi, at.t, at.J is not None)
+
+
+def moving(system: System, at: Configuration, u) -> Moving:
+    """The configuration at velocities u (nv,)."""
+    return _with(at, u, node_motion(system.topology, at.S, u))
+
+
+def resting(system: System, at: Configuration) -> Moving:
+    """The configuration at rest."""
+    return _with(at, jnp.zeros(system.topology.num_velocities, at.psi.dtype), jnp.zeros_like(at.S))
+
+
+def _with(at, u, V):
+    return Moving(*(getattr(at, field.name) for field in dataclasses.fields(Configuration)), u, V)
+
+
+def column_twists(topology, V):
+    """Twist of the node whose frame carries each column (a ball's three columns turn with its child)."""
+    return V if topology.is_simple else V[topology.column_frame]
+
+
+def node_motion(topology, S, u):
+    """World twists (nodes, 6, ...) of all nodes at velocities u (nv, ...)."""
+    return ancestors(topology.nodes, scale(S, u))
+
+
+def node_accelerations(topology, at: Moving, a):
+    """World twist rates (nodes, 6) at accelerations a (nv,): ancestor sum of `S a + S_dot u`."""
+    turned = cross_motion(column_twists(topology, at.V), at.S)
+    return ancestors(topology.nodes, scale(at.S, a) + scale(turned, at.u))

@@ -1,0 +1,136 @@
+"""Constraint rows: residual f(psi, t) of loops, drives, couplers; Jacobian A with `A u = -f_t`, and their rates.
+
+Row order: cut joints and two-frame constraints group by group, then drives, couplers and user rows.  Rows of velocity
+alone (rolling, blades; nonholonomic) stand among them in A but not in f: `topology.position_rows` picks the others;
+f_t is what a row amounts to at rest.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..math._linalg import RowScale, skew
+from ..model._rows import Drive
+from ..model._system import System
+from ..runtime import take
+from . import _closures as closures
+from . import _coordinate_rows as coordinate_rows
+from ._configuration import Configuration, Moving
+from ._poses import coordinate_rate, frame_twists
+from ._wrench_targets import nodes
+
+
+def residual(system: System, at: Configuration):
+    """f(psi, t), shape (rows,): lengths [m], tangents of half angles, coordinates.  Source: S2 (1)-(2)."""
+    return _all_rows(system, at, closures.residual(system, at))
+
+
+def residual_and_jacobian(system: System, at: Configuration):
+    """`residual` (position rows,) and `jacobian` (rows, nv), the frames of the loops looked at once."""
+    parts, directions = closures.residual_and_directions(system, at)
+    return _all_rows(system, at, parts), jacobian(system, at, directions)
+
+
+def _all_rows(system, at, parts):
+    """Those of the loops, then those of coordinates."""
+    if system.rows:
+        parts = [*parts, coordinate_rows.residual(system, at.psi, at.t)]
+    return jnp.concatenate(parts) if parts else jnp.zeros(0, at.psi.dtype)
+
+
+def jacobian(system: System, at: Configuration, known=None):
+    """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T; known: `closures.directions`.
+
+    Source: S2 (3), (5)."""
+    n, parts = system.topology.num_velocities, closures.jacobian(system, at, known)
+    if system.rows:
+        along = jax.vmap(lambda u: coordinate_rows.rates(system, at.psi, at.t, u), out_axes=1)
+        parts.append(along(np.eye(n, dtype=at.psi.dtype)))
+    return jnp.concatenate(parts) if parts else jnp.zeros((0, n), at.psi.dtype)
+
+
+def row_scale(system: System) -> RowScale:
+    """Brings lengths to multiples of the characteristic length, angles and others as they are; rows by element."""
+    unit = jnp.where(rows_are_lengths(system), 1.0 / system.length, 1.0)
+    return RowScale(
+        lax.stop_gradient(unit), np.unique(np.array(system.topology.row_joint, str), return_inverse=True)[1]
+    )
+
+
+def rows_are_lengths(system: System) -> np.ndarray:
+    """Whether each row (rows,) is a length [m]; else an angle, or what the user's row is in."""
+    top = system.topology
+    units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
+    for row in system.rows:
+        sliding = isinstance(row, Drive) and top.node_kind[row.columns[0]] == "prismatic"
+        units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
+    return np.array([unit == "m" for unit in units], bool)
+
+
+def time_rate(system: System, at: Configuration):
+    """f_t (rows,): the rates of the rows at rest, nonzero for drives, paths and moving supports."""
+    if not system.rows and not system.paths:
+        return jnp.zeros(system.topology.num_rows, at.psi.dtype)
+    rates = coordinate_rows.time_rates(system, at.psi, at.t)
+    still = jnp.zeros(system.topology.num_rows - rates.shape[0], rates.dtype)
+    return jnp.concatenate([closures.time_rates(system, at) if system.paths else still, rates])
+
+
+def _frame_rates(system, at):
+    """Twists of the frames' carriers (frames, 6), and the rates of R and x they make."""
+    carried = frame_twists(system, at.V)
+    spin = jax.vmap(skew)(carried[:, :3])
+    return carried, jnp.einsum("fij,fjk->fik", spin, at.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, at.x)
+
+
+def acceleration_bias(system: System, at: Moving, V_dot, moving=None):
+    """gamma (rows,) with `A u_dot = gamma`: `-(A_dot u + d f_t/dt)` along the motion.
+
+    Args: V_dot (nodes, 6) twist rates at zero accelerations; moving: `closures.moving_directions`, if known.
+    """
+    twist, R_dot, x_dot = _frame_rates(system, at)
+    twist_dot, (known, along) = frame_twists(system, V_dot), moving or closures.moving_directions(system, at)
+    parts = []
+    for group, D, D_dot in zip(system.closures, known, along(R_dot, x_dot), strict=True):
+        relative, relative_dot = (take(v, group.second) - take(v, group.first) for v in (twist, twist_dot))
+        rate = jnp.einsum("erk,ek->er", D_dot, relative) + jnp.einsum("erk,ek->er", D, relative_dot)
+        parts.append(rate.reshape(-1))
+    if system.paths:
+        parts = [jnp.concatenate(parts) + closures.time_rates(system, at, (R_dot, x_dot))]
+    if system.rows:
+
+        def row_speed(psi, t):
+            return coordinate_rows.rates(system, psi, t, at.u) + coordinate_rows.time_rates(system, psi, t)
+
+        parts.append(jax.jvp(row_speed, (at.psi, at.t), _rates(system, at))[1])
+    return -jnp.concatenate([jnp.zeros(0, at.psi.dtype), *parts])
+
+
+def _rates(system, at):
+    """Rates of (psi, t)."""
+    return coordinate_rate(system.topology, at.psi, at.u), jnp.ones_like(at.t)
+
+
+def pull(system: System, at: Moving, sigma, moving):
+    """What the multipliers sigma (rows,) of the momentum do to its rate: `A_dot^T sigma` in three parts.
+
+    Args: moving: `closures.moving_directions`.
+
+    Returns: node wrenches D^T sigma (nodes, 6), their rates along the motion, and the coordinate rows' part (nv,):
+    `A_dot^T sigma = S_dot . subtrees(wrenches) + S . subtrees(rates) + part`.
+    """
+    wrenches = rates = jnp.zeros((system.topology.nodes.size, 6), at.psi.dtype)
+    if system.closures:
+        _, R_dot, x_dot = _frame_rates(system, at)
+        known, along = moving
+
+        def on_nodes(known):
+            return closures.sum_on(nodes(system), system, closures.wrenches(system, known, sigma))
+
+        wrenches, rates = on_nodes(known), on_nodes(along(R_dot, x_dot))
+    part = jnp.zeros_like(at.u)
+    if system.rows:
+        efforts = lambda psi, t: coordinate_rows.efforts(system, psi, t, sigma)  # noqa: E731
+        part = jax.jvp(efforts, (at.psi, at.t), _rates(system, at))[1]
+    return wrenches, rates, part

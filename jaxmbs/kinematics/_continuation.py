@@ -1,0 +1,196 @@
+"""Coordinates followed along a branch, from closed loops to other values of the held coordinates and of time.
+
+In steps so short that the next pose is not mistaken for one of another branch: predicted by the last step, corrected
+by Newton's method, and made again, shorter, where the corrections do not shrink or the branch's sign changes.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array
+
+from ..math._determinant import determinant_signs
+from ..math._rotation import quaternion_log, quaternion_product
+from ..math._spd import spd_inverse
+from ..model._system import System
+from ._assembly import linearised
+from ._branches import components, rows_by_column
+from ._constraints import row_scale
+from ._poses import simple_columns, step_coordinates
+
+_REACH = 0.2  # the longest step, in rad or characteristic lengths: a curve of that radius leaves it by a tenth
+_CORRECTION = 0.1  # the largest correction of a prediction
+_AIM = 0.03  # the correction that steps are made for; it grows with the square of the step
+_SHRINKS = 0.8  # of a correction to the one before: one half at a singular pose, next to nothing elsewhere
+_ROUGH = 1e-4  # the last correction of a step on the way; the next step mends what it leaves
+_FINE = {8: 1e-10, 4: 1e-5}  # that of the last step
+_CLOSED = {8: 1e-13, 4: 1e-6}  # residuals at rounding
+_DAMPING = {8: 1e-13, 4: 1e-6}  # of motions that neither rows nor held values determine
+_SIGN = 1e-6  # of such motions in the determinant that compares two poses
+_CROSSING = 1e-4  # a step so short that changes the sign passes a crossing of branches, as a flat parallelogram's
+_SHORTEST = 1e-8  # share of the way; shorter steps say that the branch has ended
+_PASSES = 3000  # evaluations of the rows; a whole turn takes some two hundred
+
+
+class Place(NamedTuple):
+    """Coordinates psi (nq,) that close the loops at a time t (); with the last motion `along` (nv + 1,) of the held
+    columns and time the free ones moved by `slope` (nv,)."""
+
+    psi: Array
+    t: Array
+    slope: Array
+    along: Array
+
+
+class _Way(NamedTuple):
+    """The way from a place to held coordinates and a time: `motion` (nv,) and `duration` ().
+
+    `free` (nv,) is one for columns that are found; `unit` (position rows,) and `size` (nv,) bring rows and columns to
+    one unit; `block` (nv,) is static.
+    """
+
+    system: System
+    P: Array
+    place: Place
+    motion: Array
+    duration: Array
+    free: Array
+    unit: Array
+    size: Array
+    block: np.ndarray
+
+
+class _Step(NamedTuple):
+    """A step from `psi`, where the scaled rows are `rows`, to `trial`; the free columns move by `gone` up to there.
+
+    `share` () of the way lies behind it, `length` () is its own; `slope` (nv,) is how the free columns move along the
+    way.  `first`, `last` () are corrections of the trial, `opening` (rows,) the residual where the way begins.
+    """
+
+    passes: Array
+    share: Array
+    length: Array
+    psi: Array
+    rows: Array
+    slope: Array
+    trial: Array
+    gone: Array
+    first: Array
+    last: Array
+    opening: Array
+
+
+def at_rest(psi, t, num_velocities: int) -> Place:
+    """A place with no step before it."""
+    return Place(psi, t, jnp.zeros(num_velocities, psi.dtype), jnp.zeros(num_velocities + 1, psi.dtype))
+
+
+def follow(system: System, P, place: Place, psi, t, held: tuple[int, ...]) -> tuple[Place, Array]:
+    """The place on the same branch with the held columns at their values in psi (nq,) and the time t (), and the
+    share () of the way that could be gone; less than one, and coordinates NaN, where the branch ends before.
+
+    Where the rows are open at the beginning (the place is of another design), they are closed along the way.
+    """
+    top = system.topology
+    free = np.ones(top.num_velocities, psi.dtype)
+    free[list(held)] = 0.0
+    motion = (1.0 - free) * _difference(top, place.psi, psi)
+    size = jnp.where(np.asarray(top.spins) > 0, 1.0, system.length).astype(psi.dtype)
+    unit = row_scale(system).unit[top.position_rows].astype(psi.dtype)
+    block = components(rows_by_column(system) & (free > 0))[1]
+    way = _Way(system, P, place, motion, t - place.t, jnp.asarray(free, psi.dtype), unit, size, block)
+
+    def goes_on(step):
+        return (step.share < 1.0) & (step.passes < _PASSES) & ((step.passes == 0) | (step.length > _SHORTEST))
+
+    step = lax.while_loop(goes_on, lambda step: _advance(way, step), _beginning(way))
+    arrived = jnp.where(step.share >= 1.0, 1.0, jnp.nan).astype(psi.dtype)
+    return Place(step.psi * arrived, t, step.slope, jnp.append(motion, way.duration)), step.share
+
+
+def _beginning(way):
+    """A step of no length, which finds the rows where the way begins."""
+    place, along = way.place, jnp.append(way.motion, way.duration)
+    before = jnp.dot(place.along, place.along)
+    slope = jnp.dot(place.along, along) / jnp.where(before > 0.0, before, 1.0) * place.slope
+    number = lambda x: jnp.full((), x, along.dtype)  # noqa: E731
+    rows, still = jnp.zeros((len(way.unit), len(way.size)), along.dtype), jnp.zeros_like(way.motion)
+    return _Step(
+        0, number(0), number(0), place.psi, rows, slope, place.psi, still, number(0), number(jnp.inf), rows[:, 0]
+    )
+
+
+def _advance(way, step):
+    """One correction of the trial, and the next step where it was the last one."""
+    precision, end = way.motion.dtype.itemsize, step.share + step.length
+    is_last = end > 1.0 - _SHORTEST
+    f, A = linearised(way.system, way.P, step.trial, way.place.t + end * way.duration, way.free)
+    opening = jnp.where(step.passes == 0, f, step.opening)
+    rows, gap = way.unit[:, None] * A * way.size[None], way.unit * (f - (1.0 - end) * opening)
+    eye = np.eye(len(way.size), dtype=A.dtype)
+    turn = -(spd_inverse(rows.T @ rows + _DAMPING[precision] * eye) @ (rows.T @ gap))
+    change, is_first = jnp.max(jnp.abs(turn)), jnp.isinf(step.last)
+    shrinks = jnp.where(is_first, change <= _CORRECTION, change <= _SHRINKS * step.last)
+    enough = jnp.where(is_last, _FINE[precision], _ROUGH)
+    closed = (shrinks & (change <= enough)) | (jnp.max(jnp.abs(gap), initial=0.0) <= _CLOSED[precision])
+    delta = way.size * turn
+    step = step._replace(
+        passes=step.passes + 1,
+        trial=step_coordinates(way.system.topology, step.trial, delta),
+        gone=step.gone + delta,
+        first=jnp.where(is_first, change, step.first),
+        last=change,
+        opening=opening,
+    )
+    ends = closed & _keeps_branch(way, step, rows)
+    forward, back = _forward(way, step, jnp.where(is_last, 1.0, end), rows), _back(way, step)
+    goes_on = ~closed & shrinks
+    return _choose(ends, forward, _choose(goes_on, step, back))
+
+
+def _choose(condition, one, other):
+    return _Step(*(jnp.where(condition, x, y) for x, y in zip(one, other, strict=True)))
+
+
+def _keeps_branch(way, step, rows):
+    """Whether the trial is on the branch of the beginning: the rows' determinant has the same sign in each block.
+
+    Or the step is so short that branches cross there, and went as predicted.
+    """
+    pairs = step.rows.T @ rows + _SIGN * np.eye(len(way.size), dtype=rows.dtype)
+    same = jnp.all(determinant_signs(pairs, way.block, 0.0) > 0)
+    length = jnp.max(jnp.abs(step.gone / way.size))
+    return same | ((length <= _CROSSING) & (step.first <= _CORRECTION * length))
+
+
+def _forward(way, step, share, rows):
+    """The step after this one, longer or shorter as its correction was."""
+    is_start = step.length == 0.0
+    slope = jnp.where(is_start, step.slope, step.gone / jnp.where(is_start, 1.0, step.length))
+    grows = jnp.clip(jnp.sqrt(_AIM / jnp.maximum(step.first, 1e-30)), 0.5, 2.0)
+    longest = _REACH / jnp.maximum(jnp.max(jnp.abs((way.motion + slope) / way.size)), _REACH)
+    length = jnp.minimum(jnp.where(is_start, longest, jnp.minimum(grows * step.length, longest)), 1.0 - share)
+    return _again(way, step._replace(share=share, psi=step.trial, rows=rows, slope=slope), length)
+
+
+def _back(way, step):
+    """The same step, a quarter as long."""
+    return _again(way, step, 0.25 * step.length)
+
+
+def _again(way, step, length):
+    trial = step_coordinates(way.system.topology, step.psi, length * (way.motion + step.slope))
+    return step._replace(length=length, trial=trial, gone=length * step.slope, last=jnp.full_like(step.last, jnp.inf))
+
+
+def _difference(topology, start, end):
+    """The motion (nv,) that leads from coordinates to others: differences, of balls the least turn."""
+    columns, coordinates = simple_columns(topology)
+    motion = jnp.zeros(topology.num_velocities, end.dtype).at[columns].set((end - start)[coordinates])
+    for first in topology.balls:
+        at = topology.node_coordinate[first]
+        p, q = start[at : at + 4] * np.array([1.0, -1.0, -1.0, -1.0], end.dtype), end[at : at + 4]
+        motion = motion.at[first : first + 3].set(quaternion_log(quaternion_product(p, q)))
+    return motion

@@ -1,0 +1,127 @@
+"""Kinematic influence coefficients of the first order: internal (loops) and external (bodies).
+
+`u = Gamma phi_dot + b`: Gamma has a unit block at the independent velocities and the internal KIC Gi at the
+dependent ones.  Bodies follow by `V_k = J_k u`.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..math._linalg import full_rank_lstsq
+from ..model._system import System
+from . import _constraints as constraints
+from ._configuration import Configuration, at_state
+from ._mobility import at_independent, dependent_columns, independent_columns
+from ._state import State
+
+
+def velocity_map(system: System, at: Configuration):
+    """(Gamma (nv, N), b (nv,)): `u = Gamma phi_dot + b`, by full-column-rank least squares of `[A; P]`.
+
+    Redundant rows do no harm.  Source: S2 (3)-(5); b is the part of driven joints and moving supports.
+    """
+    n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
+    pick = np.eye(n, dtype=dtype)[chosen]
+    if not system.has_constraints:
+        return jnp.asarray(pick.T), jnp.zeros(n, dtype)
+    A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at)
+    picked = np.eye(len(chosen), len(chosen) + 1, dtype=dtype)
+    upper = -f_t[:, None] * np.eye(1, len(chosen) + 1, len(chosen), dtype=dtype)
+    solution = full_rank_lstsq(jnp.concatenate([A, pick]), jnp.concatenate([upper, picked]))
+    return solution[:, :-1], solution[:, -1]
+
+
+def motion_map(system: System, at: Configuration, known=None):
+    """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and keeps the rows, `A x = c`;
+    known: `closures.directions`."""
+    n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
+    pick = np.eye(n, dtype=dtype)[chosen]
+    if not system.has_constraints:
+        return jnp.asarray(pick.T), jnp.zeros((n, 0), dtype)
+    rows = jnp.concatenate([constraints.jacobian(system, at, known), pick])
+    inverse = full_rank_lstsq(rows, jnp.asarray(np.eye(len(rows), dtype=dtype)))
+    return inverse[:, len(rows) - len(chosen) :], inverse[:, : len(rows) - len(chosen)]
+
+
+def position_map(system: System, at: Configuration):
+    """(nv, n): displacements of all columns per independent coordinate, rows of position alone: what Gamma is for
+    rates, and differs from it where rolling or blades restrict velocities further."""
+    top = system.topology
+    pick = np.eye(top.num_velocities)[list(top.analysis.independent_positions)]
+    A = constraints.jacobian(system, at)[top.position_rows]
+    right = np.concatenate([np.zeros((A.shape[0], len(pick))), np.eye(len(pick))])
+    return full_rank_lstsq(jnp.concatenate([A, jnp.asarray(pick, at.psi.dtype)]), jnp.asarray(right, at.psi.dtype))
+
+
+def point_jacobian(system: System, S, node, point):
+    """(6, nv) angular velocity, then velocity of the `point` carried by `node` (-1: the ground), per velocity; the
+    point is seen from where the twists S refer to.
+
+    Source: S2 (11)-(12), (14)-(15) with every joint independent, 1 - alpha and alpha as S carries them.
+    """
+    path = np.vstack([system.topology.nodes.path, np.zeros((1, system.topology.nodes.size), bool)])[node]
+    twist = S * jnp.asarray(path, S.dtype)[:, None]
+    linear = twist[:, 3:] + jax.vmap(jnp.cross, in_axes=(0, None))(twist[:, :3], point)
+    return jnp.concatenate([twist[:, :3], linear], axis=1).T
+
+
+class Kic(eqx.Module):
+    """First-order KIC by body name.
+
+    Attributes:
+        internal: Gi (M, N), dependent by independent velocities; S2 (5).
+        rotational, translational: body name -> (3, N), world axes, at the centre of mass; S2 (12), (15).
+        independent, dependent: velocity columns of the split (static).
+    """
+
+    internal: Float[Array, "m n"]
+    rotational: dict
+    translational: dict
+    independent: tuple[int, ...] = eqx.field(static=True)
+    dependent: tuple[int, ...] = eqx.field(static=True)
+
+
+@at_independent
+def internal_kic(system: System, state: State) -> Float[Array, "M N"]:
+    """Gi (M, N): rates of the dependent velocities per independent one.
+
+    `Gi = -(df/dq)^-1 (df/dphi)` with the left inverse for redundant rows.  Source: S2 (3)-(5); its transpose maps
+    efforts, `tau_phi = Gi^T tau_q`, S2 (6).
+    """
+    Gamma, _ = velocity_map(system, at_state(system, state, inertias=False))
+    return Gamma[dependent_columns(system)]
+
+
+def body_kic(system: System, at: Configuration, Gamma):
+    """External KIC (bodies, 6, N): angular velocity and velocity of the centre of mass per independent velocity, with
+    Gamma (nv, N) of `velocity_map`."""
+    top, own, S = system.topology, slice(1, system.topology.bodies.size + 1), at.S
+    com = at.x[own] + jnp.einsum("bij,bj->bi", at.R[own], system.com)
+    path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])[np.asarray(top.body_node, int)]
+    twist = jnp.asarray(path, S.dtype)[:, :, None] * S[None]
+    cross = jax.vmap(jax.vmap(jnp.cross, in_axes=(0, None)))
+    J = jnp.concatenate([twist[..., :3], twist[..., 3:] + cross(twist[..., :3], com)], axis=-1)
+    return jnp.einsum("bnk,ni->bki", J, Gamma)
+
+
+@at_independent
+def kic(system: System, state: State) -> Kic:
+    """First-order KIC of a state, internal and of every body.
+
+    The independent set is the user's (`build(independent=...)`) or was chosen at build by pivoting.
+    Source: S2 (3)-(6), (11)-(16).
+    """
+    at = at_state(system, state, inertias=False)
+    Gamma = velocity_map(system, at)[0]
+    G = body_kic(system, at, Gamma)
+    names = system.topology.body_names
+    return Kic(
+        internal=Gamma[dependent_columns(system)],
+        rotational={name: G[k, :3] for k, name in enumerate(names)},
+        translational={name: G[k, 3:] for k, name in enumerate(names)},
+        independent=tuple(int(i) for i in independent_columns(system)),
+        dependent=tuple(int(i) for i in dependent_columns(system)),
+    )

@@ -1,0 +1,219 @@
+"""Mobility at a pose: independent set, redundancy and what statics leaves open there; on the host.
+
+All of it belongs to a pose, not to a mechanism: a lift drawn flat has another mobility than at work.  `build` counts
+at one pose; `system_at` counts again at the state of a question where that pose differs.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import scipy.linalg
+
+from ..checks import no_such
+from ..errors import ModelError
+from ..model._entry_points import check_fits, question, states_of
+from ..model._system import System
+from ..model._topology import Mobility, Topology
+from ..runtime import as_array, jit
+from . import _constraints as constraints
+from . import _reaction_map as reaction_map
+from ._configuration import configuration
+from ._host_rows import Rows, evaluate, is_concrete
+from ._poses import node_parameters
+from ._rank import column_weights, constraint_rank, constraint_spaces
+
+_SINGULAR = 1e-6  # a set that moves less than this with some null vector of unit length does not determine it
+Function = TypeVar("Function", bound=Callable)
+
+
+def count_mobility(system: System, state: Any) -> Mobility:
+    """Freedoms, redundancy and independent set at one concrete State, see `Mobility`.
+
+    Raises: as `check_fits`; TypeError within a trace and for several states; ValueError where it is not finite.
+    """
+    check_fits(system, state)
+    if not is_concrete(system, state) or state.coordinates.ndim != 1:
+        raise TypeError("the mobility is counted at one known state, outside of jit, vmap and derivatives")
+    if not np.isfinite(state.coordinates).all():
+        raise ValueError(f"the mobility is counted at a state of finite coordinates, got {state.coordinates}")
+    return _mobility_at(system, np.asarray(state.coordinates), np.asarray(state.t))
+
+
+def system_at(system: System, state: Any) -> System:
+    """The system with the mobility of a concrete State: its own where that holds there too, else one counted there.
+
+    Of several states, as of a motion, the first counts, and only where its rank is higher than that of the build: it
+    may be a singular one.  Within a trace the system is answered as it is: there shapes are those of the build.
+    """
+    own, several = system.topology.analysis, state.coordinates.ndim > 1
+    if not system.has_constraints or own is None or not is_concrete(system, state):
+        return system
+    psi, t = (np.asarray(x) for x in (state.coordinates, state.t))
+    if several:
+        psi, t = psi.reshape(-1, psi.shape[-1])[0], t.reshape(-1)[0]
+    if not np.isfinite(psi).all():
+        return system
+    found = _mobility_at(system, psi, t)
+    if several and found.rank <= own.rank:
+        return system
+    fits = (found.independent, found.independent_positions) == (own.independent, own.independent_positions)
+    return system if fits else with_mobility(system, found)  # the same program where only marks differ
+
+
+def at_independent(function: Function) -> Function:
+    """A `question` whose answer is on the independent velocities: those of the state it is about."""
+    asked = question(function)
+
+    @functools.wraps(function)
+    def ask(system, state, *args, **kwargs):
+        state = states_of(system, state)
+        system = system_at(system, state)
+        return where_determined(system, state, asked(system, state, *args, **kwargs))
+
+    return ask  # type: ignore[return-value]
+
+
+def where_determined(system: System, state, answer):
+    """The answer of a traced question, NaN where the independent set of the build does not determine the motion at
+    the state; shapes cannot follow the state there.  The answer as it is for a concrete state, which `system_at` met.
+    """
+    if not system.has_constraints or is_concrete(system, state) or state.coordinates.ndim != 1:
+        return answer
+    fits = is_determined(system, state.coordinates, state.t)
+    numbers = lambda x: eqx.is_inexact_array(x) and x.size > 0  # noqa: E731
+    return jax.tree.map(lambda x: jnp.where(fits, x, jnp.nan).astype(x.dtype) if numbers(x) else x, answer)
+
+
+@jit(compile="quick")
+def is_determined(system: System, psi, t):
+    """Whether the freedoms at coordinates psi are as many as the independent velocities, and determined by them."""
+    at = configuration(system, node_parameters(system), psi, t, inertias=False)
+    A, chosen = constraints.jacobian(system, at), independent_columns(system)
+    pick = np.eye(A.shape[1], dtype=A.dtype)[chosen]
+    both = jnp.stack([jnp.concatenate([A, part]) for part in (0.0 * pick, pick)])  # rows of zeros have no rank
+    ranks = jax.vmap(lambda A: constraint_rank(system, A))(both)
+    return jnp.all(ranks == np.array([A.shape[1] - len(chosen), A.shape[1]]))
+
+
+def _mobility_at(system: System, psi, t) -> Mobility:
+    """`Mobility` at coordinates psi (nq,) and time t; the independent set that the system has stays where it can."""
+    rows = evaluate(system, psi, t)
+    broken = np.array(system.topology.row_joint)[~np.isfinite(rows.A).all(1)]
+    if broken.size:
+        raise ValueError(f"the constraint rows of {', '.join(dict.fromkeys(broken))} are not finite at this state")
+    return mobility_of(system, rows, spaces_of(system, rows))
+
+
+def spaces_of(system: System, rows: Rows):
+    """`constraint_spaces` of the rows that `evaluate` gave."""
+    return constraint_spaces(rows.A * np.asarray(column_weights(system))[None], float(system.length))
+
+
+def mobility_of(system: System, rows: Rows, spaces, wanted: Iterable[str] | None = None) -> Mobility:
+    """`Mobility` from the rows at a pose and their `spaces_of`.
+
+    Args: wanted: joints whose velocities are to be the independent ones.
+
+    Raises: ModelError where these do not determine the motion.
+    """
+    top, (rank, Z, Y) = system.topology, spaces
+    old = top.analysis or Mobility(0, 0, 0, ())
+    chosen = _nearest_set(Z, old.independent) if wanted is None else _wanted_set(top, Z, tuple(wanted))
+    positions = chosen
+    if top.slip_rows:
+        Z = spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[1]
+        positions = _nearest_set(Z, chosen)
+    undetermined, names = _undetermined(reaction_map.carriers(system), rows.reactions, Y, float(system.length))
+    names += tuple(name for name in _sharing_rows(system, Y) if name not in names)
+    counted = rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions
+    return Mobility(*counted, _moved_by(Z, positions), old.turning_rows, _ranks(system, rows))
+
+
+def _moved_by(Z, positions):
+    """Which of the independent columns (by their place there) move each column, of the null space Z of the rows."""
+    if Z.shape[0] == Z.shape[1]:  # a tree
+        return ()
+    share = np.abs(np.linalg.lstsq(Z[list(positions)].T, Z.T, rcond=None)[0].T)
+    return tuple(tuple(int(k) for k in np.nonzero(row > 1e-6)[0]) for row in share)
+
+
+def _ranks(system, rows):
+    """The rank of the position rows of each name."""
+    names = np.array(system.topology.row_joint, str)[system.topology.position_rows]
+    A = rows.A[system.topology.position_rows]
+    return tuple(
+        (str(name), spaces_of(system, rows._replace(A=A[names == name]))[0]) for name in dict.fromkeys(names)
+    )
+
+
+def independent_columns(system: System) -> np.ndarray:
+    """Velocity columns chosen as independent (static)."""
+    top = system.topology
+    return np.arange(top.num_velocities) if top.analysis is None else np.asarray(top.analysis.independent, int)
+
+
+def dependent_columns(system: System) -> np.ndarray:
+    """The other velocity columns."""
+    return np.setdiff1d(np.arange(system.topology.num_velocities), independent_columns(system))
+
+
+def with_mobility(system: System, found: Mobility | None, length=None) -> System:
+    """The system with a mobility in its topology and, where given, its characteristic length [m]."""
+    system = dataclasses.replace(system, topology=dataclasses.replace(system.topology, analysis=found))
+    return system if length is None else dataclasses.replace(system, length=as_array(length))
+
+
+def _nearest_set(Z, columns):
+    """Velocity columns that determine every motion of the null space Z: of the given ones those that do so well,
+    completed by pivoting."""
+    kept: tuple[int, ...] = ()
+    if columns:
+        R, pivots = scipy.linalg.qr(Z[list(columns)].T, pivoting=True, mode="r")
+        well = np.abs(np.diagonal(R)) > _SINGULAR
+        kept = tuple(columns[k] for k, good in zip(pivots, well, strict=False) if good)
+    missing = Z.shape[1] - len(kept)
+    known = np.linalg.qr(Z[list(kept)].T)[0] if kept else np.zeros((Z.shape[1], 0))
+    more = scipy.linalg.qr(Z.T - known @ (known.T @ Z.T), pivoting=True, mode="r")[1][:missing] if missing else ()
+    found = tuple(sorted([*kept, *(int(k) for k in more)]))
+    return columns if set(found) == set(columns) else found
+
+
+def _wanted_set(top: Topology, Z, wanted):
+    """Velocity columns of the user's joints."""
+    unknown = [n for n in wanted if n not in top.joint_index]
+    if unknown:
+        raise ModelError([f"independent: {no_such('joint', n, top.joint_names)}" for n in unknown])
+    columns = [k for n in wanted for k in range(*top.joints[top.joint_index[n]].velocities.indices(10**9))]
+    # a set that is all but singular is the user's to choose
+    if len(columns) != Z.shape[1] or np.linalg.svd(Z[columns], compute_uv=False)[-1] < 1e-9:
+        raise ModelError(
+            [
+                f"independent: joints {', '.join(wanted)} give {len(columns)} velocities that do not determine "
+                f"the motion; the mobility is {Z.shape[1]}"
+            ]
+        )
+    return tuple(columns)
+
+
+def _undetermined(carriers, B, Y, length):
+    """Reaction components that a self-stress of redundant rows changes, and the carriers they belong to."""
+    if Y.shape[1] == 0:
+        return tuple((False,) * 6 for _ in carriers), ()
+    change = np.abs(B @ Y) / np.r_[np.ones(3), np.full(3, length)][None, :, None]
+    marks = change.max(axis=2) > 1e-6 * max(change.max(), 1e-3)  # rounding stays below, couplers change nothing
+    flags = tuple(tuple(bool(m) for m in row) for row in marks)
+    return flags, tuple(name for (name, *_), row in zip(carriers, flags, strict=True) if any(row))
+
+
+def _sharing_rows(system, Y):
+    """Names of couplers, drives and rows of the user that are in self-stresses Y (rows, redundant)."""
+    own, shares = {row.name for row in system.rows}, np.abs(Y).max(axis=1, initial=0.0) > 1e-6
+    return dict.fromkeys(
+        name for name, part in zip(system.topology.row_joint, shares, strict=True) if part and name in own
+    )

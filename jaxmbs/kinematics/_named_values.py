@@ -1,0 +1,155 @@
+"""What a user says of a state: coordinates and velocities by the name of the joint, put in their places."""
+
+import warnings
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import broken, known, no_such
+from ..errors import ModelError
+from ..model._rows import Drive
+from ..model._system import System
+from ._cut_joints import may_hold
+from ._poses import neutral_coordinates
+
+
+class Request(NamedTuple):
+    """The state that a user asks for.
+
+    Attributes:
+        coordinates, velocities, t: (nq,), (nv,), (); those given, of the others what a search begins with.
+        held: velocity columns whose coordinates are given; `held_rates` those whose velocities are.
+        cuts: values () of cut joints by name; `cut_guesses` what their search begins with.
+        drives: rows whose joints begin where they are driven to.
+        has_guess: whether the user or the model gave any for joints in the tree.
+    """
+
+    system: System
+    coordinates: Any
+    velocities: Any
+    t: Any
+    held: tuple[int, ...]
+    held_rates: tuple[int, ...]
+    cuts: dict
+    cut_guesses: dict
+    drives: tuple[Drive, ...]
+    has_guess: bool
+
+    @property
+    def numbers(self) -> tuple:
+        return self.coordinates, self.velocities, self.t, self.cuts, self.cut_guesses
+
+    @property
+    def free(self) -> tuple[np.ndarray, np.ndarray]:
+        """One for columns that are found, zero for those given, of coordinates and of velocities (nv,)."""
+        top, dtype = self.system.topology, self.coordinates.dtype
+        return free_columns(top, self.held, dtype), free_columns(top, self.held_rates, dtype)
+
+
+def request(system: System, values, velocities, guess, t) -> Request:
+    """What is asked for, checked.  Raises: ModelError with all faults."""
+    top, faults, own = system.topology, [], set(guess or {})
+    guess = {**{name: np.squeeze(x) for name, x in top.guess}, **(guess or {})}
+    precision = jnp.result_type(float)
+    (guess, cut_guesses), (values, cuts) = (split_cuts(system, given, faults) for given in (guess, values or {}))
+    psi = placed(top, neutral_coordinates(top).astype(precision), guess, "coordinates", faults)
+    psi = placed(top, psi, values, "coordinates", faults)
+    u = placed(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
+    if np.shape(t) != () or isinstance(t, str) or broken(lambda t: ~np.isfinite(t), t):
+        faults.append(f"state: t must be one finite time, got {t!r}")
+    if faults:
+        raise ModelError(faults)
+    drives = tuple(row for row in system.rows if isinstance(row, Drive) and row.name not in {*own, *values})
+    held, rates = (columns_of(top, given) for given in (values, velocities or {}))
+    return Request(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess))
+
+
+def split_cuts(system, values, faults):
+    """Values of the joints in the tree, and those () of cut joints with one coordinate; faults are collected."""
+    top = system.topology
+    cut = [name for name in values if name in top.joint_index and top.joints[top.joint_index[name]].is_cut]
+    own, cut = {}, [name for name in cut if may_hold(system, name)]
+    for name in cut:
+        if _is_no_number(values[name]) or np.shape(values[name]) not in ((), (1,)):
+            faults.append(f"state: joint {name!r} takes one finite number, got {values[name]!r}")
+        else:
+            own[name] = jnp.reshape(jnp.asarray(values[name], float), ())
+    return {name: value for name, value in values.items() if name not in cut}, own
+
+
+def placed(top, array, values, part, faults):
+    """`array` with the named joints' entries set; faults are collected."""
+    for name, value in values.items():
+        if name not in top.joint_index:
+            faults.append(f"state: {no_such('joint', name, top.joint_names)}")
+            continue
+        joint = top.joints[top.joint_index[name]]
+        where = getattr(joint, part)
+        if joint.is_cut:
+            faults.append(
+                f"state: joint {name!r} closes a loop and takes no {part}; give those of others in the loop, or cut "
+                f"one of them: build(cut=[...]) with one of {', '.join(_loop_of(top, joint))}"
+            )
+            continue
+        if isinstance(value, str):
+            faults.append(f"state: joint {name!r} takes numbers, got the text {value!r}")
+            continue
+        if _is_no_number(value):
+            faults.append(f"state: joint {name!r} takes finite real numbers, got {value!r}")
+            continue
+        host = known(array, value)
+        value = np.asarray(value, array.dtype) if host else jnp.asarray(value, float)
+        size = where.stop - where.start
+        _notice_degrees(name, joint, value, part)
+        if value.shape not in (((), (1,)) if size == 1 else ((size,),)):
+            faults.append(f"state: joint {name!r} takes {size} {part}, got shape {value.shape}")
+            continue
+        if host:
+            array = array.copy()
+            array[where] = np.reshape(value, (size,))
+        else:
+            array = jnp.asarray(array).at[where].set(jnp.reshape(value, (size,)))
+    return array
+
+
+def _is_no_number(value):
+    """Whether it is a text or complex, or known and not finite."""
+    return isinstance(value, str) or np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x), value)
+
+
+def _loop_of(top, joint):
+    """Names of the joints between the ends of a cut joint, in the tree."""
+    ends = [set(np.nonzero(top.bodies.path[body])[0]) if body >= 0 else set() for body in (joint.parent, joint.child)]
+    return [top.joints[top.body_joint[k]].name for k in sorted(ends[0] ^ ends[1])]
+
+
+def _notice_degrees(name, joint, value, part):
+    """A warning for an angle of more than two turns: it may be in degrees."""
+    turns = joint.kind == "Revolute" and part == "coordinates" and known(value)
+    if turns and np.any(np.abs(value) > 4.0 * np.pi):
+        angle = float(np.max(np.abs(value)))
+        text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"
+        warnings.warn(f"{text}; angles are in radians, not degrees", stacklevel=4)
+
+
+def columns_of(top, names):
+    """Velocity columns of joints in the tree."""
+    joints = [top.joints[top.joint_index[name]] for name in names]
+    return tuple(k for joint in joints for k in range(joint.velocities.start, joint.velocities.stop))
+
+
+def free_columns(top, columns, dtype):
+    """1 for every column (nv,), 0 for some."""
+    free = np.ones(top.num_velocities, dtype)
+    free[list(columns)] = 0.0
+    return free
+
+
+def coordinates_of(top, columns):
+    """Whether each coordinate (nq,) belongs to one of the velocity columns."""
+    mine, balls = np.zeros(top.num_coordinates, bool), set(top.balls)
+    for k in columns:
+        first = top.node_coordinate[k]
+        mine[first : first + (4 if k in balls else 1)] = True
+    return mine

@@ -1,0 +1,98 @@
+"""Position, velocity, acceleration and Jacobian of any frame or point."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..checks import no_such
+from ..errors import UnknownNameError
+from ..model._entry_points import question
+from ..model._system import System
+from ..runtime import as_array
+from ..typing import FrameLike, Matrix3, Vector3
+from ._configuration import configuration
+from ._kic import point_jacobian
+from ._poses import coordinate_rate, node_parameters, node_poses
+from ._state import State
+
+
+def locate(system: System, frame):
+    """Node, position and rotation in node axes of a frame reference: a frame or body name, or (name, point).
+
+    Raises: UnknownNameError.
+    """
+    if not isinstance(frame, str) and not (isinstance(frame, tuple | list) and len(frame) == 2):
+        raise TypeError(f"a frame is the name of a frame or body, or (name, point), not {frame!r}")
+    name, point = (frame, None) if isinstance(frame, str) else frame
+    top = system.topology
+    if name not in top.frame_index:
+        raise UnknownNameError(no_such("body or frame", name, top.frame_names))
+    index = top.frame_index[name]
+    position, rotation = system.frames.position[index], system.frames.rotation[index]
+    if point is not None:
+        position = position + rotation @ _point(name, point)
+    return top.frame_node[index], position, rotation
+
+
+def _point(name, point):
+    point = as_array(point)
+    if point.shape != (3,):
+        raise ValueError(f"a point of {name!r} needs three numbers, got shape {point.shape}")
+    return point
+
+
+def _pose(system, P, psi, place):
+    node, position, rotation = place
+    if node < 0:
+        return rotation, position
+    w = node_poses(system.topology, P, psi)[node]
+    R = w[:9].reshape(3, 3)
+    return R @ rotation, w[9:] + R @ position
+
+
+@question
+def position(system: System, state: State, frame: FrameLike) -> Vector3:
+    """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
+    return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[1]
+
+
+@question
+def rotation(system: System, state: State, frame: FrameLike) -> Matrix3:
+    """World rotation (3, 3) of a frame."""
+    return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[0]
+
+
+@question
+def velocity(system: System, state: State, frame: FrameLike) -> Vector3:
+    """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
+    return (jacobian(system, state, frame) @ state.velocities)[:3]
+
+
+@question
+def angular_velocity(system: System, state: State, frame: FrameLike) -> Vector3:
+    """Angular velocity (3,) [rad/s] of a frame, world axes."""
+    return (jacobian(system, state, frame) @ state.velocities)[3:]
+
+
+def point_acceleration(system: System, state, frame, rates):
+    """Acceleration, then angular acceleration (6,) of a frame, world axes, at accelerations `rates` (nv,)."""
+
+    def speed(psi):
+        return jacobian(system, eqx.tree_at(lambda s: s.coordinates, state, psi), frame) @ state.velocities
+
+    psi_dot = coordinate_rate(system.topology, state.coordinates, state.velocities)
+    bias = jax.jvp(speed, (state.coordinates,), (psi_dot,))[1]
+    return bias + jacobian(system, state, frame) @ rates
+
+
+@question
+def jacobian(system: System, state: State, frame: FrameLike) -> Float[Array, "6 nv"]:
+    """Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity, world axes, per velocity.
+
+    Source: S2 (11)-(12), (14)-(15) with every joint independent.
+    """
+    P, place = node_parameters(system), locate(system, frame)
+    at = configuration(system, P, state.coordinates, state.t, inertias=False)
+    point = _pose(system, P, state.coordinates, place)[1] - at.origin
+    return jnp.roll(point_jacobian(system, at.S, place[0], point), 3, axis=0)

@@ -1,0 +1,193 @@
+"""Poses, joint twists and inertias of all nodes; rates of quaternions; steps on the configuration space."""
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..math._rotation import quaternion_exp, quaternion_product, quaternion_rate
+from ..math._spatial import (
+    TRIANGLE,
+    compose,
+    quaternion_rotations,
+    rotations,
+    rows,
+    scale,
+    screw_twists,
+    turned,
+    world_inertia,
+)
+from ..model._system import System
+from ..model._topology import Topology
+from ..runtime import take
+from ._tree import poses
+
+#: Cyclic rotation that takes z to x: a ball's three columns are x, y, z of the child by applying it thrice.
+CYCLE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def per_node(values, x):
+    """Static numbers per node as an array that multiplies (nodes[, batch]) arrays like `x`."""
+    return jnp.asarray(values, x.dtype).reshape((-1,) + (1,) * (x.ndim - 1))
+
+
+def node_parameters(system: System):
+    """All parameters of the tree in one array (nodes, 23): placement rotation (9) and position (3), lead, then the
+    mass, centre of mass (3) and inertia about it (6) of the bodies on the node, in node axes."""
+    top, n = system.topology, system.topology.nodes.size
+    R, p = system.body_pose.rotation, system.body_pose.position
+    com = p + jnp.einsum("bij,bj->bi", R, system.com)
+    inertia = jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
+    node = np.asarray(top.body_node)
+    if not np.array_equal(node, np.arange(n)):
+        mass, com, inertia = _combine(n, np.where(node < 0, n, node), system.mass, com, inertia)
+    else:
+        mass = system.mass
+    upper = inertia.reshape(n, 9)[:, TRIANGLE]
+    rotation = system.placement.rotation.reshape(n, 9)
+    columns = [rotation, system.placement.position, system.lead[:, None], mass[:, None], com, upper]
+    return jnp.concatenate(columns, axis=1)
+
+
+def _combine(n, node, mass, com, inertia):
+    """Mass, centre of mass and inertia of the bodies welded to each of `n` nodes (index n is the ground)."""
+
+    def total(x):
+        return jnp.zeros((n + 1, *x.shape[1:]), x.dtype).at[node].add(x)[:n]
+
+    M = total(mass)
+    safe = jnp.where(M > 0, M, 1.0)
+    C = total(mass[:, None] * com) / safe[:, None]
+    r = com - jnp.concatenate([C, jnp.zeros((1, 3), C.dtype)])[node]
+    square = jnp.einsum("bi,bi->b", r, r)[:, None, None] * jnp.eye(3)[None] - r[:, :, None] * r[:, None, :]
+    return M, C, total(inertia + mass[:, None, None] * square)
+
+
+def local_transforms(topology: Topology, P, psi):
+    """Pose of each node in its parent, (nodes, 12, ...), at coordinates psi (nq[, batch])."""
+    R, x = rotations(P), P[:, 9:12]
+    simple = topology.is_simple
+    start = np.asarray(topology.node_coordinate)
+    q = psi if simple else psi[start]
+    angle = q if all(topology.turns) else q * per_node(topology.turns, q)
+    turning, x = rows(turned(R, angle)), jnp.broadcast_to(x, (*x.shape[:2], *q.shape[1:]))
+    if topology.advances:
+        x = x + scale(P[:, 2:9:3], P[:, 12] * q)
+    local = jnp.concatenate([turning, x], axis=1)
+    if simple:
+        return local
+    first = topology.balls
+    turn = quaternion_rotations(jnp.stack([psi[start[first] + i] for i in range(4)], axis=1))
+    ball = rows(compose(R[first], jnp.roll(turn, -1, axis=2)))
+    position = jnp.broadcast_to(x[first], ball[:, :3].shape)
+    return local.at[first].set(jnp.concatenate([ball, position], axis=1))
+
+
+def match_batch(P, psi):
+    """Parameters with as many trailing batch axes as the coordinates."""
+    missing = psi.ndim - (P.ndim - 1)
+    return P.reshape(P.shape + (1,) * missing) if missing > 0 else P
+
+
+def node_poses(topology: Topology, P, psi):
+    """World pose (nodes, 12, ...) of every node; Source: S2 (1), the tree of links."""
+    local = local_transforms(topology, match_batch(P, psi), psi)
+    return poses(topology.nodes, lax.optimization_barrier(local))  # else its derivative is computed many times over
+
+
+def joint_twists(topology: Topology, P, W):
+    """World twist (nodes, 6, ...) of a unit rate of each column, about the world origin.  Source: S2 (11), (14)."""
+    z, X, lead = W[:, 2:9:3], W[:, 9:], match_batch(P, W[:, 0])[:, 12]
+    turn = None if all(topology.spins) else per_node(topology.spins, W[:, 0])
+    return screw_twists(z, X, turn, jnp.broadcast_to(lead, W[:, 0].shape))
+
+
+def node_inertias(P, W):
+    """World inertia (nodes, 10, ...) of every node about the world origin."""
+    P = match_batch(P, W[:, 0])
+    return world_inertia(W, P[:, 13:14], P[:, 14:17], P[:, 17:23])
+
+
+def coordinate_rate(topology: Topology, psi, u):
+    """Rates of the coordinates (nq,) from velocities u (nv,): the map T(psi)."""
+    if topology.is_simple:
+        return u
+    rate = _scatter_simple(topology, jnp.zeros_like(psi), u)
+    for first in topology.balls:
+        at = topology.node_coordinate[first]
+        rate = rate.at[at : at + 4].set(quaternion_rate(psi[at : at + 4], u[first : first + 3]))
+    return rate
+
+
+def step_coordinates(topology: Topology, psi, delta):
+    """`psi (+) delta`: a step delta (nv,) on the configuration space, exact for quaternions."""
+    if topology.is_simple:
+        return psi + delta
+    moved = psi + _scatter_simple(topology, jnp.zeros_like(psi), delta)
+    for first in topology.balls:
+        at = topology.node_coordinate[first]
+        turned = quaternion_product(psi[at : at + 4], quaternion_exp(delta[first : first + 3]))
+        moved = moved.at[at : at + 4].set(turned)
+    return moved
+
+
+def normalise(topology: Topology, psi):
+    """Coordinates with quaternions of unit length."""
+    for first in topology.balls:
+        at = topology.node_coordinate[first]
+        q = psi[at : at + 4]
+        psi = psi.at[at : at + 4].set(q * lax.rsqrt(jnp.sum(q * q)))
+    return psi
+
+
+def neutral_coordinates(topology: Topology):
+    """Zero coordinates (nq,), unit quaternions, in NumPy."""
+    psi = np.zeros(topology.num_coordinates)
+    for first in topology.balls:
+        psi[topology.node_coordinate[first]] = 1.0
+    return psi
+
+
+def simple_columns(topology: Topology):
+    """Velocity columns and coordinates that are rate and integral of each other."""
+    columns = np.array([k for k, kind in enumerate(topology.node_kind) if kind != "ball"], int)
+    return columns, np.asarray(topology.node_coordinate, int)[columns]
+
+
+def _scatter_simple(topology, into, values):
+    columns, coordinates = simple_columns(topology)
+    return into.at[coordinates].set(values[columns], unique_indices=True)
+
+
+def first_place(topology: Topology, W):
+    """World position (3, ...) of the first body that moves, a constant to derivatives."""
+    nodes = [node for node in topology.body_node if node >= 0]
+    return lax.stop_gradient(W[nodes[0], 9:]) if nodes else jnp.zeros(3, W.dtype)
+
+
+def referred(W, origin):
+    """Poses W (nodes, 12, ...) with positions from `origin` (3, ...)."""
+    return jnp.concatenate([W[:, :9], W[:, 9:] - origin[None]], axis=1)
+
+
+def frame_poses(system: System, W, origin=None):
+    """Pose of every frame: rotations (frames, 3, 3) and positions (frames, 3), like those of W from `origin`; no
+    batch axes."""
+    R = W[:, :9].reshape(-1, 3, 3)
+    R = jnp.concatenate([R, np.eye(3, dtype=R.dtype)[None]])
+    ground = jnp.zeros((1, 3), W.dtype) if origin is None else -origin[None]
+    X = jnp.concatenate([W[:, 9:], ground])
+    node = np.asarray(system.topology.frame_node) % len(R)
+    R, X = take(R, node), take(X, node)
+    position = X + jnp.einsum("fij,fj->fi", R, system.frames.position)
+    return jnp.einsum("fij,fjk->fik", R, system.frames.rotation), position
+
+
+def frame_twists(system: System, V):
+    """World twist (frames, 6) of the node that carries each frame, from those of the nodes (nodes, 6)."""
+    V = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])
+    return take(V, np.asarray(system.topology.frame_node) % len(V))
+
+
+def body_frame(topology: Topology) -> np.ndarray:
+    """Frame index of each body's own frame (frame 0 is the ground)."""
+    return np.arange(1, topology.bodies.size + 1)

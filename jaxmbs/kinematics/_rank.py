@@ -1,0 +1,60 @@
+"""Rank of the constraint rows at a pose, of concrete rows and within a trace: the one place that decides it."""
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..checks import known
+from ..model._system import System
+
+_NONE = {8: 1e-7, 4: 1e-3}  # singular values, or pivots, that count as zero, by precision
+
+
+def column_weights(system: System):
+    """Weights (nv,) that make velocities comparable: 1 for turning columns, the length of the system for sliding."""
+    spins, length = np.asarray(system.topology.spins), system.length
+    return spins + (1.0 - spins) * (np.asarray(length) if known(length) else lax.stop_gradient(length))
+
+
+def constraint_spaces(A: np.ndarray, length: float) -> tuple[int, np.ndarray, np.ndarray]:
+    """Rank of weighted rows A (rows, nv), their null space (nv, freedoms) and that of A^T (rows, redundant)."""
+    if A.shape[0] == 0:
+        return 0, np.eye(A.shape[1]), np.zeros((0, 0))
+    U, s, Vt = np.linalg.svd(A)
+    rank = int(np.sum(s > _threshold(A, length, s[0]))) if s.size else 0
+    return rank, Vt[rank:].T, U[:, rank:]
+
+
+def constraint_rank(system: System, A):
+    """Rank () of the rows A (rows, nv) of a system; by singular values on the host, within a trace by elimination.
+
+    No derivative: a rank has none.
+    """
+    if isinstance(A, np.ndarray):
+        return constraint_spaces(A * np.asarray(column_weights(system))[None], float(system.length))[0]
+    A = lax.stop_gradient(A * jnp.asarray(column_weights(system), A.dtype)[None])
+    return _eliminated_rank(A, lax.stop_gradient(system.length))
+
+
+def _threshold(A, length, largest):
+    """Rows are of the size of 1 (angles) or of the model's length [m]; where all cancel, rounding is no rank."""
+    floor = 1e-3 * (np if isinstance(length, float) else jnp).minimum(1.0, length)
+    return _NONE[A.dtype.itemsize] * (np if isinstance(length, float) else jnp).maximum(largest, floor)
+
+
+def _eliminated_rank(A, length):
+    """Pivots of a Gaussian elimination with complete pivoting that are no rounding: cheaper to compile than singular
+    values, and the same under `vmap`."""
+    if not min(A.shape):
+        return jnp.zeros((), int)
+    least, places = _threshold(A, length, jnp.max(jnp.abs(A))), np.arange(A.size).reshape(A.shape)
+
+    def eliminate(carry, _):
+        A, rank = carry
+        here = (lax.argmax(jnp.abs(A).reshape(-1), 0, places.dtype) == places).astype(A.dtype)  # 1 at the pivot
+        row, column, pivot = here.sum(1) @ A, A @ here.sum(0), jnp.sum(here * A)
+        counts = (jnp.abs(pivot) > least).astype(A.dtype)
+        A = A - column[:, None] * (counts * row / (pivot + 1.0 - counts))[None]
+        return (A, rank + counts), None
+
+    return lax.scan(eliminate, (A, jnp.zeros((), A.dtype)), length=min(A.shape))[0][1].astype(int)

@@ -1,0 +1,154 @@
+"""Questions about branches: the sign of a state's, and states along a coordinate on one of them."""
+
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Float
+
+from ..checks import place_of
+from ..errors import ModelError
+from ..model._entry_points import check_fits
+from ..model._system import System
+from ..runtime import as_array, jit
+from ..typing import ArrayLike
+from ._assembled_state import closed_at, constant
+from ._branches import branch_signs
+from ._configuration import configuration
+from ._constraints import jacobian
+from ._continuation import at_rest, follow
+from ._cut_joints import held as holding
+from ._host_rows import is_concrete
+from ._named_values import columns_of, coordinates_of, request
+from ._poses import node_parameters
+from ._state import State, made
+
+
+def branch(system: System, state: State, held: Sequence[str] = ()) -> Float[Array, "... blocks"]:
+    """The branch on which the loops are closed: -1 or 1 for each block of coupled loops, 0 at a singular pose.
+
+    It is the sign of the determinant of the rows' Jacobian in the coordinates that depend on the held ones.  States
+    with the same coordinates held that differ in a sign are on different branches: a motion between them passes a
+    dead point.  A loop that is determined once those before it are is a block of its own, and closes in two ways if
+    it is plane; of loops that are coupled both ways, or of several degrees in space, more than two branches share
+    the two signs.  A tree has no block.  The sign is 0 too where what is redundant turns with the pose (three
+    parallel cranks, spatial loops that move by their proportions alone), so that it has none.
+
+    Args:
+        state: a State of this system, or several with leading axes, as those of a motion.
+        held: joints whose coordinates are given, the crank in `State.at(system, crank=0.3)`; what they lack of the
+            freedoms is completed from the independent columns.
+
+    Raises: UnknownNameError; ModelError for the state of another system.
+    """
+    check_fits(system, state)
+    return _branch(system, state.coordinates, state.t, columns_of(system.topology, _names(system, held)))
+
+
+def states_along(
+    system: System,
+    joint: str,
+    values: ArrayLike,
+    start: State,
+    *,
+    held: Sequence[str] = (),
+    velocities: dict[str, Any] | None = None,
+) -> State:
+    """States at values of one joint's coordinate, all on the branch of a state: a whole turn of a crank.
+
+    Each is followed from the one before, the first from `start`, in as many steps as keep the branch.  Derivatives by
+    parameters of the system, values and velocities are exact; `start` is a constant to them.  Where the branch ends
+    (a value that cannot be reached, a dead point) the states from there on are NaN and not `ok`, with a warning
+    outside of tracing; so is a change of the branch's sign, where branches cross.
+
+    Args:
+        joint: with one coordinate, in the tree or cut.
+        values: (n,) [rad or m], in the order in which they are gone through.
+        start: a closed state of the system; its time is that of all.
+        held: other joints that stay at their coordinates in `start`.
+        velocities: joint name -> velocity, held in each of the states.
+
+    Returns: a State with a leading axis (n,).
+
+    Raises: ModelError for names, sizes or values that do not fit, UnknownNameError.
+    """
+    check_fits(system, start)
+    values = as_array(values)
+    faults = [] if values.ndim == 1 else [f"states_along: values of {joint!r} must be (n,), got shape {values.shape}"]
+    faults += [f"states_along: start must be one state, got {start.t.shape}"] if start.t.shape else []
+    if faults:
+        raise ModelError(faults)
+    here = system.coordinates(start)
+    fixed = {name: here[name] for name in _names(system, held) if name in here and name != joint}
+    asked = request(system, {**fixed, joint: values[0] if len(values) else 0.0}, velocities, None, start.t)
+    psi, u, t = (jnp.asarray(x, values.dtype) for x in asked.numbers[:3])
+    begin = at_rest(start.coordinates.astype(values.dtype), t, len(u))
+    states = made(system, _along(system, joint, values, psi, u, begin, asked.held, asked.held_rates))
+    if is_concrete(states):
+        _notice(joint, values, states)
+    return states
+
+
+@jit(compile="quick")
+def _along(system, joint, values, psi, u, begin, columns, rate_columns):
+    """What is found at each of the values."""
+    top = system.topology
+    record = top.joints[top.joint_index[joint]]
+
+    def target(psi, value):
+        cuts = {joint: value} if record.is_cut else {}
+        return cuts, psi if cuts else psi.at[record.first_coordinate].set(value)
+
+    fixed, P, goal, begin, stops = constant((system, node_parameters(system), psi, begin, values))
+
+    def step(place, value):
+        cuts, psi = target(goal, value)
+        place, _ = follow(holding(fixed, cuts) if cuts else fixed, P, place, psi, begin.t, columns)
+        return place, place.psi
+
+    found = lax.scan(step, begin, stops)[1]
+
+    def close(value, found):
+        cuts, here = target(psi, value)
+        here = jnp.where(coordinates_of(top, columns), here, found)
+        return closed_at(system, here, u, begin.t, columns, rate_columns, cuts, search=False)
+
+    return jax.vmap(close)(values, found)
+
+
+@jit(compile="quick")
+def _branch(system, psi, t, columns):
+    def signs(psi, t):
+        at = configuration(system, node_parameters(system), psi, t, inertias=False)
+        return branch_signs(system, jacobian(system, at), columns)
+
+    for _ in t.shape:
+        signs = jax.vmap(signs)
+    return signs(psi, t)
+
+
+def _names(system, held):
+    """Names of joints of the system, one or several.  Raises: UnknownNameError."""
+    names = [held] if isinstance(held, str) else list(held)
+    for name in names:
+        place_of("joint", name, system.topology.joint_names)
+    return names
+
+
+def _notice(joint, values, states):
+    """A warning where the branch ends or its sign changes."""
+    ok, values, signs = np.asarray(states.ok), np.asarray(values), np.asarray(states.branch)
+    if not np.all(ok):
+        k = int(np.argmin(ok))
+        text = "the branch ends before {}; from there on the states are NaN"
+    elif np.any(signs != signs[:1]):
+        k = int(np.argmax(np.any(signs != signs[:1], axis=1)))
+        text = "the branch's sign changes at {}: branches cross there"
+    else:
+        return
+    place = f"{joint} = {values[k]:.6g} (state {k} of {len(values)})"
+    warnings.warn(f"states_along: {text.format(place)}", stacklevel=3)

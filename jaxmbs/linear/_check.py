@@ -1,0 +1,159 @@
+"""Is a linear system sound? Symmetry, rigid motions, mass properties, grounding, mechanisms, massless coordinates."""
+
+import numpy as np
+
+from ..elements import DIRECTIONS
+from ..errors import ModelError
+from ..runtime import as_array
+from ..typing import ArrayLike
+from ._check_report import Check, names, numbers
+from ._rigid_motions import rigid_rows
+from ._system import LinearSystem
+
+
+def check(
+    system: LinearSystem, about: ArrayLike = (0.0, 0.0, 0.0), tolerance: float = 1e-6, throw: bool = False
+) -> Check:
+    """Examine a linear system with known numbers, on the host.
+
+    Args:
+        about: point (3,) [m] for the moments of inertia.
+        tolerance: relative size from which an asymmetry counts, a thousandth of it for the energy of rigid motions.
+        throw: raise the faults.
+
+    Raises: ModelError where `throw` and a fault is found; it names the coordinates.
+    Source: the checks of `cbcheck` of pyYeti; S1 (3).
+    """
+    sub, about = system.dense(), np.asarray(as_array(about), float)
+    if about.shape != (3,) or not np.all(np.isfinite(about)):
+        raise ValueError(f"about must be a point of three finite numbers, got {about}")
+    matrices = {"mass": sub.mass, "stiffness": sub.stiffness, "damping": sub.damping}
+    matrices = {name: np.asarray(value) for name, value in matrices.items() if value is not None}
+    faults, warnings = [], []
+    asymmetry = {name: _symmetry(sub, name, A, tolerance, faults) for name, A in matrices.items()}
+    M, K = _even(matrices["mass"]), _even(matrices["stiffness"])
+    massless, slack = _empty(sub, M), _empty(sub, K)
+    free_motions, shapes = _strainless(sub, K, faults)
+    _definite(sub, "mass", M, faults)
+    motions = None if sub.positions is None else np.asarray(rigid_rows(sub, about), float)
+    energy = grounded = None
+    properties = (None,) * 4
+    if motions is not None:
+        energy, grounded = _strain_energy(sub, K, motions, tolerance, warnings)
+        properties = _mass_properties(M, motions, about, tolerance, warnings)
+        _mechanisms(sub, K, shapes, motions, faults)
+    idle = tuple(label for label in massless if label in slack)
+    if idle:
+        faults.append(f"neither mass nor stiffness on {names(idle)}")
+    if set(massless) - set(idle):
+        warnings.append(f"no mass on {names(tuple(label for label in massless if label not in idle))}")
+    if set(slack) - set(idle):
+        warnings.append(f"no stiffness on {names(tuple(label for label in slack if label not in idle))}")
+    report = Check(
+        size=sub.num_rows,
+        asymmetry=asymmetry,
+        rigid_energy=energy,
+        grounded=grounded,
+        mass=properties[0],
+        about=about,
+        centre=properties[1],
+        inertia=properties[2],
+        central_inertia=properties[3],
+        free_motions=free_motions,
+        massless=massless,
+        slack=slack,
+        faults=tuple(faults),
+        warnings=tuple(warnings),
+    )
+    if throw and faults:
+        raise ModelError(faults)
+    return report
+
+
+def _symmetry(sub, name, A, tolerance, faults):
+    difference, size = np.abs(A - A.T), np.abs(A).max() or 1.0
+    worst = difference.max() / size
+    if worst > tolerance:
+        i, j = np.unravel_index(np.argmax(difference), A.shape)
+        faults.append(f"{name} is unsymmetric by {worst:.1e}, most between {sub.label(i)} and {sub.label(j)}")
+    return float(worst)
+
+
+def _even(A):
+    return (A + A.T) / 2
+
+
+def _empty(sub, A):
+    size = np.abs(A).max(axis=1)
+    return tuple(sub.label(i) for i in np.nonzero(size <= 1e-14 * (size.max() or 1.0))[0])
+
+
+def _scaled(A):
+    """Congruent matrix with ones on its diagonal, and the scale; rows without diagonal keep theirs."""
+    diagonal = np.abs(np.diag(A))
+    scale = 1.0 / np.sqrt(np.where(diagonal > 1e-14 * (diagonal.max() or 1.0), diagonal, 1.0))
+    return A * scale[:, None] * scale[None, :], scale
+
+
+def _strainless(sub, K, faults):
+    """Number of motions without strain and a basis of them; negative stiffness is a fault."""
+    scaled, scale = _scaled(K)
+    values, vectors = np.linalg.eigh(scaled)
+    limit = 1e-9 * max(values[-1], 1e-300) * max(1.0, len(K) / 100)
+    if values[0] < -limit:
+        faults.append(f"stiffness is negative ({values[0]:.1e} scaled), most at {_largest(sub, vectors[:, 0])}")
+    count = int(np.sum(np.abs(values) <= limit))
+    return count, scale[:, None] * vectors[:, np.abs(values) <= limit]
+
+
+def _definite(sub, name, M, faults):
+    values, vectors = np.linalg.eigh(_scaled(M)[0])
+    if values[0] < -1e-9 * max(values[-1], 1e-300):
+        faults.append(f"{name} is negative ({values[0]:.1e} scaled), most at {_largest(sub, vectors[:, 0])}")
+
+
+def _largest(sub, vector):
+    order = np.argsort(-np.abs(vector))[:3]
+    return ", ".join(sub.label(i) for i in order if np.abs(vector[i]) > 0.3 * np.abs(vector[order[0]]))
+
+
+def _strain_energy(sub, K, motions, tolerance, warnings):
+    energy = np.sum(motions * (K @ motions), axis=0)
+    reference = np.sum(motions**2 * np.diag(K)[:, None], axis=0)
+    relative = energy / np.where(reference > 0, reference, 1.0)
+    strained = np.nonzero(relative > 1e-3 * tolerance)[0]
+    moving = np.any(motions != 0, axis=0)
+    if len(strained) and np.any(moving & (relative <= 1e-3 * tolerance)):  # what is held in all of them is supported
+        which = ", ".join(DIRECTIONS[k] for k in strained)
+        forces = np.abs(K @ motions[:, strained]).max(axis=1)
+        warnings.append(f"held in part: rigid motions {which} are strained, most at {_largest(sub, forces)}")
+    return relative, "held" if len(strained) else "free"
+
+
+def _mass_properties(M, motions, about, tolerance, warnings):
+    total = motions.T @ M @ motions
+    mass = np.trace(total[:3, :3]) / 3
+    if mass <= 0:
+        return (None,) * 4
+    if np.abs(total[:3, :3] - mass * np.eye(3)).max() > tolerance * mass:
+        given = numbers(np.diag(total[:3, :3]))
+        warnings.append(f"mass differs by direction ({given}): some of it is held, or rows are missing")
+        return mass, None, None, None
+    first = total[:3, 3:]  # -m c~
+    arm = np.array([first[1, 2] - first[2, 1], first[2, 0] - first[0, 2], first[0, 1] - first[1, 0]]) / (2 * mass)
+    inertia = total[3:, 3:]
+    return mass, about + arm, inertia, inertia - mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+
+
+def _mechanisms(sub, K, shapes, motions, faults):
+    """Motions without strain that no rigid motion is."""
+    if not shapes.shape[1]:
+        return
+    weight = 1.0 / _scaled(K)[1][:, None]
+    own, rigid = weight * shapes, weight * motions
+    basis, singular, _ = np.linalg.svd(rigid, full_matrices=False)
+    basis = basis[:, singular > 1e-10 * max(singular[0], 1e-300)]
+    rest = own - basis @ (basis.T @ own)
+    left, size, _ = np.linalg.svd(rest, full_matrices=False)
+    for k in np.nonzero(size > 1e-4)[0]:
+        faults.append(f"mechanism: a motion without strain, most at {_largest(sub, left[:, k] / weight[:, 0])}")

@@ -1,0 +1,81 @@
+"""Names of coordinates: labels `(node, direction)`, the rows they stand for, and the places of nodes."""
+
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import no_such
+from ..elements import DIRECTIONS
+from ..elements._base import number
+
+
+def label(item) -> tuple[str, str]:
+    """`(node, direction)` of a name: "tip rz", ("tip", "rz"), or "mode" without a direction."""
+    if isinstance(item, str):
+        node, _, direction = item.rpartition(" ")
+        return (node, direction) if node and direction in DIRECTIONS else (item, "")
+    node, direction = item
+    return str(node), str(direction)
+
+
+def spoken(item: tuple[str, str]) -> str:
+    """A label as one name: "tip rz"."""
+    return " ".join(item).strip()
+
+
+def labels_of(coordinates, n: int, faults: list) -> tuple[tuple[str, str], ...]:
+    """One label for each of n rows, their numbers by default."""
+    given = [str(i) for i in range(n)] if coordinates is None else list(coordinates)
+    labels = tuple(label(item) for item in given)
+    if len(labels) != n:
+        faults.append(f"{len(labels)} coordinates are named, the matrices have {n} rows")
+    unique = len(set(labels)) == len(labels)
+    repeated = [] if unique else sorted({spoken(item) for item in labels if labels.count(item) > 1})
+    if repeated:
+        faults.append(f"coordinates named twice: {', '.join(repeated[:5])}")
+    wrong = sorted({direction for _, direction in labels} - {*DIRECTIONS, ""})
+    if wrong:
+        faults.append(f"directions {wrong} are none of {', '.join(DIRECTIONS)}")
+    return labels
+
+
+def rows_of(names, labels, faults: list) -> tuple[int, ...]:
+    """Rows of labels, of all coordinates of nodes, or of numbers."""
+    found, places = [], {}
+    for i, (node, direction) in enumerate(labels):
+        places.setdefault((node, direction), []).append(i)
+        if direction:
+            places.setdefault((node, ""), []).append(i)
+    for name in names:
+        if isinstance(name, int | np.integer) and not isinstance(name, bool):
+            hits = [int(name)] if 0 <= name < len(labels) else []
+        else:
+            hits = places.get(label(name), [])
+        if not hits:
+            faults.append(no_such("coordinate or node", name, map(spoken, places)))
+        found += hits
+    if len(set(found)) < len(found):
+        faults.append("coordinates are named twice")
+    return tuple(found)
+
+
+def places_of(positions, labels, faults: list):
+    """Names and positions (nodes, 3) of nodes."""
+    if positions is None:
+        return (), None
+    mapped = isinstance(positions, Mapping)
+    names, places = (positions.keys(), positions.values()) if mapped else positions
+    names = tuple(str(name) for name in names)
+    if mapped and all(np.shape(place) == (3,) for place in places):
+        places = jnp.stack([jnp.asarray(place) for place in places])
+    elif mapped:
+        wrong = [name for name, place in zip(names, places, strict=True) if np.shape(place) != (3,)]
+        faults.append(f"positions need three components each: {', '.join(wrong[:5])}")
+        return names, None
+    elif np.shape(places) != (len(names), 3):
+        faults.append(f"{len(names)} nodes need positions of shape ({len(names)}, 3), got {np.shape(places)}")
+    missing = sorted({node for node, direction in labels if direction} - set(names))
+    if missing:
+        faults.append(f"positions of nodes are missing: {', '.join(missing[:5])}")
+    return names, number(places)

@@ -1,0 +1,121 @@
+"""Rows without mass: condensed statically on the way in, which is exact, and put back on the way out."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from ..checks import broken, known
+from ..math import _square as square
+from ..typing import AnyArray
+from ._condensation import interface_basis
+from ._system import LinearSystem
+
+#: Damping forces on rows without mass, of their own sizes, that count as none.
+SMALL = 1e-9
+
+
+class Condensation(eqx.Module):
+    """A linear system on its rows with mass, and the way back: `x = T x_heavy`, loads on the light rows added.
+
+    Attributes:
+        heavy, light: rows with and without mass (static).
+        basis: T (n, heavy), None where all rows are heavy.
+        stiffness: of the light rows (light, light), likewise.
+        system: on the heavy rows.
+    """
+
+    heavy: tuple[int, ...] = eqx.field(static=True)
+    light: tuple[int, ...] = eqx.field(static=True)
+    basis: Array | None
+    stiffness: Array | None
+    system: LinearSystem
+
+    def load(self, forces: AnyArray) -> AnyArray:
+        """Loads (..., heavy) that do the work of forces (..., n)."""
+        return forces if self.basis is None else forces @ self.basis.astype(forces.dtype)
+
+    def start(self, x: AnyArray) -> AnyArray:
+        """The heavy part (..., heavy) of displacements (..., n)."""
+        return x[..., np.array(self.heavy, int)]
+
+    def expand(self, x: Array, forces: Array | None = None) -> Array:
+        """Displacements (..., n), or their rates, of heavy ones (..., heavy) and of forces (..., n) on light rows."""
+        if self.basis is None:
+            return x
+        found, light = x @ self.basis.T.astype(x.dtype), np.array(self.light, int)
+        return found if forces is None else found.at[..., light].add(self.yielded(forces[..., light]))
+
+    def yielded(self, forces: Array) -> Array:
+        """Displacements (..., light) under forces on light rows, the heavy ones held."""
+        if self.stiffness is None:
+            return jnp.zeros_like(forces)
+        flat = square.solve(self.stiffness.astype(forces.dtype), forces.reshape(-1, len(self.light)).T).T
+        return flat.reshape(forces.shape)
+
+
+def without_mass(system: LinearSystem) -> tuple[int, ...]:
+    """Rows without mass: those of zeros in a mass matrix whose numbers are known, else those known as `massless`."""
+    if known(system.mass):
+        return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
+    return tuple(sorted(system.massless))
+
+
+def condensed(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:
+    """A dense linear system on its rows with mass.
+
+    Args:
+        only: of the rows without mass those that go, by default all.
+        damped: whether motion with damping is asked: damping must then not pull at what is condensed.
+
+    Raises: ValueError, if concrete, for rows that have neither mass nor stiffness, or damping of their own, by name.
+    """
+    light = without_mass(system)
+    light = light if only is None else tuple(k for k in light if k in only)
+    n = system.num_rows
+    heavy = tuple(k for k in range(n) if k not in set(light))
+    if not light:
+        return Condensation(heavy, (), None, None, system)
+    if not heavy:
+        raise ValueError(f"no coordinate has mass: {_names(system, light)}")
+    K, M, C = system.stiffness, system.mass, system.damping
+    rows, place = np.array(light), {k: i for i, k in enumerate(heavy)}
+    _check_stiff(system, light)
+    T = interface_basis(K, heavy)
+    if damped and C is not None:
+        pulls = lambda C, T: np.abs(C[rows] @ T) > SMALL * np.max(np.abs(C[rows]) @ np.abs(T), initial=1e-300)  # noqa: E731
+        if broken(pulls, C, T):
+            raise ValueError(
+                f"there is damping on rows without mass, {_names(system, light)}: give these some mass, damping that "
+                "is proportional to their stiffness, or ask for damped=False"
+            )
+    own = LinearSystem(
+        mass=M[np.ix_(heavy, heavy)],
+        stiffness=T.T @ K @ T,
+        damping=None if C is None else T.T @ C @ T,
+        interface=[place[k] for k in system.interface if k in place],
+        coordinates=[system.coordinates[k] for k in heavy],
+        positions=None if system.positions is None else (system.nodes, system.positions),
+        massless=[place[k] for k in system.massless if k in place],
+    )
+    return Condensation(heavy, light, T, K[np.ix_(rows, rows)], own)
+
+
+def _check_stiff(system, light):
+    """Raises: ValueError for light rows that nothing holds while the heavy ones are held, by name."""
+    if not known(system.stiffness):
+        return
+    K = np.asarray(system.stiffness)[np.ix_(light, light)]
+    size = np.sqrt(np.maximum(np.abs(np.diagonal(K)), 1e-300))
+    values, shapes = np.linalg.eigh((K + K.T) / 2 / np.outer(size, size))
+    loose = values < 1e-12 * max(1.0, values[-1])
+    if np.any(loose):
+        moved = np.max(np.abs(shapes[:, loose]), axis=1) > 1e-3
+        names = _names(system, [k for k, m in zip(light, moved, strict=True) if m])
+        raise ValueError(f"neither mass nor stiffness holds {names}: hold these, leave them out or give them mass")
+
+
+def _names(system, rows, most=6):
+    """Names of the first rows, and how many more."""
+    listed = ", ".join(system.label(k) for k in rows[:most])
+    return listed + (f" and {len(rows) - most} more" if len(rows) > most else "")

@@ -1,0 +1,78 @@
+"""Static response, of free structures too: the inertia of what the loads accelerate balances them."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Bool, Float
+
+from ..checks import known
+from ..math import _square as square
+from ..typing import AnyArray
+from ._system import LinearSystem
+
+
+class StaticResponse(eqx.Module):
+    """A linear system at rest under loads, or in the steady acceleration that they cause.
+
+    Attributes:
+        displacement: (..., n).
+        acceleration: (..., d) along the rigid motions, none where held.
+        rigid: (n, d) these motions.
+        forces: what `equilibrium` put on the system, by name as it was given.
+    """
+
+    displacement: Float[Array, "... n"]
+    acceleration: Float[Array, "... d"]
+    rigid: Float[Array, "n d"]
+    forces: tuple = ()
+
+    @property
+    def ok(self) -> Bool[Array, "..."]:
+        """Whether there is such a state: under tracing a motion without strain gives numbers that are not finite."""
+        return jnp.all(jnp.isfinite(self.displacement), axis=-1)
+
+    def terms(self, system: LinearSystem) -> tuple:
+        """What stiffness, damping (None: nothing) and mass of the system's parts act on, each (..., n)."""
+        return self.displacement, None, self.acceleration @ self.rigid.T
+
+
+def static_response(
+    *, K: AnyArray, load: AnyArray, M: AnyArray | None = None, rigid: AnyArray | None = None
+) -> StaticResponse:
+    """`K x = f`, or with rigid motions left `K x + M R a = f` with `R^T M x = 0`: inertia relief.
+
+    Args:
+        load: (..., n), any number of cases.
+        M, rigid: mass (n, n) and R (n, d) of a free structure: `rigid_motions` of its nodes, or its rigid modes.
+
+    Raises: ValueError for rigid motions without M and, if concrete, a stiffness that is singular: held too little, or
+    rigid motions missing.
+    Source: S1 (3), (30).
+    """
+    f = load.reshape(-1, load.shape[-1]).T
+    n, weight = len(K), jnp.ones((), f.dtype)
+    if rigid is not None and M is None:
+        raise ValueError("it is inertia that balances free motions: give M with the rigid ones")
+    rigid = jnp.zeros((n, 0), K.dtype) if rigid is None else jnp.asarray(rigid)
+    d = rigid.shape[1]
+    if d:
+        carried = jnp.matmul(jnp.asarray(M), rigid)
+        size = jnp.max(jnp.abs(K))  # zero where all components are rigid
+        size = jnp.where(size > 0, size, 1)
+        weight = lax.stop_gradient(size / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
+        K = jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
+        f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
+    _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
+    found = square.solve(K, f).T
+    acceleration = weight * found[:, n:].reshape(*load.shape[:-1], d)
+    return StaticResponse(found[:, :n].reshape(load.shape), acceleration, rigid)
+
+
+def _check_regular(K, left):
+    if not known(K):
+        return
+    K = np.asarray(K)
+    size = np.sqrt(np.maximum(np.max(np.abs(K), axis=1), 1e-300))
+    if not np.linalg.cond(K / np.outer(size, size), 1) < 0.01 / np.finfo(K.dtype).eps:
+        raise ValueError(f"the stiffness is singular: a motion without strain is left, {left}")

@@ -1,0 +1,202 @@
+"""A linear system: mass, damping and stiffness over named coordinates, some of them an interface to others."""
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..errors import ModelError, UnknownNameError
+from ..tables import told
+from ..typing import ArrayLike, CoordinateLike
+from ._labels import labels_of, places_of, rows_of, spoken
+from ._storage import Matrix, MatrixLike, dense, dtype_of, num_rows, stored
+
+Same = TypeVar("Same", bound="LinearSystem")
+
+
+def _told(system):
+    """A line, and the coordinates of every node."""
+    by_node: dict[str, list[str]] = {}
+    for node, direction in system.coordinates:
+        by_node.setdefault(node, []).append(direction)
+    storage = type(system.stiffness).__name__ if not isinstance(system.stiffness, Array | np.ndarray) else "dense"
+    damped = "no damping" if system.damping is None else "damped"
+    summary = f"{system.num_rows} coordinates, {system.num_interface} of them interface, {storage} matrices, {damped}"
+    outer = {system.coordinates[k][0] for k in system.interface}
+    rows = [(node, " ".join(own), "interface" if node in outer else "") for node, own in by_node.items()]
+    return summary, [("node", "directions", ""), *rows]
+
+
+class LinearSystem(eqx.Module):
+    """Matrices `M x'' + C x' + K x = F + R` of one component, or of many.  Source: S1 (3).
+
+    Args:
+        mass, stiffness: (n, n) arrays, block matrices on one pattern, or SciPy sparse matrices (those of scikit-fem
+            as they are; with an array among them all become arrays).  Methods choose their algorithm by that type.
+        damping: likewise, or None.
+        interface: what is joined to other components: numbers of rows, or labels, or names of nodes (all their rows).
+        coordinates: label of each row: `(node, direction)`, direction one of x y z rx ry rz or "" (a mode), or plain
+            strings; default "0", "1", ...
+        positions: (3,) [m] by name of node, or the names and an array (nodes, 3), for the checks of rigid motions.
+        massless: rows known to have no mass: `modes` condenses them, which is exact.
+
+    Raises: ModelError with every fault: shapes, repeated or missing labels, an interface that is not there.
+    """
+
+    mass: Matrix
+    stiffness: Matrix
+    damping: Matrix | None
+    positions: Float[Array, "nodes 3"] | None
+    nodes: tuple[str, ...] = eqx.field(static=True)
+    interface: tuple[int, ...] = eqx.field(static=True)
+    coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
+    massless: tuple[int, ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = told(_told)
+
+    def __init__(
+        self,
+        *,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        damping: MatrixLike | None = None,
+        interface: Iterable[CoordinateLike] = (),
+        coordinates: Iterable | None = None,
+        positions: Mapping | Sequence | None = None,
+        massless: Iterable[int] = (),
+    ) -> None:
+        faults = []
+        self.mass, self.stiffness, self.damping = stored(faults, mass=mass, stiffness=stiffness, damping=damping)
+        if faults:
+            raise ModelError(faults)
+        n = num_rows(self.stiffness)
+        faults += _uneven(n, mass=self.mass, damping=self.damping)
+        self.coordinates = labels_of(coordinates, n, faults)
+        self.interface = _found(interface, self.coordinates, faults)
+        self.nodes, self.positions = places_of(positions, self.coordinates, faults)
+        self.massless = tuple(massless)
+        faults += [f"massless: {row!r} is no row" for row in self.massless if row not in range(n)]
+        if faults:
+            raise ModelError(faults)
+
+    @property
+    def num_rows(self) -> int:
+        return len(self.coordinates)
+
+    @property
+    def num_interface(self) -> int:
+        return len(self.interface)
+
+    @property
+    def interior(self) -> tuple[int, ...]:
+        """Rows that are not in the interface."""
+        at = set(self.interface)
+        return tuple(i for i in range(self.num_rows) if i not in at)
+
+    def rows(self, *names: CoordinateLike) -> tuple[int, ...]:
+        """Rows of labels `(node, direction)`, or of all the coordinates of nodes. Raises: UnknownNameError."""
+        faults = []
+        found = rows_of(names, self.coordinates, faults)
+        if faults:
+            raise UnknownNameError("; ".join(faults))
+        return found
+
+    def label(self, row: int | np.integer) -> str:
+        """Name of a coordinate: "tip rz"."""
+        return spoken(self.coordinates[row])
+
+    def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
+        """Rows (k, n) that give the displacements at names as `rows` takes them, and their labels.
+
+        Their transpose puts forces there.  Raises: UnknownNameError.
+        """
+        rows = self.rows(*names)
+        unit = jnp.zeros((len(rows), self.num_rows), self.dtype)
+        return unit.at[np.arange(len(rows)), np.array(rows, int)].set(1.0), tuple(map(self.label, rows))
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Of the numbers in the matrices."""
+        return dtype_of(self.stiffness)
+
+    def load(self, forces: Mapping | ArrayLike) -> Array:
+        """Forces (..., n) on the coordinates.
+
+        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times,
+            frequencies or cases first; or already (..., n).  Complex ones are amplitudes.
+
+        Raises: UnknownNameError; ValueError for another shape.
+        """
+        if not isinstance(forces, Mapping):
+            forces = jnp.asarray(forces)
+            if forces.shape[-1:] != (self.num_rows,):
+                raise ValueError(f"forces have shape {forces.shape}, not (..., {self.num_rows})")
+            return forces
+        given = {name: jnp.asarray(force) for name, force in forces.items()}
+        dtype = np.result_type(self.dtype, np.complex64) if any(map(jnp.iscomplexobj, given.values())) else self.dtype
+        parts = []
+        for name, force in given.items():
+            rows, labels = self.outputs(name)
+            force = force.astype(dtype)
+            force = force[..., None] if len(labels) == 1 else force
+            if force.shape[-1:] != (len(labels),):
+                raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(labels)})")
+            parts.append(force @ rows.astype(dtype))
+        shape = np.broadcast_shapes((self.num_rows,), *(part.shape for part in parts))
+        return sum((jnp.broadcast_to(part, shape) for part in parts), jnp.zeros(shape, dtype))
+
+    def with_interface(self: Same, *names: CoordinateLike) -> Same:
+        """The same system, joined to others elsewhere.  Raises: ModelError."""
+        faults = []
+        rows = _found(names, self.coordinates, faults)
+        if faults:
+            raise ModelError(faults)
+        return self.changed(interface=rows)
+
+    def moved(self: Same, by: ArrayLike) -> Same:
+        """The same system at another place, all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
+        if self.positions is None:
+            raise ModelError(["what has no positions cannot be moved: LinearSystem(..., positions=...)"])
+        return self.changed(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
+
+    def with_damping(self: Same, damping: MatrixLike | None) -> Same:
+        """The same system with another damping matrix (n, n): see `proportional`, `modal`.
+
+        Raises: ModelError for one of another size, or blocks beside arrays.
+        """
+        faults: list[str] = []
+        mass, stiffness, damping = stored(faults, mass=self.mass, stiffness=self.stiffness, damping=damping)
+        faults = faults or _uneven(self.num_rows, damping=damping)
+        if faults:
+            raise ModelError(faults)
+        return self.changed(mass=mass, stiffness=stiffness, damping=damping)
+
+    def dense(self: Same) -> Same:
+        """The same system with dense matrices.  Raises: ModelError for one that is too large."""
+        names = ("mass", "stiffness", "damping")
+        return self.changed(**{n: dense(getattr(self, n)) for n in names})
+
+    def changed(self: Same, **fields: Any) -> Same:
+        """The same system but for some fields, which are taken as they are."""
+        new = object.__new__(type(self))
+        for field in dataclasses.fields(self):
+            object.__setattr__(new, field.name, fields.get(field.name, getattr(self, field.name)))
+        return new
+
+
+def _uneven(n, **matrices):
+    """Faults of matrices of another size than the stiffness."""
+    rows = {name: num_rows(A) for name, A in matrices.items() if A is not None}
+    wrong = [f"{name} has {k} rows, not {n}" for name, k in rows.items() if k != n]
+    return [f"mass, stiffness and damping differ in size: {fault}" for fault in wrong]
+
+
+def _found(interface, labels, faults):
+    own = []
+    rows = rows_of(interface, labels, own)
+    faults += [f"interface: {fault}" for fault in own]
+    return rows

@@ -1,0 +1,113 @@
+"""Transfer functions with named channels, measured or computed."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Complex, Float
+
+from ..checks import place_of
+from ..errors import ModelError
+from ..runtime import jit
+from ..typing import ArrayLike
+
+#: What the outputs are, by their power of `i w` over displacement.
+KINDS = ("receptance", "mobility", "accelerance")
+
+
+class TransferFunctions(eqx.Module):
+    """`B_ij(w)`: complex response at named outputs for a unit force at named inputs.
+
+    A channel that is driven and measured at one place has the same name in both lists.
+
+    Args:
+        omega: (frequencies,) angular frequencies [rad/s].
+        values: (frequencies, outputs, inputs), complex.
+        outputs, inputs: names of the channels.
+        kind: "receptance" (displacement), "mobility" (velocity) or "accelerance" (acceleration per force).
+
+    Raises: ModelError with every fault: shapes, names given twice, an unknown kind.
+    Source: S1 (40)-(41).
+    """
+
+    omega: Float[Array, " frequencies"]
+    values: Complex[Array, "frequencies outputs inputs"]
+    outputs: tuple[str, ...] = eqx.field(static=True)
+    inputs: tuple[str, ...] = eqx.field(static=True)
+    kind: str = eqx.field(static=True)
+
+    def __init__(
+        self,
+        omega: ArrayLike,
+        values: ArrayLike,
+        outputs: Sequence[str],
+        inputs: Sequence[str],
+        kind: str = "receptance",
+    ) -> None:
+        self.values = jnp.asarray(values)
+        self.values = self.values.astype(np.result_type(self.values.dtype, np.complex64))
+        self.omega = jnp.asarray(omega, self.values.real.dtype)
+        self.outputs, self.inputs, self.kind = tuple(outputs), tuple(inputs), kind
+        faults = [] if kind in KINDS else [f"kind {kind!r} is none of {', '.join(KINDS)}"]
+        shape = (self.omega.size, len(self.outputs), len(self.inputs))
+        if self.omega.ndim != 1:
+            faults.append(f"omega has shape {self.omega.shape}, not (frequencies,)")
+        elif self.values.shape != shape:
+            faults.append(f"values have shape {self.values.shape}; frequencies, outputs and inputs make {shape}")
+        for side, names in (("outputs", self.outputs), ("inputs", self.inputs)):
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                faults.append(f"{side} named twice: {', '.join(twice[:5])}")
+        if faults:
+            raise ModelError(faults)
+
+    def rows(self, names: Sequence[str]) -> np.ndarray:
+        """Places of outputs. Raises: ModelError with the names that are not there."""
+        return _places(names, self.outputs, "output")
+
+    def columns(self, names: Sequence[str]) -> np.ndarray:
+        """Places of inputs. Raises: as `rows`."""
+        return _places(names, self.inputs, "input")
+
+    def at(self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None) -> "TransferFunctions":
+        """Some channels, in the order asked; None is all."""
+        outputs = self.outputs if outputs is None else tuple(outputs)
+        inputs = self.inputs if inputs is None else tuple(inputs)
+        values = _channels(self.values, self.rows(outputs), self.columns(inputs))
+        return TransferFunctions(self.omega, values, outputs, inputs, self.kind)
+
+    def replace(self, values: ArrayLike) -> "TransferFunctions":
+        """The same channels with other values."""
+        return TransferFunctions(self.omega, values, self.outputs, self.inputs, self.kind)
+
+    def to_xarray(self) -> Any:
+        """An `xarray.DataArray` of complex values over `frequency` [Hz], `output` and `input`."""
+        import xarray
+
+        hertz = np.asarray(self.omega) / (2.0 * np.pi)
+        places: dict[str, Any] = {"frequency": ("frequency", hertz, {"units": "Hz"})}
+        places |= {"output": list(self.outputs), "input": list(self.inputs)}
+        return xarray.DataArray(np.asarray(self.values), places, tuple(places), self.kind)
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by frequency [Hz], its columns (output, input)."""
+        return self.to_xarray().to_series().unstack(["output", "input"])
+
+    def to(self, kind: str) -> "TransferFunctions":
+        """The same as receptance, mobility or accelerance: powers of `i w`.  Source: S1 (40)."""
+        if kind not in KINDS:
+            raise ModelError([f"kind {kind!r} is none of {', '.join(KINDS)}"])
+        power = KINDS.index(kind) - KINDS.index(self.kind)
+        rate = (1j * self.omega.astype(self.values.dtype))[:, None, None]
+        return TransferFunctions(self.omega, self.values * rate**power, self.outputs, self.inputs, kind)
+
+
+@jit
+def _channels(values, rows, columns):
+    return values[:, rows][:, :, columns]
+
+
+def _places(names, known, what):
+    return np.array([place_of(what, name, known) for name in names], int)

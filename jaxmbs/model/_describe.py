@@ -1,0 +1,71 @@
+"""A system in words: what `system.describe()` prints and a notebook shows."""
+
+from ..tables import aligned, as_html
+from ._rows import coupled_names
+
+COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+
+
+def _rows(topology):
+    bodies = ("ground", *topology.body_names)
+    for index, joint in enumerate(topology.joints):
+        undetermined = topology.analysis.undetermined[index] if topology.analysis else ()
+        marks = [name for name, mark in zip(COMPONENTS, undetermined, strict=False) if mark]
+        yield (
+            joint.name,
+            joint.kind,
+            f"{bodies[joint.parent + 1]} -> {bodies[joint.child + 1]}",
+            "closes a loop" if joint.is_cut else ", ".join(joint.labels) or "-",
+            ", ".join(marks) or "-",
+        )
+
+
+def _lines(topology):
+    lines = [
+        f"{len(topology.body_names)} bodies, {len(topology.joints)} joints, "
+        f"{len(topology.cut_joints)} loops, {topology.num_rows} constraint rows"
+    ]
+    lines.append(f"mobility: {topology.mobility} (tree velocities {topology.num_velocities})")
+    found = topology.analysis
+    if found is not None and topology.slip_rows:
+        lines.append(f"freedoms of position: {len(found.independent_positions)} (rolling restricts velocities only)")
+    if found is not None and found.redundant:
+        lines.append(
+            f"redundant constraints: {found.redundant}; reactions that statics cannot determine in: "
+            + ", ".join(found.redundant_names)
+        )
+    return lines
+
+
+def _of_couplers(topology, rows):
+    """A line for each coupler that ties several joints."""
+    tied = {row.name: coupled_names(topology, row) for row in rows if row.columns}
+    return [
+        f"{name} couples coordinates: the bearings of {', '.join(joints)} carry no forces of its contact"
+        for name, joints in tied.items()
+        if joints
+    ]
+
+
+_HEAD = ("joint", "kind", "parent -> child", "coordinates", "undetermined reactions")
+
+
+def summary(topology) -> str:
+    """One line: how many bodies, joints and freedoms."""
+    return f"{_lines(topology)[0]}, mobility {topology.mobility}"
+
+
+def describe(topology, built=None, rows=()) -> str:
+    """Bodies, joints, loops, mobility and redundancy of a topology, as aligned text.
+
+    Args: built: the `Mobility` of its build, where the topology has that of a state; rows: of couplers and drives.
+    """
+    lines = _lines(topology) + _of_couplers(topology, rows)
+    if built is not None and built.mobility != topology.mobility:
+        lines[1] += f" at this state, {built.mobility} at the pose of the build"
+    return "\n".join([*lines, "", aligned([_HEAD, *_rows(topology)], left=len(_HEAD))])
+
+
+def describe_html(topology, rows=()) -> str:
+    """The same as an HTML table, for notebooks."""
+    return as_html(_lines(topology) + _of_couplers(topology, rows), [_HEAD, *_rows(topology)])

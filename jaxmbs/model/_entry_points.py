@@ -1,0 +1,141 @@
+"""`question`: what every public function of a system and a state shares: the state must fit, and it runs compiled."""
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import PyTree
+
+from ..checks import place_of
+from ..errors import ModelError
+from ..runtime import as_array, jit, over_rows
+
+Function = TypeVar("Function", bound=Callable)
+
+
+def question(function: Function) -> Function:
+    """A compiled function f(system, state, ...) that refuses the state of another system before it is traced.
+
+    Of a motion, or of states with leading axes, the answers have those axes in front.
+    """
+    compiled = jit(function)
+
+    @functools.wraps(function)
+    def along(system, states, *args, **kwargs):
+        return over_states(lambda state: function(system, state, *args, **kwargs), states)
+
+    compiled_along = jit(along)
+
+    @functools.wraps(function)
+    def ask(system, state, *args, **kwargs):
+        states = states_of(system, state)
+        return (compiled_along if states.t.ndim else compiled)(system, states, *args, **kwargs)
+
+    return ask  # type: ignore[return-value]
+
+
+def over_states(function: Callable, states, *rates) -> PyTree:
+    """`function(state, *rates)` of one state, or of every one of states with leading axes, as the rates (..., nv)."""
+    lead = states.t.shape
+    if not lead:
+        return function(states, *rates)
+    rows = jax.tree.map(lambda x: x.reshape(math.prod(lead), *x.shape[len(lead) :]), (states, *rates))
+    found = over_rows(lambda row: function(*row), rows)
+    return jax.tree.map(lambda x: x.reshape(*lead, *x.shape[1:]), found)
+
+
+def check_system(system) -> None:
+    """TypeError for what is no mechanism; ModelError for one built in another precision than JAX has now."""
+    if not hasattr(system, "topology"):
+        raise TypeError(f"a System is needed, as SystemBuilder.build() makes it, not a {type(system).__name__}")
+    check_precision(system.gravity)
+
+
+def check_precision(numbers) -> None:
+    """ModelError for numbers in double precision where JAX is switched to single: it would mix both, and fail."""
+    if getattr(numbers, "dtype", None) == np.float64 and jnp.result_type(float) == np.float32:
+        raise ModelError(
+            [
+                "the model is in double precision, and JAX has been switched to single since it was built: call "
+                "jax.config.update('jax_enable_x64', True) again, or build the model anew"
+            ]
+        )
+
+
+def check_fits(system, state) -> None:
+    """ModelError unless a state (or states with leading axes) has the coordinates of the system.
+
+    States that were made for a system remember its joints; of one written down by hand only the sizes are known.
+
+    Raises: TypeError for what is no system or no state.
+    """
+    if hasattr(state, "topology"):
+        raise TypeError(f"the system comes first, and the state after it; got a {type(system).__name__} and a System")
+    check_system(system)
+    if not hasattr(state, "structure"):
+        hint = ": take one of its states, motion[k] or motion.end" if hasattr(state, "states") else ""
+        raise TypeError(f"a State is needed, as State.at(system, ...) makes it, not a {type(state).__name__}{hint}")
+    top = system.topology
+    if state.structure is not None and state.structure != top.structure:
+        raise ModelError([f"the state belongs to another system: it has {_list(state)}, this one {_list(top)}"])
+    for part, size in (("coordinates", top.num_coordinates), ("velocities", top.num_velocities)):
+        shape = getattr(state, part).shape
+        if not shape or shape[-1] != size:
+            raise ModelError([f"the state has {part} of shape {shape}; this system has {size}, of {_list(top)}"])
+
+
+def check_one(system, state) -> None:
+    """As `check_fits`, of a question about one state.  Raises: ValueError for states with leading axes."""
+    check_fits(system, state)
+    if state.t.ndim:
+        raise ValueError(
+            f"this is asked of one state, and there are states with axes {state.t.shape}: take one, or jax.vmap"
+        )
+
+
+def states_of(system, motion):
+    """The states of a motion, or a State as it is, that fit the system.  Raises: as `check_fits`."""
+    states = getattr(motion, "states", motion)
+    check_fits(system, states)
+    return states
+
+
+def rates_of(system, states, rates, what: str):
+    """Rates (..., nv), or by joint, as an array.
+
+    Raises: ValueError unless there is one for every velocity of the states; UnknownNameError.
+    """
+    shape = states.velocities.shape
+    rates = _stacked(system, shape, rates, what) if isinstance(rates, Mapping) else as_array(rates)
+    if rates.shape != shape:
+        raise ValueError(f"{what}: shape {rates.shape}, not {shape} as that of the velocities")
+    return rates
+
+
+def _stacked(system, shape, rates, what):
+    """One array from the rates by joint."""
+    moving = {name: size for name, _, _, size in system.topology.structure}
+    for name in rates:
+        place_of("joint with velocities", name, moving)
+    missing = [repr(name) for name in moving if name not in rates]
+    if missing:
+        raise ValueError(f"{what}: none given for {', '.join(missing)}")
+    parts = []
+    for name, size in moving.items():
+        part = as_array(rates[name])
+        wanted = (*shape[:-1], size)
+        if part.shape != wanted and (size > 1 or part.shape != shape[:-1]):
+            raise ValueError(f"{what}: joint {name!r} takes shape {wanted}, got {part.shape}")
+        parts.append(jnp.reshape(part, wanted))
+    return jnp.concatenate(parts, axis=-1)
+
+
+def _list(owner) -> str:
+    """The joints with coordinates, in words."""
+    names = [f"{name} ({kind})" for name, kind, *_ in owner.structure]
+    shown = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
+    return f"the joints {shown}" if names else "no joints"

@@ -1,0 +1,46 @@
+"""Poses: position and rotation of one frame in another."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import are_axes, broken, faults_if
+from ..runtime import as_array
+from ..typing import ArrayLike
+
+
+class Pose(eqx.Module):
+    """Position (..., 3) [m] and rotation matrix (..., 3, 3) of a frame in another frame.
+
+    Raises: ValueError for other shapes, TypeError for complex numbers.
+    """
+
+    position: Float[Array, "... 3"]
+    rotation: Float[Array, "... 3 3"]
+
+    def __init__(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> None:
+        self.position = as_array(position)
+        self.rotation = as_array(np.eye(3) if rotation is None else rotation)
+        if self.position.shape[-1:] != (3,):
+            raise ValueError(f"a point needs three numbers, got shape {self.position.shape}")
+        if self.rotation.shape[-2:] != (3, 3):
+            raise ValueError(
+                f"a rotation is a matrix of shape (3, 3), got shape {self.rotation.shape}; "
+                "`mbs.rotations` makes one of a quaternion, a rotation vector, or an axis and an angle"
+            )
+
+    def faults(self) -> list[str]:
+        """What is wrong with the numbers of one pose, where they are known."""
+        return faults_if(
+            (self.position.shape != (3,) or self.rotation.shape != (3, 3), "it is many poses, not one"),
+            (broken(lambda x: ~np.isfinite(x), self.position), "its point is not finite"),
+            (self.rotation.ndim == 2 and not are_axes(self.rotation), "its rotation is no rotation matrix"),
+        )
+
+    def __matmul__(self, other: "Pose") -> "Pose":
+        """The pose of `other`, given in this frame, in the frame that this one is given in."""
+        return Pose(self.position + self.rotation @ other.position, self.rotation @ other.rotation)
+
+    def inverse(self) -> "Pose":
+        """The pose of the reference frame in this one."""
+        return Pose(-self.rotation.T @ self.position, self.rotation.T)

@@ -1,0 +1,142 @@
+"""The system: a pytree whose topology is static and whose every physical number is a leaf."""
+
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import place_of
+from ..errors import ModelError
+from ..runtime import as_array
+from ..typing import ArrayLike
+from ._describe import describe, describe_html, summary
+from ._elastic import ElasticGroup
+from ._entry_points import check_fits
+from ._pose import Pose
+from ._rows import CoordinateRows
+from ._topology import Topology
+
+
+class ForceGroup(eqx.Module):
+    """Force elements of one law on one kind of port, their parameters stacked.
+
+    `port` is of `forces.ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate.
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    port: Any = eqx.field(static=True)
+    first: tuple[int, ...] = eqx.field(static=True)
+    second: tuple[int, ...] = eqx.field(static=True)
+    law: Any
+
+
+class ClosureGroup(eqx.Module):
+    """Cut joints or two-frame constraints of one kind; `basis` (n, 3, 3) turns canonical axes into frame axes."""
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    first: tuple[int, ...] = eqx.field(static=True)
+    second: tuple[int, ...] = eqx.field(static=True)
+    kind: Any
+    basis: Float[Array, "n 3 3"]
+
+
+class System(eqx.Module):
+    """A mechanism.  Built by `SystemBuilder`; questions are asked of it by functions `f(system, state, ...)`.
+
+    Leaves: gravity (3,) [m/s^2]; per body mass [kg], com [m] and inertia [kg m^2] about it in body axes, and the
+    body's pose in its node; per node (simple joint) its placement in the parent node and its lead [m/rad]; per frame
+    its pose in its node; the parameters of forces, constraints and elastic bodies; the length [m], found by a
+    concrete build, that makes distances and angles comparable.
+    """
+
+    topology: Topology = eqx.field(static=True)
+    gravity: Float[Array, "3"]
+    mass: Float[Array, " bodies"]
+    com: Float[Array, "bodies 3"]
+    inertia: Float[Array, "bodies 3 3"]
+    body_pose: Pose
+    placement: Pose
+    lead: Float[Array, " nodes"]
+    frames: Pose
+    forces: tuple[ForceGroup, ...] = ()
+    closures: tuple[ClosureGroup, ...] = ()
+    rows: tuple[CoordinateRows, ...] = ()
+    elastic: tuple[ElasticGroup, ...] = ()
+    length: Float[Array, ""] = eqx.field(default_factory=lambda: as_array(1.0))
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether constraint rows (loops, drives, couplers, ...) restrict the tree."""
+        return self.topology.num_rows > 0
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Names of the constraints between frames that follow a path in time."""
+        return tuple(name for group in self.closures if group.kind.may_depend_on_time for name in group.names)
+
+    @property
+    def is_rigid_tree(self) -> bool:
+        """Whether no row restricts the tree and no body deforms: it is solved body by body, without a matrix."""
+        return not self.has_constraints and not self.elastic
+
+    def coordinates(self, state: Any) -> dict:
+        """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
+        check_fits(self, state)
+        return _by_joint(self.topology, state.coordinates, lambda j: j.coordinates)
+
+    def velocities(self, state: Any) -> dict:
+        """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
+        check_fits(self, state)
+        return _by_joint(self.topology, state.velocities, lambda j: j.velocities)
+
+    def by_joint(self, values: ArrayLike) -> dict:
+        """Rates, accelerations, efforts or rows of a matrix (..., nv) by joint name: (..., ) for one freedom, else
+        (..., n); tree joints only.
+
+        Raises: ValueError for another number of values.
+        """
+        values = as_array(values)
+        if values.shape[-1:] != (self.topology.num_velocities,):
+            raise ValueError(f"the last axis must be the {self.topology.num_velocities} velocities: {values.shape}")
+        return _by_joint(self.topology, values, lambda j: j.velocities)
+
+    def columns(self, *names: str) -> np.ndarray:
+        """Columns of the velocities of joints, `mass_matrix(system, state)[:, system.columns("crank")]`.
+
+        Raises: UnknownNameError; ModelError for a joint without velocities: a weld, or one that closes a loop.
+        """
+        found = [np.zeros(0, int)]
+        for name in names:
+            joint = self.topology.joints[place_of("joint", name, self.topology.joint_names)]
+            if not joint.num_velocities:
+                raise ModelError([f"joint {name!r} has no velocities of its own in the tree"])
+            found.append(np.arange(joint.velocities.start, joint.velocities.stop))
+        return np.concatenate(found)
+
+    def describe(self, state: Any = None) -> str:
+        """Bodies, joints, loops, freedoms and redundant constraints, as text.
+
+        Args: state: the State at which freedoms and redundancy are counted (default: the pose of the build).
+        """
+        if state is None:
+            return describe(self.topology, rows=self.rows)
+        check_fits(self, state)
+        return describe(state.topology_at(self), self.topology.analysis, self.rows)
+
+    def __repr__(self) -> str:
+        return f"System: {summary(self.topology)}"
+
+    def _repr_html_(self) -> str:
+        return describe_html(self.topology, self.rows)
+
+
+def _by_joint(topology, values, part):
+    named = {}
+    for joint in topology.joints:
+        index = part(joint)
+        if index.stop - index.start == 1:
+            named[joint.name] = values[..., index.start]
+        elif index.stop > index.start:
+            named[joint.name] = values[..., index]
+    return named

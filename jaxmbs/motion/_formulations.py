@@ -1,0 +1,127 @@
+"""The formulations that `simulate` offers by name.
+
+canonical    (psi, P): S2 (42)-(44) in all velocities, any loops and drives; the default
+independent  (psi, p): the paper's own momenta, a fixed independent set
+velocity     (psi, u): accelerations, for semi-implicit Euler
+prescribed   (psi, nothing): systems without freedom, whose rows alone give the velocities
+"""
+
+import jax.numpy as jnp
+
+from ..dynamics import _hamilton as hamilton
+from ..dynamics._efforts import efforts
+from ..dynamics._newton_euler import accelerations
+from ..kinematics import _constraints as constraints
+from ..kinematics._assembly import metric_matrix
+from ..kinematics._configuration import moving
+from ..kinematics._elastic import mass_matrix
+from ..kinematics._kic import velocity_map
+from ..kinematics._poses import coordinate_rate
+from ..math._linalg import diagonal, saddle_factor, saddle_solve
+from ._formulation import Formulation, Rates
+
+_OWN = 1e-6  # of the inertia that the loops lend: less is none
+
+
+class Canonical(Formulation):
+    """Momenta of all velocities, in units of velocity: divided by the inertia that each sees at the start.
+
+    A column without inertia of its own has no momentum to keep: what its efforts feed in during a step is taken up by
+    the rows, and moves the system as the inertia that the loops lend it says.
+    """
+
+    @classmethod
+    def start(cls, system, at, u):
+        M = mass_matrix(system, at)
+        return M @ u, _seen_inertia(system, at, M)
+
+    def velocities_of(self, at, second):
+        return hamilton.velocities(self.system, at, second)[0]
+
+    def rates_of(self, at, second):
+        return Rates(*hamilton.canonical_rate(self.system, at, second))
+
+    def second_of(self, at, u):
+        return hamilton.momenta(self.system, moving(self.system, at, u))
+
+
+class Independent(Formulation):
+    """The paper's momenta of a fixed independent set."""
+
+    keeps_momenta = False
+
+    @classmethod
+    def start(cls, system, at, u):
+        M, Gamma = mass_matrix(system, at), velocity_map(system, at)[0]
+        return Gamma.T @ (M @ u), diagonal(Gamma.T @ M @ Gamma)
+
+    def velocities_of(self, at, second):
+        return hamilton.independent_velocities(self.system, at, second)
+
+    def rates_of(self, at, second):
+        return Rates(*hamilton.independent_rate(self.system, at, second))
+
+
+class Velocity(Formulation):
+    """The velocities themselves."""
+
+    @classmethod
+    def start(cls, system, at, u):
+        return u, jnp.ones_like(u)
+
+    def velocities_of(self, at, second):
+        return second
+
+    def rates_of(self, at, second):
+        return _of_accelerations(self.system, at, second)
+
+    def momenta_of(self, at, second):
+        return hamilton.momenta(self.system, moving(self.system, at, second))
+
+
+class Prescribed(Formulation):
+    """Nothing: the rows give coordinates and velocities, `A u = -f_t`."""
+
+    keeps_momenta = False
+    follows_rows = True
+
+    @classmethod
+    def start(cls, system, at, u):
+        return u[:0], jnp.ones_like(u[:0])
+
+    def velocities_of(self, at, second):
+        rows, A = constraints.row_scale(self.system), constraints.jacobian(self.system, at)
+        f_t, weight = constraints.time_rate(self.system, at), metric_matrix(self.system)
+        return saddle_solve(weight, A, jnp.zeros(A.shape[1], A.dtype), -f_t, rows)[0]
+
+    def rates_of(self, at, second):
+        rates = _of_accelerations(self.system, at, self.velocities_of(at, second))
+        return rates._replace(second=rates.second[:0])
+
+
+FORMULATIONS = {
+    "canonical": Canonical,
+    "independent": Independent,
+    "velocity": Velocity,
+    "prescribed": Prescribed,
+}
+
+
+def _of_accelerations(system, at, u):
+    """Rates with the accelerations for those of the second half."""
+    here = moving(system, at, u)
+    F, Q, powers = efforts(system, here)
+    a, multipliers, _ = accelerations(system, here, loads=(F, Q))
+    return Rates(coordinate_rate(system.topology, at.psi, u), a, powers, u, multipliers)
+
+
+def _seen_inertia(system, at, M):
+    """Inertia (nv,) that each column sees: its own, or where that is nothing beside it what the rows lend it,
+    1 / K_ii of `u = K p`, the inverse of M on the motions that the rows allow."""
+    own = diagonal(M)
+    if not system.has_constraints:
+        return own
+    rows = constraints.row_scale(system)
+    A = rows.unit[:, None] * constraints.jacobian(system, at)
+    lent = 1.0 / diagonal(saddle_factor(M, A, rows.block)[0])
+    return jnp.where(own > _OWN * lent, own, lent)

@@ -1,0 +1,75 @@
+"""States between the saved ones of a motion: quintic polynomials through coordinates, rates and accelerations."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
+
+from ..dynamics._newton_euler import forward_dynamics
+from ..kinematics._assembly import consistent_velocities, newton_step
+from ..kinematics._poses import coordinate_rate, normalise
+from ..kinematics._state import State
+from ..model._system import System
+
+
+class Knots(NamedTuple):
+    """Saved states: times (k,), coordinates, their rates and second rates (k, nq); of one of them without k."""
+
+    t: Array
+    psi: Array
+    rate: Array
+    second: Array
+
+    def number(self, k: Array | int) -> "Knots":
+        """One of them."""
+        return Knots(*(x[k] for x in self))
+
+
+def knots_of(system: System, states: State) -> Knots:
+    """Of states (k,), with accelerations by forward dynamics."""
+    top = system.topology
+
+    def at(state):
+        a, _ = forward_dynamics(system, state)
+        psi, u = state.coordinates, state.velocities
+        rate = coordinate_rate(top, psi, u)
+        return psi, *jax.jvp(lambda psi, u: coordinate_rate(top, psi, u), (psi, u), (rate, a))
+
+    return Knots(states.t, *jax.vmap(at)(states))
+
+
+def between(system: System, P: Array, first: Knots, second: Knots, t: Array) -> State:
+    """The state at a time t () between two knots, on all constraints."""
+    psi, rate = _quintic(first, second, t)
+    top, free = system.topology, jnp.ones(system.topology.num_velocities, psi.dtype)
+    if system.has_constraints:
+        psi = lax.scan(lambda q, _: newton_step(system, P, q, t, free), psi, length=2)[0]
+    psi = normalise(top, psi)
+    u = consistent_velocities(system, P, psi, _velocities(top, psi, rate), t, free)
+    return State(t, psi, u, structure=top.structure)
+
+
+def _quintic(first: Knots, second: Knots, t):
+    """Value and rate at t of the polynomial that has both rates of both ends."""
+    width = second.t - first.t
+    h = jnp.where(width > 0.0, width, 1.0)  # knots of equal time: the first one stands
+    s = (t - first.t) / h
+    c = [first.psi, h * first.rate, h**2 * first.second / 2.0]
+    gap = second.psi - (c[0] + c[1] + c[2])
+    slope = h * second.rate - (c[1] + 2.0 * c[2])
+    bend = (h**2 * second.second - 2.0 * c[2]) / 2.0
+    c += [10.0 * gap - 4.0 * slope + bend, -15.0 * gap + 7.0 * slope - 2.0 * bend, 6.0 * gap - 3.0 * slope + bend]
+    value = sum(x * s**k for k, x in enumerate(c))
+    return value, sum(k * x * s ** (k - 1) for k, x in enumerate(c) if k) / h
+
+
+def _velocities(top, psi, rate):
+    """Velocities (nv,) of the rates of the coordinates (nq,).
+
+    The map from velocities to rates is the identity for simple joints, for balls half a map with orthonormal
+    columns; so its transpose, times four for balls, takes rates back.
+    """
+    u = jax.ShapeDtypeStruct((top.num_velocities,), psi.dtype)
+    (u,) = jax.linear_transpose(lambda u: coordinate_rate(top, psi, u), u)(rate)
+    return u * jnp.asarray([4.0 if kind == "ball" else 1.0 for kind in top.node_kind], u.dtype)

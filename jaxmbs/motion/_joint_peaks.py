@@ -1,0 +1,80 @@
+"""Largest loads of all joints along a motion, each with its time and the pose then, as one table."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..kinematics._reaction_map import carriers
+from ..math._linalg import safe_norm
+from ..model._system import System
+from ..reaction import reactions
+from ..tables import short, told
+from ._motion import Motion
+from ._peaks import Peak, peak
+
+
+def _told(peaks):
+    rows = [
+        (name, *(short(x) for p in (peaks.force[name], peaks.moment[name]) for x in (p.value, p.time)))
+        for name in peaks.force
+    ]
+    return f"{len(rows)} joints", [("joint", "force [N]", "at [s]", "moment [N m]", "at [s]"), *rows]
+
+
+class LoadPeaks(eqx.Module):
+    """The largest force [N] and the largest moment [N m] of every joint along a motion, by the name of the joint.
+
+    A `Peak` of each, with its time [s] and the State then.
+    """
+
+    force: dict[str, Peak]
+    moment: dict[str, Peak]
+
+    __repr__, _repr_html_ = told(_told)
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by joint and by load, "force" or "moment": its value, its time, and the coordinates of
+        the pose then, by joint."""
+        import pandas
+
+        rows = {
+            (name, kind): {"value": float(p.value), "time": float(p.time), **_coordinates(p.state)}
+            for kind, peaks in (("force", self.force), ("moment", self.moment))
+            for name, p in peaks.items()
+        }
+        table = pandas.DataFrame.from_dict(rows, orient="index")
+        return table.rename_axis(["joint", "load"]).sort_index(level=0, sort_remaining=False)
+
+
+def _coordinates(state):
+    """The coordinates of a state by joint, "ball 0" and on of a joint with several."""
+    names = [n if size == 1 else f"{n} {k}" for n, _, size, _ in state.structure for k in range(size)]
+    return dict(zip(names, np.asarray(state.coordinates).tolist(), strict=True))
+
+
+def load_peaks(system: System, motion: Motion) -> LoadPeaks:
+    """The largest force and moment of every joint along a motion, found between the saved times as `peak` does.
+
+    Forces and moments by their size, the moments about the origin of the joint's frame on its child.  Of a joint with
+    components that statics leaves open they are those of the default compliances, see `reactions`.
+
+    Returns: LoadPeaks, nan where the motion failed; its numbers have derivatives as those of `peak`.
+
+    Raises: ValueError for a batch of motions; ModelError for the motion of another system.
+    """
+    hidden = {joint.name for joint in system.topology.joints if joint.is_hidden}
+    names = [name for name, *_ in carriers(system) if name not in hidden]
+
+    def sizes(state):
+        loads = reactions(system, state)
+        wrenches = jnp.stack([jnp.stack([loads[name].force, loads[name].moment]) for name in names])
+        return jax.vmap(jax.vmap(safe_norm))(wrenches)
+
+    found = peak(system, motion, sizes)
+    force, moment = (
+        {name: jax.tree.map(lambda x, j=j, k=k: x[j, k], found) for j, name in enumerate(names)} for k in (0, 1)
+    )
+    return LoadPeaks(force, moment)

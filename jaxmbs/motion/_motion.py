@@ -1,0 +1,182 @@
+"""What a simulation returns: states at the saved times, how it ended, and its accounts."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from ..checks import broken, known
+from ..kinematics._poses import node_parameters
+from ..kinematics._state import State
+from ..math._nan import nan_where
+from ..model._entry_points import check_fits
+from ..model._system import System
+from ..runtime import as_array, jit
+from ..status import Status, succeeded
+from ..tables import short, span, told
+from ..typing import ArrayLike
+from ._interpolation import between, knots_of
+
+
+class Diagnostics(eqx.Module):
+    """Accounts of a motion, per saved time (T,) unless said otherwise.
+
+    Attributes:
+        kinetic, potential: energies [J].
+        work: done on the system up to each time beside stored energy, by force element [J], negative when dissipated;
+            "drives" holds that of driven joints and moving constraints.
+        energy_residual: kinetic + potential - their start - all work [J].
+        constraint_drift: largest residual of the positions, without derivative.
+        velocity_drift: largest residual of the velocities, without derivative.
+        num_steps, num_rejected: of the integrator ().
+        stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
+            out, see `flexible.stiffening`.
+    """
+
+    kinetic: Float[Array, " times"]
+    potential: Float[Array, " times"]
+    work: dict
+    energy_residual: Float[Array, " times"]
+    constraint_drift: Float[Array, " times"]
+    velocity_drift: Float[Array, " times"]
+    num_steps: Int[Array, ""]
+    num_rejected: Int[Array, ""]
+    stiffening: dict = eqx.field(default_factory=dict)
+
+
+def _told(motion):
+    """Every coordinate in a row; how the motion ended and its accounts in the summary."""
+    ts, psi, accounts = np.asarray(motion.ts), np.asarray(motion.states.coordinates), motion.diagnostics
+    residual, drift = (np.nanmax(np.abs(x)) for x in (accounts.energy_residual, accounts.constraint_drift))
+    summary = (
+        f"{len(ts)} instants from {short(ts[0])} to {short(ts[-1])} s, {motion.status}; "
+        f"{int(accounts.num_steps)} steps, energy residual {short(residual)} J, drift {short(drift)}"
+    )
+    names = _labels((name, size) for name, _, size, _ in motion.states.structure or ())
+    names = names or [str(k) for k in range(psi.shape[1])]
+    rows = [(name, *span(psi[:, k])) for k, name in enumerate(names)]
+    return summary, [("coordinate", "first", "last", "least", "largest"), *rows]
+
+
+class Motion(eqx.Module):
+    """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
+
+    `motion[k]` is the k-th saved state, `motion.at(system, t)` one between them; questions take the motion as well.
+
+    `end` is the state that the integrator reached, at its time `end.t` [s]: the end asked for, or that of the event.
+    All have derivatives, by times too; the sizes of steps are held.  Of a motion that failed the states saved before
+    are kept; those after it are NaN, and so is every result and derivative that follows from them, or derivative that
+    follows from its `end`.  Where only the energy account is off all states are kept.
+    """
+
+    ts: Float[Array, " times"]
+    states: State
+    result: Int[Array, "..."]
+    diagnostics: Diagnostics
+    end: State
+
+    __repr__, _repr_html_ = told(_told)
+
+    @property
+    def status(self) -> Status:
+        """How the motion ended, `str` of it in words (concrete motions of one design)."""
+        return Status(int(np.asarray(self.result)))
+
+    @property
+    def ok(self) -> jax.Array:
+        """Whether the motion ended as asked (traceable)."""
+        return succeeded(self.result)
+
+    def __len__(self) -> int:
+        """Number of saved times."""
+        return self.ts.shape[-1]
+
+    def __getitem__(self, index: Any) -> State:
+        """The saved state of a number, or states of a slice or array of numbers: `motion[-1]`, `motion[10:20]`.
+
+        Of a batch of motions those of every design.  Raises: IndexError.
+        """
+        if known(index) and not isinstance(index, slice):
+            beyond = np.asarray(index)
+            if beyond.dtype.kind not in "iu" or np.any((beyond >= len(self)) | (beyond < -len(self))):
+                raise IndexError(f"a motion of {len(self)} saved states has none of number {index!r}")
+        designs = (slice(None),) * (self.ts.ndim - 1)
+        return jax.tree.map(lambda x: x[(*designs, index)], self.states)
+
+    def at(self, system: System, t: ArrayLike) -> State:
+        """The state at a time t, or states at times (...,) [s], between the saved ones.
+
+        Quintic polynomials through coordinates, velocities and accelerations of the two saved states around t, with
+        all constraints closed again: the error falls with the sixth power of the interval between saved times (half
+        that, and more, where a force has a kink in it), 1e-7 of a pendulum's swing at twenty times a period.
+
+        Raises: ValueError for a batch of motions, and for times beyond the saved ones; where those are traced the
+        state is NaN.
+        """
+        check_fits(system, self.states)
+        if self.ts.ndim != 1:
+            raise ValueError(f"one motion has states at a time, use jax.vmap; the times have shape {self.ts.shape}")
+        t, last = as_array(t), jnp.sum(jnp.isfinite(self.ts), dtype=jnp.int32) - 1
+        first, end = self.ts[0], self.ts[last]
+        if broken(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
+            raise ValueError(f"the motion has states saved from {float(first):.6g} to {float(end):.6g} s, not at {t}")
+        return _at(system, self.states, self.ts, last, t)
+
+    def to_xarray(self) -> Any:
+        """An `xarray.Dataset` over `time`: coordinates and velocities by joint ("pin", or "ball 0" of one with
+        several), energies, and the work of every force element."""
+        import xarray
+
+        given = self.states.structure or ()
+        names = [_labels((name, size) for name, _, *sizes in given for size in (sizes[k],)) for k in (0, 1)]
+        psi, u = np.asarray(self.states.coordinates), np.asarray(self.states.velocities)
+        names = [own or [str(k) for k in range(x.shape[-1])] for own, x in zip(names, (psi, u), strict=True)]
+        found, energy = self.diagnostics, {"units": "J"}
+        work = np.stack([np.asarray(w) for w in found.work.values()], -1) if found.work else np.zeros((len(psi), 0))
+        data = {
+            "coordinates": (("time", "coordinate"), psi),
+            "velocities": (("time", "velocity"), u),
+            "kinetic": ("time", np.asarray(found.kinetic), energy),
+            "potential": ("time", np.asarray(found.potential), energy),
+            "work": (("time", "element"), work, energy),
+        }
+        places = {"coordinate": names[0], "velocity": names[1], "element": list(found.work)}
+        time = ("time", np.asarray(self.ts), {"units": "s"})
+        return xarray.Dataset(data, {"time": time, **places}, {"status": str(self.status)})
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by time: coordinates by joint, "velocity of ..." each, and energies [J]."""
+        import pandas
+
+        found = self.to_xarray()
+        parts = [
+            found["coordinates"].to_pandas(),
+            found["velocities"].to_pandas().add_prefix("velocity of "),
+            found[["kinetic", "potential"]].to_dataframe(),
+        ]
+        return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)
+
+
+@jit
+def _at(system, states, ts, last, t):
+    P = node_parameters(system)
+
+    def one(t):
+        k = jnp.clip(jnp.searchsorted(ts, t, side="right").astype(last.dtype) - 1, 0, jnp.maximum(last - 1, 0))
+        both = jnp.minimum(jnp.stack([k, k + 1]), last)
+        knots = knots_of(system, jax.tree.map(lambda x: x[both], states))
+        state = between(system, P, knots.number(0), knots.number(1), t)
+        outside = ~((t >= ts[0]) & (t <= ts[last]))
+        parts = (nan_where(outside, x) for x in (state.coordinates, state.velocities))
+        return State(t, *parts, structure=state.structure)
+
+    found = jax.vmap(one)(t.reshape(-1))
+    return jax.tree.map(lambda x: x.reshape(*t.shape, *x.shape[1:]), found)
+
+
+def _labels(sizes):
+    """A name for every entry of joints of so many."""
+    return [name if size == 1 else f"{name} {k}" for name, size in sizes for k in range(size)]

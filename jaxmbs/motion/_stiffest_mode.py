@@ -1,0 +1,74 @@
+"""Why a motion needs so many steps: the fastest motion at a state and what makes it, in words; on the host."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..analysis._linearise import linearise
+from ..dynamics._efforts import element_efforts, element_flows
+from ..kinematics._configuration import at_state, elsewhere, moving
+from ..kinematics._kic import velocity_map
+from ..kinematics._mobility import system_at
+from ..kinematics._poses import coordinate_rate
+from ..kinematics._state import State
+from ..model._system import System
+from ..runtime import jit
+
+_STABLE = 1.5  # radians of the fastest motion in a step: accuracy alone asks explicit methods for less
+_APART = 100.0  # times the slowest motion: faster ones make the others wait
+_LIGHT = 1e-6  # of the largest inertia of the independent velocities: hardly any
+
+
+def fastest_motion(system: System, state: State, step: float) -> str:
+    """The fastest motion beside the mean step [s]: its rate, its joints, the force element behind it, what to do."""
+    system = system_at(system, state)
+    if not system.topology.mobility or not np.isfinite(state.velocities).all():
+        return ""
+    found = linearise(system, state)
+    roots, shapes = np.linalg.eig(np.asarray(found.state_space.A))
+    rates = np.abs(roots)
+    k = np.argmax(rates)
+    rate, shape = float(rates[k]), np.real(shapes[-len(found.names) :, k])
+    if not rate > 0.0 or not np.any(shape):
+        return ""
+    shape = shape / np.max(np.abs(shape))
+    names = [name for name, x in zip(found.names, shape, strict=True) if abs(x) > 0.1]
+    cause = _element(system, state, jnp.asarray(shape, found.mass.dtype), rate)
+    text = f"; the fastest motion there, of {', '.join(names)}, has a rate of {rate:.3g} 1/s"
+    text += f", made by force {cause!r}" if cause else ""
+    inertia, M = shape @ np.asarray(found.mass) @ shape, np.diagonal(found.mass)
+    if inertia < _LIGHT * np.max(M):
+        text += f", and moves hardly any inertia ({inertia:.2g}): give the bodies there mass, or weld them"
+    if rate * step > _STABLE or rate > _APART * np.min(rates[rates > 1e-9 * rate]):
+        return text + "; take a stiff solver (solver=diffrax.Kvaerno5()) or fixed steps (dt=, mbs.ImplicitMidpoint())"
+    return text + "; raise max_steps, or rtol and atol"
+
+
+def _element(system, state, shape, rate):
+    """The force element with more than half of the stiffness and damping in a motion (N,), or None."""
+    names = [name for group in system.forces for name in group.names]
+    if not names:
+        return None
+    stiff, damping = map(np.abs, _shares(system, state, shape))
+    share = np.asarray(stiff + rate * damping)
+    k = int(np.argmax(share))
+    return names[k] if share[k] > 0.5 * np.sum(share) else None
+
+
+@jit(compile="quick")
+def _shares(system, state, shape):
+    """`z . K z` and `z . C z` of every force element along the velocities of an independent motion (N,)."""
+    at = at_state(system, state, inertias=False)
+    z = velocity_map(system, at)[0] @ shape
+
+    def power(psi, u):
+        here = moving(system, elsewhere(system, at, psi), u)
+        found = []
+        for group in system.forces:
+            _, displacement, flow = element_flows(system, group, here, here.V, here.u)
+            found.append(jnp.sum(element_efforts(group, displacement, flow, here.t) * flow, axis=1))
+        return jnp.concatenate(found)
+
+    along = coordinate_rate(system.topology, at.psi, z)
+    slope = jax.jvp(lambda psi: power(psi, z), (at.psi,), (along,))[1]
+    return -slope, -(power(at.psi, z) + power(at.psi, -z)) / 2.0

@@ -1,0 +1,10 @@
+"""Integration of ordinary differential equations: the loop of steps, its derivatives, events and solvers."""
+
+from ._gauss import Gauss4, ImplicitMidpoint
+from ._semi_implicit_euler import SemiImplicitEuler
+
+__all__ = [
+    "Gauss4",
+    "ImplicitMidpoint",
+    "SemiImplicitEuler",
+]

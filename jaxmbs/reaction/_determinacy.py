@@ -1,0 +1,73 @@
+"""Marks of loads at the pose asked, in the axes of the numbers beside them: self-stresses, contacts of couplers."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..kinematics import _constraints as constraints
+from ..kinematics._configuration import Moving
+from ..kinematics._coupled_joints import acting_rows, coupled_joints
+from ..kinematics._reaction_map import carriers
+from ..model._system import System
+from ..runtime import take
+from ._self_stress import OPEN, share, without_range
+from ._wrenches import joint_wrenches
+
+
+class JointMarks(NamedTuple):
+    """By carrier: unique components (carriers, 3) bool of force and of moment, and, None without couplers, whether
+    (carriers,) the forces are left out that act where a coupler touches."""
+
+    force: Array
+    moment: Array
+    lacks_contact: Array | None
+
+
+def joint_marks(system: System, at: Moving, stresses, known, placed: Callable) -> JointMarks:
+    """What self-stresses and the contacts of couplers leave determined.
+
+    Args: stresses (n, rows), multipliers in the rows' common unit; known: `closures.directions`; placed: from world
+        wrenches (carriers, 6) to forces and moments (carriers, 3) in the axes asked.
+    """
+    number, dtype = len(carriers(system)), at.u.dtype
+    acting, size = acting_rows(system), jnp.zeros((0, number, 6), dtype)
+    if system.closures:
+        none = jnp.zeros((system.topology.bodies.size, 6), dtype)
+        y = constraints.row_scale(system).unit[None] * stresses
+        size = jax.vmap(lambda y: joint_wrenches(system, at.S, none, y, known).wrench)(y)
+    touched = _touched(system, at, acting, number) if acting else None
+    if acting:
+        size = jnp.concatenate([size, _contacts(system, at, touched)[None]])
+    if not len(size):
+        every = jnp.ones((number, 3), bool)
+        return JointMarks(every, every, touched)
+    force, moment = jax.vmap(placed)(size)
+    size = lax.stop_gradient(jnp.abs(jnp.concatenate([force * system.length, moment], axis=-1)))
+    inside = share(jnp.max(size[: len(size) - bool(acting)], axis=0, initial=0.0))
+    unique = inside <= OPEN[dtype.itemsize]  # false for NaN
+    if acting:
+        unique = unique & (jax.vmap(share)(size[-1]) <= OPEN[dtype.itemsize])
+    return JointMarks(unique[:, :3], unique[:, 3:], touched)
+
+
+def _touched(system, at, acting, number):
+    """Whether (carriers,) the contact of some coupler would load each joint."""
+    every = jnp.any(jnp.stack([coupled_joints(system, row, at) for row in acting]), axis=0)
+    return jnp.concatenate([every, np.zeros(number - len(every), bool)])
+
+
+def _contacts(system, at, touched):
+    """World wrenches (carriers, 6) of chance on the joints touched, without effort along their freedoms."""
+    top, number = system.topology, len(touched)
+    columns = np.full((number, 6), top.num_velocities)
+    for k, joint in enumerate(top.joints):
+        columns[k, : joint.num_velocities] = np.arange(joint.num_velocities) + joint.first_velocity
+    freedoms = take(jnp.concatenate([at.S, jnp.zeros_like(at.S[:1])]), columns).transpose(0, 2, 1)
+    unit = jnp.concatenate([jnp.full(3, system.length, at.S.dtype), jnp.ones(3, at.S.dtype)])
+    tried = unit[None] * np.random.default_rng(6).normal(size=(number, 6)).astype(at.S.dtype)
+    wrench = jax.vmap(lambda S, w: without_range(S, w[None])[0])(*lax.stop_gradient((freedoms, tried)))
+    return jnp.where(touched[:, None], wrench, 0.0)

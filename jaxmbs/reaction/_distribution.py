@@ -1,0 +1,132 @@
+"""How redundant joints share what statics leaves open: the bonds of a system, weighed by their compliance."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..dynamics._sparse_saddle import row_kinds
+from ..kinematics import _closures as closures
+from ..kinematics import _constraints as constraints
+from ..kinematics import _reaction_map as reaction_map
+from ..kinematics._configuration import Configuration
+from ..math._linalg import RowScale, saddle_solve
+from ..math._spatial import swapped
+from ..math._spd import spd_solve
+from ..model._rows import Drive
+from ..model._system import System
+from ..runtime import take
+from ..statics import Bonds, Network, bond_reactions
+from ..statics._tree import on_bodies
+from ._wrenches import at_frames
+
+#: Up to so many rows are solved for at once.
+FEW_ROWS = 120
+
+
+def bond_network(system: System) -> Network:
+    """Bodies, and as bonds every joint and two-frame constraint, in the order of `reaction_map.carriers`."""
+    top, carriers = system.topology, reaction_map.carriers(system)
+    ends = [tuple(top.frame_body[frame] for frame in frames) for _, *frames in carriers]
+    parent, child = zip(*ends, strict=True)
+    return Network(top.body_names, tuple(name for name, *_ in carriers), parent, child)
+
+
+def system_bonds(system: System, at: Configuration, wrench, compliance=None, known=None) -> Bonds:
+    """The bonds at a configuration, at their child's frame; efforts along what they leave free are those of `wrench`.
+
+    Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`; known:
+        `closures.directions`.
+    """
+    own = np.array([b for *_, b in reaction_map.carriers(system)])
+    twists = _free_twists(system, at.S, closures.directions(system, at) if known is None else known)
+    effort = jnp.einsum("qij,qi->qj", twists, wrench)
+    place = take(at.x, own), take(at.R, own)
+    C = jax.vmap(jnp.diag)(_weights(system, compliance, effort.dtype))
+    return Bonds.from_twists(bond_network(system), *place, swapped(twists, 1), effort, system.length, C)
+
+
+def _weights(system, compliance, dtype):
+    """Compliances (carriers, 6) for force and moment: 1 and 1 / length^2 by default, none of hidden joints."""
+    usual = jnp.concatenate([jnp.ones(3, dtype), jnp.full(3, system.length**-2, dtype)])
+    given = {joint.name: 0.0 for joint in system.topology.joints if joint.is_hidden} | dict(compliance or {})
+    each = [given.get(name, usual) for name, *_ in reaction_map.carriers(system)]
+    return jnp.stack([jnp.broadcast_to(jnp.asarray(c, dtype), (6,)) for c in each])
+
+
+def _free_twists(system, S, known):
+    """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
+    top, names = system.topology, [name for name, *_ in reaction_map.carriers(system)]
+    driven = {column for row in system.rows if isinstance(row, Drive) for column in row.columns}
+    held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
+    for joint in top.joints:
+        columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
+        if columns and not joint.is_cut:
+            held[names.index(joint.name), : len(columns)] = columns
+    parts = [take(jnp.concatenate([S, jnp.zeros((1, 6), S.dtype)]), held).transpose(0, 2, 1)]
+    for group, D in zip(system.closures, known, strict=True):
+        source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
+        parts.append(jax.vmap(_complement)(D))
+    return take(jnp.concatenate(parts), source)
+
+
+def _complement(D):
+    """Projector (6, 6) onto the twists that break no row of D (rows, 6)."""
+    return np.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
+
+
+def distributed(system: System, at: Configuration, wrench, multipliers, compliance, known, method="dense"):
+    """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
+
+    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `closures.directions`; method:
+        "dense" solves for few rows at once.
+    Source: S1 (28).
+    """
+    moved = _shared_rows(system)
+    by = _by_rows if method == "dense" and len(moved) <= FEW_ROWS else _by_bonds
+    return by(system, at, wrench, multipliers, compliance, known, moved)
+
+
+def _shared_rows(system):
+    """Rows of closures and drives: a coupler's or user's row acts inside its joints, as a spring does."""
+    kinds = row_kinds(system)
+    return np.r_[np.arange(kinds.closures), np.sort(kinds.drives)].astype(int)
+
+
+def _by_rows(system, at, wrench, multipliers, compliance, known, moved):
+    """Least `1/2 w.C w`, `w = w_0 + W d`, over changes d of the multipliers that move no freedom, `A^T d = 0`."""
+    W, A = reaction_map.reaction_map(system, at, known), constraints.jacobian(system, at, known)
+    own = np.array([b for *_, b in reaction_map.carriers(system)])
+    w = jnp.concatenate(at_frames(wrench, take(at.R, own), take(at.x, own), "joint", 1.0), axis=1)
+    every = len(moved) == system.topology.num_rows
+    if not every:
+        W, A = W[:, :, moved], A[moved]
+    W, C = W.reshape(-1, len(moved)), _weights(system, compliance, w.dtype).reshape(-1)
+    spins = np.asarray(system.topology.spins) > 0
+    unit = RowScale(jnp.where(spins, 1.0 / system.length, 1.0), np.zeros(len(spins), int))  # of efforts
+    change = saddle_solve(
+        W.T @ (C[:, None] * W), A.T, -W.T @ (C * w.reshape(-1)), jnp.zeros(A.shape[1], A.dtype), unit
+    )
+    return multipliers + change[0] if every else multipliers.at[moved].add(change[0])
+
+
+def _by_bonds(system, at, wrench, multipliers, compliance, known, moved):
+    """The same by the network of bonds, whose cost is linear in the loops."""
+    bonds = system_bonds(system, at, wrench, compliance, known)
+    change = swapped(bond_reactions(bonds, swapped(on_bodies(bonds.network, wrench))).wrench) - wrench
+    names = list(bonds.network.bonds)
+    moves = []
+    for group, D in zip(system.closures, known, strict=True):
+        index = np.array([names.index(name) for name in group.names])
+        moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, take(change, index)).reshape(-1))
+    for row in system.rows:
+        if isinstance(row, Drive):
+            moves.append(_effort_change(system, at.S, change, names, row.columns[0])[None])
+    return multipliers.at[moved].add(jnp.concatenate(moves))
+
+
+def _effort_change(system, S, change, names, column):
+    """Of the joint that moves by the column; its wrench counts for the outer body, child or parent."""
+    top = system.topology
+    j = top.node_joint[column]
+    outward = 1.0 if top.joints[j].child == top.body_joint.index(j) else -1.0
+    return outward * (S[column] @ change[names.index(top.joints[j].name)])

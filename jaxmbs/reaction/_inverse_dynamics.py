@@ -1,0 +1,166 @@
+"""Efforts that a given motion needs: on every velocity of the tree, or of chosen actuators in closed loops."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from ..checks import place_of
+from ..dynamics._efforts import efforts
+from ..dynamics._newton_euler import accelerations, required_efforts
+from ..errors import ModelError
+from ..kinematics import _closures as closures
+from ..kinematics import _constraints as constraints
+from ..kinematics._assembly import metric
+from ..kinematics._configuration import Moving, at_state, moving, node_accelerations
+from ..kinematics._state import HasStates, State
+from ..math._linalg import RowScale, relative, saddle_solve
+from ..model._entry_points import over_states, rates_of, states_of
+from ..model._system import System
+from ..runtime import jit, over_rows
+from ..typing import ArrayLike
+from ._row_residuals import LEFT_OVER, relative_gap, row_gaps
+from ._without_drives import undriven
+
+
+class Actuation(eqx.Module):
+    """What chosen actuators give for a motion.
+
+    Attributes:
+        efforts: (..., n) along the freedoms of each joint, by name [N or N m].
+        gap: (...) the largest part of the efforts needed that they cannot give, relative.
+        row_gap: (...) the same of the accelerations: how far they would tear the loops or break other rows.
+        ok: (...) whether they can, and the motion is possible: both gaps are rounding.
+    """
+
+    efforts: dict[str, Float[Array, "... n"]]
+    gap: Float[Array, "..."]
+    row_gap: Float[Array, "..."]
+    ok: Bool[Array, "..."]
+
+    def __getitem__(self, name: str) -> Float[Array, "... n"]:
+        place_of("actuator", name, tuple(self.efforts))
+        return self.efforts[name]
+
+
+def inverse_dynamics(
+    system: System,
+    state: State | HasStates,
+    acceleration: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    actuators: Sequence[str] | None = None,
+) -> Array | Actuation:
+    """Efforts that produce accelerations, beside gravity and all force elements.
+
+    Args:
+        state: a State; with actuators also a Motion, or a State with one leading axis.
+        acceleration: (nv,), with the states' leading axis if they have one, or by joint.
+            Default, with actuators: those of the system with its drives, so that a model driven along a path says
+            what other actuators need for it.
+        actuators: joints.  Their efforts replace all drives and frame paths; what the loops need is balanced by the
+            loops.  Of more actuators than freedoms the efforts of least norm, forces times the system's `length`.
+
+    Returns: efforts (nv,) on the tree's velocities, multipliers not subtracted; with actuators an `Actuation`.
+
+    Raises: UnknownNameError; ModelError for an actuator without freedom or at a cut joint; TypeError without
+    acceleration and actuators.  Source: S2 (40), (6) with the loops' rows.
+    """
+    states = states_of(system, state)
+    acceleration = None if acceleration is None else rates_of(system, states, acceleration, "acceleration")
+    if actuators is None:
+        if acceleration is None:
+            raise TypeError("give the acceleration (nv,), or the actuators that keep the motion")
+        return _on_columns(system, states, acceleration)
+    columns = actuated_columns(system, actuators)
+    found, *gaps = _chosen(system, states, acceleration, columns, states.coordinates.ndim == 2)
+    ends = np.cumsum([0, *(b - a for a, b in columns)])
+    named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
+    return Actuation(named, *gaps)
+
+
+def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[int, int], ...]:
+    """First and last velocity of every actuator.
+
+    Raises: UnknownNameError; ModelError for one without freedom or at a cut joint, and where none is named.
+    """
+    top, found = system.topology, []
+    if not actuators:
+        raise ModelError(["no actuator is named, so nothing can keep the motion"])
+    for name in actuators:
+        joint = top.joints[place_of("joint", name, top.joint_names)]
+        if joint.is_cut or joint.velocities.start == joint.velocities.stop:
+            raise ModelError(
+                [f"actuator {name!r}: this joint has no velocity of the tree; cut the loop at another one"]
+            )
+        found.append((joint.velocities.start, joint.velocities.stop))
+    return tuple(found)
+
+
+@jit
+def _on_columns(system, states, acceleration):
+    def one(state, acceleration):
+        at = moving(system, at_state(system, state), state.velocities)
+        return needed(system, at, acceleration)
+
+    return over_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
+
+
+def needed(system: System, at: Moving, acceleration, loads=None):
+    """`required_efforts` (nv,) at accelerations (nv,); loads: of the force elements, if known."""
+    V_dot = node_accelerations(system.topology, at, acceleration)
+    return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2] if loads is None else loads)
+
+
+@jit
+def _chosen(system, states, acceleration, columns, batched):
+    def one(row):
+        state, a = row
+        at = moving(system, at_state(system, state), state.velocities)
+        a = accelerations(system, at)[0] if a is None else a
+        released, need = undriven(system), needed(system, at, a)
+        found, row_gap = balanced(released, at, need, columns), _row_gap(released, at, a, need)
+        least = LEFT_OVER[row_gap.dtype.itemsize]
+        return found.efforts, found.gap, row_gap, state.ok & (found.gap <= least) & (row_gap <= least)
+
+    acceleration = None if acceleration is None else jnp.asarray(acceleration, states.coordinates.dtype)
+    return over_rows(one, (states, acceleration)) if batched else one((states, acceleration))
+
+
+def _row_gap(system, at, a, need):
+    """`relative_gap` of accelerations (nv,) that take the efforts needed (nv,)."""
+    directions = closures.moving_directions(system, at)
+    V_dot, gaps = node_accelerations(system.topology, at, a), row_gaps(system, at, a, directions)
+    return relative_gap(system, at, directions[0], a, V_dot, gaps, (jnp.zeros((0, 6), need.dtype), need))
+
+
+class Balance(NamedTuple):
+    """Efforts (k,) of the actuators' columns, the same on all columns (nv,), multipliers (rows,), and the gap."""
+
+    efforts: Array
+    columns: Array
+    multipliers: Array
+    gap: Array
+
+
+def balanced(system: System, at: Moving, need, columns) -> Balance:
+    """Actuators and rows that balance the efforts needed (nv,), `E tau + A^T lambda = need`, tau of least norm."""
+    own = np.concatenate([np.arange(a, b) for a, b in columns])
+    weight, dtype = metric(system), need.dtype
+    place = jnp.asarray(np.eye(len(need))[own], dtype)
+    parts, held = jnp.concatenate([need[None], place]), jnp.zeros((1 + len(own), system.topology.num_rows), dtype)
+    if system.has_constraints:
+        A, rows = constraints.jacobian(system, at), constraints.row_scale(system)
+        still = jnp.zeros(system.topology.num_rows, dtype)
+        # the motion that efforts give where the loops take what they can, and what these take
+        moved, held = jax.vmap(lambda b: saddle_solve(jnp.diag(weight), A, b, still, rows))(parts)
+        parts = moved * weight[None]
+    spins = jnp.asarray(system.topology.spins, dtype)
+    unit = jnp.where(spins > 0.0, 1.0, system.length)  # forces count as moments at the system's length
+    free, each = parts[0], parts[1:].T
+    rows = RowScale(jax.lax.stop_gradient(unit), np.arange(len(need)))
+    found = saddle_solve(jnp.diag(unit[own] ** 2), each, jnp.zeros(len(own), dtype), free, rows)[0]
+    gap = relative(unit * (each @ found - free), unit * (jnp.abs(each) @ jnp.abs(found) + jnp.abs(free)))
+    return Balance(found, found @ place, held[0] - found @ held[1:], gap)

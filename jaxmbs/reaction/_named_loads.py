@@ -1,0 +1,72 @@
+"""What drives, force elements, couplers and rows of the user do, by their names."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..dynamics._efforts import Acting
+from ..kinematics import _coordinate_rows as coordinate_rows
+from ..kinematics._configuration import Moving
+from ..kinematics._coupled_joints import acting_rows
+from ..model._rows import Drive
+from ..model._system import System
+from ._result import DriveLoad, LawForce, RowLoad
+from ._self_stress import OPEN, row_shares
+
+
+def law_forces(system: System, acting: list[Acting]) -> dict[str, LawForce]:
+    """By name, from what acts group by group; see `efforts`."""
+    named = {}
+    for group, found in zip(system.forces, acting, strict=True):
+        read = jax.vmap(group.port.reading)(found.seen, found.effort)
+        for i, name in enumerate(group.names):
+            parts: list[Any] = [None if x is None else x[i] for x in read]
+            named[name] = LawForce(*parts)
+    return named
+
+
+def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slice], given) -> dict[str, DriveLoad]:
+    """By joint, of its drive from the multipliers (rows,), or of an actuator from the efforts given (nv,).
+
+    Args: stresses (n, rows + actuators): see `self_stresses`.
+    """
+    top, drives = system.topology, [row.name for row in system.rows if isinstance(row, Drive)]
+    if not drives and not actuators:
+        return {}
+    unique = _unique(stresses)
+    places = {name: np.flatnonzero([name == other for other in top.row_joint]) for name in drives}
+    named = {name: DriveLoad(multipliers[place], unique[place]) for name, place in places.items()}
+    first = top.num_rows
+    for name, columns in actuators.items():
+        effort = given[columns]
+        named[name] = DriveLoad(effort, unique[first : first + len(effort)])
+        first += len(effort)
+    return named
+
+
+def row_loads(system: System, at: Moving, multipliers, stresses) -> dict[str, RowLoad]:
+    """By name, of the rows that are no drives, from all multipliers (rows,); stresses: see `self_stresses`."""
+    rows = acting_rows(system)
+    if not rows:
+        return {}
+    own = np.array([[name == row.name for name in system.topology.row_joint] for row in rows])
+    alone = jnp.where(own, multipliers[None], 0.0)
+    efforts = jax.vmap(lambda part: coordinate_rows.efforts(system, at.psi, at.t, part))(alone)
+    named, unique = {}, _unique(stresses)
+    for row, mine, effort in zip(rows, own, efforts, strict=True):
+        joints = [j for j in system.topology.joints if j.num_velocities and _reads(row, j)]
+        parts, place = {joint.name: effort[joint.velocities] for joint in joints}, np.flatnonzero(mine)
+        named[row.name] = RowLoad(multipliers[place], parts, unique[place])
+    return named
+
+
+def _unique(stresses):
+    """Whether (rows + actuators,) each multiplier is in no self-stress."""
+    return row_shares(stresses) <= OPEN[stresses.dtype.itemsize]
+
+
+def _reads(row, joint):
+    """Whether a row looks at a joint: one without columns of its own looks at all."""
+    return not row.columns or joint.first_velocity in row.columns

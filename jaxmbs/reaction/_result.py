@@ -1,0 +1,218 @@
+"""What joints transmit, by their names: the result of `reactions`."""
+
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from ..checks import no_such
+from ..errors import UnknownNameError
+from ..model._describe import COMPONENTS
+from ..tables import short, told
+from ..typing import ArrayLike
+
+
+class JointReaction(eqx.Module):
+    """The wrench a joint transmits, with all that acts inside it (drives, joint springs).
+
+    Attributes:
+        force [N], moment [N m]: (..., 3), the moment about the origin of the joint's frame on that side.
+        effort: (..., n) [N or N m] of the joint's drive alone, or of its actuator; of a joint without either the same
+            as `total_effort`.
+        total_effort: (..., n) along the joint's freedoms, all that acts there: drive or actuator, force elements,
+            couplers and rows; the part of force and moment along the freedoms.
+        unique_force, unique_moment: (..., 3) bool in the axes of `force` and `moment`, whether statics alone
+            determines the component at this pose: false for those of self-stresses, which compliances share, and
+            where `lacks_contact`.  A pose within 1e-6 of a singular one (1e-3 in single precision) is taken as it.
+        lacks_contact: (...) bool, None without couplers.  A coupler acts on coordinates: the bearings of the joints
+            that it ties, and those between, carry nothing of the forces where teeth, threads or cams touch.  What
+            they are short of is not unique; efforts along the freedoms are right.
+    """
+
+    force: Float[Array, "... 3"]
+    moment: Float[Array, "... 3"]
+    effort: Float[Array, "... n"]
+    total_effort: Float[Array, "... n"]
+    unique_force: Bool[Array, "... 3"]
+    unique_moment: Bool[Array, "... 3"]
+    lacks_contact: Bool[Array, "..."] | None = None
+
+
+def _told(loads):
+    """Every joint in a row: the largest sizes, and what is open at some instant."""
+    rows = [(name, *_sizes(load), _open(load)) for name, load in loads.items()]
+    ok = np.asarray(loads.ok)
+    summary = f"{len(rows)} joints" + (f", {ok.size} instants" if ok.ndim else "")
+    summary += ", ok" if ok.all() else f", {np.count_nonzero(~ok)} not ok"
+    side = "" if loads.side == "child" else ", on the parents"
+    summary += f"; axes of the {'world' if loads.frame == 'world' else 'joints'}{side}"
+    if any(_has_contact(load) for _, load in loads.items()):
+        summary += f"; bearings carry no contact forces of {', '.join(loads.rows)}"
+    return summary, [("joint", "force [N]", "moment [N m]", "effort", "undetermined"), *rows]
+
+
+def _sizes(load):
+    """The largest force, moment and effort, as text."""
+    size = lambda x: short(np.max(np.linalg.norm(np.asarray(x), axis=-1)))  # noqa: E731
+    effort = np.abs(np.asarray(load.effort))
+    return size(load.force), size(load.moment), short(effort.max()) if effort.size else "-"
+
+
+def _open(load):
+    """The components that are not unique at some instant, as text."""
+    unique = np.concatenate([load.unique_force, load.unique_moment], axis=-1).reshape(-1, 6).all(axis=0)
+    marks = ", ".join(c for c, known in zip(COMPONENTS, unique, strict=True) if not known)
+    return (marks or "-") + (" (contact)" if _has_contact(load) else "")
+
+
+def _has_contact(load):
+    return load.lacks_contact is not None and bool(np.any(load.lacks_contact))
+
+
+class LawForce(eqx.Module):
+    """What a force element does at its place.
+
+    Attributes:
+        effort: (..., n) between two points one number, positive pushes them apart [N]; on a joint that along its
+            freedom [N or N m]; of a `Bushing` force and moment in the axes of its first frame; of a load force and
+            moment in world axes; of a law of the whole system that on every velocity.
+        force [N], moment [N m]: (..., 3) world axes, on the second of two frames or on the loaded one, the moment
+            about its origin; None where it acts on a joint or the whole system.
+    """
+
+    effort: Float[Array, "... n"]
+    force: Float[Array, "... 3"] | None
+    moment: Float[Array, "... 3"] | None
+
+    __repr__, _repr_html_ = told(lambda law: _parts({k: getattr(law, k) for k in ("effort", "force", "moment")}))
+
+
+class DriveLoad(eqx.Module):
+    """What a drive does, or an actuator in its place.
+
+    Attributes:
+        effort: (..., n) along the freedoms of its joint [N or N m].
+        unique: (..., n) bool, whether statics alone determines it: false where several share the work.
+    """
+
+    effort: Float[Array, "... n"]
+    unique: Bool[Array, "... n"]
+
+    __repr__, _repr_html_ = told(lambda drive: _parts({"effort": drive.effort}, drive.unique))
+
+
+class RowLoad(eqx.Module):
+    """What a coupler or rows of the user do.
+
+    Attributes:
+        multipliers: (..., k) of its rows, in units of work over the unit of the row.
+        efforts: (..., n) by joint: what they exert along its freedoms [N or N m].
+        unique: (..., k) bool, whether statics alone determines the multiplier: false where several share the work.
+    """
+
+    multipliers: Float[Array, "... k"]
+    efforts: dict[str, Float[Array, "... n"]]
+    unique: Bool[Array, "... k"]
+
+    __repr__, _repr_html_ = told(lambda row: _parts({"multipliers": row.multipliers, **row.efforts}, row.unique))
+
+
+def _parts(parts, unique=()):
+    """Summary and rows of named numbers: those of one instant, or how far they range."""
+    rows = []
+    for name, value in parts.items():
+        if value is not None:
+            columns = np.asarray(value, float).T.reshape(np.shape(value)[-1], -1)
+            cells = [f"{short(x.min())} to {short(x.max())}" if np.ndim(value) > 1 else short(x[0]) for x in columns]
+            rows.append((name, ", ".join(cells)))
+    instants = next((f"{len(x)} instants" for x in parts.values() if x is not None and np.ndim(x) > 1), "one instant")
+    return instants + ("" if np.all(unique) else ", not determined by statics"), [("", "value"), *rows]
+
+
+class Reactions(eqx.Module):
+    """Reactions by joint or constraint name, `loads["main"].force`; of force elements `loads.law("spring").effort`,
+    of drives and actuators `loads.drive("shaft").effort`, of couplers and rows of the user
+    `loads.row("gear").efforts["pinion"]`.
+
+    Along every freedom the sums close: a joint's `total_effort` is what its drive or actuator, the force elements on
+    it, couplers and rows exert there.
+
+    Attributes:
+        multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
+        residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve, without derivative.
+        ok: (...) whether they are those of an assembled state, finite, balance all loads but for 1e-6 of them, and
+            belong to accelerations that keep the constraints as well (1e-2 in single precision).
+        hidden: welds inside bodies that the builder split; found by name, not listed.
+        frame, side: what the components are in, as `reactions` was asked.
+    """
+
+    joints: dict
+    multipliers: Float[Array, "... rows"]
+    residual: Float[Array, "..."]
+    ok: Bool[Array, "..."]
+    hidden: tuple[str, ...] = eqx.field(static=True, default=())
+    laws: dict[str, LawForce] = eqx.field(default_factory=dict)
+    rows: dict[str, RowLoad] = eqx.field(default_factory=dict)
+    drives: dict[str, DriveLoad] = eqx.field(default_factory=dict)
+    frame: str = eqx.field(static=True, default="world")
+    side: str = eqx.field(static=True, default="child")
+
+    __repr__, _repr_html_ = told(_told)
+
+    def __getitem__(self, name: str) -> JointReaction:
+        return self._found("joint or constraint", name, self.joints, list(self))
+
+    def _found(self, kind, name, among, listed=None):
+        """What has the name among these; UnknownNameError that says where else a name is known."""
+        if name in among:
+            return among[name]
+        doors = {"law": self.laws, "row": self.rows, "drive": self.drives}
+        found = [f"it is a {door}: loads.{door}({name!r})" for door, names in doors.items() if name in names]
+        found += [f"it is a joint or constraint: loads[{name!r}]"] * (name in self.joints)
+        raise UnknownNameError("; ".join([no_such(kind, name, among if listed is None else listed), *found]))
+
+    def law(self, name: str) -> LawForce:
+        """What a force element does, by its name.  Raises: UnknownNameError."""
+        return self._found("force element", name, self.laws)
+
+    def drive(self, name: str) -> DriveLoad:
+        """What the drive of a joint does, or its actuator, by the name of the joint.  Raises: UnknownNameError."""
+        return self._found("drive or actuator", name, self.drives)
+
+    def row(self, name: str) -> RowLoad:
+        """What a `Coupler`, `Rows` or `VelocityRows` does, by its name.  Raises: UnknownNameError."""
+        return self._found("coupler or rows", name, self.rows)
+
+    def __iter__(self):
+        return (name for name in self.joints if name not in self.hidden)
+
+    def items(self) -> list[tuple[str, JointReaction]]:
+        """Pairs of name and reaction."""
+        return [(name, self.joints[name]) for name in self]
+
+    def to_xarray(self, ts: ArrayLike | None = None) -> Any:
+        """An `xarray.Dataset` of `force` [N] and `moment` [N m] by joint and component, and by time along a motion,
+        with `unique_force` and `unique_moment` beside them; its attributes `frame` and `side` say the axes.
+
+        Args: ts: its times [s] (default: their numbers).
+        """
+        import xarray
+
+        names, data = list(self), {}
+        for part, unit in {"force": "N", "moment": "N m", "unique_force": "", "unique_moment": ""}.items():
+            values = np.stack([np.asarray(getattr(self[n], part)) for n in names], -2)
+            lead = ("time",) * (values.ndim - 2)
+            data[part] = ((*lead, "joint", "component"), values, {"units": unit} if unit else {})
+        places: dict = {"joint": names, "component": ["x", "y", "z"]}
+        if lead:
+            places["time"] = ("time", np.arange(len(values)) if ts is None else np.asarray(ts), {"units": "s"})
+        return xarray.Dataset(data, places, {"frame": self.frame, "side": self.side})
+
+    def to_pandas(self, ts: ArrayLike | None = None) -> Any:
+        """A `pandas.DataFrame` by joint, and by time along a motion: "force x" to "moment z"."""
+        import pandas
+
+        found = self.to_xarray(ts)
+        parts = [found[part].to_dataframe()[part].unstack("component").add_prefix(f"{part} ") for part in found][:2]
+        return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)

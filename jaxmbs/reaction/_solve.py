@@ -1,0 +1,233 @@
+"""Reactions of every joint: subtree sums on trees, multipliers in loops, compliances where statics cannot decide.
+
+Source: S1 (26)-(29); the wrench a joint carries is the momentum rate of all that hangs on it, less other loads.
+"""
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..checks import known, no_such
+from ..dynamics._bodies import needed_loads
+from ..dynamics._efforts import efforts
+from ..dynamics._loads import Loads
+from ..dynamics._newton_euler import accelerations
+from ..errors import UnknownNameError
+from ..kinematics import _closures as closures
+from ..kinematics import _coordinate_rows as coordinate_rows
+from ..kinematics import _reaction_map as reaction_map
+from ..kinematics._configuration import configuration, moving, node_accelerations
+from ..kinematics._poses import node_parameters
+from ..kinematics._state import HasStates, State
+from ..kinematics._wrench_targets import single_bodies
+from ..model._entry_points import rates_of, states_of
+from ..model._system import System
+from ..runtime import jit, over_rows, summed, take, typed
+from ..typing import ArrayLike
+from ._determinacy import joint_marks
+from ._distribution import distributed
+from ._inverse_dynamics import actuated_columns, balanced, needed
+from ._named_loads import drive_loads, law_forces, row_loads
+from ._result import JointReaction, Reactions
+from ._row_residuals import LEFT_OVER, relative_gap, row_gaps
+from ._self_stress import Saddle, self_stresses, sparse_saddle_with_stresses
+from ._without_drives import undriven
+from ._wrenches import at_frames, joint_wrenches
+
+#: Velocities times states whose loads take milliseconds however they are compiled: quickly, which saves a second.
+_FEW = 1000
+
+
+def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
+    owners, acting = single_bodies(system), []
+    at = moving(system, configuration(system, P, state.coordinates, state.t), state.velocities)
+    F, Q, _ = efforts(system, at, owners, acting)
+    solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)
+    (system, (a, multipliers, gaps, stresses), given, known), driven = solved, system
+    top = system.topology
+    V_dot = node_accelerations(top, at, a)
+    lack = needed_loads(system, at, V_dot, a, owners) - Loads(F)
+    wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
+    if _is_shared(system, options.compliance):
+        multipliers = distributed(system, at, wrench, multipliers, options.compliance, known, options.method)
+        wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
+    gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
+        system, at.psi, at.t, multipliers
+    )
+    residual = jnp.max(jnp.abs(gap), initial=0.0)
+    size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
+    least = LEFT_OVER[residual.dtype.itemsize]
+    missed = relative_gap(system, at, known, a, V_dot, gaps, (wrench, effort, Q))
+    # 1e-3 N: a mechanism at rest without loads has nothing to measure its residual by
+    balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
+    drives = drive_loads(system, multipliers, stresses, options.actuators(driven), given)
+    placed = functools.partial(_placed, system, at, options)
+    marks = joint_marks(system, at, stresses[:, : top.num_rows], known, placed)
+    return Reactions(
+        _named(system, placed(wrench), effort, drives, marks),
+        multipliers,
+        lax.stop_gradient(residual),
+        state.ok & balanced,
+        tuple(joint.name for joint in top.joints if joint.is_hidden),
+        law_forces(system, acting),
+        row_loads(system, at, multipliers, stresses),
+        drives,
+        options.frame,
+        options.side,
+    )
+
+
+class _Options(NamedTuple):
+    """What `reactions` is asked; `columns` of the actuators, None where the drives do it."""
+
+    frame: str
+    side: str
+    compliance: dict
+    method: str
+    columns: tuple | None
+
+    def actuators(self, system):
+        """Velocities by the name of each actuator."""
+        top = system.topology
+        return {top.column_joint_name[a]: slice(a, b) for a, b in self.columns or ()}
+
+
+class _Balance(NamedTuple):
+    """The system whose rows carry, its solution, efforts (nv,) of the actuators, and `closures.directions`."""
+
+    system: System
+    saddle: Saddle
+    given: Array
+    known: tuple
+
+
+def _balance(system, at, a, loads, options):
+    """What balances the accelerations a (nv,), None: those of the system itself: the drives, or actuators instead."""
+    directions = closures.moving_directions(system, at)
+    if a is None:
+        if options.columns is None and options.method == "block-sparse" and system.has_constraints:
+            saddle = sparse_saddle_with_stresses(system, at, loads, directions)
+            return _Balance(system, saddle, jnp.zeros_like(at.u), directions[0])
+        a, multipliers, gaps = accelerations(system, at, options.method, loads, directions)
+        if options.columns is None:
+            stresses = self_stresses(system, at, directions[0])
+            return _Balance(system, Saddle(a, multipliers, gaps, stresses), jnp.zeros_like(at.u), directions[0])
+    released = undriven(system)
+    if released is not system:
+        directions = closures.moving_directions(released, at)
+    found = balanced(released, at, needed(released, at, a, loads), options.columns)
+    stresses = self_stresses(released, at, directions[0], options.columns)
+    saddle = Saddle(a, found.multipliers, row_gaps(released, at, a, directions), stresses)
+    return _Balance(released, saddle, found.columns, directions[0])
+
+
+def _is_shared(system, compliance):
+    """Whether compliances share what is open: by the count of the build, or where the user gives them."""
+    found = system.topology.analysis
+    return bool(system.closures) and found is not None and (found.redundant > 0 or bool(compliance))
+
+
+def _on_nodes(topology, wrenches):
+    """Wrenches of bodies (bodies, 6) on the nodes that carry them."""
+    return summed(wrenches, np.asarray(topology.body_node, int) % (topology.nodes.size + 1), topology.nodes.size)
+
+
+def _placed(system, at, options, wrench):
+    """(forces, moments) (carriers, 3) in the axes and on the side asked, from world wrenches (carriers, 6)."""
+    sign, end = (1.0, 1) if options.side == "child" else (-1.0, 0)
+    own = [c[1 + end] for c in reaction_map.carriers(system)]
+    return at_frames(wrench, take(at.R, own), take(at.x, own), options.frame, sign)
+
+
+def _named(system, loads, total, drives, marks):
+    """`JointReaction` by name, of joints and of two-frame constraints, from forces and moments (carriers, 3)."""
+    columns = zip(*(jnp.unstack(x) for x in (*loads, *marks) if x is not None), strict=True)
+    named = {}
+    joints = {joint.name: joint for joint in system.topology.joints}
+    for (name, *_), (force, moment, *unique) in zip(reaction_map.carriers(system), columns, strict=True):
+        along = total[joints[name].velocities] if name in joints else jnp.zeros(0, force.dtype)
+        own = drives[name].effort if name in drives else along
+        named[name] = JointReaction(force, moment, own, along, *unique)
+    return named
+
+
+def _along(system, states, accelerations, batched, options):
+    """`_reactions` of a state, or of every one of a batch."""
+    P = node_parameters(system)
+    one = lambda row: _reactions(system, P, *row, options)  # noqa: E731
+    return over_rows(one, (states, accelerations)) if batched else one((states, accelerations))
+
+
+_along_few, _along_many = jit(_along, compile="quick"), jit(_along)
+
+
+def _compliance(name, value, dtype):
+    """The compliances (6,) of one joint; ValueError where they are known and negative, not finite, or not six."""
+    value = typed(value, dtype)
+    if value.shape not in ((), (6,)):
+        raise ValueError(f"compliance of {name!r} must be one number or six, got shape {value.shape}")
+    if known(value) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):
+        raise ValueError(f"compliance of {name!r} must be finite and not negative, got {np.asarray(value)}")
+    return value
+
+
+def reactions(
+    system: System,
+    motion: State | HasStates,
+    frame: str = "world",
+    side: str = "child",
+    compliance: Mapping | None = None,
+    method: str = "dense",
+    accelerations: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    actuators: Sequence[str] | None = None,
+) -> Reactions:
+    """Reactions of all joints at a state or along a motion.
+
+    Args:
+        motion: a State, a Motion, or a State with one leading axis.
+        frame: "world" axes, or "joint": those of the joint's frame on that side.
+        side: "child": the wrench the parent applies on the child; "parent": the opposite one on the parent.
+        compliance: name -> (6,), of joints and two-frame constraints for force x, y, z [m/N] and moment x, y, z
+            [rad/(N m)] in their own axes on the child's side; default 1 and 1 / length^2 for those not named.
+        method: how loops and drives are solved, with equal results: "dense" in the tree's velocities, or
+            "block-sparse" on the graph of bodies, linear in their number.
+        accelerations: (nv,) along a given trajectory, with the states' leading axis if they have one, or by joint;
+            default those that the drives and force elements make.
+        actuators: joints whose efforts keep the motion, in place of all drives and frame paths, see
+            `inverse_dynamics`; default the drives, or every joint of the tree where accelerations are given.
+
+    Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
+
+    Of few states (velocities times states up to 1 000) its program is compiled quickly and takes milliseconds: in
+    loops of thousands of calls put it into `mbs.jit`.
+
+    Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
+    shared so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least
+    norm, moments over the system's characteristic length `system.length`.
+
+    Raises: ValueError for an unknown frame, side, method or name, and accelerations of another shape; ModelError for
+    an actuator without freedom.  Source: S1 (26)-(29).
+    """
+    if frame not in ("world", "joint") or side not in ("child", "parent"):
+        raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
+    if method not in ("dense", "block-sparse"):
+        raise ValueError(f"method must be 'dense' or 'block-sparse', got {method!r}")
+    states = states_of(system, motion)
+    compliance = {} if compliance is None else dict(compliance)
+    names = [name for name, *_ in reaction_map.carriers(system)]
+    for name in compliance:
+        if name not in names:
+            raise UnknownNameError(f"compliance: {no_such('joint or constraint', name, names)}")
+    compliance = {name: _compliance(name, c, states.coordinates.dtype) for name, c in compliance.items()}
+    if accelerations is not None:
+        accelerations = typed(rates_of(system, states, accelerations, "accelerations"), states.coordinates.dtype)
+        every = [name for name, *_ in system.topology.structure]
+        actuators = every if actuators is None else actuators
+    columns = None if actuators is None else actuated_columns(system, actuators)
+    options = _Options(frame, side, compliance, method, columns)
+    along = _along_few if states.velocities.size <= _FEW else _along_many
+    return along(system, states, accelerations, states.coordinates.ndim == 2, options)

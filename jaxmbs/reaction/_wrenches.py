@@ -1,0 +1,58 @@
+"""Wrenches of joints from what acts on the bodies and what they need: sums of subtrees, multipliers of loops."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..kinematics import _closures as closures
+from ..kinematics._tree import subtrees
+from ..kinematics._wrench_targets import single_bodies
+from ..math._linalg import skew
+from ..model._system import System
+from ..runtime import take
+
+
+class JointWrenches(NamedTuple):
+    """World wrenches (carriers, 6) about the origin, on the child of every joint, then on frame B of every two-frame
+    constraint, as `reaction_map.carriers` has them; and efforts (nv,) along the columns."""
+
+    wrench: Array
+    effort: Array
+
+
+def joint_wrenches(system: System, S, lack, multipliers, known) -> JointWrenches:
+    """What the joints carry.
+
+    Args: lack (bodies, 6): what every body needs beside what acts on it; known: `closures.directions`.
+    """
+    top = system.topology
+    cut, each = _cut_wrenches(system, multipliers, known)
+    carried = subtrees(top.bodies, lack - cut)
+    sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
+    body_of = {j: k for k, j in enumerate(top.body_joint)}
+    elements = [name for group in system.closures for name in group.names]
+    place = body_of | {top.joint_index.get(name, name): len(body_of) + i for i, name in enumerate(elements)}
+    extra = [name for name in elements if name not in top.joint_index]
+    wrench = jnp.concatenate([carried * jnp.asarray(sign, carried.dtype)[:, None], each])
+    wrench = take(wrench, [place[key] for key in (*range(len(top.joints)), *extra)])
+    column_body = [body_of[j] for j in top.node_joint]
+    return JointWrenches(wrench, jnp.einsum("nk,nk->n", S, take(carried, column_body)))
+
+
+def _cut_wrenches(system, multipliers, known):
+    """Wrench of all loop rows on every body (bodies, 6), and of every element on its frame B (elements, 6)."""
+    if not system.closures:
+        return jnp.zeros((system.topology.bodies.size, 6), multipliers.dtype), jnp.zeros((0, 6), multipliers.dtype)
+    each = closures.wrenches(system, known, multipliers)
+    return closures.sum_on(single_bodies(system), system, each), jnp.concatenate(each)
+
+
+def at_frames(wrench, R, x, axes, sign):
+    """(forces, moments) (n, 3) about the points x, in world axes or those of R."""
+    force, moment = wrench[:, 3:], wrench[:, :3] - jnp.einsum("nij,nj->ni", jax.vmap(skew)(x), wrench[:, 3:])
+    if axes == "joint":
+        force, moment = (jnp.einsum("nji,nj->ni", R, v) for v in (force, moment))
+    return sign * force, sign * moment

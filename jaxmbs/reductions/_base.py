@@ -1,0 +1,183 @@
+"""What every reduction is and returns: a linear system in few coordinates, its interface first, and the way back."""
+
+from abc import abstractmethod
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Inexact
+
+from ..linear._condensation import partition
+from ..linear._labels import label, rows_of, spoken
+from ..linear._massless import condensed, without_mass
+from ..linear._storage import inexact
+from ..linear._symmetric import symmetric
+from ..linear._system import LinearSystem
+from ..runtime import jit
+from ..typing import AnyArray, CoordinateLike
+
+
+class Reduced(LinearSystem):
+    """A linear system `x = basis rho`: the coordinates of its interface come first, those of its modes after them.
+
+    Its own class because every question about a `LinearSystem` also has an answer for it, and what it has more, the
+    way back, none of the others lacks.
+
+    Attributes:
+        basis: (whole, n), displacements of all coordinates of the component that was reduced.
+        whole: the labels of these.
+    """
+
+    basis: Inexact[Array, "whole n"]
+    whole: tuple[tuple[str, str], ...] = eqx.field(static=True)
+
+    def __init__(self, whole: LinearSystem, basis: Array, num_interface: int | None = None, **options: Any) -> None:
+        """Args: options: those of `LinearSystem`; num_interface: default as many as `whole` has.
+
+        Raises: ValueError where no coordinate is left.
+        """
+        if len(options["coordinates"]) == 0:
+            raise ValueError("the reduction leaves no coordinate: name an interface, or ask for modes")
+        if whole.positions is not None and "positions" not in options:
+            at = {label(item)[0] for item in options["coordinates"]}
+            kept = [i for i, name in enumerate(whole.nodes) if name in at]
+            options["positions"] = tuple(whole.nodes[i] for i in kept), whole.positions[np.array(kept, int)]
+        b = whole.num_interface if num_interface is None else num_interface
+        super().__init__(interface=range(b), **options)
+        self.basis, self.whole = basis, whole.coordinates
+
+    def expand(self, rho: AnyArray) -> Array:
+        """Displacements (..., whole) of all coordinates, from reduced ones (..., n).  Source: S1 (5), (7)-(8)."""
+        rho = inexact(rho)
+        return jnp.matmul(rho, self.basis.T.astype(rho.dtype))
+
+    def generalised(self, forces: AnyArray) -> Array:
+        """Generalised forces `F = basis^T f` (..., n) of forces (..., whole).  Source: S1 (17)-(18)."""
+        forces = inexact(forces)
+        return jnp.matmul(forces, self.basis.astype(forces.dtype))
+
+    def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
+        """As of `LinearSystem`, of the own coordinates and of all those that were reduced."""
+        own = set(self.coordinates)
+        labels = (*self.coordinates, *(item for item in self.whole if item not in own))
+        faults = []
+        rows = rows_of(names, labels, faults)
+        if faults:
+            return super().outputs(*names)
+        places = {item: i for i, item in enumerate(self.whole)}
+        unit = jnp.eye(self.num_rows, dtype=self.basis.dtype)
+        found = [self.basis[places[labels[k]]] if labels[k] in places else unit[k] for k in rows]
+        found = jnp.stack(found) if found else unit[:0]
+        return found, tuple(spoken(labels[k]) for k in rows)
+
+    def within(self, whole: "Reduced") -> "Reduced":
+        """The same system, its way back going on to what `whole` was reduced from."""
+        return self.changed(basis=whole.basis @ self.basis, whole=whole.whole)
+
+
+class AbstractReduction(eqx.Module):
+    """A way to reduce a linear system: `reduce(system, CraigBampton(20))`.
+
+    Attributes:
+        keeps_all: whether all coordinates outside of the interface stay coordinates, those without mass too.
+    """
+
+    keeps_all: ClassVar[bool] = False
+
+    @abstractmethod
+    def of(self, system: LinearSystem) -> Reduced:
+        """The reduced system, its way back going to the coordinates of this one."""
+
+
+def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
+    """A linear system in few coordinates, its interface first: `reduce(wing, CraigBampton(num_modes=20))`.
+
+    What is reduced already can be reduced once more; `expand` then leads back all the way.  Rows outside the
+    interface that have no mass are condensed statically first, which is exact.
+
+    Args: method: a class of `jaxmbs.reductions`.
+
+    Raises: as the method says; ValueError for rows that have neither mass nor stiffness, by name.
+    """
+    reduced = method.of(system) if method.keeps_all else _without_massless(system, method)
+    return reduced.within(system) if isinstance(system, Reduced) else reduced
+
+
+def _without_massless(system, method):
+    """Reduced by a method that does not see the rows without mass, the way back going to them too."""
+    light = () if not isinstance(system.mass, jax.Array | np.ndarray) else without_mass(system)
+    light = tuple(set(light) - set(system.interface))
+    if not light:
+        return method.of(system)
+    whole = condensed(system, light, damped=False)
+    reduced = method.of(whole.system)
+    return reduced.changed(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
+
+
+class Physical(AbstractReduction):
+    """All coordinates [m, rad] with their signs, those of the interface put first.  Source: S1 (7)-(9)."""
+
+    keeps_all = True
+
+    def of(self, system: LinearSystem) -> Reduced:
+        system = system.dense()
+        order = np.concatenate([system.interface, system.interior]).astype(int)
+        matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
+        return Reduced(
+            system,
+            jnp.eye(len(order), dtype=system.dtype)[:, order],
+            **_in_order(matrices, order),
+            coordinates=[system.coordinates[i] for i in order],
+            massless=[k for k, i in enumerate(order) if i in system.massless],
+        )
+
+
+@jit
+def _in_order(matrices, order):
+    return {name: None if A is None else A[order][:, order] for name, A in matrices.items()}
+
+
+def explicit(system: LinearSystem) -> Reduced:
+    """The system itself where its interface comes first, else all of its coordinates in that order."""
+    if isinstance(system, Reduced) and system.interface == tuple(range(system.num_interface)):
+        return system
+    return reduce(system, Physical())
+
+
+def project(system: LinearSystem, basis, labels, num_interface: int | None = None, massless=()) -> Reduced:
+    """The system on a basis (n, r): `basis^T K basis` and so on.  Source: S1 (9), (12).
+
+    Args: labels: of all r, the interface first.
+    """
+    M, K, C = (None if A is None else basis.T @ A @ basis for A in (system.mass, system.stiffness, system.damping))
+    return Reduced(
+        system, basis, num_interface, mass=M, stiffness=K, damping=C, coordinates=labels, massless=massless
+    )
+
+
+def labelled(system: LinearSystem, **counts: int) -> tuple:
+    """The labels of the interface, then `kind 0`, `kind 1`, ... of every kind."""
+    own = tuple(system.coordinates[i] for i in system.interface)
+    return own + tuple(item for kind, count in counts.items() for item in numbered(kind, count))
+
+
+def admitted(system: LinearSystem) -> tuple:
+    """Interior and interface, stiffness and mass, which a reduction takes for symmetric: NaN if traced and not so.
+
+    Raises: ValueError, if concrete, as `symmetric.check_symmetric`.
+    """
+    inner, outer = partition(system.num_rows, system.interface)
+    return inner, outer, *symmetric(stiffness=system.stiffness, mass=system.mass)
+
+
+def check_num_modes(num: int, available: int) -> None:
+    """Raises: ValueError where more modes are asked than there are."""
+    if not 0 <= num <= available:
+        raise ValueError(f"num_modes = {num}: the component has {available} such modes")
+
+
+def numbered(kind: str, count: int) -> tuple[str, ...]:
+    """Labels `kind 0`, `kind 1`, ..."""
+    return tuple(f"{kind} {k}" for k in range(count))

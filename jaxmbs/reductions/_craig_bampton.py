@@ -1,0 +1,61 @@
+"""Constraint modes and fixed-interface modes (Craig and Bampton 1968), by the storage of the matrices."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import scipy.sparse
+
+from ..blocksparse import BlockMatrix
+from ..linear._condensation import interface_basis, partition
+from ..linear._system import LinearSystem
+from ..vibration._modes import Modes, natural_modes
+from ._base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
+from ._craig_bampton_blocks import in_blocks
+from ._craig_bampton_scipy import by_scipy
+
+
+class CraigBampton(AbstractReduction):
+    """Interface displacements and the lowest fixed-interface modes, `x_N = S x_i + Phi_N q`.
+
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, each scaled to unit modal mass; signs of modes are free.
+
+    Stiffness is block diagonal between the two; frequencies come from above.  The storage of the matrices chooses
+    the algorithm: dense arrays; block matrices for components whose dense ones would be too large, with derivatives
+    of first order; SciPy's sparse matrices on the host, once, without derivatives and without compiling.  The number
+    of interface coordinates sets the cost of the last two: `rigid_node` first makes them six.
+
+    Attributes:
+        num_modes: lowest fixed-interface modes kept; they should not cut a group of equal frequencies.
+        chunk: of block matrices, constraint modes solved together; memory beside the results grows with this.
+
+    Raises: ValueError for more modes than there are and an interface that is all of the component; if concrete, for
+    unsymmetric matrices (under tracing NaN) and a mechanism with the interface held (under tracing not finite).
+    Source: S1 (4)-(8).
+    """
+
+    num_modes: int = eqx.field(static=True)
+    chunk: int = eqx.field(static=True, default=64)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        if isinstance(system.stiffness, BlockMatrix):
+            return in_blocks(system, self.num_modes, self.chunk)
+        if scipy.sparse.issparse(system.stiffness):
+            return by_scipy(system, self.num_modes)
+        inner, _, K, M = admitted(system)
+        if len(inner) == 0:
+            raise ValueError("the interface is all of the component and leaves nothing to reduce: take Physical()")
+        system = system.changed(stiffness=K, mass=M)
+        T = interface_basis(K, system.interface)
+        normal = jnp.zeros((len(K), self.num_modes), T.dtype)
+        normal = normal.at[inner].set(fixed_interface_modes(system, self.num_modes).shapes)
+        labels = labelled(system, normal=self.num_modes)
+        return project(system, jnp.concatenate([T, normal], axis=1), labels)
+
+
+def fixed_interface_modes(system: LinearSystem, num_modes: int) -> Modes:
+    """The lowest modes of the interior with the interface held, shapes (interior, num_modes)."""
+    system = system.dense()
+    inner, _ = partition(system.num_rows, system.interface)
+    check_num_modes(num_modes, len(inner))
+    K, M = (A[inner][:, inner] for A in (system.stiffness, system.mass))
+    return natural_modes(K=K, M=M, num=num_modes, num_rigid=0)

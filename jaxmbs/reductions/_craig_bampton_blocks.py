@@ -1,0 +1,101 @@
+"""Craig-Bampton reduction of large components in blocks: one factorisation, its solutions in chunks of columns."""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..blocksparse import analyse, factor, solve
+from ..checks import known
+from ..fem._assembly import hold
+from ..linear._condensation import check_held, partition
+from ..linear._symmetric import UNSYMMETRIC
+from ..linear._system import LinearSystem
+from ..vibration._lanczos import lowest_modes
+from ._base import Reduced, check_num_modes, labelled
+
+
+def in_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Reduced:
+    """Craig and Bampton's reduction of block matrices, rows `size * block + direction` (a block is a node).
+
+    Derivatives of first order with respect to the matrices, forward and reverse, solve by the same factor.
+    Source: S1 (4)-(8).
+    """
+    stiffness, mass, damping = system.stiffness, system.mass, system.damping
+    pattern = stiffness.pattern
+    (n, b), outer = pattern.shape, interface_rows(pattern, system.interface)
+    k, dtype = len(outer), stiffness.diagonal.dtype
+    check_num_modes(num_modes, int(pattern.sizes.sum()) - k)
+    _check_symmetric(stiffness=stiffness, mass=mass)
+    held = np.isin(np.arange(n * b), outer).reshape(n, b)
+    plan = analyse(pattern, positions=_places(system))
+    K = factor(hold(stiffness, held, True), "cholesky", plan)
+    free = jnp.asarray(~held, dtype)[:, :, None]
+
+    @jax.checkpoint
+    def columns(rows):
+        E = jnp.zeros((n * b, chunk), dtype).at[rows, np.arange(chunk)].set(1.0, mode="drop").reshape(n, b, chunk)
+        T = E - solve(K, (stiffness @ E) * free)
+        return T, mass @ T, (stiffness @ T).reshape(n * b, chunk)[outer]
+
+    rows = np.full(-(-k // chunk) * chunk, n * b)
+    rows[:k] = outer
+    T, inertia, static = (_flat(Y, k) for Y in lax.map(columns, jnp.asarray(rows.reshape(-1, chunk))))
+    check_held(T, "the interface")
+    shapes = jnp.zeros((n * b, 0), dtype)
+    if num_modes:
+        shapes = lowest_modes(K, hold(mass, held, False), num_modes).shapes
+    basis = jnp.concatenate([T, shapes], axis=1)
+    coupling, zero = inertia.T @ shapes, jnp.zeros((k, num_modes), dtype)
+    own = _projected(stiffness, shapes)  # not the squared frequencies, whose derivatives miss how a group splits
+    return Reduced(
+        system,
+        basis,
+        mass=jnp.block([[_even(T.T @ inertia), coupling], [coupling.T, jnp.eye(num_modes, dtype=dtype)]]),
+        stiffness=jnp.block([[static, zero], [zero.T, own]]),
+        damping=None if damping is None else _projected(damping, basis),
+        coordinates=labelled(system, normal=num_modes),
+    )
+
+
+def _places(system):
+    """Positions of the blocks for a better order of elimination, where they are known; None else."""
+    b = system.stiffness.pattern.size
+    at = {name: i for i, name in enumerate(system.nodes)}
+    rows = [at.get(node) for node, _ in system.coordinates[::b]]
+    if system.positions is None or not known(system.positions) or None in rows:
+        return None
+    return np.asarray(system.positions)[rows]
+
+
+def interface_rows(pattern, interface: Sequence[int]) -> np.ndarray:
+    """Interface coordinates; ValueError as `partition`, and for those that fill up a smaller block."""
+    outer = partition(pattern.num_blocks * pattern.size, interface)[1]
+    absent = outer[pattern.padding.ravel()[outer]]
+    if len(absent):
+        raise ValueError(f"interface: the blocks of coordinates {absent.tolist()} are smaller than that")
+    return outer
+
+
+def _check_symmetric(**matrices):
+    for name, matrix in matrices.items():
+        if not known(matrix.diagonal):
+            continue
+        if not matrix.is_symmetric or matrix.asymmetry > UNSYMMETRIC:
+            raise ValueError(f"the {name} is unsymmetric")
+
+
+def _projected(matrix, basis):
+    n, b = matrix.pattern.shape
+    return _even(basis.T @ (matrix @ basis.reshape(n, b, -1)).reshape(n * b, -1))
+
+
+def _even(A):
+    return (A + A.T) / 2
+
+
+def _flat(Y, k):
+    """(chunks, ..., columns) -> (rows, k)."""
+    return jnp.moveaxis(Y.reshape(len(Y), -1, Y.shape[-1]), 0, 1).reshape(-1, len(Y) * Y.shape[-1])[:, :k]

@@ -1,0 +1,70 @@
+"""Free modes with inertia-relief attachment modes, from a statically determinate support (Craig and Chang 1977)."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from ..linear._condensation import interface_basis, partition
+from ..linear._system import LinearSystem
+from ..math import _square as square
+from ..vibration._modes import stable_modes
+from ._base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
+from ._hurty import supports
+from ._mixed import explicit_interface
+
+
+class CraigChang(AbstractReduction):
+    """Interface displacements, rigid motions and the lowest elastic free modes.
+
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, of a scale of their own; signs of modes are free.
+
+    The space is Rubin's; no rigid mode has to be told from the elastic ones by its frequency.
+
+    Attributes:
+        num_modes: elastic modes kept; rigid ones are not counted.
+        determinate: names or numbers of interface coordinates that just hold the component; default
+            `determinate_coordinates`.
+
+    Raises: as `Hurty`.  Source: S1 (4)-(8).
+    """
+
+    num_modes: int = eqx.field(static=True)
+    determinate: tuple | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        system = system.dense()
+        inner, outer, K, M = admitted(system)
+        system = system.changed(stiffness=K, mass=M)
+        held = supports(system, self.determinate)
+        n, b, d = len(K), len(outer), len(held)
+        check_num_modes(self.num_modes + d, len(inner))
+        rigid = interface_basis(K, held)
+        loads = jnp.eye(n, dtype=K.dtype)[:, outer]
+        attachment = inertia_relief(K, M, loads, held, rigid)
+        elastic = stable_modes(K=K, M=M, num=self.num_modes + d, num_rigid=d).shapes[:, d:]
+        order = jnp.concatenate([outer, inner])
+        columns = [A[order] for A in (attachment, jnp.concatenate([rigid, elastic], axis=1))]
+        moved, (shapes,) = explicit_interface(columns[0], columns[1:], b)
+        basis = jnp.zeros((n, b + d + self.num_modes), moved.dtype)
+        basis = basis.at[order].set(jnp.concatenate([moved, shapes], axis=1))
+        return project(system, basis, labelled(system, rigid=d, normal=self.num_modes))
+
+
+def inertia_relief(stiffness, mass, loads, determinate: Sequence[int], rigid):
+    """Elastic displacements (n, c) of a free component under loads (n, c), which its own inertia balances.
+
+    Held at `determinate`, which then carries nothing; `rigid^T M x = 0`.
+    """
+    inertia = rigid.T @ mass @ rigid
+
+    def without_rigid(x):
+        return x - rigid @ square.solve(inertia, rigid.T @ (mass @ x)) if len(determinate) else x
+
+    def balanced(f):
+        return f - mass @ (rigid @ square.solve(inertia, rigid.T @ f)) if len(determinate) else f
+
+    inner, _ = partition(stiffness.shape[0], determinate)
+    x = square.solve(stiffness[inner][:, inner], balanced(loads)[inner])
+    return without_rigid(jnp.zeros_like(loads).at[inner].set(x))

@@ -1,0 +1,109 @@
+"""Rigid, constraint and normal modes (Hurty 1965): statically determinate and redundant bonds apart."""
+
+from collections.abc import Iterable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import scipy.linalg
+from jaxtyping import Array, Float
+
+from ..checks import known
+from ..linear._condensation import constraint_modes, interface_basis, partition
+from ..linear._system import LinearSystem
+from ..typing import CoordinateLike
+from ._base import AbstractReduction, Reduced
+from ._craig_bampton import CraigBampton
+from ._work import Motions
+
+
+def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
+    """Interface coordinates that just hold the component: as many as it has rigid motions, best conditioned.
+
+    On the host, once for each topology.  Raises: ValueError under tracing, for negative stiffness, and where the
+    interface cannot hold it.
+    """
+    if not known(system.stiffness):
+        raise ValueError("give the determinate coordinates: they cannot be chosen under tracing")
+    K = np.asarray(system.stiffness)
+    _, outer = partition(len(K), system.interface)
+    size = np.sqrt(np.maximum(np.abs(np.diagonal(K)), 1e-300))
+    values, vectors = np.linalg.eigh(K / np.outer(size, size))
+    limit = 200 * np.finfo(K.dtype).eps * np.max(np.abs(values), initial=0.0)
+    if np.any(values < -limit):
+        raise ValueError(f"the stiffness is negative: {np.min(values):.3g} of its diagonal in one of its shapes")
+    rigid = (vectors / size[:, None])[:, values <= limit]
+    if rigid.shape[1] == 0:
+        return ()
+    rows = rigid[outer] * size[outer, None]
+    _, R, order = scipy.linalg.qr(rows.T, pivoting=True, mode="economic")
+    if len(outer) < rigid.shape[1] or abs(R[rigid.shape[1] - 1, rigid.shape[1] - 1]) < 1e-8 * abs(R[0, 0]):
+        raise ValueError(f"the interface leaves some of the {rigid.shape[1]} rigid motions free")
+    return tuple(int(c) for c in outer[np.sort(order[: rigid.shape[1]])])
+
+
+class Hurty(AbstractReduction):
+    """Rigid motions, redundant bonds' constraint modes, fixed-interface modes.
+
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, each scaled to unit modal mass; signs of modes are free.
+
+    The space is that of Craig and Bampton, and so are the matrices once the interface's displacements are the
+    coordinates; `connection` leads to them from the rigid and constraint motions.
+
+    Attributes:
+        num_modes: lowest fixed-interface modes kept.
+        determinate: names or numbers of coordinates of the interface that just hold the component; default
+            `determinate_coordinates`.
+
+    Raises: ValueError for a determinate coordinate that is not one of the interface and, if concrete, ones that do
+    not hold the component.  Source: S1 (14)-(20).
+    """
+
+    num_modes: int = eqx.field(static=True)
+    determinate: tuple | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        self.connection(system)
+        return CraigBampton(self.num_modes).of(system.dense())
+
+    def connection(self, system: LinearSystem) -> Float[Array, "b b"]:
+        """`phi = [[RR 0], [CR CC]]` (b, b): interface displacements `u = phi (rigid, constraint)`.
+
+        Rows are in the order of the interface.  RR = CC = 1, and CR is what a rigid motion does at the redundant
+        bonds, so that it costs no stiffness.  Source: S1 (14), (20).
+        """
+        system = system.dense()
+        rigid, outer = supports(system, self.determinate), system.interface
+        redundant = tuple(c for c in outer if c not in rigid)
+        d, b = len(rigid), len(outer)
+        inner, _ = partition(system.num_rows, rigid)
+        CR = constraint_modes(system.stiffness, rigid, "the determinate coordinates")
+        CR = CR[np.searchsorted(inner, np.array(redundant, int))]
+        phi = jnp.eye(b, dtype=CR.dtype).at[d:, :d].set(CR)
+        order = (*rigid, *redundant)
+        return phi[np.array([order.index(c) for c in outer], int)]
+
+    def motions(self, system: LinearSystem) -> Motions:
+        """Rigid, constraint and normal motions of all coordinates, with what works on them.  Source: S1 (14)-(20)."""
+        system = system.dense()
+        b, d = system.num_interface, len(supports(system, self.determinate))
+        basis = CraigBampton(self.num_modes).of(system).basis
+        shapes = jnp.concatenate([basis[:, :b] @ self.connection(system), basis[:, b:]], axis=1)
+        return Motions(shapes, (d, b - d, self.num_modes), system.interface)
+
+
+def supports(system: LinearSystem, determinate: Iterable[CoordinateLike] | None) -> tuple[int, ...]:
+    """Rows of the determinate coordinates, those given or `determinate_coordinates`.  Raises: ValueError."""
+    if determinate is None:
+        return determinate_coordinates(system)
+    rows = system.rows(*determinate)
+    stray = [system.label(i) for i in rows if i not in system.interface]
+    if stray:
+        raise ValueError(f"determinate coordinates {', '.join(stray)} are not in the interface")
+    return rows
+
+
+def support_motions(system: LinearSystem, determinate: Iterable[CoordinateLike]) -> Float[Array, "n d"]:
+    """Rigid motions (n, d) of a free component, each with one determinate coordinate moved by 1.  Source: S1 (14)."""
+    return interface_basis(system.stiffness, system.rows(*determinate))

@@ -1,0 +1,56 @@
+"""Free-interface modes with residual flexibility, its mass neglected (MacNeal 1971)."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from ..linear._system import LinearSystem
+from ..math import _square as square
+from ..vibration._modes import stable_modes
+from ._base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
+from ._mixed import attachment_modes, count_rigid, explicit_interface
+
+
+class MacNeal(AbstractReduction):
+    """Interface displacements and the lowest free modes; only the modes have mass and damping.
+
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, each scaled to unit modal mass; signs of modes are free.
+
+    The interface coordinates are `massless`: where no neighbour gives them mass, `modes` condenses them.
+    Frequencies may lie on either side.
+
+    Attributes:
+        num_modes: lowest free modes kept, rigid ones among them.
+        num_rigid: rigid motions; default: counted, which cannot be done under tracing.
+
+    Raises: ValueError, if concrete, for unsymmetric matrices and negative stiffness; under tracing these give NaN.
+    Source: S1 (4)-(8).
+    """
+
+    num_modes: int = eqx.field(static=True)
+    num_rigid: int | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        system, num = system.dense(), self.num_modes
+        inner, outer, K, M = admitted(system)
+        system = system.changed(stiffness=K, mass=M)
+        rigid = count_rigid(K, M) if self.num_rigid is None else self.num_rigid
+        check_num_modes(num, len(inner))
+        b, modes = len(outer), stable_modes(K=K, M=M, num=num, num_rigid=rigid)
+        loads = jnp.eye(len(K), dtype=K.dtype)[:, outer]
+        elastic = modes.shapes[:, rigid:]
+        residual = attachment_modes(K, M, loads, modes.shapes[:, :rigid])
+        own = elastic.T @ K @ elastic  # diagonal; its derivatives see how a group of equal values splits
+        residual = residual - elastic @ square.solve(own, elastic.T @ loads)
+        order = np.concatenate([outer, inner])
+        moved, (shapes,) = explicit_interface(residual[order], (modes.shapes[order],), b)
+        basis = jnp.zeros((len(order), b + num), moved.dtype)
+        basis = basis.at[order].set(jnp.concatenate([moved, shapes], axis=1))
+        labels = labelled(system, rigid=rigid, normal=num - rigid)
+        whole = project(system, basis, labels, massless=range(b))
+
+        def of_modes(A):
+            return jnp.zeros_like(whole.mass).at[b:, b:].set(modes.shapes.T @ A @ modes.shapes)
+
+        return whole.changed(mass=of_modes(M), damping=None if system.damping is None else of_modes(system.damping))

@@ -1,0 +1,93 @@
+"""Structures that are their own mirror image, by one half of them."""
+
+from collections.abc import Iterable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import known
+from ..elements import DIRECTIONS
+from ..errors import ModelError
+from ..linear._system import LinearSystem
+from ..typing import CoordinateLike
+from ._base import AbstractReduction
+from ._placement import CLOSE
+from ._symmetry_subspace import Family
+
+
+def _names(nodes: Iterable[CoordinateLike] | None) -> tuple | None:
+    return None if nodes is None else tuple(nodes)
+
+
+class Mirror(AbstractReduction):
+    """The motions of a structure that its mirror image makes too, or makes with the opposite sign, from one half.
+
+    `reduce(half, Mirror("x"))`, `reduce(half, Mirror("x", antisymmetric=True))`: both together are the structure.
+    On the plane a symmetric motion has no displacement along its normal and does not turn about lines in it; an
+    antisymmetric one does nothing else.  Elements in the plane belong to the half with half of their stiffness and
+    mass.  Two planes: `reduce(reduce(quarter, Mirror("x", left)), Mirror("y", front))`.
+
+    Coordinates: those of the half [m, rad], interface first, that the plane leaves free, with their signs.
+
+    Attributes:
+        normal: "x", "y" or "z", of the plane.
+        nodes: on the plane, names or numbers; default the interface, `()` for a component that does not reach it.
+        antisymmetric: that family.
+
+    Returns (of `reduce`): a `Family` of two parts, the half and its image.
+
+    Raises: ModelError for another normal, coordinates on the plane without a direction, nodes that are not in one
+    plane across the normal.  Source: S1 (5)-(8), section 5.
+    """
+
+    keeps_all = True
+
+    normal: str = eqx.field(static=True)
+    nodes: tuple | None = eqx.field(static=True, default=None, converter=_names)
+    antisymmetric: bool = eqx.field(static=True, default=False)
+
+    def of(self, system: LinearSystem) -> Family:
+        system = system.dense()
+        if self.normal not in DIRECTIONS[:3]:
+            raise ModelError([f"the normal {self.normal!r} is none of {', '.join(DIRECTIONS[:3])}"])
+        plane = system.interface if self.nodes is None else system.rows(*self.nodes)
+        _check(system, plane, self.normal, self.nodes is None and not plane)
+        image, family = image_signs(system, self.normal), -1.0 if self.antisymmetric else 1.0
+        gone = {i for i in plane if image[i] != family}
+        interface = [i for i in system.interface if i not in gone]
+        kept = np.array(interface + [i for i in system.interior if i not in gone], int)
+        matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
+        basis = jnp.eye(system.num_rows, dtype=system.dtype)[:, kept]
+        across = np.eye(3) - 2 * np.diag([float(d == self.normal) for d in DIRECTIONS[:3]])
+        return Family(
+            system,
+            jnp.stack([basis, family * basis]),
+            jnp.asarray(np.stack([np.eye(3), across]), system.dtype),
+            0.5,
+            len(interface),
+            **{name: None if A is None else A[kept][:, kept] for name, A in matrices.items()},
+            coordinates=[system.coordinates[i] for i in kept],
+            massless=[k for k, i in enumerate(kept) if i in system.massless],
+        )
+
+
+def image_signs(system: LinearSystem, normal: str) -> np.ndarray:
+    """(n,) what the mirror image does where the structure does 1: -1 along the normal, in turns about others."""
+    flipped = {normal, *(f"r{d}" for d in DIRECTIONS[:3] if d != normal)}
+    return np.array([-1.0 if direction in flipped else 1.0 for _, direction in system.coordinates])
+
+
+def _check(system, plane, normal, unsaid):
+    bare = [system.label(i) for i in plane if not system.coordinates[i][1]]
+    faults = [f"coordinates on the plane have directions, {', '.join(bare[:5])} has none"] if bare else []
+    faults += ["no node is on the plane: name them, make them the interface, or say nodes=()"] if unsaid else []
+    if plane and not faults and system.positions is not None and known(system.positions):
+        nodes = list(dict.fromkeys(system.coordinates[i][0] for i in plane if system.coordinates[i][1]))
+        places = np.asarray(system.positions)[[system.nodes.index(node) for node in nodes]]
+        size = max(float(np.ptp(np.asarray(system.positions))), 1e-300)
+        apart = np.abs(places[:, DIRECTIONS.index(normal)] - np.median(places[:, DIRECTIONS.index(normal)]))
+        off = [node for node, gap in zip(nodes, apart, strict=True) if gap > CLOSE * size]
+        faults += [f"nodes {', '.join(off[:5])} are not in one plane across {normal} with the others"] if off else []
+    if faults:
+        raise ModelError(faults)

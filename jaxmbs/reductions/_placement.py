@@ -1,0 +1,70 @@
+"""A component turned or mirrored about the origin."""
+
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import known
+from ..elements import DIRECTIONS
+from ..errors import ModelError
+from ..linear._labels import spoken
+from ..linear._system import LinearSystem
+from ..typing import ArrayLike
+from ._base import Reduced
+
+Same = TypeVar("Same", bound=LinearSystem)
+
+#: Axes of a turn must be orthogonal, and places meet, up to this.
+CLOSE = 1e-6
+
+
+def turned(system: Same, axes: ArrayLike) -> Same:
+    """The same system turned or mirrored about the origin: what was at r is at `axes @ r`, and moves `axes @ u`.
+
+    A rotation is an axial vector: of a mirror image it is `-axes @ theta`.  The way back of what was reduced leads to
+    the axes that it was reduced in.
+
+    Args: axes: (3, 3) orthogonal; `diag(-1, 1, 1)` mirrors in the plane x = 0.
+
+    Raises: ModelError for axes that are not, and for nodes without the directions that the turn would give them.
+    Source: S1 (3), section 5.
+    """
+    system = system.dense()
+    E, mixed = turning(system.coordinates, axes)
+    E = jnp.asarray(E, system.dtype)
+    light = set(system.massless)
+    changes: dict[str, Any] = {
+        name: None if A is None else E @ A @ E.T
+        for name, A in (("mass", system.mass), ("stiffness", system.stiffness), ("damping", system.damping))
+    }
+    if system.positions is not None:
+        changes["positions"] = system.positions @ jnp.asarray(axes, system.positions.dtype).T
+    if isinstance(system, Reduced):
+        changes["basis"] = system.basis @ E.T
+    massless = tuple(i for i in system.massless if light.issuperset(np.flatnonzero(mixed[i]).tolist()))
+    return system.changed(massless=massless, **changes)
+
+
+def turning(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarray]:
+    """E (n, n) with `x = E x_own` for coordinates that turn with `axes`; which of them may mix (n, n).
+
+    NumPy's where the axes are.  Raises: as `turned`.
+    """
+    xp: Any = np if known(axes) else jnp
+    axes = xp.asarray(axes)
+    if axes.shape != (3, 3) or (known(axes) and not np.allclose(axes @ axes.T, np.eye(3), rtol=0, atol=CLOSE)):
+        raise ModelError(["axes to turn by must be (3, 3) of unit rows, square to each other"])
+    number = {node: k for k, node in enumerate(dict.fromkeys(node for node, _ in labels))}
+    node = np.array([number[name] for name, _ in labels], int)
+    along = np.array([DIRECTIONS.index(d) if d else -1 for _, d in labels], int)
+    alike = (node[:, None] == node[None]) & (along[:, None] // 3 == along[None] // 3) & (along >= 0)
+    spin, zero = xp.linalg.det(axes) * axes, xp.zeros_like(axes)
+    six = xp.block([[axes, zero], [zero, spin]])
+    E = xp.where(alike, six[along[:, None], along[None]], np.eye(len(labels), dtype=axes.dtype))
+    lost = np.abs(np.sum(E * E, axis=0) - 1) > CLOSE if known(axes) else (along >= 0) & (np.sum(alike, axis=1) < 3)
+    if np.any(lost):
+        named = ", ".join(spoken(label) for label, gone in zip(labels, lost, strict=True) if gone)
+        raise ModelError([f"turned, {named} would move in directions that the node does not have"])
+    return E, alike | np.eye(len(labels), dtype=bool)

@@ -1,0 +1,29 @@
+"""Free-interface modes with residual attachment modes, their mass kept (Rubin 1975)."""
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from ..elements._base import optional
+from ..linear._system import LinearSystem
+from ._base import AbstractReduction, Reduced
+from ._mixed import Mixed
+
+
+class Rubin(AbstractReduction):
+    """Interface displacements and the lowest free modes, rigid ones included: `Mixed` with nothing fixed.
+
+    Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
+    modes, of a scale of their own; signs of modes are free.
+
+    What the discarded modes add statically (residual attachment modes) is in the space, with its mass; frequencies
+    come from above.
+
+    Attributes: as of `Mixed`.  Source: S1 (4)-(8).
+    """
+
+    num_modes: int = eqx.field(static=True)
+    load: Float[Array, "c c"] | None = eqx.field(converter=optional, default=None)
+    num_rigid: int | None = eqx.field(static=True, default=None)
+
+    def of(self, system: LinearSystem) -> Reduced:
+        return Mixed(self.num_modes, (), self.load, self.num_rigid).of(system)

@@ -1,0 +1,70 @@
+"""What the symmetry of a structure made of equal parts leaves: one family of its motions, known by one part."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Inexact
+
+from ..linear._storage import inexact
+from ..linear._system import LinearSystem
+from ..typing import AnyArray
+from ._base import Reduced
+
+
+class Family(Reduced):
+    """Motions of a whole structure in which each part repeats the first one, of a mirror image or of a ring.
+
+    A linear system whose coordinates, forces and reactions are those of the first part; what acts on it by name acts
+    on the others too, as the family has it.  What is joined has to be of the same family.  Motions of different
+    families have nothing to do with each other: all families together are the structure, any forces on it are shared
+    out to them by `gathered`, and its motion is the sum of their `parts`.
+
+    Attributes:
+        copies: (parts, n, r), displacements of all coordinates of every part, in its own axes, which are turned or
+            mirrored with it.
+        axes: (parts, 3, 3), these axes in those of the first part, as `turned` takes them.
+        share: of the energy of the whole, what the matrices hold: one over the number of parts, or twice that where
+            the parts move in waves.
+    """
+
+    copies: Inexact[Array, "parts n r"]
+    axes: Float[Array, "parts 3 3"]
+    share: float = eqx.field(static=True)
+
+    def __init__(
+        self,
+        whole: LinearSystem,
+        copies: Array,
+        axes: Array,
+        share: float,
+        num_interface: int | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(whole, copies[0], num_interface, **options)
+        self.copies, self.axes, self.share = copies, axes, share
+
+    def parts(self, rho: AnyArray) -> Array:
+        """Displacements (..., parts, n) of all parts, each in its own axes, from reduced ones (..., r).
+
+        Source: S1 (5), section 5.
+        """
+        rho = inexact(rho)
+        return jnp.einsum("pnr,...r->...pn", self.copies.astype(rho.dtype), rho)
+
+    def gathered(self, forces: AnyArray) -> Array:
+        """The family's part (..., r) in forces (..., parts, n) on all parts, each in its own axes.
+
+        Source: S1 (18), section 5.
+        """
+        forces = inexact(forces)
+        return self.share * jnp.einsum("pnr,...pn->...r", self.copies.astype(forces.dtype), forces)
+
+    def within(self, whole: Reduced) -> "Family":
+        """As of `Reduced`; the images of what is of a family itself are all told, the first one's first."""
+        outer, axes, share = whole.basis[None], jnp.eye(3, dtype=self.axes.dtype)[None], self.share
+        if isinstance(whole, Family):
+            outer, axes, share = whole.copies, whole.axes, whole.share * share
+        copies = jnp.einsum("anm,bmr->banr", outer, self.copies).reshape(-1, outer.shape[1], self.copies.shape[2])
+        axes = jnp.einsum("bij,ajk->baik", self.axes, axes).reshape(-1, 3, 3)
+        return self.changed(basis=copies[0], copies=copies, axes=axes, share=share, whole=whole.whole)

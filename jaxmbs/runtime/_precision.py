@@ -1,0 +1,27 @@
+"""Double precision switched on, or off, in the middle of a process."""
+
+import gc
+
+import jax
+
+from ._tracing import is_outside
+
+_seen: set[bool] = set()  # the setting at the last call, once there was one
+
+
+def follow_precision() -> None:
+    """Forget all compiled programs if `jax_enable_x64` was switched since the last call.
+
+    For as long as a program that JAX traced holds a NumPy array, JAX takes the copy that it made of it for later
+    programs too, in the precision of the first one: index arrays then meet integers of another type, and numbers
+    have lost half of their digits.  This concerns the constants of every library, so only the programs can go.
+    Nothing happens inside of a trace.
+    """
+    double = bool(jax.config.jax_enable_x64)
+    if double in _seen or not is_outside():
+        return
+    if _seen:
+        jax.clear_caches()
+        gc.collect()  # programs that refer to themselves hold their arrays as well
+        _seen.clear()
+    _seen.add(double)

@@ -1,0 +1,118 @@
+"""Loops that XLA makes one kernel of on the CPU, in place of a call for each operation of each pass.
+
+JAX 0.12 does so with every small loop.  JAX 0.10 does with loops of a kilobyte, or where XLA_FLAGS says so before the
+process starts; here a loop asks for itself, by the mark that XLA's own pass sets on those that it finds small.
+A four-bar's motion runs three times as fast, its gradient twice, for a tenth more to compile.
+"""
+
+import functools
+import os
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.custom_derivatives import SymbolicZero
+from jax.experimental.xla_metadata import set_xla_metadata
+from jax.extend.core import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
+from jaxtyping import PyTree
+
+from ._jaxpr import equations
+from ._packing import Packing
+
+#: Whether loops that are traced now get the mark; part of the key of JAX's caches.
+MARKED = jax.make_user_context(False)
+SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"  # the option of XLA_FLAGS
+_RELEASES = ("0.10.",)  # of JAX, that take the mark
+_MARK = {"xla_cpu_small_call": "true", "inlineable": "false"}
+#: What no kernel holds: LAPACK, callbacks and what else XLA calls from outside of its own code.
+_CALLS = frozenset(
+    "approx_top_k cholesky custom_call debug_callback debug_print eig eigh fft ffi_call geqp3 geqrf hessenberg "
+    "householder_product io_callback lu ormqr pure_callback qr schur sort svd top_k triangular_solve tridiagonal "
+    "tridiagonal_solve".split()
+)
+_DENSE = 4096  # products with a matrix of more entries are left to a library, and to several threads
+_KEPT = (np.float64, np.float32, np.int32, np.uint32, np.bool_)  # exact in double precision
+
+
+def sets_marks(jax_version: str) -> bool:
+    """True for releases of JAX on which the library marks its small loops."""
+    return jax_version.startswith(_RELEASES)
+
+
+def marks(backend: str, options: dict) -> bool:
+    """Whether programs with these options of the compiler are to have marked loops.
+
+    Not with XLA's newer emitters of fused loops and its library of kernels, which cannot be part of a kernel.
+    """
+    newer = [
+        options.get(name, True) for name in ("xla_cpu_use_fusion_emitters", "xla_cpu_experimental_ynn_fusion_type")
+    ]
+    given = SMALL_LOOPS in os.environ.get("XLA_FLAGS", "")
+    return backend == "cpu" and sets_marks(jax.__version__) and not any(newer) and not given
+
+
+def one_kernel(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
+    """A loop, as a function of what it starts with, marked where that helps; it may close over traced arrays.
+
+    What derives it in forward mode meets the loop as it is.
+    """
+
+    @functools.wraps(loop)
+    def asked(start):
+        if not MARKED.value:
+            return loop(start)
+        jaxpr, shape = jax.make_jaxpr(loop, return_shape=True)(start)
+        given = [jnp.asarray(x) for x in (*jaxpr.consts, *jax.tree.leaves(start))]
+        if not _fits(jaxpr) or not all(x.dtype in _KEPT for x in given):
+            return loop(start)
+        found = _marked(_of_all(jaxpr), given)(*given)
+        return jax.tree.unflatten(jax.tree.structure(shape), found)
+
+    return asked
+
+
+def is_marked(equation: JaxprEqn) -> bool:
+    """Whether it is the call of a marked loop."""
+    return equation.primitive.name == "jit" and equation.params["name"] == one_kernel.__name__
+
+
+def _of_all(jaxpr):
+    """The function of a jaxpr that takes what it closes over too, first."""
+    number = len(jaxpr.consts)
+    return lambda *parts: jaxpr_as_fun(ClosedJaxpr(jaxpr.jaxpr, parts[:number]))(*parts[number:])
+
+
+def _marked(function, given):
+    """A function of arrays like those given, as a marked program."""
+    packing = Packing(given, np.dtype(np.float64))
+
+    @jax.custom_jvp
+    def marked(*given):
+        # one argument, some of which is used: XLA ends the process at a marked call with an argument that is not
+        def one_kernel(vector):  # by this name `is_marked` knows it
+            return function(*packing.unpack(vector))
+
+        return set_xla_metadata(jax.jit(one_kernel)(packing.pack(given)), **_MARK)
+
+    @functools.partial(marked.defjvp, symbolic_zeros=True)
+    def derived(given, dots):
+        moves = [not isinstance(dot, SymbolicZero) for dot in dots]
+
+        def of_moving(*moving):
+            moving = iter(moving)
+            return function(*(next(moving) if m else x for x, m in zip(given, moves, strict=True)))
+
+        return jax.jvp(of_moving, *(tuple(x for x, m in zip(xs, moves, strict=True) if m) for xs in (given, dots)))
+
+    return marked
+
+
+def _fits(jaxpr):
+    """Whether a kernel holds all that is in it."""
+    found = ((equation.primitive.name, equation) for equation in equations(jaxpr))
+    return not any(name in _CALLS or (name == "dot_general" and _is_dense(equation)) for name, equation in found)
+
+
+def _is_dense(product):
+    return max(x.aval.size for x in product.invars) > _DENSE

@@ -1,0 +1,187 @@
+"""Which reactions statics cannot determine: rank, redundant bonds and self-stresses of a network, on the host."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..runtime import jit
+from ..tables import told
+from ._bonds import Bonds
+from ._cycles import cycle_pattern
+from ._least_compliance import least_compliance
+from ._network import Network
+
+#: Up to this many loop parameters 6 S one dense singular value decomposition decides.
+DENSE = 600
+_COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
+_RANK = {8: 1e-9, 4: 1e-4}  # relative to the largest singular value
+_MARK = {8: 1e-6, 4: 1e-3}  # relative to the largest component of a self-stress
+_MOST_PROBES = 512  # random vectors at most, doubled until some of what they span is not redundant
+
+
+def _told(found):
+    """The bonds that have undetermined components, in a row each."""
+    summary = f"{found.redundant} redundant of rank {found.rank}, mobility {found.mobility}, by {found.method}"
+    rows = [(name, ", ".join(components)) for name, components in found.components.items()]
+    return summary, [("bond", "undetermined"), *rows]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Redundancy:
+    """What the count at one configuration found.  Source: S1 (26), q = 6p - N + r unknowns of rank 6p - N.
+
+    `rank` of the free directions in the 6 S loop parameters; `redundant` r = 6 S - rank, reactions that statics
+    leaves open; `mobility` N, freedoms of the bodies (those of floating parts as a whole left out).
+    `undetermined`: (force x y z, moment x y z) of every bond in its axes.  `self_stress` (r, q, 6): components of an
+    orthonormal basis (moments over the length) of the reactions without load, or None where there are too many.
+    `method`: "svd" or "random projection".
+    """
+
+    network: Network
+    rank: int
+    redundant: int
+    mobility: int
+    undetermined: tuple[tuple[bool, ...], ...]
+    self_stress: np.ndarray | None
+    method: str
+
+    __repr__, _repr_html_ = told(_told)
+
+    @property
+    def components(self) -> dict[str, tuple[str, ...]]:
+        """The undetermined components by bond name, of the bonds that have any."""
+        marks = zip(self.network.bonds, self.undetermined, strict=True)
+        named = {name: tuple(c for c, m in zip(_COMPONENTS, row, strict=True) if m) for name, row in marks}
+        return {name: row for name, row in named.items() if row}
+
+
+def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
+    """Redundancy of concrete bonds at their configuration.  Source: S1 (26).
+
+    Args: method: "svd" of the free directions against the loops, dense; "random projection" of many vectors onto the
+        self-stresses and onto the motions by the solver of the reactions, linear in the size of the network, until
+        more vectors bring no new direction; "auto": svd up to 6 S = 600.
+
+    Raises: ValueError for another method; NotImplementedError when r and N are both beyond 512.
+    """
+    if method not in ("auto", "svd", "random projection"):
+        raise ValueError(f"method must be 'auto', 'svd' or 'random projection', got {method!r}")
+    network = bonds.network
+    if not np.all([np.all(np.isfinite(x)) for x in (bonds.position, bonds.frame, bonds.free)]):
+        raise ValueError("positions, frames or free directions of the bonds are not finite")
+    if method == "auto":
+        small = 6 * network.num_loops <= DENSE and len(network.bonds) * network.num_loops <= 100_000
+        method = "svd" if small else "random projection"
+    middle = np.asarray(bonds.position).sum(0, keepdims=True) / max(1, len(network.bonds))
+    near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - jnp.asarray(middle))
+    free = _free_count(near)
+    if method == "svd" or network.num_loops == 0:
+        stress = _dense(near)
+        redundant = len(stress)
+    else:
+        stress, redundant = _projected(near, free)
+    rank = 6 * network.num_loops - redundant
+    mobility = free - rank
+    marks = _marks(stress, bonds)
+    basis = stress if redundant == len(stress) else None
+    return Redundancy(network, rank, redundant, mobility, marks, _named_units(basis, bonds), method)
+
+
+def with_redundancy(bonds: Bonds, found: Redundancy | None = None) -> Bonds:
+    """The bonds with the undetermined components marked, so that reactions know which are unique."""
+    found = redundancy(bonds) if found is None else found
+    return dataclasses.replace(bonds, undetermined=found.undetermined)
+
+
+def _scale(bonds):
+    """Forces and moments (6,) of unit size; those of twists are its inverse."""
+    return np.r_[np.ones(3), np.full(3, float(bonds.length))]
+
+
+def _named_units(stress, bonds):
+    return None if stress is None else stress * _scale(bonds)
+
+
+def _marks(stress, bonds):
+    if len(stress) == 0:
+        return tuple((False,) * 6 for _ in bonds.network.bonds)
+    change = np.abs(stress).max(axis=0)
+    marks = change > _MARK[bonds.position.dtype.itemsize] * change.max()
+    return tuple(tuple(bool(m) for m in row) for row in marks)
+
+
+def _free_rows(bonds):
+    """Unit free twists (q, 6, f) in the bonds' axes, angles times the length; zero columns where unused."""
+    size = np.asarray(bonds.free_sizes(), float)
+    rows = _scale(bonds)[None, :, None] * np.asarray(bonds.free, float)
+    return rows / np.sqrt(np.where(size > 0, size, np.inf))[:, None, :]
+
+
+def _free_count(bonds):
+    rows = _free_rows(bonds)
+    # unit columns: they are one direction where they agree to 1e-6, as `_MARK`
+    return int(np.sum(np.linalg.svd(rows, compute_uv=False) > 1e-6)) if rows.size else 0
+
+
+def _dense(bonds):
+    """Orthonormal self-stresses (r, q, 6), components in the bonds' axes, moments over the length."""
+    Y, scale = cycle_pattern(bonds.network), _scale(bonds)
+    q, S = Y.shape
+    to_bond = np.swapaxes(np.asarray(bonds.twist_axes, float), 1, 2)
+    to_bond = to_bond * scale[None, None, :] / scale[None, :, None]  # both sides in N, moments over the length
+    wrench = np.einsum("qs,qij->qisj", Y, to_bond).reshape(q, 6, 6 * S)
+    free = _free_rows(bonds)
+    rows = np.einsum("qic,qis->qcs", free, wrench).reshape(q * free.shape[2], 6 * S)
+    rows = np.linalg.qr(rows, mode="r")
+    _, s, Vt = np.linalg.svd(rows) if rows.size else (None, np.zeros(0), np.eye(6 * S))
+    tolerance = _RANK[bonds.position.dtype.itemsize] * max(s.max(initial=0.0), 1e-30)
+    stress = wrench.reshape(6 * q, 6 * S) @ Vt[int(np.sum(s > tolerance)) :].T
+    basis = np.linalg.qr(stress)[0].T
+    return basis.reshape(len(basis), q, 6)
+
+
+@jit(compile="quick")
+def _project(bonds, deformations, efforts):
+    """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, f) along the free
+    twists that random efforts there leave."""
+    idle = jnp.zeros((len(bonds.network.bodies), 6), bonds.position.dtype)
+    problems = (jnp.concatenate(pair) for pair in ((deformations, 0.0 * efforts), (0.0 * deformations, efforts)))
+    wrenches = jax.vmap(lambda d, e: bonds.components(least_compliance(bonds, d, e, idle)))(*problems)
+    stresses, answers = jnp.split(wrenches, 2)
+    return stresses, efforts - jnp.einsum("qic,nqi->nqc", bonds.free, answers)
+
+
+def _projected(bonds, free):
+    """(self-stresses (n, q, 6), r) from 8, 16, 32, ... random vectors; n < r where only the motions are few."""
+    # any seed: vectors of chance miss no direction; one, so that a count can be repeated
+    random, q, dtype = np.random.default_rng(3), len(bonds.network.bonds), bonds.position.dtype
+    scale = _scale(bonds)
+    equal = jnp.broadcast_to(jnp.diag(jnp.asarray(scale**-2, dtype)), bonds.compliance.shape)
+    bonds = eqx.tree_at(lambda b: b.compliance, bonds, equal)  # the rank is that of any compliance
+    size = np.sqrt(np.asarray(bonds.free_sizes(), float))
+    count = 8
+    while count <= _MOST_PROBES:
+        deformations, efforts = random.normal(size=(count, q, 6)), random.normal(size=(count, *size.shape))
+        deformations = np.einsum("qij,nqj->nqi", np.asarray(bonds.twist_axes, float), deformations / scale)
+        stress, motion = _project(bonds, jnp.asarray(deformations, dtype), jnp.asarray(efforts * size, dtype))
+        stress = _span(np.asarray(stress, float) / scale, dtype)
+        motions = _span(np.asarray(motion, float) / np.where(size > 0, size, np.inf), dtype)
+        if len(stress) < count:
+            return stress, len(stress)
+        if len(motions) < count:
+            return stress, 6 * bonds.network.num_loops - free + len(motions)
+        count *= 2
+    raise NotImplementedError(f"more than {_MOST_PROBES} redundant reactions and as many freedoms")
+
+
+def _span(vectors, dtype):
+    """Orthonormal basis (n, q, k) of the vectors (m, q, k); directions in the noise are left out."""
+    if vectors.size == 0:
+        return vectors[:0]
+    _, s, Vt = np.linalg.svd(vectors.reshape(len(vectors), -1), full_matrices=False)
+    n = int(np.sum(s > _MARK[dtype.itemsize] * np.sqrt(vectors[0].size)))
+    return Vt[:n].reshape(n, *vectors.shape[1:])

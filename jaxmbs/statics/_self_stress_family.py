@@ -1,0 +1,38 @@
+"""All reactions that hold the bodies in equilibrium: one of them, and what the loops may add."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..typing import ArrayLike
+from ._bonds import Bonds, loads_of
+from ._cycles import cycle_pattern
+from ._network import Network
+from ._tree import tree_wrenches
+
+
+class ReactionFamily(eqx.Module):
+    """`w = particular + Y parameters`: every set of bond wrenches in equilibrium with the loads, 6 S of them.
+
+    The bonds' free directions then fix parameters, and the compliance those that stay open; see `bond_reactions`.
+    `particular` (q, 6): world wrenches about the world origin, zero in the bonds that close loops.
+    Source: S1 (28).
+    """
+
+    network: Network = eqx.field(static=True)
+    particular: Float[Array, "q 6"]
+
+    @property
+    def homogeneous(self) -> np.ndarray:
+        """Y (q, S): what a unit wrench round each loop adds to every bond."""
+        return cycle_pattern(self.network)
+
+    def wrench(self, parameters: Array) -> Array:
+        """World wrenches (q, 6) on the bonds' children for the wrenches (S, 6) of the bonds that close the loops."""
+        return self.particular + jnp.asarray(self.homogeneous, parameters.dtype) @ parameters
+
+
+def reaction_family(bonds: Bonds, loads: ArrayLike) -> ReactionFamily:
+    """The family of reactions for the loads (p, 6) that `bond_reactions` takes.  Source: S1 (28)."""
+    return ReactionFamily(bonds.network, tree_wrenches(bonds.network, loads_of(bonds, loads)))

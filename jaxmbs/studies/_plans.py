@@ -1,0 +1,109 @@
+"""Which designs a study looks at: products of values, tables, and points spread over a box by SciPy."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from ..batching._table import length, read_designs
+from ..checks import refuse_complex
+from ..design._sampling import normal_points, scatter_of, sobol_points
+from ..typing import ArrayLike
+
+
+class Designs(NamedTuple):
+    """The designs of a study.
+
+    Attributes:
+        designs: columns (B, ...) by name of the variable.
+        axes: name and values of every dimension of the result; their lengths multiply to B.
+    """
+
+    designs: dict[str, np.ndarray]
+    axes: tuple[tuple[str, np.ndarray], ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the dimensions of the result."""
+        return tuple(len(values) for _, values in self.axes)
+
+
+def grid(**axes: ArrayLike) -> Designs:
+    """All combinations of values (n,) by name of the variable; the result has one dimension for each.
+
+    Raises: ValueError without variables, or for values that are no row of numbers.
+    """
+    refuse_complex(axes)
+    rows = {name: np.asarray(values, float) for name, values in axes.items()}
+    wrong = [name for name, values in rows.items() if values.ndim != 1 or values.size == 0]
+    if wrong or not rows:
+        raise ValueError(f"a grid takes one row of numbers for each variable: {', '.join(wrong) or 'none are given'}")
+    every = np.meshgrid(*rows.values(), indexing="ij")
+    return Designs({name: x.ravel() for name, x in zip(rows, every, strict=True)}, tuple(rows.items()))
+
+
+def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Designs:
+    """Points of Sobol's sequence, scrambled, between (lower, upper) of every variable; even for powers of two.
+
+    Raises: ValueError for bounds that cross or are not finite, or a number below one.
+    """
+    lower, upper = _box(bounds, number)
+    points = sobol_points(len(lower), number, seed)
+    return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
+
+
+def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Designs:
+    """Points of a Latin hypercube between (lower, upper) of every variable: one in every of `number` slices of each.
+
+    Raises: as `sobol`.
+    """
+    from scipy.stats import qmc
+
+    lower, upper = _box(bounds, number)
+    points = qmc.LatinHypercube(len(lower), seed=seed).random(number)
+    return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
+
+
+def normal(
+    design: Mapping[str, ArrayLike], deviations: Mapping[str, ArrayLike], number: int, seed: int = 0
+) -> Designs:
+    """Designs that scatter normally about one, every number on its own, spread as Sobol's sequence.
+
+    Args: design: numbers or arrays by name; deviations: their standard deviations, zero for what does not scatter.
+
+    Raises: ValueError for deviations that do not fit the design or are negative, or a number below one.
+    """
+    if number < 1:
+        raise ValueError(f"a study has at least one design, not {number}")
+    x, sigma, unravel = scatter_of(dict(design), dict(deviations), "deviations")
+    points = x + sigma * normal_points(len(x), number, seed)
+    return plan_of(jax.tree.map(np.asarray, jax.vmap(unravel)(points)))
+
+
+def plan_of(designs: Any) -> Designs:
+    """A plan as it is, or one of columns, a list of dicts or a table, whose result has the dimension "design": the
+    numbers of the designs, or the column of that name.
+
+    Raises: as `mbs.batch`; TypeError for designs that have no names.
+    """
+    if isinstance(designs, Designs):
+        return designs
+    designs = read_designs(designs)
+    if not isinstance(designs, dict):
+        raise TypeError("a study names its variables: give a dict of columns, a list of dicts, a table or a Designs")
+    numbers = designs.get("design", np.arange(length(designs)))
+    if np.ndim(numbers) != 1:
+        raise ValueError("the variable 'design' has several numbers a design: give it another name")
+    return Designs(designs, (("design", numbers),))
+
+
+def _box(bounds, number):
+    refuse_complex(dict(bounds))
+    lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
+    wrong = [name for name, a, b in zip(bounds, lower, upper, strict=True) if not (a <= b and np.isfinite(b - a))]
+    if wrong or not bounds:
+        raise ValueError(f"bounds are finite, (lower, upper): {', '.join(wrong) or 'none are given'}")
+    if number < 1:
+        raise ValueError(f"a study has at least one design, not {number}")
+    return lower, upper

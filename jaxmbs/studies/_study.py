@@ -1,0 +1,186 @@
+"""`sweep`: a function over many designs, chunk by chunk into a store, on this machine or on the workers of dask."""
+
+import functools
+import os
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax
+import numpy as np
+from tqdm import tqdm
+
+from ..batching._batch import CHUNK, batch
+from ..batching._result import lane_cost
+from ..batching._table import row_shape, rows
+from ..errors import BatchError
+from ..runtime import collector_at_rest, fingerprint
+from ..typing import ArrayLike
+from ._plans import Designs, plan_of
+from ._results import dataset, dimensions
+from ._store import Store, StudyError, chunk_spans, digest
+
+
+def sweep(
+    function: Callable[[dict], Any],
+    designs: Any,
+    path: str | os.PathLike | None = None,
+    *,
+    chunk: int = 1024,
+    client: Any = None,
+    progress: bool = True,
+    dims: Mapping[str, tuple[str, ...]] | None = None,
+    coords: Mapping[str, ArrayLike] | None = None,
+    units: Mapping[str, str] | None = None,
+    key: str = "",
+    cost: Callable[[dict], float] = lane_cost,
+    compile: str = "full",
+) -> Any:
+    """The answers of a function for many designs as an `xarray.Dataset`, written to disk as they come.
+
+    Args:
+        function: of one design, a dict of numbers, to a dict of arrays; traced, as by `mbs.batch`.
+        designs: `grid(...)`, `sobol(...)`, `latin_hypercube(...)`, a dict of columns, a list of dicts or a table.
+        path: folder of the study.  Where it holds the same study, that goes on: a process that is killed
+            loses at most the chunk being computed.  Default: a temporary folder, gone at the end.
+        chunk: designs that are computed and written together.
+        client: a `dask.distributed.Client`: chunks run on its workers, written here.
+        progress: show a progress bar with rate and time left.
+        dims: names of the dimensions of an answer behind those of the designs, `{"load": ("time", "component")}`.
+        coords: values along such a dimension, `{"time": ts}`.
+        units: of answers, variables and coordinates, by name.
+        key: what distinguishes this study from others with the same designs and answers, such as a version.
+        cost, compile: as of `mbs.batch`; `cost=lambda answers: answers["steps"]` puts designs of like cost side by
+            side.
+
+    Returns: a Dataset with one dimension for every axis of the grid, or "design"; beside the answers `status` (codes
+    of `mbs.Status`) and `reason`.  Designs that fail keep their row.
+
+    Raises: StudyError for a folder that holds something else, another study (of other designs, or of a function that
+    computes something else), or is being written; for an interrupt, a full disk or a worker that raises, with what
+    was written kept.  As `mbs.batch` for designs that are no numbers.
+    """
+    if chunk < 1:
+        raise ValueError(f"chunk must be at least 1, got {chunk}")
+    plan, coords, units = plan_of(designs), dict(coords or {}), dict(units or {})
+    one, traced = _answers(function, plan)
+    behind = dimensions(plan, one, dims or {}, coords, units)
+    size = int(np.prod(plan.shape))
+    spans = chunk_spans(size, min(chunk, size))
+    found = {name: np.zeros((size, *a.shape), a.dtype) for name, a in one.items()}
+    compute = functools.partial(computed, function, cost=cost, compile=compile)
+    run = _here(compute, plan, spans) if client is None else _there(compute, plan, spans, client)
+    if path is None:
+        _fill(found, spans, None, run, size, progress)
+    else:
+        about = {"designs": digest(plan.designs), "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()}}
+        store = Store(path, spans, one, {**about, "function": fingerprint(traced), "key": key})
+        if _left(found, spans, store):  # a study that is done asks nothing of the disk
+            with store.writing():
+                _fill(found, spans, store, run, size, progress)
+    return dataset(plan, found, behind, coords, units)
+
+
+def _left(found: dict, spans: list[slice], store: Store) -> list[int]:
+    """Numbers of the chunks that are not in the store; the others' rows are put into `found`."""
+    left = []
+    for number, span in enumerate(spans):
+        arrays = store.read(number)
+        if arrays is None:
+            left.append(number)
+        else:
+            for name, values in arrays.items():
+                found[name][span] = values
+    return left
+
+
+def _fill(found: dict, spans: list[slice], store: Store | None, run: Callable, size: int, progress: bool) -> None:
+    """Compute the chunks that are left, and write each into the store, if there is one."""
+    left = list(range(len(spans))) if store is None else _left(found, spans, store)
+    done = size - sum(spans[k].stop - spans[k].start for k in left)
+    where = "the study" if store is None else store.path
+    try:
+        with tqdm(total=size, initial=done, desc="sweep", unit=" designs", disable=not progress) as bar:
+            for number, arrays in run(left):
+                for name, values in arrays.items():
+                    found[name][spans[number]] = values
+                if store is not None:
+                    store.write(number, arrays)
+                done += len(arrays["status"])
+                bar.update(len(arrays["status"]))
+    except (KeyboardInterrupt, OSError, _Failed) as error:
+        said = "interrupted" if isinstance(error, KeyboardInterrupt) else getattr(error, "strerror", None) or error
+        kept = f"{done} of {size} designs are kept, run the same study again to go on"
+        raise StudyError(f"{where}: {said}; {kept if store else 'nothing is kept without a folder'}") from error
+
+
+def computed(
+    function: Callable, designs: dict, number: int, cost: Callable = lane_cost, compile: str = "full"
+) -> dict[str, np.ndarray]:
+    """The answers and `status` of designs, of which there are `number` in most chunks; few are filled up so that one
+    program serves all chunks."""
+    count = len(next(iter(designs.values())))
+    least = min(number, CHUNK * (os.cpu_count() or 1))
+    filled = rows(designs, np.minimum(np.arange(max(count, least)), count - 1))
+    found = batch(function, filled, progress=False, cost=cost, compile=compile)
+    named = _named(found.values) | {"status": np.asarray(found.status)}
+    return {name: np.asarray(values)[:count] for name, values in named.items()}
+
+
+def _answers(function, plan: Designs) -> tuple[dict, Any]:
+    """Shape and type of every answer to one design, and what the function traces."""
+    with collector_at_rest():
+        traced, shape = jax.make_jaxpr(function, return_shape=True)(row_shape(plan.designs))
+    found = _named(shape)
+    if not found or "status" in found:
+        raise TypeError("the function of a study returns a dict of arrays by name, other than 'status'")
+    return found | {"status": jax.ShapeDtypeStruct((), np.int32)}, traced
+
+
+def _named(values) -> dict:
+    paths = jax.tree_util.tree_flatten_with_path(values)[0]
+    return {jax.tree_util.keystr(path, simple=True, separator=".") or "value": leaf for path, leaf in paths}
+
+
+class _Failed(Exception):
+    """A chunk whose designs raised an error."""
+
+
+def _here(compute, plan: Designs, spans: list[slice]) -> Callable:
+    def run(left):
+        for number in left:
+            span = spans[number]
+            try:
+                found = compute(rows(plan.designs, np.arange(span.start, span.stop)), spans[0].stop)
+            except BatchError as error:
+                if isinstance(error.__cause__, KeyboardInterrupt):
+                    raise error.__cause__ from None
+                raise _Failed(f"designs {span.start} to {span.stop - 1} failed: {error}") from error
+            yield number, found
+
+    return run
+
+
+def _there(compute, plan: Designs, spans: list[slice], client) -> Callable:
+    from distributed import as_completed
+
+    def run(left):
+        x64, tasks = bool(jax.config.jax_enable_x64), {}
+        for number in left:
+            designs = rows(plan.designs, np.arange(spans[number].start, spans[number].stop))
+            tasks[client.submit(_on_worker, compute, designs, spans[0].stop, x64, pure=False)] = number
+        try:
+            for task in as_completed(tasks):
+                try:
+                    found = task.result()
+                except Exception as error:
+                    raise _Failed(f"chunk {tasks[task]} failed on its worker: {error!r}") from error
+                yield tasks[task], found
+        finally:
+            client.cancel(list(tasks))
+
+    return run
+
+
+def _on_worker(compute, designs, chunk, x64):
+    jax.config.update("jax_enable_x64", x64)
+    return compute(designs, chunk)

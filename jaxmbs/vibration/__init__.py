@@ -1,0 +1,82 @@
+"""Vibration of linear systems: modes, damping, receptances, response in frequency and time."""
+
+from ._base_excitation import ResonanceGains, resonance_gains
+from ._damping import (
+    complex_modes,
+    coupled,
+    damped_frequency,
+    modal,
+    proportional,
+    proportional_from_ratios,
+    structural,
+)
+from ._direct_response import dense_response, direct_response
+from ._gains import (
+    accelerance,
+    acceleration_gain,
+    gain_from_mobility,
+    generalised_stiffness,
+    mobility,
+    mobility_from_gain,
+    superpose,
+)
+from ._harmonic_response import HarmonicResponse, harmonic_response
+from ._lanczos import lowest_modes
+from ._linear_motion import LinearMotion, Link, Modal
+from ._modal_equations import ModalMotion, base_load, modal_motion, oscillations
+from ._modal_response import modal_response
+from ._mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from ._modes import Modes, natural_modes
+from ._questions import equilibrium, frequency_response, modes
+from ._receptance import modal_receptance, receptance, transmissibility, viscous_receptance
+from ._transfer_matrix import modal_transfer_matrix, transfer_matrix
+from ._transient import simulate
+
+__all__ = [
+    "HarmonicResponse",
+    "LinearMotion",
+    "Link",
+    "Modal",
+    "ModalMotion",
+    "Modes",
+    "ResonanceGains",
+    "accelerance",
+    "acceleration_gain",
+    "base_load",
+    "complex_modes",
+    "coupled",
+    "damped_frequency",
+    "dense_response",
+    "direct_response",
+    "effective_masses",
+    "equilibrium",
+    "frequency_response",
+    "gain_from_mobility",
+    "generalised_stiffness",
+    "harmonic_response",
+    "lowest_modes",
+    "mac",
+    "mobility",
+    "mobility_from_gain",
+    "modal",
+    "modal_motion",
+    "modal_receptance",
+    "modal_response",
+    "modal_transfer_matrix",
+    "mode_ratios",
+    "modes",
+    "natural_modes",
+    "oscillations",
+    "participation",
+    "proportional",
+    "proportional_from_ratios",
+    "receptance",
+    "resonance_gains",
+    "simulate",
+    "structural",
+    "superpose",
+    "track",
+    "transfer_matrix",
+    "transmissibility",
+    "viscous_receptance",
+]

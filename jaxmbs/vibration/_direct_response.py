@@ -1,0 +1,96 @@
+"""Direct frequency response: one solve of the dynamic stiffness per frequency, in chunks; block-sparse and dense."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Complex
+
+from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
+from ..linear._storage import dtype_of
+from ..runtime import typed
+from ..typing import AnyArray, ArrayLike
+from . import _refined_solve as checked
+
+
+def dynamic_stiffness(stiffness, damping, mass, omega):
+    """`K + i w C - w^2 M` at one angular frequency [rad/s], of arrays or of block matrices.
+
+    Args: stiffness: may be complex (structural damping); damping: or None.  Source: S1 (40)-(41).
+    """
+    dtype = np.result_type(dtype_of(stiffness), np.complex64)
+    Z = stiffness.astype(dtype) + (-(omega**2) * mass).astype(dtype)
+    return Z if damping is None else Z + lax.complex(jnp.zeros_like(omega), omega) * damping.astype(dtype)
+
+
+def direct_response(
+    *,
+    K: BlockMatrix,
+    M: BlockMatrix,
+    load: AnyArray,
+    omega: ArrayLike,
+    C: BlockMatrix | None = None,
+    select: Callable | None = None,
+    chunk: int = 32,
+    plan: Plan | None = None,
+) -> Any:
+    """x with `(K + i w C - w^2 M) x = f` at every frequency.
+
+    Args:
+        K, M, C: symmetric, on one pattern.
+        load: (blocks, size) or (blocks, size, columns), of either kind, the same at all frequencies.
+        omega: (frequencies,) angular frequencies [rad/s].
+        select: function of x, what to keep of it; default all of it.
+        chunk: frequencies solved together: memory grows with this and not with their number, in the gradient too,
+            which factorises once more instead of keeping factors.
+
+    Returns: (frequencies, ...) complex, of what `select` keeps.  Source: S1 (40)-(41).
+    """
+    plan = analyse(K.pattern) if plan is None else plan
+    keep = (lambda x: x) if select is None else select
+
+    @jax.checkpoint
+    def at(w):
+        Z = dynamic_stiffness(K, C, M, w)
+        return keep(solve(factor(Z, "ldl", plan), load))
+
+    return lax.map(at, typed(omega, M.diagonal.dtype), batch_size=chunk)
+
+
+def dense_response(
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    load: AnyArray,
+    omega: ArrayLike,
+    C: AnyArray | None = None,
+    loss: ArrayLike = 0.0,
+    out: AnyArray | None = None,
+    chunk: int = 32,
+) -> Complex[Array, "frequencies outputs columns"]:
+    """Displacements of `(K (1 + i loss) + i w C - w^2 M) x = f` from dense matrices, one solve per frequency.
+
+    Right for any damping, unsymmetric matrices and coordinates without mass; `receptance` is cheaper at many
+    frequencies, the block-sparse `direct_response` for large structures.
+
+    Args:
+        load: (n, columns) the same at all frequencies.
+        omega: (frequencies,) angular frequencies [rad/s].
+        out: (outputs, n) rows of what is asked, default all.
+        chunk: frequencies solved together: memory grows with this and not with their number.
+
+    Returns: (frequencies, outputs, columns) complex.  Source: S1 (40)-(41).
+    """
+    dtype = np.result_type(K.dtype, np.complex64)
+    loss = jnp.asarray(loss, M.dtype)
+    elastic = K.astype(dtype) * lax.complex(jnp.ones_like(loss), loss)
+    rows = jnp.eye(len(K), dtype=dtype) if out is None else out.astype(dtype)
+
+    @jax.checkpoint
+    def at(w):
+        return rows @ checked.solve(dynamic_stiffness(elastic, C, M, w), load.astype(dtype))
+
+    return lax.map(at, jnp.asarray(omega, M.dtype), batch_size=chunk)

@@ -1,0 +1,153 @@
+"""The lowest modes of large structures from one block-sparse factorisation, with derivatives."""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ..blocksparse import BlockMatrix, Factor, solve
+from ..checks import known
+from ..math._eigen import of_groups, same
+from ..runtime import lapack
+from ._modes import Modes
+
+#: Vectors of a block: the largest group of equal values that is surely found whole.
+WIDTH = 8
+
+
+def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 30) -> Modes:
+    """The lowest modes of `M x'' + K x = 0`, by Krylov spaces of `K^-1 M` over blocks of vectors with restarts.
+
+    Args:
+        stiffness: the "cholesky" factor of K, positive definite.
+        mass: on the same pattern; it may be singular.
+        num: how many; it should not cut a group of equal values, whose derivative then does not exist.
+        sweeps: most restarts.
+
+    First derivatives as those of `math.eigen.eigh`, refusals included; what the other modes add comes from iterated
+    solutions of `(K - w_k^2 M) y = b` by the factor at hand.  Fails: non-finite values where `sweeps` do not suffice.
+
+    Raises: ValueError, if concrete, for fewer than `num + 8` coordinates with mass: dense matrices serve these.
+
+    Returns: shapes (blocks * size, num).  Source: S1 (33)-(37).
+    """
+    _check_size(mass, num)
+    values, X = _lowest(num, sweeps, stiffness, mass)
+    return Modes(values, X.reshape(-1, num), jnp.zeros(num, bool))
+
+
+def _check_size(mass, num):
+    """The blocks of vectors must fit in the space of what has mass, or they find shapes that are none."""
+    if known(mass.diagonal):
+        heavy = np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
+        if heavy < num + WIDTH:
+            raise ValueError(f"{heavy} coordinates with mass are too few for block matrices: make them dense")
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def _lowest(num, sweeps, K, M):
+    n, b = M.pattern.shape
+    dtype = M.diagonal.dtype
+    width = min(WIDTH, n * b)
+    keep, depth = num + width, 2 + 2 * num // width
+    tolerance = max(10 * jnp.finfo(dtype).eps ** (2 / 3), 1e4 * jnp.finfo(dtype).eps)
+
+    def grow(d, state):
+        X, spaces = state
+        X, MX = _orthonormal(M, X, *spaces[:2])
+        blocks = X, MX, solve(K, MX)
+        at = lambda space, block: lax.dynamic_update_slice(space, block, (0, 0, keep + d * width))  # noqa: E731
+        return blocks[2], tuple(at(*pair) for pair in zip(spaces, blocks, strict=True))
+
+    def sweep(state):
+        X, kept, *_, count = state
+        spaces = tuple(jnp.concatenate([A, jnp.zeros((n, b, depth * width), dtype)], axis=2) for A in kept)
+        X, (V, MV, Z) = lax.fori_loop(0, depth, grow, (X, spaces))
+        H = _dots(MV, Z)
+        inverse, Y = lapack.eigh((H + H.T) / 2)
+        inverse, Y = inverse[::-1][:num], Y[:, ::-1][:, :keep]
+        kept = tuple(A @ Y for A in (V, MV, Z))
+        AX = kept[2][:, :, :num]
+        miss = AX - kept[0][:, :, :num] * inverse[None, None, :]
+        error = jnp.sqrt(jnp.max(jnp.sum(miss**2, (0, 1)) / jnp.sum(AX**2, (0, 1))))
+        return X - V @ _dots(MV, X), kept, 1 / inverse, error, count + 1
+
+    X = solve(K, M @ jax.random.normal(jax.random.key(0), (n, b, width), dtype))
+    start = (X, (jnp.zeros((n, b, keep), dtype),) * 3, jnp.zeros(num, dtype), jnp.ones((), dtype), 0)
+    state = lax.while_loop(lambda s: (s[3] > tolerance) & (s[4] < sweeps), sweep, start)
+    return jnp.where(state[3] <= tolerance, state[2], jnp.nan), state[1][0][:, :, :num]
+
+
+def _orthonormal(M, X, V, MV):
+    """X made M-orthonormal, and to the columns V; those that add nothing become zero.  And M X."""
+    eps = jnp.finfo(X.dtype).eps
+    size = jnp.sqrt(jnp.sum(X**2, (0, 1)))
+    X = X / jnp.where(size > 0, size, 1.0)[None, None, :]
+    C = _dots(MV, X)
+    X = X - V @ C
+    MX = M @ X
+    whole = jnp.max(jnp.sum(C**2, 0) + jnp.diagonal(_dots(X, MX)))
+    X, MX = _normalised(X, MX, (100 * eps) ** 2 * whole)
+    C = _dots(MV, X)
+    return _normalised(X - V @ C, MX - MV @ C, jnp.zeros_like(whole))
+
+
+def _normalised(X, MX, least):
+    G = _dots(X, MX)
+    values, U = lapack.eigh((G + G.T) / 2)
+    kept = values > jnp.maximum(least, 100 * jnp.finfo(X.dtype).eps * values[-1])
+    U = jnp.where(kept[None], U / jnp.sqrt(jnp.where(kept, values, 1.0))[None], 0.0)
+    return X @ U, MX @ U
+
+
+def _dots(A, B):
+    return A.reshape(-1, A.shape[2]).T @ B.reshape(-1, B.shape[2])
+
+
+@_lowest.defjvp
+def _lowest_jvp(num, sweeps, primals, tangents):
+    (K, M), (K_dot, M_dot) = primals, tangents
+    values, X = _lowest(num, sweeps, K, M)
+    change = M_dot @ X
+    R = K_dot.matrix @ X - change * values[None, None, :]
+    P, Q = _dots(X, R), _dots(X, change)
+    together = same(values)
+    gap = jnp.where(together, 1.0, values[None, :] - values[:, None])
+    kept = X @ jnp.where(together, -0.5 * Q, P / gap)
+    flat = of_groups(values, X.reshape(-1, num), (kept - _rest(K, M, values, X, R)).reshape(-1, num))
+    return (values, X), (jnp.diagonal(P), flat.reshape(X.shape))
+
+
+def _rest(K, M, values, X, right):
+    """Y among the other modes with `K Y - M Y diag(values) = right`, by preconditioned conjugate gradients."""
+    K, M, values, X = lax.stop_gradient((K, M, values, X))
+    MX = M @ X
+    outside = lambda Y: Y - X @ _dots(MX, Y)  # noqa: E731
+    balanced = lambda B: B - MX @ _dots(X, B)  # noqa: E731
+    inner = lambda A, B: jnp.sum(A * B, (0, 1), keepdims=True)  # noqa: E731
+
+    def apply(Y):
+        Y = outside(Y)
+        return balanced(K.matrix @ Y - (M @ Y) * values[None, None, :])
+
+    def iterate(_, B):
+        B = balanced(B)
+        Z = outside(solve(K, B))
+        least = jnp.finfo(B.dtype).eps ** 1.5 * inner(B, Z)
+
+        def step(state):
+            Y, R, D, product, count = state
+            A = apply(D)
+            along = inner(D, A)
+            a = product / jnp.where(along > 0, along, 1.0)
+            Y, R = Y + a * D, R - a * A
+            Z = outside(solve(K, R))
+            new = inner(R, Z)
+            return Y, R, Z + new / jnp.where(product > 0, product, 1.0) * D, new, count + 1
+
+        go_on = lambda s: jnp.any(s[3] > least) & (s[4] < 300)  # noqa: E731
+        return outside(lax.while_loop(go_on, step, (jnp.zeros_like(B), B, Z, inner(B, Z), 0))[0])
+
+    return lax.custom_linear_solve(apply, right, iterate, symmetric=True)

@@ -1,0 +1,79 @@
+"""Shapes of modes: their shares in rigid motions, their likeness, and how to follow them through a change."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Float
+
+from ..checks import refuse_complex
+from ..math._eigen import same
+from ..runtime import lapack
+from ..typing import AnyArray
+from ._modes import Modes
+
+
+def mode_ratios(modes: Modes, coordinate: int = 0) -> Float[Array, "n m"]:
+    """Shapes with entry 1 at a coordinate; a mode with a node there is all zero.
+
+    A view: mass-normalised shapes have no such holes.  Raises: ValueError for no such coordinate.  Source: S1 (38).
+    """
+    if not 0 <= coordinate < len(modes.shapes):
+        raise ValueError(f"coordinate {coordinate} is none of 0 ... {len(modes.shapes) - 1}")
+    at = modes.shapes[coordinate]
+    node = jnp.abs(at) <= 1e3 * jnp.finfo(at.dtype).eps * jnp.max(jnp.abs(modes.shapes), axis=0)
+    return jnp.where(node[None, :], 0.0, modes.shapes / jnp.where(node, 1.0, at)[None, :])
+
+
+def participation(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array, "m directions"]:
+    """Participation factors `shapes^T M rigid` for rigid motions (n, directions) of the whole structure."""
+    return modes.shapes.T @ M @ rigid
+
+
+def effective_masses(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array, "m directions"]:
+    """Mass that each mode moves with each rigid motion: all modes sum to `diag(rigid^T M rigid)`."""
+    return participation(modes, M, rigid) ** 2
+
+
+def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[Array, "m k"]:
+    """Modal assurance criterion of shapes (n, m) and (n, k): squared cosines, with M (n, n) as the measure."""
+    refuse_complex(M)
+    conj = jnp.conj(first)
+    other = second if M is None else M.astype(second.dtype) @ second
+    own = first if M is None else M.astype(first.dtype) @ first
+    sizes = jnp.sum(conj * own, axis=0).real[:, None] * jnp.sum(jnp.conj(second) * other, axis=0).real[None, :]
+    return jnp.abs(conj.T @ other) ** 2 / sizes
+
+
+def track(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Modes:
+    """The modes in the order and with the signs of the reference: best pairs by `mac` first.
+
+    Two modes that cross keep their own names.  Modes of equal frequency, whose vectors are any of their space, are
+    turned among themselves to lie as near to the reference as they can.  The order, signs and turns are constants to
+    differentiation.
+
+    Args: reference: of a nearby structure, with as many or fewer modes.
+
+    Raises: ValueError for a reference with more modes.
+    """
+    if reference.shapes.shape[1] > modes.shapes.shape[1]:
+        raise ValueError(f"{reference.shapes.shape[1]} modes cannot be found among {modes.shapes.shape[1]}")
+    moved = modes.part(_best_pairs(lax.stop_gradient(mac(reference.shapes, modes.shapes, M))))
+    measured = moved.shapes if M is None else M @ moved.shapes
+    alike = lax.stop_gradient(jnp.where(same(moved.values), measured.T @ reference.shapes, 0.0))
+    least = jnp.finfo(alike.dtype).eps ** 0.5 * jnp.eye(
+        len(alike), dtype=alike.dtype
+    )  # modes the reference lacks stay
+    U, _, V = lapack.svd(alike + least)  # group by group the nearest rotation, a sign for a single mode
+    return eqx.tree_at(lambda m: m.shapes, moved, moved.shapes @ (U @ V))
+
+
+def _best_pairs(likeness):
+    """For every row its column, the largest entries first."""
+
+    def step(_, carry):
+        left, order = carry
+        row, column = jnp.unravel_index(jnp.argmax(left), left.shape)
+        return left.at[row, :].set(-1.0).at[:, column].set(-1.0), order.at[row].set(column)
+
+    rows = likeness.shape[0]
+    return lax.fori_loop(0, rows, step, (likeness, jnp.zeros(rows, int)))[1]

@@ -1,0 +1,268 @@
+"""Modes of linear systems, and the natural ones."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Complex, Float, Inexact, Int
+
+from ..checks import known, place_of
+from ..linear._condensation import interface_basis
+from ..linear._labels import label
+from ..linear._rigid_flags import rigid_flags
+from ..linear._symmetric import check_mass, symmetric
+from ..math._eigen import eigh, same
+from ..runtime import jit
+from ..tables import short, told
+from ..typing import AnyArray, CoordinateLike, ScalarLike
+
+
+def _told(modes):
+    """Every mode in a row, a pair of conjugates in one."""
+    hertz, ratios = np.asarray(modes.frequencies), np.asarray(modes.damping_ratios)
+    rigid, unstable = np.asarray(modes.is_rigid), np.asarray(modes.is_unstable)
+    roots = None if modes.roots is None else np.asarray(modes.roots)
+    rows = []
+    for k in range(len(hertz)):
+        pair = roots is not None and roots[k].imag != 0 and k + 1 < len(roots) and roots[k + 1] == np.conj(roots[k])
+        if roots is not None and k and roots[k].imag < 0 and roots[k - 1] == np.conj(roots[k]):
+            continue
+        mark = "rigid" if rigid[k] else "unstable" if unstable[k] else ""
+        rows.append((f"{k}, {k + 1}" if pair else str(k), short(hertz[k]), short(ratios[k]), mark))
+    kind = "natural" if roots is None else "complex"
+    summary = f"{len(hertz)} {kind} modes of {modes.shapes.shape[0]} coordinates"
+    return summary, [("mode", "frequency [Hz]", "damping ratio", ""), *rows]
+
+
+class Modes(eqx.Module):
+    """Modes by rising frequency: natural ones with `shapes^T M shapes = 1`, or complex ones of a damped system.
+
+    Frequencies have derivatives (a frequency that repeats: only the sum over its group), shapes those that single
+    modes and projectors over groups have; `math.eigen.spectral` is the way through sums over modes.  Complex roots
+    and vectors (up to their scale) have them where roots are single or their vectors complete; at a defective root
+    (critical damping, free rigid motion) there is none, and zero is returned.
+
+    Attributes:
+        values: squared angular frequencies (m,) [rad^2/s^2]; of complex modes the squared sizes of the roots.
+        shapes: (n, m), of unit modal mass, or complex.
+        is_rigid: (m,), values that are zero to the rounding of the stiffness; roots that are zero to rounding;
+            without derivative.
+        roots: (m,) [rad/s], None of natural modes; a pair of conjugates is side by side, positive imaginary part
+            first.
+        left: (m, n), None of natural modes, mechanisms: the receptance is `sum_j shapes_j left_j / (s - root_j)`.
+        rounding: (m,) [rad/s], None of natural modes: the error that rounding alone makes in a root, at most;
+            without derivative.
+        coordinates: names of the rows of `shapes` (n, static), `()` where the matrices had none; see `at`.
+    """
+
+    values: Float[Array, " m"]
+    shapes: Inexact[Array, "n m"]
+    is_rigid: Array
+    roots: Complex[Array, " m"] | None = None
+    left: Complex[Array, "m n"] | None = None
+    rounding: Float[Array, " m"] | None = None
+    coordinates: tuple[str, ...] = eqx.field(static=True, default=())
+
+    __repr__, _repr_html_ = told(_told)
+
+    @property
+    def is_complex(self) -> bool:
+        """Whether these are the modes of a damped system."""
+        return self.roots is not None
+
+    def at(self, *names: str) -> Array:
+        """Shapes (k, m) at coordinates: "b x", "b" for all of a node; of a mechanism "pin", "ball rx", "ball" for all
+        of a joint, and their speeds as "rate of pin".
+
+        Raises: UnknownNameError, with the names near it.
+        """
+        rows: list[int] = []
+        for name in names:
+            own = [k for k, one in enumerate(self.coordinates) if one == name]
+            own = own or [k for k, one in enumerate(self.coordinates) if one.rpartition(" ")[0] == name]
+            rows += own or [place_of("coordinate", name, self.coordinates)]
+        return self.shapes[np.array(rows, int)]
+
+    @property
+    def is_unstable(self) -> Array:
+        """(m,), values below zero: the stiffness is negative in these shapes, and they grow like `e^(|w| t)`; or
+        roots with a positive real part, larger than rounding makes it.  A free motion drifts, and is none."""
+        if self.roots is None:
+            return (self.values < 0) & ~self.is_rigid
+        return (self._growth() > 0) & ~self.is_rigid
+
+    def _growth(self) -> Array:
+        """Real parts of the roots (m,), zero with their derivative where they are rounding."""
+        assert self.roots is not None
+        real = self.roots.real
+        least = 0.0 if self.rounding is None else self.rounding
+        return jnp.where(jnp.abs(real) <= least, real - lax.stop_gradient(real), real)
+
+    @property
+    def omega(self) -> Float[Array, " m"]:
+        """[rad/s], zero for rigid modes, `-sqrt(-value)` for unstable ones: a minus means the imaginary unit.
+
+        Of complex modes the size of the roots: the undamped frequency of proportional damping.  Source: S1 (37).
+        """
+        return _omega(self.values, self.is_rigid)
+
+    @property
+    def frequencies(self) -> Float[Array, " m"]:
+        """[Hz], signs as of `omega`."""
+        return self.omega / (2.0 * jnp.pi)
+
+    @property
+    def damping_ratios(self) -> Float[Array, " m"]:
+        """`-Re / |root|`; zero where the real part is rounding, for a zero root and for natural modes."""
+        if self.roots is None:
+            return jnp.zeros_like(self.values)
+        size = self.omega
+        return jnp.where(size > 0, (0.0 - self._growth()) / jnp.where(size > 0, size, 1.0), 0.0)
+
+    def to_xarray(self, coordinates: Sequence[CoordinateLike] | None = None) -> Any:
+        """An `xarray.Dataset` over `mode`: `frequency` [Hz], `damping_ratio`, and `shape` by coordinate.
+
+        Args: coordinates: names of the rows (default: those of `coordinates`, else their numbers).
+        """
+        import xarray
+
+        shapes = np.asarray(self.shapes)
+        rows = (
+            list(self.coordinates or map(str, range(len(shapes))))
+            if coordinates is None
+            else [" ".join(filter(None, label(c))) for c in coordinates]
+        )
+        data = {
+            "frequency": ("mode", np.asarray(self.frequencies), {"units": "Hz"}),
+            "damping_ratio": ("mode", np.asarray(self.damping_ratios)),
+            "shape": (("coordinate", "mode"), shapes),
+        }
+        return xarray.Dataset(data, {"mode": np.arange(shapes.shape[1]), "coordinate": rows})
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame` by mode: frequency [Hz] and damping ratio."""
+        return self.to_xarray()[["frequency", "damping_ratio"]].to_dataframe()
+
+    @property
+    def groups(self) -> Int[Array, " m"]:
+        """The number of the group of equal values that each mode is in; the rigid modes are one group."""
+        rigid = self.is_rigid
+        apart = jnp.where(rigid[1:] | rigid[:-1], rigid[1:] ^ rigid[:-1], ~jnp.diagonal(same(self.values), 1))
+        return jnp.concatenate([jnp.zeros(1, int), jnp.cumsum(apart)])
+
+    @property
+    def num_rigid(self) -> int:
+        """How many modes are rigid; not under tracing."""
+        return int(np.sum(np.asarray(self.is_rigid)))
+
+    def part(self, selection: slice | AnyArray) -> "Modes":
+        """Some of the modes: `modes.part(slice(modes.num_rigid, None))` the elastic ones."""
+        roots, left, rounding = (None if a is None else a[selection] for a in (self.roots, self.left, self.rounding))
+        chosen = self.values[selection], self.shapes[:, selection], self.is_rigid[selection]
+        return Modes(*chosen, roots, left, rounding, self.coordinates)
+
+    def acceleration(self, amplitudes: AnyArray, t: ScalarLike) -> Float[Array, " n"]:
+        """`q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,), over all complex modes.
+
+        Raises: ValueError for natural modes, which have no roots.  Source: S1 (42).
+        """
+        roots, _ = self._complex()
+        return (self.shapes @ (roots**2 * amplitudes * jnp.exp(roots * t))).real
+
+    def amplitudes(
+        self, *, M: AnyArray, C: AnyArray, displacement: AnyArray, velocity: AnyArray
+    ) -> Complex[Array, " m"]:
+        """Amplitudes (m,) of the free motion of all complex modes that starts at a displacement and velocity.
+
+        Raises: ValueError for natural modes, which have no roots.  Source: S1 (42).
+        """
+        roots, left = self._complex()
+        start = [a.astype(roots.dtype) for a in (M @ velocity + C @ displacement, M @ displacement)]
+        return left @ start[0] + roots * (left @ start[1])
+
+    def _complex(self) -> tuple[Array, Array]:
+        if self.roots is None or self.left is None:
+            raise ValueError("natural modes have no roots: ask for complex_modes")
+        return self.roots, self.left
+
+
+def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
+    """The lowest modes of `M x'' + K x = 0`.
+
+    Args:
+        K, M: (n, n), M positive definite.
+        num: how many (default all); with `complete` it should not cut a group.
+        num_rigid: how many are rigid, if known: those of the smallest values; else see `rigid_flags`.
+
+    Negative stiffness is no error here: see `Modes.is_unstable`.
+
+    Raises: ValueError for matrices of different shapes or without a row, and more modes than there are; if concrete,
+    also for a mass matrix that is not positive definite, and for unsymmetric or non-finite matrices (under tracing
+    the modes of unsymmetric ones are NaN).
+    Source: S1 (33)-(37).
+    """
+    K, M = symmetric(stiffness=K, mass=M)
+    if len(K) == 0:
+        raise ValueError("there are no coordinates, and so no modes: the stiffness is of shape (0, 0)")
+    if num is not None and not 0 <= num <= len(K):
+        raise ValueError(f"num = {num}: there are {len(K)} modes")
+    check_mass(M)
+    values, shapes = eigh(K, M)
+    _check_finite(values)
+    if num_rigid is None:
+        rigid = rigid_flags(K, values, shapes)
+    else:
+        rigid = jnp.argsort(jnp.argsort(jnp.abs(values))) < num_rigid
+    return Modes(values, shapes, rigid).part(slice(0, num))
+
+
+@jit
+def _omega(values, is_rigid):
+    """`Modes.omega` of squared frequencies."""
+    still = is_rigid | (values == 0)
+    size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, values)))
+    return jnp.where(still, 0.0, jnp.where(values < 0, -size, size))
+
+
+def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
+    """`natural_modes` for reductions.
+
+    Rows of zeros in a concrete mass matrix follow statically: there are as many modes as others.
+
+    Raises: ValueError for negative stiffness, if concrete; under tracing the unstable shapes are NaN.
+    """
+    heavy = np.flatnonzero(np.any(np.asarray(M), axis=1)) if known(M) else np.arange(len(M))
+    if num is not None and num > len(heavy):
+        raise ValueError(f"num = {num}: there are {len(heavy)} modes, as many as coordinates with mass")
+    if 0 < len(heavy) < len(M):
+        T = interface_basis(K, heavy)
+        modes = stable_modes(K=T.T @ K @ T, M=M[heavy][:, heavy], num=num, num_rigid=num_rigid)
+        return eqx.tree_at(lambda m: m.shapes, modes, T @ modes.shapes)
+    modes = natural_modes(K=K, M=M, num_rigid=num_rigid)
+    unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
+    if not known(unstable):
+        shapes = jnp.where(jnp.any(unstable), jnp.nan, modes.shapes)
+        modes = Modes(modes.values, shapes, modes.is_rigid)
+    elif np.any(np.asarray(unstable)):
+        count, least = int(np.sum(np.asarray(unstable))), float(modes.values[0])
+        raise ValueError(f"the stiffness is negative: {count} unstable modes, the first of value {least:.3g} 1/s^2")
+    return modes.part(slice(0, num))
+
+
+def _check_finite(values):
+    if known(values) and not np.all(np.isfinite(np.asarray(values))):
+        raise ValueError("the mass matrix is not positive definite")
+
+
+def complete(values: AnyArray, num: int) -> int:
+    """The smallest number >= num of lowest modes that cuts no group of equal values; not under tracing."""
+    values = np.asarray(values)
+    with jax.ensure_compile_time_eval():
+        together = np.asarray(same(jnp.asarray(values)))
+    while 0 < num < len(values) and together[num - 1, num]:
+        num += 1
+    return num

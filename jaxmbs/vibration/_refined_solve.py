@@ -1,0 +1,102 @@
+"""Solutions of a dynamic stiffness by an approximate inverse: refined, checked, direct where the check fails.
+
+Modes are an inverse only as far as they decouple the matrices: a defective root, damping that couples them or free
+motion beside stiff modes costs digits or all of the answer.  What is left over of the equation tells.
+"""
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jax.custom_batching import custom_vmap
+
+from ..math import _square as square
+from ..math._spd import refined
+
+#: What may be left over, of the sizes of its terms, in units of rounding times the root of their number.
+ROUNDING = 64.0
+
+
+def solve(Z, right):
+    """`Z^-1 right` for Z (n, n), right (n, k): direct, refined once; derivatives of every order."""
+    fixed = lax.stop_gradient(Z)
+    straight, turned = (_factor(fixed, t) for t in (False, True))
+    return lax.custom_linear_solve(lambda x: Z @ x, right, lambda _, r: straight(r), lambda _, r: turned(r))
+
+
+def checked_solve(matrices, factors, right, inverse, transposed=None):
+    """x (n, k) with `sum_k factor_k matrix_k x = right` by an approximate inverse; derivatives of every order.
+
+    Args:
+        matrices: real (n, n); factors: complex numbers.
+        inverse: `r -> v`, nearly the solution, held constant; transposed: that of the transposed matrix, None where
+            all are symmetric.
+
+    One step of refinement, then the direct solution where more than rounding is left over.
+    """
+    fixed, numbers = lax.stop_gradient((tuple(matrices), tuple(factors)))
+
+    def by(inverse, matrices):
+        return lambda _, r: _repaired(inverse, matrices, numbers, r)
+
+    return lax.custom_linear_solve(
+        lambda v: _apply(matrices, factors, v),
+        right,
+        by(inverse, fixed),
+        by(inverse if transposed is None else transposed, tuple(A.T for A in fixed)),
+        symmetric=transposed is None,
+    )
+
+
+def _apply(matrices, factors, v):
+    return sum(f * _real_product(A, v) for A, f in zip(matrices, factors, strict=True))
+
+
+def _real_product(A, v):
+    """A real (n, n) times complex (n, k) in one real product."""
+    both = A @ jnp.concatenate([v.real, v.imag], axis=1)
+    return lax.complex(both[:, : v.shape[1]], both[:, v.shape[1] :])
+
+
+def _repaired(inverse, matrices, factors, right):
+    v = refined(inverse, lambda v: _apply(matrices, factors, v), right, 1)
+    miss = jnp.abs(right - _apply(matrices, factors, v))
+    pairs = [(jnp.abs(f), jnp.abs(A)) for f, A in zip(factors, matrices, strict=True)]
+    terms = jnp.abs(right) + sum(f * (A @ jnp.abs(v)) for f, A in pairs)
+    # A row over the root of its own stiffness is in one unit whatever the row's: the root of an energy.
+    own = sum(f * jnp.diagonal(A) for f, A in pairs)
+    unit = jnp.where(own > 0, lax.rsqrt(jnp.where(own > 0, own, 1.0)), 1.0)[:, None]
+    allowed = ROUNDING * jnp.finfo(miss.dtype).eps * len(right) ** 0.5
+    good = jnp.max(miss * unit, axis=0) <= allowed * jnp.max(terms * unit, axis=0)  # not where there is a NaN
+    return _direct_unless(jnp.all(good), v, right, tuple(factors), tuple(matrices))
+
+
+@custom_vmap
+def _direct_unless(good, v, right, factors, matrices):
+    """v, or the direct solution where it is not good."""
+
+    def direct():
+        return _factor(sum(f * A.astype(v.dtype) for f, A in zip(factors, matrices, strict=True)), False)(right)
+
+    return lax.cond(good, lambda: v, direct)
+
+
+@_direct_unless.def_vmap
+def _one_at_a_time(size, batched, *args):
+    """Of a batch only those that need it are solved, one after the other: under `vmap` a `cond` does both."""
+    leaves, tree = jax.tree.flatten(args)
+    moving = [x for x, moves in zip(leaves, jax.tree.leaves(batched), strict=True) if moves]
+
+    def call(moved):
+        moved = iter(moved)
+        pairs = zip(leaves, jax.tree.leaves(batched), strict=True)
+        return _direct_unless(*tree.unflatten([next(moved) if moves else x for x, moves in pairs]))
+
+    v = args[1] if batched[1] else jnp.broadcast_to(args[1], (size, *args[1].shape))
+    return lax.cond(jnp.all(args[0]), lambda: v, lambda: lax.map(call, moving)), True
+
+
+def _factor(Z, transposed):
+    """What solves with Z, or with its transpose, refined once."""
+    factor, A = square.factorise(Z), Z.T if transposed else Z
+    steps = 1 if isinstance(factor, square.Lu) else 0  # small matrices come refined
+    return lambda right: refined(lambda r: factor.solve(r, transposed), lambda x: A @ x, right, steps)

@@ -1,0 +1,90 @@
+"""The matrix of transfer functions at any complex argument: by its inverse, and as the sum over modes."""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Complex
+
+from ..typing import AnyArray, ArrayLike
+from . import _refined_solve as checked
+from ._modes import Modes
+
+
+def transfer_matrix(
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    s: ArrayLike,
+    C: AnyArray | None = None,
+    out: AnyArray | None = None,
+    into: AnyArray | None = None,
+    chunk: int = 32,
+) -> Complex[Array, "points outputs inputs"]:
+    """`B(s) = (s^2 M + s C + K)^-1` at complex s, one solve each; at `s = i w` the receptance.
+
+    Right for any damping and unsymmetric matrices; not finite at a root.
+
+    Args:
+        s: (points,) [rad/s], the lambda of S1.
+        out: (outputs, n) rows of what is asked, into: (n, inputs) columns of loads; default all coordinates.
+        chunk: points solved together: memory grows with this and not with their number.
+
+    Returns: (points, outputs, inputs).
+
+    Raises: ValueError for points that are not in a row.  Source: S1 (39)-(40), B(lambda) between them.
+    """
+    dtype = np.result_type(K.dtype, np.complex64)
+    points = _points(s, dtype)
+    one = jnp.eye(len(K), dtype=dtype)
+    rows, load = (one if A is None else A.astype(dtype) for A in (out, into))
+
+    @jax.checkpoint
+    def at(s):
+        Z = K.astype(dtype) + s**2 * M.astype(dtype)
+        return rows @ checked.solve(Z if C is None else Z + s * C.astype(dtype), load)
+
+    return lax.map(at, points, batch_size=chunk)
+
+
+def modal_transfer_matrix(
+    modes: Modes, s: ArrayLike, out: Sequence[int] | None = None, into: Sequence[int] | None = None
+) -> Complex[Array, "points outputs inputs"]:
+    """`B(s)` as the sum of what its modes do: `sum_k shapes_k left_k / (s - root_k)` of complex ones, or
+    `sum_k shapes_k shapes_k^T / (s^2 + w_k^2)` of natural ones of unit modal mass.
+
+    Args:
+        modes: all of them, or the part of them to keep.
+        s: (points,) complex [rad/s].
+        out, into: coordinates, default all.
+
+    Each term is the response of one mode; a derivative by what parts modes of one frequency is that of
+    `transfer_matrix` alone.
+
+    Raises: ValueError for complex modes without left vectors, points that are not in a row.  Source: S1 (39)-(40).
+    """
+    if modes.is_complex and modes.left is None:
+        raise ValueError("these complex modes have no left vectors: take those of complex_modes, or transfer_matrix")
+    dtype = np.result_type(modes.shapes.dtype, np.complex64)
+    s = _points(s, dtype)[:, None]
+    left = modes.shapes.T if modes.left is None else modes.left
+    over = s**2 + modes.values[None].astype(dtype) if modes.roots is None else s - modes.roots[None]
+    shapes = modes.shapes if out is None else modes.shapes[_rows(out, len(modes.shapes))]
+    left = left if into is None else left[:, _rows(into, len(modes.shapes))]
+    return jnp.einsum("ik,wk,kj->wij", shapes.astype(dtype), 1 / over.astype(dtype), left.astype(dtype))
+
+
+def _rows(numbers, size):
+    rows = np.asarray(numbers, int)
+    if np.any((rows < 0) | (rows >= size)):
+        raise ValueError(f"coordinates {rows.tolist()} must be some of 0 ... {size - 1}")
+    return rows
+
+
+def _points(s, dtype):
+    s = jnp.asarray(s, dtype)
+    if s.ndim != 1:
+        raise ValueError(f"s has shape {s.shape}, not (points,)")
+    return s

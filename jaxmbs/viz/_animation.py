@@ -1,0 +1,109 @@
+"""`animate`: a motion or a mode as GIF or MP4, the points of all frames found by one program."""
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..linear._system import LinearSystem
+from ..model._system import System
+from ..typing import ScalarLike
+from ._canvas import axes
+from ._line_drawing import Sketch
+from ._mechanism import draw, framed, redraw
+from ._mesh import moving_meshes
+from ._projection import looking
+from ._structure import draw_moving
+from .scenes._trajectory import film
+
+_LEAST = 2.0  # seconds that a film lasts at least
+
+
+def animate(
+    system: System | LinearSystem,
+    motion: Any,
+    path: str | PathLike,
+    plane: str | None = None,
+    *,
+    fps: int = 20,
+    speed: ScalarLike | None = None,
+    structures: Any = None,
+    ax: Any = None,
+    dpi: int = 90,
+) -> Path:
+    """Write a film of a mechanism, structure or network: ".gif", or ".mp4" where ffmpeg is installed.
+
+    Args:
+        motion, structures: as of `scene`.
+        plane: as of `plot_mechanism` (default: "xy" of a mechanism, "iso" of meshes).
+        fps: pictures in a second of the film.
+        speed: seconds of the motion in one of the film (default: real time, slower where it lasts less than 2 s).
+        ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: ValueError for another ending or plane; RuntimeError for MP4 without ffmpeg.
+    """
+    path, look = Path(path), looking(plane or ("xy" if isinstance(system, System) else "iso"))
+    writer = _writer(path, fps)
+    new = ax is None
+    ax = axes(ax, (5.0, 4.0))
+    stage = _mechanism if isinstance(system, System) else _structure
+    ts, show = stage(ax, system, motion, look, structures)
+    span = ts[-1] - ts[0]
+    wanted = span / speed if speed else max(span, _LEAST)
+    if getattr(motion, "frequency", None) is not None:
+        wanted = _LEAST
+    shares = np.linspace(ts[0], ts[-1], max(2, round(fps * wanted))) if span > 0 else ts[:1]
+    text = ax.text(0.01, 0.99, "", transform=ax.transAxes, va="top", fontsize=9, family="monospace")
+    with writer.saving(ax.figure, str(path), dpi):
+        for t in shares:
+            show(int(np.argmin(np.abs(ts - t))))
+            text.set_text(
+                f"{t:.3f} s" if getattr(motion, "frequency", None) is None else f"{motion.frequency:.4g} Hz"
+            )
+            writer.grab_frame()
+    if new:
+        from matplotlib import pyplot
+
+        pyplot.close(ax.figure)
+    return path
+
+
+def _writer(path, fps):
+    from matplotlib import animation
+
+    kinds = {".gif": "pillow", ".mp4": "ffmpeg"}
+    if path.suffix not in kinds:
+        raise ValueError(f"the film ends with .gif or .mp4, not {path.suffix!r}")
+    if not animation.writers.is_available(kinds[path.suffix]):
+        raise RuntimeError(f"{kinds[path.suffix]} is not installed, which writes {path.suffix} files")
+    return animation.writers[kinds[path.suffix]](fps=fps)
+
+
+def _mechanism(ax, system, motion, look, structures):
+    """Times and what shows an instant; limits that hold all of them."""
+    seen = film(system, motion)
+    sketch = Sketch(system, seen, look)
+    drawn = draw(ax, sketch.at(0))
+    joined = sorted({frame for frames in sketch.shown.values() for frame in frames})
+    _hold(ax, look(seen.x[:, joined]), look)
+    return seen.ts, lambda k: redraw(drawn, sketch.at(k))
+
+
+def _structure(ax, system, motion, look, structures):
+    x = np.asarray(getattr(motion, "displacement", motion), float)
+    meshes = list(moving_meshes(system, x, structures).values())
+    largest = max(float(np.max(np.linalg.norm(u, axis=-1))) for _, u in meshes)
+    show = draw_moving(ax, meshes, look, largest)
+    _hold(ax, np.concatenate([look(mesh.rest + u).reshape(-1, 2) for mesh, u in meshes]), look)
+    return np.asarray(getattr(motion, "ts", np.arange(len(x))), float), show
+
+
+def _hold(ax, points, look):
+    framed(ax, look)
+    flat = points.reshape(-1, 2)
+    middle, half = (flat.max(axis=0) + flat.min(axis=0)) / 2, 0.56 * max(np.ptp(flat, axis=0).max(), 1e-9)
+    near = np.maximum(0.6 * np.ptp(flat, axis=0), 0.25 * half)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlim(middle[0] - near[0], middle[0] + near[0])
+    ax.set_ylim(middle[1] - near[1], middle[1] + near[1])

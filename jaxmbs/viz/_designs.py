@@ -1,0 +1,163 @@
+"""Designs compared: fronts, limits, and studies of many variables."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..design._optimum import Optimum
+from ..design._pareto import Front
+from ..palette import BLUE, GREY, RED
+from ..status import succeeded
+from ..typing import Explained
+from ._canvas import axes, finish
+
+_ACCOUNTS = ("status", "reason")  # of a study, not of its designs
+_MAP = "viridis"
+
+
+def plot_front(front: Explained[Front], first: str = "first aim", second: str = "second aim", ax: Any = None) -> Any:
+    """The designs of which none is better in both aims; hollow where a search did not converge.
+
+    Args: first, second: what the aims are, with their units; ax: matplotlib axes to draw into (default: new ones).
+    """
+    ax, ok = axes(ax), np.asarray(front.ok, bool)
+    ax.plot(front.first, front.second, color=BLUE, linewidth=1.0, zorder=2)
+    ax.plot(front.first[ok], front.second[ok], "o", color=BLUE, zorder=3)
+    ax.plot(front.first[~ok], front.second[~ok], "o", color=BLUE, markerfacecolor="white", zorder=3)
+    finish(ax, first, second, None)
+    return ax
+
+
+def plot_limits(optimum: Explained[Optimum], ax: Any = None) -> Any:
+    """How much of each limit a design uses, before (thin) and after the search; those that hold it are dark.
+
+    Args: ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: ValueError for an optimum without limits.
+    """
+    limits = list(optimum.limits)
+    if not limits:
+        raise ValueError("the design was searched without limits")
+    ax = axes(ax, (6.0, 1.1 + 0.5 * len(limits)))
+    used = np.array([[_share(limit, limit.before), _share(limit, limit.after)] for limit in limits])
+    rows = np.arange(len(limits))[::-1]
+    for row, limit, (before, after) in zip(rows, limits, used, strict=True):
+        color = RED if not limit.ok else BLUE if limit.active else GREY
+        ax.barh(row, 100 * after, 0.5, color=color, alpha=0.9 if limit.active or not limit.ok else 0.45)
+        ax.plot([100 * before] * 2, [row - 0.36, row + 0.36], color="0.2", linewidth=1.5)
+    ax.axvline(100.0, color="0.2", linewidth=0.9, linestyle=(0, (3, 2)))
+    ax.set_yticks(rows, [limit.name for limit in limits])
+    ax.set_xlim(min(0.0, 115 * used.min()), max(115.0, 108 * used.max()))
+    return finish(ax, "used of the limit [%]: bar after, line before", "", None)
+
+
+def _share(limit, values):
+    """Value over bound, one where the limit is met; from zero where the bound is zero."""
+    value, bound = float(np.asarray(values)[limit.worst]), float(limit.bound)
+    sign = 1.0 if limit.side == "<=" else -1.0
+    return 1.0 + sign * (value - bound) / (abs(bound) or 1.0)
+
+
+def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | None = None, ax: Any = None) -> Any:
+    """Every design of a study as a line over its variables and answers, each on a scale of its own.
+
+    Args:
+        study: the `xarray.Dataset` of `sweep`; designs that failed are left out.
+        names: variables and answers in their order (default: all that are one number).
+        color: the one that colours the lines (default: the last).
+        ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: ValueError for names that are not there, or no design that is ok.
+    """
+    table, units = _table(study, names)
+    color = list(table)[-1] if color is None else color
+    if color not in table:
+        raise ValueError(f"nothing to plot for {color}; the names are: {', '.join(table)}")
+    ax = axes(ax, (1.0 + 1.4 * len(table), 3.4))
+    columns = np.stack(list(table.values()), axis=1)
+    low, high = columns.min(axis=0), columns.max(axis=0)
+    scaled = (columns - low) / np.where(high > low, high - low, 1.0)
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import LineCollection
+
+    numbers, x = table[color], np.arange(len(table))
+    order = np.argsort(numbers)
+    lines = LineCollection(
+        [np.stack([x, row], axis=1) for row in scaled[order]],
+        array=numbers[order],
+        cmap=_MAP,
+        linewidths=0.9,
+        alpha=0.7,
+    )
+    ax.add_collection(lines)
+    for k in range(len(table)):
+        ax.axvline(k, color="0.3", linewidth=0.8)
+        for height, value in ((-0.02, low[k]), (1.02, high[k])):
+            ax.text(k, height, f"{value:.3g}", ha="center", va="top" if height < 0 else "bottom", fontsize="small")
+    ax.set_xticks(x, [f"{name}\n{units[name]}" for name in table])
+    ax.tick_params(axis="x", length=0, pad=12)
+    ax.set_yticks([])
+    ax.set_xlim(-0.3, len(table) - 0.7)
+    ax.set_ylim(-0.03, 1.1)
+    ax.spines[:].set_visible(False)
+    ax.figure.colorbar(ScalarMappable(lines.norm, _MAP), ax=ax, pad=0.02, label=f"{color} {units[color]}".strip())
+    return ax
+
+
+def plot_scatter(study: Any, names: Sequence[str] | None = None, ax: Any = None) -> Any:
+    """Every pair of variables and answers of a study as points, how each is spread on the diagonal.
+
+    Args: as of `plot_parallel`; ax becomes the one at the upper left.
+
+    Raises: ValueError for names that are not there, or no design that is ok.
+    """
+    table, units = _table(study, names)
+    n = len(table)
+    ax = axes(ax, (1.6 * n + 0.8, 1.6 * n + 0.4))
+    for (i, below), (j, beside), room in _rooms(ax, list(table)):
+        if i == j:
+            room.hist(table[beside], bins=16, color=BLUE, alpha=0.7)
+            room.set_yticks([])
+        else:
+            room.plot(table[beside], table[below], ".", color=BLUE, markersize=3, alpha=0.6)
+            room.locator_params(nbins=3)
+        room.spines[["top", "right"]].set_visible(False)
+        room.tick_params(labelsize="x-small", labelleft=j == 0 and i > 0, labelbottom=i == n - 1)
+        room.set_xlabel(f"{beside} {units[beside]}".strip() if i == n - 1 else "", fontsize="small")
+        room.set_ylabel(f"{below} {units[below]}".strip() if j == 0 else "", fontsize="small")
+    return ax
+
+
+def _rooms(ax, names):
+    """Axes for every pair, in the room of `ax`."""
+    place, n, figure = ax.get_subplotspec(), len(names), ax.figure
+    grid = None if place is None else place.subgridspec(n, n, wspace=0.12, hspace=0.12)
+    left, bottom, width, height = ax.get_position().bounds
+    for i, below in enumerate(names):
+        for j, beside in enumerate(names):
+            box = (left + j * width / n, bottom + (n - 1 - i) * height / n, 0.88 * width / n, 0.88 * height / n)
+            if i == j == 0:
+                room = ax
+                room.set_subplotspec(grid[0, 0]) if grid is not None else room.set_position(box)
+            else:
+                room = figure.add_subplot(grid[i, j]) if grid is not None else figure.add_axes(box)
+            yield (i, below), (j, beside), room
+
+
+def _table(study, names):
+    """Numbers (designs,) by name, of the designs that are ok, and their units."""
+    dims = study["status"].dims
+    numeric = [name for name in study.data_vars if study[name].dtype.kind in "fiu" and study[name].dims == dims]
+    known = [*(dim for dim in dims if dim in study.coords and dim != "design"), *numeric]
+    wanted = [name for name in known if name not in _ACCOUNTS] if names is None else list(names)
+    missing = [name for name in wanted if name not in known]
+    if missing or not wanted:
+        raise ValueError(f"nothing to plot for {', '.join(missing)}; the names are: {', '.join(known)}")
+    columns = {name: (study[name] + 0.0 * study["status"]).transpose(*dims).values.ravel() for name in wanted}
+    ok = np.all([np.isfinite(column) for column in columns.values()], axis=0)
+    ok = ok & succeeded(study["status"].values.ravel())
+    if not np.any(ok):
+        raise ValueError("no design of the study is ok")
+    units = {name: f"[{study[name].attrs['units']}]" if "units" in study[name].attrs else "" for name in wanted}
+    return {name: np.asarray(column[ok], float) for name, column in columns.items()}, units

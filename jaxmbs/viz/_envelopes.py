@@ -1,0 +1,95 @@
+"""What a bearing has to carry: the load round the clock, and the range of many cases."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..palette import BLUE, RED
+from ..reaction._result import Reactions
+from ..typing import ArrayLike, Explained, ScalarLike
+from ._canvas import axes, curve, finish
+from ._plots import _check
+from ._projection import in_words, looking
+
+
+def plot_polar(
+    loads: Explained[Reactions],
+    joints: str | Sequence[str],
+    plane: str = "xy",
+    ax: Any = None,
+    *,
+    kilo: bool = False,
+) -> Any:
+    """Where the force of a bearing points, and how large it is: its path round the clock, the start as a dot.
+
+    Args:
+        loads: `reactions` along a motion; joints: one name or several.
+        plane: axes to the right and up, "xy", "xz", ...: of the world, or of the joints as the loads are.
+        ax: matplotlib axes to draw into (default: new ones); kilo: in kN.
+
+    Raises: ValueError for unknown joints or an unknown plane.
+    """
+    names = [joints] if isinstance(joints, str) else list(joints)
+    _check(names, dict(loads.items()))
+    look, ax, unit = looking(plane), axes(ax, (4.2, 4.2)), 1e-3 if kilo else 1.0
+    paths = {name: unit * look(np.asarray(loads[name].force)) for name in names}
+    largest = max(float(np.nanmax(np.linalg.norm(path, axis=-1))) for path in paths.values()) or 1.0
+    _rings(ax, largest)
+    for k, (name, path) in enumerate(paths.items()):
+        ax.plot(*path.T, label=name, **curve(k))
+        ax.plot(*path[0], "o", color=curve(k)["color"], markersize=5)
+    ax.set_aspect("equal", adjustable="datalim" if ax.get_subplotspec() is None else "box")
+    label = "force {}" + in_words(loads) + " [" + "k" * kilo + "N]"
+    finish(ax, label.format(plane[0]), label.format(plane[1]), "beside" if len(names) > 1 else None)
+    ax.grid(False)
+    return ax
+
+
+def _rings(ax, largest):
+    """Circles of round forces."""
+    step = 10.0 ** np.floor(np.log10(largest))
+    step *= next(k for k in (0.2, 0.5, 1.0, 2.0) if largest / (k * step) <= 5)
+    angle = np.linspace(0.0, 2 * np.pi, 121)
+    radii = np.arange(step, 1.001 * largest + step, step)
+    for radius in radii:
+        ax.plot(radius * np.cos(angle), radius * np.sin(angle), color="0.85", linewidth=0.7, zorder=0)
+    ax.axhline(0.0, color="0.85", linewidth=0.7, zorder=0)
+    ax.axvline(0.0, color="0.85", linewidth=0.7, zorder=0)
+    ax.set_xlim(-1.04 * radii[-1], 1.04 * radii[-1])
+    ax.set_ylim(-1.04 * radii[-1], 1.04 * radii[-1])
+
+
+def plot_envelope(
+    x: ArrayLike,
+    values: ArrayLike,
+    label: str = "",
+    x_label: str = "time [s]",
+    limit: ScalarLike | None = None,
+    ax: Any = None,
+) -> Any:
+    """The range of many cases or designs, their median, and the case that reaches furthest.
+
+    Args:
+        x: (T,) times or whatever the values are over; values: (cases, T), nan where a case failed.
+        label: what they are, with the unit; x_label: what x is.
+        limit: a line that none should pass.
+        ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: ValueError for other shapes, or no case that is finite.
+    """
+    x, values = np.asarray(x), np.asarray(values, float)
+    if values.ndim != 2 or values.shape[1:] != x.shape:
+        raise ValueError(f"values of cases have shape (cases, {len(x)}), not {values.shape}")
+    kept = np.flatnonzero(np.all(np.isfinite(values), axis=1))
+    if len(kept) == 0:
+        raise ValueError("no case has finite values")
+    ax, shown = axes(ax), values[kept]
+    worst = int(np.argmax(np.max(np.abs(shown), axis=1)))
+    range_ = f"{len(kept)} cases" + (f", {len(values) - len(kept)} failed" if len(kept) < len(values) else "")
+    ax.fill_between(x, shown.min(axis=0), shown.max(axis=0), color=BLUE, alpha=0.2, linewidth=0, label=range_)
+    ax.plot(x, np.median(shown, axis=0), color=BLUE, label="median")
+    ax.plot(x, shown[worst], color=RED, linewidth=1.2, linestyle=(0, (4, 2)), label=f"case {kept[worst]}")
+    if limit is not None:
+        ax.axhline(limit, color="0.2", linewidth=0.9, linestyle=(0, (1, 2)), label="limit")
+    return finish(ax, x_label, label, "beside")

@@ -1,0 +1,38 @@
+"""Limit values against peaks of the full transient."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..coupling._limits import shortfall
+from ..palette import COLORS
+from ..typing import ArrayLike
+from ._canvas import axes, finish
+
+
+def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | None = None, ax: Any = None) -> Any:
+    """Quotients limit / truth over cases; the legend says how often and by how much each sum falls short.
+
+    Args:
+        limits: limit values (cases,) by name of the sum.
+        truth: peaks of the full transient (cases,).
+        cases: what the cases differ in (cases,), default their number.
+        ax: matplotlib axes to draw into (default: new ones).
+    """
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    ax = axes(ax)
+    x = np.arange(len(truth)) if cases is None else np.asarray(cases)
+    for (name, values), color in zip(limits.items(), COLORS, strict=False):
+        found = shortfall(values, truth)
+        label = f"{name}: short in {float(found.share):.0%}, at worst by {float(found.worst):.0%}"
+        ax.plot(x, np.asarray(found.quotient), ".-", color=color, label=label)
+    ax.axhline(1.0, color="0.6", linewidth=0.8)
+    ax.set_yscale("log")
+    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_minor_formatter(NullFormatter())
+    if cases is None:
+        ax.xaxis.get_major_locator().set_params(integer=True)
+    return finish(ax, "case", "limit value / peak of the transient")

@@ -1,0 +1,132 @@
+"""Stick pictures of a mechanism: at one pose or several, from one side or three."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ..checks import no_such
+from ..errors import UnknownNameError
+from ..kinematics._state import State
+from ..model._system import System
+from ..palette import COLORS
+from ._canvas import axes, beside
+from ._line_drawing import Sketch
+from ._projection import looking
+from .scenes._trajectory import film
+
+
+def plot_mechanism(
+    system: System,
+    states: Any,
+    plane: str = "xy",
+    frames: Iterable[str] | None = None,
+    ax: Any = None,
+    *,
+    names: bool = False,
+    traces: Iterable[str] = (),
+    poses: int | None = None,
+) -> Any:
+    """Bodies as lines through their joints and named frames, pins as circles, slides as blocks on rails, cylinders as
+    barrel and rod, springs and dampers as such; the first pose is drawn strongest.
+
+    Args:
+        states: a State, several with one leading axis, a motion, or a mode by `swing`.
+        plane: the two world axes to look at, "xy", "xz", "yz", in the order right, up; or "iso", over the corner.
+        frames: names of frames to show beside the joints (default: all that the user named).
+        ax: matplotlib axes to draw into (default: new ones).
+        names: write the names of joints beside them, at the first pose.
+        traces: names of frames or bodies whose path over all instants is drawn.
+        poses: how many instants are drawn, evenly spread (default: all).
+
+    Raises: ValueError for an unknown plane or no pose; UnknownNameError for traces.
+    """
+    look = looking(plane)
+    known = system.topology.frame_index
+    wrong = [no_such("frame or body", name, known) for name in traces if name not in known]
+    if wrong:
+        raise UnknownNameError("; ".join(wrong))
+    if poses is not None and poses < 1:
+        raise ValueError(f"poses = {poses}: one is needed at least")
+    ax, seen = axes(ax), film(system, states)
+    sketch = Sketch(system, seen, look, frames)
+    instants = np.arange(len(seen.ts))
+    if poses is not None:
+        instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
+    strengths = np.linspace(1.0, 0.25, len(instants)) if len(instants) > 1 else [1.0]
+    for k, strength in reversed(list(zip(instants.tolist(), strengths, strict=True))):
+        draw(ax, sketch.at(k), strength)
+    for k, name in enumerate(traces):
+        path = look(seen.x[:, known[name]])
+        ax.plot(*path.T, color=COLORS[k % len(COLORS)], linewidth=1.0, linestyle=":", zorder=1.5)
+    if names:
+        _write_names(ax, system.topology, look(seen.x[0]))
+    return framed(ax, look)
+
+
+def plot_views(
+    system: System, states: Any, planes: Iterable[str] = ("xz", "yz", "xy"), ax: Any = None, **options: Any
+) -> Any:
+    """`plot_mechanism` from several sides at once, beside each other.
+
+    Args:
+        planes: of each picture, as of `plot_mechanism`, which takes the other options too.
+        ax: matplotlib axes to draw into (default: new ones); they become the leftmost.
+
+    Raises: ValueError for an unknown plane or none.
+    """
+    planes = list(planes)
+    if not planes:
+        raise ValueError("there is no plane to look at")
+    ax = axes(ax, (3.2 * len(planes), 3.2))
+    for room, plane in zip(beside(ax, len(planes)), planes, strict=True):
+        plot_mechanism(system, states, plane, ax=room, **options)
+    return ax
+
+
+def draw(ax, strokes, strength=1.0) -> list:
+    """Draw strokes; returns what was drawn, for `redraw`."""
+    drawn = []
+    for points, style, fill in strokes:
+        if fill:
+            drawn += ax.fill(*points.T, alpha=strength, **style)
+        else:
+            drawn += ax.plot(*points.T, alpha=strength, **style)
+    return drawn
+
+
+def redraw(drawn, strokes) -> None:
+    """Move what was drawn to other strokes."""
+    for artist, stroke in zip(drawn, strokes, strict=True):
+        artist.set_xy(stroke.points) if stroke.fill else artist.set_data(*stroke.points.T)
+
+
+def framed(ax, look):
+    """Equal scales, labels where the view is along an axis."""
+    ax.set_aspect("equal", adjustable="datalim" if look.labels is None else "box")
+    ax.margins(0.07)
+    if look.labels is None:
+        ax.set(xticks=[], yticks=[])
+        ax.spines[:].set_visible(False)
+        return ax
+    ax.set_xlabel(look.labels[0])
+    ax.set_ylabel(look.labels[1])
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def _write_names(ax, topology, points):
+    """Names of joints, those at one place in one text."""
+    found: dict = {}
+    size = np.ptp(points, axis=0).max() or 1.0
+    for joint in topology.joints:
+        if joint.kind not in ("Modal", "Free"):
+            place = points[joint.frames[0]]
+            found.setdefault(tuple(np.round(place / size, 2)), (place, []))[1].append(joint.name)
+    for place, names in found.values():
+        ax.annotate(", ".join(names), place, (5, 5), textcoords="offset points", fontsize=8, zorder=5)
+
+
+def frame_positions(system: System, states: State) -> np.ndarray:
+    """World positions (poses, frames, 3) [m] of all frames, those of joints included, at a state or several."""
+    return film(system, states).x

@@ -1,0 +1,121 @@
+"""A mode, swinging: made into a motion, so that whatever draws a motion draws a mode."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..analysis._linearise import independent_positions
+from ..errors import ModelError
+from ..kinematics._configuration import at_state
+from ..kinematics._kic import position_map, velocity_map
+from ..kinematics._mobility import system_at
+from ..kinematics._poses import step_coordinates
+from ..kinematics._state import State
+from ..linear._system import LinearSystem
+from ..model._system import System
+from ..runtime import jit
+from ..typing import ScalarLike
+from ..vibration._modes import Modes
+from ._mesh import moving_meshes
+from .scenes._trajectory import film
+
+LARGEST = 0.08  # of the extent, where no amplitude is asked
+
+
+class Swing(NamedTuple):
+    """One period of a mode: times ts (T,) [s], and states of a mechanism or displacements (T, n) of a linear system;
+    `frequency` [Hz], zero of a rigid mode, whose period is made up."""
+
+    ts: np.ndarray
+    states: State | None
+    displacement: np.ndarray | None
+    frequency: float
+
+
+def swing(
+    system: System | LinearSystem,
+    modes: Modes,
+    number: int = 0,
+    state: State | None = None,
+    amplitude: ScalarLike | None = None,
+    frames: int = 33,
+) -> Swing:
+    """One period of a mode, for `scene`, `animate` and the plots.
+
+    Args:
+        number: which of the modes.
+        state: of a mechanism the state that the modes are about; its loops close to first order.
+        amplitude: what the shape is multiplied by (default: the largest displacement that is seen is 8 % of the
+            extent, of what has no positions of the largest entry one).
+        frames: how many instants, the last as the first.
+
+    Raises: ValueError for no such mode; ModelError for a mechanism without a state, or shapes of another system.
+    """
+    if not -modes.shapes.shape[1] <= number < modes.shapes.shape[1]:
+        raise ValueError(f"there are {modes.shapes.shape[1]} modes, none of number {number}")
+    if modes.roots is None:
+        omega = float(np.sqrt(np.maximum(np.asarray(modes.values)[number], 0.0)))
+    else:
+        omega = float(np.abs(np.asarray(modes.roots)[number].imag))
+    ts = np.linspace(0.0, 2 * np.pi / omega if omega > 0 else 1.0, frames)
+    phase = np.exp(2j * np.pi * np.linspace(0.0, 1.0, frames))
+    shape, frequency = np.asarray(modes.shapes)[:, number], omega / (2 * np.pi)
+    if isinstance(system, System):
+        system = system if state is None else system_at(system, state)
+        shape = _of_positions(system, state, shape)
+    waves = np.real(phase[:, None] * _aligned(shape))
+    if isinstance(system, System):
+        return Swing(ts, _states(system, state, waves, ts, amplitude), None, frequency)
+    if waves.shape[1] != system.num_rows:
+        raise ModelError([f"the modes have {waves.shape[1]} rows, the system {system.num_rows} coordinates"])
+    if amplitude is None:
+        amplitude = _fitting(system, waves)
+    return Swing(ts, None, amplitude * waves, frequency)
+
+
+def _of_positions(system, state, shape):
+    """Of a mode of coordinates and velocities the former (n,)."""
+    n = len(independent_positions(system))
+    if state is None:
+        raise ModelError(["modes of a mechanism are those about a state: swing(system, modes, number, state)"])
+    if len(shape) <= n:
+        raise ModelError([f"the modes have {len(shape)} rows, those of this mechanism more than {n}"])
+    return shape[:n]
+
+
+def _aligned(shape):
+    """The shape turned so that its largest entry is real: it starts where that is largest."""
+    largest = shape[np.argmax(np.abs(shape))]
+    return shape * np.conj(largest) / np.abs(largest) if np.abs(largest) > 0 else shape
+
+
+def _fitting(system, waves):
+    if system.positions is None:
+        return 1.0 / (np.max(np.abs(waves)) or 1.0)
+    meshes = moving_meshes(system, waves).values()
+    seen = max((np.max(np.linalg.norm(u, axis=-1), initial=0.0) for _, u in meshes), default=0.0)
+    return LARGEST * max((mesh.extent for mesh, _ in meshes), default=1.0) / (seen or 1.0)
+
+
+def _states(system, state, waves, ts, amplitude):
+    def at(scale):
+        moved = _moved(system, state, jnp.asarray(scale * waves))
+        still = jnp.zeros((len(ts), state.velocities.shape[-1]), moved.dtype)
+        return State(jnp.asarray(ts, moved.dtype), moved, still, structure=system.topology.structure)
+
+    if amplitude is None:
+        small = 1e-6 / (np.max(np.abs(waves)) or 1.0)
+        seen = film(system, at(small))
+        away = np.max(np.linalg.norm(seen.x - seen.x[:1], axis=-1)) / 2 or 1.0
+        amplitude = small * LARGEST * seen.extent / away
+    return at(amplitude)
+
+
+@jit
+def _moved(system, state, waves):
+    """Coordinates (T, nq) of displacements (T, n) of the independent coordinates."""
+    at = at_state(system, state, inertias=False)
+    Z = position_map(system, at) if system.topology.slip_rows else velocity_map(system, at)[0]
+    return jax.vmap(lambda wave: step_coordinates(system.topology, state.coordinates, Z @ wave))(waves)

@@ -1,0 +1,177 @@
+"""Curves over time, or over a coordinate: coordinates, reactions, energies, searches."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..design._optimum import Optimum
+from ..model._system import System
+from ..motion._motion import Motion
+from ..palette import BLUE, GREEN, RED
+from ..reaction._result import Reactions
+from ..typing import ArrayLike, Explained
+from ._canvas import axes, curve, draw_curves, finish, stacked
+from ._projection import in_words
+
+_UNITS = {
+    "revolute": "angle [rad]",
+    "screw": "angle [rad]",
+    "prismatic": "distance [m]",
+    "ball": "quaternion",
+    "Modal": "mode [m kg$^{1/2}$]",
+}
+_RATES = {
+    "revolute": "rate [rad/s]",
+    "screw": "rate [rad/s]",
+    "prismatic": "speed [m/s]",
+    "ball": "rate [rad/s]",
+    "Modal": "rate [m kg$^{1/2}$/s]",
+}
+
+
+def plot_coordinates(
+    system: System,
+    motion: Explained[Motion],
+    joints: Sequence[str] | None = None,
+    ax: Any = None,
+    *,
+    over: str | None = None,
+    degrees: bool = False,
+    velocities: bool = False,
+) -> Any:
+    """Joint coordinates along a motion, those of each unit in axes of their own, one above the other.
+
+    Args:
+        joints: names (default: all that have coordinates).
+        ax: matplotlib axes to draw into (default: new ones); they become the uppermost.
+        over: name of a joint of one freedom whose coordinate is the axis, in place of time.
+        degrees: angles in degrees.
+        velocities: rates in place of coordinates.
+
+    Raises: ValueError for joints without coordinates.
+    """
+    values = (system.velocities if velocities else system.coordinates)(motion.states)
+    _check(joints, values)
+    x, along = _abscissa(system, motion, over, degrees)
+    panels: dict = {}
+    for name in joints or [name for name in values if name != over]:
+        columns = np.reshape(np.asarray(values[name]), (len(motion.ts), -1)).T
+        record = system.topology.joints[system.topology.joint_index[name]]
+        labels = record.labels if len(record.labels) == len(columns) else range(len(columns))
+        for what, label, column in zip(_units(system.topology, record, velocities), labels, columns, strict=True):
+            if degrees and "[rad" in what:
+                what, column = what.replace("rad", "deg"), np.degrees(column)
+            panels.setdefault(what, {})[name if len(columns) == 1 else f"{name} {label}"] = column
+    several = len(panels) > 1
+    ax = axes(ax, (8.0, 2.0 + 1.5 * len(panels)) if several else None)
+    rooms, number = stacked(ax, [1] * len(panels)), 0
+    for room, (what, curves) in zip(rooms, panels.items(), strict=True):
+        draw_curves(room, x, curves, number)
+        number += len(curves)
+        finish(room, along if room is rooms[-1] else "", what, "beside" if several else "ends")
+    return ax
+
+
+def _abscissa(system, motion, over, degrees):
+    """What a curve is drawn over, (T,), and its label."""
+    if over is None:
+        return np.asarray(motion.ts), "time [s]"
+    values = system.coordinates(motion.states)
+    _check([over], {name: value for name, value in values.items() if np.ndim(value) == 1})
+    record = system.topology.joints[system.topology.joint_index[over]]
+    what, x = _units(system.topology, record)[0], np.asarray(values[over])
+    if degrees and "[rad" in what:
+        what, x = what.replace("rad", "deg"), np.degrees(x)
+    return x, f"{what.split()[0]} of {over} {what.split()[-1]}"
+
+
+def _units(topology, joint, rates=False):
+    """What each coordinate of a joint is, with its unit."""
+    names, count = (_RATES, joint.num_velocities) if rates else (_UNITS, joint.num_coordinates)
+    if joint.kind == "Modal":
+        return [names["Modal"]] * count
+    kinds = topology.node_kind[joint.velocities]
+    plain = [names[kind] for kind in kinds if kind != "ball"]
+    return plain + [names["ball"]] * (count - len(plain))  # a ball is last, as in `Free`
+
+
+def plot_reactions(
+    loads: Explained[Reactions],
+    ts: ArrayLike,
+    joints: Sequence[str] | None = None,
+    moment: bool = False,
+    ax: Any = None,
+    *,
+    component: str | None = None,
+    kilo: bool = False,
+    limits: Mapping[str, float] | None = None,
+) -> Any:
+    """Size of the force [N] (or moment [N m]) that joints carry along a motion.
+
+    Args:
+        loads: what `reactions` returned for a motion, ts (T,) its times [s].
+        joints: names (default: all).
+        moment: plot moments instead of forces.
+        ax: matplotlib axes to draw into (default: new ones).
+        component: "x", "y" or "z" of the world, or of the joints as the loads are, in place of the size.
+        kilo: in kN and kN m.
+        limits: what a joint may carry by name [N or N m], drawn as thin lines.
+
+    Raises: ValueError for unknown joints or another component.
+    """
+    if component not in (None, "x", "y", "z"):
+        raise ValueError(f"component must be 'x', 'y' or 'z', not {component!r}")
+    ax = axes(ax)
+    _check(joints, dict(loads.items()))
+    _check(limits, dict(loads.items()))
+    unit, curves = 1e-3 if kilo else 1.0, {}
+    for name in joints or loads:
+        vector = np.asarray(loads[name].moment if moment else loads[name].force) * unit
+        curves[name] = vector[..., "xyz".index(component)] if component else np.linalg.norm(vector, axis=-1)
+    lines = dict(zip(curves, draw_curves(ax, ts, curves), strict=True))
+    for name, limit in (limits or {}).items():
+        if name in lines:
+            ax.axhline(unit * limit, color=lines[name].get_color(), linewidth=0.8, linestyle=(0, (1, 2)))
+    what = "joint moment" if moment else "joint force"
+    what += f" {component}{in_words(loads)}" if component else ""
+    return finish(ax, "time [s]", f"{what} [{'k' * kilo}N{' m' * moment}]", "ends")
+
+
+def plot_energy(motion: Explained[Motion], ax: Any = None) -> Any:
+    """Kinetic and potential energy and their sum less all work [J]; below, the residual of that account.
+
+    Args:
+        ax: matplotlib axes to draw into (default: new ones); they give the residual the lower quarter of their room.
+    """
+    ax, below = stacked(axes(ax), (3, 1))
+    ts, accounts = np.asarray(motion.ts), motion.diagnostics
+    kinetic, potential = np.asarray(accounts.kinetic), np.asarray(accounts.potential)
+    work = sum((np.asarray(value) for value in accounts.work.values()), np.zeros_like(ts))
+    ax.plot(ts, kinetic, label="kinetic", color=BLUE)
+    ax.plot(ts, potential, label="potential", color=GREEN)
+    ax.plot(ts, kinetic + potential - work, label="sum less work", color="0.2", linestyle="--")
+    finish(ax, "", "energy [J]", "ends")
+    below.plot(ts, accounts.energy_residual, color=RED)
+    finish(below, "time [s]", "residual [J]")
+    return ax
+
+
+def _check(joints, known):
+    missing = [name for name in joints or () if name not in known]
+    if missing:
+        raise ValueError(f"nothing to plot for {', '.join(missing)}; the names are: {', '.join(known)}")
+
+
+def plot_history(optimum: Optimum, ax: Any = None) -> Any:
+    """The objective over the steps of a search and, below, how far it was from an optimum.
+
+    Args: ax: matplotlib axes to draw into (default: new ones); they become the upper ones.
+    """
+    history, ax = optimum.history, axes(ax, (8.0, 4.5))
+    rooms, steps = stacked(ax, [2, 1]), np.arange(len(optimum.history.values))
+    rooms[0].plot(steps, history.values, **curve(0))
+    finish(rooms[0], "", "objective", None)
+    rooms[1].semilogy(steps, np.where(history.gradient_norms > 0.0, history.gradient_norms, np.nan), **curve(1))
+    finish(rooms[1], "step", "slope left", None)
+    return ax

@@ -1,0 +1,118 @@
+"""Vibrations: frequency responses, modes over speed, and how alike two sets of modes are."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..linear._transfer import TransferFunctions
+from ..typing import ArrayLike
+from ..vibration._modes import Modes
+from ._canvas import axes, curve, draw_curves, finish, stacked
+
+_PER_FORCE = {"receptance": "m/N", "mobility": "m/(N s)", "accelerance": "m/(N s$^2$)"}
+
+
+def plot_bode(functions: TransferFunctions, ax: Any = None, *, unit: str | None = None) -> Any:
+    """Size and phase of transfer functions over frequency [Hz], a curve for every output and input.
+
+    Args:
+        ax: matplotlib axes to draw into (default: new ones); they become the upper ones.
+        unit: of the values (default: by kind, of displacements by forces).
+    """
+    rooms, curves = stacked(axes(ax, (7.0, 4.8)), (3, 2)), _channels(functions)
+    hertz = np.asarray(functions.omega) / (2 * np.pi)
+    for k, (name, values) in enumerate(curves.items()):
+        rooms[0].loglog(hertz, np.abs(values), label=name, **curve(k))
+        rooms[1].plot(hertz, np.degrees(np.angle(values)), **curve(k))
+    unit = _PER_FORCE[functions.kind] if unit is None else unit
+    finish(rooms[0], "", f"{functions.kind} [{unit}]", "beside" if len(curves) > 1 else None)
+    finish(rooms[1], "frequency [Hz]", "phase [deg]", None)
+    rooms[1].set_yticks(range(-180, 181, 90))
+    rooms[1].set_ylim(-195, 195)
+    return rooms[0]
+
+
+def plot_nyquist(functions: TransferFunctions, ax: Any = None, *, unit: str | None = None) -> Any:
+    """Transfer functions in the complex plane; resonances are circles.
+
+    Args: as of `plot_bode`.
+    """
+    ax, curves = axes(ax, (4.6, 4.2)), _channels(functions)
+    unit = _PER_FORCE[functions.kind] if unit is None else unit
+    for k, (name, values) in enumerate(curves.items()):
+        ax.plot(values.real, values.imag, label=name, **curve(k))
+    ax.axhline(0.0, color="0.7", linewidth=0.7, zorder=0)
+    ax.axvline(0.0, color="0.7", linewidth=0.7, zorder=0)
+    ax.ticklabel_format(style="sci", scilimits=(-2, 3))
+    ax.set_aspect("equal", adjustable="datalim")
+    return finish(ax, f"real part [{unit}]", f"imaginary part [{unit}]", "beside" if len(curves) > 1 else None)
+
+
+def _channels(functions):
+    """Values (frequencies,) by "output / input"."""
+    values = np.asarray(functions.values)
+    pairs = [(i, j) for i in range(values.shape[1]) for j in range(values.shape[2])]
+    return {f"{functions.outputs[i]} / {functions.inputs[j]}": values[:, i, j] for i, j in pairs}
+
+
+def plot_campbell(
+    speeds: ArrayLike, modes: ArrayLike | Sequence[Modes], orders: Iterable[float] = (1.0, 2.0), ax: Any = None
+) -> Any:
+    """Frequencies [Hz] over a speed of rotation [rad/s], and the lines on which an order of it excites them.
+
+    Args:
+        speeds: (S,); modes: frequencies (S, m) [Hz], or the `Modes` at every speed, as many at each (`track` keeps
+            their order).
+        orders: how often in a turn something excites.
+        ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: ValueError for frequencies of another shape.
+    """
+    speeds = np.asarray(speeds, float)
+    given = modes if isinstance(modes, list | tuple) else list(np.asarray(modes))
+    hertz = np.array([np.asarray(one.frequencies if isinstance(one, Modes) else one) for one in given], float)
+    if hertz.ndim != 2 or len(hertz) != len(speeds):
+        raise ValueError(f"frequencies have shape ({len(speeds)}, modes), not {hertz.shape}")
+    ax = axes(ax)
+    for order in orders:
+        line = order * speeds / (2 * np.pi)
+        ax.plot(speeds, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
+    top = 1.08 * np.max(hertz)
+    ax.set_ylim(0.0, top)
+    for order in orders:
+        _order_label(ax, speeds, order, top)
+    draw_curves(ax, speeds, {f"mode {k + 1}": hertz[:, k] for k in range(hertz.shape[1])})
+    return finish(ax, "speed [rad/s]", "frequency [Hz]", "beside")
+
+
+def _order_label(ax, speeds, order, top):
+    """ "2×" where the line of an order leaves the axes."""
+    end = min(speeds[-1], 2 * np.pi * 0.93 * top / order) if order > 0 else speeds[-1]
+    place = (end, order * end / (2 * np.pi))
+    ax.annotate(f"{order:g}×", place, (-3, 2), textcoords="offset points", ha="right", fontsize="small", color="0.4")
+
+
+def plot_mac(values: ArrayLike, ax: Any = None, *, rows: str = "mode", columns: str = "mode") -> Any:
+    """Modal assurance criteria (m, k) of `mac` as squares, their numbers in them where there is room.
+
+    Args: ax: matplotlib axes to draw into (default: new ones); rows, columns: what the two sets are called.
+
+    Raises: ValueError for another shape.
+    """
+    values = np.asarray(values, float)
+    if values.ndim != 2:
+        raise ValueError(f"criteria have the shape (modes, modes), not {values.shape}")
+    ax = axes(ax, (4.6, 3.8))
+    m, k = values.shape
+    shown = ax.imshow(values, cmap="Blues", vmin=0.0, vmax=1.0, origin="lower", extent=(0.5, k + 0.5, 0.5, m + 0.5))
+    if max(m, k) <= 8:
+        for (i, j), value in np.ndenumerate(values):
+            color = "white" if value > 0.6 else "0.3"
+            ax.text(j + 1, i + 1, f"{value:.2f}", ha="center", va="center", fontsize="x-small", color=color)
+    ax.set_xticks(range(1, k + 1))
+    ax.set_yticks(range(1, m + 1))
+    ax.figure.colorbar(shown, ax=ax, label="MAC")
+    ax.set_xlabel(columns)
+    ax.set_ylabel(rows)
+    return ax

@@ -1,0 +1,197 @@
+"""Who is on stage: a mechanism, a structure or a network with its motion, in the numbers that a scene plays."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ...checks import no_such
+from ...errors import ModelError, UnknownNameError
+from ...flexible._recovery import deformations
+from ...linear._system import LinearSystem
+from ...model._system import System
+from ...palette import COLORS
+from ...typing import ScalarLike
+from .._body_shapes import inertia_box
+from .._mesh import Mesh, mesh_of, moving_meshes
+from .._projection import axes_of
+from ._geometry import Set, Solids, encoded, tracks
+from ._trajectory import film
+
+_SAME = 1e-7  # singular values below this share of the largest are left out
+
+
+class Act:
+    """One system and its motion: `ts` (T,), `points` (n, 3) that it reaches, `gravity`, `frequency` of a mode [Hz].
+
+    `traceable` are the names that paths can be drawn of.
+    """
+
+    ts: np.ndarray
+    points: np.ndarray
+    gravity: np.ndarray | None = None
+    frequency: float | None = None
+    traceable: tuple[str, ...] = ()
+
+    def staged(self, solids: Solids, radius: Any, up: Any, shapes: Mapping, traces: Iterable[str]) -> dict:
+        """The objects of the scene, without the arrows."""
+        raise NotImplementedError
+
+    def arrows(self, loads: Any, limits: Mapping) -> dict | None:
+        """Places and forces (T, joints, 3) on the children, in world axes, None where there are none."""
+        return None
+
+
+def act_of(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> Act:
+    """The act of a mechanism or a linear system.  Raises: TypeError for anything else."""
+    if isinstance(system, System):
+        return MechanismAct(system, motion, structures, scale)
+    if isinstance(system, LinearSystem):
+        return LinearAct(system, motion, structures, scale)
+    raise TypeError(f"a scene is of a System or a LinearSystem, not of a {type(system).__name__}")
+
+
+class MechanismAct(Act):
+    """Bodies on joints; elastic ones as meshes where their structures are given."""
+
+    def __init__(self, system, motion, structures, scale):
+        self.system, self.scale = system, scale
+        self.frequency = getattr(motion, "frequency", None)
+        self.film = film(system, motion)
+        self.ts, top = self.film.ts, system.topology
+        self.gravity = np.asarray(system.gravity, float)
+        joined = {f for joint in top.joints for f in joint.frames}
+        seen = sorted(joined | {f for f, n in enumerate(top.frame_names) if f > top.bodies.size and n})
+        com = self.film.x[:, 1 : top.bodies.size + 1] + np.einsum(
+            "tbij,bj->tbi", self.film.R[:, 1 : top.bodies.size + 1], np.asarray(system.com, float)
+        )
+        self.points = np.concatenate([self.film.x[:, seen].reshape(-1, 3), *self._boxes(com)])
+        self.traceable = top.frame_names
+        self.elastic = {}
+        given = dict(structures or {})
+        names = [name for group in system.elastic for name in group.names]
+        wrong = [no_such("elastic body", name, names) for name in given if name not in names]
+        if wrong:
+            raise UnknownNameError("; ".join(wrong))
+        for name, (structure, frame) in given.items():
+            q = np.atleast_2d(np.asarray(deformations(system, motion, name)[0]))
+            self.elastic[name] = structure, frame, q[: len(self.ts)]
+
+    def _boxes(self, com):
+        """Centres of bodies, and the middles of the faces of the boxes that have their inertia, (T, 3) each."""
+        for body in range(com.shape[1]):
+            yield com[:, body]
+            edges, axes = inertia_box(self.system, body, self.film.extent)
+            for half in (0.5 * edges * axes).T:
+                yield from (com[:, body] + sign * self.film.R[:, body + 1] @ half for sign in (-1.0, 1.0))
+
+    def staged(self, solids, radius, up, shapes, traces):
+        top = self.system.topology
+        own = dict(shapes) | dict.fromkeys(self.elastic)
+        done = Set(self.system, self.film, solids, radius, up, own)
+        for k, name in enumerate(n for n in traces if n in top.frame_index):
+            if len(self.ts) > 1:
+                done.trace(name, self.film.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
+        bodies = ["ground", *top.body_names]
+        meshes = [self._mesh(name, *given) for name, given in self.elastic.items()]
+        numbers = tracks(self.film, top.bodies.size)
+        return {
+            "bodies": bodies,
+            "tracks": encoded(numbers),
+            "items": done.items,
+            "tags": done.tags,
+            "meshes": meshes,
+        }
+
+    def _mesh(self, name, structure, frame, q):
+        """Shapes by deformation, in the axes of the first interface."""
+        mesh, component, first = mesh_of(structure), frame.system, frame.body.interfaces[0]
+        shapes = mesh.moves(frame.whole, frame.expand(frame.shapes.T))
+        about = np.asarray(component.positions[component.nodes.index(first)], float)
+        body = self.system.topology.body_names.index(f"{name}.{first}") + 1
+        return packed_mesh(name, mesh._replace(rest=mesh.rest - about), shapes, q, body, self.scale)
+
+    def arrows(self, loads, limits):
+        if loads is None:
+            return None
+        top = self.system.topology
+        ends = {joint.name: joint.frames for joint in top.joints}
+        for group in self.system.closures:
+            ends |= {name: pair for name, *pair in zip(group.names, group.first, group.second, strict=True)}
+        names = [name for name in loads if name in ends]
+        wrong = [no_such("joint", name, names) for name in limits if name not in names]
+        if wrong:
+            raise UnknownNameError("; ".join(wrong))
+        force = np.stack([np.asarray(loads[name].force).reshape(-1, 3) for name in names], axis=1)
+        if len(force) < len(self.ts):
+            raise ModelError("the loads are those of another motion: they have fewer instants")
+        parents, children = ([ends[name][side] for name in names] for side in (0, 1))
+        force, (frame, side) = np.nan_to_num(force[: len(self.ts)]), axes_of(loads)
+        if frame == "joint":
+            axes = self.film.R[:, children if side == "child" else parents]
+            force = np.einsum("tjab,tjb->tja", axes, force)
+        force = force if side == "child" else -force
+        bounds = [_bound(limits.get(name)) for name in names]
+        return {"names": names, "place": self.film.x[:, children], "force": force, "limits": bounds}
+
+
+def _bound(limit):
+    """A number of a limit, None without one or where it is infinite."""
+    least = np.inf if limit is None else float(np.min(np.asarray(getattr(limit, "upper", limit), float)))
+    if not least > 0.0:
+        raise ValueError(f"a limit of a load must be positive, got {least}")
+    return least if np.isfinite(least) else None
+
+
+class LinearAct(Act):
+    """Meshes of a linear system, or of all components of a network."""
+
+    def __init__(self, system, motion, structures, scale):
+        self.scale = scale
+        self.frequency = getattr(motion, "frequency", None)
+        x = np.asarray(getattr(motion, "displacement", motion), float)
+        x = x[None] if x.ndim == 1 else x
+        ts = np.asarray(getattr(motion, "ts", np.arange(len(x))), float)
+        there = np.all(np.isfinite(x), axis=1) & np.isfinite(ts)
+        if not np.any(there):
+            raise ModelError(["no displacement of the motion is finite"])
+        x, self.ts = x[there], ts[there]
+        self.meshes = moving_meshes(system, x, structures)
+        if not self.meshes:
+            raise ModelError("no component has positions: give structures by component")
+        self.points = np.concatenate([(mesh.rest + scale * u).reshape(-1, 3) for mesh, u in self.meshes.values()])
+
+    def staged(self, solids, radius, up, shapes, traces):
+        still = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(self.ts), 1, 1))
+        meshes = []
+        for name, (mesh, u) in self.meshes.items():
+            left, size, right = np.linalg.svd(u.reshape(len(u), -1), full_matrices=False)
+            kept = size > _SAME * max(size.max(initial=0.0), 1e-300)
+            basis = right[kept].reshape(-1, *mesh.rest.shape)
+            meshes.append(packed_mesh(name or "structure", mesh, basis, left[:, kept] * size[kept], 0, self.scale))
+        tags = [
+            {"name": n, "body": 0, "point": p.tolist()}
+            for mesh, _ in self.meshes.values()
+            for n, p in zip(mesh.names, mesh.rest, strict=True)
+        ]
+        return {"bodies": ["ground"], "tracks": encoded(still), "items": [], "tags": tags[:200], "meshes": meshes}
+
+
+def packed_mesh(
+    name: str, mesh: Mesh, basis: np.ndarray, amplitudes: np.ndarray, body: int, scale: ScalarLike
+) -> dict:
+    """A mesh on a body, moving by amplitudes (T, m) times shapes (m, nodes, 3)."""
+    moved = np.einsum("tm,mvc->tvc", amplitudes, basis)
+    return {
+        "name": name,
+        "body": body,
+        "rest": encoded(mesh.rest),
+        "faces": encoded(mesh.faces, "<u4"),
+        "edges": encoded(mesh.edges, "<u4"),
+        "bars": mesh.bars.tolist(),
+        "balls": mesh.balls.tolist(),
+        "basis": encoded(basis),
+        "amplitudes": encoded(amplitudes),
+        "scale": scale,
+        "largest": float(np.max(np.linalg.norm(moved, axis=-1), initial=0.0)),
+    }

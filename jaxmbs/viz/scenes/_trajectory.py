@@ -1,0 +1,71 @@
+"""A film: where all frames of a mechanism are at every time, found by one program for all of them."""
+
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from ...kinematics._poses import frame_poses, node_parameters, node_poses
+from ...model._entry_points import states_of
+from ...model._system import System
+from ...runtime import jit
+
+
+class Film(NamedTuple):
+    """Times ts (T,), rotations R (T, frames, 3, 3) and positions x (T, frames, 3) of all frames, those of joints and
+    bodies included; `axes` (3,) by joint name, in axes of its first frame: what it turns about or slides along."""
+
+    ts: np.ndarray
+    R: np.ndarray
+    x: np.ndarray
+    axes: dict[str, np.ndarray]
+
+    def in_body(self, topology, frame: int) -> np.ndarray:
+        """Position (3,) of a frame in the axes of its body."""
+        body = topology.frame_body[frame] + 1
+        return self.R[0, body].T @ (self.x[0, frame] - self.x[0, body])
+
+    @property
+    def extent(self) -> float:
+        """The largest edge of the box that holds all joints at all times [m], one where there is none."""
+        points = self.x.reshape(-1, 3)
+        points = points[np.all(np.isfinite(points), axis=1)]
+        return float(np.max(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
+
+
+def film(system: System, motion: Any) -> Film:
+    """The film of a motion, of a State, or of several with one leading axis; times never reached are left out."""
+    states = states_of(system, motion)
+    if states.coordinates.ndim == 1:
+        states = jax.tree.map(lambda x: x[None], states)
+    R, x, W = (np.asarray(part) for part in _positions(system, states.coordinates))
+    ts = np.asarray(getattr(motion, "ts", states.t), float)
+    there = np.all(np.isfinite(x), axis=(1, 2)) & np.isfinite(ts)
+    if np.any(there):
+        R, x, W, ts = (part[there] for part in (R, x, W, ts))
+    return Film(ts, R, x, _axes(system, R[0], W[0]))
+
+
+@jit(compile="quick")
+def _positions(system, coordinates):
+    P = node_parameters(system)
+
+    def one(psi):
+        W = node_poses(system.topology, P, psi)
+        return *frame_poses(system, W), W
+
+    return jax.vmap(one)(coordinates)
+
+
+def _axes(system, R, W):
+    """By joint: the axis of its last node that turns, else of its first; of a cut one that of its closure."""
+    top, found = system.topology, {}
+    for joint in top.joints:
+        nodes = range(joint.first_velocity, joint.first_velocity + joint.num_velocities)
+        turning = [k for k in nodes if top.node_kind[k] != "prismatic"]
+        if len(nodes) and joint.kind != "Modal":
+            axis = W[(turning or list(nodes))[-1], :9].reshape(3, 3)[:, 2]
+            found[joint.name] = R[joint.frames[0]].T @ axis
+    for group in system.closures:
+        found |= {name: np.asarray(basis)[:, 2] for name, basis in zip(group.names, group.basis, strict=True)}
+    return found
