@@ -10,19 +10,19 @@ import numpy as np
 from .errors import UnknownNameError
 
 
-def known(*values: Any) -> bool:
+def is_concrete(*values: Any) -> bool:
     """Whether all numbers in these pytrees are there to be looked at: none of them is traced."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
 def present(*values: Any) -> bool:
     """Whether some number is other than zero, or not known yet."""
-    return not known(*values) or any(np.any(np.asarray(value) != 0) for value in values)
+    return not is_concrete(*values) or any(np.any(np.asarray(value) != 0) for value in values)
 
 
 def broken(condition: Callable[..., Any], *values: Any) -> bool:
     """Whether `condition` holds anywhere for these values; False while any of them is traced."""
-    return known(*values) and bool(np.any(condition(*map(np.asarray, values))))
+    return is_concrete(*values) and bool(np.any(condition(*map(np.asarray, values))))
 
 
 def faults_if(*checks: tuple[bool, str]) -> list[str]:
@@ -47,7 +47,7 @@ def not_increasing(points: Any) -> bool:
 
 def are_axes(rows: Any) -> bool:
     """Whether (..., 3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
-    if not known(rows):
+    if not is_concrete(rows):
         return True
     rows = np.asarray(rows)
     if rows.shape[-2:] != (3, 3):

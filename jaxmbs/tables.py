@@ -7,7 +7,7 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from .checks import known
+from .checks import is_concrete
 
 Rows = Sequence[Sequence[str]]
 _MOST = 24  # rows that are shown
@@ -58,7 +58,7 @@ def told(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any], str]
 
     def found(self):
         try:
-            if known(self):
+            if is_concrete(self):
                 summary, rows = parts(self)
                 return summary, shortened([[str(cell) for cell in row] for row in rows])
         except Exception:  # whatever a half-made or foreign value does

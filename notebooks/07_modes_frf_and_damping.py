@@ -25,8 +25,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from jaxmbs import elements, fem, linear, vibration
-from jaxmbs.vibration import complex_modes, effective_masses, mac, natural_modes, proportional_from_ratios
-from jaxmbs.vibration import proportional as rayleigh
+from jaxmbs.vibration import complex_modes, effective_masses, mac, natural_modes, rayleigh_from_ratios
+from jaxmbs.vibration import rayleigh_damping as rayleigh
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -82,7 +82,7 @@ for f, row in zip(modes.frequencies, shares, strict=True):
 # Rayleigh damping of 1 % at 10 Hz and at 100 Hz. Complex modes give the ratio of every mode, exactly.
 
 # %%
-by_mass, by_stiffness = proportional_from_ratios((2 * np.pi * 10.0, 0.01), (2 * np.pi * 100.0, 0.01))
+by_mass, by_stiffness = rayleigh_from_ratios((2 * np.pi * 10.0, 0.01), (2 * np.pi * 100.0, 0.01))
 C = rayleigh(K=K, M=M, by_mass=by_mass, by_stiffness=by_stiffness)
 damped = complex_modes(K=K, C=C, M=M)
 frequencies, ratios = damped.omega / (2 * np.pi), damped.damping_ratios

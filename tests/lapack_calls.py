@@ -17,7 +17,7 @@ from jaxmbs.math._regularised_inverse import regular_inverse
 from jaxmbs.vibration._damping import complex_modes
 from jaxmbs.vibration._lanczos import lowest_modes
 from jaxmbs.vibration._modal_equations import modal_motion
-from jaxmbs.vibration._mode_shapes import track
+from jaxmbs.vibration._mode_shapes import track_modes
 from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, component
 from tests.zoo.mechanisms import four_bar, four_bar_state
@@ -118,7 +118,10 @@ WITH = {
     "equilibrium": (lambda t: mbs.equilibrium(SYSTEM, at(t), throw=False), {"syevd"}),
     "modes": (lambda t: mbs.modes(mbs.linearise(SYSTEM, at(t))), GENERAL),
     "natural_modes": (lambda t: natural_modes(K=K, M=M * (1.0 + t)), VALUES),
-    "track": (lambda t: track(natural_modes(K=K, M=M), natural_modes(K=K, M=M * (1.0 + t))), VALUES | {"gesdd"}),
+    "track": (
+        lambda t: track_modes(natural_modes(K=K, M=M), natural_modes(K=K, M=M * (1.0 + t))),
+        VALUES | {"gesdd"},
+    ),
     "complex_modes": (lambda t: complex_modes(K=K, C=C, M=M * (1.0 + t)), GENERAL),
     "static_response": (lambda t: static_response(K=LARGE * (1.0 + t), load=jnp.ones(len(LARGE))), SOLVE),
     "block modes": (block_modes, {"syevd"}),

@@ -70,7 +70,7 @@ def test_matrices_in_the_wrong_order():
     [
         lambda K, M: mbs.vibration.natural_modes(K, M),
         lambda K, M: mbs.vibration.receptance(K, M, jnp.ones(1), (0,), (0,)),
-        lambda K, M: mbs.vibration.modal(K, M, 0.01),
+        lambda K, M: mbs.vibration.modal_damping(K, M, 0.01),
         lambda K, M: mbs.vibration.modal_response(K, M, jnp.ones((1, 3)), 0.1),
         lambda K, M: LinearSystem(M, K),
     ],

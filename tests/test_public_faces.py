@@ -10,12 +10,12 @@ import pytest
 FACES = {
     "jaxmbs.vibration": """
         HarmonicResponse LinearMotion Link Modal ModalMotion Modes ResonanceGains accelerance
-        acceleration_gain base_load complex_modes coupled damped_frequency dense_response direct_response
+        acceleration_gain base_load complex_modes damped_frequency dense_response direct_response
         effective_masses equilibrium frequency_response gain_from_mobility generalised_stiffness
-        harmonic_response lowest_modes mac mobility mobility_from_gain modal modal_motion modal_receptance
-        modal_response modal_transfer_matrix mode_ratios modes natural_modes oscillations participation
-        proportional proportional_from_ratios receptance resonance_gains simulate structural superpose track
-        transfer_matrix transmissibility viscous_receptance
+        harmonic_response is_coupling_modes lowest_modes mac mobility mobility_from_gain modal_damping
+        modal_motion modal_receptance modal_response modal_transfer_matrix mode_ratios modes natural_modes
+        oscillations participation rayleigh_damping rayleigh_from_ratios receptance resonance_gains simulate
+        structural_damping superpose track_modes transfer_matrix transmissibility viscous_receptance
     """,
     "jaxmbs.reaction": """
         Actuation DriveLoad JointReaction LawForce Reactions RowLoad inverse_dynamics reaction_bonds reactions
@@ -42,13 +42,13 @@ FACES = {
     "jaxmbs.kinematics": """
         Kic SecondKic State angular_velocity branch constraint_jacobian constraint_residual count_mobility
         internal_kic internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second
-        kic_second_vector left_product plane_mix point_kic position quadratic right_product rotation states_along
-        system_at velocity
+        kic_second_vector left_product plane_mix point_kic position quadratic right_product rotation
+        states_along system_at velocity
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Planar PointOnLine
-        PointOnPlane Prismatic Revolute RollingDisk RollingSphere Rows Screw Spherical Universal
-        VelocityRows Weld
+        PointOnPlane Prismatic Revolute RollingDisk RollingSphere Rows Screw Spherical Universal VelocityRows
+        Weld
     """,
     "jaxmbs.elements": """
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
@@ -71,8 +71,8 @@ FACES = {
         states_along statics stiffness studies sweep velocity vibration viz
     """,
     "jaxmbs.analysis": """
-        Equilibrium Linearisation StateSpace Stiffness equilibrium
-        frequency_response linearise modes stiffness
+        Equilibrium Linearisation StateSpace Stiffness equilibrium frequency_response linearise modes
+        stiffness
     """,
     "jaxmbs.blocksparse": """
         BlockMatrix BlockOperator BlockSolver Factor Pattern Plan analyse assemble factor inertia is_finite
@@ -86,8 +86,9 @@ FACES = {
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs
-        Network RigidBody base_motion bushing combine connect coupled_response cqc_correlation equivalent_impulse
-        interface_pattern joint limit_loads modal_pairs peak_response reactions rigid shortfall
+        Network RigidBody base_motion bushing combine connect coupled_response cqc_correlation
+        equivalent_impulse interface_pattern joint limit_loads modal_pairs peak_response reactions rigid
+        shortfall
     """,
     "jaxmbs.demo": """
         run
@@ -107,17 +108,17 @@ FACES = {
         element_matrices element_stresses histories line_load nodal_load node_pattern pressure_load spread
     """,
     "jaxmbs.flexible": """
-        FloatingFrame carried_loads deformations displacements floating_frame interface_loads
-        mass_properties stiffening
+        FloatingFrame carried_loads deformations displacements floating_frame interface_loads mass_properties
+        stiffening
     """,
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractLaw AbstractPoseLaw AbstractScalarLaw AbstractSignal AbstractSystemLaw
-        Actuator BumpStop Bushing Constant CoulombFriction Force GeneralisedEffort Harmonic PD Polynomial
-        Ramp Spline SpringDamper Step Table Torque Wrench
+        Actuator BumpStop Bushing Constant CoulombFriction Force GeneralisedEffort Harmonic PD Polynomial Ramp
+        Spline SpringDamper Step Table Torque Wrench
     """,
     "jaxmbs.io": """
-        Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh read_mjcf
-        read_nastran read_op4 read_uff read_urdf register save_model write_uff
+        Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh
+        read_mjcf read_nastran read_op4 read_uff read_urdf register save_model write_uff
     """,
     "jaxmbs.linear": """
         Check LinearSystem StaticResponse TransferFunctions block_matrices check constraint_modes
@@ -127,8 +128,8 @@ FACES = {
         Pose System Topology
     """,
     "jaxmbs.motion": """
-        Diagnostics Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak Rates SemiImplicitEuler load_peaks
-        peak simulate
+        Diagnostics Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak Rates SemiImplicitEuler
+        load_peaks peak simulate
     """,
     "jaxmbs.reductions": """
         AbstractReduction Characteristic CraigBampton CraigChang Cyclic Family Guyan Hurty MacNeal Mirror

@@ -9,7 +9,7 @@ import numpy as np
 import optimistix
 from jaxtyping import Array, Bool, Float, Int
 
-from ..checks import known, no_such
+from ..checks import is_concrete, no_such
 from ..dynamics._bodies import total_mass
 from ..errors import ModelError, SimulationError
 from ..kinematics import _constraints as constraints
@@ -74,7 +74,7 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
     check_one(system, state)
     moving = tuple(moving)
     result = _found(system, state, moving)
-    if throw and known(result.ok) and not np.all(np.asarray(result.ok)):
+    if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))
         raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
     return result
@@ -86,7 +86,7 @@ def _found(system, state, moving):
     for _ in range(_SETS):
         here = system_at(system, state)
         result = _equilibrium(here, state, _columns(here, moving))
-        if not known(result):
+        if not is_concrete(result):
             fits = is_determined(here, result.state.coordinates, result.state.t) if here.has_constraints else True
             return eqx.tree_at(lambda r: r.ok, result, result.ok & fits)
         state = result.state

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..checks import known, place_of
+from ..checks import is_concrete, place_of
 from ..errors import ModelError
 from ..kinematics._state import State
 from ..math._eigen import eig, eig_rounding
@@ -78,7 +78,7 @@ def _columns(lin, without):
 
 def _check_cyclic(lin, out):
     """ModelError where something is seen to depend on a coordinate, or to take its momentum away."""
-    if not known(lin.stiffness, lin.damping):
+    if not is_concrete(lin.stiffness, lin.damping):
         return
     K, C = np.asarray(lin.stiffness), np.asarray(lin.damping)
     least, faults = _CYCLIC[K.dtype.itemsize], []

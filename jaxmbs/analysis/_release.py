@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..kinematics._constraint_rows import constraint_jacobian
 from ..model._rows import Drive
@@ -39,7 +39,7 @@ def release(system: System, names, state) -> System:
     rows = tuple(row for row in system.rows if not (isinstance(row, Drive) and row.name in names))
     released = dataclasses.replace(system, topology=topology, rows=rows)
     A = constraint_jacobian(released, state)
-    if known(A) and np.linalg.matrix_rank(np.asarray(A), tol=1e-7) > analysis.rank:
+    if is_concrete(A) and np.linalg.matrix_rank(np.asarray(A), tol=1e-7) > analysis.rank:
         raise ModelError([f"the drives of {', '.join(names)} are redundant: taking them off frees nothing"])
     return released
 

@@ -16,7 +16,7 @@ from jaxmbs.batching._result import lane_cost, lane_status
 from jaxmbs.batching._table import length, row_shape, rows
 from jaxmbs.runtime import as_sums, equations, of_kind, options
 
-from ..checks import known
+from ..checks import is_concrete
 from ..runtime import is_outside
 
 MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
@@ -44,7 +44,7 @@ class Lanes:
     @property
     def is_traced(self) -> bool:
         """Whether the function holds numbers that are known only to a trace."""
-        return not known(self._jaxpr.consts)
+        return not is_concrete(self._jaxpr.consts)
 
     def __call__(self, *columns):
         """Leaves of (values, status, cost) of the designs whose leaves are the columns (n, ...), all at once."""

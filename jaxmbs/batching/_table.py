@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import PyTree
 
-from ..checks import known
+from ..checks import is_concrete
 
 
 def read_designs(designs) -> PyTree:
@@ -33,7 +33,7 @@ def read_designs(designs) -> PyTree:
 
 def is_traced(designs: PyTree) -> bool:
     """Whether some leaf is known only to a trace (jit, grad, vmap)."""
-    return not known(designs)
+    return not is_concrete(designs)
 
 
 def length(designs: PyTree) -> int:
@@ -73,7 +73,7 @@ def _label(path) -> str:
 
 def _numbers(label: str, leaf):
     """A column as an array; JAX's own arrays go to the host, traced ones stay."""
-    if not known(leaf):
+    if not is_concrete(leaf):
         return leaf
     column = np.asarray(leaf)
     if column.dtype.kind not in "fiubc" and not jax.dtypes.issubdtype(column.dtype, np.floating):

@@ -14,7 +14,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
-from ..checks import known
+from ..checks import is_concrete
 from ._matrix import BlockMatrix
 from ._multifrontal import factorise, substitute
 from ._pivots import KINDS
@@ -62,7 +62,7 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
 def _even(matrix, kind):
     """The matrix, NaN where its diagonal blocks are not symmetric.  Raises: ValueError for such, if concrete."""
     part, limit = matrix.asymmetry, jnp.finfo(matrix.diagonal.dtype).eps ** 0.5
-    if not known(part):
+    if not is_concrete(part):
         spoilt = jnp.where(part > limit, jnp.nan, 0.0).astype(matrix.diagonal.dtype)
         return eqx.tree_at(lambda m: m.diagonal, matrix, matrix.diagonal + spoilt)
     if part > limit:
@@ -140,7 +140,7 @@ def inertia(factor: Factor) -> tuple[Array, Array]:
     Padding is not counted.  Raises: ValueError, if concrete, for a factor that is not finite.
     Source: Sylvester's law; with A = K - w^2 M it counts the frequencies below w.
     """
-    if known(factor.pivots) and not is_finite(factor):
+    if is_concrete(factor.pivots) and not is_finite(factor):
         raise ValueError("a factor that is not finite has no inertia: the matrix is singular, or not finite itself")
     negative = jnp.sum(jnp.stack([jnp.sum(p.negatives()) for p in factor.pivots]))
     return int(factor.plan.pattern.sizes.sum()) - negative, negative

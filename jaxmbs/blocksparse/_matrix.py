@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
-from ..checks import known
+from ..checks import is_concrete
 from ..runtime import jit
 from ..typing import ArrayLike
 from ._pattern import Pattern
@@ -106,7 +106,7 @@ def assemble(pattern: Pattern, blocks: ArrayLike, elements: Array | np.ndarray) 
     are not symmetric.
     """
     blocks = np.asarray(blocks, np.int64)
-    if known(elements):
+    if is_concrete(elements):
         values = np.asarray(elements)
         part = np.max(np.abs(values - values.transpose(0, 2, 1, 4, 3)), initial=0.0)
         if not np.all(np.isfinite(values)):

@@ -10,7 +10,7 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..kinematics._assembly import assembled
 from ..kinematics._configuration import at_state
 from ..kinematics._kic import velocity_map
@@ -50,7 +50,7 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
         check_fits(system, state)
         system = system_at(system, state)
     graph = build_view(system, view)
-    if not known(system, state):
+    if not is_concrete(system, state):
         return graph
     if view != "detailed":
         return assign_causality(graph, _field_storages(system, graph))

@@ -6,7 +6,7 @@ Works on numpy arrays and traced arrays alike; poses are (rotation, position) pa
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..kinematics._poses import CYCLE
 from ..model._pose import Pose
 from ..runtime import as_array
@@ -19,13 +19,13 @@ _NOWHERE = (np.eye(3), np.zeros(3))
 
 def concrete(x):
     """A numpy array where the values are known, else the traced array."""
-    return np.asarray(x) if known(x) else x
+    return np.asarray(x) if is_concrete(x) else x
 
 
 def stack(values, dtype=None):
     """Numbers of one shape on a new first axis, of a type or of their own; by NumPy where all are known, which
     compiles nothing."""
-    if not known(values):
+    if not is_concrete(values):
         return jnp.stack([jnp.asarray(x, dtype) for x in values])
     return as_array(np.stack([np.asarray(x, dtype) for x in values]), None)
 
@@ -47,7 +47,7 @@ def back(a):
 
 def stacked(poses) -> Pose:
     """Pose of arrays from a list of pairs; numpy until the last step."""
-    join = np.stack if known(*poses) else jnp.stack
+    join = np.stack if is_concrete(*poses) else jnp.stack
     if not poses:
         return Pose(jnp.zeros((0, 3)), jnp.zeros((0, 3, 3)))
     return Pose(join([p[1] for p in poses]), join([p[0] for p in poses]))

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..forces._fields import function
 from ..forces._ports import JointPort, port_of
@@ -104,7 +104,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
 
 def _numbers(values):
     """Numbers of bodies or nodes, one row each; a point may be a tuple with traced entries."""
-    return stack([_traced(v) if isinstance(v, tuple | list) and not known(v) else v for v in values], float)
+    return stack([_traced(v) if isinstance(v, tuple | list) and not is_concrete(v) else v for v in values], float)
 
 
 def _traced(point):

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import jax.numpy as jnp
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..joints import Coupler, Weld
 from ..kinematics._mobility import with_mobility
@@ -34,7 +34,7 @@ def built(model: Model, like: System | None, independent: Iterable[str] | None, 
         return _take_over(system, like)
     if found := row_faults(system):
         raise ModelError(found)
-    traced = not known(system)
+    traced = not is_concrete(system)
     if traced and system.has_constraints:
         raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
     _warn_single_precision()
@@ -101,6 +101,6 @@ def _take_over(system, like):
         raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
     if like.topology.analysis is None:
         return system
-    if known(system):
+    if is_concrete(system):
         check_numbers(system)
     return with_mobility(system, like.topology.analysis, like.length)

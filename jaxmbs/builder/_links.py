@@ -6,7 +6,7 @@ from itertools import pairwise
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, known
+from ..checks import broken, is_concrete
 from ..math._linalg import safe_norm
 from ..model import inertia as inertias
 from ..model._pose import Pose
@@ -42,7 +42,7 @@ def _in_space(name, place, plane):
         raise ValueError(f"{name} is not finite: {place!r}")
     if len(numbers) == 2:
         numbers.insert("xyz".index(*set("xyz") - set(plane)), as_array(0.0))
-    return (np.stack if known(numbers) else jnp.stack)(numbers)
+    return (np.stack if is_concrete(numbers) else jnp.stack)(numbers)
 
 
 def _bars(places):

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..checks import known
+from ..checks import is_concrete
 from ..kinematics._poses import coordinate_rate
 from ..model._rows import CoordinateRows, CoupledJoints, UserRows, UserVelocityRows
 from ..model._system import System
@@ -62,7 +62,7 @@ def row_faults(system: System) -> list[str]:
     dropped.  Rows with traced numbers cannot be looked at.
     """
     rows = [row for row in system.rows if isinstance(row, UserRows | UserVelocityRows | CoupledJoints)]
-    rows = [row for row in rows if known(row)]
+    rows = [row for row in rows if is_concrete(row)]
     if not rows or not system.topology.num_velocities:
         return []
     random, top, found = np.random.default_rng(_SEED), system.topology, []

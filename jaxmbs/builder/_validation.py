@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, faults_if, known, no_such
+from ..checks import broken, faults_if, is_concrete, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import as_signal
@@ -61,7 +61,7 @@ def guess_faults(model: Model, guess) -> list[str]:
     found = [f"guess: {no_such('joint', name, model.joints)}" for name in guess if name not in model.joints]
     own = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None}
     for name, value in {**own, **guess}.items():
-        if not known(value):
+        if not is_concrete(value):
             found.append(f"joint {name!r}: its guess is traced; it must be a number, as the pose counted at is fixed")
         elif not _is_finite(value):
             found.append(f"joint {name!r}: its guess must be finite real numbers, got {value!r}")
@@ -85,16 +85,16 @@ def mass_faults(where: str, body) -> list[str]:
     found = []
     if np.shape(body.mass) != ():
         found.append(f"{where}: mass must be one number, got shape {np.shape(body.mass)}")
-    elif known(body.mass):
+    elif is_concrete(body.mass):
         mass = np.asarray(body.mass, float)
         if not np.isfinite(mass) or mass < 0:
             found.append(f"{where}: mass is {mass}; it must be finite and not negative")
-    if known(body.com) and (np.shape(body.com) != (3,) or not np.all(np.isfinite(np.asarray(body.com, float)))):
+    if is_concrete(body.com) and (np.shape(body.com) != (3,) or not np.all(np.isfinite(np.asarray(body.com, float)))):
         found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
     shape = np.shape(body.inertia)
     if shape not in ((), (3,), (3, 3)):
         return [*found, f"{where}: inertia must be 0, three principal values or (3, 3), got shape {shape}"]
-    return found + (_inertia_faults(where, body) if known(body.inertia, body.mass) else [])
+    return found + (_inertia_faults(where, body) if is_concrete(body.inertia, body.mass) else [])
 
 
 def _inertia_faults(where, body):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..linear._system import LinearSystem
 from ._bonds import Bond
@@ -22,7 +22,9 @@ def apart(
     A tie along e of points that are r apart is that of a rigid link where r is along e, and wrong by `|r x e|`
     else: two points can be tied in one direction at a distance, a prop that stands, but not in three.
     """
-    placed = [np.asarray(c.positions) for c in components.values() if c.positions is not None and known(c.positions)]
+    placed = [
+        np.asarray(c.positions) for c in components.values() if c.positions is not None and is_concrete(c.positions)
+    ]
     if not placed:
         return []
     size = np.linalg.norm(np.ptp(np.concatenate(placed), axis=0))
@@ -41,7 +43,7 @@ def _gap(components, bond, ties, k):
     if not second or ties.labels[k] not in DIRECTIONS[:3]:
         return nothing
     (one, p), (other, q) = (_place(components, end[k]) for end in (first, second))
-    if p is None or q is None or not known(bond.axes):
+    if p is None or q is None or not is_concrete(bond.axes):
         return nothing
     axis = DIRECTIONS.index(ties.labels[k])
     along = (np.eye(3) if bond.axes is None else np.asarray(bond.axes))[axis]
@@ -52,7 +54,7 @@ def _place(components, coordinate):
     name, k = coordinate
     c = components[name]
     node, _ = c.coordinates[c.interface[k]]
-    if c.positions is None or not known(c.positions) or node not in c.nodes:
+    if c.positions is None or not is_concrete(c.positions) or node not in c.nodes:
         return "", None
     return f"{name}.{node}", np.asarray(c.positions)[c.nodes.index(node)]
 

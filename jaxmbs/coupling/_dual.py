@@ -8,7 +8,7 @@ import scipy.linalg
 from jax import lax
 from jaxtyping import Array
 
-from ..checks import known
+from ..checks import is_concrete
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..reductions._base import Reduced
@@ -53,7 +53,7 @@ def dual_response(components: Sequence[LinearSystem], joints: Sequence[Sequence[
 
 def _check_solved(saddle, solution, right):
     """What is left over is at most the rounding of its terms, and these leave two digits: else it is singular."""
-    if not known(saddle, solution, right) or not np.any(np.asarray(right)):
+    if not is_concrete(saddle, solution, right) or not np.any(np.asarray(right)):
         return
     saddle, solution, right = map(np.asarray, (saddle, solution, right))
     eps, size = np.finfo(right.dtype).eps, np.max(np.abs(right))
@@ -85,7 +85,7 @@ def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = 
 
 
 def _condensed(component):
-    if not known(component.stiffness):
+    if not is_concrete(component.stiffness):
         raise ValueError("redundant bonds are found on the host: not under tracing")
     b, K = component.num_interface, np.asarray(component.stiffness)
     return K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])

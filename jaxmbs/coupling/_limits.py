@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import broken, known, refuse_complex
+from ..checks import broken, is_concrete, refuse_complex
 from ..math._eigen import eigh
 from ..reductions._base import Reduced
 from ..runtime import jit, typed
@@ -93,7 +93,7 @@ def modal_pairs(
 
 def _check_determinate(payload):
     b, K = payload.num_interface, payload.stiffness
-    if not known(K) or K.shape[0] == b:
+    if not is_concrete(K) or K.shape[0] == b:
         return
     K = np.abs(np.asarray(K))
     if np.max(K[:b, :b]) > 1e-6 * np.max(K):

@@ -10,7 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import UnknownNameError
 from ..linear._labels import label, rows_of, spoken
 from ..linear._system import LinearSystem
@@ -164,7 +164,7 @@ class MeasuredNetwork(eqx.Module):
         own, asked = self.omega, jnp.asarray(omega, self.omega.dtype)
         if asked.ndim != 1:
             raise ValueError(f"omega has shape {asked.shape}, not (frequencies,)")
-        if not known(own, asked):
+        if not is_concrete(own, asked):
             if asked.shape != own.shape:
                 raise ValueError(f"traced: ask all {len(own)} measured frequencies, not {len(asked)}")
             return np.arange(len(own))

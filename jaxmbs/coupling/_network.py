@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..linear._static_response import StaticResponse
 from ..linear._storage import inexact
@@ -129,7 +129,7 @@ class Network(Assembly):
         """
         rigid = None if rigid is None else [rigid[name] for name in self.names]
         ties = self._rows()
-        if not known(ties):
+        if not is_concrete(ties):
             raise ValueError("redundant bonds are found on the host: not under tracing")
         stresses, free = self_stresses(np.asarray(ties), self.components, rigid)
         unknown, certain, at = np.abs(stresses).max(axis=1, initial=0.0) > 1e-6, {}, 0

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..builder._validation import mass_faults
-from ..checks import known, present
+from ..checks import is_concrete, present
 from ..elements import DIRECTIONS
 from ..elements._base import number
 from ..errors import ModelError, UnknownNameError
@@ -34,8 +34,8 @@ class _Given(NamedTuple):
 
 def _told(body):
     """A line, and the places of the centre of mass and of all points."""
-    mass = f"mass {short(body.mass[0, 0])} kg, " if known(body.mass) else ""
-    places = np.asarray(body.positions) if known(body.positions) else [("traced",) * 3] * len(body.nodes)
+    mass = f"mass {short(body.mass[0, 0])} kg, " if is_concrete(body.mass) else ""
+    places = np.asarray(body.positions) if is_concrete(body.positions) else [("traced",) * 3] * len(body.nodes)
     cells = [[x if isinstance(x, str) else short(x) for x in place] for place in places]
     rows = [(node, *row) for node, row in zip(body.nodes, cells, strict=True)]
     return f"rigid body, {mass}{len(body.nodes) - 1} points", [("node", "x", "y", "z"), *rows]
@@ -137,7 +137,7 @@ def _massless(mass, inertia):
 
 def _given(value):
     """Numbers as they are; of traced ones, tuples too, an array."""
-    return value if known(value) else jnp.asarray(value)
+    return value if is_concrete(value) else jnp.asarray(value)
 
 
 def _point_faults(points):
@@ -151,7 +151,7 @@ def _point_faults(points):
             found.append(f"rigid body: names of points must be text, not {name!r}")
         elif np.shape(place) != (3,):
             found.append(f"rigid body: point {name!r} must be three numbers, not of shape {np.shape(place)}")
-        elif known(place) and not _finite(place):
+        elif is_concrete(place) and not _finite(place):
             found.append(f"rigid body: point {name!r} must be three finite numbers, not {place!r}")
     return found
 

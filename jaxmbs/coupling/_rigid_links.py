@@ -9,7 +9,7 @@ import scipy.linalg
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..math import _square as square
 from ..runtime import jit, lapack
@@ -72,7 +72,7 @@ def dependence(
         N, own, sound = _motions_left(C, [labels[k] for k in tied], about, bonds)
         light += range(len(names), len(names) + len(own)) if set(tied) <= set(massless) else ()
         left, names = jnp.concatenate([left, T[:, np.array(tied)] @ N], axis=1), names + own
-        left = left if known(sound) else jnp.where(sound, left, jnp.nan)
+        left = left if is_concrete(sound) else jnp.where(sound, left, jnp.nan)
     if not names:
         raise ModelError(
             [
@@ -127,7 +127,7 @@ def _motions_left(C, labels, about, bonds):
     places in the elimination cannot be chosen, the motions are those of least size.
     """
     (r, n), sound = C.shape, True
-    if known(C):
+    if is_concrete(C):
         dependent = _pivots(np.asarray(C), about, bonds)
         own = [k for k in range(n) if k not in set(dependent)]
         E = jnp.eye(n, dtype=C.dtype)

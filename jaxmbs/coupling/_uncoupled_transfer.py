@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 
@@ -55,6 +55,6 @@ def check_alike(parts: Mapping[str, TransferFunctions]) -> None:
 
 def _differ(a, b):
     """Whether concrete frequencies differ; traced ones cannot be looked at."""
-    if not known(a, b):
+    if not is_concrete(a, b):
         return False
     return bool(np.any(np.abs(np.asarray(a) - np.asarray(b)) > 1e-6 * np.max(np.abs(a), initial=0.0)))

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known, refuse_complex
+from ..checks import is_concrete, refuse_complex
 from ..runtime import as_array
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -82,7 +82,7 @@ class AbstractElement(eqx.Module):
     def faults(self) -> list[str]:
         """What is wrong with the values, one message each; values that are traced are not looked at."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        given = {n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and known(v)}
+        given = {n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and is_concrete(v)}
         found = [f"{name} must be finite" for name, v in given.items() if not np.all(np.isfinite(v))]
         negative = [name for name in self.nonnegative if name in given and np.any(given[name] < 0)]
         if "poisson" in given and not np.all((given["poisson"] > -1) & (given["poisson"] < 0.5)):

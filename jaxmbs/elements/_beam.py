@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..math._spd import spd_solve
 from ..typing import Converted
 from ._base import DIRECTIONS, AbstractElement, number, optional
@@ -91,7 +91,7 @@ class Beam(AbstractElement):
     def faults(self) -> list[str]:
         """Also a section that differs in y and z without a reference to say which is which."""
         pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])
-        uneven = any(known(pair) and not np.allclose(*pair, rtol=1e-6, atol=0) for pair in pairs)
+        uneven = any(is_concrete(pair) and not np.allclose(*pair, rtol=1e-6, atol=0) for pair in pairs)
         if self.reference is None and uneven:
             return [*super().faults(), "give it a reference: its section differs in y and z"]
         return super().faults()
@@ -208,11 +208,11 @@ class Beam(AbstractElement):
     def misplaced(self, nodes: np.ndarray) -> np.ndarray:
         """No length, or no plane for the local axes."""
         line = nodes[:, 1] - nodes[:, 0]
-        if self.offsets is not None and known(self.offsets):
+        if self.offsets is not None and is_concrete(self.offsets):
             offsets = np.asarray(self.offsets)
             line = line + offsets[..., 1, :] - offsets[..., 0, :]
         length = np.linalg.norm(line, axis=1)
-        if self.reference is None or not known(self.reference):
+        if self.reference is None or not is_concrete(self.reference):
             return length == 0
         reference = np.asarray(self.reference)
         size = length * np.linalg.norm(reference, axis=-1)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..typing import Converted
 from ._base import AbstractElement, number, optional
 from ._parts import carried
@@ -33,7 +33,7 @@ class PointMass(AbstractElement):
     def faults(self) -> list[str]:
         """Also an inertia that is not symmetric, or negative about some axis."""
         found = super().faults()
-        if found or self.inertia is None or not known(self.inertia):
+        if found or self.inertia is None or not is_concrete(self.inertia):
             return found
         I = np.asarray(self.inertia)
         size = 1e-6 * np.max(np.abs(I))

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import are_axes, known
+from ..checks import are_axes, is_concrete
 from ..typing import Converted
 from ._base import DIRECTIONS, AbstractElement, number, optional
 from ._parts import carried, turned
@@ -50,7 +50,7 @@ class Spring(AbstractElement):
     def faults(self) -> list[str]:
         """Also matrices that are not symmetric, and axes that are not."""
         named = {"matrix": self.matrix, "damper": self.damper}
-        given = {n: np.asarray(v) for n, v in named.items() if v is not None and known(v)}
+        given = {n: np.asarray(v) for n, v in named.items() if v is not None and is_concrete(v)}
         uneven = [name for name, v in given.items() if not _even(v)]
         fine = self.axes is None or are_axes(self.axes)
         skewed = [] if fine else ["axes must be three unit vectors, square to each other and right-handed"]

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..checks import known, negative
+from ..checks import is_concrete, negative
 from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..runtime import typed
@@ -82,6 +82,6 @@ def check_suspension(
     alone = natural_modes(K=free.stiffness, M=free.mass, num=num_rigid + 1, num_rigid=num_rigid).frequencies
     held = natural_modes(K=K, M=free.mass, num=num_rigid + 1, num_rigid=0).frequencies
     found = Suspension(held[:num_rigid], alone[-1], held[-1], held[num_rigid - 1] / alone[-1], float(limit))
-    if throw and known(found.ratio) and not np.asarray(found.ok):
+    if throw and is_concrete(found.ratio) and not np.asarray(found.ok):
         raise ModelError([str(found)])
     return found

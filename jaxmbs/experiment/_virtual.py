@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
@@ -125,7 +125,7 @@ def _share(rest, whole, axis):
 
 def _open_directions(what, R):
     """Faults of concrete places; lengths are measured by the largest arm, traced ones cannot be looked at."""
-    if not known(R):
+    if not is_concrete(R):
         return []
     R = np.asarray(R)
     if not np.all(np.isfinite(R)):

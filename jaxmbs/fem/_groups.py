@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import known, no_such
+from ..checks import is_concrete, no_such
 from ..elements import DIRECTIONS, AbstractElement
 from ..typing import AnyArray
 
@@ -37,7 +37,7 @@ class Group(eqx.Module):
 
     def misplaced(self, name: str, positions: AnyArray) -> list[str]:
         """Elements whose nodes lie wrongly, where positions are known."""
-        if not known(positions) or not self.nodes:
+        if not is_concrete(positions) or not self.nodes:
             return []
         bad = self.element.misplaced(np.asarray(positions, float)[self.connections])
         return [f"{name}[{k}]: {self.element.misplacement}" for k in np.nonzero(bad)[0]]

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known, place_of
+from ..checks import is_concrete, place_of
 from ..elements import DIRECTIONS
 from ..elements._base import number
 from ..errors import ModelError
@@ -62,7 +62,7 @@ class Structure(eqx.Module):
         if not any(g is None or g.nodes for g in made.values()):
             faults.append("a structure needs elements: none are given")
         self.held = held_pairs(held or {}, index, faults)
-        if known(self.positions):
+        if is_concrete(self.positions):
             lost = np.flatnonzero(~np.all(np.isfinite(np.asarray(self.positions)), axis=1))
             faults += [f"the position of node {self.names[k]!r} is not finite" for k in lost]
         if not faults:

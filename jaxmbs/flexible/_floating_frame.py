@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known, negative
+from ..checks import is_concrete, negative
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._system import LinearSystem
@@ -18,7 +18,7 @@ from ..model._elastic import ElasticBody
 from ..reductions._base import AbstractReduction, Physical, Reduced, check_num_modes
 from ..reductions._craig_bampton import CraigBampton
 from ..typing import AnyArray, ArrayLike
-from ..vibration._damping import modal
+from ..vibration._damping import modal_damping
 
 _STRAINED = {8: 1e-6, 4: 1e-2}  # strain of rigid motions, over that of unit displacements, that counts as none
 
@@ -107,7 +107,7 @@ def _damped(s, shapes, K, ratio):
     carried = s.mass @ shapes
     m = shapes.T @ carried
     spread = square.solve(m, carried.T)
-    C = spread.T @ modal(K=K, M=m, ratios=ratio) @ spread
+    C = spread.T @ modal_damping(K=K, M=m, ratios=ratio) @ spread
     return eqx.tree_at(lambda s: s.damping, s, C, is_leaf=lambda x: x is None)
 
 
@@ -173,7 +173,7 @@ def turned(s: LinearSystem, shapes):
 
 def _check_free(stiffness, rigid):
     """Raises: ModelError for concrete matrices that rigid motions strain."""
-    if not known(stiffness, rigid):
+    if not is_concrete(stiffness, rigid):
         return
     K, B = np.asarray(stiffness), np.asarray(rigid)
     size = np.abs(K) @ np.abs(B)

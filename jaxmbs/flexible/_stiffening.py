@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
-from ..checks import known
+from ..checks import is_concrete
 from ..kinematics._configuration import Moving, at_state, moving
 from ..kinematics._elastic import gathered
 from ..kinematics._state import HasStates, State
@@ -73,7 +73,7 @@ def _first_value(body):
 
 def warn_of_stiffening(errors: Mapping[str, Array], stacklevel: int = 3) -> None:
     """A warning that names the elastic bodies which turn too fast to be left without stiffening, if that is known."""
-    if not known(*errors.values()):
+    if not is_concrete(*errors.values()):
         return
     worst = {name: float(np.max(np.nan_to_num(np.asarray(e)), initial=0.0)) for name, e in errors.items()}
     fast = {name: error for name, error in worst.items() if error > NOTICED}

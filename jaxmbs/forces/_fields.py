@@ -10,7 +10,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from ..checks import broken, known
+from ..checks import broken, is_concrete
 from ..runtime import KnownFunction, as_array
 
 
@@ -49,7 +49,7 @@ def function(fn: Callable) -> Callable:
     """
     if not callable(fn):
         raise TypeError(f"expected a function or a callable module, got {type(fn).__name__}")
-    if not known(_closed_over(fn)):
+    if not is_concrete(_closed_over(fn)):
         name = getattr(fn, "__name__", "the function")
         raise TypeError(
             f"{name} closes over traced values, which are lost to derivatives: make them fields of an "

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from jaxmbs.math._interpolation import hermite, hermite_integral, pchip_slopes
 
-from ..checks import broken, faults_if, known, not_increasing
+from ..checks import broken, faults_if, is_concrete, not_increasing
 from ..typing import Converted, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._fields import number, optional_number
@@ -56,7 +56,7 @@ class Table(AbstractScalarLaw):
     def faults(self) -> list[str]:
         """Abscissae increase; the damper dissipates at every rate."""
         found = super().faults() + faults_if((not_increasing(self.x_points), "x_points must increase"))
-        if self.flow_points is None or self.damping_efforts is None or not known(self):
+        if self.flow_points is None or self.damping_efforts is None or not is_concrete(self):
             return found
         if not_increasing(self.flow_points):
             return [*found, "flow_points must increase"]

@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
-from ..checks import known
+from ..checks import is_concrete
 from ..runtime import as_array
 from ..typing import Matrix3, Scalar, ScalarLike
 
@@ -92,7 +92,7 @@ def axis_vector(axis):
 
 def axis_faults(axis) -> list[str]:
     """A zero or non-finite axis, when its values are known."""
-    if not known(axis):
+    if not is_concrete(axis):
         return []
     length = np.linalg.norm(np.asarray(axis))
     return [] if np.isfinite(length) and length > 1e-12 else ["its axis has no direction (zero or not finite)"]

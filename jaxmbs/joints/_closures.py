@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import broken, faults_if, known
+from ..checks import broken, faults_if, is_concrete
 from ..runtime import as_array
 from ..typing import ArrayLike, Converted, ScalarLike
 from ._base import AbstractJoint
@@ -33,7 +33,7 @@ class Distance(AbstractClosure):
         return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]
 
     def faults(self) -> list[str]:
-        bad = known(self.length) and not (np.isfinite(self.length) and self.length > 0)
+        bad = is_concrete(self.length) and not (np.isfinite(self.length) and self.length > 0)
         return ["its length is not positive; for coinciding points use a Spherical joint"] if bad else []
 
 
@@ -94,7 +94,7 @@ class Coupler(eqx.Module):
         return jnp.reshape(value - self.offset, (1,))
 
     def faults(self) -> list[str]:
-        zero = self.function is None and known(self.coefficients) and not np.any(self.coefficients)
+        zero = self.function is None and is_concrete(self.coefficients) and not np.any(self.coefficients)
         infinite = any(broken(lambda x: ~np.isfinite(x), value) for value in (self.coefficients, self.offset))
         return faults_if(
             (zero, "all its coefficients are zero"),

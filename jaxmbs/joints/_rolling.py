@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis, Converted
 from ._base import axis_faults, axis_vector
@@ -36,7 +36,7 @@ class AbstractRolling(AbstractClosure):
         return (v + jnp.cross(omega, self.contact(R)))[:2]
 
     def faults(self) -> list[str]:
-        bad = known(self.radius) and not (np.isfinite(self.radius) and self.radius > 0)
+        bad = is_concrete(self.radius) and not (np.isfinite(self.radius) and self.radius > 0)
         return ["its radius is not positive"] if bad else []
 
 

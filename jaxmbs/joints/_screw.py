@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..math._rotation import axis_basis
 from ..runtime import as_array
 from ..typing import Converted, Matrix3, Scalar
@@ -41,5 +41,5 @@ class Screw(AbstractJoint):
         return jnp.concatenate([d[:2], self.pitch * half_turns(sine[None], cosine), parallel(R)])
 
     def faults(self) -> list[str]:
-        flat = known(self.pitch) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)
+        flat = is_concrete(self.pitch) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)
         return axis_faults(self.axis) + (["its pitch is zero or not finite; use a Revolute"] if flat else [])

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..typing import Converted, Matrix3
 from ._base import AbstractJoint, Node, axis_vector
 
@@ -36,7 +36,7 @@ class Universal(AbstractJoint):
         return jnp.concatenate([d, R[0, 1][None]])
 
     def faults(self) -> list[str]:
-        if not known(self.axes):
+        if not is_concrete(self.axes):
             return []
         a, b = np.asarray(self.axes)
         sine = np.linalg.norm(np.cross(a, b))

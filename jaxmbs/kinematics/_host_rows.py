@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..model._system import System
 from ..runtime import is_outside, jit
 from . import _constraints as constraints
@@ -43,9 +43,9 @@ def evaluate(system: System, psi, t) -> Rows:
     return Rows(*map(np.asarray, _evaluate(bare, psi, t)))
 
 
-def is_concrete(*trees) -> bool:
+def on_host(*trees) -> bool:
     """Whether all numbers of the trees are known, and no trace would take up what is done with them."""
-    return is_outside() and known(trees)
+    return is_outside() and is_concrete(trees)
 
 
 _stepped = jit(compile="quick")(step_coordinates)

@@ -24,7 +24,7 @@ from ..runtime import as_array, jit
 from . import _constraints as constraints
 from . import _reaction_map as reaction_map
 from ._configuration import configuration
-from ._host_rows import Rows, evaluate, is_concrete
+from ._host_rows import Rows, evaluate, on_host
 from ._poses import node_parameters
 from ._rank import column_weights, constraint_rank, constraint_spaces
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, known, no_such
+from ..checks import broken, is_concrete, no_such
 from ..errors import ModelError
 from ..model._rows import Drive
 from ..model._system import System
@@ -98,7 +98,7 @@ def placed(top, array, values, part, faults):
         if _is_no_number(value):
             faults.append(f"state: joint {name!r} takes finite real numbers, got {value!r}")
             continue
-        host = known(array, value)
+        host = is_concrete(array, value)
         value = np.asarray(value, array.dtype) if host else jnp.asarray(value, float)
         size = where.stop - where.start
         _notice_degrees(name, joint, value, part)
@@ -126,7 +126,7 @@ def _loop_of(top, joint):
 
 def _notice_degrees(name, joint, value, part):
     """A warning for an angle of more than two turns: it may be in degrees."""
-    turns = joint.kind == "Revolute" and part == "coordinates" and known(value)
+    turns = joint.kind == "Revolute" and part == "coordinates" and is_concrete(value)
     if turns and np.any(np.abs(value) > 4.0 * np.pi):
         angle = float(np.max(np.abs(value)))
         text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..checks import known
+from ..checks import is_concrete
 from ..model._system import System
 
 _NONE = {8: 1e-7, 4: 1e-3}  # singular values, or pivots, that count as zero, by precision
@@ -13,7 +13,7 @@ _NONE = {8: 1e-7, 4: 1e-3}  # singular values, or pivots, that count as zero, by
 def column_weights(system: System):
     """Weights (nv,) that make velocities comparable: 1 for turning columns, the length of the system for sliding."""
     spins, length = np.asarray(system.topology.spins), system.length
-    return spins + (1.0 - spins) * (np.asarray(length) if known(length) else lax.stop_gradient(length))
+    return spins + (1.0 - spins) * (np.asarray(length) if is_concrete(length) else lax.stop_gradient(length))
 
 
 def constraint_spaces(A: np.ndarray, length: float) -> tuple[int, np.ndarray, np.ndarray]:

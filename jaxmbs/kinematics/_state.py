@@ -19,7 +19,7 @@ from ..runtime import as_array
 from ..typing import ArrayLike
 from ._assembled_state import CLOSED, Found, check_closed, found_along, found_in_trace, found_on_host
 from ._continuation import at_rest
-from ._host_rows import is_concrete
+from ._host_rows import on_host
 from ._mobility import count_mobility
 from ._named_values import Request, request
 

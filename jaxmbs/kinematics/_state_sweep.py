@@ -22,7 +22,7 @@ from ._configuration import configuration
 from ._constraints import jacobian
 from ._continuation import at_rest, follow
 from ._cut_joints import held as holding
-from ._host_rows import is_concrete
+from ._host_rows import on_host
 from ._named_values import columns_of, coordinates_of, request
 from ._poses import node_parameters
 from ._state import State, made

@@ -5,7 +5,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..runtime import jit, lapack
 from ..typing import AnyArray, RowsLike
 
@@ -61,7 +61,7 @@ def check_held(solution, what: str, pivots=None) -> None:
 
     Args: pivots: squared pivots of the Cholesky factor over the diagonal: rounding, where the matrix is singular.
     """
-    if not known(solution):
+    if not is_concrete(solution):
         return
     singular = not np.all(np.isfinite(np.asarray(solution)))
     if pivots is not None and np.size(pivots):

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import broken, known
+from ..checks import broken, is_concrete
 from ..math import _square as square
 from ..typing import AnyArray
 from ._condensation import interface_basis
@@ -56,7 +56,7 @@ class Condensation(eqx.Module):
 
 def without_mass(system: LinearSystem) -> tuple[int, ...]:
     """Rows without mass: those of zeros in a mass matrix whose numbers are known, else those known as `massless`."""
-    if known(system.mass):
+    if is_concrete(system.mass):
         return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
     return tuple(sorted(system.massless))
 
@@ -103,7 +103,7 @@ def condensed(system: LinearSystem, only: tuple[int, ...] | None = None, damped:
 
 def _check_stiff(system, light):
     """Raises: ValueError for light rows that nothing holds while the heavy ones are held, by name."""
-    if not known(system.stiffness):
+    if not is_concrete(system.stiffness):
         return
     K = np.asarray(system.stiffness)[np.ix_(light, light)]
     size = np.sqrt(np.maximum(np.abs(np.diagonal(K)), 1e-300))

@@ -6,7 +6,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..math import _square as square
 from ..typing import AnyArray
 from ._system import LinearSystem
@@ -70,7 +70,7 @@ def static_response(
 
 
 def _check_regular(K, left):
-    if not known(K):
+    if not is_concrete(K):
         return
     K = np.asarray(K)
     size = np.sqrt(np.maximum(np.max(np.abs(K), axis=1), 1e-300))

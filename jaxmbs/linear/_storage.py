@@ -8,7 +8,7 @@ import scipy.sparse
 from jaxtyping import Array, Inexact
 
 from ..blocksparse import BlockMatrix
-from ..checks import known
+from ..checks import is_concrete
 from ..elements._base import number
 from ..errors import ModelError
 from ..typing import ArrayLike
@@ -48,7 +48,7 @@ def _square(name, A, sparse, faults):
             return jnp.zeros((1, 1))
         A = jnp.asarray(A) if jnp.iscomplexobj(A) else number(A)
     values = A.data if sparse else A
-    if known(values) and not np.all(np.isfinite(np.asarray(values))):
+    if is_concrete(values) and not np.all(np.isfinite(np.asarray(values))):
         places = np.argwhere(~np.isfinite(np.asarray(A.toarray() if sparse else A)))
         faults.append(f"{name} is not finite at row {places[0][0]}, column {places[0][1]}")
     return A

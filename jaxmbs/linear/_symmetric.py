@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..checks import known
+from ..checks import is_concrete
 
 #: The part of a matrix's largest entry that may be unsymmetric.
 UNSYMMETRIC = 1e-5
@@ -13,7 +13,7 @@ UNSYMMETRIC = 1e-5
 def symmetric(**matrices) -> tuple:
     """The matrices, in order; under tracing an unsymmetric one is NaN.  Raises: as `check_symmetric`."""
     check_symmetric(**matrices)
-    return tuple(A if known(A) else _nan_if_unsymmetric(A) for A in matrices.values())
+    return tuple(A if is_concrete(A) else _nan_if_unsymmetric(A) for A in matrices.values())
 
 
 def _nan_if_unsymmetric(A):
@@ -31,7 +31,7 @@ def check_symmetric(**matrices) -> None:
     if len(set(shapes.values())) > 1 or any(len(s) != 2 or s[0] != s[1] for s in shapes.values()):
         raise ValueError(f"{', '.join(shapes)} must be square and alike, not of shapes {list(shapes.values())}")
     for name, A in matrices.items():
-        if A is None or not known(A):
+        if A is None or not is_concrete(A):
             continue
         A = np.asarray(A)
         if not np.all(np.isfinite(A)):
@@ -43,7 +43,7 @@ def check_symmetric(**matrices) -> None:
 
 def check_mass(M) -> None:
     """Raises: ValueError for coordinates without mass, if concrete."""
-    if not known(M) or M.shape[0] == 0:
+    if not is_concrete(M) or M.shape[0] == 0:
         return
     M = np.asarray(M)
     bare = np.flatnonzero(np.diagonal(M) <= 0)

@@ -13,7 +13,7 @@ from jaxtyping import Array
 
 from jaxmbs.typing import Axis, Matrix3, Quaternion, Scalar, ScalarLike, Vector3
 
-from ..checks import known
+from ..checks import is_concrete
 from ..runtime import as_array
 
 _NAMED_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -144,7 +144,7 @@ def axis_basis(axis: Vector3) -> Matrix3:
     where another component becomes the largest, and its derivatives are finite for every axis but zero.
     """
     # known numbers in NumPy: a build on the host compiles nothing
-    xp, axis = (np, np.asarray(axis)) if known(axis) else (jnp, axis)
+    xp, axis = (np, np.asarray(axis)) if is_concrete(axis) else (jnp, axis)
     third = axis / xp.linalg.norm(axis)
     helper = xp.eye(3, dtype=axis.dtype)[(xp.argmax(xp.abs(axis)) + 1) % 3]
     first = helper - xp.dot(helper, third) * third

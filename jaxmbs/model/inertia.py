@@ -14,7 +14,7 @@ from jaxmbs.math._rotation import axis_vector
 from jaxmbs.runtime import as_array
 from jaxmbs.typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
 
-from ..checks import are_axes, broken, known, negative, refuse_complex
+from ..checks import are_axes, broken, is_concrete, negative, refuse_complex
 
 
 def point() -> Matrix3:
@@ -131,7 +131,7 @@ def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3
 
 def _arrays(*numbers) -> tuple:
     """What computes with these numbers, and they as its arrays: NumPy where all are known, which compiles nothing."""
-    xp = np if known(numbers) else jnp
+    xp = np if is_concrete(numbers) else jnp
     return xp, *(xp.asarray(number, float) for number in numbers)
 
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..checks import broken, known
+from ..checks import broken, is_concrete
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
 from ..math._nan import nan_where
@@ -99,7 +99,7 @@ class Motion(eqx.Module):
 
         Of a batch of motions those of every design.  Raises: IndexError.
         """
-        if known(index) and not isinstance(index, slice):
+        if is_concrete(index) and not isinstance(index, slice):
             beyond = np.asarray(index)
             if beyond.dtype.kind not in "iu" or np.any((beyond >= len(self)) | (beyond < -len(self))):
                 raise IndexError(f"a motion of {len(self)} saved states has none of number {index!r}")

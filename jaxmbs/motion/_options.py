@@ -10,7 +10,7 @@ import lineax
 import numpy as np
 import optimistix
 
-from ..checks import broken, known
+from ..checks import broken, is_concrete
 from ..ode._linear_solver import SquareSolver
 from ..ode._semi_implicit_euler import SemiImplicitEuler
 from ..runtime import as_array
@@ -106,32 +106,32 @@ def save_times(t0, t1, ts):
         if t1 is None:
             raise ValueError("give t1= (end time) or ts= (times to save)")
         _check_end(t0, t1)
-        if not known(t0, t1):
+        if not is_concrete(t0, t1):
             return jnp.linspace(t0, jnp.asarray(t1, float), 101)
         return as_array(np.linspace(np.asarray(t0), np.asarray(t1, float), 101))  # compiles nothing
     ts = as_array(ts)
-    if known(t0, ts) and not np.all(np.isfinite(ts)):
+    if is_concrete(t0, ts) and not np.all(np.isfinite(ts)):
         raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
     if ts.ndim != 1 or ts.shape[0] == 0:
         raise ValueError(f"ts must be a list of times, got shape {ts.shape}")
-    if known(t0, ts) and (np.any(np.diff(ts) < 0) or np.asarray(ts)[0] < np.asarray(t0) - EARLY):
+    if is_concrete(t0, ts) and (np.any(np.diff(ts) < 0) or np.asarray(ts)[0] < np.asarray(t0) - EARLY):
         raise ValueError(f"ts must increase and start at or after the state's time {float(t0)}")
     if t1 is not None:
         _check_end(t0, t1)
-    if t1 is not None and known(t0, ts, t1) and np.asarray(ts)[-1] > np.asarray(t1):
+    if t1 is not None and is_concrete(t0, ts, t1) and np.asarray(ts)[-1] > np.asarray(t1):
         raise ValueError(f"ts must end at or before t1={t1}, got {float(ts[-1])}")
     return ts
 
 
 def _check_end(t0, t1):
     """ValueError for an end time that is known, and not finite or before the start."""
-    if known(t0, t1) and not (np.isfinite(t1) and np.asarray(t1) >= np.asarray(t0)):  # jnp would trace it
+    if is_concrete(t0, t1) and not (np.isfinite(t1) and np.asarray(t1) >= np.asarray(t0)):  # jnp would trace it
         raise ValueError(f"t1={t1} must be a finite time, not before the state's time {t0}")
 
 
 def fixed_steps(t0, t1, dt):
     """Number of fixed steps where it is known, else None."""
-    if dt is None or not known(t0, t1, dt):
+    if dt is None or not is_concrete(t0, t1, dt):
         return None
     if not (dt > 0 and np.isfinite(dt)):
         raise ValueError(f"dt must be positive, got {dt}")

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import SimulationError
 from ..flexible._stiffening import warn_of_stiffening
 from ..kinematics._configuration import at_state
@@ -99,7 +99,7 @@ def simulate(
     lands = dt is None and not interpolate and not formulation.follows_rows
     options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
     motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
-    if throw and known(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
+    if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)
     return motion
@@ -108,7 +108,7 @@ def simulate(
 def _is_prescribed(system, state):
     """Whether no freedom is left, at the pose of the build or at the start; one that lost rank there is singular."""
     freedoms = system.topology.mobility
-    gained = int(state.rank_change) if state.rank_change.ndim == 0 and known(state.rank_change) else 0
+    gained = int(state.rank_change) if state.rank_change.ndim == 0 and is_concrete(state.rank_change) else 0
     return freedoms - max(gained, 0) <= 0
 
 

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
@@ -49,7 +49,7 @@ def reaction_bonds(
 def _undetermined(system, found):
     """Marks by bond of known reactions in joint axes, None within a trace."""
     loads = [found[name] for name, *_ in reaction_map.carriers(system)]
-    if not known(loads):
+    if not is_concrete(loads):
         return None
     unique = [np.concatenate([load.unique_force, load.unique_moment], axis=-1).reshape(-1, 6) for load in loads]
     return tuple(tuple((~row.all(axis=0)).tolist()) for row in unique)

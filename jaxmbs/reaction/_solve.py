@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..checks import known, no_such
+from ..checks import is_concrete, no_such
 from ..dynamics._bodies import needed_loads
 from ..dynamics._efforts import efforts
 from ..dynamics._loads import Loads
@@ -102,7 +102,7 @@ class _Balance(NamedTuple):
     system: System
     saddle: Saddle
     given: Array
-    known: tuple
+    is_concrete: tuple
 
 
 def _balance(system, at, a, loads, options):
@@ -170,7 +170,7 @@ def _compliance(name, value, dtype):
     value = typed(value, dtype)
     if value.shape not in ((), (6,)):
         raise ValueError(f"compliance of {name!r} must be one number or six, got shape {value.shape}")
-    if known(value) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):
+    if is_concrete(value) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):
         raise ValueError(f"compliance of {name!r} must be finite and not negative, got {np.asarray(value)}")
     return value
 

@@ -8,7 +8,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import analyse, factor, solve
-from ..checks import known
+from ..checks import is_concrete
 from ..fem._assembly import hold
 from ..linear._condensation import check_held, partition
 from ..linear._symmetric import UNSYMMETRIC
@@ -65,7 +65,7 @@ def _places(system):
     b = system.stiffness.pattern.size
     at = {name: i for i, name in enumerate(system.nodes)}
     rows = [at.get(node) for node, _ in system.coordinates[::b]]
-    if system.positions is None or not known(system.positions) or None in rows:
+    if system.positions is None or not is_concrete(system.positions) or None in rows:
         return None
     return np.asarray(system.positions)[rows]
 
@@ -81,7 +81,7 @@ def interface_rows(pattern, interface: Sequence[int]) -> np.ndarray:
 
 def _check_symmetric(**matrices):
     for name, matrix in matrices.items():
-        if not known(matrix.diagonal):
+        if not is_concrete(matrix.diagonal):
             continue
         if not matrix.is_symmetric or matrix.asymmetry > UNSYMMETRIC:
             raise ValueError(f"the {name} is unsymmetric")

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._labels import spoken
@@ -134,7 +134,7 @@ class Cyclic(AbstractReduction):
 
     def _apart(self, system):
         """Faults of nodes that do not meet after the turn, where their places are known."""
-        if system.positions is None or not known(system.positions):
+        if system.positions is None or not is_concrete(system.positions):
             return []
         places = dict(zip(system.nodes, np.asarray(system.positions), strict=True))
         turn = rotation(self.axis, 2 * np.pi / self.num_sectors)

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..linear._condensation import constraint_modes, interface_basis, partition
 from ..linear._system import LinearSystem
 from ..typing import CoordinateLike
@@ -23,7 +23,7 @@ def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
     On the host, once for each topology.  Raises: ValueError under tracing, for negative stiffness, and where the
     interface cannot hold it.
     """
-    if not known(system.stiffness):
+    if not is_concrete(system.stiffness):
         raise ValueError("give the determinate coordinates: they cannot be chosen under tracing")
     K = np.asarray(system.stiffness)
     _, outer = partition(len(K), system.interface)

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._system import LinearSystem
@@ -82,7 +82,7 @@ def _check(system, plane, normal, unsaid):
     bare = [system.label(i) for i in plane if not system.coordinates[i][1]]
     faults = [f"coordinates on the plane have directions, {', '.join(bare[:5])} has none"] if bare else []
     faults += ["no node is on the plane: name them, make them the interface, or say nodes=()"] if unsaid else []
-    if plane and not faults and system.positions is not None and known(system.positions):
+    if plane and not faults and system.positions is not None and is_concrete(system.positions):
         nodes = list(dict.fromkeys(system.coordinates[i][0] for i in plane if system.coordinates[i][1]))
         places = np.asarray(system.positions)[[system.nodes.index(node) for node in nodes]]
         size = max(float(np.ptp(np.asarray(system.positions))), 1e-300)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements._base import optional
 from ..linear._condensation import check_held
 from ..linear._system import LinearSystem
@@ -96,7 +96,7 @@ def explicit_interface(attachment, others, c):
 
 def count_rigid(stiffness, mass) -> int:
     """The number of rigid motions, on the host.  Raises: ValueError under tracing, and for negative stiffness."""
-    if not known(stiffness, mass):
+    if not is_concrete(stiffness, mass):
         raise ValueError("give num_rigid: rigid motions cannot be counted under tracing")
     with jax.ensure_compile_time_eval():
         return stable_modes(K=stiffness, M=mass).num_rigid

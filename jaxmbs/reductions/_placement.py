@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._labels import spoken
@@ -52,9 +52,9 @@ def turning(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarr
 
     NumPy's where the axes are.  Raises: as `turned`.
     """
-    xp: Any = np if known(axes) else jnp
+    xp: Any = np if is_concrete(axes) else jnp
     axes = xp.asarray(axes)
-    if axes.shape != (3, 3) or (known(axes) and not np.allclose(axes @ axes.T, np.eye(3), rtol=0, atol=CLOSE)):
+    if axes.shape != (3, 3) or (is_concrete(axes) and not np.allclose(axes @ axes.T, np.eye(3), rtol=0, atol=CLOSE)):
         raise ModelError(["axes to turn by must be (3, 3) of unit rows, square to each other"])
     number = {node: k for k, node in enumerate(dict.fromkeys(node for node, _ in labels))}
     node = np.array([number[name] for name, _ in labels], int)
@@ -63,7 +63,9 @@ def turning(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarr
     spin, zero = xp.linalg.det(axes) * axes, xp.zeros_like(axes)
     six = xp.block([[axes, zero], [zero, spin]])
     E = xp.where(alike, six[along[:, None], along[None]], np.eye(len(labels), dtype=axes.dtype))
-    lost = np.abs(np.sum(E * E, axis=0) - 1) > CLOSE if known(axes) else (along >= 0) & (np.sum(alike, axis=1) < 3)
+    lost = (
+        np.abs(np.sum(E * E, axis=0) - 1) > CLOSE if is_concrete(axes) else (along >= 0) & (np.sum(alike, axis=1) < 3)
+    )
     if np.any(lost):
         named = ", ".join(spoken(label) for label, gone in zip(labels, lost, strict=True) if gone)
         raise ModelError([f"turned, {named} would move in directions that the node does not have"])

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._condensation import partition
@@ -57,7 +57,7 @@ def averaged_motion(
 
 
 def _check_spread(spread):
-    if not known(spread):
+    if not is_concrete(spread):
         return
     if not np.all(np.isfinite(spread)):
         raise ValueError("positions, reference or weights are not finite")

@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..checks import known
+from ..checks import is_concrete
 
 _LIBRARIES = ("jax", "jaxlib", "jaxmbs", "numpy", "scipy", "equinox", "diffrax", "optax", "lineax", "optimistix")
 _NUMBERS = (bool, int, float, complex, str, bytes, type(None), type(...), range, slice)
@@ -85,7 +85,7 @@ class _Reader:
             yield "end"
 
     def _array(self, value):
-        if not known(value):
+        if not is_concrete(value):
             raise NoContent("a traced array")
         array = np.asarray(value)
         if array.dtype.hasobject:

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import PyTree
 
 from ..atomic_write import whole_path
-from ..checks import known
+from ..checks import is_concrete
 from ..typing import Explained
 from ._content import content_of
 from ._jit import options
@@ -45,7 +45,7 @@ class Program:
                 "names, bodies, joints, laws (their code or the numbers in it), array shapes or types; it takes "
                 f"{', '.join(self.about['arrays'])}. Export it again"
             )
-        call = self._outer if known(leaves) else self._inner
+        call = self._outer if is_concrete(leaves) else self._inner
         treedef = jax.tree.structure(self._results)
         return jax.tree.unflatten(treedef, call(*leaves))
 
@@ -125,7 +125,7 @@ def load_program(path: str | PathLike) -> Program:
 def _numbers(arguments):
     """The leaves as arrays."""
     for where, leaf in jax.tree_util.tree_leaves_with_path(arguments):
-        if known(leaf) and not hasattr(leaf, "dtype") and not isinstance(leaf, (bool, int, float)):
+        if is_concrete(leaf) and not hasattr(leaf, "dtype") and not isinstance(leaf, (bool, int, float)):
             raise TypeError(f"argument{jax.tree_util.keystr(where)} is no number but {leaf!r}")
     return [jnp.asarray(leaf) for leaf in jax.tree.leaves(arguments)]
 

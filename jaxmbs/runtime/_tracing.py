@@ -7,7 +7,7 @@ from jax import Array
 from jax.extend.core import get_opaque_trace_state
 from jax.typing import DTypeLike
 
-from ..checks import known, refuse_complex
+from ..checks import is_concrete, refuse_complex
 from ..typing import ArrayLike
 
 _OUTSIDE = get_opaque_trace_state()
@@ -25,7 +25,7 @@ def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
     """
     if dtype is float:
         refuse_complex(x)
-    if isinstance(x, Array) or not known(x) or not is_outside():
+    if isinstance(x, Array) or not is_concrete(x) or not is_outside():
         return jnp.asarray(x, dtype)
     return jax.device_put(np.asarray(x, dtype))
 

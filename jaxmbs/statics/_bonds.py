@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import broken, known, not_positive
+from ..checks import broken, is_concrete, not_positive
 from ..errors import ModelError
 from ..math._linalg import safe_norm, skew
 from ..runtime import jit, typed
@@ -88,7 +88,7 @@ class Bonds(eqx.Module):
         given |= {"carries": (carries, (q, 6)), "effort": (np.zeros((q, 6)) if effort is None else effort, (q, 6))}
         given |= {} if compliance is None else {"compliance": (compliance, (q, 6))}
         _check(network, given)
-        if frame is not None and not known(frame):
+        if frame is not None and not is_concrete(frame):
             frame = jnp.asarray(frame)
             rotates = _rotates(frame, jnp)[:, None, None]
             given["frame"] = (jnp.where(rotates, frame, jnp.nan), (q, 3, 3))
@@ -182,7 +182,7 @@ def _check(network, given):
     if faults:
         raise ModelError(faults)
     for name, (value, _) in given.items():
-        if not known(value):
+        if not is_concrete(value):
             continue
         wrong = ~np.isfinite(value)
         if name == "compliance":

@@ -3,12 +3,12 @@
 from ._base_excitation import ResonanceGains, resonance_gains
 from ._damping import (
     complex_modes,
-    coupled,
     damped_frequency,
-    modal,
-    proportional,
-    proportional_from_ratios,
-    structural,
+    is_coupling_modes,
+    modal_damping,
+    rayleigh_damping,
+    rayleigh_from_ratios,
+    structural_damping,
 )
 from ._direct_response import dense_response, direct_response
 from ._gains import (
@@ -25,7 +25,7 @@ from ._lanczos import lowest_modes
 from ._linear_motion import LinearMotion, Link, Modal
 from ._modal_equations import ModalMotion, base_load, modal_motion, oscillations
 from ._modal_response import modal_response
-from ._mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from ._mode_shapes import effective_masses, mac, mode_ratios, participation, track_modes
 from ._modes import Modes, natural_modes
 from ._questions import equilibrium, frequency_response, modes
 from ._receptance import modal_receptance, receptance, transmissibility, viscous_receptance
@@ -44,7 +44,6 @@ __all__ = [
     "acceleration_gain",
     "base_load",
     "complex_modes",
-    "coupled",
     "damped_frequency",
     "dense_response",
     "direct_response",
@@ -54,11 +53,12 @@ __all__ = [
     "gain_from_mobility",
     "generalised_stiffness",
     "harmonic_response",
+    "is_coupling_modes",
     "lowest_modes",
     "mac",
     "mobility",
     "mobility_from_gain",
-    "modal",
+    "modal_damping",
     "modal_motion",
     "modal_receptance",
     "modal_response",
@@ -68,14 +68,14 @@ __all__ = [
     "natural_modes",
     "oscillations",
     "participation",
-    "proportional",
-    "proportional_from_ratios",
+    "rayleigh_damping",
+    "rayleigh_from_ratios",
     "receptance",
     "resonance_gains",
     "simulate",
-    "structural",
+    "structural_damping",
     "superpose",
-    "track",
+    "track_modes",
     "transfer_matrix",
     "transmissibility",
     "viscous_receptance",

@@ -7,7 +7,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Complex
 
-from ..checks import known
+from ..checks import is_concrete
 from ..elements._base import number
 from ..linear._storage import Matrix
 from ..linear._symmetric import check_mass, check_symmetric
@@ -18,14 +18,14 @@ from ..typing import AnyArray, ArrayLike, Number
 from ._modes import Modes, stable_modes
 
 
-def proportional(
+def rayleigh_damping(
     *, K: Matrix | np.ndarray, M: Matrix | np.ndarray, by_mass: Number, by_stiffness: Number
 ) -> Matrix | np.ndarray:
     """`C = by_mass M + by_stiffness K`, [1/s] and [s]."""
     return by_mass * M + by_stiffness * K
 
 
-def proportional_from_ratios(
+def rayleigh_from_ratios(
     first: Sequence[Number] | AnyArray, second: Sequence[Number] | AnyArray
 ) -> tuple[Number, Number]:
     """`(by_mass, by_stiffness)` for damping ratios at two angular frequencies: pairs (frequency [rad/s], ratio).
@@ -33,13 +33,13 @@ def proportional_from_ratios(
     Raises: ValueError for equal frequencies, if concrete.  Source: S1 (39).
     """
     (w1, z1), (w2, z2) = first, second
-    if known(w1, w2) and np.any(np.asarray(w1) == np.asarray(w2)):
+    if is_concrete(w1, w2) and np.any(np.asarray(w1) == np.asarray(w2)):
         raise ValueError(f"two ratios at one frequency {w1}: give two frequencies")
     by_stiffness = 2 * (z2 * w2 - z1 * w1) / (w2**2 - w1**2)
     return 2 * z1 * w1 - by_stiffness * w1**2, by_stiffness
 
 
-def modal(*, K: AnyArray, M: AnyArray, ratios: ArrayLike) -> Array:
+def modal_damping(*, K: AnyArray, M: AnyArray, ratios: ArrayLike) -> Array:
     """C (n, n) that damps the natural modes of (K, M) by given ratios and does not couple them.
 
     Args:
@@ -62,7 +62,7 @@ def _modal_rate(values, ratios, moving):
 
 
 def modal_lag(*, K: AnyArray, M: AnyArray, ratios: ArrayLike, velocity: AnyArray) -> Array:
-    """Displacements (..., n) whose elastic forces `K y` are those of the damping `modal` at velocities (..., n)."""
+    """Displacements (..., n) whose elastic forces `K y` are those of the damping `modal_damping` at velocities (..., n)."""
     modes = lax.stop_gradient(stable_modes(K=K, M=M))
     moving = (~modes.is_rigid).astype(K.dtype)
     return velocity @ M @ spectral(_modal_time, K, M, jnp.asarray(ratios, K.dtype), moving)
@@ -73,14 +73,14 @@ def _modal_time(values, ratios, moving):
     return jnp.where(still, 0.0, 2.0 * ratios * moving / jnp.sqrt(jnp.where(still, 1.0, values)))
 
 
-def coupled(C: AnyArray) -> Bool[Array, ""]:
+def is_coupling_modes(C: AnyArray) -> Bool[Array, ""]:
     """() whether a damping in natural modes (n, n) couples them: by more than 1e3 roots of rounding of their own."""
     own, root = jnp.abs(jnp.diagonal(C)), jnp.finfo(C.dtype).eps ** 0.5
     size = jnp.sqrt(own[:, None] * own[None, :]) + root * jnp.max(own, initial=1e-30)
     return ~(jnp.max(jnp.abs(C - jnp.diag(jnp.diagonal(C))) / size, initial=0.0) <= 1e3 * root)  # also for NaN
 
 
-def structural(K: AnyArray, loss: Number) -> Complex[Array, "n n"]:
+def structural_damping(K: AnyArray, loss: Number) -> Complex[Array, "n n"]:
     """Complex stiffness `K (1 + i loss)`; loss is a number or (n, n), entry by entry.
 
     Raises: ValueError for a stiffness that is not square and, if concrete, unsymmetric or not finite.

@@ -8,7 +8,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix, Factor, solve
-from ..checks import known
+from ..checks import is_concrete
 from ..math._eigen import of_groups, same
 from ..runtime import lapack
 from ._modes import Modes
@@ -40,7 +40,7 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
 
 def _check_size(mass, num):
     """The blocks of vectors must fit in the space of what has mass, or they find shapes that are none."""
-    if known(mass.diagonal):
+    if is_concrete(mass.diagonal):
         heavy = np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
         if heavy < num + WIDTH:
             raise ValueError(f"{heavy} coordinates with mass are too few for block matrices: make them dense")

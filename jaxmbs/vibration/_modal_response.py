@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..checks import known, not_positive
+from ..checks import is_concrete, not_positive
 from ..linear._symmetric import check_mass, check_symmetric
 from ..math._eigen import same
 from ..runtime import typed
 from ..typing import AnyArray, ArrayLike
-from ._damping import coupled
+from ._damping import is_coupling_modes
 from ._modal_equations import ModalMotion, oscillations
 from ._modes import Modes, natural_modes
 
@@ -107,7 +107,7 @@ def _own_rates(C, modes: Modes):
     if C is None:
         return None
     C = modes.shapes.T @ C @ modes.shapes
-    return jnp.where(coupled(lax.stop_gradient(C)), jnp.nan, jnp.diagonal(C))
+    return jnp.where(is_coupling_modes(lax.stop_gradient(C)), jnp.nan, jnp.diagonal(C))
 
 
 def _parting(A, M, modes: Modes, diagonal):
@@ -120,7 +120,7 @@ def _parting(A, M, modes: Modes, diagonal):
 
 def _check_uncoupled(K, M, C):
     """By whether `C M^-1 K` is symmetric."""
-    if C is None or not known(K, M, C):
+    if C is None or not is_concrete(K, M, C):
         return
     K, M, C = (np.asarray(A) for A in (K, M, C))
     product = C @ np.linalg.solve(M, K)
@@ -129,7 +129,7 @@ def _check_uncoupled(K, M, C):
 
 
 def _check_finite(x):
-    if known(x) and not np.all(np.isfinite(np.asarray(x))):
+    if is_concrete(x) and not np.all(np.isfinite(np.asarray(x))):
         raise ValueError(
             "the motion is not finite: a mass that is not positive definite, negative stiffness, damping that "
             "couples modes of equal frequency, or the load"

@@ -44,7 +44,7 @@ def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[A
     return jnp.abs(conj.T @ other) ** 2 / sizes
 
 
-def track(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Modes:
+def track_modes(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Modes:
     """The modes in the order and with the signs of the reference: best pairs by `mac` first.
 
     Two modes that cross keep their own names.  Modes of equal frequency, whose vectors are any of their space, are

@@ -10,7 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float, Inexact, Int
 
-from ..checks import known, place_of
+from ..checks import is_concrete, place_of
 from ..linear._condensation import interface_basis
 from ..linear._labels import label
 from ..linear._rigid_flags import rigid_flags
@@ -235,7 +235,7 @@ def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid:
 
     Raises: ValueError for negative stiffness, if concrete; under tracing the unstable shapes are NaN.
     """
-    heavy = np.flatnonzero(np.any(np.asarray(M), axis=1)) if known(M) else np.arange(len(M))
+    heavy = np.flatnonzero(np.any(np.asarray(M), axis=1)) if is_concrete(M) else np.arange(len(M))
     if num is not None and num > len(heavy):
         raise ValueError(f"num = {num}: there are {len(heavy)} modes, as many as coordinates with mass")
     if 0 < len(heavy) < len(M):
@@ -244,7 +244,7 @@ def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid:
         return eqx.tree_at(lambda m: m.shapes, modes, T @ modes.shapes)
     modes = natural_modes(K=K, M=M, num_rigid=num_rigid)
     unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
-    if not known(unstable):
+    if not is_concrete(unstable):
         shapes = jnp.where(jnp.any(unstable), jnp.nan, modes.shapes)
         modes = Modes(modes.values, shapes, modes.is_rigid)
     elif np.any(np.asarray(unstable)):
@@ -254,7 +254,7 @@ def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid:
 
 
 def _check_finite(values):
-    if known(values) and not np.all(np.isfinite(np.asarray(values))):
+    if is_concrete(values) and not np.all(np.isfinite(np.asarray(values))):
         raise ValueError("the mass matrix is not positive definite")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix, factor
-from ..checks import known
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..linear._labels import spoken
 from ..linear._massless import condensed
@@ -138,7 +138,7 @@ def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = 
     system, rigid = system.dense(), None
     if free:
         rigid = rigid_rows(system)
-        if known(rigid):
+        if is_concrete(rigid):
             rigid = rigid[:, np.any(np.asarray(rigid) != 0, axis=0)]
     found = static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
     return dataclasses.replace(found, forces=(forces,))

@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex
 
-from ..checks import known, refuse_complex
+from ..checks import is_concrete, refuse_complex
 from ..elements._base import number
 from ..linear._condensation import interface_basis, partition
 from ..linear._symmetric import check_mass, symmetric
@@ -117,7 +117,7 @@ def _discarded(values, flag):
 
 
 def _check_uncoupled(C):
-    if C is None or not known(C):
+    if C is None or not is_concrete(C):
         return
     C = np.asarray(C)
     own, rounding = np.abs(np.diagonal(C)), np.sqrt(np.finfo(C.dtype).eps)

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, known
+from ..checks import broken, is_concrete
 from ..errors import SimulationError
 from ..linear._massless import condensed
 from ..linear._static_response import StaticResponse
@@ -75,7 +75,7 @@ def simulate(
     tolerances = (float(eps**0.5) if rtol is None else rtol, float(eps**0.75) if atol is None else atol)
     options = (diffrax.Dopri8() if solver is None else solver, gradient, max_steps)
     motion = _integrate(system, whole, ts, forces, tuple(links), _state(system, start), tolerances, options)
-    if throw and known(motion.ok) and not np.all(np.asarray(motion.ok)):
+    if throw and is_concrete(motion.ok) and not np.all(np.asarray(motion.ok)):
         raise SimulationError(
             f"no end after {max_steps} steps: reduce the components further, or try solver=diffrax.Kvaerno5()", motion
         )
@@ -85,7 +85,7 @@ def simulate(
 def _in_modes(system, whole, start, ts, forces, links, modal):
     if start is not None or links or callable(forces) or forces is None:
         raise ValueError("Modal() moves a system from rest under sampled forces, without links")
-    if known(ts) and not np.allclose(np.diff(np.asarray(ts)), float(ts[1] - ts[0]), rtol=1e-6):
+    if is_concrete(ts) and not np.allclose(np.diff(np.asarray(ts)), float(ts[1] - ts[0]), rtol=1e-6):
         raise ValueError("Modal() needs equal steps of time")
     load = _sampled(system, forces, ts)
     own = whole.system
@@ -193,9 +193,9 @@ def _check(system, ts, gradient):
         raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_ADJOINTS)}")
     if ts.ndim != 1 or len(ts) < 2:
         raise ValueError(f"ts must be a list of two or more times, got shape {ts.shape}")
-    if known(ts) and not np.all(np.isfinite(np.asarray(ts))):
+    if is_concrete(ts) and not np.all(np.isfinite(np.asarray(ts))):
         raise ValueError("ts must be finite times")
-    if known(ts) and np.any(np.diff(np.asarray(ts)) <= 0):
+    if is_concrete(ts) and np.any(np.diff(np.asarray(ts)) <= 0):
         raise ValueError("ts must increase")
 
 
@@ -209,18 +209,18 @@ def _check_light(system, whole, links, forces, ts):
     """Raises: ValueError for what acts on rows without mass and is no static load, by name, if concrete."""
     light = np.array(whole.light)
     rows = _rows(system, links)[:, light]
-    touched = np.any(np.asarray(rows) != 0, axis=0) if known(rows) else np.zeros(len(light), bool)
+    touched = np.any(np.asarray(rows) != 0, axis=0) if is_concrete(rows) else np.zeros(len(light), bool)
     if np.any(touched):
         names = ", ".join(system.label(k) for k in light[touched])
         raise ValueError(
             f"links act on {names}, which have no mass: give them some, or take Rubin in place of MacNeal"
         )
     load = None if system.damping is None or forces is None else _load(system, ts, forces)
-    if load is None or not known(system.damping, ts):
+    if load is None or not is_concrete(system.damping, ts):
         return
     loaded = jax.vmap(load)(ts)[:, light]
     damped = np.any(np.asarray(system.damping)[np.ix_(light, light)], axis=1)
-    bad = light[damped & np.any(np.asarray(loaded) != 0, axis=0)] if known(loaded) else ()
+    bad = light[damped & np.any(np.asarray(loaded) != 0, axis=0)] if is_concrete(loaded) else ()
     if len(bad):
         names = ", ".join(system.label(k) for k in bad)
         raise ValueError(f"loads act on {names}, which have damping and no mass: give them some mass")

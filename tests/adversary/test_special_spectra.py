@@ -17,7 +17,7 @@ from jaxmbs.fem import Structure, assemble_dense, element_forces
 from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import element_loads, interface_forces, mode_acceleration
 from jaxmbs.vibration import receptance, viscous_receptance
-from jaxmbs.vibration._damping import proportional
+from jaxmbs.vibration._damping import rayleigh_damping
 
 from .slopes import Slopes
 from .test_special_motions import changed
@@ -148,7 +148,7 @@ def recovered(K, M, omega, x, C):
 def lattice_response(p):
     """Receptances by all modes and by three of four with residuals, and loads recovered from them."""
     K, M = lattice(p)
-    C, omega = proportional(K=K, M=M, by_mass=p[3], by_stiffness=p[4]), p[6]
+    C, omega = rayleigh_damping(K=K, M=M, by_mass=p[3], by_stiffness=p[4]), p[6]
     whole = receptance(K=K, M=M, omega=omega[None], out=OUT, into=INTO, C=C, loss=p[5])
     some = receptance(K=K, M=M, omega=omega[None], out=OUT, into=INTO, C=C, loss=p[5], num=3)
     x = receptance(K=K, M=M, omega=omega[None], out=range(4), into=(3,), C=C)[0, :, 0]

@@ -11,7 +11,7 @@ from jaxmbs.vibration import (
     gain_from_mobility,
     generalised_stiffness,
     mobility_from_gain,
-    modal,
+    modal_damping,
     resonance_gains,
     transmissibility,
 )
@@ -56,7 +56,9 @@ def test_the_sum_over_the_table_is_the_transmissibility():
     omega = np.array([0.3, 1.9, 2.1, 40.0])
     T, w, *_ = relative()
     P = np.hstack([-T[2:], np.eye(8)])
-    inner_C = np.asarray(modal(K=K[np.ix_(INNER, INNER)], M=M[np.ix_(INNER, INNER)], ratios=jnp.asarray(RATIOS)))
+    inner_C = np.asarray(
+        modal_damping(K=K[np.ix_(INNER, INNER)], M=M[np.ix_(INNER, INNER)], ratios=jnp.asarray(RATIOS))
+    )
     C = P.T @ inner_C @ P
     found = table(K, M).transmissibility(omega)
     for at, v in zip(found, omega, strict=True):

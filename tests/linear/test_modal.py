@@ -18,7 +18,7 @@ from jaxmbs.vibration import (
     transmissibility,
     viscous_receptance,
 )
-from jaxmbs.vibration._damping import modal, proportional
+from jaxmbs.vibration._damping import modal_damping, rayleigh_damping
 from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, chain
 
@@ -47,7 +47,7 @@ def size(H):
 
 def parameters(t):
     K, M = plate(t)
-    return K, M, proportional(K=K, M=M, by_mass=t[3], by_stiffness=0.01), t[4]
+    return K, M, rayleigh_damping(K=K, M=M, by_mass=t[3], by_stiffness=0.01), t[4]
 
 
 T0 = jnp.array([0.0, 1.3, 0.0, 0.05, 0.02])
@@ -127,7 +127,7 @@ def test_modal_damping_as_printed():
         modes.omega, modes.shapes[np.array(OUT)], modes.shapes[np.array(INTO[:2])], omega, ratios
     )
     np.testing.assert_allclose(
-        receptance(K=K, M=M, omega=omega, out=OUT, into=INTO[:2], C=modal(K=K, M=M, ratios=ratios)),
+        receptance(K=K, M=M, omega=omega, out=OUT, into=INTO[:2], C=modal_damping(K=K, M=M, ratios=ratios)),
         printed,
         rtol=1e-8,
     )
@@ -145,7 +145,7 @@ def test_modal_masses_and_damping_over_frequency():
         modes.omega, shapes[np.array(OUT)], shapes[np.array(INTO[:2])], omega, ratios, modal_masses=masses
     )
     for at, w, z in zip(found, np.asarray(omega), ratios, strict=True):
-        Z = np.asarray(K) - w**2 * np.asarray(M) + 1j * w * np.asarray(modal(K=K, M=M, ratios=z))
+        Z = np.asarray(K) - w**2 * np.asarray(M) + 1j * w * np.asarray(modal_damping(K=K, M=M, ratios=z))
         np.testing.assert_allclose(at, np.linalg.inv(Z)[np.ix_(OUT, INTO[:2])], rtol=1e-8)
 
 
@@ -198,7 +198,7 @@ def test_transmissibility():
         omega=jnp.asarray(w),
         base=(0, 5),
         out=(2, 3),
-        C=proportional(K=K, M=M, by_mass=0.1, by_stiffness=0.02),
+        C=rayleigh_damping(K=K, M=M, by_mass=0.1, by_stiffness=0.02),
         loss=0.03,
     )
     inner, base = np.arange(1, 5), np.array([0, 5])

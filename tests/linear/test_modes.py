@@ -9,12 +9,12 @@ import scipy.linalg
 from jaxmbs.vibration._damping import (
     complex_modes,
     damped_frequency,
-    modal,
-    proportional,
-    proportional_from_ratios,
-    structural,
+    modal_damping,
+    rayleigh_damping,
+    rayleigh_from_ratios,
+    structural_damping,
 )
-from jaxmbs.vibration._mode_shapes import effective_masses, mac, mode_ratios, participation, track
+from jaxmbs.vibration._mode_shapes import effective_masses, mac, mode_ratios, participation, track_modes
 from jaxmbs.vibration._modes import Modes, complete, natural_modes
 from tests.structural_matrices import beam, chain, double_cross, kw
 
@@ -96,7 +96,7 @@ def test_tracking_follows_modes_that_cross():
         return K, jnp.block([[M1, jnp.zeros((8, 8))], [jnp.zeros((8, 8)), M2]])
 
     before, after = natural_modes(**kw(planes(0.9))), natural_modes(**kw(planes(1.1)))
-    followed = track(before, after, planes(1.0)[1])
+    followed = track_modes(before, after, planes(1.0)[1])
     np.testing.assert_allclose(followed.values / before.values, np.tile([11 / 9, 1.0], 8), rtol=1e-6)
     assert np.all(np.abs(after.values / before.values - 1.1 / 0.9) > 0.05)
     np.testing.assert_allclose(followed.shapes, before.shapes, atol=1e-6)
@@ -112,9 +112,9 @@ def test_tracking_turns_modes_of_equal_frequency():
     found = natural_modes(K=jnp.kron(I, K), M=jnp.kron(I, M))
     pairs = found.shapes.reshape(12, 6, 2) @ turn
     mixed = Modes(found.values, pairs.reshape(12, 12), found.is_rigid)
-    np.testing.assert_allclose(track(reference, mixed, jnp.kron(I, M)).shapes, reference.shapes, atol=1e-7)
+    np.testing.assert_allclose(track_modes(reference, mixed, jnp.kron(I, M)).shapes, reference.shapes, atol=1e-7)
     with pytest.raises(ValueError, match="12 modes cannot be found among 4"):
-        track(reference, found.part(slice(0, 4)))
+        track_modes(reference, found.part(slice(0, 4)))
 
 
 @pytest.mark.long
@@ -123,7 +123,7 @@ def test_string_with_viscous_and_structural_damping():
     K, M = chain(499, 1e7, 10.0)
     shapes = natural_modes(K=K, M=M, num=40).shapes
     K, M, C = shapes.T @ K @ shapes, jnp.eye(40), 6.28318 * (shapes.T @ shapes)
-    roots = np.asarray(complex_modes(K=structural(K, 0.1), C=C, M=M).roots)
+    roots = np.asarray(complex_modes(K=structural_damping(K, 0.1), C=C, M=M).roots)
     roots = roots[roots.imag > 0]
     expected = [-0.6283 + 6.2832j, -0.9419 + 12.578j, -1.2556 + 18.870j, -1.5693 + 25.162j]
     np.testing.assert_allclose(roots[np.argsort(roots.imag)][:4], expected, rtol=1e-3)
@@ -172,7 +172,7 @@ def test_general_viscous_damping():
 @pytest.mark.slow
 def test_proportional_and_modal_damping():
     """Ratios that come back from the complex roots; two rigid modes stay undamped, a frequency that repeats too."""
-    a, b = proportional_from_ratios((1.0, 0.02), (3.0, 0.05))
+    a, b = rayleigh_from_ratios((1.0, 0.02), (3.0, 0.05))
     asked = complex_modes(
         K=jnp.diag(jnp.array([1.0, 9.0])), M=jnp.eye(2), C=jnp.diag(jnp.array([a + b, a + 9 * b]))
     )  # two masses of these frequencies
@@ -180,15 +180,17 @@ def test_proportional_and_modal_damping():
     K, M = chain(6, 2.0, 1.5)
     modes = natural_modes(K=K, M=M)
     w = np.asarray(modes.omega)
-    found = complex_modes(K=K, C=proportional(K=K, M=M, by_mass=a, by_stiffness=b), M=M)
+    found = complex_modes(K=K, C=rayleigh_damping(K=K, M=M, by_mass=a, by_stiffness=b), M=M)
     np.testing.assert_allclose(found.damping_ratios[::2], a / (2 * w) + b * w / 2, rtol=1e-8)
     np.testing.assert_allclose(found.roots[::2].imag, damped_frequency(w, a / (2 * w) + b * w / 2), rtol=1e-8)
     ratios = jnp.linspace(0.01, 0.06, 6)
     np.testing.assert_allclose(
-        complex_modes(K=K, C=modal(K=K, M=M, ratios=ratios), M=M).damping_ratios[::2], ratios, rtol=1e-8
+        complex_modes(K=K, C=modal_damping(K=K, M=M, ratios=ratios), M=M).damping_ratios[::2], ratios, rtol=1e-8
     )
     K, M = beam(4)
-    np.testing.assert_allclose(modal(K=K, M=M, ratios=0.02) @ natural_modes(K=K, M=M, num=2).shapes, 0.0, atol=1e-6)
+    np.testing.assert_allclose(
+        modal_damping(K=K, M=M, ratios=0.02) @ natural_modes(K=K, M=M, num=2).shapes, 0.0, atol=1e-6
+    )
 
 
 @pytest.mark.parametrize(
@@ -203,7 +205,7 @@ def test_proportional_and_modal_damping():
         (lambda K, M: complex_modes(K=K, C=0 * K, M=M.at[2, 2].set(0.0)), r"\[2\] have no mass"),
         (lambda K, M: complex_modes(K=K, C=K[:2, :2], M=M), "differ in shape"),
         (lambda K, M: natural_modes(K=K, M=M).acceleration(jnp.ones(3), 0.0), "natural modes have no roots"),
-        (lambda K, M: proportional_from_ratios((1.0, 0.1), (1.0, 0.2)), "two ratios at one frequency"),
+        (lambda K, M: rayleigh_from_ratios((1.0, 0.1), (1.0, 0.2)), "two ratios at one frequency"),
     ],
 )
 def test_bad_input(wrong, said):

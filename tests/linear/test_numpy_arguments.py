@@ -16,8 +16,8 @@ POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
 CALLS = {
     "natural_modes": lambda K, M, C, w, x: vibration.natural_modes(K=K, M=M).values,
     "complex_modes": lambda K, M, C, w, x: vibration.complex_modes(K=K, C=C, M=M).values,
-    "modal": lambda K, M, C, w, x: vibration.modal(K=K, M=M, ratios=[0.01, 0.02, 0.03]),
-    "structural": lambda K, M, C, w, x: vibration.structural(K, 0.1),
+    "modal": lambda K, M, C, w, x: vibration.modal_damping(K=K, M=M, ratios=[0.01, 0.02, 0.03]),
+    "structural": lambda K, M, C, w, x: vibration.structural_damping(K, 0.1),
     "damped_frequency": lambda K, M, C, w, x: vibration.damped_frequency(w, 0.1 * w),
     "dense_response": lambda K, M, C, w, x: vibration.dense_response(K=K, M=M, C=C, load=M, omega=w, out=x),
     "receptance": lambda K, M, C, w, x: vibration.receptance(K=K, M=M, C=C, omega=w, out=x, into=[2]),

@@ -14,7 +14,7 @@ from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, MacNeal, reduce
-from jaxmbs.vibration import complex_modes, natural_modes, proportional
+from jaxmbs.vibration import complex_modes, natural_modes, rayleigh_damping
 from tests.structural_matrices import chain
 
 EI, LENGTH = 7e10 * 2e-8, 2.0
@@ -56,7 +56,7 @@ def test_rest_by_name():
 def test_modes_of_damped_and_undamped_systems():
     K, M = chain(5)
     plain = LinearSystem(mass=M, stiffness=K)
-    C = proportional(K=K, M=M, by_mass=0.1, by_stiffness=0.02)
+    C = rayleigh_damping(K=K, M=M, by_mass=0.1, by_stiffness=0.02)
     damped, real = mbs.modes(plain.with_damping(C), 2), mbs.modes(plain, 2)
     assert damped.is_complex and not real.is_complex
     np.testing.assert_allclose(damped.frequencies[::2], real.frequencies, rtol=1e-9)

@@ -19,7 +19,7 @@ from jaxmbs.reductions import (
     reduce,
 )
 from jaxmbs.vibration import modal_response
-from jaxmbs.vibration._damping import modal
+from jaxmbs.vibration._damping import modal_damping
 from jaxmbs.vibration._modes import natural_modes
 from tests.structural_matrices import beam, chain, component, kw
 
@@ -137,12 +137,12 @@ NEGATIVE = {
     "craig_chang": lambda K, M: reduce(component(K, M, (0, 1)), CraigChang(4)),
     "hurty": lambda K, M: reduce(component(K, M, (0, 1)), Hurty(4)),
     "characteristic": lambda K, M: reduce(component(K, M, tuple(range(4, 10))), Characteristic(2)),
-    "modal damping": lambda K, M: modal(K=K, M=M, ratios=0.01),
+    "modal damping": lambda K, M: modal_damping(K=K, M=M, ratios=0.01),
 }
 TRACED = {
     "rubin": lambda K, M: reduce(component(K, M, (0, 1)), Rubin(4, num_rigid=0)).basis,
     "macneal": lambda K, M: reduce(component(K, M, (0, 1)), MacNeal(4, num_rigid=0)).basis,
-    "modal damping": lambda K, M: modal(K=K, M=M, ratios=0.01),
+    "modal damping": lambda K, M: modal_damping(K=K, M=M, ratios=0.01),
 }
 
 

@@ -56,11 +56,11 @@ CASES = {
     ),
     "vibration.natural_modes": case(lambda z: call(K=z.K, M=z.M, num=2)),
     "vibration.complex_modes": case(lambda z: call(K=z.K, C=z.C, M=z.M), "* single: shapes have any phase"),
-    "vibration.modal": case(lambda z: call(K=z.K, M=z.M, ratios=np.full(4, 0.25))),
-    "vibration.proportional": case(lambda z: call(K=z.K, M=z.M, by_mass=0.5, by_stiffness=0.25)),
-    "vibration.proportional_from_ratios": case(lambda z: call((1.0, 0.25), (2.0, 0.5))),
-    "vibration.structural": case(lambda z: call(z.K, 0.25), "* swapped: entry by entry"),
-    "vibration.coupled": case(
+    "vibration.modal_damping": case(lambda z: call(K=z.K, M=z.M, ratios=np.full(4, 0.25))),
+    "vibration.rayleigh_damping": case(lambda z: call(K=z.K, M=z.M, by_mass=0.5, by_stiffness=0.25)),
+    "vibration.rayleigh_from_ratios": case(lambda z: call((1.0, 0.25), (2.0, 0.5))),
+    "vibration.structural_damping": case(lambda z: call(z.K, 0.25), "* swapped: entry by entry"),
+    "vibration.is_coupling_modes": case(
         lambda z: call(z.C), "C nan: yes, nothing comes apart", "C inf: likewise", "C complex: matrices may be"
     ),
     "vibration.damped_frequency": case(
@@ -121,7 +121,7 @@ CASES = {
         "first complex: of complex shapes, a real number",
         "second complex: likewise",
     ),
-    "vibration.track": case(lambda z: call(z.modes, z.modes, z.M)),
+    "vibration.track_modes": case(lambda z: call(z.modes, z.modes, z.M)),
     "vibration.mode_ratios": case(lambda z: call(z.modes, 1)),
     "vibration.effective_masses": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),
     "vibration.participation": case(lambda z: call(z.modes, z.M, np.ones((4, 1))), "rigid shape: any directions"),

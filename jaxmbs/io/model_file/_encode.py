@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from ...builder import SystemBuilder
-from ...checks import known
+from ...checks import is_concrete
 from ...forces._fields import StaticFunction
 from ...runtime import KnownFunction
 from ._registry import ROWS, name_of
@@ -45,7 +45,7 @@ def encoded(value: Any, where: str, faults: list[str]) -> Any:
 
 
 def _number(value, where, faults):
-    if not known(value):
+    if not is_concrete(value):
         faults.append(f"{where} is traced: save the model outside of jit, grad and vmap")
         return None
     array = np.asarray(value)
