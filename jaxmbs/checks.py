@@ -15,12 +15,12 @@ def is_concrete(*values: Any) -> bool:
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
-def present(*values: Any) -> bool:
+def may_be_nonzero(*values: Any) -> bool:
     """Whether some number is other than zero, or not known yet."""
     return not is_concrete(*values) or any(np.any(np.asarray(value) != 0) for value in values)
 
 
-def broken(condition: Callable[..., Any], *values: Any) -> bool:
+def any_concrete(condition: Callable[..., Any], *values: Any) -> bool:
     """Whether `condition` holds anywhere for these values; False while any of them is traced."""
     return is_concrete(*values) and bool(np.any(condition(*map(np.asarray, values))))
 
@@ -32,17 +32,17 @@ def faults_if(*checks: tuple[bool, str]) -> list[str]:
 
 def negative(value: Any) -> bool:
     """Whether any known entry is negative."""
-    return broken(lambda x: x < 0, value)
+    return any_concrete(lambda x: x < 0, value)
 
 
 def not_positive(value: Any) -> bool:
     """Whether any known entry is zero or negative."""
-    return broken(lambda x: x <= 0, value)
+    return any_concrete(lambda x: x <= 0, value)
 
 
 def not_increasing(points: Any) -> bool:
     """Whether known abscissae fail to increase strictly."""
-    return broken(lambda x: np.diff(x) <= 0, points)
+    return any_concrete(lambda x: np.diff(x) <= 0, points)
 
 
 def are_axes(rows: Any) -> bool:

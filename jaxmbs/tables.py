@@ -39,7 +39,7 @@ def shortened(rows: Rows) -> Rows:
     return [*rows[: _MOST + 1], more]
 
 
-def short(value: Any) -> str:
+def format_number(value: Any) -> str:
     """A number with four digits."""
     return f"{float(value):.4g}"
 
@@ -49,7 +49,7 @@ def shapes(value: Any) -> str:
     return eqx.tree_pformat(value, short_arrays=True)
 
 
-def told(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any], str], Callable[[Any], str]]:
+def table_repr(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any], str], Callable[[Any], str]]:
     """`__repr__` and `_repr_html_` of a class from a summary and rows, the first of which is the head.
 
     What is traced, or has axes that the table does not know, shows its shapes: a debugger asks at any time, so this
@@ -87,4 +87,4 @@ def span(values: Any) -> tuple[str, str, str, str]:
     kept = values[np.isfinite(values)]
     if len(kept) == 0:
         return ("nan",) * 4
-    return short(values[0]), short(kept[-1]), short(kept.min()), short(kept.max())
+    return format_number(values[0]), format_number(kept[-1]), format_number(kept.min()), format_number(kept.max())

@@ -21,14 +21,14 @@ FrameLike = str | tuple | list  # the name of a body or frame, or (name, point)
 
 T = TypeVar("T")
 if TYPE_CHECKING:
-    Converted: TypeAlias = Union[T, Any]  # noqa: UP007  # a field with a converter, which takes more than it holds
-    Explained = Annotated[T, "explained"]  # an argument of which others are refused in words, not as a type
+    Convertible: TypeAlias = Union[T, Any]  # noqa: UP007  # a field with a converter, which takes more than it holds
+    WordedError = Annotated[T, "explained"]  # an argument of which others are refused in words, not as a type
 else:
 
-    class Converted:
+    class Convertible:
         def __class_getitem__(cls, held):
             return held
 
-    class Explained:
+    class WordedError:
         def __class_getitem__(cls, wanted):
             return Any

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 import jaxmbs as mbs
 from jaxmbs.dynamics._efforts import efforts
 from jaxmbs.dynamics._hamilton import canonical_rate, momenta
-from jaxmbs.kinematics._configuration import at_state, elsewhere, moving
+from jaxmbs.kinematics._configuration import at_coordinates, at_state, with_velocities
 from jaxmbs.kinematics._kic import independent_columns
 from jaxmbs.kinematics._poses import coordinate_rate
 
@@ -89,11 +89,11 @@ def gaps(system, state):
         return mbs.kinetic_energy(system, moved) + mbs.potential_energy(system, moved)
 
     rate = jax.jvp(energy, (psi, u), (psi_dot, u_dot))[1]
-    power = jnp.sum(efforts(system, moving(system, at, u))[2])
+    power = jnp.sum(efforts(system, with_velocities(system, at, u))[2])
     scale = jnp.sum(jnp.abs(mbs.mass_matrix(system, state))) * jnp.max(jnp.abs(u)) * (1.0 + jnp.max(jnp.abs(u_dot)))
 
     def momentum(psi, u):
-        return momenta(system, moving(system, elsewhere(system, at, psi), u))
+        return momenta(system, with_velocities(system, at_coordinates(system, at, psi), u))
 
     h, momentum_rate = jax.jvp(momentum, (psi, u), (psi_dot, u_dot))
     pull = mbs.constraint_jacobian(system, state).T @ multipliers

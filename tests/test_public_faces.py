@@ -27,10 +27,10 @@ FACES = {
         Gauss4 ImplicitMidpoint SemiImplicitEuler
     """,
     "jaxmbs.runtime": """
-        FORWARD_MODE KnownFunction Packing Program SMALL SMALL_LOOPS again as_array as_sums cache
-        collector_at_rest content_of equations export factor fingerprint follow_precision is_outside jit
-        lapack load_program of_kind one_kernel options over_rows product report_compiles reverse_only
-        sets_marks summed take typed
+        FORWARD_MODE KnownFunction Packing Program SMALL SMALL_LOOPS as_array as_dtype as_sums cache
+        collector_at_rest content_of equations export fingerprint follow_precision gather_static jit lapack
+        load_program map_chunked not_tracing of_kind options product remat report_compiles reverse_only
+        save_factor segment_sum_static sets_marks small_call
     """,
     "jaxmbs.dynamics": """
         acceleration angular_acceleration compliance_effort forward_dynamics generalised_momentum
@@ -86,16 +86,16 @@ FACES = {
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs
-        Network RigidBody base_motion bushing combine connect coupled_response cqc_correlation
-        equivalent_impulse interface_pattern joint limit_loads modal_pairs peak_response reactions rigid
-        shortfall
+        Network RigidBody base_motion bushing combine_modal_maxima connect coupled_response cqc_correlation
+        equivalent_impulse hinge interface_pattern limit_loads modal_pairs peak_response reactions rigid
+        truncation_shortfall
     """,
     "jaxmbs.demo": """
         run
     """,
     "jaxmbs.design": """
-        Front History Limit LimitResult Optimum Scatter Tolerance minimise pareto scattered sensitivities
-        tolerances
+        Front History Limit LimitResult Optimum Tolerance Uncertainty minimise pareto propagate_uncertainty
+        sensitivities tolerances
     """,
     "jaxmbs.experiment": """
         Suspension TransferFunctions VirtualPoint check_suspension coherence_variance couple decouple
@@ -132,11 +132,12 @@ FACES = {
         load_peaks peak simulate
     """,
     "jaxmbs.reductions": """
-        AbstractReduction Characteristic CraigBampton CraigChang Cyclic Family Guyan Hurty MacNeal Mirror
-        Mixed Motions Physical Reduced Rubin averaged_motion averaged_transformation characteristic_modes
-        determinate_coordinates element_loads fixed_interface_modes force_errors frequency_errors harmonic
-        interface_forces mode_acceleration mode_acceleration_free num_modes_up_to on_interface reduce
-        rigid_body_motions rigid_node rigid_transformation support_motions turned virtual_work
+        AbstractReduction Characteristic CraigBampton CraigChang Cyclic Guyan Hurty MacNeal Mirror Mixed
+        Reduced Rubin SymmetrySubspace Unreduced VirtualMotions averaged_motion averaged_transformation
+        characteristic_modes determinate_coordinates element_loads fixed_interface_modes force_errors
+        frequency_errors harmonic interface_forces mode_acceleration mode_acceleration_free num_modes_up_to
+        on_interface reduce rigid_body_motions rigid_node rigid_transformation rotated support_motions
+        virtual_work
     """,
     "jaxmbs.statics": """
         BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions
@@ -146,10 +147,10 @@ FACES = {
         Designs StudyError grid latin_hypercube normal sobol sweep
     """,
     "jaxmbs.viz": """
-        Scene Solid Swing animate draw_bond_graph plot_bode plot_campbell plot_coordinates plot_energy
-        plot_envelope plot_front plot_history plot_limit_values plot_limits plot_mac plot_mechanism plot_modes
-        plot_nyquist plot_parallel plot_polar plot_power plot_reactions plot_scatter plot_structure plot_views
-        scene swing
+        ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell
+        plot_coordinates plot_energy plot_envelope plot_front plot_history plot_limit_values plot_limits
+        plot_mac plot_mechanism plot_modes plot_nyquist plot_parallel plot_polar plot_power plot_reactions
+        plot_scatter plot_structure plot_views scene
     """,
 }
 

@@ -127,7 +127,7 @@ def characteristic(p):
         p.arrow((x, 0, 0), (x, 0, 0.75), "0" if x < 0 else "")
 
 
-def physical(p):
+def unreduced(p):
     _component(p, None, (False, False), words="all coordinates")
     for i in range(7):
         p.dot((-1.4 + 2.8 * i / 6, 0, 0), RED)
@@ -165,7 +165,7 @@ STRUCTURES = {
     "MacNeal": macneal,
     "Mirror": mirror,
     "Mixed": mixed,
-    "Physical": physical,
+    "Unreduced": unreduced,
     "PointMass": point_mass,
     "Quadrilateral": quadrilateral,
     "Rod": rod,

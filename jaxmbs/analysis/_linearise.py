@@ -21,7 +21,7 @@ from ..errors import ModelError
 from ..flexible._stiffening import missing, squared_spins, warn_of_stiffening
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import at_state, configuration, moving, node_accelerations
+from ..kinematics._configuration import at_state, configuration, node_accelerations, with_velocities
 from ..kinematics._kic import independent_columns, motion_map, position_map, velocity_map
 from ..kinematics._mobility import system_at, where_determined
 from ..kinematics._poses import coordinate_rate
@@ -181,7 +181,7 @@ def local_efforts(system: System, at, w, a):
     directions = closures.moving_directions(system, at)
     Gamma, B = motion_map(system, at, directions[0])
     u = Gamma @ w - B @ constraints.time_rate(system, at)
-    here = moving(system, at, u)
+    here = with_velocities(system, at, u)
     unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
     u_dot = Gamma @ a + B @ constraints.acceleration_bias(system, here, unmoved, directions)
     V_dot, loads = node_accelerations(system.topology, here, u_dot), efforts(system, here)[:2]
@@ -217,7 +217,11 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
     )
     R = resistance(system, at, Gamma, state.velocities)
     columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
-    still = missing(system, squared_spins(system, moving(system, at, state.velocities))) if system.elastic else {}
+    still = (
+        missing(system, squared_spins(system, with_velocities(system, at, state.velocities)))
+        if system.elastic
+        else {}
+    )
     return Linearisation(M, C, C - R, K, space, *columns, stiffening=still)
 
 

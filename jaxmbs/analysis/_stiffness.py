@@ -9,10 +9,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..dynamics._bodies import bodies_of, total
-from ..dynamics._conservative_efforts import source_pull, stored_pull
+from ..dynamics._conservative_efforts import conservative_efforts, source_pull
 from ..dynamics._efforts import element_flows
 from ..dynamics.paper._ports import weights
-from ..kinematics._configuration import Configuration, at_state, node_motion, resting
+from ..kinematics._configuration import Configuration, at_rest, at_state, node_motion
 from ..kinematics._kic import velocity_map
 from ..kinematics._kic_second import along_independent
 from ..kinematics._mobility import at_independent
@@ -53,7 +53,7 @@ def stiffness(system: System, state: State) -> Stiffness:
     Source: S2 (68)-(71).
     """
     at = at_state(system, state, inertias=False)
-    pull = stored_pull(system, at)
+    pull = conservative_efforts(system, at)
 
     def efforts(moved):
         Gamma = velocity_map(system, moved)[0]
@@ -75,7 +75,7 @@ def spring_stiffness(system: System, at: Configuration):
     turning = jnp.zeros_like(elastic)
     if not system.forces:
         return elastic, turning
-    twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), resting(system, at)
+    twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), at_rest(system, at)
     for group in system.forces:
         flows = jax.vmap(lambda V, u, group=group: element_flows(system, group, at, V, u)[2], (0, 1), -1)
         G, (_, displacement, flow) = flows(twists, Gamma), element_flows(system, group, at, still.V, still.u)

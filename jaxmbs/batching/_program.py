@@ -17,7 +17,7 @@ from jaxmbs.batching._table import length, row_shape, rows
 from jaxmbs.runtime import as_sums, equations, of_kind, options
 
 from ..checks import is_concrete
-from ..runtime import is_outside
+from ..runtime import not_tracing
 
 MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
 _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
@@ -108,7 +108,7 @@ def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, co
     """The lanes of a function and of the cost of its values, from the cache if it met designs of this kind before."""
     row = row_shape(designs)
     leaves, structure = jax.tree.flatten(row)
-    key = cost, compile, is_outside(), structure, tuple((x.shape, x.dtype) for x in leaves)
+    key = cost, compile, not_tracing(), structure, tuple((x.shape, x.dtype) for x in leaves)
     try:
         known = _CACHE.setdefault(function, {})
     except TypeError:  # neither hashable nor weakly held

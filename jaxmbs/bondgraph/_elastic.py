@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..checks import present
-from ..kinematics._configuration import Configuration, Moving, resting
+from ..checks import may_be_nonzero
+from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
 from ..kinematics._elastic import ElasticState, elastic_state, flow_map
 from ..model._system import System
 
@@ -29,7 +29,7 @@ def strain_parts(group, i: int) -> list[str]:
     """One-ports that the strains of body `i` need."""
     if num_flows(group) == RIGID:
         return []
-    return ["C"] * present(group.body.stiffness[i]) + ["R"] * present(group.body.damping[i])
+    return ["C"] * may_be_nonzero(group.body.stiffness[i]) + ["R"] * may_be_nonzero(group.body.damping[i])
 
 
 class ElasticFields(NamedTuple):
@@ -56,7 +56,7 @@ def elastic_fields(system: System, at: Configuration, L) -> tuple[ElasticFields,
     """Moduli and inertias by group, with the rate map L (nv, r).  Source: S2 (35) for bodies that deform."""
     found = []
     for group in system.elastic:
-        s = elastic_state(system, group, resting(system, at))
+        s = elastic_state(system, group, at_rest(system, at))
         found.append(ElasticFields(flow_map(system, group, at, s) @ L, jax.vmap(_inertia)(group.body, s.q)))
     return tuple(found)
 
@@ -67,7 +67,7 @@ def _inertia(body, q):
     return Z.T @ body.inertia @ Z
 
 
-def elastic_numbers(system: System, at: Moving, fields, modulus_rates) -> tuple[ElasticNumbers, ...]:
+def elastic_numbers(system: System, at: VelocityKinematics, fields, modulus_rates) -> tuple[ElasticNumbers, ...]:
     """The numbers of every group."""
 
     def of_body(body, s):

@@ -13,7 +13,7 @@ from jaxtyping import Array
 from ..dynamics._efforts import efforts, element_efforts, element_flows
 from ..dynamics._loads import Loads, on_columns
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Configuration, Moving, configuration, moving, node_motion
+from ..kinematics._configuration import Configuration, VelocityKinematics, configuration, node_motion, with_velocities
 from ..kinematics._kic import independent_columns
 from ..kinematics._poses import body_frame, coordinate_rate, frame_twists
 from ..math._linalg import full_rank_lstsq
@@ -103,7 +103,7 @@ class Numbers(NamedTuple):
         gravity (r,): its effort; total (r,): the effort Q of all ports and gravity.
     """
 
-    at: Moving
+    at: VelocityKinematics
     rates: Array
     map: Array
     modulus: Array
@@ -126,7 +126,7 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
     (G, _, I), (G_dot, G_y_dot, I_dot), (at, L, twists, inertias, deforming) = jax.jvp(
         lambda psi, t: _fields(system, P, psi, t), (psi, t), rates, has_aux=True
     )
-    at, ports = moving(system, at, u), []
+    at, ports = with_velocities(system, at, u), []
     for group in system.forces:
         port, of_flow = group.port, lambda V, u, group=group: element_flows(system, group, at, V, u)[2]
         _, displacement, flow = element_flows(system, group, at, at.V, u)
@@ -156,7 +156,7 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
     )
 
 
-def element_loads(system: System, at: Moving):
+def element_loads(system: System, at: VelocityKinematics):
     """Efforts (nv,) of all force elements and strains on the tree's velocities.  Source: S2 (76)."""
     F, Q, _ = efforts(system, at)
     return on_columns(system, at, Loads(F, Q))

@@ -9,7 +9,7 @@ import functools
 
 import jax
 
-from ..checks import present
+from ..checks import may_be_nonzero
 from ..errors import ModelError
 from ..forces._ports import JointPort, SystemPort
 from ..kinematics._kic import dependent_columns
@@ -55,7 +55,7 @@ def build_view(system: System, view: str) -> BondGraph:
     if view == "hamiltonian":
         sketch.field("Se", "Q", "Q")
     else:
-        if view == "inertia" and present(system.gravity):
+        if view == "inertia" and may_be_nonzero(system.gravity):
             sketch.field("Se", "gravity", "gravity")
         sketch.forces()
         sketch.strains()
@@ -113,11 +113,11 @@ class _Sketch:
 
     def bodies(self):
         """Rotational and translational inertia of every body with mass, and gravity on it."""
-        gravity = present(self.system.gravity)
+        gravity = may_be_nonzero(self.system.gravity)
         for k, body in enumerate(self.system.topology.body_names):
-            if present(self.system.inertia[k]):
+            if may_be_nonzero(self.system.inertia[k]):
                 self.junction(f"I:{body}", f"[I] {body}", 3, f"G_r:{body}", f"B_r:{body}", kind="I")
-            if present(self.system.mass[k]):
+            if may_be_nonzero(self.system.mass[k]):
                 moduli = f"G_t:{body}", f"B_t:{body}"
                 if not gravity:
                     self.junction(f"m:{body}", f"m {body}", 3, *moduli, kind="I")
@@ -133,7 +133,7 @@ class _Sketch:
                 flow = self.junction(f"y:{name}", f"y {name}", num_flows(group), f"G_y:{name}", f"B_y:{name}")
                 self.leaf("I", f"I:{name}.flow", f"[I] {name}", flow)
                 self.leaf("GR", f"GR:{name}.flow", name, flow)
-                if present(self.system.gravity):
+                if may_be_nonzero(self.system.gravity):
                     self.leaf("Se", f"mg:{name}.flow", "m g", flow)
 
     def forces(self):

@@ -14,7 +14,7 @@ from ..model._elastic import ElasticBody
 from ..model._pose import Pose
 from ..model._system import System
 from ..runtime import as_array, follow_precision
-from ..typing import ArrayLike, Explained, FrameLike
+from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._build import built
 from ._elastic import Elastic, elastic_faults
@@ -91,7 +91,7 @@ class SystemBuilder:
     def elastic(
         self,
         name: str,
-        body: Explained[ElasticBody],
+        body: WordedError[ElasticBody],
         motions: Mapping[str, AbstractJoint] | None = None,
         position: ArrayLike | None = None,
         rotation: ArrayLike | None = None,
@@ -164,9 +164,9 @@ class SystemBuilder:
     def joint(
         self,
         name: str,
-        kind: Explained[AbstractJoint],
-        parent: Explained[FrameLike],
-        child: Explained[FrameLike],
+        kind: WordedError[AbstractJoint],
+        parent: WordedError[FrameLike],
+        child: WordedError[FrameLike],
         parent_frame: str | Pose | ArrayLike | None = None,
         child_frame: str | Pose | ArrayLike | None = None,
         at: str | ArrayLike | None = None,
@@ -201,10 +201,10 @@ class SystemBuilder:
     def force(
         self,
         name: str,
-        law: Explained[AbstractLaw],
+        law: WordedError[AbstractLaw],
         between: tuple | list | None = None,
         joint: str | None = None,
-        on: Explained[FrameLike | None] = None,
+        on: WordedError[FrameLike | None] = None,
     ) -> None:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
@@ -213,7 +213,7 @@ class SystemBuilder:
     def constraint(
         self,
         name: str,
-        law: Explained[AbstractClosure | Coupler | VelocityRows | Rows],
+        law: WordedError[AbstractClosure | Coupler | VelocityRows | Rows],
         between: tuple | list | None = None,
     ) -> None:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine`, or a `FramePath` in time between

@@ -6,7 +6,7 @@ from itertools import pairwise
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, is_concrete
+from ..checks import any_concrete, is_concrete
 from ..math._linalg import safe_norm
 from ..model import inertia as inertias
 from ..model._pose import Pose
@@ -38,7 +38,7 @@ def _in_space(name, place, plane):
     numbers = [as_array(x) for x in place] if np.ndim(place) == 1 or isinstance(place, tuple | list) else []
     if len(numbers) not in (2, 3) or any(x.shape != () for x in numbers):
         raise ValueError(f"{name} must be two numbers in the plane {plane}, or three, got {place!r}")
-    if broken(lambda *x: ~np.isfinite(x), *numbers):
+    if any_concrete(lambda *x: ~np.isfinite(x), *numbers):
         raise ValueError(f"{name} is not finite: {place!r}")
     if len(numbers) == 2:
         numbers.insert("xyz".index(*set("xyz") - set(plane)), as_array(0.0))
@@ -50,7 +50,7 @@ def _bars(places):
     closed = [*places, places[0]] if len(places) > 2 else places
     bars = []
     for (first, a), (second, b) in pairwise(closed):
-        if broken(lambda a, b: np.all(a == b), a, b):
+        if any_concrete(lambda a, b: np.all(a == b), a, b):
             raise ValueError(f"its points {first!r} and {second!r} are at one place")
         length = safe_norm(as_array(b - a))
         bars.append((length, (a + b) / 2, inertias.rod(length, length, axis=b - a)))

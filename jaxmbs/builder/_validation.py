@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, faults_if, is_concrete, no_such
+from ..checks import any_concrete, faults_if, is_concrete, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import as_signal
@@ -20,7 +20,7 @@ def model_faults(model: Model) -> list[str]:
         found.append("the model has no bodies")
     if model.gravity.shape != (3,):
         found.append(f"gravity must be three numbers, got shape {model.gravity.shape}")
-    if broken(lambda g: ~np.isfinite(g), model.gravity):
+    if any_concrete(lambda g: ~np.isfinite(g), model.gravity):
         found.append(f"gravity is not finite: {np.asarray(model.gravity)}")
     found += _name_faults(model)
     for body in bodies.values():

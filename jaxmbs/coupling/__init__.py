@@ -2,17 +2,17 @@
 
 from ._base_excitation import BaseMotion, base_motion
 from ._blocks import Components, CoupledResponse, coupled_response, interface_pattern
-from ._bonds import Bond, bushing, joint, rigid
+from ._bonds import Bond, bushing, hinge, rigid
 from ._connect import connect
 from ._limits import (
     ModalPairs,
-    combine,
+    combine_modal_maxima,
     cqc_correlation,
     equivalent_impulse,
     limit_loads,
     modal_pairs,
     peak_response,
-    shortfall,
+    truncation_shortfall,
 )
 from ._loads import BondLoad, BondLoads, Determinacy
 from ._measured import MeasuredNetwork
@@ -33,17 +33,17 @@ __all__ = [
     "RigidBody",
     "base_motion",
     "bushing",
-    "combine",
+    "combine_modal_maxima",
     "connect",
     "coupled_response",
     "cqc_correlation",
     "equivalent_impulse",
+    "hinge",
     "interface_pattern",
-    "joint",
     "limit_loads",
     "modal_pairs",
     "peak_response",
     "reactions",
     "rigid",
-    "shortfall",
+    "truncation_shortfall",
 ]

@@ -14,7 +14,7 @@ from ._ties import Channels, Ties
 NEAR = 1e-3
 
 
-def apart(
+def misaligned(
     components: Mapping[str, LinearSystem | Channels], bonds: Mapping[str, Bond], found: Mapping[str, Ties]
 ) -> list[str]:
     """Faults of bonds between nodes that are apart; only where positions are known.

@@ -16,7 +16,7 @@ from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..reductions._base import explicit
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import ArrayLike
 from ._dual import impedance
 
@@ -113,7 +113,7 @@ def coupled_response(
     nodes, size = load.shape
     pattern = interface_pattern(groups, nodes, size) if plan is None else plan.pattern
     condensed = [_condense(group, size) for group in groups]
-    matrix, right = _zero(pattern, condensed[0][0].dtype), typed(load, condensed[0][0].dtype)
+    matrix, right = _zero(pattern, condensed[0][0].dtype), as_dtype(load, condensed[0][0].dtype)
     for group, (stiffness, force, _, _) in zip(groups, condensed, strict=True):
         matrix = matrix + _assembled(pattern, group, stiffness)
         right = _add(group, right, force)
@@ -134,7 +134,7 @@ def coupled_response(
 def _condense(group, size):
     """Stiffness and force at the interface, constraint modes `-K_NN^-1 K_Ni` and interior at a fixed interface."""
     k = len(group.nodes[0]) * size
-    K, f = group.matrix, typed(group.load, group.matrix.dtype)
+    K, f = group.matrix, as_dtype(group.load, group.matrix.dtype)
     inner = K[:, k:, k:]
     both = jax.vmap(square.solve)(inner, jnp.concatenate([K[:, k:, :k], f[:, k:, None]], axis=2))
     modes, fixed = -both[:, :, :k], both[:, :, k]

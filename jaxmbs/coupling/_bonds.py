@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from ..elements._base import optional
 from ..linear._system import LinearSystem
 from ..reductions._base import Reduced
-from ..typing import ArrayLike, Converted
+from ..typing import ArrayLike, Convertible
 from ._primal import elastic_bond
 
 #: "stage", "stage.top", "stage.top z", or `(name, which)`: a node, nodes, or numbers of interface coordinates.
@@ -22,7 +22,7 @@ GROUND = "ground"
 
 
 class Bond(eqx.Module):
-    """What joins two ends; made by `rigid`, `joint` and `bushing`, joined by `network.connect`.
+    """What joins two ends; made by `rigid`, `hinge` and `bushing`, joined by `network.connect`.
 
     Attributes:
         ends: `(component, which)`, which of its interface coordinates: nodes, numbers, or None for all.
@@ -33,7 +33,7 @@ class Bond(eqx.Module):
 
     ends: tuple = eqx.field(static=True)
     free: tuple = eqx.field(static=True, default=())
-    axes: Converted[Float[Array, "3 3"] | None] = eqx.field(converter=optional, default=None)
+    axes: Convertible[Float[Array, "3 3"] | None] = eqx.field(converter=optional, default=None)
     element: LinearSystem | None = None
 
 
@@ -47,7 +47,7 @@ def rigid(first: End, second: End = GROUND) -> Bond:
     return Bond((_end(first), _end(second)))
 
 
-def joint(
+def hinge(
     first: End, second: End = GROUND, *, free: str | Sequence[str | int], axes: ArrayLike | None = None
 ) -> Bond:
     """As `rigid`, but for directions that are left free: a pin, a slider, a ball joint.

@@ -9,7 +9,7 @@ from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
 from ..reductions._base import explicit
-from ._alignment import apart
+from ._alignment import misaligned
 from ._bonds import Bond, resolved_in
 from ._measured import MeasuredNetwork, channels_of
 from ._network import Network
@@ -69,7 +69,7 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
     modelled = components | {name: channels_of(c) for name, c in measured.items()}
     modelled |= {name: c.channels for name, c in bodies.items()}
     found = ties(modelled, bonds)
-    faults = shared_by_axes(bonds, found) + (apart(modelled, bonds, found) if places else [])
+    faults = shared_by_axes(bonds, found) + (misaligned(modelled, bonds, found) if places else [])
     if faults:
         raise ModelError(faults)
     elements = {name: bond.element for name, bond in bonds.items() if bond.element is not None}

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import broken, is_concrete, refuse_complex
+from ..checks import any_concrete, is_concrete, refuse_complex
 from ..math._eigen import eigh
 from ..reductions._base import Reduced
-from ..runtime import jit, typed
+from ..runtime import as_dtype, jit
 from ..typing import AnyArray, ArrayLike
 from ..vibration._modal_equations import modal_motion
 
@@ -83,7 +83,7 @@ def modal_pairs(
     mu = jnp.sum(phi * (payload.mass[:b, :b] @ phi), axis=0)
     m = phi.T @ payload.mass[:b, b:]
     one = jnp.ones_like(m)
-    if loaded and broken(lambda mu: mu > 1 + 1e-9, mu):
+    if loaded and any_concrete(lambda mu: mu > 1 + 1e-9, mu):
         raise ValueError("the payload moves more mass than the loaded modes have: are they of the carrier alone?")
     own = one if loaded else one + mu[:, None]
     mass = jnp.stack([jnp.stack([own, m], -1), jnp.stack([m, one], -1)], -2)
@@ -108,7 +108,7 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
     """
     force = jnp.asarray(force)
     refuse_complex(force)
-    w = typed(omega, force.dtype)[None]
+    w = as_dtype(omega, force.dtype)[None]
     return jnp.max(jnp.abs(modal_motion(w, ratio, force[:, None], step).displacement))
 
 
@@ -117,7 +117,7 @@ def equivalent_impulse(omega: ArrayLike, peak: ArrayLike) -> Array:
     return jnp.asarray(omega) * jnp.asarray(peak)
 
 
-def combine(
+def combine_modal_maxima(
     values: AnyArray,
     how: str = "srss",
     weights: AnyArray | None = None,
@@ -169,7 +169,7 @@ def limit_loads(
     The sum goes over all pairs.
 
     Args:
-        how: as in `combine`.
+        how: as in `combine_modal_maxima`.
         weights: (j,) of the payload's modes, or (i, j) of the pairs.
         correlation: for "cqc", of the carrier's modes (i, i) and of the payload's (j, j), as `cqc_correlation` gives
             them; peaks then carry their signs, `pairs.peaks(impulses) * pairs.signs(impulses)`.
@@ -179,10 +179,10 @@ def limit_loads(
     recovery = jnp.asarray(recovery)
     values = recovery[:, None, :] * jnp.asarray(peaks)[None]
     if weights is not None:
-        w = typed(weights, values.dtype)
+        w = as_dtype(weights, values.dtype)
         values = values * (w[None, None, :] if w.ndim == 1 else w[None])
     whole = None if correlation is None else jnp.kron(*map(jnp.asarray, correlation))
-    return combine(values.reshape(len(recovery), -1), how, axis=1, correlation=whole)
+    return combine_modal_maxima(values.reshape(len(recovery), -1), how, axis=1, correlation=whole)
 
 
 class Shortfall(NamedTuple):
@@ -200,7 +200,7 @@ class Shortfall(NamedTuple):
     quotient: Array
 
 
-def shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
+def truncation_shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
     """Limit values (cases, ...) against peaks of the full transient (cases, ...): they are estimates, not bounds.
 
     Source: S1 (32).

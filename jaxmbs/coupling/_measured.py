@@ -23,7 +23,7 @@ from ._loads import BondLoad, BondLoads
 from ._rigid_body import RigidBody
 from ._ties import Channels, Ties, component_of
 from ._transfer_functions import couple, interface_forces, with_stiffness
-from ._uncoupled_transfer import beside, check_alike
+from ._uncoupled_transfer import block_diagonal, check_alike
 
 
 class _Joined(NamedTuple):
@@ -134,7 +134,7 @@ class MeasuredNetwork(eqx.Module):
             sides = [list(dict.fromkeys(own for n, own in (*side, *tied) if n == name)) for side in asked]
             if any(sides):
                 parts[name] = _receptances(c, places, omega, loss, *sides)
-        Y, pairs, bushings = beside(_alike(parts), "."), [], {}
+        Y, pairs, bushings = block_diagonal(_alike(parts), "."), [], {}
         for name, ties in self.ties:
             Y, ends = self._ends(Y, name, ties)
             element = self.bonds[name].element

@@ -13,7 +13,7 @@ from ..errors import ModelError
 from ..linear._static_response import StaticResponse
 from ..linear._storage import inexact
 from ..linear._system import LinearSystem
-from ..tables import told
+from ..tables import table_repr
 from ..typing import ArrayLike
 from ..vibration._harmonic_response import HarmonicResponse
 from ..vibration._linear_motion import LinearMotion
@@ -51,7 +51,7 @@ class Network(Assembly):
     joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     points: dict[str, Array]
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     def __init__(
         self,

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..builder._validation import mass_faults
-from ..checks import is_concrete, present
+from ..checks import is_concrete, may_be_nonzero
 from ..elements import DIRECTIONS
 from ..elements._base import number
 from ..errors import ModelError, UnknownNameError
@@ -17,7 +17,7 @@ from ..linear._rigid_motions import rigid_motions
 from ..linear._system import LinearSystem
 from ..model.inertia import as_matrix
 from ..reductions._base import Reduced
-from ..tables import short, told
+from ..tables import format_number, table_repr
 from ..typing import ArrayLike, CoordinateLike
 from ._ties import Channels
 
@@ -34,9 +34,9 @@ class _Given(NamedTuple):
 
 def _told(body):
     """A line, and the places of the centre of mass and of all points."""
-    mass = f"mass {short(body.mass[0, 0])} kg, " if is_concrete(body.mass) else ""
+    mass = f"mass {format_number(body.mass[0, 0])} kg, " if is_concrete(body.mass) else ""
     places = np.asarray(body.positions) if is_concrete(body.positions) else [("traced",) * 3] * len(body.nodes)
-    cells = [[x if isinstance(x, str) else short(x) for x in place] for place in places]
+    cells = [[x if isinstance(x, str) else format_number(x) for x in place] for place in places]
     rows = [(node, *row) for node, row in zip(body.nodes, cells, strict=True)]
     return f"rigid body, {mass}{len(body.nodes) - 1} points", [("node", "x", "y", "z"), *rows]
 
@@ -60,7 +60,7 @@ class RigidBody(LinearSystem):
 
     positions: Float[Array, "nodes 3"]
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     def __init__(
         self,
@@ -130,9 +130,9 @@ class RigidBody(LinearSystem):
 
 def _massless(mass, inertia):
     """Rows that have no mass whatever is traced later: of a point mass the rotations, of a rigid link all."""
-    if present(inertia):
+    if may_be_nonzero(inertia):
         return ()
-    return range(3, 6) if present(mass) else range(6)
+    return range(3, 6) if may_be_nonzero(mass) else range(6)
 
 
 def _given(value):

@@ -15,10 +15,10 @@ def uncoupled(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
 
     Raises: ModelError where numbers of frequencies or kinds differ.  Source: S1 (3), (40).
     """
-    return beside(parts, " ")
+    return block_diagonal(parts, " ")
 
 
-def beside(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctions:
+def block_diagonal(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctions:
     """As `uncoupled`, with this mark between the names of component and channel."""
     check_alike(parts)
     first = next(iter(parts.values()))

@@ -5,7 +5,7 @@ from jaxmbs.design._limit_result import LimitResult
 from jaxmbs.design._minimise import minimise
 from jaxmbs.design._optimum import History, Optimum
 from jaxmbs.design._pareto import Front, pareto
-from jaxmbs.design._uncertainty import Scatter, Tolerance, scattered, sensitivities, tolerances
+from jaxmbs.design._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
 
 __all__ = [
     "Front",
@@ -13,11 +13,11 @@ __all__ = [
     "Limit",
     "LimitResult",
     "Optimum",
-    "Scatter",
     "Tolerance",
+    "Uncertainty",
     "minimise",
     "pareto",
-    "scattered",
+    "propagate_uncertainty",
     "sensitivities",
     "tolerances",
 ]

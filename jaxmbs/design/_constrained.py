@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from jaxmbs.design._optimisers import wall
+from jaxmbs.design._optimisers import barrier_value
 from jaxmbs.design._search import Point
 from jaxmbs.design._working_set import KEPT, LimitedSearch
 
@@ -31,7 +31,7 @@ class Scaled:
         point = self.search.evaluate(self.start.x + self.scale * np.asarray(z))
         if point.finite:
             return point
-        value, gradient = wall(self.search.current, point.x)
+        value, gradient = barrier_value(self.search.current, point.x)
         return self.search.current._replace(x=point.x, value=value, gradient=gradient)
 
     def objective(self, z):
@@ -70,7 +70,7 @@ def run_limited(search: LimitedSearch, steps: int, engine: Callable) -> None:
         if search.steps >= steps:
             search.reason = "step limit"
         elif search.is_missing():
-            search.look_again()
+            search.update_working_set()
         elif search.is_proven():
             search.reason = "converged"
         elif search.current.violation > KEPT and not restored:

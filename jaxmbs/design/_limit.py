@@ -57,7 +57,7 @@ class Side(NamedTuple):
         return self.sign * (x[self.places] - self.bound) / self.size
 
 
-class Held(NamedTuple):
+class BoundConstraint(NamedTuple):
     """One limit on a value of a known shape."""
 
     limit: Limit
@@ -82,7 +82,7 @@ class Held(NamedTuple):
         return (jax.nn.logsumexp(self.limit.sharpness * found) / self.limit.sharpness)[None]
 
 
-def held(limit: Limit, value: jax.ShapeDtypeStruct) -> Held:
+def bind(limit: Limit, value: jax.ShapeDtypeStruct) -> BoundConstraint:
     """A limit on values of a shape.
 
     Raises: ValueError for bounds that do not fit the value, cross or are NaN; TypeError for a value that is not real.
@@ -109,7 +109,7 @@ def held(limit: Limit, value: jax.ShapeDtypeStruct) -> Held:
         index = np.flatnonzero(np.isfinite(bound))
         size = np.abs(bound[index]) if limit.scale is None else np.full(len(index), limit.scale)
         sides.append(Side(sign, index, bound[index], np.where(size > 0.0, size, 1.0)))
-    return Held(limit, value.shape, tuple(sides))
+    return BoundConstraint(limit, value.shape, tuple(sides))
 
 
 def values_of(limits: Sequence[Limit], design: PyTree, answers: Mapping | None) -> list[Any]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmbs.design._limit import Held
+from jaxmbs.design._limit import BoundConstraint
 
 
 class LimitResult(NamedTuple):
@@ -56,14 +56,17 @@ class LimitResult(NamedTuple):
 
 
 def limit_results(
-    limits: Sequence[Held], before: Sequence[np.ndarray], after: Sequence[np.ndarray], multipliers: np.ndarray
+    limits: Sequence[BoundConstraint],
+    before: Sequence[np.ndarray],
+    after: Sequence[np.ndarray],
+    multipliers: np.ndarray,
 ) -> tuple[LimitResult, ...]:
     """Of all limits, from their values; multipliers (m,) of every excess."""
     parts = np.split(multipliers, np.cumsum([held.size for held in limits])[:-1])
     return tuple(map(_result, limits, before, after, parts))
 
 
-def _result(held: Held, before: np.ndarray, after: np.ndarray, multipliers: np.ndarray) -> LimitResult:
+def _result(held: BoundConstraint, before: np.ndarray, after: np.ndarray, multipliers: np.ndarray) -> LimitResult:
     entries = np.concatenate([side.excess(np.ravel(after)) for side in held.sides], dtype=float)
     weights = multipliers
     if held.limit.sharpness:  # the slope of the aggregation shares the one multiplier out

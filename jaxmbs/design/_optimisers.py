@@ -26,7 +26,7 @@ def lbfgsb(search: Search, steps: int) -> None:
 
     def scaled(z):
         point = search.evaluate(offset + scale * z)
-        value, slopes = (point.value, point.gradient) if point.finite else wall(search.current, point.x)
+        value, slopes = (point.value, point.gradient) if point.finite else barrier_value(search.current, point.x)
         return value / unit, scale * slopes / unit
 
     def after_step(intermediate_result):
@@ -46,7 +46,7 @@ def lbfgsb(search: Search, steps: int) -> None:
         search.reason = "converged" if result.success else search.stuck()
 
 
-def wall(current: Point, x: np.ndarray) -> tuple[float, np.ndarray]:
+def barrier_value(current: Point, x: np.ndarray) -> tuple[float, np.ndarray]:
     """A value and gradient that turn a line search back to a quarter of its step towards x.
 
     Along the step they are those of the parabola that leaves the current point with its slope and has risen,

@@ -9,7 +9,7 @@ import numpy as np
 from jax.extend.core import jaxpr_as_fun
 from jaxtyping import Array, PyTree
 
-from jaxmbs.design._limit import Held, Limit, held, values_of
+from jaxmbs.design._limit import BoundConstraint, Limit, bind, values_of
 from jaxmbs.design._variables import Variables
 from jaxmbs.runtime import of_kind
 
@@ -24,7 +24,7 @@ class Program(NamedTuple):
     """
 
     run: Callable
-    limits: tuple[Held, ...]
+    limits: tuple[BoundConstraint, ...]
 
     def alone(self, x: Array) -> tuple:
         """`run` without gradients of limits."""
@@ -62,7 +62,7 @@ def program(
         traced, (shape, values) = jax.make_jaxpr(answered, return_shape=True)(variables.vector(variables.start))
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
         raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")
-    known = tuple(held(limit, value) for limit, value in zip(limits, values, strict=True))
+    known = tuple(bind(limit, value) for limit, value in zip(limits, values, strict=True))
 
     def flat(x):
         value, *values = jaxpr_as_fun(traced)(x)

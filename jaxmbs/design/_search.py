@@ -123,7 +123,9 @@ class Search:
 
     def size_of(self, point: Point) -> float:
         """The objective at a point, or the fall that its slope promised at the first design where that is larger."""
-        return max(abs(point.value), float(np.max(self.variables.promise(self._first.x, self._first.gradient))))
+        return max(
+            abs(point.value), float(np.max(self.variables.predicted_decrease(self._first.x, self._first.gradient)))
+        )
 
     def stuck(self) -> str:
         """The reason when a line search finds no lower value."""
@@ -157,7 +159,7 @@ class Search:
         return ", ".join(np.array(self.variables.names)[far])
 
     def _norm(self, point: Point) -> float:
-        return float(np.max(self.variables.promise(point.x, point.gradient)))
+        return float(np.max(self.variables.predicted_decrease(point.x, point.gradient)))
 
     def _complaint(self) -> str:
         slopes = zip(self.variables.names, self.current.gradient, strict=True)

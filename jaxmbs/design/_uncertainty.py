@@ -17,7 +17,7 @@ from jaxmbs.runtime import jit
 from jaxmbs.typing import AnyArray, ArrayLike
 
 
-class Scatter(NamedTuple):
+class Uncertainty(NamedTuple):
     """An answer under scatter of the parameters.
 
     Attributes:
@@ -68,7 +68,7 @@ class Tolerance(NamedTuple):
     share: float
 
 
-def scattered(
+def propagate_uncertainty(
     function: Callable[[PyTree], Any],
     design: PyTree,
     deviations: PyTree,
@@ -77,7 +77,7 @@ def scattered(
     seed: int = 0,
     compile: str = "full",
     gradient: str = "forward",
-) -> Scatter:
+) -> Uncertainty:
     """An answer where every parameter scatters normally about the design, on its own.
 
     Args:
@@ -88,7 +88,7 @@ def scattered(
         compile: "full", or "quick", as of `minimise`.
         gradient: "forward" for few parameters, or "reverse": of motions it is what `simulate` was told.
 
-    Returns: a `Scatter`; where fewer than two samples gave numbers, what cannot be said is nan.
+    Returns: a `Uncertainty`; where fewer than two samples gave numbers, what cannot be said is nan.
 
     Raises: ValueError for deviations that do not fit the design or are negative, `percent` outside of 0 to 100, fewer
     than two samples; TypeError for an answer that is no number or array.
@@ -104,7 +104,7 @@ def scattered(
         derive = jax.jacfwd if gradient == "forward" else jax.jacrev
         value, slopes = jit(lambda x: (flat(x), derive(flat)(x)), compile=compile)(jnp.asarray(x, float))
         deviation = np.sqrt(np.sum((np.asarray(slopes) * sigma) ** 2, axis=-1))
-        return Scatter(np.asarray(value), deviation, np.asarray(value) + norm.ppf(percent / 100.0) * deviation, 0)
+        return Uncertainty(np.asarray(value), deviation, np.asarray(value) + norm.ppf(percent / 100.0) * deviation, 0)
     _check_samples(samples)
     found = batch(flat, x + sigma * normal_points(len(x), samples, seed), progress=False, compile=compile)
     values = np.asarray(found.values)[found.ok]
@@ -113,7 +113,7 @@ def scattered(
     mean, percentile = (
         (np.mean(values, axis=0), np.percentile(values, percent, axis=0)) if len(values) else (unknown, unknown)
     )
-    return Scatter(mean, deviation, percentile, int(np.sum(~found.ok)), values)
+    return Uncertainty(mean, deviation, percentile, int(np.sum(~found.ok)), values)
 
 
 def tolerances(

@@ -42,7 +42,7 @@ class Variables(NamedTuple):
         """How far each variable (n,) may go from x: its scale; without both bounds its size where that is larger."""
         return np.where(self.is_closed, self.scale, np.maximum(self.scale, np.abs(x)))
 
-    def promise(self, x: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    def predicted_decrease(self, x: np.ndarray, gradient: np.ndarray) -> np.ndarray:
         """Fall of the objective (n,), by its slope, if one variable moves by its reach or up to its bound."""
         room = np.where(gradient > 0, x - self.lower, self.upper - x)
         return np.abs(gradient) * np.minimum(room, self.reach(x))

@@ -33,9 +33,9 @@ class LimitedSearch(Search):
         self.rows = np.arange(min(program.size, 4 * len(variables.start) + 16), dtype=np.int32)
         super().__init__(lambda vector: evaluate(vector, self.rows), variables, *args, **options)
         if not self.reason and len(self.rows) < program.size:
-            self.look_again()
+            self.update_working_set()
 
-    def look_again(self) -> None:
+    def update_working_set(self) -> None:
         """Choose the rows anew at the current point: those with multipliers so far, then the worst."""
         held = self.rows[self.multipliers(self.current).limits > 0.0]
         self._kept = np.union1d(self._kept, held).astype(np.int32)

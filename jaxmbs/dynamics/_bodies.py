@@ -5,8 +5,8 @@ import operator
 
 from jax import Array
 
-from ..kinematics._configuration import Moving
-from ..kinematics._wrench_targets import Owners
+from ..kinematics._configuration import VelocityKinematics
+from ..kinematics._wrench_targets import WrenchTargets
 from ..model._system import System
 from ._body import AbstractBodies
 from ._elastic import ElasticBodies
@@ -21,19 +21,19 @@ def bodies_of(system: System) -> tuple[AbstractBodies, ...]:
     return RigidBodies(), *(ElasticBodies(group) for group in system.elastic)
 
 
-def body_momenta(system: System, at: Moving) -> Loads:
+def body_momenta(system: System, at: VelocityKinematics) -> Loads:
     """Momenta of all bodies on nodes and columns."""
     return total(bodies.momenta(system, at) for bodies in bodies_of(system))
 
 
-def inertial_loads(system: System, at: Moving) -> Loads:
+def inertial_loads(system: System, at: VelocityKinematics) -> Loads:
     """What changes the momenta of all bodies beside loads."""
     return total(bodies.inertial_loads(system, at) for bodies in bodies_of(system))
 
 
-def needed_loads(system: System, at: Moving, V_dot, u_dot, owners: Owners) -> Loads:
+def inverse_dynamics_loads(system: System, at: VelocityKinematics, V_dot, u_dot, owners: WrenchTargets) -> Loads:
     """Loads that all bodies need beside gravity."""
-    return total(bodies.needed_loads(system, at, V_dot, u_dot, owners) for bodies in bodies_of(system))
+    return total(bodies.inverse_dynamics_loads(system, at, V_dot, u_dot, owners) for bodies in bodies_of(system))
 
 
 def total_mass(system: System) -> Array:

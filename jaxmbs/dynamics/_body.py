@@ -30,7 +30,7 @@ class AbstractBodies(eqx.Module):
         """What changes the momenta beside loads: the motion itself, and gravity; on nodes."""
 
     @abc.abstractmethod
-    def needed_loads(self, system, at, V_dot, u_dot, owners) -> Loads:
+    def inverse_dynamics_loads(self, system, at, V_dot, u_dot, owners) -> Loads:
         """Beside gravity, for twist rates V_dot (nodes, 6) and accelerations u_dot (nv,); on `kinematics.owners`."""
 
     @abc.abstractmethod

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 
-from ..kinematics._configuration import Configuration, resting
+from ..kinematics._configuration import Configuration, at_rest
 from ..kinematics._wrench_targets import nodes
 from ..model._system import System
 from ._bodies import bodies_of, total
@@ -13,7 +13,7 @@ from ._efforts import element_efforts, element_flows
 from ._loads import Loads, on_columns
 
 
-def stored_pull(system: System, at: Configuration) -> Callable[[Configuration], jax.Array]:
+def conservative_efforts(system: System, at: Configuration) -> Callable[[Configuration], jax.Array]:
     """The efforts of stored energy at a configuration, held as they are: a function of another configuration to what
     they do on its columns (nv,).
 
@@ -37,7 +37,7 @@ def source_pull(system: System, at: Configuration):
 def port_efforts(system: System, at: Configuration):
     """(stored, other): by force group the efforts (n, num_flows) of its elements at rest, those of the potential and
     all others."""
-    still, stored, other = resting(system, at), [], []
+    still, stored, other = at_rest(system, at), [], []
     for group in system.forces:
         _, displacement, flow = element_flows(system, group, still, still.V, still.u)
         own = jax.vmap(lambda law, x, f, port=group.port: port.stored_effort(law, x, f, at.t))
@@ -48,7 +48,7 @@ def port_efforts(system: System, at: Configuration):
 
 def _spread(system, at, efforts) -> Loads:
     """What efforts of the elements do on nodes and columns."""
-    still, owners = resting(system, at), nodes(system)
+    still, owners = at_rest(system, at), nodes(system)
     loads = Loads(jnp.zeros((owners.number, 6), at.psi.dtype))
     for group, effort in zip(system.forces, efforts, strict=True):
         seen, *_ = element_flows(system, group, still, still.V, still.u)

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..kinematics._configuration import Configuration, Moving, resting
+from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
 from ..kinematics._poses import frame_twists
 from ..kinematics._wrench_targets import nodes
 from ..model._system import System
@@ -29,14 +29,14 @@ def element_efforts(group, displacement, flow, t):
     return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.law, displacement, flow)
 
 
-class Acting(NamedTuple):
+class LawEffort(NamedTuple):
     """What the elements of a group see, and their efforts (n, size)."""
 
     seen: tuple
     effort: Array
 
 
-def efforts(system: System, at: Moving, owners=None, found: list[Acting] | None = None):
+def efforts(system: System, at: VelocityKinematics, owners=None, found: list[LawEffort] | None = None):
     """All force elements: wrench on every node (nodes, 6), or on other owners; effort on every column (nv,); powers.
 
     The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
@@ -51,7 +51,7 @@ def efforts(system: System, at: Moving, owners=None, found: list[Acting] | None 
         seen, displacement, flow = element_flows(system, group, at, at.V, at.u)
         effort = element_efforts(group, displacement, flow, at.t)
         if found is not None:
-            found.append(Acting(seen, effort))
+            found.append(LawEffort(seen, effort))
         loads = loads + Loads(*port.spread(group, seen, effort, owners, at.u.size))
         storing = jax.vmap(lambda law, x, f, port=port: port.storing(law, x, f, at.t))(group.law, displacement, flow)
         powers.append(jnp.sum(effort * flow, axis=1) + storing)
@@ -74,7 +74,7 @@ def element_is_source(system: System) -> tuple[bool, ...]:
 
 def stored_energy(system: System, at: Configuration):
     """Potential energy [J] of all force elements and elastic bodies, without gravity.  Source: S2 (70), V."""
-    stored, still = total(bodies.strain_energy(system, at) for bodies in bodies_of(system)), resting(system, at)
+    stored, still = total(bodies.strain_energy(system, at) for bodies in bodies_of(system)), at_rest(system, at)
     for group in system.forces:
         displacement = element_flows(system, group, at, still.V, still.u)[1]
         parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.law, displacement)

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..errors import ModelError
-from ..kinematics._configuration import resting
+from ..kinematics._configuration import at_rest
 from ..kinematics._elastic import (
     ElasticState,
     along_motion,
@@ -50,7 +50,7 @@ class ElasticBodies(AbstractBodies):
 
         return self._summed(loads, system, at)
 
-    def needed_loads(self, system, at, V_dot, u_dot, owners):
+    def inverse_dynamics_loads(self, system, at, V_dot, u_dot, owners):
         def loads(body, s: ElasticState, V_dot, rates_dot):
             return needed(body, s, flow_rate(body, s, V_dot, rates_dot), system.gravity @ s.R)
 
@@ -63,7 +63,7 @@ class ElasticBodies(AbstractBodies):
         return kinetic, body.inertia[:, 3, 3] @ (s.x[:, 0] + at.origin[None]) + jnp.sum(moment, axis=0)
 
     def weight(self, system, at, Gamma):
-        still = resting(system, at)
+        still = at_rest(system, at)
         loads = self._loads(lambda body, s: body.gravity_loads(s.q, system.gravity @ s.R), system, still)
         return Gamma.T @ on_columns(system, at, loads)
 
@@ -75,19 +75,19 @@ class ElasticBodies(AbstractBodies):
 
     def held_strains(self, system, at):
         """Source: S2 (59), (69) with the strains in place of springs."""
-        s = elastic_state(system, self.group, resting(system, at))
+        s = elastic_state(system, self.group, at_rest(system, at))
         held = jax.vmap(lambda body, s: body.strain_loads(s.q, s.flow))(self.group.body, s)
         carry = lambda body, s, load: load  # noqa: E731
-        return lambda moved: self._loads(carry, system, resting(system, moved), None, held)
+        return lambda moved: self._loads(carry, system, at_rest(system, moved), None, held)
 
     def strain_energy(self, system, at):
         """Source: S2 (70)."""
-        q = elastic_state(system, self.group, resting(system, at)).q
+        q = elastic_state(system, self.group, at_rest(system, at)).q
         return 0.5 * jnp.einsum("ek,ekl,el->", q, self.group.body.stiffness, q)
 
     def strain_stiffness(self, system, at, Gamma):
         """`sum G^T K G` with the rates of deformation G per independent velocity.  Source: S2 (68)-(71)."""
-        s = elastic_state(system, self.group, resting(system, at))
+        s = elastic_state(system, self.group, at_rest(system, at))
         G = flow_map(system, self.group, at, s)[:, 6:] @ Gamma
         return jnp.einsum("ekn,ekl,elm->nm", G, self.group.body.stiffness, G)
 

@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from ..kinematics._configuration import Moving, at_state, moving
+from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._state import State
 from ..model._entry_points import question
 from ..model._system import System
@@ -11,14 +11,14 @@ from ._bodies import bodies_of, total
 from ._efforts import stored_energy
 
 
-def energies(system: System, at: Moving):
+def energies(system: System, at: VelocityKinematics):
     """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
     kinetic, lifted = zip(*(bodies.energies(system, at) for bodies in bodies_of(system)), strict=True)
     return total(kinetic), stored_energy(system, at) - jnp.dot(system.gravity, total(lifted))
 
 
 def _of_state(system, state):
-    return energies(system, moving(system, at_state(system, state), state.velocities))
+    return energies(system, with_velocities(system, at_state(system, state), state.velocities))
 
 
 @question

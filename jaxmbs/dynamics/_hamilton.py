@@ -10,7 +10,14 @@ import jax.numpy as jnp
 
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Configuration, Moving, column_twists, configuration, moving, node_motion
+from ..kinematics._configuration import (
+    Configuration,
+    VelocityKinematics,
+    column_twists,
+    configuration,
+    node_motion,
+    with_velocities,
+)
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._kic import velocity_map
 from ..kinematics._poses import coordinate_rate, first_place, joint_twists, node_inertias, node_poses, referred
@@ -50,7 +57,7 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
     return u, momentum_rate(topology, S, V, momentum(J, V), gravity_wrench(J, gravity))
 
 
-def tree_momentum_rate(system: System, at: Moving, sigma=None, directions=None):
+def tree_momentum_rate(system: System, at: VelocityKinematics, sigma=None, directions=None):
     """Momentum rate (nv,) under gravity, force elements and `A_dot^T sigma`, and the elements' powers.
 
     Args: directions: `closures.moving_directions`, with sigma.
@@ -60,7 +67,7 @@ def tree_momentum_rate(system: System, at: Moving, sigma=None, directions=None):
     F, Q, powers = efforts(system, at)
     h, loads = body_momenta(system, at).wrench, Loads(F, Q) + inertial_loads(system, at)
     if sigma is not None:
-        wrenches, rates, part = constraints.pull(system, at, sigma, directions)
+        wrenches, rates, part = constraints.constraint_momentum_rate(system, at, sigma, directions)
         h, loads = h + wrenches, loads + Loads(rates, part)
     return momentum_rate(system.topology, at.S, at.V, h, loads.wrench) + loads.column, powers
 
@@ -75,7 +82,7 @@ def velocities(system: System, at: Configuration, p, known=None):
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 
 
-def momenta(system: System, at: Moving):
+def momenta(system: System, at: VelocityKinematics):
     """Momenta p = M u (nv,); Source: S2 (30), (34)."""
     return on_columns(system, at, body_momenta(system, at))
 
@@ -91,7 +98,7 @@ def canonical_rate(system: System, at: Configuration, p):
     """
     directions = closures.moving_directions(system, at)
     u, sigma = velocities(system, at, p, directions[0])
-    rate, powers = tree_momentum_rate(system, moving(system, at, u), sigma, directions)
+    rate, powers = tree_momentum_rate(system, with_velocities(system, at, u), sigma, directions)
     return coordinate_rate(system.topology, at.psi, u), rate, powers, u
 
 
@@ -113,7 +120,7 @@ def independent_rate(system: System, at: Configuration, p):
     `p_dot = Gamma^T (Q + sum J_dot^T h) + Gamma_dot^T M u`: singular where the independent set is.
     """
     u = independent_velocities(system, at, p)
-    here = moving(system, at, u)
+    here = with_velocities(system, at, u)
     rate, powers = tree_momentum_rate(system, here)
     h, psi_dot = momenta(system, here), coordinate_rate(system.topology, at.psi, u)
 

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Moving, at_state, moving, node_accelerations
+from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._elastic import mass_matrix as inertia_matrix
 from ..kinematics._state import State
 from ..kinematics._tree import solve
@@ -16,20 +16,20 @@ from ..kinematics._wrench_targets import nodes
 from ..math._linalg import saddle_solve
 from ..model._entry_points import question
 from ..model._system import System
-from ._bodies import needed_loads
+from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
 from ._loads import Loads, on_columns
 from ._sparse_saddle import constraint_rows, sparse_saddle
 
 
-def required_efforts(system: System, at: Moving, V_dot, u_dot, loads):
+def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads):
     """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and the loads of
     its force elements, on nodes (nodes, 6) and columns (nv,)."""
     F, Q = loads
-    return on_columns(system, at, needed_loads(system, at, V_dot, u_dot, nodes(system)) - Loads(F)) - Q
+    return on_columns(system, at, inverse_dynamics_loads(system, at, V_dot, u_dot, nodes(system)) - Loads(F)) - Q
 
 
-def accelerations(system: System, at: Moving, method="dense", loads=None, directions=None):
+def accelerations(system: System, at: VelocityKinematics, method="dense", loads=None, directions=None):
     """(u_dot (nv,), multipliers (rows,), gaps (rows,)): `M u_dot + bias - Q = A^T lambda`, `A u_dot - gamma` = gaps.
 
     Args:
@@ -50,7 +50,7 @@ def accelerations(system: System, at: Moving, method="dense", loads=None, direct
     return a, -y, A @ a - gamma
 
 
-def saddle_sides(system: System, at: Moving, loads=None, directions=None):
+def saddle_sides(system: System, at: VelocityKinematics, loads=None, directions=None):
     """Right-hand sides of the saddle system: efforts (nv,) less bias at zero accelerations, and gamma (rows,), None
     without directions."""
     none = jnp.zeros_like(at.u)
@@ -61,7 +61,7 @@ def saddle_sides(system: System, at: Moving, loads=None, directions=None):
 
 
 def _at(system, state):
-    return moving(system, at_state(system, state), state.velocities)
+    return with_velocities(system, at_state(system, state), state.velocities)
 
 
 @question

@@ -26,7 +26,7 @@ class RigidBodies(AbstractBodies):
     def inertial_loads(self, system, at):
         return Loads(gravity_wrench(at.J, system.gravity))
 
-    def needed_loads(self, system, at, V_dot, u_dot, owners):
+    def inverse_dynamics_loads(self, system, at, V_dot, u_dot, owners):
         J, V, V_dot = owners.masses(at, V_dot)
         return Loads(momentum_rate(J, V, V_dot) - gravity_wrench(J, system.gravity))
 

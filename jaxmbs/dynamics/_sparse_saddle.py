@@ -16,7 +16,7 @@ from .. import blocksparse
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics import _coordinate_rows as coordinate_rows
-from ..kinematics._configuration import Configuration, moving, node_motion
+from ..kinematics._configuration import Configuration, node_motion, with_velocities
 from ..kinematics._poses import frame_twists
 from ..kinematics._tree import ancestors, subtrees
 from ..math._linalg import proximal_rounds, relative
@@ -24,7 +24,7 @@ from ..math._spatial import dot, momentum
 from ..math._spd import spd_inverse
 from ..model._rows import Drive
 from ..model._system import System
-from ..runtime import take
+from ..runtime import gather_static
 from ._bodies import body_momenta
 from ._body_graph import body_graph
 from ._body_matrix import body_matrix, joint_maps
@@ -50,7 +50,7 @@ class Rows(NamedTuple):
         """A a (rows,) for accelerations a (nv,)."""
         system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, self.twists(a))
         for group, D in zip(system.closures, self.directions, strict=True):
-            relative = take(twist, group.second) - take(twist, group.first)
+            relative = gather_static(twist, group.second) - gather_static(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
         if system.rows:
             parts.append(coordinate_rows.rates(system, self.at.psi, self.at.t, a))
@@ -64,7 +64,7 @@ class Rows(NamedTuple):
         """Magnitude (rows,) of what adds up in `rates`, from the rates of twists (nodes, 6)."""
         system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, jnp.abs(twists))
         for group, D in zip(system.closures, self.directions, strict=True):
-            both = take(twist, group.second) + take(twist, group.first)
+            both = gather_static(twist, group.second) + gather_static(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
         if system.rows:
             parts.append(jnp.abs(coordinate_rows.rates(system, self.at.psi, self.at.t, a)))
@@ -119,7 +119,7 @@ def _constant(tree):
 
 def _mass_times(system, at, a):
     """M a (nv,)."""
-    return on_columns(system, at, body_momenta(system, moving(system, at, a)))
+    return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
 
 
 class _Kinds(NamedTuple):

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from ..math._spd import spd_solve
-from ..typing import Converted
+from ..typing import Convertible
 from ._base import DIRECTIONS, AbstractElement, number, optional
 from ._parts import along, carried, gauss, turned
 
@@ -53,19 +53,19 @@ class Beam(AbstractElement):
         line_mass: mass that is no part of the section, on its axis [kg/m].
     """
 
-    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    shear_modulus: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    area: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    inertia_y: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    inertia_z: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    torsion: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
-    shear: Converted[Float[Array, "... 2"] | None] = eqx.field(converter=optional, default=None)
-    reference: Converted[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
-    offsets: Converted[Float[Array, "... 2 3"] | None] = eqx.field(converter=optional, default=None)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    shear_modulus: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    area: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    inertia_y: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    inertia_z: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    torsion: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    shear: Convertible[Float[Array, "... 2"] | None] = eqx.field(converter=optional, default=None)
+    reference: Convertible[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
+    offsets: Convertible[Float[Array, "... 2 3"] | None] = eqx.field(converter=optional, default=None)
     releases: tuple[str, ...] = eqx.field(static=True, default=())
-    fibres: Converted[Float[Array, "... p 2"]] = eqx.field(converter=number, default=((0.0, 0.0),))
-    line_mass: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    fibres: Convertible[Float[Array, "... p 2"]] = eqx.field(converter=number, default=((0.0, 0.0),))
+    line_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
     num_nodes = 2
     has_ends = True

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..typing import Converted, ScalarLike
+from ..typing import Convertible, ScalarLike
 from ._base import AbstractElement, number
 from ._parts import condensed, gauss, inverse_jacobian, linear_shapes
 
@@ -33,9 +33,9 @@ class Hexahedron(AbstractElement):
         young: modulus [Pa]; poisson; density [kg/m^3].
     """
 
-    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    poisson: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
     num_nodes = 8
     coordinates = 3

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
-from ..typing import Converted
+from ..typing import Convertible
 from ._base import AbstractElement, number, optional
 from ._parts import carried
 
@@ -23,9 +23,9 @@ class PointMass(AbstractElement):
         inertia: (3, 3) about the centre of mass, world axes [kg m^2], or None.
     """
 
-    value: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    offset: Converted[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
-    inertia: Converted[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
+    value: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    offset: Convertible[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
+    inertia: Convertible[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
 
     num_nodes = 1
     nonnegative = ("value",)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..typing import Converted, Matrix3
+from ..typing import Convertible, Matrix3
 from ._base import number
 from ._parts import across, condensed, gauss, inverse_jacobian, linear_shapes, plane_stress
 from ._shell import AbstractShell
@@ -39,8 +39,8 @@ class Quadrilateral(AbstractShell):
         drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
     """
 
-    shear_factor: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=5 / 6)
-    drilling: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.1)
+    shear_factor: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=5 / 6)
+    drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.1)
 
     num_nodes = 4
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..typing import Converted
+from ..typing import Convertible
 from ._base import AbstractElement, number
 
 
@@ -16,9 +16,9 @@ class Rod(AbstractElement):
         lumped: half of the mass on each node; else the consistent mass.
     """
 
-    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    area: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    area: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
     lumped: bool = eqx.field(static=True, default=False)
 
     num_nodes = 2

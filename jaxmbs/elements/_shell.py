@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..typing import Converted, Matrix3, ScalarLike
+from ..typing import Convertible, Matrix3, ScalarLike
 from ._base import AbstractElement, number
 from ._parts import carried, plane_stress, turned
 
@@ -22,10 +22,10 @@ class AbstractShell(AbstractElement):
         young: modulus [Pa]; poisson; thickness [m]; density [kg/m^3].
     """
 
-    young: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    poisson: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    thickness: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    thickness: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
     positive: ClassVar[tuple[str, ...]] = ("young", "thickness")
     force_labels: ClassVar[tuple[str, ...]] = _RESULTANTS

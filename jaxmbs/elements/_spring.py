@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import are_axes, is_concrete
-from ..typing import Converted
+from ..typing import Convertible
 from ._base import DIRECTIONS, AbstractElement, number, optional
 from ._parts import carried, turned
 
@@ -38,10 +38,10 @@ class Spring(AbstractElement):
         place: where on the line of the nodes the spring sits, 0 at the first, 1 at the second.
     """
 
-    matrix: Converted[Float[Array, "... 6 6"]] = eqx.field(converter=_six)
-    damper: Converted[Float[Array, "... 6 6"] | None] = eqx.field(converter=_optional_six, default=None)
-    axes: Converted[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
-    place: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.5)
+    matrix: Convertible[Float[Array, "... 6 6"]] = eqx.field(converter=_six)
+    damper: Convertible[Float[Array, "... 6 6"] | None] = eqx.field(converter=_optional_six, default=None)
+    axes: Convertible[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
+    place: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.5)
 
     num_nodes = 2
     force_labels = DIRECTIONS

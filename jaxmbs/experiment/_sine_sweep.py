@@ -8,7 +8,7 @@ from jaxtyping import Array, Complex, Float
 
 from ..elements._base import number
 from ..math import _square as square
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
 
 
@@ -18,7 +18,7 @@ def sweep_phase(time: ArrayLike, start: ArrayLike, end: ArrayLike, duration: Arr
     Source: S1 (41), Fig. 4.
     """
     time = number(time)
-    start, end, duration = (typed(x, time.dtype) for x in (start, end, duration))
+    start, end, duration = (as_dtype(x, time.dtype) for x in (start, end, duration))
     rate = (end - start) / duration
     return start * time + rate * time**2 / 2, start + rate * time
 

@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float
 from ..checks import is_concrete, negative
 from ..errors import ModelError
 from ..linear._system import LinearSystem
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..vibration._modes import natural_modes
 
 
@@ -77,7 +77,7 @@ def check_suspension(
         raise ValueError(f"supports with negative stiffness: {', '.join(map(str, wrong))}")
     for name, stiffness in supports.items():
         rows, _ = free.outputs(name)
-        k = typed(stiffness, K.dtype)
+        k = as_dtype(stiffness, K.dtype)
         K = K + rows.T @ (k @ rows if k.ndim == 2 else jnp.broadcast_to(k, len(rows))[:, None] * rows)
     alone = natural_modes(K=free.stiffness, M=free.mass, num=num_rigid + 1, num_rigid=num_rigid).frequencies
     held = natural_modes(K=K, M=free.mass, num=num_rigid + 1, num_rigid=0).frequencies

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import broken, negative, not_positive
-from ..runtime import typed
+from ..checks import any_concrete, negative, not_positive
+from ..runtime import as_dtype
 from ..typing import ArrayLike
 
 
@@ -23,8 +23,8 @@ def coherence_variance(values: ArrayLike, coherence: ArrayLike, averages: ArrayL
     Source: S1 (41); J. Bendat, A. Piersol, Random Data, single-input estimates with noise at the output.
     """
     values, coherence = jnp.asarray(values), jnp.asarray(coherence)
-    averages = typed(averages, coherence.dtype)
-    if broken(lambda c: (c < 0) | (c > 1), coherence) or not_positive(averages):
+    averages = as_dtype(averages, coherence.dtype)
+    if any_concrete(lambda c: (c < 0) | (c > 1), coherence) or not_positive(averages):
         raise ValueError("a coherence lies between 0 and 1, and there is one average at least")
     return jnp.abs(values) ** 2 * (1 - coherence) / (coherence * averages)
 
@@ -37,7 +37,7 @@ def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLik
     Source: S1 (41).
     """
     values = jnp.asarray(values)
-    relative, floor = (jnp.broadcast_to(typed(a, values.real.dtype), values.shape) for a in (relative, floor))
+    relative, floor = (jnp.broadcast_to(as_dtype(a, values.real.dtype), values.shape) for a in (relative, floor))
     return jnp.abs(values) ** 2 * relative**2 + floor**2
 
 

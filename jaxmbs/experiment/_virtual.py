@@ -13,7 +13,7 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
-from ..runtime import as_array, typed
+from ..runtime import as_array, as_dtype
 from ..typing import ArrayLike
 
 
@@ -48,7 +48,7 @@ def flexible_channels(places: Sequence[tuple], point: ArrayLike, motion: Callabl
     """
     r, d = (jnp.stack([as_array(place[k]) for place in places]) for k in (0, 1))
     d = d / jnp.linalg.norm(d, axis=1, keepdims=True)
-    return jnp.sum(d * jax.vmap(motion)(r - typed(point, d.dtype)[None]), axis=1)
+    return jnp.sum(d * jax.vmap(motion)(r - as_dtype(point, d.dtype)[None]), axis=1)
 
 
 def virtual_point(

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
-from ..runtime import jit, typed
+from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ._structure import Structure
 
@@ -60,13 +60,13 @@ def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]
         for direction, component in items:
             if direction not in DIRECTIONS:
                 raise ValueError(f"load at {name}: {direction!r} is none of {', '.join(DIRECTIONS)}")
-            total = total.at[node, DIRECTIONS.index(direction)].add(typed(component, total.dtype))
+            total = total.at[node, DIRECTIONS.index(direction)].add(as_dtype(component, total.dtype))
     return total
 
 
 def element_weights(structure, group, acceleration):
     """`body_load` of a group by element (elements, n)."""
-    field = typed(acceleration, structure.positions.dtype)
+    field = as_dtype(acceleration, structure.positions.dtype)
 
     def weight(element, nodes):
         motion = jnp.zeros((element.num_nodes, element.coordinates), nodes.dtype).at[:, :3].set(field)
@@ -85,7 +85,7 @@ def element_line_loads(structure, group, force):
 
 
 def _each(structure, group, value, shape):
-    value = typed(value, structure.positions.dtype)
+    value = as_dtype(value, structure.positions.dtype)
     return jnp.broadcast_to(
         value.reshape((1,) * (1 + len(shape) - value.ndim) + value.shape), (len(group.nodes), *shape)
     )

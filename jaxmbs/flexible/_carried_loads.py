@@ -9,14 +9,14 @@ from ..dynamics._newton_euler import accelerations
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..kinematics import _reaction_map as reaction_map
-from ..kinematics._configuration import at_state, moving, node_accelerations
+from ..kinematics._configuration import at_state, node_accelerations, with_velocities
 from ..kinematics._state import HasStates, State
 from ..linear._system import LinearSystem
 from ..math._linalg import skew
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..reaction._solve import reactions
-from ..runtime import jit, over_rows
+from ..runtime import jit, map_chunked
 from ..typing import Matrix3, Scalar, Vector3
 from ._floating_frame import directions, rigid_basis
 
@@ -112,12 +112,12 @@ def _carried(system, states, components, wrenches, joints, method):
         return found
 
     rows = states, wrenches
-    return loads(rows) if states.coordinates.ndim == 1 else over_rows(loads, rows)
+    return loads(rows) if states.coordinates.ndim == 1 else map_chunked(loads, rows)
 
 
 def _motion(system, state, method):
     """Where it is, and the world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
-    at = moving(system, at_state(system, state), state.velocities)
+    at = with_velocities(system, at_state(system, state), state.velocities)
     V_dot = node_accelerations(system.topology, at, accelerations(system, at, method)[0])
     return at, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (at.V, V_dot))
 

@@ -15,7 +15,7 @@ from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..math._linalg import skew
 from ..model._elastic import ElasticBody
-from ..reductions._base import AbstractReduction, Physical, Reduced, check_num_modes
+from ..reductions._base import AbstractReduction, Reduced, Unreduced, check_num_modes
 from ..reductions._craig_bampton import CraigBampton
 from ..typing import AnyArray, ArrayLike
 from ..vibration._damping import modal_damping
@@ -80,7 +80,7 @@ def floating_frame(
     if method is None:
         check_num_modes(num_modes, s.num_rows - len(outer))
     if len(outer) == s.num_rows:
-        method = Physical()
+        method = Unreduced()
     reduced = (CraigBampton(num_modes) if method is None else method).of(s.with_interface(*outer))
     motions, modes = reduced.basis[:, 6 : len(outer)], reduced.basis[:, len(outer) :]
     shapes = jnp.concatenate([motions, _upright(modes)], axis=1)

@@ -10,7 +10,7 @@ from ..checks import no_such
 from ..dynamics._elastic import needed
 from ..dynamics._newton_euler import accelerations
 from ..errors import UnknownNameError
-from ..kinematics._configuration import at_state, moving, node_accelerations
+from ..kinematics._configuration import at_state, node_accelerations, with_velocities
 from ..kinematics._elastic import elastic_state, flow_rate, gathered
 from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
@@ -123,14 +123,14 @@ def _of_body(group, index, tree):
 
 
 def _deformations(system, group, index, state):
-    at = moving(system, at_state(system, state, inertias=False), state.velocities)
+    at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
     s = _of_body(group, index, elastic_state(system, group, at))[1]
     return s.q, s.flow[6:]
 
 
 def _motion(system, group, index, frame, state):
     """Inertia is the rate of the momenta of the nodes, `-(M y_dot + Omega x M y)` with the velocities y."""
-    at = moving(system, at_state(system, state), state.velocities)
+    at = with_velocities(system, at_state(system, state), state.velocities)
     a, *_ = accelerations(system, at)
     V_dot = node_accelerations(system.topology, at, a)
     body, s = _of_body(group, index, elastic_state(system, group, at))

@@ -10,7 +10,7 @@ from jax import lax
 from jaxtyping import Array
 
 from ..checks import is_concrete
-from ..kinematics._configuration import Moving, at_state, moving
+from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._elastic import gathered
 from ..kinematics._state import HasStates, State
 from ..model._entry_points import states_of
@@ -38,13 +38,13 @@ def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
     states = states_of(system, motion)
 
     def at(state):
-        here = moving(system, at_state(system, state, inertias=False), state.velocities)
+        here = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
         return missing(system, squared_spins(system, here))
 
     return jit(at if states.coordinates.ndim == 1 else jax.vmap(at))(states)
 
 
-def squared_spins(system: System, at: Moving) -> tuple[Array, ...]:
+def squared_spins(system: System, at: VelocityKinematics) -> tuple[Array, ...]:
     """Squared angular speeds (bodies,) of the floating frames, by group of elastic bodies."""
     return tuple(jnp.sum(gathered(system, group, at.V, at.u)[0][:, 0, :3] ** 2, axis=-1) for group in system.elastic)
 

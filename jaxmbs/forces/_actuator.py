@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 
-from jaxmbs.typing import Converted, Scalar, ScalarLike
+from jaxmbs.typing import Convertible, Scalar, ScalarLike
 
 from ..checks import faults_if, negative
 from ._base import AbstractScalarLaw
@@ -23,7 +23,7 @@ class Actuator(AbstractScalarLaw):
         function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static.
     """
 
-    function: Converted[Callable[..., Any]] = eqx.field(converter=law_function)
+    function: Convertible[Callable[..., Any]] = eqx.field(converter=law_function)
     is_source: ClassVar[bool] = True
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
@@ -43,9 +43,9 @@ class PD(AbstractScalarLaw):
         kd: derivative gain >= 0 [N s/m or N m s/rad].
     """
 
-    target: Converted[Callable[..., Any]] = eqx.field(converter=as_signal)
-    kp: Converted[Scalar] = eqx.field(converter=number)
-    kd: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+    target: Convertible[Callable[..., Any]] = eqx.field(converter=as_signal)
+    kp: Convertible[Scalar] = eqx.field(converter=number)
+    kd: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = True
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:

@@ -11,14 +11,14 @@ import jax
 import jax.numpy as jnp
 
 from ..checks import faults_if
-from ..typing import Converted, Matrix3, ScalarLike, Vector3
+from ..typing import Convertible, Matrix3, ScalarLike, Vector3
 from ._base import AbstractBodyLaw
 from ._fields import law_function, number
 from ._signals import as_signal
 
 
 class _VectorLoad(AbstractBodyLaw):
-    value: Converted[Callable[..., Any]] = eqx.field(converter=as_signal)
+    value: Convertible[Callable[..., Any]] = eqx.field(converter=as_signal)
     axes: str = eqx.field(static=True, default="world")
 
     def __check_init__(self):
@@ -76,7 +76,7 @@ class Wrench(AbstractBodyLaw):
             `eqx.Module` are leaves, a plain function is static.
     """
 
-    function: Converted[Callable[..., Any]] = eqx.field(converter=law_function)
+    function: Convertible[Callable[..., Any]] = eqx.field(converter=law_function)
 
     def wrench(
         self, rotation: Matrix3, position: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike

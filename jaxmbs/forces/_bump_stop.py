@@ -5,9 +5,9 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Converted, Scalar, ScalarLike
+from jaxmbs.typing import Convertible, Scalar, ScalarLike
 
-from ..checks import broken, faults_if, negative, present
+from ..checks import any_concrete, faults_if, may_be_nonzero, negative
 from ._base import AbstractScalarLaw
 from ._fields import number
 
@@ -30,11 +30,11 @@ class BumpStop(AbstractScalarLaw):
         damping: c >= 0 [s/m or s/rad].
     """
 
-    stiffness: Converted[Scalar] = eqx.field(converter=number)
-    lower: Converted[Scalar] = eqx.field(converter=number, default=-jnp.inf)
-    upper: Converted[Scalar] = eqx.field(converter=number, default=jnp.inf)
-    exponent: Converted[Scalar] = eqx.field(converter=number, default=2.0)
-    damping: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+    stiffness: Convertible[Scalar] = eqx.field(converter=number)
+    lower: Convertible[Scalar] = eqx.field(converter=number, default=-jnp.inf)
+    upper: Convertible[Scalar] = eqx.field(converter=number, default=jnp.inf)
+    exponent: Convertible[Scalar] = eqx.field(converter=number, default=2.0)
+    damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Push of the lower stop minus push of the upper one."""
@@ -47,11 +47,11 @@ class BumpStop(AbstractScalarLaw):
 
     @property
     def stores(self) -> bool:
-        return present(self.stiffness)
+        return may_be_nonzero(self.stiffness)
 
     @property
     def dissipates(self) -> bool:
-        return present(self.damping)
+        return may_be_nonzero(self.damping)
 
     unbounded: ClassVar[tuple[str, ...]] = ("lower", "upper")
 
@@ -60,14 +60,14 @@ class BumpStop(AbstractScalarLaw):
         return super().faults() + faults_if(
             (negative(self.stiffness), "stiffness must not be negative"),
             (negative(self.damping), "damping must not be negative"),
-            (broken(lambda n: n < 1, self.exponent), "exponent must be at least 1"),
-            (broken(lambda low, high: low > high, self.lower, self.upper), "lower must not exceed upper"),
+            (any_concrete(lambda n: n < 1, self.exponent), "exponent must be at least 1"),
+            (any_concrete(lambda low, high: low > high, self.lower, self.upper), "lower must not exceed upper"),
         )
 
     def length_faults(self) -> list[str]:
         """An edge at a negative distance is never reached, or never left."""
         return faults_if(
-            (broken(_below_zero, self.lower), "lower is a distance between points and must not be negative"),
+            (any_concrete(_below_zero, self.lower), "lower is a distance between points and must not be negative"),
             (negative(self.upper), "upper is a distance between points and must not be negative"),
         )
 

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxmbs.math._rotation import rotation_vector, rotation_vector_coefficient
-from jaxmbs.typing import Converted, Matrix3, Scalar, ScalarLike, Vector3
+from jaxmbs.typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
 
-from ..checks import broken, faults_if, present
+from ..checks import any_concrete, faults_if, may_be_nonzero
 from ._base import AbstractPoseLaw
 from ._fields import number
 
@@ -41,9 +41,9 @@ class Bushing(AbstractPoseLaw):
             opposite.
     """
 
-    stiffness: Converted[Float[Array, "6 6"]] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
-    damping: Converted[Float[Array, "6 6"]] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
-    preload: Converted[Float[Array, " 6"]] = eqx.field(converter=number, default=(0.0,) * 6)
+    stiffness: Convertible[Float[Array, "6 6"]] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
+    damping: Convertible[Float[Array, "6 6"]] = eqx.field(converter=six_by_six, default=(0.0, 0.0))
+    preload: Convertible[Float[Array, " 6"]] = eqx.field(converter=number, default=(0.0,) * 6)
 
     def wrench(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
@@ -62,19 +62,19 @@ class Bushing(AbstractPoseLaw):
 
     @property
     def stores(self) -> bool:
-        return present(self.stiffness, self.preload)
+        return may_be_nonzero(self.stiffness, self.preload)
 
     @property
     def dissipates(self) -> bool:
-        return present(self.damping)
+        return may_be_nonzero(self.damping)
 
     def faults(self) -> list[str]:
         """Stiffness is symmetric, damping dissipates."""
         found = super().faults()
         return found or faults_if(
             (self.preload.shape != (6,), "preload must have six components"),
-            (broken(_asymmetric, self.stiffness), "stiffness matrix must be symmetric"),
-            (broken(_indefinite, self.damping), "damping matrix must be positive semidefinite"),
+            (any_concrete(_asymmetric, self.stiffness), "stiffness matrix must be symmetric"),
+            (any_concrete(_indefinite, self.damping), "damping matrix must be positive semidefinite"),
         )
 
 

@@ -10,7 +10,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from ..checks import broken, is_concrete
+from ..checks import any_concrete, is_concrete
 from ..runtime import KnownFunction, as_array
 
 
@@ -99,10 +99,10 @@ def value_faults(module: eqx.Module) -> list[str]:
         value = getattr(module, field.name)
         if hasattr(value, "faults"):
             found += [f"{field.name}: {message}" for message in value.faults()]
-        elif any(broken(np.isnan, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)):
+        elif any(any_concrete(np.isnan, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)):
             found.append(f"{field.name} is not a number")
         elif field.name not in getattr(module, "unbounded", ()) and any(
-            broken(np.isinf, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)
+            any_concrete(np.isinf, leaf) for leaf in jax.tree.leaves(value) if eqx.is_inexact_array(leaf)
         ):
             found.append(f"{field.name} is not finite")
     return found

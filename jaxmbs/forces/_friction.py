@@ -4,7 +4,7 @@ import jax.numpy as jnp
 
 from jaxmbs.typing import ArrayLike, Scalar, ScalarLike
 
-from ..checks import broken, faults_if, negative, not_positive
+from ..checks import any_concrete, faults_if, negative, not_positive
 from ._base import AbstractScalarLaw
 from ._fields import number
 
@@ -54,7 +54,7 @@ class CoulombFriction(AbstractScalarLaw):
         """Every part dissipates."""
         return super().faults() + faults_if(
             (negative(self.effort_limit), "effort_limit must not be negative"),
-            (broken(lambda r: r < 1, self.static_ratio), "static_ratio must be at least 1"),
+            (any_concrete(lambda r: r < 1, self.static_ratio), "static_ratio must be at least 1"),
             (not_positive(self.slip_speed), "slip_speed must be positive"),
             (negative(self.viscous), "viscous must not be negative"),
             (not_positive(self.stribeck_speed), "stribeck_speed must be positive"),

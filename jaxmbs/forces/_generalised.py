@@ -6,7 +6,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array
 
-from ..typing import ArrayLike, Converted, ScalarLike
+from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import AbstractSystemLaw
 from ._fields import law_function, number
 
@@ -21,7 +21,7 @@ class GeneralisedEffort(AbstractSystemLaw):
             static.
     """
 
-    function: Converted[Callable[..., Any]] = eqx.field(converter=law_function)
+    function: Convertible[Callable[..., Any]] = eqx.field(converter=law_function)
 
     def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Array:
         """The function's (nv,). Source: S2 (76)."""

@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array
 
 from ..math._linalg import direction, safe_norm, skew
-from ..runtime import summed, take
+from ..runtime import gather_static, segment_sum_static
 from ._base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
 from ._port import AbstractPort
 
@@ -119,7 +119,7 @@ class FramePort(_BetweenFrames):
     num_flows = 6
 
     def gather(self, group, at, V, u):
-        return _ends(group.first, at, V), take(at.x, np.asarray(group.first)) + at.origin[None]
+        return _ends(group.first, at, V), gather_static(at.x, np.asarray(group.first)) + at.origin[None]
 
     def displacement(self, a, place):
         return a.R, place
@@ -147,7 +147,7 @@ class JointPort(AbstractPort):
     num_flows = 1
 
     def gather(self, group, at, V, u):
-        return take(at.psi, np.asarray(group.second)), take(u, np.asarray(group.first))
+        return gather_static(at.psi, np.asarray(group.second)), gather_static(u, np.asarray(group.first))
 
     def displacement(self, q, v):
         return (q,)
@@ -162,7 +162,7 @@ class JointPort(AbstractPort):
         return law.effort(*displacement, flow[0], t)[None]
 
     def spread(self, group, seen, efforts, owners, num_velocities):
-        return None, summed(efforts[:, 0], group.first, num_velocities)
+        return None, segment_sum_static(efforts[:, 0], group.first, num_velocities)
 
     def stiffness(self, law, displacement, flow, t):
         return _curvature(law, *displacement, t)[None, None]
@@ -210,7 +210,7 @@ def _moment_first(wrench):
 
 def _ends(side, at, V):
     """The frames of all elements on one side."""
-    return End(*(take(part, np.asarray(side)) for part in (at.R, at.x, V)))
+    return End(*(gather_static(part, np.asarray(side)) for part in (at.R, at.x, V)))
 
 
 def _wrench_at(x, moment, force):

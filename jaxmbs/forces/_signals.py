@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxmbs.math._interpolation import hermite, spline_slopes
-from jaxmbs.typing import ArrayLike, Converted, Scalar, ScalarLike
+from jaxmbs.typing import ArrayLike, Convertible, Scalar, ScalarLike
 
 from ..checks import not_increasing, not_positive
 from ._fields import function, number, optional_number, value_faults
@@ -36,7 +36,7 @@ class AbstractSignal(eqx.Module):
 class Constant(AbstractSignal):
     """`value` at all times."""
 
-    value: Converted[Float[Array, "..."]] = eqx.field(converter=number)
+    value: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.value
@@ -45,8 +45,8 @@ class Constant(AbstractSignal):
 class Ramp(AbstractSignal):
     """`start + rate t`: `start` at t = 0, `rate` per second."""
 
-    start: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
-    rate: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
+    start: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    rate: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.start + self.rate * t
@@ -55,10 +55,10 @@ class Ramp(AbstractSignal):
 class Harmonic(AbstractSignal):
     """`mean + amplitude sin(omega t + phase)`, omega in rad/s, phase in rad."""
 
-    mean: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
-    amplitude: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
-    omega: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
-    phase: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    mean: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    amplitude: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
+    omega: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
+    phase: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         return self.mean + self.amplitude * jnp.sin(self.omega * t + self.phase)
@@ -67,7 +67,7 @@ class Harmonic(AbstractSignal):
 class Polynomial(AbstractSignal):
     """`sum_i coefficients[i] t^i`, lowest power first: (n,), or (n, k) for a vector."""
 
-    coefficients: Converted[Float[Array, "n ..."]] = eqx.field(converter=number)
+    coefficients: Convertible[Float[Array, "n ..."]] = eqx.field(converter=number)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         first = jnp.zeros_like(self.coefficients[0]) * t
@@ -77,10 +77,10 @@ class Polynomial(AbstractSignal):
 class Step(AbstractSignal):
     """From `before` to `after` within `duration` from `start` [s], by the quintic of zero end rates (C2)."""
 
-    start: Converted[Scalar] = eqx.field(converter=number, default=0.0)
-    duration: Converted[Scalar] = eqx.field(converter=number, default=1.0)
-    before: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
-    after: Converted[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
+    start: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    duration: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
+    before: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    after: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=1.0)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
         s = (t - self.start) / self.duration

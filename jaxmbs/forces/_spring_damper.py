@@ -3,9 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Converted, Scalar, ScalarLike, Vector3
+from jaxmbs.typing import Convertible, Scalar, ScalarLike, Vector3
 
-from ..checks import faults_if, negative, present
+from ..checks import faults_if, may_be_nonzero, negative
 from ..math._linalg import direction, safe_norm
 from ._base import AbstractScalarLaw
 from ._fields import number
@@ -26,10 +26,10 @@ class SpringDamper(AbstractScalarLaw):
         preload: tension at the free length [N or N m].
     """
 
-    stiffness: Converted[Scalar] = eqx.field(converter=number, default=0.0)
-    damping: Converted[Scalar] = eqx.field(converter=number, default=0.0)
-    free_length: Converted[Scalar] = eqx.field(converter=number, default=0.0)
-    preload: Converted[Scalar] = eqx.field(converter=number, default=0.0)
+    stiffness: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    free_length: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    preload: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """`-(k (x - x0) + preload + c v)`. Source: S2 (56)-(57), (72)."""
@@ -56,11 +56,11 @@ class SpringDamper(AbstractScalarLaw):
 
     @property
     def stores(self) -> bool:
-        return present(self.stiffness, self.preload)
+        return may_be_nonzero(self.stiffness, self.preload)
 
     @property
     def dissipates(self) -> bool:
-        return present(self.damping)
+        return may_be_nonzero(self.damping)
 
     def faults(self) -> list[str]:
         """Damping must not be negative."""

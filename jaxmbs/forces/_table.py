@@ -6,8 +6,8 @@ from jaxtyping import Array, Float
 
 from jaxmbs.math._interpolation import hermite, hermite_integral, pchip_slopes
 
-from ..checks import broken, faults_if, is_concrete, not_increasing
-from ..typing import Converted, Scalar, ScalarLike
+from ..checks import any_concrete, faults_if, is_concrete, not_increasing
+from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._fields import number, optional_number
 
@@ -29,10 +29,10 @@ class Table(AbstractScalarLaw):
         damping_efforts: (m,) resisting effort at these [N or N m]; zero at rest, never along the flow.
     """
 
-    x_points: Converted[Float[Array, " n"]] = eqx.field(converter=number)
-    efforts: Converted[Float[Array, " n"]] = eqx.field(converter=number)
-    flow_points: Converted[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
-    damping_efforts: Converted[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
+    x_points: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
+    efforts: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
+    flow_points: Convertible[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
+    damping_efforts: Convertible[Float[Array, " m"] | None] = eqx.field(converter=optional_number, default=None)
 
     def __check_init__(self):
         _check_curve(self.x_points, self.efforts)
@@ -62,14 +62,14 @@ class Table(AbstractScalarLaw):
             return [*found, "flow_points must increase"]
         slopes = pchip_slopes(self.flow_points, self.damping_efforts)
         return found + faults_if(
-            (broken(_feeds, self.flow_points, self.damping_efforts), "damping_efforts must oppose the flow"),
-            (broken(_moves, self._damper(number(0.0)), self.damping_efforts), "damping must be zero at rest"),
-            (broken(_ends_fall, slopes), "damping must not fall at the ends"),
+            (any_concrete(_feeds, self.flow_points, self.damping_efforts), "damping_efforts must oppose the flow"),
+            (any_concrete(_moves, self._damper(number(0.0)), self.damping_efforts), "damping must be zero at rest"),
+            (any_concrete(_ends_fall, slopes), "damping must not fall at the ends"),
         )
 
     def length_faults(self) -> list[str]:
         """Some of the curve lies at distances that points can have."""
-        never = broken(lambda x: x[-1] <= 0, self.x_points)
+        never = any_concrete(lambda x: x[-1] <= 0, self.x_points)
         return faults_if((never, "x_points are distances between points: none of them is positive"))
 
     def _damper(self, v):

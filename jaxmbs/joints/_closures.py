@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import broken, faults_if, is_concrete
+from ..checks import any_concrete, faults_if, is_concrete
 from ..runtime import as_array
-from ..typing import ArrayLike, Converted, ScalarLike
+from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import AbstractJoint
 
 
@@ -27,7 +27,7 @@ class Distance(AbstractClosure):
 
     row_units: ClassVar[tuple[str, ...]] = ("m",)
 
-    length: Converted[Float[Array, ""]] = eqx.field(converter=as_array)
+    length: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
 
     def closure(self, R: Array, d: Array) -> Array:
         return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]
@@ -95,7 +95,7 @@ class Coupler(eqx.Module):
 
     def faults(self) -> list[str]:
         zero = self.function is None and is_concrete(self.coefficients) and not np.any(self.coefficients)
-        infinite = any(broken(lambda x: ~np.isfinite(x), value) for value in (self.coefficients, self.offset))
+        infinite = any(any_concrete(lambda x: ~np.isfinite(x), value) for value in (self.coefficients, self.offset))
         return faults_if(
             (zero, "all its coefficients are zero"),
             (infinite, "its numbers are not finite"),

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import broken, no_such
+from ..checks import any_concrete, no_such
 from ..math._rotation import rotation_matrix
 from ..runtime import as_array
 from ..typing import ArrayLike, ScalarLike
@@ -101,6 +101,6 @@ def _path_faults(path):
     except Exception as error:  # noqa: BLE001 - the user's own code
         return [f"it cannot be evaluated: {type(error).__name__}: {error}"]
     found = list(path.faults()) if hasattr(path, "faults") else []
-    if not callable(path) and broken(lambda x: ~np.isfinite(x), path):
+    if not callable(path) and any_concrete(lambda x: ~np.isfinite(x), path):
         found.append("it is not finite")
     return found if shape == (3,) else [*found, f"it gives shape {shape}, not three numbers"]

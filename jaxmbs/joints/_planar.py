@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
-from ..typing import Converted, Matrix3
+from ..typing import Convertible, Matrix3
 from ._base import AbstractJoint, Node, axis_faults, axis_vector, parallel
 
 
@@ -22,7 +22,7 @@ class Planar(AbstractJoint):
     labels = ("x", "y", "angle")
     row_units = ("m", "rad", "rad")
 
-    normal: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    normal: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 
     def basis(self) -> Matrix3:
         return axis_basis(self.normal)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
-from ..typing import Converted, Matrix3
+from ..typing import Convertible, Matrix3
 from ._base import AbstractJoint, Node, aligned, axis_faults, axis_vector
 
 
@@ -23,7 +23,7 @@ class Prismatic(AbstractJoint):
     row_units = ("m", "m", "rad", "rad", "rad")
     is_reversible = True
 
-    axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 
     def basis(self) -> Matrix3:
         return axis_basis(self.axis)

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from ..runtime import as_array
-from ..typing import ArrayLike, Axis, Converted
+from ..typing import ArrayLike, Axis, Convertible
 from ._base import axis_faults, axis_vector
 from ._closures import AbstractClosure
 
@@ -47,7 +47,7 @@ class RollingSphere(AbstractRolling):
     and y of A [m/s].  `reactions` gives the contact force on the body of frame B [N].
     """
 
-    radius: Converted[Float[Array, ""]] = eqx.field(converter=as_array)
+    radius: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
 
     def contact(self, R: Array) -> Array:
         return jnp.zeros(3).at[2].set(-self.radius)

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from ..checks import is_concrete
 from ..math._rotation import axis_basis
 from ..runtime import as_array
-from ..typing import Converted, Matrix3, Scalar
+from ..typing import Convertible, Matrix3, Scalar
 from ._base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, parallel
 
 
@@ -25,8 +25,8 @@ class Screw(AbstractJoint):
     row_units = ("m", "m", "m", "rad", "rad")
     is_reversible = True
 
-    axis: Converted[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
-    pitch: Converted[Float[Array, ""]] = eqx.field(converter=as_array, default=0.0, kw_only=True)
+    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    pitch: Convertible[Float[Array, ""]] = eqx.field(converter=as_array, default=0.0, kw_only=True)
 
     def basis(self) -> Matrix3:
         return axis_basis(self.axis)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
-from ..typing import Converted, Matrix3
+from ..typing import Convertible, Matrix3
 from ._base import AbstractJoint, Node, axis_vector
 
 
@@ -22,7 +22,7 @@ class Universal(AbstractJoint):
     labels = ("first", "second")
     row_units = ("m", "m", "m", "rad")
 
-    axes: Converted[Float[Array, "2 3"]] = eqx.field(
+    axes: Convertible[Float[Array, "2 3"]] = eqx.field(
         converter=lambda axes: jnp.stack([axis_vector(a) for a in axes]), default=("x", "y")
     )
 

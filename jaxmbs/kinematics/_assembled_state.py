@@ -15,7 +15,7 @@ from ..runtime import jit
 from ._assembly import assembled
 from ._branches import branch_signs
 from ._continuation import Place, follow
-from ._cut_joints import held
+from ._cut_joints import with_cut_values
 from ._host_assembly import assembled_on_host
 from ._host_rows import evaluate
 from ._named_values import Request, coordinates_of, free_columns
@@ -58,9 +58,9 @@ def found_on_host(asked: Request) -> Found:
     t = np.asarray(asked.t, asked.coordinates.dtype)
     psi = _at_drives(asked, t)
     if asked.cut_guesses:
-        psi = _search(held(system, {**asked.cut_guesses, **asked.cuts}), psi, u, t, free, restart=True)[0]
+        psi = _search(with_cut_values(system, {**asked.cut_guesses, **asked.cuts}), psi, u, t, free, restart=True)[0]
     if asked.cuts:
-        holding = held(system, asked.cuts)
+        holding = with_cut_values(system, asked.cuts)
         psi, _, f, *_ = _search(holding, psi, u, t, free, restart)
         check_closed(holding, f, np.zeros(0, psi.dtype))
     psi, u, f, g, A = _search(system, psi, u, t, free, restart and not (asked.cuts or asked.cut_guesses))
@@ -74,7 +74,7 @@ def found_in_trace(asked: Request) -> Found:
     for row in asked.drives:
         psi = psi.at[np.asarray(row.coordinates)].set(lax.stop_gradient(jnp.reshape(row.law(t), (1,))))
     if asked.cut_guesses:
-        holding = held(system, {**asked.cut_guesses, **asked.cuts})
+        holding = with_cut_values(system, {**asked.cut_guesses, **asked.cuts})
         free, free_rates = map(jnp.asarray, asked.free)
         psi = lax.stop_gradient(assembled(holding, psi, u, t, free, free_rates)[0])
     return closed_at(system, psi, u, t, asked.held, asked.held_rates, asked.cuts)
@@ -83,7 +83,7 @@ def found_in_trace(asked: Request) -> Found:
 @jit(compile="quick")
 def found_along(system: System, psi, u, t, start: Place, columns, rate_columns, cuts) -> tuple[Found, Array, Place]:
     """The state on the branch of a place, the share () of the way there that could be gone, and the place."""
-    holding = held(system, cuts) if cuts else system
+    holding = with_cut_values(system, cuts) if cuts else system
     fixed, P, begin, goal, end = constant((holding, node_parameters(system), start, psi, t))
     place, share = follow(fixed, P, begin, goal, end, columns)
     psi = jnp.where(coordinates_of(system.topology, columns), psi, place.psi)
@@ -98,7 +98,7 @@ def closed_at(system: System, psi, u, t, columns, rate_columns, cuts, search: bo
     free, free_rates = (jnp.asarray(free_columns(system.topology, x, psi.dtype)) for x in (columns, rate_columns))
     rows = [jnp.zeros(0, psi.dtype)]
     if cuts:
-        psi, _, f, *_ = assembled(held(system, cuts), psi, u, t, free, free_rates, search)
+        psi, _, f, *_ = assembled(with_cut_values(system, cuts), psi, u, t, free, free_rates, search)
         rows.append(f)
     psi, u, f, g, A = assembled(system, psi, u, t, free, free_rates, search)
     left = lax.stop_gradient((jnp.concatenate([*rows, f]), g))

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..math._linalg import skew
 from ..model._system import ClosureGroup, System
-from ..runtime import take
+from ..runtime import gather_static
 from ._configuration import Configuration
-from ._wrench_targets import Owners
+from ._wrench_targets import WrenchTargets
 
 
 def _relative(basis, a, b):
@@ -48,7 +48,7 @@ _IN_GROUP = (0, 0, 0, 0, None)  # axes of kind, basis, frames A and B, time
 
 def _ends(group: ClosureGroup, *arrays):
     """The arrays at the elements' frames A, and at their frames B."""
-    return tuple(tuple(take(x, end) for x in arrays) for end in (group.first, group.second))
+    return tuple(tuple(gather_static(x, end) for x in arrays) for end in (group.first, group.second))
 
 
 def _group_rows(group, R, x, t):
@@ -94,7 +94,7 @@ def wrenches(system: System, known, multipliers):
     return found
 
 
-def sum_on(owners: Owners, system: System, wrenches):
+def sum_on(owners: WrenchTargets, system: System, wrenches):
     """Wrenches of all elements on their owners (n, 6): plus on that of B, minus on that of A."""
     both = jnp.concatenate([*wrenches, *(-wrench for wrench in wrenches)])
     ends = [end for side in ("second", "first") for group in system.closures for end in getattr(group, side)]

@@ -36,7 +36,7 @@ class Configuration(eqx.Module):
     J: Array | None
 
 
-class Moving(Configuration):
+class VelocityKinematics(Configuration):
     """A configuration with its velocities u (nv,) and the twists V (nodes, 6) of all nodes."""
 
     u: Array
@@ -58,23 +58,23 @@ def at_state(system: System, state, inertias=True) -> Configuration:
     return configuration(system, node_parameters(system), state.coordinates, state.t, inertias)
 
 
-def elsewhere(system: System, at: Configuration, psi) -> Configuration:
+def at_coordinates(system: System, at: Configuration, psi) -> Configuration:
     """The same at other coordinates."""
     return configuration(system, at.P, psi, at.t, at.J is not None)
 
 
-def moving(system: System, at: Configuration, u) -> Moving:
+def with_velocities(system: System, at: Configuration, u) -> VelocityKinematics:
     """The configuration at velocities u (nv,)."""
     return _with(at, u, node_motion(system.topology, at.S, u))
 
 
-def resting(system: System, at: Configuration) -> Moving:
+def at_rest(system: System, at: Configuration) -> VelocityKinematics:
     """The configuration at rest."""
     return _with(at, jnp.zeros(system.topology.num_velocities, at.psi.dtype), jnp.zeros_like(at.S))
 
 
 def _with(at, u, V):
-    return Moving(*(getattr(at, field.name) for field in dataclasses.fields(Configuration)), u, V)
+    return VelocityKinematics(*(getattr(at, field.name) for field in dataclasses.fields(Configuration)), u, V)
 
 
 def column_twists(topology, V):
@@ -87,7 +87,7 @@ def node_motion(topology, S, u):
     return ancestors(topology.nodes, scale(S, u))
 
 
-def node_accelerations(topology, at: Moving, a):
+def node_accelerations(topology, at: VelocityKinematics, a):
     """World twist rates (nodes, 6) at accelerations a (nv,): ancestor sum of `S a + S_dot u`."""
     turned = cross_motion(column_twists(topology, at.V), at.S)
     return ancestors(topology.nodes, scale(at.S, a) + scale(turned, at.u))

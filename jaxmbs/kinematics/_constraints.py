@@ -13,10 +13,10 @@ from jax import lax
 from ..math._linalg import RowScale, skew
 from ..model._rows import Drive
 from ..model._system import System
-from ..runtime import take
+from ..runtime import gather_static
 from . import _closures as closures
 from . import _coordinate_rows as coordinate_rows
-from ._configuration import Configuration, Moving
+from ._configuration import Configuration, VelocityKinematics
 from ._poses import coordinate_rate, frame_twists
 from ._wrench_targets import nodes
 
@@ -84,7 +84,7 @@ def _frame_rates(system, at):
     return carried, jnp.einsum("fij,fjk->fik", spin, at.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, at.x)
 
 
-def acceleration_bias(system: System, at: Moving, V_dot, moving=None):
+def acceleration_bias(system: System, at: VelocityKinematics, V_dot, moving=None):
     """gamma (rows,) with `A u_dot = gamma`: `-(A_dot u + d f_t/dt)` along the motion.
 
     Args: V_dot (nodes, 6) twist rates at zero accelerations; moving: `closures.moving_directions`, if known.
@@ -93,7 +93,9 @@ def acceleration_bias(system: System, at: Moving, V_dot, moving=None):
     twist_dot, (known, along) = frame_twists(system, V_dot), moving or closures.moving_directions(system, at)
     parts = []
     for group, D, D_dot in zip(system.closures, known, along(R_dot, x_dot), strict=True):
-        relative, relative_dot = (take(v, group.second) - take(v, group.first) for v in (twist, twist_dot))
+        relative, relative_dot = (
+            gather_static(v, group.second) - gather_static(v, group.first) for v in (twist, twist_dot)
+        )
         rate = jnp.einsum("erk,ek->er", D_dot, relative) + jnp.einsum("erk,ek->er", D, relative_dot)
         parts.append(rate.reshape(-1))
     if system.paths:
@@ -112,7 +114,7 @@ def _rates(system, at):
     return coordinate_rate(system.topology, at.psi, at.u), jnp.ones_like(at.t)
 
 
-def pull(system: System, at: Moving, sigma, moving):
+def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma, moving):
     """What the multipliers sigma (rows,) of the momentum do to its rate: `A_dot^T sigma` in three parts.
 
     Args: moving: `closures.moving_directions`.

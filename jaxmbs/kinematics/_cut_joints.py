@@ -15,7 +15,7 @@ from ..joints._closures import AbstractClosure
 from ..model._system import ClosureGroup, System
 
 
-class Held(AbstractClosure):
+class CutJointValue(AbstractClosure):
     """The angle or the distance about canonical z stays at `value` [rad or m]."""
 
     value: Float[Array, "..."]
@@ -33,12 +33,14 @@ class Held(AbstractClosure):
         return half_turns(turned[None], R[0, 0] * cosine + R[1, 0] * sine)
 
 
-def held(system: System, values: Mapping[str, Array]) -> System:
-    """The system with rows that hold cut joints at values (), each of those for which `may_hold` is true."""
+def with_cut_values(system: System, values: Mapping[str, Array]) -> System:
+    """The system with rows that hold cut joints at values (), each of those for which `can_prescribe` is true."""
     top, groups = system.topology, []
     for name, value in values.items():
         group, k = _closure_of(system, name)
-        kind = Held(jnp.reshape(jnp.asarray(value, group.basis.dtype), (1,)), group.kind.nodes[0].kind != "prismatic")
+        kind = CutJointValue(
+            jnp.reshape(jnp.asarray(value, group.basis.dtype), (1,)), group.kind.nodes[0].kind != "prismatic"
+        )
         groups.append(ClosureGroup((name,), (group.first[k],), (group.second[k],), kind, group.basis[k : k + 1]))
     n = sum(len(group.names) * group.kind.num_rows for group in system.closures)
     topology = dataclasses.replace(
@@ -49,7 +51,7 @@ def held(system: System, values: Mapping[str, Array]) -> System:
     return dataclasses.replace(system, topology=topology, closures=(*system.closures, *groups))
 
 
-def may_hold(system: System, name: str) -> bool:
+def can_prescribe(system: System, name: str) -> bool:
     """Whether a cut joint has one angle or distance."""
     kind: AbstractJoint = _closure_of(system, name)[0].kind
     return len(kind.nodes) == 1 and kind.nodes[0].kind != "ball"

@@ -10,7 +10,7 @@ from jaxtyping import Array
 from ..math._linalg import skew
 from ..model._elastic import ElasticGroup
 from ..model._system import System
-from ._configuration import Configuration, Moving, resting
+from ._configuration import Configuration, VelocityKinematics, at_rest
 from ._tree import mass_matrix as tree_mass_matrix
 
 
@@ -26,7 +26,7 @@ class ElasticState(NamedTuple):
     flow: Array
 
 
-def elastic_state(system: System, group: ElasticGroup, at: Moving) -> ElasticState:
+def elastic_state(system: System, group: ElasticGroup, at: VelocityKinematics) -> ElasticState:
     """Motion of the bodies of a group."""
     frames = np.array(group.frames)
     R, x, modal = at.R[frames], at.x[frames], at.psi[np.array(group.coordinates, int)]
@@ -80,7 +80,7 @@ def mass_matrix(system: System, at: Configuration):
     """Mass matrix (nv, nv) of the tree of rigid and elastic bodies.  Source: S2 (35), every column independent."""
     M = tree_mass_matrix(system.topology.nodes, at.S, at.J)
     for group in system.elastic:
-        s = elastic_state(system, group, resting(system, at))
+        s = elastic_state(system, group, at_rest(system, at))
         flows = flow_map(system, group, at, s)
         z = jax.vmap(lambda body, q, flows: jax.vmap(body.speeds, (None, 1), 1)(q, flows))(group.body, s.q, flows)
         M = M + jnp.einsum("ekn,ekm->nm", z, group.body.inertia @ z)
@@ -92,7 +92,7 @@ def interface_inertia(system: System, group: ElasticGroup, at: Configuration):
 
     Source: S2 (35) for one body.
     """
-    s = elastic_state(system, group, resting(system, at))
+    s = elastic_state(system, group, at_rest(system, at))
     count = 6 * s.x.shape[1]
     unit = jnp.eye(count + len(group.columns[0]), dtype=at.psi.dtype)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..checks import is_concrete
 from ..model._system import System
-from ..runtime import is_outside, jit
+from ..runtime import jit, not_tracing
 from . import _constraints as constraints
 from ._configuration import configuration
 from ._elastic import mass_matrix
@@ -45,7 +45,7 @@ def evaluate(system: System, psi, t) -> Rows:
 
 def on_host(*trees) -> bool:
     """Whether all numbers of the trees are known, and no trace would take up what is done with them."""
-    return is_outside() and is_concrete(trees)
+    return not_tracing() and is_concrete(trees)
 
 
 _stepped = jit(compile="quick")(step_coordinates)

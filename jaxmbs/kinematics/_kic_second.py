@@ -15,7 +15,7 @@ from ..math._tensor import left_product, plane_mix, right_product
 from ..model._system import System
 from ..typing import AnyArray, FrameLike
 from . import _constraints as constraints
-from ._configuration import Configuration, at_state, elsewhere
+from ._configuration import Configuration, at_coordinates, at_state
 from ._kic import body_kic, dependent_columns, independent_columns, velocity_map
 from ._mobility import at_independent
 from ._points import jacobian
@@ -32,7 +32,7 @@ def along_independent(system: System, at: Configuration, function):
     Gamma = velocity_map(system, at)[0]
 
     def moved(dphi):
-        return function(elsewhere(system, at, step_coordinates(system.topology, at.psi, Gamma @ dphi)))
+        return function(at_coordinates(system, at, step_coordinates(system.topology, at.psi, Gamma @ dphi)))
 
     return jax.jacfwd(moved)(jnp.zeros(Gamma.shape[1], at.psi.dtype))
 
@@ -71,7 +71,7 @@ def internal_kic_second_printed(system: System, state: State) -> Float[Array, "M
         )
     at = at_state(system, state, inertias=False)
     p, q = independent_columns(system), dependent_columns(system)
-    f_xx = jax.jacfwd(lambda x: constraints.jacobian(system, elsewhere(system, at, x)))(at.psi)
+    f_xx = jax.jacfwd(lambda x: constraints.jacobian(system, at_coordinates(system, at, x)))(at.psi)
     Gi = velocity_map(system, at)[0][q]
     f_pp, f_pq, f_qp, f_qq = (f_xx[:, a][:, :, b] for a in (p, q) for b in (p, q))
     planes = f_pp + right_product(f_pq, Gi) + left_product(Gi.T, f_qp)

@@ -38,7 +38,7 @@ def count_mobility(system: System, state: Any) -> Mobility:
     Raises: as `check_fits`; TypeError within a trace and for several states; ValueError where it is not finite.
     """
     check_fits(system, state)
-    if not is_concrete(system, state) or state.coordinates.ndim != 1:
+    if not on_host(system, state) or state.coordinates.ndim != 1:
         raise TypeError("the mobility is counted at one known state, outside of jit, vmap and derivatives")
     if not np.isfinite(state.coordinates).all():
         raise ValueError(f"the mobility is counted at a state of finite coordinates, got {state.coordinates}")
@@ -52,7 +52,7 @@ def system_at(system: System, state: Any) -> System:
     may be a singular one.  Within a trace the system is answered as it is: there shapes are those of the build.
     """
     own, several = system.topology.analysis, state.coordinates.ndim > 1
-    if not system.has_constraints or own is None or not is_concrete(system, state):
+    if not system.has_constraints or own is None or not on_host(system, state):
         return system
     psi, t = (np.asarray(x) for x in (state.coordinates, state.t))
     if several:
@@ -83,7 +83,7 @@ def where_determined(system: System, state, answer):
     """The answer of a traced question, NaN where the independent set of the build does not determine the motion at
     the state; shapes cannot follow the state there.  The answer as it is for a concrete state, which `system_at` met.
     """
-    if not system.has_constraints or is_concrete(system, state) or state.coordinates.ndim != 1:
+    if not system.has_constraints or on_host(system, state) or state.coordinates.ndim != 1:
         return answer
     fits = is_determined(system, state.coordinates, state.t)
     numbers = lambda x: eqx.is_inexact_array(x) and x.size > 0  # noqa: E731

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, is_concrete, no_such
+from ..checks import any_concrete, is_concrete, no_such
 from ..errors import ModelError
 from ..model._rows import Drive
 from ..model._system import System
-from ._cut_joints import may_hold
+from ._cut_joints import can_prescribe
 from ._poses import neutral_coordinates
 
 
@@ -56,7 +56,7 @@ def request(system: System, values, velocities, guess, t) -> Request:
     psi = placed(top, neutral_coordinates(top).astype(precision), guess, "coordinates", faults)
     psi = placed(top, psi, values, "coordinates", faults)
     u = placed(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
-    if np.shape(t) != () or isinstance(t, str) or broken(lambda t: ~np.isfinite(t), t):
+    if np.shape(t) != () or isinstance(t, str) or any_concrete(lambda t: ~np.isfinite(t), t):
         faults.append(f"state: t must be one finite time, got {t!r}")
     if faults:
         raise ModelError(faults)
@@ -69,7 +69,7 @@ def split_cuts(system, values, faults):
     """Values of the joints in the tree, and those () of cut joints with one coordinate; faults are collected."""
     top = system.topology
     cut = [name for name in values if name in top.joint_index and top.joints[top.joint_index[name]].is_cut]
-    own, cut = {}, [name for name in cut if may_hold(system, name)]
+    own, cut = {}, [name for name in cut if can_prescribe(system, name)]
     for name in cut:
         if _is_no_number(values[name]) or np.shape(values[name]) not in ((), (1,)):
             faults.append(f"state: joint {name!r} takes one finite number, got {values[name]!r}")
@@ -115,7 +115,7 @@ def placed(top, array, values, part, faults):
 
 def _is_no_number(value):
     """Whether it is a text or complex, or known and not finite."""
-    return isinstance(value, str) or np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x), value)
+    return isinstance(value, str) or np.iscomplexobj(value) or any_concrete(lambda x: ~np.isfinite(x), value)
 
 
 def _loop_of(top, joint):

@@ -18,7 +18,7 @@ from ..math._spatial import (
 )
 from ..model._system import System
 from ..model._topology import Topology
-from ..runtime import take
+from ..runtime import gather_static
 from ._tree import poses
 
 #: Cyclic rotation that takes z to x: a ball's three columns are x, y, z of the child by applying it thrice.
@@ -177,7 +177,7 @@ def frame_poses(system: System, W, origin=None):
     ground = jnp.zeros((1, 3), W.dtype) if origin is None else -origin[None]
     X = jnp.concatenate([W[:, 9:], ground])
     node = np.asarray(system.topology.frame_node) % len(R)
-    R, X = take(R, node), take(X, node)
+    R, X = gather_static(R, node), gather_static(X, node)
     position = X + jnp.einsum("fij,fj->fi", R, system.frames.position)
     return jnp.einsum("fij,fjk->fik", R, system.frames.rotation), position
 
@@ -185,7 +185,7 @@ def frame_poses(system: System, W, origin=None):
 def frame_twists(system: System, V):
     """World twist (frames, 6) of the node that carries each frame, from those of the nodes (nodes, 6)."""
     V = jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])
-    return take(V, np.asarray(system.topology.frame_node) % len(V))
+    return gather_static(V, np.asarray(system.topology.frame_node) % len(V))
 
 
 def body_frame(topology: Topology) -> np.ndarray:

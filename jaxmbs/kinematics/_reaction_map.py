@@ -9,7 +9,7 @@ import numpy as np
 
 from ..math._linalg import skew
 from ..model._system import System
-from ..runtime import take
+from ..runtime import gather_static
 from ._closures import directions
 from ._configuration import Configuration
 
@@ -39,7 +39,7 @@ def reaction_map(system: System, at: Configuration, known=None):
     known = sum(part.shape[2] for part in parts)
     out = jnp.concatenate([*parts, out[:, :, known:]], axis=2)
     own = np.array([b for *_, b in carriers(system)])
-    R, x, moment, force = take(at.R, own), take(at.x, own), out[:, :3], out[:, 3:]
+    R, x, moment, force = gather_static(at.R, own), gather_static(at.x, own), out[:, :3], out[:, 3:]
     moment = moment - jnp.einsum("jab,jbm->jam", jax.vmap(skew)(x), force)
     return jnp.concatenate([jnp.einsum("jba,jbm->jam", R, part) for part in (force, moment)], axis=1)
 

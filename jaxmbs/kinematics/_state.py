@@ -128,7 +128,7 @@ class State(eqx.Module):
         asked = request(system, {**(values or {}), **named}, velocities, guess, t)
         if near is not None:
             return _along(asked, near)
-        if is_concrete(system, *asked.numbers):
+        if on_host(system, *asked.numbers):
             return made(system, found_on_host(asked))
         return made(system, found_in_trace(asked))
 
@@ -138,7 +138,7 @@ def made(system: System, found: Found) -> State:
     parts = found.t, found.coordinates, found.velocities, jax.lax.stop_gradient(found.residual)
     t, psi, u, residual, change, signs = (as_array(x, None) for x in (*parts, found.rank_change, found.branch))
     state = State(t, psi, u, residual, system.topology.structure, change, signs)
-    if is_concrete(state) and state.t.ndim == 0 and int(state.rank_change):
+    if on_host(state) and state.t.ndim == 0 and int(state.rank_change):
         _notice_rank(system.topology, int(state.rank_change))
     return state
 
@@ -172,7 +172,7 @@ def _along(asked: Request, near: State) -> State:
     psi, u, t = (jnp.asarray(x, dtype) for x in asked.numbers[:3])
     start = at_rest(near.coordinates.astype(dtype), near.t.astype(dtype), len(u))
     found, share, _ = found_along(system, psi, u, t, start, asked.held, asked.held_rates, asked.cuts)
-    if is_concrete(found, share):
+    if on_host(found, share):
         if not share >= 1.0:
             raise AssemblyError(_ended(asked, near, float(share)))
         rows = len(system.topology.position_rows)

@@ -21,7 +21,7 @@ from ._branches import branch_signs
 from ._configuration import configuration
 from ._constraints import jacobian
 from ._continuation import at_rest, follow
-from ._cut_joints import held as holding
+from ._cut_joints import with_cut_values as holding
 from ._host_rows import on_host
 from ._named_values import columns_of, coordinates_of, request
 from ._poses import node_parameters
@@ -88,7 +88,7 @@ def states_along(
     psi, u, t = (jnp.asarray(x, values.dtype) for x in asked.numbers[:3])
     begin = at_rest(start.coordinates.astype(values.dtype), t, len(u))
     states = made(system, _along(system, joint, values, psi, u, begin, asked.held, asked.held_rates))
-    if is_concrete(states):
+    if on_host(states):
         _notice(joint, values, states)
     return states
 

@@ -15,9 +15,21 @@ import numpy as np
 from jax import lax
 
 from ..math import _components as components
-from ..math._spatial import axial, compose, cross, dot, less, momentum, moved, pose_rate, rotate, rotations, scale
+from ..math._spatial import (
+    axial,
+    compose,
+    compose_inverse,
+    compose_pose,
+    cross,
+    dot,
+    momentum,
+    pose_rate,
+    rotate,
+    rotations,
+    scale,
+)
 from ..model._tree import Tree
-from ..runtime import product, take
+from ..runtime import gather_static, product
 
 _IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
 _ROW, _COLUMN = (np.array(index) for index in zip(*components.UPPER, strict=True))
@@ -79,7 +91,7 @@ def _sum_subtrees(tree, x):
         return total, total
 
     along = lax.scan(step, zero, (jnp.asarray(tree.goes_on, x.dtype), x), reverse=True)[1]
-    return along + jnp.tensordot(jnp.asarray(tree.hanging, x.dtype), take(along, tree.starts), 1)
+    return along + jnp.tensordot(jnp.asarray(tree.hanging, x.dtype), gather_static(along, tree.starts), 1)
 
 
 def _is_few(tree, x):
@@ -87,7 +99,7 @@ def _is_few(tree, x):
 
 
 def _less_parent(tree, y):
-    return y - take(jnp.concatenate([y, jnp.zeros_like(y[:1])]), tree.parent_or_size)
+    return y - gather_static(jnp.concatenate([y, jnp.zeros_like(y[:1])]), tree.parent_or_size)
 
 
 def ancestors(tree: Tree, x):
@@ -117,7 +129,7 @@ def poses(tree: Tree, local):
 
     def step(above, below):
         # by outer products: a product of matrices would be a call in every pass of the loop
-        pose = moved(above[None], below[None])[0]
+        pose = compose_pose(above[None], below[None])[0]
         return pose, pose
 
     start = jnp.broadcast_to(
@@ -131,8 +143,8 @@ def _poses_jvp(tree, primals, tangents):
     (local,), (local_dot,) = primals, tangents
     world = poses(tree, local)
     R, X = rotations(world), world[:, 9:]
-    R_parent = less(R, rotations(local))
-    omega = axial(less(compose(R_parent, rotations(local_dot)), R))
+    R_parent = compose_inverse(R, rotations(local))
+    omega = axial(compose_inverse(compose(R_parent, rotations(local_dot)), R))
     twist = jnp.concatenate([omega, rotate(R_parent, local_dot[:, 9:]) + cross(X, omega)], axis=1)
     return world, pose_rate(world, ancestors(tree, twist))
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..math._spatial import TRIANGLE, rows, world_inertia
 from ..model._system import System
-from ..runtime import summed, take
+from ..runtime import gather_static, segment_sum_static
 
 
-class Owners(NamedTuple):
+class WrenchTargets(NamedTuple):
     """Owner of every frame (frames,), -1 for the ground; their number; and `masses(at, V_dot)`: their inertias
     (number, 10), twists and rates of twists (number, 6), from the rates V_dot (nodes, 6) of the nodes."""
 
@@ -21,16 +21,16 @@ class Owners(NamedTuple):
 
     def collect(self, frames, wrenches):
         """Wrenches (n, 6) on frames (n,) summed on their owners (number, 6)."""
-        return summed(wrenches, self.of_frame[np.asarray(frames)] % (self.number + 1), self.number)
+        return segment_sum_static(wrenches, self.of_frame[np.asarray(frames)] % (self.number + 1), self.number)
 
 
-def nodes(system: System) -> Owners:
+def nodes(system: System) -> WrenchTargets:
     """The nodes of the tree."""
     top = system.topology
-    return Owners(np.asarray(top.frame_node), top.nodes.size, lambda at, V_dot: (at.J, at.V, V_dot))
+    return WrenchTargets(np.asarray(top.frame_node), top.nodes.size, lambda at, V_dot: (at.J, at.V, V_dot))
 
 
-def single_bodies(system: System) -> Owners:
+def single_bodies(system: System) -> WrenchTargets:
     """The bodies, welded ones too."""
     top = system.topology
     own, node = slice(1, top.bodies.size + 1), np.asarray(top.body_node, int)
@@ -42,6 +42,6 @@ def single_bodies(system: System) -> Owners:
         W = jnp.concatenate([rows(at.R[own]), at.x[own]], axis=1)
         J = world_inertia(W, system.mass[:, None], system.com, inertia)
         pad = jnp.zeros((1, 6), V_dot.dtype)
-        return J, *(take(jnp.concatenate([v, pad]), node % (len(v) + 1)) for v in (at.V, V_dot))
+        return J, *(gather_static(jnp.concatenate([v, pad]), node % (len(v) + 1)) for v in (at.V, V_dot))
 
-    return Owners(np.asarray(top.frame_body), top.bodies.size, masses)
+    return WrenchTargets(np.asarray(top.frame_body), top.bodies.size, masses)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import broken, is_concrete
+from ..checks import any_concrete, is_concrete
 from ..math import _square as square
 from ..typing import AnyArray
 from ._condensation import interface_basis
@@ -84,7 +84,7 @@ def condensed(system: LinearSystem, only: tuple[int, ...] | None = None, damped:
     T = interface_basis(K, heavy)
     if damped and C is not None:
         pulls = lambda C, T: np.abs(C[rows] @ T) > SMALL * np.max(np.abs(C[rows]) @ np.abs(T), initial=1e-300)  # noqa: E731
-        if broken(pulls, C, T):
+        if any_concrete(pulls, C, T):
             raise ValueError(
                 f"there is damping on rows without mass, {_names(system, light)}: give these some mass, damping that "
                 "is proportional to their stiffness, or ask for damped=False"

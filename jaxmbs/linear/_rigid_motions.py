@@ -6,13 +6,13 @@ from jaxtyping import Array, Float
 
 from ..elements import DIRECTIONS
 from ..errors import ModelError
-from ..runtime import jit, typed
+from ..runtime import as_dtype, jit
 from ..typing import AnyArray, ArrayLike
 
 
 def rigid_motions(positions: AnyArray, about: ArrayLike | None = None) -> Float[Array, "nodes 6 6"]:
     """Displacements and rotations of points (nodes, 3) in unit translations and rotations about a point (3,)."""
-    return _motions(positions if about is None else positions - typed(about, positions.dtype)[None])
+    return _motions(positions if about is None else positions - as_dtype(about, positions.dtype)[None])
 
 
 @jit

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError, UnknownNameError
-from ..tables import told
+from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
 from ._labels import labels_of, places_of, rows_of, spoken
 from ._storage import Matrix, MatrixLike, dense, dtype_of, num_rows, stored
@@ -56,7 +56,7 @@ class LinearSystem(eqx.Module):
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     def __init__(
         self,

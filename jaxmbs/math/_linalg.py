@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..runtime import factor
+from ..runtime import save_factor
 from ._spd import spd_inverse, spd_solve
 
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
@@ -60,7 +60,7 @@ def saddle_factor(M, A, block):
     """
     M, A = lax.stop_gradient((M, A))
     C = PROXIMAL[M.dtype.itemsize] * _row_mobility(M, A, block) if A.shape[0] else jnp.zeros(0, M.dtype)
-    return factor((spd_inverse(M + A.T @ (A / C[:, None])), C))
+    return save_factor((spd_inverse(M + A.T @ (A / C[:, None])), C))
 
 
 def proximal_rounds(right, improved, apply, gap, fewest=3):

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import broken, negative
+from ..checks import any_concrete, negative
 from ..runtime import lapack
 from ..typing import ArrayLike
 
@@ -38,7 +38,7 @@ def regular_inverse(
     if rank is not None and not 0 < rank <= most:
         raise ValueError(f"rank = {rank}: there are {most} singular values")
     for name, value in {"rcond": rcond, "noise": noise}.items():
-        if broken(lambda x: ~np.isfinite(x), value) or (name == "rcond" and negative(value)):
+        if any_concrete(lambda x: ~np.isfinite(x), value) or (name == "rcond" and negative(value)):
             raise ValueError(f"{name} must be finite, rcond not negative, got {value}")
     if weights is not None:
         weights = jnp.asarray(weights, A.real.dtype).astype(A.dtype)

@@ -57,7 +57,7 @@ def _times(A, x, axis=1):
     return lax.dot_general(A, x, (((2,), (axis,)), ((0,), (0,))), precision=lax.Precision.HIGHEST)
 
 
-def swapped(six, axis=-1):
+def swap_halves(six, axis=-1):
     """Six-vectors in the public order (force, moment; linear, angular) from those of this module, and back."""
     return jnp.roll(six, 3, axis)
 
@@ -106,7 +106,7 @@ def compose(A, B):
     return _product(A, B) if _fused(A, axes=2) else _times(A, B)
 
 
-def less(A, B):
+def compose_inverse(A, B):
     """`A B^-1` of rotations (n, 3, 3, ...)."""
     return _product(A, jnp.swapaxes(B, 1, 2)) if _fused(A, axes=2) else _times(A, B, 2)
 
@@ -137,7 +137,7 @@ def _product_jvp(primals, tangents):
     return found, left if type(dB) is SymbolicZero else left + product(A, dB)
 
 
-def moved(above, below):
+def compose_pose(above, below):
     """Poses (n, 12, ...) `below` in the frames of poses `above`."""
     R = rotations(above)
     x = above[:, 9:] + rotate(R, below[:, 9:])
@@ -166,7 +166,7 @@ def turned(R, angle):
     return jnp.concatenate([c * x + s * y, c * y - s * x, jnp.broadcast_to(R[:, :, 2:], (c * x).shape)], axis=2)
 
 
-def spun(omega, R):
+def rotation_rate(omega, R):
     """Rates (n, 3, 3, ...) of rotations R that turn with angular velocities omega (n, 3, ...)."""
     if _fused(omega):
         return pack(components.cross(unpack(omega[:, :, None]), unpack(R)))
@@ -178,7 +178,7 @@ def pose_rate(world, twist):
     if world.ndim > 2:
         return _by_components(components.pose_rate, world, twist)
     omega, x = twist[:, :3], world[:, 9:]
-    return jnp.concatenate([rows(spun(omega, rotations(world))), twist[:, 3:] + cross(omega, x)], axis=1)
+    return jnp.concatenate([rows(rotation_rate(omega, rotations(world))), twist[:, 3:] + cross(omega, x)], axis=1)
 
 
 def screw_twists(z, X, turn, lead):
@@ -228,10 +228,14 @@ def world_inertia(W, m, c, I):
     C = W[:, 9:] + rotate(R, c)
     h = m * C
     if not _fused(W):
-        about = less(_times(R, _matrix(_SYMMETRIC, I)), R) - _times(_matrix(CROSS, h), _matrix(CROSS, C))
+        about = compose_inverse(_times(R, _matrix(_SYMMETRIC, I)), R) - _times(_matrix(CROSS, h), _matrix(CROSS, C))
         return jnp.concatenate([m, h, rows(about)[:, TRIANGLE]], axis=1)
     local = jnp.stack([I[:, :3], _joined(I, 1, 3), _joined(I, 2, 4)], axis=1)
-    about = less(compose(R, local), R) + dot(h, C)[:, None, None] * _along(np.eye(3), W) - h[:, :, None] * C[:, None]
+    about = (
+        compose_inverse(compose(R, local), R)
+        + dot(h, C)[:, None, None] * _along(np.eye(3), W)
+        - h[:, :, None] * C[:, None]
+    )
     mass = jnp.broadcast_to(m, h[:, :1].shape)  # parameters may serve a batch of states
     return jnp.concatenate([mass, h, about[:, 0], about[:, 1, 1:], about[:, 2, 2:]], axis=1)
 

@@ -65,14 +65,14 @@ class Lu(NamedTuple):
 
 def factorise(A):
     """What solves with A (n, n): `Inverted` or `Lu`; no derivative in reverse mode."""
-    return Inverted(A, eliminated(A)[0]) if A.shape[0] <= SMALL else Lu(*lapack.lu(A))
+    return Inverted(A, gauss_jordan_inverse(A)[0]) if A.shape[0] <= SMALL else Lu(*lapack.lu(A))
 
 
 @jax.custom_jvp
 def inverse_with_determinant(A):
     """`A^-1` (n, n), the sign (or phase) of det A, and log |det A|; the sign is a constant to differentiation."""
     if A.shape[0] <= SMALL:
-        P, pivots, order = eliminated(A)
+        P, pivots, order = gauss_jordan_inverse(A)
     else:
         factors, order = lapack.lu(A)
         P = Lu(factors, order).solve(jnp.eye(A.shape[0], dtype=A.dtype))
@@ -91,7 +91,7 @@ def _inverse_jvp(primals, tangents):
 
 
 @jit
-def eliminated(A):
+def gauss_jordan_inverse(A):
     """`A^-1` (n, n), the pivots (n,) in turn and the rows (n,) they stood in, by Gauss-Jordan elimination in place.
 
     The largest entry left in a column is its pivot; rows stay where they are until the end.

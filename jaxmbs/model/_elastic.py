@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import broken
+from ..checks import any_concrete
 from ..elements._base import number
 from ..math._rotation import rotation_vector, rotation_vector_rate
-from ..typing import Converted, Scalar, Vector3
+from ..typing import Convertible, Scalar, Vector3
 
 
 class ElasticBody(eqx.Module):
@@ -32,10 +32,10 @@ class ElasticBody(eqx.Module):
         interfaces: names; the first carries the floating frame.
     """
 
-    inertia: Converted[Float[Array, "k k"]] = eqx.field(converter=number, kw_only=True)
-    stiffness: Converted[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
-    damping: Converted[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
-    places: Converted[Float[Array, "others 3"]] = eqx.field(converter=number, kw_only=True)
+    inertia: Convertible[Float[Array, "k k"]] = eqx.field(converter=number, kw_only=True)
+    stiffness: Convertible[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
+    damping: Convertible[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
+    places: Convertible[Float[Array, "others 3"]] = eqx.field(converter=number, kw_only=True)
     interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True)
 
     @property
@@ -115,7 +115,7 @@ class ElasticBody(eqx.Module):
             if value.shape != shape:
                 where = f"{m} deformations and {others + 1} interfaces"
                 found.append(f"{name} has shape {value.shape}, {where} need {shape}")
-            elif broken(lambda x: ~np.isfinite(x), value):
+            elif any_concrete(lambda x: ~np.isfinite(x), value):
                 found.append(f"{name} is not finite")
         return found if self.num_modes >= 0 else [*found, "each interface but the first has six deformations"]
 

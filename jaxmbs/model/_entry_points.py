@@ -12,7 +12,7 @@ from jaxtyping import PyTree
 
 from ..checks import place_of
 from ..errors import ModelError
-from ..runtime import as_array, jit, over_rows
+from ..runtime import as_array, jit, map_chunked
 
 Function = TypeVar("Function", bound=Callable)
 
@@ -44,7 +44,7 @@ def over_states(function: Callable, states, *rates) -> PyTree:
     if not lead:
         return function(states, *rates)
     rows = jax.tree.map(lambda x: x.reshape(math.prod(lead), *x.shape[len(lead) :]), (states, *rates))
-    found = over_rows(lambda row: function(*row), rows)
+    found = map_chunked(lambda row: function(*row), rows)
     return jax.tree.map(lambda x: x.reshape(*lead, *x.shape[1:]), found)
 
 

@@ -4,7 +4,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import are_axes, broken, faults_if
+from ..checks import any_concrete, are_axes, faults_if
 from ..runtime import as_array
 from ..typing import ArrayLike
 
@@ -33,7 +33,7 @@ class Pose(eqx.Module):
         """What is wrong with the numbers of one pose, where they are known."""
         return faults_if(
             (self.position.shape != (3,) or self.rotation.shape != (3, 3), "it is many poses, not one"),
-            (broken(lambda x: ~np.isfinite(x), self.position), "its point is not finite"),
+            (any_concrete(lambda x: ~np.isfinite(x), self.position), "its point is not finite"),
             (self.rotation.ndim == 2 and not are_axes(self.rotation), "its rotation is no rotation matrix"),
         )
 

@@ -14,7 +14,7 @@ from jaxmbs.math._rotation import axis_vector
 from jaxmbs.runtime import as_array
 from jaxmbs.typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
 
-from ..checks import are_axes, broken, is_concrete, negative, refuse_complex
+from ..checks import any_concrete, are_axes, is_concrete, negative, refuse_complex
 
 
 def point() -> Matrix3:
@@ -116,7 +116,11 @@ def _check(mass, **lengths):
     """ValueError for numbers that are known and cannot be; the mass of a hole is negative."""
     for name, value in {"mass": mass, **lengths}.items():
         refuse_complex(value)
-        if np.shape(value) != () or broken(lambda x: ~np.isfinite(x), value) or (name != "mass" and negative(value)):
+        if (
+            np.shape(value) != ()
+            or any_concrete(lambda x: ~np.isfinite(x), value)
+            or (name != "mass" and negative(value))
+        ):
             raise ValueError(
                 f"{name} must be one finite number{'' if name == 'mass' else ', not negative'}, got {value}"
             )

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import are_axes, broken, refuse_complex
+from ..checks import any_concrete, are_axes, refuse_complex
 from ..math import _rotation as single
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis
@@ -23,7 +23,7 @@ _NO_LENGTH = 1e-12
 def from_quaternion(quaternion: ArrayLike) -> Float[Array, "... 3 3"]:
     """Matrix of a quaternion (..., 4), w first, of any length but zero."""
     q = _numbers("a quaternion", quaternion, (4,))
-    if broken(lambda q: np.linalg.norm(q, axis=-1) < _NO_LENGTH, q):
+    if any_concrete(lambda q: np.linalg.norm(q, axis=-1) < _NO_LENGTH, q):
         raise ValueError("a quaternion of no length is no rotation")
     return jnp.vectorize(single.quaternion_matrix, signature="(q)->(i,j)")(q)
 
@@ -36,7 +36,7 @@ def from_vector(vector: ArrayLike) -> Float[Array, "... 3 3"]:
 def from_axis_angle(axis: Axis, angle: ArrayLike) -> Float[Array, "... 3 3"]:
     """Matrix of the rotation by an angle (...) [rad] about an axis: "x", "-y", or three numbers of any length."""
     axis = single.axis_vector(axis)
-    if broken(lambda n: ~np.isfinite(n), axis):
+    if any_concrete(lambda n: ~np.isfinite(n), axis):
         raise ValueError("the axis has no direction (zero or not finite)")
     angle = _numbers("an angle", angle, ())[..., None]
     return from_vector(angle * jnp.broadcast_to(axis, (*angle.shape[:-1], 3)))
@@ -65,6 +65,6 @@ def _numbers(what, value, shape):
     value = as_array(value)
     if value.shape[value.ndim - len(shape) :] != shape:
         raise ValueError(f"{what} has the shape (..., {', '.join(map(str, shape))}), not {value.shape}")
-    if broken(lambda x: ~np.isfinite(x), value):
+    if any_concrete(lambda x: ~np.isfinite(x), value):
         raise ValueError(f"{what} must be finite")
     return value

@@ -9,7 +9,7 @@ from ..dynamics._efforts import element_names
 from ..dynamics._energy import energies
 from ..flexible._stiffening import missing, squared_spins
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Configuration, Moving
+from ..kinematics._configuration import Configuration, VelocityKinematics
 from ..kinematics._state import State
 from ..math._nan import nan_slope_where, nan_where
 from ..status import Status, succeeded
@@ -35,7 +35,7 @@ def gap(system, at: Configuration):
     return jnp.max(jnp.abs(constraints.residual(system, at)), initial=0.0)
 
 
-def observe(system, at: Moving):
+def observe(system, at: VelocityKinematics):
     """(kinetic, potential energy, largest position residual, largest velocity residual, squared speeds of rotation of
     elastic bodies)."""
     kinetic, potential = energies(system, at)
@@ -99,7 +99,7 @@ def _is_off(diagnostics, observed, ended):
     return jnp.max(missing, initial=0.0) > _OFF * exchanged + _ROUNDING * largest
 
 
-def without(ended, lost, kept, states, diagnostics, end):
+def mask_failed(ended, lost, kept, states, diagnostics, end):
     """States and accounts (T, ...) with NaN at the times after an end and at those that are lost, which have no
     derivative; nor has the end () unless it is `kept`."""
 

@@ -15,12 +15,12 @@ from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import accelerations
 from ..kinematics import _constraints as constraints
 from ..kinematics._assembly import metric_matrix, newton_step
-from ..kinematics._configuration import Configuration, configuration, moving
+from ..kinematics._configuration import Configuration, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._poses import normalise, step_coordinates
 from ..math._linalg import saddle_solve
 from ..model._system import System
-from ..runtime import again, take
+from ..runtime import gather_static, remat
 from ..typing import ScalarLike
 
 _ROUNDING = {8: 1e-11, 4: 1e-5}  # residuals [m, rad] that say nothing about convergence
@@ -93,10 +93,10 @@ class Formulation(eqx.Module):
         (psi, p, _), system = y, self.system
         at = configuration(system, self.P, psi, t)
         psi_dot, rate, powers, u, multipliers = self.rates_of(at, p * self.scale)
-        powers = efforts(system, moving(system, at, u))[2] if powers is None else powers
+        powers = efforts(system, with_velocities(system, at, u))[2] if powers is None else powers
         if is_rheonomic(system):
             if multipliers is None:
-                multipliers = accelerations(system, moving(system, at, u))[1]
+                multipliers = accelerations(system, with_velocities(system, at, u))[1]
             drive = -jnp.dot(multipliers, constraints.time_rate(system, at))
             powers = jnp.concatenate([powers, drive[None]])
         return psi_dot, rate / self.scale, powers
@@ -128,7 +128,7 @@ class Formulation(eqx.Module):
             (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
             momentum = self.momenta_of(at, p * self.scale)
             K = jnp.where(last, mass_matrix(system, at), weight)
-            gap = jnp.where(last, f_t, take(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
+            gap = jnp.where(last, f_t, gather_static(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
             A = jnp.where(last | is_position, A, 0.0)
             u, _ = saddle_solve(K, A, jnp.where(last, momentum, 0.0), -gap, rows)
             then = self.second_of(at, u) / self.scale
@@ -136,7 +136,7 @@ class Formulation(eqx.Module):
             return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then, u)
 
         # to keep all that a pass makes costs more, compiled and run
-        psi, (gaps, then, u) = lax.scan(again(once), psi, np.array([False, False, True]))
+        psi, (gaps, then, u) = lax.scan(remat(once), psi, np.array([False, False, True]))
         return psi, then[2], u[2], _nearly_closed(gaps)
 
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:

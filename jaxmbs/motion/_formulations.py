@@ -13,7 +13,7 @@ from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import accelerations
 from ..kinematics import _constraints as constraints
 from ..kinematics._assembly import metric_matrix
-from ..kinematics._configuration import moving
+from ..kinematics._configuration import with_velocities
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._kic import velocity_map
 from ..kinematics._poses import coordinate_rate
@@ -42,7 +42,7 @@ class Canonical(Formulation):
         return Rates(*hamilton.canonical_rate(self.system, at, second))
 
     def second_of(self, at, u):
-        return hamilton.momenta(self.system, moving(self.system, at, u))
+        return hamilton.momenta(self.system, with_velocities(self.system, at, u))
 
 
 class Independent(Formulation):
@@ -76,7 +76,7 @@ class Velocity(Formulation):
         return _of_accelerations(self.system, at, second)
 
     def momenta_of(self, at, second):
-        return hamilton.momenta(self.system, moving(self.system, at, second))
+        return hamilton.momenta(self.system, with_velocities(self.system, at, second))
 
 
 class Prescribed(Formulation):
@@ -109,7 +109,7 @@ FORMULATIONS = {
 
 def _of_accelerations(system, at, u):
     """Rates with the accelerations for those of the second half."""
-    here = moving(system, at, u)
+    here = with_velocities(system, at, u)
     F, Q, powers = efforts(system, here)
     a, multipliers, _ = accelerations(system, here, loads=(F, Q))
     return Rates(coordinate_rate(system.topology, at.psi, u), a, powers, u, multipliers)

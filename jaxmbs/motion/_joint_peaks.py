@@ -11,14 +11,14 @@ from ..kinematics._reaction_map import carriers
 from ..math._linalg import safe_norm
 from ..model._system import System
 from ..reaction import reactions
-from ..tables import short, told
+from ..tables import format_number, table_repr
 from ._motion import Motion
 from ._peaks import Peak, peak
 
 
 def _told(peaks):
     rows = [
-        (name, *(short(x) for p in (peaks.force[name], peaks.moment[name]) for x in (p.value, p.time)))
+        (name, *(format_number(x) for p in (peaks.force[name], peaks.moment[name]) for x in (p.value, p.time)))
         for name in peaks.force
     ]
     return f"{len(rows)} joints", [("joint", "force [N]", "at [s]", "moment [N m]", "at [s]"), *rows]
@@ -33,7 +33,7 @@ class LoadPeaks(eqx.Module):
     force: dict[str, Peak]
     moment: dict[str, Peak]
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame` by joint and by load, "force" or "moment": its value, its time, and the coordinates of

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..checks import broken, is_concrete
+from ..checks import any_concrete, is_concrete
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
 from ..math._nan import nan_where
@@ -16,7 +16,7 @@ from ..model._entry_points import check_fits
 from ..model._system import System
 from ..runtime import as_array, jit
 from ..status import Status, succeeded
-from ..tables import short, span, told
+from ..tables import format_number, span, table_repr
 from ..typing import ArrayLike
 from ._interpolation import between, knots_of
 
@@ -52,8 +52,8 @@ def _told(motion):
     ts, psi, accounts = np.asarray(motion.ts), np.asarray(motion.states.coordinates), motion.diagnostics
     residual, drift = (np.nanmax(np.abs(x)) for x in (accounts.energy_residual, accounts.constraint_drift))
     summary = (
-        f"{len(ts)} instants from {short(ts[0])} to {short(ts[-1])} s, {motion.status}; "
-        f"{int(accounts.num_steps)} steps, energy residual {short(residual)} J, drift {short(drift)}"
+        f"{len(ts)} instants from {format_number(ts[0])} to {format_number(ts[-1])} s, {motion.status}; "
+        f"{int(accounts.num_steps)} steps, energy residual {format_number(residual)} J, drift {format_number(drift)}"
     )
     names = _labels((name, size) for name, _, size, _ in motion.states.structure or ())
     names = names or [str(k) for k in range(psi.shape[1])]
@@ -78,7 +78,7 @@ class Motion(eqx.Module):
     diagnostics: Diagnostics
     end: State
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     @property
     def status(self) -> Status:
@@ -121,7 +121,7 @@ class Motion(eqx.Module):
             raise ValueError(f"one motion has states at a time, use jax.vmap; the times have shape {self.ts.shape}")
         t, last = as_array(t), jnp.sum(jnp.isfinite(self.ts), dtype=jnp.int32) - 1
         first, end = self.ts[0], self.ts[last]
-        if broken(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
+        if any_concrete(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
             raise ValueError(f"the motion has states saved from {float(first):.6g} to {float(end):.6g} s, not at {t}")
         return _at(system, self.states, self.ts, last, t)
 

@@ -10,7 +10,7 @@ import lineax
 import numpy as np
 import optimistix
 
-from ..checks import broken, is_concrete
+from ..checks import any_concrete, is_concrete
 from ..ode._linear_solver import SquareSolver
 from ..ode._semi_implicit_euler import SemiImplicitEuler
 from ..runtime import as_array
@@ -44,7 +44,7 @@ def choose(solver, controller, dt, rtol, atol, gradient, formulation):
             f"controller must be an adaptive one of diffrax, got {controller!r}; for fixed steps give dt="
         )
     for name, value in {"rtol": rtol, "atol": atol}.items():
-        if np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x) | (x < 0), value):
+        if np.iscomplexobj(value) or any_concrete(lambda x: ~np.isfinite(x) | (x < 0), value):
             raise ValueError(f"{name}={value} must be finite and not negative")
     if controller is not None and dt is not None:
         raise ValueError("give dt= (fixed steps) or controller= (adaptive steps), not both")

@@ -12,7 +12,7 @@ from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
 from ..model._entry_points import check_fits
 from ..model._system import System
-from ..ode._loop import held
+from ..ode._loop import stop_gradients
 from ._interpolation import between, knots_of
 from ._motion import Motion
 
@@ -75,7 +75,7 @@ def _peak_near(system, states, values, quantity, entry, at_end):
         state = between(*parts[:2], parts[2].number(k), parts[2].number(k + 1), t)
         return jnp.reshape(quantity(state), -1)[entry], state
 
-    frozen = held(parts)
+    frozen = stop_gradients(parts)
     found = _maximise(lambda t: at(frozen, t)[0], *lax.stop_gradient((knots.t, values)))
     at_end, middle = at_end & (found == knots.t[1]), knots.t[1]
     # the quantity may know traced numbers by itself, such as those of a system: they become arguments of the rule

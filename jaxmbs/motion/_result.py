@@ -6,13 +6,13 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from ..kinematics._configuration import configuration, moving
+from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._state import State
 from ..math._nan import nan_where, value_where
-from ..ode._loop import held
-from ..runtime import over_rows
+from ..ode._loop import stop_gradients
+from ..runtime import map_chunked
 from ..status import Status, succeeded
-from ._accounts import diagnose, masked, observe, result_code, without
+from ._accounts import diagnose, mask_failed, masked, observe, result_code
 from ._motion import Motion
 
 
@@ -35,12 +35,12 @@ def state_at(system, t, psi, u) -> State:
 
 
 @eqx.filter_custom_jvp
-def shifted(y, t, held_t, problem):
+def attach_time_derivative(y, t, held_t, problem):
     """y (or rows of it), found at `held_t` with that time held: its derivative by the time is its rate."""
     return y
 
 
-@shifted.def_jvp
+@attach_time_derivative.def_jvp
 def _shifted_jvp(primals, tangents):
     y, _, held_t, problem = primals
     y_dot, t_dot, _, _ = tangents
@@ -61,8 +61,8 @@ def _reached(walk, y0, t1, args):
     finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in walk.y]))
     y = jax.tree.map(lambda x, x0: value_where(~finite, x, lax.stop_gradient(x0)), walk.y, y0)
     happened = walk.result == diffrax.RESULTS.event_occurred
-    t = held(walk.t) + jnp.where(happened | ~jnp.isfinite(t1), 0.0, t1 - held(t1))
-    y = shifted(y, t, held(walk.t), problem)
+    t = stop_gradients(walk.t) + jnp.where(happened | ~jnp.isfinite(t1), 0.0, t1 - stop_gradients(t1))
+    y = attach_time_derivative(y, t, stop_gradients(walk.t), problem)
     if event is not None:
         t, y = jax.tree.map(lambda a, b: jnp.where(happened, a, b), _on_the_event(t, y, args), (t, y))
     return t, y, finite
@@ -95,7 +95,7 @@ def motion_of(args, start, y0, walk, asked, open_at_start, lands) -> Motion:
             psi, _ = problem.project_position(t, psi)
         at = configuration(problem.system, problem.P, psi, t)
         u = problem.velocities_at(at, p)
-        return psi, u, observe(problem.system, moving(problem.system, at, u))
+        return psi, u, observe(problem.system, with_velocities(problem.system, at, u))
 
     # what is not saved, or not finite, stands at the last state: the derivative of what is lost meets all parameters
     # as NaN, that of what is kept is not harmed
@@ -103,7 +103,7 @@ def motion_of(args, start, y0, walk, asked, open_at_start, lands) -> Motion:
     filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, psi, p), there, strict=True)]
     first = (start.t, *y0[:2])
     rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, there, strict=True))
-    psi, u, observed = over_rows(sample, rows)
+    psi, u, observed = map_chunked(sample, rows)
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
     lost = jnp.concatenate([gone, ~arrived[None]])
     psi, u = (jnp.concatenate([x[:1], nan_where(lost, x[1:])]) for x in (psi, u))
@@ -116,7 +116,7 @@ def motion_of(args, start, y0, walk, asked, open_at_start, lands) -> Motion:
     if problem.follows_rows:
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     kept = succeeded(code) | (code == Status.ENERGY)
-    states, diagnostics, end = without(ended, lost, kept, states, diagnostics, end)
+    states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
     return Motion(ts if event is None else times, states, code, diagnostics, end)
 
 
@@ -124,7 +124,7 @@ def _with_event(walk, ts, reached, args):
     """(times, rows of the march's state, whether a row is beyond the end); the event has a row more, in its place."""
     index = jnp.arange(len(ts), dtype=jnp.int32)
     ended = (index >= walk.saved) | ~jnp.isfinite(ts)  # after an end nothing is saved
-    times, ys = masked(ended, ts, jnp.inf), shifted(walk.ys, ts, held(ts), args[0])
+    times, ys = masked(ended, ts, jnp.inf), attach_time_derivative(walk.ys, ts, stop_gradients(ts), args[0])
     if args[1] is None:
         return times, ys, ended
     index = jnp.arange(len(ts) + 1, dtype=jnp.int32)

@@ -17,18 +17,18 @@ from ..kinematics._mobility import system_at
 from ..kinematics._state import State
 from ..model._entry_points import check_one
 from ..model._system import System
-from ..ode._adjoint import walked_reverse
-from ..ode._loop import March, held, rows_for, walked
+from ..ode._adjoint import integrate_with_adjoint
+from ..ode._loop import OdeProblem, integrate, rows_for, stop_gradients
 from ..runtime import FORWARD_MODE, as_array, jit, reverse_only
 from ..status import succeeded
-from ..typing import ArrayLike, Explained
+from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
 from ._failure import explain
 from ._formulation import Formulation, num_powers
 from ._formulations import Independent, Prescribed, Velocity
 from ._motion import Motion
 from ._options import EARLY, check_event, choose, fixed_steps, save_times, step_sizes, with_tolerances
-from ._result import crossing, motion_of, shifted, shown, state_at
+from ._result import attach_time_derivative, crossing, motion_of, shown, state_at
 
 _TRIALS = 200  # steps made again, at most, for an event among fixed ones
 
@@ -45,7 +45,7 @@ def simulate(
     atol: ArrayLike = 1e-9,
     gradient: Any = "reverse",
     formulation: str | type[Formulation] | None = None,
-    event: Explained[Callable | None] = None,
+    event: WordedError[Callable | None] = None,
     interpolate: bool = False,
     max_steps: int = 100_000,
     progress: bool = False,
@@ -124,12 +124,12 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
     rising = jnp.all(ts[1:] >= ts[:-1]) & (ts[0] >= state.t - EARLY) & (ts[-1] <= t1)
     ts = jnp.where(rising, ts, jnp.nan)  # traced times that are no times
     fit = fit & jnp.all(jnp.isfinite(state.velocities)) & jnp.all(jnp.isfinite(ts)) & jnp.isfinite(t1)
-    span, t0, times = held((t1 - state.t, state.t, ts))
+    span, t0, times = stop_gradients((t1 - state.t, state.t, ts))
     end, times = jnp.where(fit, t0 + span, t0), jnp.where(fit, times, t0)  # a march of no steps
-    sizes = step_sizes(formulation, controller, dt, *held((rtol, atol)), span)
-    march = March(
-        held(with_tolerances(solver, sizes)),
-        held(sizes),
+    sizes = step_sizes(formulation, controller, dt, *stop_gradients((rtol, atol)), span)
+    march = OdeProblem(
+        stop_gradients(with_tolerances(solver, sizes)),
+        stop_gradients(sizes),
         times,
         end,
         max_steps,
@@ -144,15 +144,15 @@ def _integrate(system, state, ts, t1, numbers, solver, controller, event, option
     )
     if event is not None:
         event = eqx.filter_closure_convert(event, state_at(system, state.t, state.coordinates, state.velocities))
-    args, first = (problem, event), held(1e-3 * span if dt is None else dt)
-    y0 = shifted(y0, 2.0 * t0 - state.t, t0, problem)  # a later start: what flows for less time
+    args, first = (problem, event), stop_gradients(1e-3 * span if dt is None else dt)
+    y0 = attach_time_derivative(y0, 2.0 * t0 - state.t, t0, problem)  # a later start: what flows for less time
     if gradient == "reverse":
-        walk = walked_reverse(reverse_only((y0, args), FORWARD_MODE), march, t0, first)
+        walk = integrate_with_adjoint(reverse_only((y0, args), FORWARD_MODE), march, t0, first)
     else:
-        walk = walked(march, y0, t0, first, args)
+        walk = integrate(march, y0, t0, first, args)
     if march.shows:  # velocities are saved: the rows of another formulation
         args, still = (Velocity(system, at.P, jnp.ones_like(p0)), event), jnp.zeros(num_powers(system), p0.dtype)
-        y0 = shifted((state.coordinates, state.velocities, still), 2.0 * t0 - state.t, t0, args[0])
+        y0 = attach_time_derivative((state.coordinates, state.velocities, still), 2.0 * t0 - state.t, t0, args[0])
         walk = shown(walk, y0, times <= t0, walk.t > t0)
     return motion_of(args, state, y0, walk, (ts, t1), open_at_start, lands)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..analysis._linearise import linearise
 from ..dynamics._efforts import element_efforts, element_flows
-from ..kinematics._configuration import at_state, elsewhere, moving
+from ..kinematics._configuration import at_coordinates, at_state, with_velocities
 from ..kinematics._kic import velocity_map
 from ..kinematics._mobility import system_at
 from ..kinematics._poses import coordinate_rate
@@ -62,7 +62,7 @@ def _shares(system, state, shape):
     z = velocity_map(system, at)[0] @ shape
 
     def power(psi, u):
-        here = moving(system, elsewhere(system, at, psi), u)
+        here = with_velocities(system, at_coordinates(system, at, psi), u)
         found = []
         for group in system.forces:
             _, displacement, flow = element_flows(system, group, here, here.V, here.u)

@@ -15,12 +15,12 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from ..runtime import Packing, one_kernel
-from ._loop import March, Walk, advance, begin, ended, first_of, put, walked
-from ._step_vjp import first_memory, has_stages, memory_of, pulled
+from ..runtime import Packing, small_call
+from ._loop import LoopState, OdeProblem, attempt_step, begin, ended, first_of_duplicates, integrate, set_row
+from ._step_vjp import first_memory, has_stages, memory_of, step_vjp
 
 
-class Log(eqx.Module):
+class CheckpointBuffer(eqx.Module):
     """Rows (rows + 1, numbers) of the accepted steps with a number that is a multiple of `stride`; number -1: free.
 
     Rows are packed into vectors.  The last one takes what is not kept.
@@ -44,7 +44,9 @@ class Log(eqx.Module):
         free = jnp.where(self.count < size, self.count, _first(self.numbers[:-1] % stride != 0))
         slot = jnp.where(keep & (self.count % stride == 0), free, size)
         count = jnp.where(keep, self.count + 1, self.count)
-        return Log(put(self.rows, slot, row), put(self.numbers, slot, self.count), stride, count, self.packing)
+        return CheckpointBuffer(
+            set_row(self.rows, slot, row), set_row(self.numbers, slot, self.count), stride, count, self.packing
+        )
 
     def at(self, number):
         """The row of a step that is in the log."""
@@ -60,7 +62,7 @@ def _row(rows, index):
     return lax.dynamic_index_in_dim(rows, index, keepdims=False, allow_negative_indices=False)
 
 
-def _step(march: March, walk: Walk, dense):
+def _step(march: OdeProblem, walk: LoopState, dense):
     """What is logged of a step: the walk before it, and the inside of a method with stages."""
     before = walk.t, walk.t_next, walk.y, walk.memory, walk.saved, walk.hunt
     return before, dense if has_stages(march.solver) else None
@@ -71,27 +73,27 @@ def _packing(march, y0, t0, dt0, args):
 
     def row():
         walk = begin(march, y0, t0, dt0, args)
-        return _step(march, walk, advance(march, walk, args)[2])
+        return _step(march, walk, attempt_step(march, walk, args)[2])
 
     return Packing(jax.eval_shape(row), t0.dtype)
 
 
-def _from(before) -> Walk:
+def _from(before) -> LoopState:
     """The walk that was logged, to be taken up again; it saves nothing."""
     t, t_next, y, memory, saved, hunt = before
     zero = jnp.zeros_like(saved)
     result = jax.tree.map(jnp.asarray, diffrax.RESULTS.successful)
-    return Walk(t, t_next, y, memory, result, zero, zero, saved, None, None, hunt, None)
+    return LoopState(t, t_next, y, memory, result, zero, zero, saved, None, None, hunt, None)
 
 
 @eqx.filter_custom_vjp
-def walked_reverse(start, march: March, t0, dt0) -> Walk:
-    """`walked` from start = (y0, args), with a reverse derivative by them."""
+def integrate_with_adjoint(start, march: OdeProblem, t0, dt0) -> LoopState:
+    """`integrate` from start = (y0, args), with a reverse derivative by them."""
     y0, args = start
-    return walked(march, y0, t0, dt0, args)
+    return integrate(march, y0, t0, dt0, args)
 
 
-@walked_reverse.def_fwd
+@integrate_with_adjoint.def_fwd
 def _forward(perturbed, start, march, t0, dt0):
     del perturbed
     y0, args = start
@@ -100,17 +102,17 @@ def _forward(perturbed, start, march, t0, dt0):
 
     def body(carry):
         walk, log = carry
-        after, keep, dense = advance(march, walk, args)
+        after, keep, dense = attempt_step(march, walk, args)
         return after, log.noted(packing.pack(_step(march, walk, dense)), keep)
 
     running = lambda carry: eqxi.unvmap_any(carry[0].is_running(march))  # noqa: E731
     steps = functools.partial(lax.while_loop, running, body)
-    walk, log = one_kernel(steps)((first, Log.empty(packing, march.rows)))
+    walk, log = small_call(steps)((first, CheckpointBuffer.empty(packing, march.rows)))
     walk = ended(march, walk)
     return walk, (log, walk.t, first.saved, walk.saved)
 
 
-@walked_reverse.def_bwd
+@integrate_with_adjoint.def_bwd
 def _backward(kept, bars, perturbed, start, march, t0, dt0):
     (log, t_end, skipped, saved), (y0, args) = kept, start
     moving = jax.tree.map(lambda x, p: p and eqx.is_inexact_array(x), args, perturbed[1])
@@ -123,7 +125,7 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
     moving = numbers.pack(moving)
     y_bar, shown_bar = _filled(bars.y, y0), _filled(bars.shown, y0) if march.shows else None
     ys_bar = _filled(bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size, *y.shape)), y0))
-    ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of(march)].add(ys), ys_bar)
+    ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of_duplicates(march)].add(ys), ys_bar)
     last = jnp.where(log.count > 0, (log.count - 1) // log.stride, -1)
 
     def segment(carry):
@@ -136,7 +138,7 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
         def one(carry):
             k, bars = carry
             row = packing.unpack(_row(pieces, jnp.maximum(k, 0)))
-            found = pulled(march, args_of, moving, row, bars, ys_bar)
+            found = step_vjp(march, args_of, moving, row, bars, ys_bar)
             counts = (k >= 0) & (is_used | (row[0][4] <= last_used))
             return k - 1, jax.tree.map(lambda new, old: jnp.where(counts, new, old), found, bars)
 
@@ -161,7 +163,7 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
 def _again(march, args, packing, row, end, pieces, stride):
     """(rows of the steps from a logged one to the time `end`, their number); a step that is logged itself is taken
     over."""
-    start, pieces = packing.unpack(row)[0], put(pieces, jnp.zeros((), jnp.int32), row)
+    start, pieces = packing.unpack(row)[0], set_row(pieces, jnp.zeros((), jnp.int32), row)
     to = lax.stop_gradient(jnp.where(stride > 1, end, start[0]))  # rows have derivatives, times none
     shorter = eqx.tree_at(
         lambda m: (m.t1, m.max_steps, m.meter),
@@ -171,8 +173,8 @@ def _again(march, args, packing, row, end, pieces, stride):
 
     def body(carry):
         walk, pieces, count = carry
-        after, keep, dense = advance(shorter, walk, args)
-        pieces = put(pieces, jnp.where(keep, count, march.rows), packing.pack(_step(march, walk, dense)))
+        after, keep, dense = attempt_step(shorter, walk, args)
+        pieces = set_row(pieces, jnp.where(keep, count, march.rows), packing.pack(_step(march, walk, dense)))
         return after, pieces, jnp.where(keep, count + 1, count)
 
     carry = _from(start), pieces, jnp.zeros_like(stride)

@@ -13,7 +13,7 @@ _NEAR = 1e-9
 _EDGE = 1e-3  # of the step, that a trial stays off its ends
 
 
-class Hunt(eqx.Module):
+class EventBracket(eqx.Module):
     """Values of the function () at the last state and, once a step has passed the zero, behind it.
 
     Attributes:
@@ -27,12 +27,12 @@ class Hunt(eqx.Module):
     came: Array
 
 
-def begun(value) -> Hunt:
+def begun(value) -> EventBracket:
     """Before the first step, from a state with this value ()."""
-    return Hunt(value, jnp.full_like(value, jnp.inf), jnp.zeros_like(value), jnp.zeros_like(value))
+    return EventBracket(value, jnp.full_like(value, jnp.inf), jnp.zeros_like(value), jnp.zeros_like(value))
 
 
-def hunted(hunt: Hunt, t, t1, value, keep):
+def locate_event(hunt: EventBracket, t, t1, value, keep):
     """(whether a step from t to t1 stays, ends on the zero, ends where the value is not a number; the latest end of
     the next step; the hunt).
 
@@ -55,7 +55,7 @@ def hunted(hunt: Hunt, t, t1, value, keep):
     onward = jnp.where(known, _between(t1, value, hunt.past, beyond), jnp.inf)
     aim = jnp.where(again, trial, jnp.where(moves, onward, hunt.past))
     aim = jnp.where(shorter, 0.5 * (t + t1), aim)
-    after = Hunt(
+    after = EventBracket(
         value=jnp.where(moves, value, before),
         past=jnp.where(again, t1, hunt.past),
         beyond=jnp.where(again, value, beyond),

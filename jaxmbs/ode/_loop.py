@@ -17,7 +17,7 @@ from diffrax import RESULTS
 from jax import lax
 from jaxtyping import Array, PyTree
 
-from ..runtime import one_kernel
+from ..runtime import small_call
 from . import _event as hunting
 from ._implicit_step import is_diagonally_implicit
 from ._implicit_step import step as implicit_step
@@ -26,7 +26,7 @@ from ._implicit_step import step as implicit_step
 _FAR = 0.3
 
 
-class March(eqx.Module):
+class OdeProblem(eqx.Module):
     """What is integrated, and how.  Its numbers carry no derivatives: whoever asks for those by times adds them.
 
     Attributes:
@@ -68,7 +68,7 @@ class March(eqx.Module):
         return diffrax.ODETerm(self.rate)
 
 
-class Walk(eqx.Module):
+class LoopState(eqx.Module):
     """Where a march stands: y at t, the end of the step to try next, and what is saved so far.
 
     Attributes:
@@ -87,10 +87,10 @@ class Walk(eqx.Module):
     saved: Array
     ys: PyTree
     shown: PyTree
-    hunt: hunting.Hunt | None
+    hunt: hunting.EventBracket | None
     meter: PyTree
 
-    def is_running(self, march: March):
+    def is_running(self, march: OdeProblem):
         """Whether steps are left to take: false for NaN."""
         return (self.t < march.t1) & diffrax.is_successful(self.result) & (self.tried < march.max_steps)
 
@@ -107,60 +107,62 @@ def with_scan(solver, kind):
     return eqx.tree_at(lambda s: s.scan_kind, solver, kind, is_leaf=lambda x: x is None)
 
 
-def held(tree):
+def stop_gradients(tree):
     """The same numbers, without derivatives."""
     return jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_inexact_array(x) else x, tree)
 
 
-def walked(march: March, y0, t0, dt0, args) -> Walk:
+def integrate(march: OdeProblem, y0, t0, dt0, args) -> LoopState:
     """The end of the march from y0 at t0; dt0: the first step."""
     # lanes that are done wait: were this their own condition, every step would copy what all of them saved
     running = lambda walk: eqxi.unvmap_any(walk.is_running(march))  # noqa: E731
-    steps = functools.partial(lax.while_loop, running, lambda walk: advance(march, walk, args)[0])
-    return ended(march, one_kernel(steps)(begin(march, y0, t0, dt0, args)))
+    steps = functools.partial(lax.while_loop, running, lambda walk: attempt_step(march, walk, args)[0])
+    return ended(march, small_call(steps)(begin(march, y0, t0, dt0, args)))
 
 
-def begin(march: March, y0, t0, dt0, args) -> Walk:
+def begin(march: OdeProblem, y0, t0, dt0, args) -> LoopState:
     """Before the first step."""
     solver, term = march.solver, march.term
     order = solver.error_order(term)
-    t_next, control = march.controller.init(term, t0, march.t1, held(y0), dt0, args, solver.func, order)
+    t_next, control = march.controller.init(term, t0, march.t1, stop_gradients(y0), dt0, args, solver.func, order)
     saved = jnp.searchsorted(march.times, t0, side="right")
     t_next = _clipped(march, t0, jnp.minimum(t_next, march.t1), jnp.asarray(True), saved)
     memory = solver.init(term, t0, t_next, y0, args), control, False
     ys = jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size + 1, *y.shape)), y0)
-    seen = None if march.crossing is None else hunting.begun(held(march.crossing(t0, y0, args)))
+    seen = None if march.crossing is None else hunting.begun(stop_gradients(march.crossing(t0, y0, args)))
     zero = jnp.zeros((), jnp.int32)
     shown = y0 if march.shows else None
-    walk = Walk(t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, shown, seen, march.meter.init())
+    walk = LoopState(
+        t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, shown, seen, march.meter.init()
+    )
     return jax.tree.map(lambda x: lax.convert_element_type(x, jnp.result_type(x)), walk)
 
 
-def ended(march: March, walk: Walk) -> Walk:
+def ended(march: OdeProblem, walk: LoopState) -> LoopState:
     """After the last step: the result code, and times saved twice."""
     march.meter.close(walk.meter)
     short = diffrax.is_successful(walk.result) & (walk.t < march.t1)
     result = RESULTS.where(short, RESULTS.max_steps_reached, walk.result)
-    ys = jax.tree.map(lambda ys: ys[first_of(march)], walk.ys)
+    ys = jax.tree.map(lambda ys: ys[first_of_duplicates(march)], walk.ys)
     return eqx.tree_at(lambda w: (w.result, w.ys), walk, (result, ys))
 
 
-def first_of(march: March):
+def first_of_duplicates(march: OdeProblem):
     """(T,) the place of the first of equal times: only that one is filled."""
     return jnp.searchsorted(march.times, march.times, side="left")
 
 
-def advance(march: March, walk: Walk, args):
+def attempt_step(march: OdeProblem, walk: LoopState, args):
     """One step tried: (the walk after it, whether it was accepted, what the solver says of its inside)."""
     running, (state, control, jumped) = walk.is_running(march), walk.memory
     t, t1 = walk.t, walk.t_next
-    y1, error, dense, new_state, failed = stepped(march, t, t1, walk.y, args, state, jumped)
-    y1, shown, error, failed = _closed(march, t1, y1, error, args, failed)
+    y1, error, dense, new_state, failed = solver_step(march, t, t1, walk.y, args, state, jumped)
+    y1, shown, error, failed = _apply_projection(march, t1, y1, error, args, failed)
     error = jax.tree.map(lambda e: jnp.where(jnp.isnan(e), jnp.inf, e), error)
 
     order = march.solver.error_order(march.term)
     keep, start, t_next, jump, new_control, refused = march.controller.adapt_step_size(
-        t, t1, *held((walk.y, y1)), args, held(error), order, control
+        t, t1, *stop_gradients((walk.y, y1)), args, stop_gradients(error), order, control
     )
     keep, found, lost, aim, seen = _hunted(march, walk, running & keep, y1, args)
     failed = RESULTS.where(keep, failed, RESULTS.successful)
@@ -171,7 +173,7 @@ def advance(march: March, walk: Walk, args):
     saved, ys = _saved(march, walk, keep, shown if march.shows else y1, dense)
     start = jnp.where(keep, jnp.minimum(start, march.t1), t)
     t_next = _clipped(march, start, jnp.minimum(t_next, aim), keep, saved)
-    after = Walk(
+    after = LoopState(
         t=start,
         t_next=_chosen(running, t_next, t1),
         y=_chosen(keep, y1, walk.y),
@@ -196,7 +198,7 @@ def _progress(march, walk, t):
     return march.meter.step(walk.meter, jnp.where(span > 0.0, done / jnp.where(span > 0.0, span, 1.0), 1.0))
 
 
-def stepped(march: March, t, t1, y, args, state, jumped):
+def solver_step(march: OdeProblem, t, t1, y, args, state, jumped):
     """The solver's step: (y, error, inside, its memory, result)."""
     jumped = jumped if march.close is None else jumped | True
     if is_diagonally_implicit(march.solver):
@@ -204,7 +206,7 @@ def stepped(march: March, t, t1, y, args, state, jumped):
     return march.solver.step(march.term, t, t1, y, args, state, jumped)
 
 
-def _closed(march, t1, y1, error, args, failed):
+def _apply_projection(march, t1, y1, error, args, failed):
     """The end of a step after `close`, and what is shown of it."""
     if march.close is None:
         return y1, None, error, failed
@@ -222,7 +224,9 @@ def _hunted(march, walk, keep, y1, args):
     """As `hunt.hunted`, of the event."""
     if march.crossing is None:
         return keep, jnp.asarray(False), jnp.asarray(False), jnp.inf, None
-    return hunting.hunted(walk.hunt, walk.t, walk.t_next, held(march.crossing(walk.t_next, y1, args)), keep)
+    return hunting.locate_event(
+        walk.hunt, walk.t, walk.t_next, stop_gradients(march.crossing(walk.t_next, y1, args)), keep
+    )
 
 
 def _clipped(march, t, t_next, keep, saved):
@@ -232,10 +236,10 @@ def _clipped(march, t, t_next, keep, saved):
     last = march.t1 - 100.0 * jnp.spacing(march.t1)
     end = jnp.where(keep, march.t1, t + 0.5 * (march.t1 - t))
     t_next = jnp.where(t_next > last, end, t_next)
-    return jnp.minimum(t_next, due(march, saved)) if march.lands else t_next
+    return jnp.minimum(t_next, next_save_time(march, saved)) if march.lands else t_next
 
 
-def due(march: March, saved):
+def next_save_time(march: OdeProblem, saved):
     """The next time to save; infinite after the last."""
     return jnp.where(saved < march.times.size, march.times[saved], jnp.inf)
 
@@ -246,28 +250,28 @@ def _saved(march, walk, keep, y1, dense):
         passed = jnp.searchsorted(march.times, walk.t_next, side="right")
         return jnp.where(keep, passed, walk.saved), None
     if march.lands:
-        hit = keep & (due(march, walk.saved) <= walk.t_next)
-        ys = put(walk.ys, jnp.where(hit, walk.saved, march.times.size), y1)
+        hit = keep & (next_save_time(march, walk.saved) <= walk.t_next)
+        ys = set_row(walk.ys, jnp.where(hit, walk.saved, march.times.size), y1)
         return jnp.where(hit, march.after[walk.saved], walk.saved), ys
 
     def left(carry):
-        return keep & (due(march, carry[0]) <= walk.t_next)
+        return keep & (next_save_time(march, carry[0]) <= walk.t_next)
 
     def save(carry):
         saved, ys = carry
         y = interpolated(march, walk.t, walk.t_next, y1, dense, march.times[saved])
-        return _counted(saved, left(carry)), put(ys, jnp.where(left(carry), saved, march.times.size), y)
+        return _counted(saved, left(carry)), set_row(ys, jnp.where(left(carry), saved, march.times.size), y)
 
     return lax.while_loop(lambda carry: eqxi.unvmap_any(left(carry)), save, (walk.saved, walk.ys))
 
 
-def interpolated(march: March, t0, t1, y1, dense, t):
+def interpolated(march: OdeProblem, t0, t1, y1, dense, t):
     """The state at a time t of a step, that of its end after `close`."""
     inside = march.solver.interpolation_cls(t0=t0, t1=t1, **dense).evaluate(t)
     return jax.tree.map(lambda end, y: jnp.where(t == t1, end, y), y1, inside)
 
 
-def put(ys, index, y):
+def set_row(ys, index, y):
     """y in its place among the rows ys."""
     update = functools.partial(lax.dynamic_update_index_in_dim, axis=0, allow_negative_indices=False)
     return jax.tree.map(lambda ys, y: update(ys, y, index), ys, y)

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..runtime import one_kernel
+from ..runtime import small_call
 from ._implicit_step import is_diagonally_implicit
-from ._loop import March, begin, due, interpolated, stepped, with_scan
+from ._loop import OdeProblem, begin, interpolated, next_save_time, solver_step, with_scan
 
 
 def has_stages(solver) -> bool:
@@ -19,14 +19,14 @@ def has_stages(solver) -> bool:
     return explicit and type(solver).step is diffrax.AbstractERK.step
 
 
-def memory_of(march: March, memory):
+def memory_of(march: OdeProblem, memory):
     """What of a solver's memory has derivatives: nothing where every step starts anew or from its own stages."""
     if march.close is not None or has_stages(march.solver) or is_diagonally_implicit(march.solver):
         return None
     return eqx.filter(memory[0], eqx.is_inexact_array)
 
 
-def first_memory(march: March, y0, t0, dt0, args_of, moving, bars):
+def first_memory(march: OdeProblem, y0, t0, dt0, args_of, moving, bars):
     """Cotangents (of what moves, of the start) with what the solver's memory at the start adds."""
     moving_bar, y_bar, memory_bar = bars
     if memory_bar is None:
@@ -39,7 +39,7 @@ def first_memory(march: March, y0, t0, dt0, args_of, moving, bars):
     return jax.tree.map(jnp.add, (moving_bar, y_bar), change)
 
 
-def pulled(march: March, args_of, moving, row, bars, ys_bar):
+def step_vjp(march: OdeProblem, args_of, moving, row, bars, ys_bar):
     """Cotangents (of what moves in the arguments, of the state before the step, of the solver's memory there, of what
     is shown of that state, or None) from those after it and of the saved states (T, ...)."""
     pull = _pulled_whole if row[1] is None else _pulled_stages
@@ -56,7 +56,7 @@ def _pulled_whole(march, args_of, moving, row, bars, ys_bar):
 
     def whole(moving, y0, floating):
         args, state = args_of(moving), rest if floating is None else eqx.combine(floating, rest)
-        y, _, dense, state, _ = stepped(march, t0, t1, y0, args, state, memory[2])
+        y, _, dense, state, _ = solver_step(march, t0, t1, y0, args, state, memory[2])
         return _ends(march, t1, y, args), dense, memory_of(march, (state,))
 
     (y1, dense, _), back = jax.vjp(whole, moving, y0, floating)
@@ -87,14 +87,14 @@ def _with_saved(march, t0, t1, saved, y1, dense, end_bars, ys_bar):
     y_bar, shown_bar = end_bars
     none = jax.tree.map(jnp.zeros_like, dense)
     if march.lands:
-        hit, at = due(march, saved) <= t1, jnp.minimum(saved, march.times.size - 1)
+        hit, at = next_save_time(march, saved) <= t1, jnp.minimum(saved, march.times.size - 1)
         saved_bar = jax.tree.map(lambda ys: jnp.where(hit, ys[at], 0.0), ys_bar)
         if march.shows:
             return (y_bar, jax.tree.map(jnp.add, shown_bar, saved_bar)), none
         return jax.tree.map(jnp.add, y_bar, saved_bar), none
 
     def left(carry):
-        return due(march, carry[0]) <= t1
+        return next_save_time(march, carry[0]) <= t1
 
     def body(carry):
         k, bars = carry
@@ -128,5 +128,5 @@ def _stages(march, t0, t1, y0, K, args_of, moving, moving_bar, y_bar, K_bar):
         add = lambda old, new: jax.tree.map(jnp.add, old, new)  # noqa: E731
         return (add(moving_bar, change), add(y_bar, stage_bar), K_bar), None
 
-    stages = one_kernel(lambda bars: lax.scan(stage, bars, jnp.arange(used), reverse=True)[0])
+    stages = small_call(lambda bars: lax.scan(stage, bars, jnp.arange(used), reverse=True)[0])
     return stages((moving_bar, y_bar, K_bar))[:2]

@@ -12,7 +12,7 @@ from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
-from ..math._spatial import swapped
+from ..math._spatial import swap_halves
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..runtime import jit
@@ -66,7 +66,7 @@ def _bonds(system, states, found, compliance, batched, marks):
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
         force, moment = (jnp.einsum("qij,qj->qi", at.R[own], part) for part in (force, moment))
         wrench = about(jnp.concatenate([force, moment], axis=1), -at.x[own])
-        bonds = system_bonds(system, at, swapped(wrench), compliance)
+        bonds = system_bonds(system, at, swap_halves(wrench), compliance)
         return dataclasses.replace(bonds, undetermined=marks), on_bodies(bonds.network, wrench)
 
     return jax.vmap(one)(states, found) if batched else one(states, found)

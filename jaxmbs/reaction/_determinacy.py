@@ -9,11 +9,11 @@ import numpy as np
 from jax import Array, lax
 
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Moving
+from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._coupled_joints import acting_rows, coupled_joints
 from ..kinematics._reaction_map import carriers
 from ..model._system import System
-from ..runtime import take
+from ..runtime import gather_static
 from ._self_stress import OPEN, share, without_range
 from ._wrenches import joint_wrenches
 
@@ -27,7 +27,7 @@ class JointMarks(NamedTuple):
     lacks_contact: Array | None
 
 
-def joint_marks(system: System, at: Moving, stresses, known, placed: Callable) -> JointMarks:
+def joint_marks(system: System, at: VelocityKinematics, stresses, known, placed: Callable) -> JointMarks:
     """What self-stresses and the contacts of couplers leave determined.
 
     Args: stresses (n, rows), multipliers in the rows' common unit; known: `closures.directions`; placed: from world
@@ -66,7 +66,7 @@ def _contacts(system, at, touched):
     columns = np.full((number, 6), top.num_velocities)
     for k, joint in enumerate(top.joints):
         columns[k, : joint.num_velocities] = np.arange(joint.num_velocities) + joint.first_velocity
-    freedoms = take(jnp.concatenate([at.S, jnp.zeros_like(at.S[:1])]), columns).transpose(0, 2, 1)
+    freedoms = gather_static(jnp.concatenate([at.S, jnp.zeros_like(at.S[:1])]), columns).transpose(0, 2, 1)
     unit = jnp.concatenate([jnp.full(3, system.length, at.S.dtype), jnp.ones(3, at.S.dtype)])
     tried = unit[None] * np.random.default_rng(6).normal(size=(number, 6)).astype(at.S.dtype)
     wrench = jax.vmap(lambda S, w: without_range(S, w[None])[0])(*lax.stop_gradient((freedoms, tried)))

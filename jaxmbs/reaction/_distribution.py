@@ -10,11 +10,11 @@ from ..kinematics import _constraints as constraints
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import Configuration
 from ..math._linalg import RowScale, saddle_solve
-from ..math._spatial import swapped
+from ..math._spatial import swap_halves
 from ..math._spd import spd_solve
 from ..model._rows import Drive
 from ..model._system import System
-from ..runtime import take
+from ..runtime import gather_static
 from ..statics import Bonds, Network, bond_reactions
 from ..statics._tree import on_bodies
 from ._wrenches import at_frames
@@ -40,9 +40,9 @@ def system_bonds(system: System, at: Configuration, wrench, compliance=None, kno
     own = np.array([b for *_, b in reaction_map.carriers(system)])
     twists = _free_twists(system, at.S, closures.directions(system, at) if known is None else known)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
-    place = take(at.x, own), take(at.R, own)
+    place = gather_static(at.x, own), gather_static(at.R, own)
     C = jax.vmap(jnp.diag)(_weights(system, compliance, effort.dtype))
-    return Bonds.from_twists(bond_network(system), *place, swapped(twists, 1), effort, system.length, C)
+    return Bonds.from_twists(bond_network(system), *place, swap_halves(twists, 1), effort, system.length, C)
 
 
 def _weights(system, compliance, dtype):
@@ -62,11 +62,11 @@ def _free_twists(system, S, known):
         columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
         if columns and not joint.is_cut:
             held[names.index(joint.name), : len(columns)] = columns
-    parts = [take(jnp.concatenate([S, jnp.zeros((1, 6), S.dtype)]), held).transpose(0, 2, 1)]
+    parts = [gather_static(jnp.concatenate([S, jnp.zeros((1, 6), S.dtype)]), held).transpose(0, 2, 1)]
     for group, D in zip(system.closures, known, strict=True):
         source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
         parts.append(jax.vmap(_complement)(D))
-    return take(jnp.concatenate(parts), source)
+    return gather_static(jnp.concatenate(parts), source)
 
 
 def _complement(D):
@@ -74,7 +74,9 @@ def _complement(D):
     return np.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
-def distributed(system: System, at: Configuration, wrench, multipliers, compliance, known, method="dense"):
+def least_compliance_reactions(
+    system: System, at: Configuration, wrench, multipliers, compliance, known, method="dense"
+):
     """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
 
     Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `closures.directions`; method:
@@ -96,7 +98,7 @@ def _by_rows(system, at, wrench, multipliers, compliance, known, moved):
     """Least `1/2 w.C w`, `w = w_0 + W d`, over changes d of the multipliers that move no freedom, `A^T d = 0`."""
     W, A = reaction_map.reaction_map(system, at, known), constraints.jacobian(system, at, known)
     own = np.array([b for *_, b in reaction_map.carriers(system)])
-    w = jnp.concatenate(at_frames(wrench, take(at.R, own), take(at.x, own), "joint", 1.0), axis=1)
+    w = jnp.concatenate(at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), "joint", 1.0), axis=1)
     every = len(moved) == system.topology.num_rows
     if not every:
         W, A = W[:, :, moved], A[moved]
@@ -112,12 +114,12 @@ def _by_rows(system, at, wrench, multipliers, compliance, known, moved):
 def _by_bonds(system, at, wrench, multipliers, compliance, known, moved):
     """The same by the network of bonds, whose cost is linear in the loops."""
     bonds = system_bonds(system, at, wrench, compliance, known)
-    change = swapped(bond_reactions(bonds, swapped(on_bodies(bonds.network, wrench))).wrench) - wrench
+    change = swap_halves(bond_reactions(bonds, swap_halves(on_bodies(bonds.network, wrench))).wrench) - wrench
     names = list(bonds.network.bonds)
     moves = []
     for group, D in zip(system.closures, known, strict=True):
         index = np.array([names.index(name) for name in group.names])
-        moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, take(change, index)).reshape(-1))
+        moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, gather_static(change, index)).reshape(-1))
     for row in system.rows:
         if isinstance(row, Drive):
             moves.append(_effort_change(system, at.S, change, names, row.columns[0])[None])

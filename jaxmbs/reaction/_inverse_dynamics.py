@@ -16,15 +16,15 @@ from ..errors import ModelError
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._assembly import metric
-from ..kinematics._configuration import Moving, at_state, moving, node_accelerations
+from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._state import HasStates, State
 from ..math._linalg import RowScale, relative, saddle_solve
 from ..model._entry_points import over_states, rates_of, states_of
 from ..model._system import System
-from ..runtime import jit, over_rows
+from ..runtime import jit, map_chunked
 from ..typing import ArrayLike
 from ._row_residuals import LEFT_OVER, relative_gap, row_gaps
-from ._without_drives import undriven
+from ._without_drives import without_drives
 
 
 class Actuation(eqx.Module):
@@ -102,13 +102,13 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
 @jit
 def _on_columns(system, states, acceleration):
     def one(state, acceleration):
-        at = moving(system, at_state(system, state), state.velocities)
+        at = with_velocities(system, at_state(system, state), state.velocities)
         return needed(system, at, acceleration)
 
     return over_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
 
 
-def needed(system: System, at: Moving, acceleration, loads=None):
+def needed(system: System, at: VelocityKinematics, acceleration, loads=None):
     """`required_efforts` (nv,) at accelerations (nv,); loads: of the force elements, if known."""
     V_dot = node_accelerations(system.topology, at, acceleration)
     return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2] if loads is None else loads)
@@ -118,15 +118,15 @@ def needed(system: System, at: Moving, acceleration, loads=None):
 def _chosen(system, states, acceleration, columns, batched):
     def one(row):
         state, a = row
-        at = moving(system, at_state(system, state), state.velocities)
+        at = with_velocities(system, at_state(system, state), state.velocities)
         a = accelerations(system, at)[0] if a is None else a
-        released, need = undriven(system), needed(system, at, a)
+        released, need = without_drives(system), needed(system, at, a)
         found, row_gap = balanced(released, at, need, columns), _row_gap(released, at, a, need)
         least = LEFT_OVER[row_gap.dtype.itemsize]
         return found.efforts, found.gap, row_gap, state.ok & (found.gap <= least) & (row_gap <= least)
 
     acceleration = None if acceleration is None else jnp.asarray(acceleration, states.coordinates.dtype)
-    return over_rows(one, (states, acceleration)) if batched else one((states, acceleration))
+    return map_chunked(one, (states, acceleration)) if batched else one((states, acceleration))
 
 
 def _row_gap(system, at, a, need):
@@ -145,7 +145,7 @@ class Balance(NamedTuple):
     gap: Array
 
 
-def balanced(system: System, at: Moving, need, columns) -> Balance:
+def balanced(system: System, at: VelocityKinematics, need, columns) -> Balance:
     """Actuators and rows that balance the efforts needed (nv,), `E tau + A^T lambda = need`, tau of least norm."""
     own = np.concatenate([np.arange(a, b) for a, b in columns])
     weight, dtype = metric(system), need.dtype

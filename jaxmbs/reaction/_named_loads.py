@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..dynamics._efforts import Acting
+from ..dynamics._efforts import LawEffort
 from ..kinematics import _coordinate_rows as coordinate_rows
-from ..kinematics._configuration import Moving
+from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._coupled_joints import acting_rows
 from ..model._rows import Drive
 from ..model._system import System
@@ -16,7 +16,7 @@ from ._result import DriveLoad, LawForce, RowLoad
 from ._self_stress import OPEN, row_shares
 
 
-def law_forces(system: System, acting: list[Acting]) -> dict[str, LawForce]:
+def law_forces(system: System, acting: list[LawEffort]) -> dict[str, LawForce]:
     """By name, from what acts group by group; see `efforts`."""
     named = {}
     for group, found in zip(system.forces, acting, strict=True):
@@ -46,7 +46,7 @@ def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slic
     return named
 
 
-def row_loads(system: System, at: Moving, multipliers, stresses) -> dict[str, RowLoad]:
+def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> dict[str, RowLoad]:
     """By name, of the rows that are no drives, from all multipliers (rows,); stresses: see `self_stresses`."""
     rows = acting_rows(system)
     if not rows:

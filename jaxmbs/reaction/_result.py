@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 from ..checks import no_such
 from ..errors import UnknownNameError
 from ..model._describe import COMPONENTS
-from ..tables import short, told
+from ..tables import format_number, table_repr
 from ..typing import ArrayLike
 
 
@@ -54,9 +54,9 @@ def _told(loads):
 
 def _sizes(load):
     """The largest force, moment and effort, as text."""
-    size = lambda x: short(np.max(np.linalg.norm(np.asarray(x), axis=-1)))  # noqa: E731
+    size = lambda x: format_number(np.max(np.linalg.norm(np.asarray(x), axis=-1)))  # noqa: E731
     effort = np.abs(np.asarray(load.effort))
-    return size(load.force), size(load.moment), short(effort.max()) if effort.size else "-"
+    return size(load.force), size(load.moment), format_number(effort.max()) if effort.size else "-"
 
 
 def _open(load):
@@ -85,7 +85,9 @@ class LawForce(eqx.Module):
     force: Float[Array, "... 3"] | None
     moment: Float[Array, "... 3"] | None
 
-    __repr__, _repr_html_ = told(lambda law: _parts({k: getattr(law, k) for k in ("effort", "force", "moment")}))
+    __repr__, _repr_html_ = table_repr(
+        lambda law: _parts({k: getattr(law, k) for k in ("effort", "force", "moment")})
+    )
 
 
 class DriveLoad(eqx.Module):
@@ -99,7 +101,7 @@ class DriveLoad(eqx.Module):
     effort: Float[Array, "... n"]
     unique: Bool[Array, "... n"]
 
-    __repr__, _repr_html_ = told(lambda drive: _parts({"effort": drive.effort}, drive.unique))
+    __repr__, _repr_html_ = table_repr(lambda drive: _parts({"effort": drive.effort}, drive.unique))
 
 
 class RowLoad(eqx.Module):
@@ -115,7 +117,9 @@ class RowLoad(eqx.Module):
     efforts: dict[str, Float[Array, "... n"]]
     unique: Bool[Array, "... k"]
 
-    __repr__, _repr_html_ = told(lambda row: _parts({"multipliers": row.multipliers, **row.efforts}, row.unique))
+    __repr__, _repr_html_ = table_repr(
+        lambda row: _parts({"multipliers": row.multipliers, **row.efforts}, row.unique)
+    )
 
 
 def _parts(parts, unique=()):
@@ -124,7 +128,10 @@ def _parts(parts, unique=()):
     for name, value in parts.items():
         if value is not None:
             columns = np.asarray(value, float).T.reshape(np.shape(value)[-1], -1)
-            cells = [f"{short(x.min())} to {short(x.max())}" if np.ndim(value) > 1 else short(x[0]) for x in columns]
+            cells = [
+                f"{format_number(x.min())} to {format_number(x.max())}" if np.ndim(value) > 1 else format_number(x[0])
+                for x in columns
+            ]
             rows.append((name, ", ".join(cells)))
     instants = next((f"{len(x)} instants" for x in parts.values() if x is not None and np.ndim(x) > 1), "one instant")
     return instants + ("" if np.all(unique) else ", not determined by statics"), [("", "value"), *rows]
@@ -158,7 +165,7 @@ class Reactions(eqx.Module):
     frame: str = eqx.field(static=True, default="world")
     side: str = eqx.field(static=True, default="child")
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     def __getitem__(self, name: str) -> JointReaction:
         return self._found("joint or constraint", name, self.joints, list(self))

@@ -6,7 +6,7 @@ from jax import lax
 
 from ..dynamics._sparse_saddle import constraint_rows
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Moving, node_accelerations
+from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..math._linalg import relative
 from ..model._system import System
 
@@ -14,14 +14,14 @@ from ..model._system import System
 LEFT_OVER = {8: 1e-6, 4: 1e-2}
 
 
-def row_gaps(system: System, at: Moving, a, directions):
+def row_gaps(system: System, at: VelocityKinematics, a, directions):
     """Gaps (rows,) `A a - gamma` of accelerations a (nv,); directions: `closures.moving_directions`."""
     rest = node_accelerations(system.topology, at, jnp.zeros_like(at.u))
     gamma = constraints.acceleration_bias(system, at, rest, directions)
     return constraints.jacobian(system, at, directions[0]) @ a - gamma
 
 
-def relative_gap(system: System, at: Moving, known, a, V_dot, gaps, loads):
+def relative_gap(system: System, at: VelocityKinematics, known, a, V_dot, gaps, loads):
     """The largest of the gaps (rows,) of the accelerations a (nv,), of the largest that adds up in them.
 
     Args: known: `closures.directions`; V_dot (nodes, 6): the rates of the nodes' twists; loads: see `_load_rate`.

@@ -15,7 +15,7 @@ from jax import Array, lax
 from ..dynamics._newton_euler import saddle_sides
 from ..dynamics._sparse_saddle import constraint_rows, row_kinds, sparse_saddle
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Moving
+from ..kinematics._configuration import VelocityKinematics
 from ..model._system import System
 
 #: Vectors of chance: that a component cancels in all of them has the probability `OPEN`^3.
@@ -45,7 +45,7 @@ def probes(system: System, dtype, more: int = 0):
     return jnp.asarray(np.random.default_rng(_SEED).normal(size=(_PROBES, size)), dtype)
 
 
-def self_stresses(system: System, at: Moving, known, columns=()):
+def self_stresses(system: System, at: VelocityKinematics, known, columns=()):
     """Self-stresses (n, rows + actuators), multipliers in the rows' common unit; known: `closures.directions`.
 
     Args: columns: (first, last) velocity of each actuator, which holds them as a drive does.
@@ -82,7 +82,7 @@ def without_range(A, y):
     return lax.fori_loop(0, min(A.shape), take_off, jnp.concatenate([A, y.T], axis=1))[:, columns:].T
 
 
-def sparse_saddle_with_stresses(system: System, at: Moving, loads, directions) -> Saddle:
+def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads, directions) -> Saddle:
     """Accelerations by the block-sparse method with the self-stresses: one solve, so that one solver is compiled.
 
     The least multipliers that do what a vector of chance does are taken off it; what stays does nothing.

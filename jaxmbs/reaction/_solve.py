@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array, lax
 
 from ..checks import is_concrete, no_such
-from ..dynamics._bodies import needed_loads
+from ..dynamics._bodies import inverse_dynamics_loads
 from ..dynamics._efforts import efforts
 from ..dynamics._loads import Loads
 from ..dynamics._newton_euler import accelerations
@@ -20,22 +20,22 @@ from ..errors import UnknownNameError
 from ..kinematics import _closures as closures
 from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics import _reaction_map as reaction_map
-from ..kinematics._configuration import configuration, moving, node_accelerations
+from ..kinematics._configuration import configuration, node_accelerations, with_velocities
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
 from ..kinematics._wrench_targets import single_bodies
 from ..model._entry_points import rates_of, states_of
 from ..model._system import System
-from ..runtime import jit, over_rows, summed, take, typed
+from ..runtime import as_dtype, gather_static, jit, map_chunked, segment_sum_static
 from ..typing import ArrayLike
 from ._determinacy import joint_marks
-from ._distribution import distributed
+from ._distribution import least_compliance_reactions
 from ._inverse_dynamics import actuated_columns, balanced, needed
 from ._named_loads import drive_loads, law_forces, row_loads
 from ._result import JointReaction, Reactions
 from ._row_residuals import LEFT_OVER, relative_gap, row_gaps
 from ._self_stress import Saddle, self_stresses, sparse_saddle_with_stresses
-from ._without_drives import undriven
+from ._without_drives import without_drives
 from ._wrenches import at_frames, joint_wrenches
 
 #: Velocities times states whose loads take milliseconds however they are compiled: quickly, which saves a second.
@@ -44,16 +44,18 @@ _FEW = 1000
 
 def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
     owners, acting = single_bodies(system), []
-    at = moving(system, configuration(system, P, state.coordinates, state.t), state.velocities)
+    at = with_velocities(system, configuration(system, P, state.coordinates, state.t), state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
     solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)
     (system, (a, multipliers, gaps, stresses), given, known), driven = solved, system
     top = system.topology
     V_dot = node_accelerations(top, at, a)
-    lack = needed_loads(system, at, V_dot, a, owners) - Loads(F)
+    lack = inverse_dynamics_loads(system, at, V_dot, a, owners) - Loads(F)
     wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
     if _is_shared(system, options.compliance):
-        multipliers = distributed(system, at, wrench, multipliers, options.compliance, known, options.method)
+        multipliers = least_compliance_reactions(
+            system, at, wrench, multipliers, options.compliance, known, options.method
+        )
         wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
     gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
         system, at.psi, at.t, multipliers
@@ -116,7 +118,7 @@ def _balance(system, at, a, loads, options):
         if options.columns is None:
             stresses = self_stresses(system, at, directions[0])
             return _Balance(system, Saddle(a, multipliers, gaps, stresses), jnp.zeros_like(at.u), directions[0])
-    released = undriven(system)
+    released = without_drives(system)
     if released is not system:
         directions = closures.moving_directions(released, at)
     found = balanced(released, at, needed(released, at, a, loads), options.columns)
@@ -133,14 +135,16 @@ def _is_shared(system, compliance):
 
 def _on_nodes(topology, wrenches):
     """Wrenches of bodies (bodies, 6) on the nodes that carry them."""
-    return summed(wrenches, np.asarray(topology.body_node, int) % (topology.nodes.size + 1), topology.nodes.size)
+    return segment_sum_static(
+        wrenches, np.asarray(topology.body_node, int) % (topology.nodes.size + 1), topology.nodes.size
+    )
 
 
 def _placed(system, at, options, wrench):
     """(forces, moments) (carriers, 3) in the axes and on the side asked, from world wrenches (carriers, 6)."""
     sign, end = (1.0, 1) if options.side == "child" else (-1.0, 0)
     own = [c[1 + end] for c in reaction_map.carriers(system)]
-    return at_frames(wrench, take(at.R, own), take(at.x, own), options.frame, sign)
+    return at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), options.frame, sign)
 
 
 def _named(system, loads, total, drives, marks):
@@ -159,7 +163,7 @@ def _along(system, states, accelerations, batched, options):
     """`_reactions` of a state, or of every one of a batch."""
     P = node_parameters(system)
     one = lambda row: _reactions(system, P, *row, options)  # noqa: E731
-    return over_rows(one, (states, accelerations)) if batched else one((states, accelerations))
+    return map_chunked(one, (states, accelerations)) if batched else one((states, accelerations))
 
 
 _along_few, _along_many = jit(_along, compile="quick"), jit(_along)
@@ -167,7 +171,7 @@ _along_few, _along_many = jit(_along, compile="quick"), jit(_along)
 
 def _compliance(name, value, dtype):
     """The compliances (6,) of one joint; ValueError where they are known and negative, not finite, or not six."""
-    value = typed(value, dtype)
+    value = as_dtype(value, dtype)
     if value.shape not in ((), (6,)):
         raise ValueError(f"compliance of {name!r} must be one number or six, got shape {value.shape}")
     if is_concrete(value) and not np.all(np.isfinite(value) & (np.asarray(value) >= 0.0)):
@@ -224,7 +228,7 @@ def reactions(
             raise UnknownNameError(f"compliance: {no_such('joint or constraint', name, names)}")
     compliance = {name: _compliance(name, c, states.coordinates.dtype) for name, c in compliance.items()}
     if accelerations is not None:
-        accelerations = typed(rates_of(system, states, accelerations, "accelerations"), states.coordinates.dtype)
+        accelerations = as_dtype(rates_of(system, states, accelerations, "accelerations"), states.coordinates.dtype)
         every = [name for name, *_ in system.topology.structure]
         actuators = every if actuators is None else actuators
     columns = None if actuators is None else actuated_columns(system, actuators)

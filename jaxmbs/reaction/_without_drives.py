@@ -8,7 +8,7 @@ from ..model._rows import Drive
 from ..model._system import System
 
 
-def undriven(system: System) -> System:
+def without_drives(system: System) -> System:
     """The system without the rows of its drives and frame paths; its independent set stays that of the driven one."""
     gone = {row.name for row in system.rows if isinstance(row, Drive)} | set(system.paths)
     if not gone:

@@ -12,7 +12,7 @@ from ..kinematics._tree import subtrees
 from ..kinematics._wrench_targets import single_bodies
 from ..math._linalg import skew
 from ..model._system import System
-from ..runtime import take
+from ..runtime import gather_static
 
 
 class JointWrenches(NamedTuple):
@@ -37,9 +37,9 @@ def joint_wrenches(system: System, S, lack, multipliers, known) -> JointWrenches
     place = body_of | {top.joint_index.get(name, name): len(body_of) + i for i, name in enumerate(elements)}
     extra = [name for name in elements if name not in top.joint_index]
     wrench = jnp.concatenate([carried * jnp.asarray(sign, carried.dtype)[:, None], each])
-    wrench = take(wrench, [place[key] for key in (*range(len(top.joints)), *extra)])
+    wrench = gather_static(wrench, [place[key] for key in (*range(len(top.joints)), *extra)])
     column_body = [body_of[j] for j in top.node_joint]
-    return JointWrenches(wrench, jnp.einsum("nk,nk->n", S, take(carried, column_body)))
+    return JointWrenches(wrench, jnp.einsum("nk,nk->n", S, gather_static(carried, column_body)))
 
 
 def _cut_wrenches(system, multipliers, known):

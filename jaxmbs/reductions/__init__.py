@@ -1,7 +1,7 @@
 """Components in few coordinates: reductions to their interfaces, and the way back."""
 
 from ._accuracy import force_errors, frequency_errors, num_modes_up_to
-from ._base import AbstractReduction, Physical, Reduced, reduce
+from ._base import AbstractReduction, Reduced, Unreduced, reduce
 from ._characteristic import Characteristic, characteristic_modes
 from ._craig_bampton import CraigBampton, fixed_interface_modes
 from ._craig_chang import CraigChang
@@ -11,7 +11,7 @@ from ._hurty import Hurty, determinate_coordinates, support_motions
 from ._macneal import MacNeal
 from ._mirror import Mirror
 from ._mixed import Mixed
-from ._placement import turned
+from ._placement import rotated
 from ._recovery import element_loads, harmonic, interface_forces, mode_acceleration, mode_acceleration_free
 from ._rigid_interface import (
     averaged_motion,
@@ -22,8 +22,8 @@ from ._rigid_interface import (
     rigid_transformation,
 )
 from ._rubin import Rubin
-from ._symmetry_subspace import Family
-from ._work import Motions, virtual_work
+from ._symmetry_subspace import SymmetrySubspace
+from ._work import VirtualMotions, virtual_work
 
 __all__ = [
     "AbstractReduction",
@@ -31,16 +31,16 @@ __all__ = [
     "CraigBampton",
     "CraigChang",
     "Cyclic",
-    "Family",
     "Guyan",
     "Hurty",
     "MacNeal",
     "Mirror",
     "Mixed",
-    "Motions",
-    "Physical",
     "Reduced",
     "Rubin",
+    "SymmetrySubspace",
+    "Unreduced",
+    "VirtualMotions",
     "averaged_motion",
     "averaged_transformation",
     "characteristic_modes",
@@ -59,7 +59,7 @@ __all__ = [
     "rigid_body_motions",
     "rigid_node",
     "rigid_transformation",
+    "rotated",
     "support_motions",
-    "turned",
     "virtual_work",
 ]

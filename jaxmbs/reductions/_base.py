@@ -116,7 +116,7 @@ def _without_massless(system, method):
     return reduced.changed(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
 
 
-class Physical(AbstractReduction):
+class Unreduced(AbstractReduction):
     """All coordinates [m, rad] with their signs, those of the interface put first.  Source: S1 (7)-(9)."""
 
     keeps_all = True
@@ -143,7 +143,7 @@ def explicit(system: LinearSystem) -> Reduced:
     """The system itself where its interface comes first, else all of its coordinates in that order."""
     if isinstance(system, Reduced) and system.interface == tuple(range(system.num_interface)):
         return system
-    return reduce(system, Physical())
+    return reduce(system, Unreduced())
 
 
 def project(system: LinearSystem, basis, labels, num_interface: int | None = None, massless=()) -> Reduced:

@@ -14,7 +14,7 @@ from ..linear._labels import spoken
 from ..linear._system import LinearSystem
 from ._base import AbstractReduction
 from ._placement import CLOSE, turning
-from ._symmetry_subspace import Family
+from ._symmetry_subspace import SymmetrySubspace
 
 
 def _pairs(faces: Mapping | tuple) -> tuple:
@@ -41,7 +41,7 @@ class Cyclic(AbstractReduction):
         axis: "x", "y" or "z".
         centre: nodes on the axis, which all sectors share; each has its part of their stiffness and mass.
 
-    Returns (of `reduce`): a `Family` of num_sectors parts.
+    Returns (of `reduce`): a `SymmetrySubspace` of num_sectors parts.
 
     Raises: ModelError for numbers and axes that cannot be, faces whose nodes differ in their coordinates or do not
     meet after the turn.  Source: S1 (5)-(8), section 5; D. L. Thomas, Int. J. Numer. Meth. Engng 14 (1979) 81.
@@ -55,7 +55,7 @@ class Cyclic(AbstractReduction):
     axis: str = eqx.field(static=True, default="z")
     centre: tuple = eqx.field(static=True, default=(), converter=_names)
 
-    def of(self, system: LinearSystem) -> Family:
+    def of(self, system: LinearSystem) -> SymmetrySubspace:
         system = system.dense()
         self._check(system)
         N, h = self.num_sectors, self.harmonic
@@ -73,7 +73,7 @@ class Cyclic(AbstractReduction):
         copies = np.cos(angles)[:, None, None] * real[0] - np.sin(angles)[:, None, None] * real[1]
         turns = np.stack([rotation(self.axis, 2 * np.pi * k / N) for k in range(N)])
         matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
-        return Family(
+        return SymmetrySubspace(
             system,
             jnp.asarray(copies, system.dtype),
             jnp.asarray(turns, system.dtype),

@@ -14,7 +14,7 @@ from ..linear._system import LinearSystem
 from ..typing import CoordinateLike
 from ._base import AbstractReduction, Reduced
 from ._craig_bampton import CraigBampton
-from ._work import Motions
+from ._work import VirtualMotions
 
 
 def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
@@ -84,13 +84,13 @@ class Hurty(AbstractReduction):
         order = (*rigid, *redundant)
         return phi[np.array([order.index(c) for c in outer], int)]
 
-    def motions(self, system: LinearSystem) -> Motions:
+    def motions(self, system: LinearSystem) -> VirtualMotions:
         """Rigid, constraint and normal motions of all coordinates, with what works on them.  Source: S1 (14)-(20)."""
         system = system.dense()
         b, d = system.num_interface, len(supports(system, self.determinate))
         basis = CraigBampton(self.num_modes).of(system).basis
         shapes = jnp.concatenate([basis[:, :b] @ self.connection(system), basis[:, b:]], axis=1)
-        return Motions(shapes, (d, b - d, self.num_modes), system.interface)
+        return VirtualMotions(shapes, (d, b - d, self.num_modes), system.interface)
 
 
 def supports(system: LinearSystem, determinate: Iterable[CoordinateLike] | None) -> tuple[int, ...]:

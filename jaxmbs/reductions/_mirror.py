@@ -13,7 +13,7 @@ from ..linear._system import LinearSystem
 from ..typing import CoordinateLike
 from ._base import AbstractReduction
 from ._placement import CLOSE
-from ._symmetry_subspace import Family
+from ._symmetry_subspace import SymmetrySubspace
 
 
 def _names(nodes: Iterable[CoordinateLike] | None) -> tuple | None:
@@ -35,7 +35,7 @@ class Mirror(AbstractReduction):
         nodes: on the plane, names or numbers; default the interface, `()` for a component that does not reach it.
         antisymmetric: that family.
 
-    Returns (of `reduce`): a `Family` of two parts, the half and its image.
+    Returns (of `reduce`): a `SymmetrySubspace` of two parts, the half and its image.
 
     Raises: ModelError for another normal, coordinates on the plane without a direction, nodes that are not in one
     plane across the normal.  Source: S1 (5)-(8), section 5.
@@ -47,7 +47,7 @@ class Mirror(AbstractReduction):
     nodes: tuple | None = eqx.field(static=True, default=None, converter=_names)
     antisymmetric: bool = eqx.field(static=True, default=False)
 
-    def of(self, system: LinearSystem) -> Family:
+    def of(self, system: LinearSystem) -> SymmetrySubspace:
         system = system.dense()
         if self.normal not in DIRECTIONS[:3]:
             raise ModelError([f"the normal {self.normal!r} is none of {', '.join(DIRECTIONS[:3])}"])
@@ -60,7 +60,7 @@ class Mirror(AbstractReduction):
         matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
         basis = jnp.eye(system.num_rows, dtype=system.dtype)[:, kept]
         across = np.eye(3) - 2 * np.diag([float(d == self.normal) for d in DIRECTIONS[:3]])
-        return Family(
+        return SymmetrySubspace(
             system,
             jnp.stack([basis, family * basis]),
             jnp.asarray(np.stack([np.eye(3), across]), system.dtype),

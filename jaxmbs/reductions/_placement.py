@@ -20,7 +20,7 @@ Same = TypeVar("Same", bound=LinearSystem)
 CLOSE = 1e-6
 
 
-def turned(system: Same, axes: ArrayLike) -> Same:
+def rotated(system: Same, axes: ArrayLike) -> Same:
     """The same system turned or mirrored about the origin: what was at r is at `axes @ r`, and moves `axes @ u`.
 
     A rotation is an axial vector: of a mirror image it is `-axes @ theta`.  The way back of what was reduced leads to
@@ -50,7 +50,7 @@ def turned(system: Same, axes: ArrayLike) -> Same:
 def turning(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarray]:
     """E (n, n) with `x = E x_own` for coordinates that turn with `axes`; which of them may mix (n, n).
 
-    NumPy's where the axes are.  Raises: as `turned`.
+    NumPy's where the axes are.  Raises: as `rotated`.
     """
     xp: Any = np if is_concrete(axes) else jnp
     axes = xp.asarray(axes)

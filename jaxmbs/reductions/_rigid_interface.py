@@ -13,7 +13,7 @@ from ..linear._condensation import partition
 from ..linear._rigid_motions import rigid_motions
 from ..linear._system import LinearSystem
 from ..math import _square as square
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike, RowsLike
 from ._base import Reduced, numbered, project
 
@@ -122,7 +122,7 @@ def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: Array
         raise ModelError(f"rigid node {name!r}: the name is taken")
     rows = s.rows(*nodes)
     members = s.positions[np.array([s.nodes.index(node) for node in nodes])]
-    place = jnp.mean(members, axis=0) if position is None else typed(position, members.dtype)
+    place = jnp.mean(members, axis=0) if position is None else as_dtype(position, members.dtype)
     at = [(nodes.index(s.coordinates[i][0]), DIRECTIONS.index(s.coordinates[i][1])) for i in rows]
     W = rigid_transformation(s.num_rows, rows, rigid_motions(members, place)[tuple(np.array(at).T)])
     kept = [i for i in range(s.num_rows) if i not in set(rows)]

@@ -12,7 +12,7 @@ from ..typing import AnyArray
 from ._base import Reduced
 
 
-class Family(Reduced):
+class SymmetrySubspace(Reduced):
     """Motions of a whole structure in which each part repeats the first one, of a mirror image or of a ring.
 
     A linear system whose coordinates, forces and reactions are those of the first part; what acts on it by name acts
@@ -60,10 +60,10 @@ class Family(Reduced):
         forces = inexact(forces)
         return self.share * jnp.einsum("pnr,...pn->...r", self.copies.astype(forces.dtype), forces)
 
-    def within(self, whole: Reduced) -> "Family":
+    def within(self, whole: Reduced) -> "SymmetrySubspace":
         """As of `Reduced`; the images of what is of a family itself are all told, the first one's first."""
         outer, axes, share = whole.basis[None], jnp.eye(3, dtype=self.axes.dtype)[None], self.share
-        if isinstance(whole, Family):
+        if isinstance(whole, SymmetrySubspace):
             outer, axes, share = whole.copies, whole.axes, whole.share * share
         copies = jnp.einsum("anm,bmr->banr", outer, self.copies).reshape(-1, outer.shape[1], self.copies.shape[2])
         axes = jnp.einsum("bij,ajk->baik", self.axes, axes).reshape(-1, 3, 3)

@@ -12,7 +12,7 @@ from ..linear._system import LinearSystem
 from ..typing import AnyArray, ArrayLike
 
 
-class Motions(eqx.Module):
+class VirtualMotions(eqx.Module):
     """Motions `u = shapes rho` of a component, as `Hurty.motions` gives them: rigid (R), constraint (C), normal (N).
 
     Attributes:

@@ -6,16 +6,16 @@ from ._compile_log import report_compiles
 from ._content import KnownFunction, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
-from ._gather import over_rows, product, summed, take
+from ._gather import gather_static, map_chunked, product, segment_sum_static
 from ._jaxpr import equations
 from ._jit import SMALL, collector_at_rest, jit, of_kind, options
 from ._packing import Packing
 from ._precision import follow_precision
-from ._remat import again, factor
+from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
-from ._small_call import SMALL_LOOPS, one_kernel, sets_marks
+from ._small_call import SMALL_LOOPS, sets_marks, small_call
 from ._small_products import as_sums
-from ._tracing import as_array, is_outside, typed
+from ._tracing import as_array, as_dtype, not_tracing
 
 __all__ = [
     "FORWARD_MODE",
@@ -24,30 +24,30 @@ __all__ = [
     "Program",
     "SMALL",
     "SMALL_LOOPS",
-    "again",
     "as_array",
+    "as_dtype",
     "as_sums",
     "cache",
     "collector_at_rest",
     "content_of",
     "equations",
     "export",
-    "factor",
     "fingerprint",
     "follow_precision",
-    "is_outside",
+    "gather_static",
     "jit",
     "lapack",
     "load_program",
+    "map_chunked",
+    "not_tracing",
     "of_kind",
-    "one_kernel",
     "options",
-    "over_rows",
     "product",
+    "remat",
     "report_compiles",
     "reverse_only",
+    "save_factor",
+    "segment_sum_static",
     "sets_marks",
-    "summed",
-    "take",
-    "typed",
+    "small_call",
 ]

@@ -15,7 +15,7 @@ from jaxtyping import PyTree
 
 from ..atomic_write import whole_path
 from ..checks import is_concrete
-from ..typing import Explained
+from ..typing import WordedError
 from ._content import content_of
 from ._jit import options
 from ._structure_data import from_data, to_data
@@ -50,7 +50,7 @@ class Program:
         return jax.tree.unflatten(treedef, call(*leaves))
 
 
-def export(function: Callable, example: Explained[tuple], path: str | PathLike) -> Path:
+def export(function: Callable, example: WordedError[tuple], path: str | PathLike) -> Path:
     """Store a question of a model with its first derivative.
 
     Args:

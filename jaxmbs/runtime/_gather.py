@@ -7,13 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ._remat import again
+from ._remat import remat
 
 #: Rows worked on side by side on the CPU: what they make together with the designs of a batch stays in the cache.
 TOGETHER = 8
 
 
-def over_rows(function, rows):
+def map_chunked(function, rows):
     """`vmap` of a function over the leading axis of the pytree `rows`; on the CPU `TOGETHER` rows at a time.
 
     Along 101 saved states of 64 designs three times cheaper than all at once, and as cheap for one design.
@@ -28,7 +28,7 @@ def over_rows(function, rows):
         return filled.reshape(count, TOGETHER, *x.shape[1:])
 
     # A gradient keeps the rows themselves and works out again what a row makes: some 50 kB each, dearer to fetch.
-    found = lax.map(again(jax.vmap(function)), jax.tree.map(grouped, rows))
+    found = lax.map(remat(jax.vmap(function)), jax.tree.map(grouped, rows))
     return jax.tree.map(lambda x: x.reshape(count * TOGETHER, *x.shape[2:])[:number], found)
 
 
@@ -36,7 +36,7 @@ def over_rows(function, rows):
 RUNS, FEW = 6, 64
 
 
-def take(x, places):
+def gather_static(x, places):
     """Rows of x (n, ...) at static places, none of them negative.
 
     On the CPU the transpose of `x[places]` is a loop over the places, compiled and run, so few are taken otherwise.
@@ -56,7 +56,7 @@ def take(x, places):
 SMALL = 4096
 
 
-def summed(x, places, size):
+def segment_sum_static(x, places, size):
     """(size, ...): the rows of x (n, ...) added up at static places; those at the place `size` are left out."""
     places = np.asarray(places)
     if places.size * size <= SMALL:

@@ -12,7 +12,7 @@ import jax
 
 from ._compile_log import listen
 from ._small_call import MARKED, marks
-from ._tracing import is_outside
+from ._tracing import not_tracing
 
 #: What XLA's CPU compiler is told.  Its emitters of fused loops and its higher levels take half of the time of
 #: compilation, and gain a tenth in trees and nothing in loops; 32 parts of a program are too many.  Sums that go to
@@ -71,7 +71,7 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
     @functools.wraps(function)
     def compiled(*args, **kwargs):
         listen()
-        if not is_outside():
+        if not not_tracing():
             return inner(*args, **kwargs)
         with of_kind(compile):
             return outer(jax.default_backend())(*args, **kwargs)
@@ -83,7 +83,7 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
 def of_kind(compile: str):
     """What is traced now is a program compiled with `options`, unless it is part of one of the user's."""
     backend = jax.default_backend()
-    marked = is_outside() and marks(backend, options(compile, backend))
+    marked = not_tracing() and marks(backend, options(compile, backend))
     with SMALL(compile == "quick" or SMALL.value), MARKED(marked), collector_at_rest():
         yield
 

@@ -13,7 +13,7 @@ from jax import lax
 from jax.custom_batching import custom_vmap
 
 
-def one_at_a_time(function):
+def sequential_vmap(function):
     """`function` of arrays, whose `vmap` on the CPU is a loop; reverse mode needs a rule of its own around it."""
     single = custom_vmap(function)
 
@@ -44,15 +44,15 @@ def one_at_a_time(function):
 
 
 #: Of a symmetric or Hermitian matrix: values (n,), rising, and vectors (n, n).  No derivative in reverse mode.
-eigh = one_at_a_time(lambda A: tuple(jnp.linalg.eigh(A)))
+eigh = sequential_vmap(lambda A: tuple(jnp.linalg.eigh(A)))
 #: The values (n,) alone.
-eigvalsh = one_at_a_time(lambda A: jnp.linalg.eigvalsh(A))
+eigvalsh = sequential_vmap(lambda A: jnp.linalg.eigvalsh(A))
 #: Of any square matrix, complex: values (n,) and right vectors (n, n).  No derivative in reverse mode.
-eig = one_at_a_time(lambda A: tuple(jnp.linalg.eig(A)))
+eig = sequential_vmap(lambda A: tuple(jnp.linalg.eig(A)))
 #: `U (m, k), s (k,), V^H (k, n)`, k = min(m, n).  No derivative in reverse mode.
-svd = one_at_a_time(lambda A: tuple(jnp.linalg.svd(A, full_matrices=False)))
+svd = sequential_vmap(lambda A: tuple(jnp.linalg.svd(A, full_matrices=False)))
 #: `L U` in one matrix (n, n) and the permutation (n,) of its rows.  No derivative in reverse mode.
-lu = one_at_a_time(lambda A: lax.linalg.lu(A)[::2])
+lu = sequential_vmap(lambda A: lax.linalg.lu(A)[::2])
 
 
 def pseudo_inverse(A):
@@ -63,7 +63,7 @@ def pseudo_inverse(A):
     return (Vh.T.conj() * scale[None]) @ U.T.conj()
 
 
-_cholesky = one_at_a_time(lambda A: jnp.linalg.cholesky(A))
+_cholesky = sequential_vmap(lambda A: jnp.linalg.cholesky(A))
 
 
 @jax.custom_jvp
@@ -90,7 +90,7 @@ def _triangular(lower, transposed, unit):
     """`X` of `L X = B`, B (n, k).  Right sides in a batch of one L are columns of one call."""
     options = dict(left_side=True, lower=lower, transpose_a=transposed, unit_diagonal=unit)
     solve = partial(lax.linalg.triangular_solve, **options)
-    in_turn = one_at_a_time(solve)
+    in_turn = sequential_vmap(solve)
     beside = custom_vmap(solve)
 
     @beside.def_vmap

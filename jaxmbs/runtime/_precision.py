@@ -4,7 +4,7 @@ import gc
 
 import jax
 
-from ._tracing import is_outside
+from ._tracing import not_tracing
 
 _seen: set[bool] = set()  # the setting at the last call, once there was one
 
@@ -18,7 +18,7 @@ def follow_precision() -> None:
     Nothing happens inside of a trace.
     """
     double = bool(jax.config.jax_enable_x64)
-    if double in _seen or not is_outside():
+    if double in _seen or not not_tracing():
         return
     if _seen:
         jax.clear_caches()

@@ -9,12 +9,12 @@ _FACTOR = "factor"
 SMALL = 2048
 
 
-def again(function):
+def remat(function):
     """The function; its derivative keeps the arguments and works out again what it needs."""
     return jax.checkpoint(function, prevent_cse=False, policy=_is_kept)
 
 
-def factor(numbers):
+def save_factor(numbers):
     """The numbers, marked as factors of a linear system."""
     return checkpoint_name(numbers, _FACTOR)
 

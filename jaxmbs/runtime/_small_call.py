@@ -52,7 +52,7 @@ def marks(backend: str, options: dict) -> bool:
     return backend == "cpu" and sets_marks(jax.__version__) and not any(newer) and not given
 
 
-def one_kernel(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
+def small_call(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
     """A loop, as a function of what it starts with, marked where that helps; it may close over traced arrays.
 
     What derives it in forward mode meets the loop as it is.
@@ -74,7 +74,7 @@ def one_kernel(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
 
 def is_marked(equation: JaxprEqn) -> bool:
     """Whether it is the call of a marked loop."""
-    return equation.primitive.name == "jit" and equation.params["name"] == one_kernel.__name__
+    return equation.primitive.name == "jit" and equation.params["name"] == small_call.__name__
 
 
 def _of_all(jaxpr):
@@ -90,10 +90,10 @@ def _marked(function, given):
     @jax.custom_jvp
     def marked(*given):
         # one argument, some of which is used: XLA ends the process at a marked call with an argument that is not
-        def one_kernel(vector):  # by this name `is_marked` knows it
+        def small_call(vector):  # by this name `is_marked` knows it
             return function(*packing.unpack(vector))
 
-        return set_xla_metadata(jax.jit(one_kernel)(packing.pack(given)), **_MARK)
+        return set_xla_metadata(jax.jit(small_call)(packing.pack(given)), **_MARK)
 
     @functools.partial(marked.defjvp, symbolic_zeros=True)
     def derived(given, dots):

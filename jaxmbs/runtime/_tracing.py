@@ -13,7 +13,7 @@ from ..typing import ArrayLike
 _OUTSIDE = get_opaque_trace_state()
 
 
-def is_outside() -> bool:
+def not_tracing() -> bool:
     """Whether no trace is under way: neither a jit, nor a grad, nor a vmap of the user's."""
     return get_opaque_trace_state() == _OUTSIDE
 
@@ -25,12 +25,12 @@ def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
     """
     if dtype is float:
         refuse_complex(x)
-    if isinstance(x, Array) or not is_concrete(x) or not is_outside():
+    if isinstance(x, Array) or not is_concrete(x) or not not_tracing():
         return jnp.asarray(x, dtype)
     return jax.device_put(np.asarray(x, dtype))
 
 
-def typed(x: ArrayLike, dtype: DTypeLike) -> Array:
+def as_dtype(x: ArrayLike, dtype: DTypeLike) -> Array:
     """x as an array of a type, that of what it is used with.
 
     Raises: TypeError for complex numbers that would lose a part in silence.

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import broken, is_concrete, not_positive
+from ..checks import any_concrete, is_concrete, not_positive
 from ..errors import ModelError
 from ..math._linalg import safe_norm, skew
-from ..runtime import jit, typed
+from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ._network import Network
 
@@ -24,7 +24,7 @@ def about(wrench, point):
 
 def loads_of(bonds: "Bonds", loads: ArrayLike) -> Array:
     """Loads (p, 6) as an array.  Raises: ValueError for another shape."""
-    loads, p = typed(loads, bonds.position.dtype), len(bonds.network.bodies)
+    loads, p = as_dtype(loads, bonds.position.dtype), len(bonds.network.bodies)
     if loads.shape != (p, 6):
         raise ValueError(f"loads have shape {loads.shape}; {p} bodies need one wrench of 6 each")
     return loads
@@ -92,15 +92,15 @@ class Bonds(eqx.Module):
             frame = jnp.asarray(frame)
             rotates = _rotates(frame, jnp)[:, None, None]
             given["frame"] = (jnp.where(rotates, frame, jnp.nan), (q, 3, 3))
-        position, frame, effort = (typed(given[name][0], dtype) for name in ("position", "frame", "effort"))
-        length = _spread(position) if length is None else typed(length, dtype)
-        if length.shape != () or not_positive(length) or broken(lambda x: ~np.isfinite(x), length):
+        position, frame, effort = (as_dtype(given[name][0], dtype) for name in ("position", "frame", "effort"))
+        length = _spread(position) if length is None else as_dtype(length, dtype)
+        if length.shape != () or not_positive(length) or any_concrete(lambda x: ~np.isfinite(x), length):
             raise ModelError([f"length is one positive number, got {length}"])
         if compliance is None:
             compliance = jnp.tile(jnp.stack([jnp.ones((), dtype)] * 3 + [length**-2] * 3), (q, 1))
         free = jnp.asarray(~carries, dtype)
         diagonal = lambda x: x[:, :, None] * jnp.eye(6, dtype=dtype)[None]  # noqa: E731
-        compliance = diagonal(typed(compliance, dtype))
+        compliance = diagonal(as_dtype(compliance, dtype))
         return cls(network, position, frame, diagonal(free), effort * free, compliance, length)
 
     @classmethod

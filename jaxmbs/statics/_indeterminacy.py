@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..runtime import jit
-from ..tables import told
+from ..tables import table_repr
 from ._bonds import Bonds
 from ._cycles import cycle_pattern
 from ._least_compliance import least_compliance
@@ -49,7 +49,7 @@ class Redundancy:
     self_stress: np.ndarray | None
     method: str
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     @property
     def components(self) -> dict[str, tuple[str, ...]]:

@@ -13,7 +13,7 @@ from ..linear._storage import Matrix
 from ..linear._symmetric import check_mass, check_symmetric
 from ..math import _square as square
 from ..math._eigen import eig, eig_rounding, spectral
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike, Number
 from ._modes import Modes, stable_modes
 
@@ -53,7 +53,7 @@ def modal_damping(*, K: AnyArray, M: AnyArray, ratios: ArrayLike) -> Array:
     K, M = number(K), number(M)
     modes = lax.stop_gradient(stable_modes(K=K, M=M))
     moving = (~modes.is_rigid).astype(K.dtype) + 0.0 * modes.shapes[0]  # NaN where it is unstable
-    return M @ spectral(_modal_rate, K, M, typed(ratios, K.dtype), moving) @ M
+    return M @ spectral(_modal_rate, K, M, as_dtype(ratios, K.dtype), moving) @ M
 
 
 def _modal_rate(values, ratios, moving):
@@ -62,7 +62,7 @@ def _modal_rate(values, ratios, moving):
 
 
 def modal_lag(*, K: AnyArray, M: AnyArray, ratios: ArrayLike, velocity: AnyArray) -> Array:
-    """Displacements (..., n) whose elastic forces `K y` are those of the damping `modal_damping` at velocities (..., n)."""
+    """Displacements (..., n) whose elastic forces `K y` are those of `modal_damping` at velocities (..., n)."""
     modes = lax.stop_gradient(stable_modes(K=K, M=M))
     moving = (~modes.is_rigid).astype(K.dtype)
     return velocity @ M @ spectral(_modal_time, K, M, jnp.asarray(ratios, K.dtype), moving)

@@ -11,7 +11,7 @@ from jaxtyping import Array, Complex
 
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
 from ..linear._storage import dtype_of
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
 from . import _refined_solve as checked
 
@@ -57,7 +57,7 @@ def direct_response(
         Z = dynamic_stiffness(K, C, M, w)
         return keep(solve(factor(Z, "ldl", plan), load))
 
-    return lax.map(at, typed(omega, M.diagonal.dtype), batch_size=chunk)
+    return lax.map(at, as_dtype(omega, M.diagonal.dtype), batch_size=chunk)
 
 
 def dense_response(

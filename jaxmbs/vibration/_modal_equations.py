@@ -8,7 +8,7 @@ from jax import lax
 
 from ..checks import not_positive
 from ..math._exponential import expm
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
 
 
@@ -43,7 +43,7 @@ def modal_motion(
 
     Source: S1 (42)-(43).
     """
-    z = jnp.broadcast_to(typed(ratios, loads.dtype), omega.shape)
+    z = jnp.broadcast_to(as_dtype(ratios, loads.dtype), omega.shape)
     return oscillations(omega**2, 2 * z * omega, loads, step, displacement, velocity)
 
 
@@ -60,14 +60,14 @@ def oscillations(
     Raises: ValueError, if concrete, for a step that is not positive.  Source: S1 (42)-(43).
     """
     m, loads = squares.shape[0], jnp.asarray(loads)
-    h = typed(step, loads.dtype)
+    h = as_dtype(step, loads.dtype)
     if not_positive(step):
         raise ValueError(f"step = {step}: the time between samples must be positive")
     root = jnp.sqrt(jnp.maximum(lax.stop_gradient(squares), 0.0))
     scale = jnp.maximum(root, 1.0 / lax.stop_gradient(h))  # velocities are carried as v / scale
     whole = jax.vmap(lambda w2, r, s: expm(h * _rates(w2, r, s, h)))(squares, rates, scale)
-    q0 = jnp.zeros(m, loads.dtype) if displacement is None else typed(displacement, loads.dtype)
-    v0 = jnp.zeros(m, loads.dtype) if velocity is None else typed(velocity, loads.dtype)
+    q0 = jnp.zeros(m, loads.dtype) if displacement is None else as_dtype(displacement, loads.dtype)
+    v0 = jnp.zeros(m, loads.dtype) if velocity is None else as_dtype(velocity, loads.dtype)
 
     def advance(state, sample):
         before, after = sample

@@ -10,7 +10,7 @@ from jax import lax
 from ..checks import is_concrete, not_positive
 from ..linear._symmetric import check_mass, check_symmetric
 from ..math._eigen import same
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
 from ._damping import is_coupling_modes
 from ._modal_equations import ModalMotion, oscillations
@@ -53,8 +53,8 @@ def modal_response(
     if num is not None and not 0 <= num <= n:
         raise ValueError(f"num = {num}: there are {n} modes")
     _check_uncoupled(K, M, C)
-    z = jnp.broadcast_to(typed(ratios, dtype), (n,))
-    h = typed(step, dtype)
+    z = jnp.broadcast_to(as_dtype(ratios, dtype), (n,))
+    h = as_dtype(step, dtype)
     if not_positive(step):
         raise ValueError(f"step = {step}: the time between samples must be positive")
     found = _response(n if num is None else num, static_start, K, M, C, load.T, h, z)

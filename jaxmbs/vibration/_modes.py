@@ -17,7 +17,7 @@ from ..linear._rigid_flags import rigid_flags
 from ..linear._symmetric import check_mass, symmetric
 from ..math._eigen import eigh, same
 from ..runtime import jit
-from ..tables import short, told
+from ..tables import format_number, table_repr
 from ..typing import AnyArray, CoordinateLike, ScalarLike
 
 
@@ -32,7 +32,7 @@ def _told(modes):
         if roots is not None and k and roots[k].imag < 0 and roots[k - 1] == np.conj(roots[k]):
             continue
         mark = "rigid" if rigid[k] else "unstable" if unstable[k] else ""
-        rows.append((f"{k}, {k + 1}" if pair else str(k), short(hertz[k]), short(ratios[k]), mark))
+        rows.append((f"{k}, {k + 1}" if pair else str(k), format_number(hertz[k]), format_number(ratios[k]), mark))
     kind = "natural" if roots is None else "complex"
     summary = f"{len(hertz)} {kind} modes of {modes.shapes.shape[0]} coordinates"
     return summary, [("mode", "frequency [Hz]", "damping ratio", ""), *rows]
@@ -67,7 +67,7 @@ class Modes(eqx.Module):
     rounding: Float[Array, " m"] | None = None
     coordinates: tuple[str, ...] = eqx.field(static=True, default=())
 
-    __repr__, _repr_html_ = told(_told)
+    __repr__, _repr_html_ = table_repr(_told)
 
     @property
     def is_complex(self) -> bool:

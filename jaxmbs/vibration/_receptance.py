@@ -15,7 +15,7 @@ from ..linear._condensation import interface_basis, partition
 from ..linear._symmetric import check_mass, symmetric
 from ..math import _square as square
 from ..math._eigen import eig, eigh, spectral
-from ..runtime import typed
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike, RowsLike
 from ._gains import harmonic_rate
 from ._refined_solve import checked_solve
@@ -192,8 +192,8 @@ def modal_receptance(
     """
     natural, omega = number(natural), number(omega)
     w, wk = omega[:, None], natural[None, :]
-    eta = jnp.broadcast_to(typed(ratios, natural.dtype), (len(omega), len(natural)))
-    m = jnp.broadcast_to(typed(modal_masses, natural.dtype), natural.shape)[None]
+    eta = jnp.broadcast_to(as_dtype(ratios, natural.dtype), (len(omega), len(natural)))
+    m = jnp.broadcast_to(as_dtype(modal_masses, natural.dtype), natural.shape)[None]
     z = lax.complex(m * (wk**2 - w**2), m * (2 * eta * wk * w))
     V = at_out.astype(z.dtype)
     return jnp.einsum("ik,wk,jk->wij", V, 1 / z, at_into.astype(z.dtype))

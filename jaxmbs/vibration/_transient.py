@@ -8,13 +8,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import broken, is_concrete
+from ..checks import any_concrete, is_concrete
 from ..errors import SimulationError
 from ..linear._massless import condensed
 from ..linear._static_response import StaticResponse
 from ..linear._system import LinearSystem
 from ..math._interpolation import interval
-from ..runtime import FORWARD_MODE, jit, lapack, reverse_only, typed
+from ..runtime import FORWARD_MODE, as_dtype, jit, lapack, reverse_only
 from ..typing import AnyArray, ArrayLike
 from ._linear_motion import LinearMotion, Link, Modal
 from ._modal_response import modal_response
@@ -60,11 +60,11 @@ def simulate(
     Raises: ValueError for what does not fit, links and damping on rows without mass too, by name; UnknownNameError;
     SimulationError.  Source: S1 (3), (9)-(12).
     """
-    system, ts = system.dense(), typed(ts, system.dtype)
+    system, ts = system.dense(), as_dtype(ts, system.dtype)
     forces = None if isinstance(forces, Mapping) and not forces else forces
     _check(system, ts, gradient)
     for name, value in {"rtol": rtol, "atol": atol}.items():
-        if value is not None and (np.iscomplexobj(value) or broken(lambda x: ~np.isfinite(x) | (x < 0), value)):
+        if value is not None and (np.iscomplexobj(value) or any_concrete(lambda x: ~np.isfinite(x) | (x < 0), value)):
             raise ValueError(f"{name}={value} must be finite and not negative")
     whole = condensed(system, damped=not (isinstance(solver, Modal) and solver.ratios is not None))
     if whole.light:
@@ -107,7 +107,7 @@ def _state(system, start):
         return start.displacement, zero
     if len(start) != 2:
         raise ValueError(f"start is (displacement, velocity), got {len(start)} parts")
-    start = tuple(zero if a is None else typed(a, system.dtype) for a in start)
+    start = tuple(zero if a is None else as_dtype(a, system.dtype) for a in start)
     if any(a.shape != zero.shape for a in start):
         raise ValueError(f"start has parts of shapes {[a.shape for a in start]}, not ({system.num_rows},)")
     return start

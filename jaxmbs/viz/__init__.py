@@ -7,7 +7,7 @@ from ._designs import plot_front, plot_limits, plot_parallel, plot_scatter
 from ._envelopes import plot_envelope, plot_polar
 from ._limits import plot_limit_values
 from ._mechanism import plot_mechanism, plot_views
-from ._mode_animation import Swing, swing
+from ._mode_animation import ModeAnimation, animate_mode
 from ._plots import plot_coordinates, plot_energy, plot_history, plot_reactions
 from ._power import plot_power
 from ._responses import plot_bode, plot_campbell, plot_mac, plot_nyquist
@@ -16,10 +16,11 @@ from .scenes._page import Scene, scene
 from .scenes._solids import Solid
 
 __all__ = [
+    "ModeAnimation",
     "Scene",
     "Solid",
-    "Swing",
     "animate",
+    "animate_mode",
     "draw_bond_graph",
     "plot_bode",
     "plot_campbell",
@@ -42,5 +43,4 @@ __all__ = [
     "plot_structure",
     "plot_views",
     "scene",
-    "swing",
 ]

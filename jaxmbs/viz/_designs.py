@@ -9,14 +9,16 @@ from ..design._optimum import Optimum
 from ..design._pareto import Front
 from ..palette import BLUE, GREY, RED
 from ..status import succeeded
-from ..typing import Explained
+from ..typing import WordedError
 from ._canvas import axes, finish
 
 _ACCOUNTS = ("status", "reason")  # of a study, not of its designs
 _MAP = "viridis"
 
 
-def plot_front(front: Explained[Front], first: str = "first aim", second: str = "second aim", ax: Any = None) -> Any:
+def plot_front(
+    front: WordedError[Front], first: str = "first aim", second: str = "second aim", ax: Any = None
+) -> Any:
     """The designs of which none is better in both aims; hollow where a search did not converge.
 
     Args: first, second: what the aims are, with their units; ax: matplotlib axes to draw into (default: new ones).
@@ -29,7 +31,7 @@ def plot_front(front: Explained[Front], first: str = "first aim", second: str = 
     return ax
 
 
-def plot_limits(optimum: Explained[Optimum], ax: Any = None) -> Any:
+def plot_limits(optimum: WordedError[Optimum], ax: Any = None) -> Any:
     """How much of each limit a design uses, before (thin) and after the search; those that hold it are dark.
 
     Args: ax: matplotlib axes to draw into (default: new ones).

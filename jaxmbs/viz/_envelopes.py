@@ -7,14 +7,14 @@ import numpy as np
 
 from ..palette import BLUE, RED
 from ..reaction._result import Reactions
-from ..typing import ArrayLike, Explained, ScalarLike
+from ..typing import ArrayLike, ScalarLike, WordedError
 from ._canvas import axes, curve, finish
 from ._plots import _check
 from ._projection import in_words, looking
 
 
 def plot_polar(
-    loads: Explained[Reactions],
+    loads: WordedError[Reactions],
     joints: str | Sequence[str],
     plane: str = "xy",
     ax: Any = None,

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coupling._limits import shortfall
+from ..coupling._limits import truncation_shortfall
 from ..palette import COLORS
 from ..typing import ArrayLike
 from ._canvas import axes, finish
@@ -25,7 +25,7 @@ def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | Non
     ax = axes(ax)
     x = np.arange(len(truth)) if cases is None else np.asarray(cases)
     for (name, values), color in zip(limits.items(), COLORS, strict=False):
-        found = shortfall(values, truth)
+        found = truncation_shortfall(values, truth)
         label = f"{name}: short in {float(found.share):.0%}, at worst by {float(found.worst):.0%}"
         ax.plot(x, np.asarray(found.quotient), ".-", color=color, label=label)
     ax.axhline(1.0, color="0.6", linewidth=0.8)

@@ -24,7 +24,7 @@ from .scenes._trajectory import film
 LARGEST = 0.08  # of the extent, where no amplitude is asked
 
 
-class Swing(NamedTuple):
+class ModeAnimation(NamedTuple):
     """One period of a mode: times ts (T,) [s], and states of a mechanism or displacements (T, n) of a linear system;
     `frequency` [Hz], zero of a rigid mode, whose period is made up."""
 
@@ -34,14 +34,14 @@ class Swing(NamedTuple):
     frequency: float
 
 
-def swing(
+def animate_mode(
     system: System | LinearSystem,
     modes: Modes,
     number: int = 0,
     state: State | None = None,
     amplitude: ScalarLike | None = None,
     frames: int = 33,
-) -> Swing:
+) -> ModeAnimation:
     """One period of a mode, for `scene`, `animate` and the plots.
 
     Args:
@@ -67,12 +67,12 @@ def swing(
         shape = _of_positions(system, state, shape)
     waves = np.real(phase[:, None] * _aligned(shape))
     if isinstance(system, System):
-        return Swing(ts, _states(system, state, waves, ts, amplitude), None, frequency)
+        return ModeAnimation(ts, _states(system, state, waves, ts, amplitude), None, frequency)
     if waves.shape[1] != system.num_rows:
         raise ModelError([f"the modes have {waves.shape[1]} rows, the system {system.num_rows} coordinates"])
     if amplitude is None:
         amplitude = _fitting(system, waves)
-    return Swing(ts, None, amplitude * waves, frequency)
+    return ModeAnimation(ts, None, amplitude * waves, frequency)
 
 
 def _of_positions(system, state, shape):

@@ -10,7 +10,7 @@ from ..model._system import System
 from ..motion._motion import Motion
 from ..palette import BLUE, GREEN, RED
 from ..reaction._result import Reactions
-from ..typing import ArrayLike, Explained
+from ..typing import ArrayLike, WordedError
 from ._canvas import axes, curve, draw_curves, finish, stacked
 from ._projection import in_words
 
@@ -32,7 +32,7 @@ _RATES = {
 
 def plot_coordinates(
     system: System,
-    motion: Explained[Motion],
+    motion: WordedError[Motion],
     joints: Sequence[str] | None = None,
     ax: Any = None,
     *,
@@ -97,7 +97,7 @@ def _units(topology, joint, rates=False):
 
 
 def plot_reactions(
-    loads: Explained[Reactions],
+    loads: WordedError[Reactions],
     ts: ArrayLike,
     joints: Sequence[str] | None = None,
     moment: bool = False,
@@ -138,7 +138,7 @@ def plot_reactions(
     return finish(ax, "time [s]", f"{what} [{'k' * kilo}N{' m' * moment}]", "ends")
 
 
-def plot_energy(motion: Explained[Motion], ax: Any = None) -> Any:
+def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
     """Kinetic and potential energy and their sum less all work [J]; below, the residual of that account.
 
     Args:

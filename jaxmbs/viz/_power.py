@@ -7,7 +7,7 @@ import numpy as np
 from ..bondgraph._power import BondPowers
 from ..motion._motion import Motion
 from ..palette import COLORS
-from ..typing import Explained
+from ..typing import WordedError
 from ._canvas import axes, finish, stacked
 
 _SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
@@ -16,7 +16,9 @@ _HATCHES = (None, "////", "....", "xxxx")
 _MOST = 11  # elements told apart
 
 
-def plot_power(motion: Explained[Motion], powers: Explained[BondPowers], by: str = "element", ax: Any = None) -> Any:
+def plot_power(
+    motion: WordedError[Motion], powers: WordedError[BondPowers], by: str = "element", ax: Any = None
+) -> Any:
     """Power [W] that every element feeds into the mechanism, stacked; what stores or dissipates counts negative.
 
     Below, the energies [J] that sources and drives fed in since the start and that motion, springs and resistors

@@ -12,7 +12,7 @@ from ..vibration._modes import Modes
 from ._canvas import axes, beside
 from ._mechanism import framed
 from ._mesh import Mesh, mesh_of, moving_meshes
-from ._mode_animation import swing
+from ._mode_animation import animate_mode
 from ._projection import looking
 
 _MAP = "viridis"
@@ -92,7 +92,7 @@ def plot_modes(
     ax, shown = axes(ax, (2.6 * len(numbers) + 0.6, 1.9)), None
     rooms = beside(ax, len(numbers))
     for room, number in zip(rooms, numbers, strict=True):
-        mode = swing(system, modes, number, frames=2)
+        mode = animate_mode(system, modes, number, frames=2)
         meshes = moving_meshes(system, np.asarray(mode.displacement)[:1], structures).values()
         look = looking(plane)
         largest = max(np.max(np.linalg.norm(u, axis=-1)) for _, u in meshes)

@@ -12,7 +12,7 @@ from jaxmbs.coupling import Components, connect, coupled_response, rigid
 from jaxmbs.coupling._dual import dual_response
 from jaxmbs.coupling._primal import elastic_bond, interface_reactions, join
 from jaxmbs.linear import interface_basis
-from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Physical, Rubin, reduce
+from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Rubin, Unreduced, reduce
 from jaxmbs.reductions._recovery import harmonic
 from jaxmbs.vibration import modes
 from jaxmbs.vibration._modal_equations import modal_motion
@@ -29,7 +29,7 @@ CLAMPED = ((-1, -1, 0, 1), (0, 1))
 KINDS = {
     "craig_bampton": (lambda K, M: reduce(component(K, M, (0, 1)), CraigBampton(8)), 1e-3),
     "hurty": (lambda K, M: reduce(component(K, M, (0, 1)), Hurty(8, determinate=(0, 1))), 1e-3),
-    "physical": (lambda K, M: reduce(component(K, M, (0, 1)), Physical()), 1e-4),
+    "physical": (lambda K, M: reduce(component(K, M, (0, 1)), Unreduced()), 1e-4),
     "rubin": (lambda K, M: reduce(component(K, M, (0, 1)), Rubin(8, num_rigid=2)), 1e-3),
     "macneal": (lambda K, M: reduce(component(K, M, (0, 1)), MacNeal(8, num_rigid=2)), 1e-2),
     "craig_chang": (lambda K, M: reduce(component(K, M, (0, 1)), CraigChang(6, determinate=(0, 1))), 1e-3),
@@ -77,7 +77,7 @@ def test_blocks_of_the_coupled_equations():
 
     @jax.jit
     def joined(K, M):
-        parts = reduce(component(K, M, (16, 17)), Physical()), reduce(component(K, M, (0, 1)), CraigBampton(16))
+        parts = reduce(component(K, M, (16, 17)), Unreduced()), reduce(component(K, M, (0, 1)), CraigBampton(16))
         return join(parts, ((0, 1), (0, 1))), parts[1], interface_basis(K, (0, 1))
 
     assembly, P, T = joined(K, M)
@@ -223,8 +223,8 @@ def test_reactions_by_the_block_sparse_engine():
 def test_elastic_bonds_with_mass():
     """A chain cut at a spring, the spring put back as a bond: the whole chain's frequencies; mass adds up."""
     left, right = (
-        reduce(component(*chain(4, 2.0, 1.0, 1), (3,)), Physical()),
-        reduce(component(*chain(3, 2.0, 1.0, 0), (0,)), Physical()),
+        reduce(component(*chain(4, 2.0, 1.0, 1), (3,)), Unreduced()),
+        reduce(component(*chain(3, 2.0, 1.0, 0), (0,)), Unreduced()),
     )
     spring = elastic_bond(jnp.array([[2.0]]), jnp.array([[0.1]]))
     assembly = join((left, right, spring), ((0,), (1,), (0, 1)))

@@ -9,13 +9,13 @@ import scipy.linalg
 import scipy.signal
 
 from jaxmbs.coupling._limits import (
-    combine,
+    combine_modal_maxima,
     cqc_correlation,
     equivalent_impulse,
     limit_loads,
     modal_pairs,
     peak_response,
-    shortfall,
+    truncation_shortfall,
 )
 from jaxmbs.coupling._primal import join
 from jaxmbs.reductions import CraigBampton, reduce
@@ -165,7 +165,7 @@ def test_every_sum_against_the_transient(cases):
     By 15 % at most; a weight of 1.5 heals that.  Higher modes are overrated where long pulses move them statically.
     """
     truth, *sums = cases
-    above, root, cqc, weighted = (shortfall(s, truth) for s in sums)
+    above, root, cqc, weighted = (truncation_shortfall(s, truth) for s in sums)
     np.testing.assert_allclose([f.share[0] for f in (above, root, cqc, weighted)], [0.0, 0.5, 0.5, 0.0])
     assert 0.12 < root.worst[0] < 0.17 and 0.12 < cqc.worst[0] < 0.17
     for found in (above, root, cqc, weighted):
@@ -224,9 +224,9 @@ def test_transient_and_sums_by_numpy(cases, case):
 
 
 def test_shortfall_in_numbers():
-    found = shortfall(jnp.array([2.0, 0.5, 0.75, 1.0]), jnp.ones(4))
+    found = truncation_shortfall(jnp.array([2.0, 0.5, 0.75, 1.0]), jnp.ones(4))
     np.testing.assert_allclose(found[:3], [0.5, 0.5, 0.375])
-    np.testing.assert_allclose(shortfall(jnp.full(3, 2.0), jnp.ones(3))[:3], 0.0)
+    np.testing.assert_allclose(truncation_shortfall(jnp.full(3, 2.0), jnp.ones(3))[:3], 0.0)
 
 
 def test_interface_that_holds_too_much_is_refused():
@@ -255,12 +255,12 @@ def test_peak_response_to_a_half_sine():
 
 def test_sums():
     values, w = jnp.array([3.0, -4.0]), jnp.array([1.0, 1.0])
-    np.testing.assert_allclose(combine(values, "abs"), 7.0)
-    np.testing.assert_allclose(combine(values), 5.0)
-    np.testing.assert_allclose(combine(values, weights=jnp.array([2.0, 0.5])), np.sqrt(40.0))
+    np.testing.assert_allclose(combine_modal_maxima(values, "abs"), 7.0)
+    np.testing.assert_allclose(combine_modal_maxima(values), 5.0)
+    np.testing.assert_allclose(combine_modal_maxima(values, weights=jnp.array([2.0, 0.5])), np.sqrt(40.0))
     together = cqc_correlation(w, jnp.full(2, 0.05))
     np.testing.assert_allclose(together, np.ones((2, 2)), rtol=1e-12)
-    np.testing.assert_allclose(combine(values, "cqc", correlation=together), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(combine_modal_maxima(values, "cqc", correlation=together), 1.0, rtol=1e-12)
     peaks, recovery = jnp.array([[1.0, -2.0], [0.5, 3.0]]), jnp.array([[2.0, 1.0]])
     for alike, expected in ((jnp.ones((2, 2)), 4.0), (jnp.eye(2), np.sqrt(4.0 + 4 + 1 + 9))):
         np.testing.assert_allclose(limit_loads(recovery, peaks, "cqc", correlation=(alike, alike)), [expected])
@@ -270,4 +270,4 @@ def test_sums():
     np.testing.assert_allclose(apart, apart.T, rtol=1e-12)
     assert apart[0, 1] < 0.01
     with pytest.raises(ValueError, match="one of"):
-        combine(values, "mean")
+        combine_modal_maxima(values, "mean")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import MeasuredNetwork, bushing, connect, joint, rigid
+from jaxmbs.coupling import MeasuredNetwork, bushing, connect, hinge, rigid
 from jaxmbs.errors import ModelError, UnknownNameError
 from jaxmbs.linear import TransferFunctions
 from jaxmbs.reductions import CraigBampton, reduce
@@ -19,8 +19,8 @@ OMEGA = np.array([30.0, 110.0, 250.0])
 BONDS = {
     "bolts": rigid("stage.foot"),
     "mount": bushing("stage.top", "mast.root", stiffness=STIFFNESS, damping=DAMPING, mass=MASS, axes=AXES),
-    "pin": joint("mast.end", "panel.hinge", free="ry", axes=AXES),
-    "stay": joint("panel.far", free="rx ry rz"),
+    "pin": hinge("mast.end", "panel.hinge", free="ry", axes=AXES),
+    "stay": hinge("panel.far", free="rx ry rz"),
     "leg": bushing("panel.far", stiffness=[0, 0, 0, 4e2, 5e2, 6e2]),
 }
 ASKED = {"into": ["mast.middle x", "panel.edge"], "out": ["stage.knee y", "mast.root", ("panel", "edge z")]}

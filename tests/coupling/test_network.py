@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import bushing, connect, joint, rigid
+from jaxmbs.coupling import bushing, connect, hinge, rigid
 from jaxmbs.elements import Beam, PointMass
 from jaxmbs.errors import ModelError
 from jaxmbs.fem import Structure, assemble
@@ -48,8 +48,8 @@ def network(stiffness, axes):
     bonds = {
         "bolts": rigid("stage.foot"),
         "mount": bushing("stage.top", "mast.root", stiffness=stiffness, damping=DAMPING, mass=MASS, axes=axes),
-        "pin": joint("mast.end", "panel.hinge", free="ry", axes=axes),
-        "stay": joint(("panel", "far"), free="rx ry rz"),
+        "pin": hinge("mast.end", "panel.hinge", free="ry", axes=axes),
+        "stay": hinge(("panel", "far"), free="rx ry rz"),
     }
     return connect(parts, bonds)
 
@@ -183,11 +183,11 @@ def test_determinate_and_redundant_bonds_by_name():
     report = connect({"a": half, "b": half}, bonds).determinacy()
     assert (report.redundant, report.free_motions) == (0, 0)
     assert all(all(flags) for flags in report.determinate.values())
-    propped = connect({"a": half, "b": half}, bonds | {"prop": joint(("b", (2, 3)), free=(1,))}).determinacy()
+    propped = connect({"a": half, "b": half}, bonds | {"prop": hinge(("b", (2, 3)), free=(1,))}).determinacy()
     assert str(propped) == (
         "1 redundant bonds, 0 free motions\nwall  redundant 0 1\nweld  redundant 0 1\nprop  redundant 0"
     )
-    pinned = joint(("a", (2, 3)), ("b", (0, 1)), free=(1,))
+    pinned = hinge(("a", (2, 3)), ("b", (0, 1)), free=(1,))
     assert connect({"a": half, "b": half}, bonds | {"weld": pinned}).determinacy().free_motions == 1
 
 
@@ -197,13 +197,13 @@ WRONG = [
     ({"b": rigid(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no coordinate or node 'tip'"),
     ({"b": rigid(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
     ({"b": rigid(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
-    ({"b": joint(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),
+    ({"b": hinge(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),
     ({"b": bushing(("stage", "foot"), stiffness=(1.0, 2.0, 3.0))}, "bond 'b': stiffness of 3 directions for 6"),
     ({"b": rigid("ground", ("stage", "foot"))}, "bond 'b': its first end is the ground"),
     ({"stage": rigid(("stage", "foot"))}, "bond 'stage': a component has that name"),
     ({"b": rigid("stage"), "c": rigid(("stage", "foot"))}, "bond 'c': other bonds tie its ends already"),
     (
-        {"b": rigid(("stage", "foot")), "c": joint(("stage", "foot"), ("mast", "root"), free="x", axes=AXES)},
+        {"b": rigid(("stage", "foot")), "c": hinge(("stage", "foot"), ("mast", "root"), free="x", axes=AXES)},
         "bond 'c' has axes: b must not join the same coordinates",
     ),
 ]
@@ -241,7 +241,7 @@ def test_joined_nodes_must_be_at_one_place():
     for bond in (rigid("stage.top y", "mast.root y"), bushing("stage.top", "mast.root", stiffness=[1.0] * 6)):
         with pytest.raises(ModelError, match="0.5 apart"):
             connect(parts, {"b": bond})
-    tilted = joint("stage.top", "mast.root", free="x y rx ry rz", axes=np.diag([1.0, -1.0, -1.0]))
+    tilted = hinge("stage.top", "mast.root", free="x y rx ry rz", axes=np.diag([1.0, -1.0, -1.0]))
     assert connect(parts, {"b": tilted}).num_rows == 35
     jax.eval_shape(lambda z: connect(parts | {"mast": PARTS["mast"].moved(z)}, bolts).stiffness, np.zeros(3))
     with pytest.raises(ModelError, match="no positions cannot be moved"):

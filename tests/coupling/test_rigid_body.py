@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import RigidBody, bushing, connect, joint, rigid
+from jaxmbs.coupling import RigidBody, bushing, connect, hinge, rigid
 from jaxmbs.errors import ModelError, UnknownNameError
-from jaxmbs.reductions import turned
+from jaxmbs.reductions import rotated
 from tests.coupling.test_network import AXES, PARTS
 
 A, B, MASS, WEIGHT = 0.4, 0.3, 120.0, 120.0 * 9.81
@@ -88,7 +88,7 @@ def test_a_dropped_block_swings_on_its_mounts():
     """Its own weight from rest: `z = -(m g / 4 k) (1 - cos w t)`; what a mount bears then is `-k z`."""
     block = RigidBody(mass=MASS, inertia=INERTIA, points=FEET)
     bonds = {f"mount{k}": bushing(f"block.foot{k} z", stiffness=[MOUNT[2]]) for k in range(1, 5)}
-    bonds["guide"] = joint("block.foot1", free="z rx ry rz")
+    bonds["guide"] = hinge("block.foot1", free="z rx ry rz")
     with pytest.raises(ValueError, match="singular"):  # yaw is free
         mbs.equilibrium(connect({"block": block}, bonds), {"block.com z": -WEIGHT, "block.com rz": 1.0})
     omega = np.sqrt(4 * MOUNT[2] / MASS)
@@ -111,8 +111,8 @@ def hinged(com, points):
     """A flap on a hinge of two bearings along y, its end on a spring: statics determines every load."""
     flap = RigidBody(mass=MASS, com=com, inertia=INERTIA, points=points)
     bonds = {
-        "bearing": joint("flap.left", free="rx ry rz"),
-        "guide": joint("flap.right", free="y rx ry rz"),
+        "bearing": hinge("flap.left", free="rx ry rz"),
+        "guide": hinge("flap.right", free="y rx ry rz"),
         "spring": bushing("flap.strut z", stiffness=[5e4]),
     }
     return connect({"flap": flap}, bonds)
@@ -149,7 +149,7 @@ def test_a_flap_on_two_bearings_and_a_spring():
 
 def test_traced_bonds_that_hold_twice_give_no_number():
     """What is refused where places are known is NaN where they are traced."""
-    bonds = {"a": joint("flap.left", free="rx ry rz"), "b": rigid("flap.right y")}
+    bonds = {"a": hinge("flap.left", free="rx ry rz"), "b": rigid("flap.right y")}
     with pytest.raises(ModelError, match="bond 'b': other rigid bonds hold its rigid body already in y"):
         connect({"flap": RigidBody(mass=1.0, points=HINGE)}, bonds)
 
@@ -164,7 +164,7 @@ def test_traced_bonds_that_hold_twice_give_no_number():
     def held(points):
         """Six rows that leave one motion of the flap, beside what can move."""
         parts = {"flap": RigidBody(mass=1.0, points=points), "other": RigidBody(mass=1.0, points={"a": (0, 0, 0)})}
-        own = {"a": joint("flap.left", free="rx ry rz"), "b": joint("flap.right", free="rx ry rz")}
+        own = {"a": hinge("flap.left", free="rx ry rz"), "b": hinge("flap.right", free="rx ry rz")}
         return connect(parts, own | {"spring": bushing("other.a x", stiffness=[1.0])}).mass
 
     assert np.all(np.isnan(held(points)))
@@ -190,9 +190,9 @@ def assembled():
         "bolts": rigid("stage.foot"),
         "upper": rigid("box.top", "stage.top"),
         "lower": rigid("stage.knee", "box.knee"),
-        "hinge": joint("can.ear", "box.arm", free="ry", axes=AXES),
+        "hinge": hinge("can.ear", "box.arm", free="ry", axes=AXES),
         "mount": bushing("box.lug", "mast.root", stiffness=SOFT, axes=AXES),
-        "stay": joint("mast.end", free="rx ry rz"),
+        "stay": hinge("mast.end", free="rx ry rz"),
     }
     return connect(parts, bonds)
 
@@ -293,9 +293,9 @@ def test_turned_and_moved_bodies():
     block = RigidBody(mass=MASS, com=(0.1, 0.0, 0.2), inertia=INERTIA, points=FEET)
     mounts = {name: bushing(("block", [(name, d) for d in "xyz"]), stiffness=[2e5] * 3) for name in FEET}
     exact = mbs.modes(connect({"block": block}, mounts)).omega
-    for other in (turned(block, AXES), block.moved((1.0, 2.0, 3.0))):
+    for other in (rotated(block, AXES), block.moved((1.0, 2.0, 3.0))):
         np.testing.assert_allclose(mbs.modes(connect({"block": other}, mounts)).omega, exact, rtol=1e-9)
-    np.testing.assert_allclose(turned(block, AXES).outputs("foot1 z")[0][0, :3], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(rotated(block, AXES).outputs("foot1 z")[0][0, :3], [0, 0, 1], atol=1e-12)
 
 
 def test_a_rigid_body_beside_measured_components():
@@ -368,7 +368,7 @@ FAULTS = {
     "all": ({"m": rigid("box.a")}, "the bonds hold every component, nothing is left that could move"),
     "apart": ({"m": rigid("box.b", "other.a")}, "box.b and other.a are 1 apart"),
     "in line": (
-        {"m": joint("box.a", free="rx ry rz"), "n": joint("box.b", free="y z rx ry rz")},
+        {"m": hinge("box.a", free="rx ry rz"), "n": hinge("box.b", free="y z rx ry rz")},
         "bond 'n': other rigid bonds hold its rigid body already in x",
     ),
 }

@@ -8,7 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.batching import _program as lanes
-from jaxmbs.design import pareto, scattered, sensitivities, tolerances
+from jaxmbs.design import pareto, propagate_uncertainty, sensitivities, tolerances
 from jaxmbs.runtime import _jit as compiling
 
 DESIGN, BOX = {"a": 1.0, "b": 2.0}, {"a": (0.1, 3.0), "b": (0.1, 3.0)}
@@ -39,8 +39,10 @@ QUESTIONS = {
         mbs.minimise(bowl, rows(3), BOX, optax.adam(0.1), 5, starts="stacked", progress=False, compile=kind).design
     ),
     "pareto": lambda kind: pareto(bowl, slope, DESIGN, BOX, 3, progress=False, compile=kind).designs,
-    "first order": lambda kind: scattered(bowl, DESIGN, {"a": 0.1, "b": 0.2}, compile=kind).deviation,
-    "samples": lambda kind: scattered(bowl, DESIGN, {"a": 0.1, "b": 0.2}, samples=16, compile=kind).deviation,
+    "first order": lambda kind: propagate_uncertainty(bowl, DESIGN, {"a": 0.1, "b": 0.2}, compile=kind).deviation,
+    "samples": lambda kind: (
+        propagate_uncertainty(bowl, DESIGN, {"a": 0.1, "b": 0.2}, samples=16, compile=kind).deviation
+    ),
     "tolerances": lambda kind: [one.change for one in tolerances(bowl, DESIGN, DESIGN, compile=kind)],
     "sensitivities": lambda kind: sensitivities(bowl, BOX, samples=16, compile=kind),
 }

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from jaxmbs.design import pareto, scattered, sensitivities, tolerances
+from jaxmbs.design import pareto, propagate_uncertainty, sensitivities, tolerances
 from jaxmbs.studies import normal
 
 
@@ -76,15 +76,15 @@ def product(design):
 def test_scatter():
     """a b of independent normal numbers: mean and variance in closed form, first order leaves the last term out."""
     design, sigma = {"a": 3.0, "b": 2.0}, {"a": 0.3, "b": 0.1}
-    first = scattered(product, design, sigma)
+    first = propagate_uncertainty(product, design, sigma)
     variance = (2.0 * 0.3) ** 2 + (3.0 * 0.1) ** 2
     np.testing.assert_allclose([first.mean, first.deviation], [6.0, np.sqrt(variance)], rtol=1e-12)
     np.testing.assert_allclose(first.percentile, 6.0 + 1.6448536 * np.sqrt(variance), rtol=1e-6)
-    drawn = scattered(product, design, sigma, samples=4096)
+    drawn = propagate_uncertainty(product, design, sigma, samples=4096)
     np.testing.assert_allclose(drawn.mean, 6.0, rtol=1e-3)
     np.testing.assert_allclose(drawn.deviation, np.sqrt(variance + (0.3 * 0.1) ** 2), rtol=1e-2)
     assert drawn.failed == 0
-    lost = scattered(lambda d: jnp.sqrt(d["a"] - 3.0), design, sigma, samples=256)
+    lost = propagate_uncertainty(lambda d: jnp.sqrt(d["a"] - 3.0), design, sigma, samples=256)
     assert 120 <= lost.failed <= 136 and np.isfinite(lost.mean)
 
 
@@ -94,13 +94,16 @@ def test_the_yield_between_limits():
     both = lambda d: jnp.stack([d["a"] + d["b"], d["a"] - 3.0 * d["b"]])  # noqa: E731
     spread = np.array([0.5, np.hypot(0.3, 1.2)])
     wanted = norm.cdf((np.array([5.4, -2.5]) - [5.0, -3.0]) / spread)
-    first, drawn = scattered(both, design, sigma), scattered(both, design, sigma, samples=4096)
+    first, drawn = (
+        propagate_uncertainty(both, design, sigma),
+        propagate_uncertainty(both, design, sigma, samples=4096),
+    )
     np.testing.assert_allclose(first.within(upper=np.array([5.4, -2.5])), wanted, rtol=1e-12)
     np.testing.assert_allclose(drawn.within(upper=np.array([5.4, -2.5])), wanted, atol=3e-3)
     np.testing.assert_allclose(first.within(4.5, 5.5)[0], norm.cdf(1.0) - norm.cdf(-1.0))
     np.testing.assert_allclose(first.within(), 1.0)
-    np.testing.assert_array_equal(scattered(product, design, {"a": 0.0, "b": 0.0}).within(6.0, 6.5), 1.0)
-    lost = scattered(lambda d: jnp.sqrt(d["a"] - 3.0), design, sigma, samples=256)
+    np.testing.assert_array_equal(propagate_uncertainty(product, design, {"a": 0.0, "b": 0.0}).within(6.0, 6.5), 1.0)
+    lost = propagate_uncertainty(lambda d: jnp.sqrt(d["a"] - 3.0), design, sigma, samples=256)
     np.testing.assert_allclose(lost.within(), 0.5, atol=0.02)  # what failed lies outside
     with pytest.raises(ValueError, match="limits cross"):
         first.within(2.0, 1.0)
@@ -110,9 +113,9 @@ def test_the_yield_between_limits():
 def test_samples_that_fail(good):
     """Few or none with numbers: nan for what cannot be said, and how many failed."""
     start = {"a": 3.0}
-    points = np.sort(scattered(lambda d: d["a"], start, {"a": 1.0}, samples=16).samples)
+    points = np.sort(propagate_uncertainty(lambda d: d["a"], start, {"a": 1.0}, samples=16).samples)
     least = points[16 - good - 1]
-    found = scattered(lambda d: jnp.where(d["a"] > least, d["a"], jnp.nan), start, {"a": 1.0}, samples=16)
+    found = propagate_uncertainty(lambda d: jnp.where(d["a"] > least, d["a"], jnp.nan), start, {"a": 1.0}, samples=16)
     assert found.failed == 16 - good and found.samples.shape == (good,)
     assert np.isfinite(found.mean) == np.isfinite(found.percentile) == (good > 0)
     assert np.isfinite(found.deviation) == (good > 1)
@@ -122,7 +125,9 @@ def test_samples_that_fail(good):
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("number", [100, 128])
 def test_any_number_of_samples_without_a_warning(number):
-    assert scattered(product, {"a": 1.0, "b": 1.0}, {"a": 0.1, "b": 0.1}, samples=number).samples.shape == (number,)
+    assert propagate_uncertainty(
+        product, {"a": 1.0, "b": 1.0}, {"a": 0.1, "b": 0.1}, samples=number
+    ).samples.shape == (number,)
     assert set(sensitivities(product, {"a": (0.0, 1.0), "b": (0.0, 1.0)}, samples=number)) == {"a", "b"}
 
 
@@ -145,7 +150,9 @@ def test_either_mode_of_gradients(gradient, known):
     function = lambda d: known(d["a"], d["b"])  # noqa: E731
     design, width = {"a": 3.0, "b": 2.0}, {"a": 0.1, "b": 0.2}
     assert [row.name for row in tolerances(function, design, width, gradient=gradient)] == ["b", "a"]
-    assert scattered(function, design, width, gradient=gradient).deviation == pytest.approx(np.hypot(0.2, 0.6))
+    assert propagate_uncertainty(function, design, width, gradient=gradient).deviation == pytest.approx(
+        np.hypot(0.2, 0.6)
+    )
     bounds = {"a": (0.0, 1.0), "b": (0.0, 1.0)}
     found = sensitivities(function, bounds, gradient=gradient)
     assert found == pytest.approx(sensitivities(product, bounds))
@@ -182,17 +189,26 @@ def test_global_sensitivities():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0}), "structure of the design"),
-        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": -1.0}), "must not be negative"),
-        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, percent=100.0), "between 0 and 100"),
+        (lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": 1.0}), "structure of the design"),
+        (lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": -1.0}), "must not be negative"),
+        (
+            lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, percent=100.0),
+            "between 0 and 100",
+        ),
         (lambda: tolerances(product, {"a": 1.0, "b": 1.0}, {"a": np.nan, "b": 1.0}), "must not be negative"),
         (lambda: sensitivities(product, {"a": (1.0, 0.0), "b": (0.0, 1.0)}), "bounds are finite"),
         (
-            lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": np.ones(2), "b": 1.0}),
+            lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": np.ones(2), "b": 1.0}),
             "in the shapes of the design",
         ),
-        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, samples=1), "two at least"),
-        (lambda: scattered(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, gradient="back"), "'back'"),
+        (
+            lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, samples=1),
+            "two at least",
+        ),
+        (
+            lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, gradient="back"),
+            "'back'",
+        ),
         (lambda: tolerances(lambda d: jnp.stack([d, d]), 1.0, 0.1), "return one number"),
         (lambda: tolerances(lambda d: jnp.sqrt(d), 0.0, 0.1), "slope is not finite for: design"),
         (lambda: tolerances(lambda d: jnp.log(d - 1.0), 0.5, 0.1), "the answer is nan"),
@@ -208,7 +224,7 @@ def test_faults(call, message):
 @pytest.mark.parametrize("answer", [lambda d: {"y": d}, lambda d: "y", lambda d: jax.lax.complex(d, d)])
 def test_answers_that_are_no_numbers(answer, samples):
     with pytest.raises(TypeError, match="return one real number or array"):
-        scattered(answer, 1.0, 0.1, samples=samples)
+        propagate_uncertainty(answer, 1.0, 0.1, samples=samples)
     with pytest.raises(TypeError, match="return one real number or array"):
         tolerances(answer, 1.0, 0.1)
 

@@ -8,7 +8,7 @@ from jaxmbs.dynamics import _hamilton as hamilton
 from jaxmbs.dynamics.paper import _springs as springs
 from jaxmbs.kinematics import _closures as closures
 from jaxmbs.kinematics import _constraints as constraints
-from jaxmbs.kinematics._configuration import at_state, configuration, moving
+from jaxmbs.kinematics._configuration import at_state, configuration, with_velocities
 from jaxmbs.kinematics._kic import dependent_columns
 from jaxmbs.kinematics._poses import coordinate_rate
 
@@ -118,7 +118,7 @@ def test_multipliers_of_the_momentum_pull_with_the_rate_of_their_rows():
     def both(state):
         at, u = at_state(system, state), state.velocities
         sigma = jnp.arange(1.0, 1.0 + system.topology.num_rows)
-        here, directions = moving(system, at, u), closures.moving_directions(system, at)
+        here, directions = with_velocities(system, at, u), closures.moving_directions(system, at)
         rates = [hamilton.tree_momentum_rate(system, here, *more)[0] for more in ((sigma, directions), ())]
         row_force = lambda psi: constraints.jacobian(system, configuration(system, at.P, psi, at.t)).T @ sigma  # noqa: E731
         along = coordinate_rate(system.topology, at.psi, u)

@@ -13,7 +13,7 @@ from jaxmbs.dynamics.paper._ports import resistance_field
 from jaxmbs.elements import Hexahedron
 from jaxmbs.fem import Structure, assemble, element_forces
 from jaxmbs.flexible import deformations, displacements, floating_frame, interface_loads
-from jaxmbs.kinematics._configuration import at_state, configuration, moving
+from jaxmbs.kinematics._configuration import at_state, configuration, with_velocities
 from jaxmbs.kinematics._poses import coordinate_rate
 from jaxmbs.linear import LinearSystem
 from jaxmbs.math._rotation import quaternion_exp
@@ -137,12 +137,12 @@ def test_rates_of_momenta_are_those_of_the_accelerations(whole, flying, state):
     u_dot, _ = mbs.forward_dynamics(flying, state)
 
     def momenta(psi, u):
-        return hamilton.momenta(flying, moving(flying, configuration(flying, at.P, psi, state.t), u))
+        return hamilton.momenta(flying, with_velocities(flying, configuration(flying, at.P, psi, state.t), u))
 
     @jax.jit
     def both(psi, u):
         psi_dot = coordinate_rate(flying.topology, psi, u)
-        here = moving(flying, at_state(flying, state), u)
+        here = with_velocities(flying, at_state(flying, state), u)
         return jax.jvp(momenta, (psi, u), (psi_dot, u_dot))[1], hamilton.tree_momentum_rate(flying, here)
 
     expected, (found, powers) = both(psi, u)

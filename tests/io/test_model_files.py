@@ -45,7 +45,7 @@ MORE = {
     "partial": mbs.Actuator(jax.tree_util.Partial(test_scalar_laws.torque_curve, jnp.array(2.0))),
     "cyclic": reductions.Cyclic(12, 2, {"left": "right"}),
     "mirror": reductions.Mirror("x"),
-    "physical": reductions.Physical(),
+    "physical": reductions.Unreduced(),
     "characteristic": reductions.Characteristic(4),
     "limit": mbs.Limit("bearing", "load", upper=np.array([4e3, np.inf])),
     "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
@@ -102,7 +102,11 @@ def test_every_thing_comes_back(tmp_path):
 
 
 def test_every_class_is_tried():
-    tried = {type(thing) for thing in THINGS.values()} | {reductions.Reduced, reductions.Family, reductions.Motions}
+    tried = {type(thing) for thing in THINGS.values()} | {
+        reductions.Reduced,
+        reductions.SymmetrySubspace,
+        reductions.VirtualMotions,
+    }
     for room in (forces, joints, elements, reductions):
         for name in room.__all__:
             kind = getattr(room, name)

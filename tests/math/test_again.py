@@ -7,12 +7,12 @@ import pytest
 from jax import lax
 
 from jaxmbs.math._spd import spd_solve
-from jaxmbs.runtime._remat import SMALL, again, factor
+from jaxmbs.runtime._remat import SMALL, remat, save_factor
 
 
 def test_a_solution_is_not_looked_for_again():
     def value(x):
-        return jnp.sum(again(lambda x: jnp.sin(spd_solve(jnp.diag(x), jnp.ones(3))))(x))
+        return jnp.sum(remat(lambda x: jnp.sin(spd_solve(jnp.diag(x), jnp.ones(3))))(x))
 
     x = jnp.array([1.0, 2.0, 4.0])
     np.testing.assert_allclose(jax.grad(value)(x), -jnp.cos(1.0 / x) / x**2, rtol=1e-12)
@@ -22,7 +22,7 @@ def test_a_solution_is_not_looked_for_again():
 @pytest.mark.parametrize("size, times", [(SMALL, 1), (SMALL + 1, 2)], ids=["small", "large"])
 def test_factors_are_kept_where_they_are_small(size, times):
     def value(x):
-        return jnp.sum(again(lambda x: x * factor(lax.stop_gradient(jnp.tan(x))))(x))
+        return jnp.sum(remat(lambda x: x * save_factor(lax.stop_gradient(jnp.tan(x))))(x))
 
     x = jnp.linspace(0.0, 1.0, size)
     np.testing.assert_allclose(jax.grad(value)(x), jnp.tan(x), rtol=1e-12)

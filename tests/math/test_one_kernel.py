@@ -13,7 +13,7 @@ import jaxmbs as mbs
 from jaxmbs.runtime import _jit as jit_module
 from jaxmbs.runtime import _small_call as module
 from jaxmbs.runtime._jit import jit, options
-from jaxmbs.runtime._small_call import MARKED, marks, one_kernel
+from jaxmbs.runtime._small_call import MARKED, marks, small_call
 from tests.zoo.mechanisms import four_bar, four_bar_state
 
 X = jnp.array([0.3, 1.2])
@@ -45,7 +45,7 @@ def test_values_and_derivatives_are_those_of_the_loop(marked):
         y, count, odd, empty = three_times(lambda y: jnp.where(never, unused, jnp.sin(y) * x[0]), x, loop)
         return y + count.astype(float) + odd.astype(float), empty
 
-    found, plain = (jit(functools.partial(run, loop=loop)) for loop in (one_kernel, lambda loop: loop))
+    found, plain = (jit(functools.partial(run, loop=loop)) for loop in (small_call, lambda loop: loop))
     assert MARK in text(found, X) and MARK not in text(plain, X)
     for f, g in ((found, plain), [jit(jax.jacfwd(h)) for h in (found, plain)]):
         jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-15), f(X), g(X))
@@ -66,13 +66,13 @@ def test_values_and_derivatives_are_those_of_the_loop(marked):
     ids=["sort", "LAPACK", "FFT", "in a branch", "callback", "large product"],
 )
 def test_what_no_kernel_holds_is_not_marked(marked, step):
-    run = functools.partial(three_times, step, loop=one_kernel)
+    run = functools.partial(three_times, step, loop=small_call)
     assert MARK not in text(run, X)
     np.testing.assert_allclose(jit(run)(X)[0], three_times(step, X)[0], rtol=1e-14)
 
 
 def test_whole_numbers_that_a_double_cannot_hold_are_not_marked():
-    run = one_kernel(lambda big: lax.fori_loop(0, 3, lambda k, x: x + 1, big))
+    run = small_call(lambda big: lax.fori_loop(0, 3, lambda k, x: x + 1, big))
     assert MARK not in text(run, jnp.asarray(2**60 + 1))
 
 
@@ -90,7 +90,7 @@ def test_where_marks_are_set(monkeypatch, kind):
 
 
 def test_no_marks_in_a_program_of_the_users(marked):
-    run = jit(functools.partial(three_times, jnp.sin, loop=one_kernel))
+    run = jit(functools.partial(three_times, jnp.sin, loop=small_call))
     assert MARK not in jax.jit(run).lower(X).as_text()
 
 

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.runtime._gather import FEW, RUNS, TOGETHER, over_rows, take
+from jaxmbs.runtime._gather import FEW, RUNS, TOGETHER, gather_static, map_chunked
 
 X = np.random.default_rng(0).normal(size=(9, 2, 3))
 PLACES = {
@@ -23,9 +23,9 @@ PLACES = {
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
 def test_take(places):
     places = np.asarray(places, int)
-    np.testing.assert_array_equal(take(jnp.asarray(X), places), X[places])
+    np.testing.assert_array_equal(gather_static(jnp.asarray(X), places), X[places])
     weight = np.random.default_rng(1).normal(size=X[places].shape)
-    found = jax.grad(lambda x: jnp.sum(weight * take(x, places)))(jnp.asarray(X))
+    found = jax.grad(lambda x: jnp.sum(weight * gather_static(x, places)))(jnp.asarray(X))
     wanted = np.zeros_like(X)
     np.add.at(wanted, places, weight)
     np.testing.assert_allclose(found, wanted, rtol=1e-14)
@@ -34,7 +34,7 @@ def test_take(places):
 @pytest.mark.parametrize("number", [1, TOGETHER, TOGETHER + 1, 3 * TOGETHER])
 def test_over_rows(number):
     x, t = jnp.asarray(np.random.default_rng(2).normal(size=(number, 3))), jnp.arange(float(number))
-    value = lambda x: over_rows(lambda row: jnp.sin(row[0]) * row[1], (x, t))  # noqa: E731
+    value = lambda x: map_chunked(lambda row: jnp.sin(row[0]) * row[1], (x, t))  # noqa: E731
     np.testing.assert_allclose(value(x), np.sin(x) * np.asarray(t)[:, None], rtol=1e-15)
     gradient = jax.grad(lambda x: jnp.sum(value(x)))(x)
     np.testing.assert_allclose(gradient, np.cos(x) * np.asarray(t)[:, None], rtol=1e-15)

@@ -9,7 +9,7 @@ from jax.extend.core import jaxpr_as_fun
 
 from jaxmbs.math._linalg import saddle_solve, small_matmul
 from jaxmbs.runtime._jaxpr import equations
-from jaxmbs.runtime._small_call import MARKED, one_kernel
+from jaxmbs.runtime._small_call import MARKED, small_call
 from jaxmbs.runtime._small_products import as_sums
 
 RANDOM = np.random.default_rng(4)
@@ -69,7 +69,7 @@ def test_inside_of_loops_and_calls(function):
 
 def test_a_marked_loop_keeps_its_products():
     def loop(A):
-        return one_kernel(lambda x: lax.fori_loop(0, 3, lambda _, x: A @ x, x))(A)
+        return small_call(lambda x: lax.fori_loop(0, 3, lambda _, x: A @ x, x))(A)
 
     with MARKED(True):
         _, _, left = both(jax.vmap(loop), jnp.asarray(M))

@@ -35,7 +35,7 @@ def _component():
 
 
 CASES = {
-    "reductions.Physical": reduction(lambda z: call()),
+    "reductions.Unreduced": reduction(lambda z: call()),
     "reductions.Guyan": reduction(lambda z: call()),
     "reductions.CraigBampton": reduction(lambda z: call(1)),
     "reductions.Hurty": reduction(lambda z: call(1, (0,))),
@@ -56,7 +56,7 @@ CASES = {
             )
         ),
     ),
-    "reductions.turned": case(lambda z: call(z.free_beam, np.eye(3)[[1, 2, 0]])),
+    "reductions.rotated": case(lambda z: call(z.free_beam, np.eye(3)[[1, 2, 0]])),
     "reductions.virtual_work": case(
         lambda z: call(z.chain, z.x, np.ones(1), {"b": 1.0}), "system nan inside: the work of forces that are given"
     ),
@@ -94,7 +94,7 @@ CASES = {
     "reductions.frequency_errors": case(lambda z: call(z.chain, z.small, 2)),
     "reductions.num_modes_up_to": case(lambda z: call(z.chain, 0.25, 2.0), positive="frequency factor"),
     "coupling.rigid": case(lambda z: call("one.a", "two.a"), "* name: connect refuses it"),
-    "coupling.joint": case(
+    "coupling.hinge": case(
         lambda z: call("one.a", "two.a", free="x", axes=np.eye(3)),
         "* name: connect refuses it",
         "axes *: connect refuses it",
@@ -139,13 +139,13 @@ CASES = {
     "coupling.cqc_correlation": case(
         lambda z: call(np.array([1.0, 2.0]), np.array([0.25, 0.5])), "omega shape: refused with other ratios"
     ),
-    "coupling.combine": case(
+    "coupling.combine_modal_maxima": case(
         lambda z: call(z.x, "cqc", np.ones(3), 0, np.eye(3)), "values shape: any number of cases"
     ),
     "coupling.limit_loads": case(
         lambda z: call(np.ones((2, 2)), np.array([[1.0, 2.0]]), "cqc", np.ones(2), (np.eye(1), np.eye(2)))
     ),
-    "coupling.shortfall": case(
+    "coupling.truncation_shortfall": case(
         lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 4.0])), "truth inf: all of it is missing"
     ),
     "experiment.check_suspension": case(

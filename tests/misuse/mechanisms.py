@@ -152,7 +152,7 @@ CASES = {
             )
         ),
     ),
-    "design.scattered": case(
+    "design.propagate_uncertainty": case(
         lambda z: call(_square, {"x": 2.0}, {"x": 0.5}, 90.0, 16, 1),
         "samples huge: as many",
         "seed huge: any",

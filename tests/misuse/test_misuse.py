@@ -20,17 +20,18 @@ CASES = {**mechanisms.CASES, **parts.CASES, **matrices.CASES, **components.CASES
 EXEMPT = {
     "answers, made by the library": """
         analysis.Equilibrium analysis.Linearisation analysis.StateSpace analysis.Stiffness coupling.BaseMotion
-        coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy coupling.MeasuredNetwork
-        coupling.ModalPairs coupling.Network batching.Batch design.History design.Optimum reaction.JointReaction
-        reaction.Reactions experiment.VirtualPoint fem.Coordinates fem.Group flexible.FloatingFrame kinematics.Kic
-        kinematics.SecondKic linear.Check vibration.HarmonicResponse vibration.LinearMotion vibration.ModalMotion
-        vibration.Modes linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks
-        motion.Motion motion.Peak motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions
+        coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
+        coupling.MeasuredNetwork coupling.ModalPairs coupling.Network batching.Batch design.History
+        design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.Coordinates
+        fem.Group flexible.FloatingFrame kinematics.Kic kinematics.SecondKic linear.Check
+        vibration.HarmonicResponse vibration.LinearMotion vibration.ModalMotion vibration.Modes
+        linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
+        motion.Peak motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions
         statics.ReactionFamily statics.ReactionMatrix statics.Redundancy blocksparse.Factor blocksparse.Plan
-        jaxmbs.Program jaxmbs.Status experiment.Suspension vibration.ResonanceGains reductions.Family
-        reductions.Motions design.Front design.LimitResult design.Scatter design.Tolerance reaction.Actuation
-        reaction.DriveLoad reaction.LawForce reaction.RowLoad studies.Designs io.Deck io.Imported io.JointLimits
-        io.Mesh
+        jaxmbs.Program jaxmbs.Status experiment.Suspension vibration.ResonanceGains reductions.SymmetrySubspace
+        reductions.VirtualMotions design.Front design.LimitResult design.Uncertainty design.Tolerance
+        reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad studies.Designs io.Deck
+        io.Imported io.JointLimits io.Mesh
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
@@ -46,11 +47,11 @@ EXEMPT = {
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
-        viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.Swing viz.animate viz.plot_bode viz.plot_campbell
-        viz.plot_envelope viz.plot_front viz.plot_limits viz.plot_mac viz.plot_modes viz.plot_nyquist
-        viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views viz.scene viz.swing
-        studies.sweep demo.run jaxmbs.cache jaxmbs.export
-        jaxmbs.load_program jaxmbs.jit jaxmbs.report_compiles
+        viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
+        viz.plot_campbell viz.plot_envelope viz.plot_front viz.plot_limits viz.plot_mac viz.plot_modes
+        viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
+        viz.scene viz.animate_mode studies.sweep demo.run jaxmbs.cache jaxmbs.export jaxmbs.load_program
+        jaxmbs.jit jaxmbs.report_compiles
     """,
 }
 # whose calls compile for more than a second

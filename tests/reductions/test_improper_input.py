@@ -6,7 +6,7 @@ import pytest
 import scipy.sparse
 
 from jaxmbs import blocksparse as bs
-from jaxmbs.coupling import bushing, connect, joint, rigid
+from jaxmbs.coupling import bushing, connect, hinge, rigid
 from jaxmbs.errors import ModelError
 from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, Hurty, reduce
@@ -60,7 +60,7 @@ def test_axes_of_bonds():
     """Rows that are no axes would scale the forces; left-handed ones turn moments round."""
     part = LinearSystem(mass=np.eye(6), stiffness=np.eye(6), interface=["n"], coordinates=NODE)
     for axes in (2 * np.eye(3), -np.eye(3), np.ones((3, 3))):
-        for bond in (joint("part", free="x", axes=axes), bushing("part", stiffness=np.ones(6), axes=axes)):
+        for bond in (hinge("part", free="x", axes=axes), bushing("part", stiffness=np.ones(6), axes=axes)):
             with pytest.raises(ModelError, match="its axes must be three unit vectors"):
                 connect({"part": part}, {"bond": bond})
 

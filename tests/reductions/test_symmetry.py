@@ -15,7 +15,7 @@ from jaxmbs.elements import DIRECTIONS, Beam
 from jaxmbs.errors import ModelError
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.linear import LinearSystem
-from jaxmbs.reductions import CraigBampton, Cyclic, Mirror, reduce, turned
+from jaxmbs.reductions import CraigBampton, Cyclic, Mirror, reduce, rotated
 from jaxmbs.vibration import modes
 
 ACROSS_X = np.diag([-1.0, 1.0, 1.0])
@@ -116,7 +116,7 @@ def test_two_families_are_the_portal():
 
 def test_mirror_image_joined_to_the_half():
     part, whole = half(), portal()
-    net = connect({"left": part, "right": turned(part, ACROSS_X)}, {"middle": rigid("left.p", "right.p")})
+    net = connect({"left": part, "right": rotated(part, ACROSS_X)}, {"middle": rigid("left.p", "right.p")})
     np.testing.assert_allclose(squared([net]), squared([whole]), rtol=1e-8)
 
 
@@ -340,13 +340,13 @@ def test_a_reduced_sector_has_its_way_back():
 def test_a_turned_sector_is_one_made_in_its_new_place():
     """Matrices and places by NumPy; of a reduced one the interface turns, and the way back leads to the old axes."""
     Q, part = scipy.spatial.transform.Rotation.from_rotvec([0.3, -0.5, 0.9]).as_matrix(), sector(5)
-    whole, E = turned(part, Q), np.kron(np.eye(6), Q)
+    whole, E = rotated(part, Q), np.kron(np.eye(6), Q)
     np.testing.assert_allclose(whole.stiffness, E @ np.asarray(part.stiffness) @ E.T, atol=1e-12)
     np.testing.assert_allclose(whole.positions, np.asarray(part.positions) @ Q.T, atol=1e-12)
     small = reduce(part.with_interface("low", "high", "low+", "high+", "hub"), CraigBampton(2))
     rho = np.random.default_rng(0).normal(size=17)
     there = np.r_[E[:15, :15] @ rho[:15], rho[15:]]
-    again = turned(small, Q)
+    again = rotated(small, Q)
     np.testing.assert_allclose(again.expand(there), small.expand(rho), atol=1e-12)
     np.testing.assert_allclose(there @ again.stiffness @ there, rho @ np.asarray(small.stiffness) @ rho, rtol=1e-9)
 
@@ -364,8 +364,11 @@ def test_a_turned_sector_is_one_made_in_its_new_place():
         (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "low+"}, axis="r")), "axis 'r' is none of"),
         (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "high+"})), "'low' does not come to 'high\\+'"),
         (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "low+ x"})), "differ in their coordinates"),
-        (lambda: turned(half(), np.eye(3) * 2), "square to each other"),
-        (lambda: turned(LinearSystem(mass=np.eye(1), stiffness=np.eye(1), coordinates=["a x"]), about_z(0.3)), "a x"),
+        (lambda: rotated(half(), np.eye(3) * 2), "square to each other"),
+        (
+            lambda: rotated(LinearSystem(mass=np.eye(1), stiffness=np.eye(1), coordinates=["a x"]), about_z(0.3)),
+            "a x",
+        ),
     ],
 )
 def test_faults_are_told(wrong, said):

@@ -207,7 +207,7 @@ def test_a_notebook_shows_it(shown):
 def test_a_mode_of_a_structure_swings():
     structure = plate()
     clamped = fem.assemble(structure)
-    mode = viz.swing(clamped, mbs.modes(clamped, num=2), 1)
+    mode = viz.animate_mode(clamped, mbs.modes(clamped, num=2), 1)
     assert np.allclose(mode.displacement[0], mode.displacement[-1]) and np.isclose(mode.ts[-1], 1 / mode.frequency)
     data = viz.scene(clamped, mode, structures=structure).data
     (mesh,) = data["stages"][0]["meshes"]
@@ -227,7 +227,7 @@ def test_what_has_no_positions_is_told():
     with pytest.raises(mbs.ModelError, match="no positions"):
         viz.scene(bare, np.zeros((3, 2)))
     with pytest.raises(ValueError, match="there are 2 modes"):
-        viz.swing(bare, mbs.modes(bare), 2)
+        viz.animate_mode(bare, mbs.modes(bare), 2)
 
 
 def test_a_mode_of_a_mechanism_keeps_its_loops_to_first_order(four_bar):
@@ -237,14 +237,14 @@ def test_a_mode_of_a_mechanism_keeps_its_loops_to_first_order(four_bar):
     made = mbs.vibration.Modes(jnp.ones(2), jnp.array([[1.0 + 0j, 1.0], [2j, -2j]]), roots == 0, roots)
     gaps = []
     for amplitude in (1e-2, 1e-3):
-        seen = film(system, viz.swing(system, made, 0, state, amplitude, frames=5))
+        seen = film(system, viz.animate_mode(system, made, 0, state, amplitude, frames=5))
         index = system.topology.frame_index
         gaps.append(np.linalg.norm(seen.x[0, index["C.parent"]] - seen.x[0, index["C.child"]]))
         moved = np.linalg.norm(seen.x[0, index["C.parent"]] - seen.x[2, index["C.parent"]])
         assert moved > 0.1 * amplitude
     assert gaps[1] < 0.02 * gaps[0] < 0.02 * 1e-3
     with pytest.raises(mbs.ModelError, match="about a state"):
-        viz.swing(system, made, 0)
+        viz.animate_mode(system, made, 0)
 
 
 def chain(start):
@@ -258,7 +258,7 @@ def chain(start):
 def test_a_mode_of_a_network_swings():
     """Five masses in a row, free: the shapes are cosines, both components move alike where they meet."""
     net = connect({"left": chain(0.0), "right": chain(2.0)}, {"weld": rigid("left.n2", "right.n0")})
-    mode = viz.swing(net, mbs.modes(net), 1)
+    mode = viz.animate_mode(net, mbs.modes(net), 1)
     left, right = moving_meshes(net, mode.displacement).values()
     assert [len(mesh.bars) for mesh, _ in (left, right)] == [2, 2]
     np.testing.assert_allclose(left[1][:, 2], right[1][:, 0], atol=1e-9)

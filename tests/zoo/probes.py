@@ -16,7 +16,7 @@ from jaxmbs.dynamics._efforts import efforts, stored_energy
 from jaxmbs.dynamics._energy import energies
 from jaxmbs.kinematics import _kic as first
 from jaxmbs.kinematics import _kic_second as second
-from jaxmbs.kinematics._configuration import at_state, elsewhere, moving
+from jaxmbs.kinematics._configuration import at_coordinates, at_state, with_velocities
 from jaxmbs.kinematics._kic import velocity_map
 from jaxmbs.kinematics._poses import coordinate_rate
 
@@ -57,7 +57,7 @@ def motion(system, state):
 
     def followed(psi, u, t):
         now = mbs.State(t, psi, u)
-        here = moving(system, at_state(system, now), u)
+        here = with_velocities(system, at_state(system, now), u)
         kinetic, potential = energies(system, here)
         return {
             "places": {name: mbs.position(system, now, name) for name in names},
@@ -79,7 +79,7 @@ def motion(system, state):
         "angular_accelerations": {name: mbs.angular_acceleration(system, state, name, u_dot) for name in names},
         "frames": {name: mbs.position(system, state, name) for name in system.topology.frame_names},
         "pull": mbs.constraint_jacobian(system, state).T @ multipliers,
-        "powers": efforts(system, moving(system, at, u))[2],
+        "powers": efforts(system, with_velocities(system, at, u))[2],
         "canonical": hamilton.canonical_rate(system, at, values["momenta"]),
         "loads": mbs.reactions(system, state),
     }
@@ -117,11 +117,11 @@ def fields(system, state):
 
 def _canonical(system, at, u):
     """The rate of the paper's momenta Gamma^T P, and the velocities."""
-    momenta = hamilton.momenta(system, moving(system, at, u))
+    momenta = hamilton.momenta(system, with_velocities(system, at, u))
     psi_dot, rate, _, found = hamilton.canonical_rate(system, at, momenta)
 
     def seen(psi):
-        return velocity_map(system, elsewhere(system, at, psi))[0].T @ momenta
+        return velocity_map(system, at_coordinates(system, at, psi))[0].T @ momenta
 
     return velocity_map(system, at)[0].T @ rate + jax.jvp(seen, (at.psi,), (psi_dot,))[1], found
 
@@ -159,14 +159,14 @@ def bonds(system, state):
     along = (coordinate_rate(system.topology, psi, u), mbs.forward_dynamics(system, state)[0], jnp.ones_like(t))
 
     def energy(psi, u, t):
-        at = moving(system, at_state(system, mbs.State(t, psi, u)), u)
+        at = with_velocities(system, at_state(system, mbs.State(t, psi, u)), u)
         return *energies(system, at), stored_energy(system, at)
 
     return {
         "powers": {view: mbs.bond_powers(system, state, view) for view in VIEWS},
         "equations": {view: state_equations(system, state, view) for view in VIEWS},
         "energy_rates": jax.jvp(energy, (psi, u, t), along)[1],
-        "of_elements": efforts(system, moving(system, at, u))[2],
+        "of_elements": efforts(system, with_velocities(system, at, u))[2],
         "truth": _state_equations(system, state, at),
         "phi_dot": dynamics.independent_rates(system, state),
     }
@@ -176,6 +176,6 @@ def _state_equations(system, state, at):
     """(p_dot, phi_dot, q_dot) by the paper's state equations, or with drives by those that are integrated."""
     if not system.rows:
         return dynamics.state_equations(system, state)
-    p = velocity_map(system, at)[0].T @ hamilton.momenta(system, moving(system, at, state.velocities))
+    p = velocity_map(system, at)[0].T @ hamilton.momenta(system, with_velocities(system, at, state.velocities))
     _, p_dot, _, u = hamilton.independent_rate(system, at, p)
     return p_dot, u[first.independent_columns(system)], u[first.dependent_columns(system)]

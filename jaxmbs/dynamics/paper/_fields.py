@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...errors import ModelError
-from ...kinematics._configuration import Configuration, at_state, configuration, elsewhere, moving
+from ...kinematics._configuration import Configuration, at_coordinates, at_state, configuration, with_velocities
 from ...kinematics._kic import body_kic, dependent_columns, independent_columns, velocity_map
 from ...kinematics._kic_second import along_independent
 from ...kinematics._mobility import at_independent, system_at
@@ -141,7 +141,7 @@ def _body_momenta(system, at, V, b):
     """Angular momenta about the centres and momenta (bodies, 6), of what the independent velocities make of the
     motion of the bodies V (bodies, 6) and what the drives add, velocities b (nv,)."""
     rate = coordinate_rate(system.topology, at.psi, b)
-    free = jax.jvp(lambda psi: _com_and_axes(system, elsewhere(system, at, psi)), (at.psi,), (rate,))[1]
+    free = jax.jvp(lambda psi: _com_and_axes(system, at_coordinates(system, at, psi)), (at.psi,), (rate,))[1]
     V = V + _free_twist(system, at, free)
     turning = jnp.einsum("bcd,bd->bc", world_inertias(system, at), V[:, :3])
     return jnp.concatenate([turning, system.mass[:, None] * V[:, 3:]], axis=1)
@@ -177,6 +177,6 @@ def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
     inertia = _field(system, at, G, G)
     momenta = _body_momenta(system, at, G @ rates, b)
     phi_dot = spd_solve(inertia, inertia @ rates)
-    p_dot = jnp.einsum("bcn,bc->n", G_dot, momenta) + effort_along(system, moving(system, at, u), Gamma)
+    p_dot = jnp.einsum("bcn,bc->n", G_dot, momenta) + effort_along(system, with_velocities(system, at, u), Gamma)
     dependent = dependent_columns(system)
     return p_dot, phi_dot, Gamma[dependent] @ phi_dot + b[dependent]

@@ -15,7 +15,7 @@ from ...kinematics._mobility import at_independent
 from ...kinematics._state import State
 from ...math._spd import spd_solve
 from ...model._system import System
-from ...runtime import typed
+from ...runtime import as_dtype
 from ...typing import ArrayLike, Scalar
 from ._fields import refuse_other_coordinates
 
@@ -59,7 +59,7 @@ def hamiltonian_slopes(
 def _momenta(system, at, state, given):
     if given is None:
         return velocity_map(system, at)[0].T @ (mass_matrix(system, at) @ state.velocities)
-    p, count = typed(given, at.psi.dtype), len(independent_columns(system))
+    p, count = as_dtype(given, at.psi.dtype), len(independent_columns(system))
     if p.shape != (count,):
         raise ValueError(f"momenta belong to the {count} independent velocities; their shape is {p.shape}")
     return p

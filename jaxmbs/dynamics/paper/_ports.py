@@ -6,13 +6,13 @@
 import jax
 from jaxtyping import Array, Float
 
-from ...kinematics._configuration import Configuration, Moving, at_state, moving, resting
+from ...kinematics._configuration import Configuration, VelocityKinematics, at_rest, at_state, with_velocities
 from ...kinematics._kic import velocity_map
 from ...kinematics._mobility import at_independent
 from ...kinematics._state import State
 from ...model._system import System
 from .._bodies import bodies_of, total
-from .._conservative_efforts import source_pull, stored_pull
+from .._conservative_efforts import conservative_efforts, source_pull
 from .._efforts import efforts
 from .._loads import Loads, on_columns
 
@@ -38,7 +38,7 @@ def weights(system: System, at: Configuration, Gamma):
 def compliance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64), (67)."""
     at, Gamma = _at(system, state)
-    return Gamma.T @ stored_pull(system, at)(at)
+    return Gamma.T @ conservative_efforts(system, at)(at)
 
 
 @at_independent
@@ -48,8 +48,8 @@ def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
     Source: S2 (72)-(73), on the system (72 prints the effort into the element).
     """
     at, Gamma = _at(system, state)
-    at = moving(system, at, state.velocities)
-    return Gamma.T @ (_of_elements(system, at) - _of_elements(system, resting(system, at)))
+    at = with_velocities(system, at, state.velocities)
+    return Gamma.T @ (_of_elements(system, at) - _of_elements(system, at_rest(system, at)))
 
 
 @at_independent
@@ -64,7 +64,7 @@ def resistance_field(system: System, state: State) -> Float[Array, "N N"]:
 
 def resistance(system: System, at: Configuration, Gamma, u):
     """`resistance_field` at velocities u (nv,), with Gamma (nv, N) of `velocity_map`."""
-    return -Gamma.T @ jax.jacfwd(lambda u: _of_elements(system, moving(system, at, u)))(u) @ Gamma
+    return -Gamma.T @ jax.jacfwd(lambda u: _of_elements(system, with_velocities(system, at, u)))(u) @ Gamma
 
 
 @at_independent
@@ -84,9 +84,9 @@ def source_effort(system: System, state: State) -> Float[Array, " N"]:
 def total_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
     at, Gamma = _at(system, state)
-    return effort_along(system, moving(system, at, state.velocities), Gamma)
+    return effort_along(system, with_velocities(system, at, state.velocities), Gamma)
 
 
-def effort_along(system: System, at: Moving, Gamma):
+def effort_along(system: System, at: VelocityKinematics, Gamma):
     """`total_effort` with Gamma (nv, N) of `velocity_map`."""
     return Gamma.T @ _of_elements(system, at) + weights(system, at, Gamma)

@@ -12,7 +12,7 @@ from ... import design, elements, fem, flexible, forces, joints, linear, model, 
 from ...builder import _declarations as declarations
 from ...builder._elastic import Elastic
 from ...model._elastic import ElasticBody
-from ...typing import Explained
+from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
 from ..robots._springs import ServoEffort
 
@@ -33,7 +33,7 @@ ROWS = {
 _registered: dict[str, Any] = {}
 
 
-def register(name: str, item: Explained[Callable]) -> None:
+def register(name: str, item: WordedError[Callable]) -> None:
     """Let model files speak of your own function or class by a name; under a name given before it replaces that.
 
     A function's own numbers are not in the file: make them fields of an `equinox.Module` class, register the class.

@@ -13,7 +13,7 @@ from ...elements._base import number
 from ...fem import Group, Structure, assemble, assemble_dense
 from ...linear import LinearSystem
 from ...linear._storage import inexact
-from ...typing import AnyArray, Converted
+from ...typing import AnyArray, Convertible
 from ._coordinates import Coordinates
 from ._groups import AbstractCards, Numbers
 from ._lumped import Lumps
@@ -37,11 +37,11 @@ class Deck(eqx.Module):
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    positions: Converted[Float[Array, "nodes 3"]] = eqx.field(converter=number)
+    positions: Convertible[Float[Array, "nodes 3"]] = eqx.field(converter=number)
     materials: dict[str, Any]
     properties: dict[str, Any]
     elements: dict[str, AbstractCards]
-    mass: Converted[Float[Array, ""]] = eqx.field(converter=number)
+    mass: Convertible[Float[Array, ""]] = eqx.field(converter=number)
     coordinates: Coordinates
     fixed: tuple[tuple[int, int], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)

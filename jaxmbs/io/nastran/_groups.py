@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from ...elements import AbstractElement, Beam, Hexahedron, Quadrilateral, Rod, Triangle
 from ...elements._base import number, optional
-from ...typing import Converted
+from ...typing import Convertible
 
 
 class Numbers(NamedTuple):
@@ -57,9 +57,9 @@ class Bars(AbstractCards):
     """
 
     property: str = eqx.field(static=True)
-    vectors: Converted[Float[Array, "elements 3"]] = eqx.field(converter=number)
+    vectors: Convertible[Float[Array, "elements 3"]] = eqx.field(converter=number)
     third: tuple[int, ...] = eqx.field(static=True)
-    offsets: Converted[Float[Array, "elements 2 3"] | None] = eqx.field(converter=optional)
+    offsets: Convertible[Float[Array, "elements 2 3"] | None] = eqx.field(converter=optional)
     releases: tuple[str, ...] = eqx.field(static=True)
     polar: bool = eqx.field(static=True)
 

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from ...elements import AbstractElement, GroundSpring, PointMass, Spring
 from ...elements._base import number, optional
 from ...elements._parts import along
-from ...typing import Converted
+from ...typing import Convertible
 from ._groups import AbstractCards, Numbers
 
 
@@ -21,9 +21,9 @@ class Masses(AbstractCards):
             offset in basic axes; or None.
     """
 
-    mass: Converted[Float[Array, " elements"]] = eqx.field(converter=number)
-    offset: Converted[Float[Array, "elements 3"] | None] = eqx.field(converter=optional)
-    inertia: Converted[Float[Array, "elements 3 3"] | None] = eqx.field(converter=optional)
+    mass: Convertible[Float[Array, " elements"]] = eqx.field(converter=number)
+    offset: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=optional)
+    inertia: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=optional)
 
     def element(self, numbers: Numbers) -> AbstractElement:
         """Point masses."""
@@ -57,8 +57,8 @@ class ScalarSpring(AbstractElement):
         what: "stiffness", "mass" or "damping".
     """
 
-    rate: Converted[Float[Array, "..."]] = eqx.field(converter=number)
-    ends: Converted[Float[Array, "... k 6"]] = eqx.field(converter=number)
+    rate: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
+    ends: Convertible[Float[Array, "... k 6"]] = eqx.field(converter=number)
     what: str = eqx.field(static=True, default="stiffness")
 
     num_nodes = 2
@@ -115,8 +115,8 @@ class ScalarSprings(AbstractCards):
     """
 
     property: str = eqx.field(static=True)
-    rate: Converted[Float[Array, " elements"] | None] = eqx.field(converter=optional)
-    ends: Converted[Float[Array, "elements k 6"]] = eqx.field(converter=number)
+    rate: Convertible[Float[Array, " elements"] | None] = eqx.field(converter=optional)
+    ends: Convertible[Float[Array, "elements k 6"]] = eqx.field(converter=number)
     what: str = eqx.field(static=True)
 
     def element(self, numbers: Numbers) -> AbstractElement:
@@ -155,9 +155,9 @@ class Bushes(AbstractCards):
     """
 
     property: str = eqx.field(static=True)
-    axes: Converted[Float[Array, "elements 3 3"] | None] = eqx.field(converter=optional)
-    vectors: Converted[Float[Array, "elements 3"] | None] = eqx.field(converter=optional)
-    place: Converted[Float[Array, " elements"]] = eqx.field(converter=number)
+    axes: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=optional)
+    vectors: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=optional)
+    place: Convertible[Float[Array, " elements"]] = eqx.field(converter=number)
 
     def element(self, numbers: Numbers) -> AbstractElement:
         """Springs of six directions, between two nodes or to ground."""

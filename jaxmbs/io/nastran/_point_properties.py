@@ -6,10 +6,10 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from ...elements._base import number, optional
-from ...typing import Converted
+from ...typing import Convertible
 from ._cards import Card, positive
 
-Scalar = Converted[Float[Array, ""]]
+Scalar = Convertible[Float[Array, ""]]
 
 
 class Bush(eqx.Module):
@@ -19,8 +19,8 @@ class Bush(eqx.Module):
         stiffness: (6,) [N/m, N m/rad]; damping: (6,) [N s/m, N m s/rad], or None.
     """
 
-    stiffness: Converted[Float[Array, "6"]] = eqx.field(converter=number)
-    damping: Converted[Float[Array, "6"] | None] = eqx.field(converter=optional)
+    stiffness: Convertible[Float[Array, "6"]] = eqx.field(converter=number)
+    damping: Convertible[Float[Array, "6"] | None] = eqx.field(converter=optional)
 
 
 class ScalarProperty(eqx.Module):

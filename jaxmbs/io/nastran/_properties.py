@@ -7,15 +7,15 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from ...elements._base import number, optional
-from ...typing import Converted
+from ...typing import Convertible
 from ._cards import NEEDED, Card, positive
 from ._point_properties import bush, scalar, scalar_damper, scalar_mass
 from ._sections import SECTIONS
 
 #: Shear factor of plates without transverse shear: what is left of it is below a thousandth of what 5/6 gives.
 _NO_SHEAR = 1000.0
-Scalar = Converted[Float[Array, ""]]
-OptionalScalar = Converted[Float[Array, ""] | None]
+Scalar = Convertible[Float[Array, ""]]
+OptionalScalar = Convertible[Float[Array, ""] | None]
 
 
 class Material(eqx.Module):
@@ -60,7 +60,7 @@ class Section(eqx.Module):
     inertia_2: Scalar = eqx.field(converter=number)
     torsion: Scalar = eqx.field(converter=number)
     line_mass: Scalar = eqx.field(converter=number)
-    shear: Converted[Float[Array, "2"] | None] = eqx.field(converter=optional)
+    shear: Convertible[Float[Array, "2"] | None] = eqx.field(converter=optional)
     material: str = eqx.field(static=True)
 
 

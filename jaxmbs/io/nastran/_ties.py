@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from ...elements._base import number
 from ...elements._parts import carried
-from ...typing import AnyArray, Converted
+from ...typing import AnyArray, Convertible
 
 Pair = tuple[int, int]  # place of a node, direction 0 to 5
 Axes = Callable[[tuple[int, ...]], Array]  # (nodes, 3, 3) of many nodes
@@ -73,7 +73,7 @@ class Mean(AbstractTie):
     reference: int = eqx.field(static=True)
     directions: tuple[int, ...] = eqx.field(static=True)
     averaged: tuple[Pair, ...] = eqx.field(static=True)
-    weights: Converted[Float[Array, " terms"]] = eqx.field(converter=number)
+    weights: Convertible[Float[Array, " terms"]] = eqx.field(converter=number)
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
@@ -128,7 +128,7 @@ class Combined(AbstractTie):
     """
 
     terms: tuple[Pair, ...] = eqx.field(static=True)
-    factors: Converted[Float[Array, " terms"]] = eqx.field(converter=number)
+    factors: Convertible[Float[Array, " terms"]] = eqx.field(converter=number)
 
     @property
     def pairs(self) -> tuple[Pair, ...]:

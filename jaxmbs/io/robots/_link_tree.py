@@ -50,7 +50,7 @@ class Link(NamedTuple):
         return [f"{self.name}.{joint.name}" for joint in self.joints[:-1]] + [self.name]
 
 
-class Home(NamedTuple):
+class LinkPlacement(NamedTuple):
     """Where a link is in the mechanism: its body, and its pose in that body."""
 
     body: str
@@ -59,18 +59,20 @@ class Home(NamedTuple):
 
 def declare(
     builder: SystemBuilder, links: list[Link], welds: bool = False, any_inertia: bool = False
-) -> dict[str | None, Home]:
+) -> dict[str | None, LinkPlacement]:
     """Bodies, joints and frames of links, parents before children; the home of every link, None that of the ground.
 
     Args: welds: a fixed link stays a body; else it is a frame of the body that carries it, its mass added there;
         any_inertia: inertias may break A + B >= C.
     """
-    homes: dict[str | None, Home] = {None: Home(GROUND, HERE)}
+    homes: dict[str | None, LinkPlacement] = {None: LinkPlacement(GROUND, HERE)}
     parts: dict[str, list] = {}
     for link in links:
         carrier = homes[link.parent]
         fixed = link.is_fixed and not welds
-        homes[link.name] = Home(carrier.body, after(carrier.pose, link.place)) if fixed else Home(link.name, HERE)
+        homes[link.name] = (
+            LinkPlacement(carrier.body, after(carrier.pose, link.place)) if fixed else LinkPlacement(link.name, HERE)
+        )
         body, (R, p) = homes[link.name]
         parts.setdefault(body, []).append((link.mass, R @ link.com + p, R @ link.inertia @ R.T))
     for link in links:

@@ -12,7 +12,7 @@ from ...forces._fields import number
 from ...forces._signals import as_signal
 from ...joints import Coupler, Revolute
 from ...model._pose import Pose
-from ...typing import Converted, Scalar, Vector3
+from ...typing import Convertible, Scalar, Vector3
 from ._imported import Names, listed
 from ._mujoco_model import FREE, SCALAR, rotation, span
 
@@ -71,10 +71,10 @@ def _rotor(builder, joint, inertia):
 class ServoEffort(eqx.Module):
     """`gear (gain u + bias . (1, gear x, gear v))` of a control u(t), the affine actuators of MuJoCo."""
 
-    control: Converted[Callable[..., Any]] = eqx.field(converter=as_signal)
-    gain: Converted[Scalar] = eqx.field(converter=number)
-    bias: Converted[Vector3] = eqx.field(converter=number)
-    gear: Converted[Scalar] = eqx.field(converter=number)
+    control: Convertible[Callable[..., Any]] = eqx.field(converter=as_signal)
+    gain: Convertible[Scalar] = eqx.field(converter=number)
+    bias: Convertible[Vector3] = eqx.field(converter=number)
+    gear: Convertible[Scalar] = eqx.field(converter=number)
 
     def __call__(self, x, v, t):
         own = self.bias[0] + self.gear * (self.bias[1] * x + self.bias[2] * v)

@@ -21,7 +21,7 @@ from ._trajectory import film
 _SAME = 1e-7  # singular values below this share of the largest are left out
 
 
-class Act:
+class SceneObject:
     """One system and its motion: `ts` (T,), `points` (n, 3) that it reaches, `gravity`, `frequency` of a mode [Hz].
 
     `traceable` are the names that paths can be drawn of.
@@ -42,7 +42,7 @@ class Act:
         return None
 
 
-def act_of(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> Act:
+def act_of(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> SceneObject:
     """The act of a mechanism or a linear system.  Raises: TypeError for anything else."""
     if isinstance(system, System):
         return MechanismAct(system, motion, structures, scale)
@@ -51,7 +51,7 @@ def act_of(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> Act:
     raise TypeError(f"a scene is of a System or a LinearSystem, not of a {type(system).__name__}")
 
 
-class MechanismAct(Act):
+class MechanismAct(SceneObject):
     """Bodies on joints; elastic ones as meshes where their structures are given."""
 
     def __init__(self, system, motion, structures, scale):
@@ -143,7 +143,7 @@ def _bound(limit):
     return least if np.isfinite(least) else None
 
 
-class LinearAct(Act):
+class LinearAct(SceneObject):
     """Meshes of a linear system, or of all components of a network."""
 
     def __init__(self, system, motion, structures, scale):

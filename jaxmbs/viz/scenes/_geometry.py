@@ -16,7 +16,7 @@ from .._body_shapes import guessed, inertia_box
 from .._drawable import body_frames, distinct, slides, spans, torsions
 from ._solids import Solid, icosphere, rounded_hull, swept, turned_to, unit_coil, unit_cone, unit_cylinder
 from ._torsion_solids import torsion_solids
-from ._trajectory import Film
+from ._trajectory import FrameTrajectory
 
 STEEL, DARK, PALE, BRASS = "#8d99a6", "#3a444e", "#c3ccd4", "#b8863b"
 _MANY = 40  # bodies; more are drawn with fewer corners
@@ -60,7 +60,9 @@ class Solids:
 class Set:
     """The items of one mechanism; `radius` [m] is that of its bars, `up` (3,) where no gravity pulls."""
 
-    def __init__(self, system, film: Film, solids: Solids, radius: ScalarLike, up: np.ndarray, shapes: Mapping):
+    def __init__(
+        self, system, film: FrameTrajectory, solids: Solids, radius: ScalarLike, up: np.ndarray, shapes: Mapping
+    ):
         self.system, self.top, self.film = system, system.topology, film
         self.solids, self.r, self.up, self.shapes = solids, radius, up, shapes
         self.items: list[dict] = []
@@ -257,7 +259,7 @@ class Set:
         self.items.append({"name": f"path of {name}", "solid": solid, "body": 0, "color": ink(color), "trace": True})
 
 
-def tracks(film: Film, bodies: int) -> np.ndarray:
+def tracks(film: FrameTrajectory, bodies: int) -> np.ndarray:
     """Position and quaternion x y z w (T, 1 + bodies, 7) of the ground and all bodies, without jumps of sign."""
     R, x = film.R[:, : bodies + 1], film.x[:, : bodies + 1]
     q = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat().reshape(*R.shape[:2], 4)

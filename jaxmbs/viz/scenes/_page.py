@@ -16,7 +16,7 @@ from ...errors import ModelError, UnknownNameError
 from ...linear._system import LinearSystem
 from ...model._system import System
 from ...typing import ScalarLike
-from ._actors import Act, act_of
+from ._actors import SceneObject, act_of
 from ._geometry import Solids, encoded
 from ._view import distance, view_of
 
@@ -203,7 +203,7 @@ def _floor(view, extent, points, count):
     return {"floor": wide, "cells": wide / step, "angle": angle, "camera": camera}
 
 
-def _clock(act: Act):
+def _clock(act: SceneObject):
     """How fast it plays, and what the clock shows."""
     span = float(act.ts[-1] - act.ts[0])
     if act.frequency is not None:

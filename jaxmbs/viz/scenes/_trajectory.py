@@ -11,7 +11,7 @@ from ...model._system import System
 from ...runtime import jit
 
 
-class Film(NamedTuple):
+class FrameTrajectory(NamedTuple):
     """Times ts (T,), rotations R (T, frames, 3, 3) and positions x (T, frames, 3) of all frames, those of joints and
     bodies included; `axes` (3,) by joint name, in axes of its first frame: what it turns about or slides along."""
 
@@ -33,7 +33,7 @@ class Film(NamedTuple):
         return float(np.max(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
-def film(system: System, motion: Any) -> Film:
+def film(system: System, motion: Any) -> FrameTrajectory:
     """The film of a motion, of a State, or of several with one leading axis; times never reached are left out."""
     states = states_of(system, motion)
     if states.coordinates.ndim == 1:
@@ -43,7 +43,7 @@ def film(system: System, motion: Any) -> Film:
     there = np.all(np.isfinite(x), axis=(1, 2)) & np.isfinite(ts)
     if np.any(there):
         R, x, W, ts = (part[there] for part in (R, x, W, ts))
-    return Film(ts, R, x, _axes(system, R[0], W[0]))
+    return FrameTrajectory(ts, R, x, _axes(system, R[0], W[0]))
 
 
 @jit(compile="quick")
