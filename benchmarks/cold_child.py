@@ -141,7 +141,7 @@ def sizes(system, state, motion):
         "reactions": lambda s: mbs.reactions(s, motion),
         "linearise": lambda s: mbs.linearise(s, state),
         "stiffness": lambda s: mbs.stiffness(s, state),
-        "kic": lambda s: mbs.kic(s, state),
+        "kic": lambda s: mbs.kinematics.kic(s, state),
     }
     for name, question in asked.items():
         found[f"{name}: equations"] = equations(of_system(question), numbers)
@@ -164,7 +164,7 @@ def main(case, folder=None):
         sizes(*value())
     elif case == "store":
         system, state, _ = value()
-        mbs.export(force, (system, state), Path(folder) / "force.mbs")
+        mbs.runtime.export(force, (system, state), Path(folder) / "force.mbs")
         main("stored", folder)
     elif case == "stored":
         stored(folder)
@@ -182,7 +182,7 @@ def main(case, folder=None):
 
 def stored(folder):
     """The stored question: its value, then its gradient by the system."""
-    program, system = mbs.load_program(Path(folder) / "force.mbs"), four_bar(NUMBERS)
+    program, system = mbs.runtime.load_program(Path(folder) / "force.mbs"), four_bar(NUMBERS)
     state = begin(system)
     jax.block_until_ready(program(system, state))
     lap("stored, value")

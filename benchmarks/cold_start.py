@@ -1,8 +1,8 @@
 """From import to answer: CPU seconds, programs, equations and bytes of cold processes, beside another commit.
 
 Each case is a process of its own without XLA_FLAGS and without a cache, but for "second process" (what
-`jaxmbs.cache` kept of a first one) and "stored program" (`jaxmbs.export`, with that cache).  `--before COMMIT` runs
-the same cases with that commit's library; each figure is the least of `--repeats` processes.
+`jaxmbs.cache` kept of a first one) and "stored program" (`jaxmbs.runtime.export`, with that cache).
+`--before COMMIT` runs the same cases with that commit's library; each figure is the least of `--repeats` processes.
 """
 
 import os

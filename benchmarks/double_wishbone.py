@@ -59,7 +59,9 @@ def _upright(points, b):
     for name, ends in RODS.items():
         inner, outer = (points[end] for end in ends.split())
         length = jnp.linalg.norm(outer - inner)
-        b.constraint(name, mbs.Distance(length), between=(("ground", inner), ("upright", outer - points["AO"])))
+        b.constraint(
+            name, mbs.joints.Distance(length), between=(("ground", inner), ("upright", outer - points["AO"]))
+        )
 
 
 def free(points, like=None):
@@ -74,7 +76,7 @@ def loaded(points, length, place, force=LOAD, like=None):
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     _upright(points, b)
     ends = (("ground", points["S"]), ("upright", points["LO"] - points["AO"]))
-    b.constraint("strut", mbs.Distance(length), between=ends)
+    b.constraint("strut", mbs.joints.Distance(length), between=ends)
     b.force("load", mbs.Force(force), on=("upright", place))
     return b.build(like=like)
 

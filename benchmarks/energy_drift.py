@@ -49,8 +49,8 @@ def theirs(integrator, ts):
 def energy_error(system, ts, q, v):
     """Error of the total energy (T,) and the peak kinetic energy [J]."""
     states = mbs.State(jnp.asarray(ts), jnp.asarray(q), jnp.asarray(v))
-    kinetic = np.asarray(jax.vmap(lambda s: mbs.kinetic_energy(system, s))(states))
-    potential = np.asarray(jax.vmap(lambda s: mbs.potential_energy(system, s))(states))
+    kinetic = np.asarray(jax.vmap(lambda s: mbs.dynamics.kinetic_energy(system, s))(states))
+    potential = np.asarray(jax.vmap(lambda s: mbs.dynamics.potential_energy(system, s))(states))
     total = kinetic + potential
     return total - total[0], np.max(kinetic)
 

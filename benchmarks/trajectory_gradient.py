@@ -30,7 +30,12 @@ class Ours:
     def final(self, masses):
         system = eqx.tree_at(lambda s: s.mass, self.system, masses)
         motion = mbs.simulate(
-            system, self.start, ts=np.array([self.steps * DT]), dt=DT, solver=mbs.SemiImplicitEuler(), throw=False
+            system,
+            self.start,
+            ts=np.array([self.steps * DT]),
+            dt=DT,
+            solver=mbs.motion.SemiImplicitEuler(),
+            throw=False,
         )
         return motion.states.coordinates[-1]
 

@@ -28,141 +28,68 @@ from . import (
     vibration,
     viz,
 )
-from .analysis._equilibrium import Equilibrium
-from .analysis._linearise import Linearisation, StateSpace, linearise
-from .analysis._stiffness import stiffness
-from .batching import Batch, batch
-from .bondgraph import bond_graph, bond_powers
+from .analysis import linearise, stiffness
+from .batching import batch
 from .builder import SystemBuilder
 from .design import Limit, minimise
-from .dynamics._energy import kinetic_energy, potential_energy
-from .dynamics._newton_euler import forward_dynamics, mass_matrix
-from .dynamics._points import acceleration, angular_acceleration
+from .dynamics import forward_dynamics, mass_matrix
 from .errors import AssemblyError, BatchError, ModelError, ModelFileError, SimulationError, UnknownNameError
 from .forces import (
     PD,
-    AbstractBodyLaw,
-    AbstractLaw,
-    AbstractPoseLaw,
-    AbstractScalarLaw,
-    AbstractSignal,
-    AbstractSystemLaw,
     Actuator,
     BumpStop,
     Bushing,
-    Constant,
     CoulombFriction,
     Force,
-    GeneralisedEffort,
     Harmonic,
-    Polynomial,
     Ramp,
     Spline,
     SpringDamper,
     Step,
     Table,
     Torque,
-    Wrench,
 )
-from .io import load_model, register, save_model
-from .joints import (
-    AbstractClosure,
-    AbstractJoint,
-    Coupler,
-    Cylindrical,
-    Distance,
-    FramePath,
-    Free,
-    KnifeEdge,
-    Planar,
-    PointOnLine,
-    PointOnPlane,
-    Prismatic,
-    Revolute,
-    RollingDisk,
-    RollingSphere,
-    Rows,
-    Screw,
-    Spherical,
-    Universal,
-    VelocityRows,
-    Weld,
-)
-from .kinematics._constraint_rows import constraint_jacobian, constraint_residual
-from .kinematics._kic import kic
-from .kinematics._kic_second import kic_rate, kic_second, point_kic
-from .kinematics._points import angular_velocity, jacobian, position, rotation, velocity
-from .kinematics._state import State
-from .kinematics._state_sweep import branch, states_along
-from .linear._system import LinearSystem
+from .io import load_model, save_model
+from .joints import Coupler, Cylindrical, Free, Planar, Prismatic, Revolute, Screw, Spherical, Universal, Weld
+from .kinematics import State, position, rotation, velocity
+from .linear import LinearSystem
 from .model import Pose, System, inertia, rotations
-from .model._elastic import ElasticBody
-from .motion import Gauss4, ImplicitMidpoint, Motion, Peak, SemiImplicitEuler, peak
-from .reaction import inverse_dynamics, reaction_bonds
-from .runtime import Program, export, load_program, report_compiles
+from .motion import Motion
+from .reaction import inverse_dynamics
 from .runtime._cache import cache, jit
 from .status import Status
 from .studies import sweep
 from .verbs import check, equilibrium, frequency_response, modes, reactions, simulate
 
 __all__ = [
-    "AbstractBodyLaw",
-    "AbstractClosure",
-    "AbstractJoint",
-    "AbstractLaw",
-    "AbstractPoseLaw",
-    "AbstractScalarLaw",
-    "AbstractSignal",
-    "AbstractSystemLaw",
     "Actuator",
     "AssemblyError",
-    "Batch",
     "BatchError",
     "BumpStop",
     "Bushing",
-    "Constant",
     "CoulombFriction",
     "Coupler",
     "Cylindrical",
-    "Distance",
-    "ElasticBody",
-    "Equilibrium",
     "Force",
-    "FramePath",
     "Free",
-    "Gauss4",
-    "GeneralisedEffort",
     "Harmonic",
-    "ImplicitMidpoint",
-    "KnifeEdge",
     "Limit",
     "LinearSystem",
-    "Linearisation",
     "ModelError",
     "ModelFileError",
     "Motion",
     "PD",
-    "Peak",
     "Planar",
-    "PointOnLine",
-    "PointOnPlane",
-    "Polynomial",
     "Pose",
     "Prismatic",
-    "Program",
     "Ramp",
     "Revolute",
-    "RollingDisk",
-    "RollingSphere",
-    "Rows",
     "Screw",
-    "SemiImplicitEuler",
     "SimulationError",
     "Spherical",
     "Spline",
     "SpringDamper",
     "State",
-    "StateSpace",
     "Status",
     "Step",
     "System",
@@ -171,31 +98,20 @@ __all__ = [
     "Torque",
     "Universal",
     "UnknownNameError",
-    "VelocityRows",
     "Weld",
-    "Wrench",
-    "acceleration",
     "analysis",
-    "angular_acceleration",
-    "angular_velocity",
     "batch",
     "batching",
     "blocksparse",
-    "bond_graph",
-    "bond_powers",
     "bondgraph",
-    "branch",
     "cache",
     "check",
-    "constraint_jacobian",
-    "constraint_residual",
     "coupling",
     "design",
     "dynamics",
     "elements",
     "equilibrium",
     "experiment",
-    "export",
     "fem",
     "flexible",
     "forces",
@@ -204,40 +120,27 @@ __all__ = [
     "inertia",
     "inverse_dynamics",
     "io",
-    "jacobian",
     "jit",
     "joints",
-    "kic",
-    "kic_rate",
-    "kic_second",
     "kinematics",
-    "kinetic_energy",
     "linear",
     "linearise",
     "load_model",
-    "load_program",
     "mass_matrix",
     "minimise",
     "model",
     "modes",
     "motion",
     "ode",
-    "peak",
-    "point_kic",
     "position",
-    "potential_energy",
     "reaction",
-    "reaction_bonds",
     "reactions",
     "reductions",
-    "register",
-    "report_compiles",
     "rotation",
     "rotations",
     "runtime",
     "save_model",
     "simulate",
-    "states_along",
     "statics",
     "stiffness",
     "studies",

@@ -46,7 +46,7 @@ system = b.build()
 
 # %%
 for view in ("detailed", "inertia", "hamiltonian"):
-    graph = mbs.bond_graph(system, view)
+    graph = mbs.bondgraph.bond_graph(system, view)
     print(view, len(graph.elements), "elements; dependent inertias:", graph.dependent)
     display(SVG(viz.draw_bond_graph(graph)))
 
@@ -56,9 +56,9 @@ for view in ("detailed", "inertia", "hamiltonian"):
 # %%
 state = mbs.State.at(system, shoulder=0.4)
 motion = mbs.simulate(system, state, t1=0.5 if FAST else 5.0)
-powers = mbs.bond_powers(system, motion, "detailed")
+powers = mbs.bondgraph.bond_powers(system, motion, "detailed")
 gap = max(float(np.max(np.abs(value))) for value in junction_residual(powers).values())
 print("largest power that a junction keeps [W]:", gap)
 assert gap < 1e-9
-viz.plot_power(motion, mbs.bond_powers(system, motion, "hamiltonian"), by="kind")
+viz.plot_power(motion, mbs.bondgraph.bond_powers(system, motion, "hamiltonian"), by="kind")
 plt.gcf().set_size_inches(7, 5)

@@ -61,10 +61,10 @@ def suspension(H, travel=0.0, rack=0.0, force=(0.0, 0.0, 0.0), place=None, like=
     for arm, points in {"lower": ("LF", "LR", "LO"), "upper": ("UF", "UR", "UO")}.items():
         for name, (first, second) in zip(points, (("ground", arm), ("ground", arm), (arm, "upright")), strict=True):
             b.joint(name, mbs.Spherical(), first, second, at=H[name])
-    tie = mbs.Distance(jnp.linalg.norm(H["TO"] - H["TI"]))
+    tie = mbs.joints.Distance(jnp.linalg.norm(H["TO"] - H["TI"]))
     b.constraint("tie rod", tie, between=(("ground", H["TI"] + rack * AXES[1]), ("upright", H["TO"])))
     strut(b, H)
-    lead = mbs.FramePath((H["AO"][2] + travel) * UP, hold=("z",))
+    lead = mbs.joints.FramePath((H["AO"][2] + travel) * UP, hold=("z",))
     b.constraint("travel", lead, between=("ground", ("upright", H["AO"])))
     b.force("road", mbs.Force(jnp.asarray(force, float)), on=("upright", H["AO"] if place is None else place))
     return b.build(like=like, cut=["foot", "LR", "LO", "UR", "UO"])
@@ -173,7 +173,7 @@ def bushed(H):
             if name[0] == ball[0]:
                 rubber = mbs.Bushing(stiffness=(2e6, 50.0), damping=(2e3, 0.05))
                 b.force(name, rubber, between=(("ground", H[name]), (arm, H[name])))
-    tie = mbs.Distance(jnp.linalg.norm(H["TO"] - H["TI"]))
+    tie = mbs.joints.Distance(jnp.linalg.norm(H["TO"] - H["TI"]))
     b.constraint("tie rod", tie, between=(("ground", H["TI"]), ("upright", H["TO"])))
     spring = mbs.SpringDamper(60e3, free_length=jnp.linalg.norm(H["D"] - H["S"]))
     b.force("spring", spring, between=(("ground", H["S"]), ("lower", H["D"])))
@@ -182,7 +182,7 @@ def bushed(H):
 
 soft = bushed(POINTS)
 design = mbs.State.at(soft)
-coefficients = mbs.kic(soft, design)  # of the upright: turning, and sliding at its centre of mass
+coefficients = mbs.kinematics.kic(soft, design)  # of the upright: turning, and sliding at its centre of mass
 turning, sliding = (np.asarray(part["upright"]) for part in (coefficients.rotational, coefficients.translational))
 arm = np.asarray(patches[12] - POINTS["AO"])
 J = np.concatenate([sliding + np.cross(turning, arm, axis=0), turning])

@@ -42,7 +42,7 @@ PLACES = {  # of the cylinders' pins [m]: foot and eye
 }
 CARRIERS = {"boom_cyl": ("ground", "boom"), "stick_cyl": ("boom", "stick"), "bucket_cyl": ("stick", "rocker")}
 CYLINDERS = tuple(PLACES)
-CUT = mbs.FramePath(  # [m], [rad]: a level cut of 1.6 m, the bucket curling
+CUT = mbs.joints.FramePath(  # [m], [rad]: a level cut of 1.6 m, the bucket curling
     position=mbs.Step(0.0, 4.0, (7.2, 0.0, 0.0), (5.6, 0.0, 0.0)),
     rotation=mbs.Step(0.0, 4.0, (0.0, 0.0, -1.2), (0.0, 0.0, -1.8)),
     hold=("x", "y", "rz"),

@@ -101,7 +101,7 @@ MODELS = [
     case("to itself", joint(parent="spare"), "joint 'hang': parent and child are both 'spare'"),
     case("not a joint", joint("revolute"), "joint 'hang': its kind must be a joint .* got 'revolute'"),
     case("a class", joint(mbs.Revolute), "joint 'hang': its kind must be a joint"),
-    case("a closure", joint(mbs.Distance(1.0)), "joint 'hang': its kind must be a joint"),
+    case("a closure", joint(mbs.joints.Distance(1.0)), "joint 'hang': its kind must be a joint"),
     case("no frame", joint(parent_frame="ear"), "joint 'hang': parent_frame 'ear' is not a frame"),
     case(
         "frame elsewhere", joint(child_frame="eye"), "joint 'hang': child_frame 'eye' lies on 'arm', not on 'spare'"
@@ -145,14 +145,20 @@ MODELS = [
         "force 'pull': damping must not be negative",
     ),
     case(
-        "rod of no length", constraint(mbs.Distance(0.0), between=("ground", "hand")), "constraint 'tie': its length"
+        "rod of no length",
+        constraint(mbs.joints.Distance(0.0), between=("ground", "hand")),
+        "constraint 'tie': its length",
     ),
     case(
         "rod to what",
-        constraint(mbs.Distance(1.0), between=("ground", "leg")),
+        constraint(mbs.joints.Distance(1.0), between=("ground", "leg")),
         "constraint 'tie': there is no body or frame 'leg'",
     ),
-    case("rod to none", constraint(mbs.Distance(1.0)), r"constraint 'tie': Distance takes between=\(frame, frame\)"),
+    case(
+        "rod to none",
+        constraint(mbs.joints.Distance(1.0)),
+        r"constraint 'tie': Distance takes between=\(frame, frame\)",
+    ),
     case("gear on what", constraint(mbs.Coupler({"elbow": 1.0})), "constraint 'tie': there is no joint 'elbow'"),
     case("idle gear", constraint(mbs.Coupler({"wrist": 0.0})), "constraint 'tie': all its coefficients are zero"),
     case("not a constraint", constraint(SPRING), "constraint 'tie': .* is not a constraint"),
@@ -301,7 +307,9 @@ def test_a_held_coordinate_that_contradicts_a_drive():
     assert set(caught.value.residuals) == {"wrist"}
 
 
-@pytest.mark.parametrize("ask", [mbs.position, mbs.rotation, mbs.velocity, mbs.jacobian, mbs.acceleration])
+@pytest.mark.parametrize(
+    "ask", [mbs.position, mbs.rotation, mbs.velocity, mbs.kinematics.jacobian, mbs.dynamics.acceleration]
+)
 def test_unknown_frames(system, ask):
     state = mbs.State(jnp.zeros(()), jnp.zeros(2), jnp.zeros(2))
     with pytest.raises(mbs.UnknownNameError, match="there is no body or frame 'leg'; there are: ground, arm"):

@@ -70,46 +70,46 @@ def model(name):
 
 
 def scaled(system, state, k):
-    return mbs.potential_energy(system, state) * k
+    return mbs.dynamics.potential_energy(system, state) * k
 
 
 QUESTIONS = {
-    "acceleration": lambda s, x: mbs.acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
-    "angular_acceleration": lambda s, x: mbs.angular_acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
-    "angular_velocity": lambda s, x: mbs.angular_velocity(s, x, "a"),
+    "acceleration": lambda s, x: mbs.dynamics.acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
+    "angular_acceleration": lambda s, x: mbs.dynamics.angular_acceleration(s, x, "a", jnp.zeros(x.velocities.shape)),
+    "angular_velocity": lambda s, x: mbs.kinematics.angular_velocity(s, x, "a"),
     "batch": lambda s, x: mbs.batch(functools.partial(scaled, s, x), jnp.arange(1.0, 3.0), progress=False).values,
-    "bond_graph": lambda s, x: mbs.bond_graph(s),
-    "bond_powers": lambda s, x: mbs.bond_powers(s, x),
+    "bond_graph": lambda s, x: mbs.bondgraph.bond_graph(s),
+    "bond_powers": lambda s, x: mbs.bondgraph.bond_powers(s, x),
     "check": lambda s, x: mbs.check(s),
-    "constraint_jacobian": mbs.constraint_jacobian,
-    "constraint_residual": mbs.constraint_residual,
+    "constraint_jacobian": mbs.kinematics.constraint_jacobian,
+    "constraint_residual": mbs.kinematics.constraint_residual,
     "equilibrium": mbs.equilibrium,
     "forward_dynamics": mbs.forward_dynamics,
     "frequency_response": lambda s, x: mbs.frequency_response(mbs.linearise(s, x), jnp.array([1.0])),
     "inverse_dynamics": lambda s, x: mbs.inverse_dynamics(s, x, jnp.zeros(x.velocities.shape)),
-    "jacobian": lambda s, x: mbs.jacobian(s, x, "a"),
-    "kic": mbs.kic,
-    "kic_rate": lambda s, x: mbs.kic_rate(
-        mbs.kic_second(s, x).translational["a"], mbs.kic(s, x).translational["a"][0]
+    "jacobian": lambda s, x: mbs.kinematics.jacobian(s, x, "a"),
+    "kic": mbs.kinematics.kic,
+    "kic_rate": lambda s, x: mbs.kinematics.kic_rate(
+        mbs.kinematics.kic_second(s, x).translational["a"], mbs.kinematics.kic(s, x).translational["a"][0]
     ),
-    "kic_second": mbs.kic_second,
-    "kinetic_energy": mbs.kinetic_energy,
+    "kic_second": mbs.kinematics.kic_second,
+    "kinetic_energy": mbs.dynamics.kinetic_energy,
     "linearise": mbs.linearise,
     "mass_matrix": mbs.mass_matrix,
     "minimise": lambda s, x: mbs.minimise(
-        lambda d: (d["k"] - 1.0) ** 2 + 0.0 * mbs.potential_energy(s, x),
+        lambda d: (d["k"] - 1.0) ** 2 + 0.0 * mbs.dynamics.potential_energy(s, x),
         {"k": 0.3},
         {"k": (0.0, 2.0)},
         progress=False,
     ),
     "modes": mbs.modes,
-    "peak": lambda s, x: mbs.peak(
-        s, mbs.simulate(s, x, t1=0.3, ts=[0.15, 0.2, 0.3]), lambda y: mbs.potential_energy(s, y)
+    "peak": lambda s, x: mbs.motion.peak(
+        s, mbs.simulate(s, x, t1=0.3, ts=[0.15, 0.2, 0.3]), lambda y: mbs.dynamics.potential_energy(s, y)
     ),
-    "point_kic": lambda s, x: mbs.point_kic(s, x, "a"),
+    "point_kic": lambda s, x: mbs.kinematics.point_kic(s, x, "a"),
     "position": lambda s, x: mbs.position(s, x, "a"),
-    "potential_energy": mbs.potential_energy,
-    "reaction_bonds": lambda s, x: mbs.reaction_bonds(s, x),
+    "potential_energy": mbs.dynamics.potential_energy,
+    "reaction_bonds": lambda s, x: mbs.reaction.reaction_bonds(s, x),
     "reactions": mbs.reactions,
     "reactions of a motion": lambda s, x: mbs.reactions(s, mbs.simulate(s, x, ts=[0.15, 0.2, 0.3])),
     "rotation": lambda s, x: mbs.rotation(s, x, "a"),

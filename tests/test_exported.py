@@ -32,7 +32,7 @@ ASKED = """
 import collections, sys
 count = collections.Counter()
 jax.monitoring.register_event_duration_secs_listener(lambda event, *_, fun_name="", **__: count.update([fun_name]))
-program = mbs.load_program(sys.argv[1])
+program = mbs.runtime.load_program(sys.argv[1])
 system = pendulum(3.0)
 state = mbs.State.at(system, pin=0.7)
 slope = jax.grad(lambda s: jnp.sum(program(s, state)["pin"].force ** 2))(system)
@@ -46,7 +46,7 @@ exec(MODEL)
 def stored(tmp_path_factory):
     system = pendulum(2.0)  # noqa: F821
     example = system, mbs.State.at(system, pin=1.0)
-    return mbs.export(loads, example, tmp_path_factory.mktemp("stored") / "loads.mbs")  # noqa: F821
+    return mbs.runtime.export(loads, example, tmp_path_factory.mktemp("stored") / "loads.mbs")  # noqa: F821
 
 
 @pytest.mark.long
@@ -64,7 +64,7 @@ def test_another_process_asks_it_with_another_mass_and_traces_no_model(stored):
 
 @pytest.mark.slow
 def test_it_runs_inside_of_a_jit_and_names_its_results(stored):
-    program, system = mbs.load_program(stored), pendulum(2.5)  # noqa: F821
+    program, system = mbs.runtime.load_program(stored), pendulum(2.5)  # noqa: F821
     state = mbs.State.at(system, pin=1.0)
     found, wanted = jax.jit(program)(system, state), loads(system, state)  # noqa: F821
     assert list(found) == ["pin"] and type(found) is type(wanted)
@@ -73,7 +73,7 @@ def test_it_runs_inside_of_a_jit_and_names_its_results(stored):
 
 @pytest.mark.slow
 def test_another_structure_is_refused(stored):
-    program, system = mbs.load_program(stored), pendulum(2.0, name="weight")  # noqa: F821
+    program, system = mbs.runtime.load_program(stored), pendulum(2.0, name="weight")  # noqa: F821
     with pytest.raises(ValueError, match="not of the structure that 'loads' was exported with"):
         program(system, mbs.State.at(system, pin=1.0))
     with pytest.raises(ValueError, match=r"it takes float64\[3\]"):
@@ -83,10 +83,10 @@ def test_another_structure_is_refused(stored):
 @pytest.mark.slow
 def test_files_that_do_not_fit(stored, tmp_path):
     with pytest.raises(OSError, match="nowhere"):
-        mbs.load_program(tmp_path / "nowhere")
+        mbs.runtime.load_program(tmp_path / "nowhere")
     (tmp_path / "text").write_text("no program")
     with pytest.raises(ValueError, match="no program that `export` stored"):
-        mbs.load_program(tmp_path / "text")
+        mbs.runtime.load_program(tmp_path / "text")
     for field, value, said in (("jax", "0.1.2", "stored with jax 0.1.2"), ("platforms", ["tpu"], "stored for tpu")):
         with zipfile.ZipFile(stored) as old, zipfile.ZipFile(tmp_path / field, "w") as new:
             for name in old.namelist():
@@ -95,14 +95,14 @@ def test_files_that_do_not_fit(stored, tmp_path):
                     content = json.dumps({**json.loads(content), field: value})
                 new.writestr(name, content)
         with pytest.raises(ValueError, match=said):
-            mbs.load_program(tmp_path / field)
+            mbs.runtime.load_program(tmp_path / field)
 
 
 def test_examples_that_are_no_numbers():
     with pytest.raises(TypeError, match="example must be the tuple of arguments, got float"):
-        mbs.export(jnp.sin, 1.0, "unused")
+        mbs.runtime.export(jnp.sin, 1.0, "unused")
     with pytest.raises(TypeError, match="argument\\[0\\]\\['law'\\] is no number"):
-        mbs.export(lambda d: d["x"], ({"law": "linear", "x": 1.0},), "unused")
+        mbs.runtime.export(lambda d: d["x"], ({"law": "linear", "x": 1.0},), "unused")
 
 
 def hung(law):
@@ -133,8 +133,8 @@ def test_laws_of_one_name_are_told_apart(make, tmp_path):
     system = hung(make(2.0))
     state = mbs.State.at(system, pin=0.7)
     spring = lambda s, x: mbs.reactions(s, x)["pin"].effort  # noqa: E731
-    mbs.export(spring, (system, state), tmp_path / "spring")
-    program = mbs.load_program(tmp_path / "spring")
+    mbs.runtime.export(spring, (system, state), tmp_path / "spring")
+    program = mbs.runtime.load_program(tmp_path / "spring")
     again = hung(make(2.0))
     assert jax.tree.structure(again) == jax.tree.structure(system)
     np.testing.assert_allclose(program(again, state), spring(system, state))
@@ -143,18 +143,18 @@ def test_laws_of_one_name_are_told_apart(make, tmp_path):
 
 
 def test_a_failing_export_keeps_the_good_file(tmp_path):
-    path = mbs.export(jnp.sin, (jnp.zeros(2),), tmp_path / "sine")
+    path = mbs.runtime.export(jnp.sin, (jnp.zeros(2),), tmp_path / "sine")
     with pytest.raises(TypeError, match="cannot be stored as data"):
-        mbs.export(lambda x: jax.tree_util.Partial(lambda y: y, x), (jnp.zeros(2),), path)
+        mbs.runtime.export(lambda x: jax.tree_util.Partial(lambda y: y, x), (jnp.zeros(2),), path)
     with pytest.raises(ZeroDivisionError):
-        mbs.export(lambda x: x * (1 // 0), (jnp.zeros(2),), path)
-    np.testing.assert_allclose(mbs.load_program(path)(jnp.ones(2)), np.sin(np.ones(2)))
+        mbs.runtime.export(lambda x: x * (1 // 0), (jnp.zeros(2),), path)
+    np.testing.assert_allclose(mbs.runtime.load_program(path)(jnp.ones(2)), np.sin(np.ones(2)))
     assert [entry.name for entry in tmp_path.iterdir()] == ["sine"]
 
 
 def test_damaged_files_are_refused_in_words(tmp_path):
     """Cut and flipped at many places: a ValueError that names the file, or the right answer."""
-    path = mbs.export(jnp.sin, (jnp.zeros(2),), tmp_path / "sine")
+    path = mbs.runtime.export(jnp.sin, (jnp.zeros(2),), tmp_path / "sine")
     good, chance = path.read_bytes(), np.random.default_rng(0)
     for trial in range(60):
         bad = bytearray(good)
@@ -164,13 +164,13 @@ def test_damaged_files_are_refused_in_words(tmp_path):
             bad[chance.integers(len(good))] ^= 1 << int(chance.integers(8))
         path.write_bytes(bytes(bad))
         try:
-            found = mbs.load_program(path)(jnp.ones(2))
+            found = mbs.runtime.load_program(path)(jnp.ones(2))
         except ValueError as error:
             assert "sine" in str(error)
         else:
             np.testing.assert_allclose(found, np.sin(np.ones(2)))
     with pytest.raises(ValueError, match="is no file"):
-        mbs.load_program(tmp_path)
+        mbs.runtime.load_program(tmp_path)
 
 
 class Ran(Exception):

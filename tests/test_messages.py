@@ -46,7 +46,7 @@ def test_things_of_another_kind(pendulum):
         (lambda: mbs.linearise(pendulum, motion), "not a Motion: take one of its states"),
         (lambda: mbs.forward_dynamics("pendulum", state), "a System is needed.* not a str"),
         (lambda: mbs.State.at(state, pin=1.0), "a System is needed.* not a State"),
-        (lambda: mbs.bond_graph(state, "detailed", pendulum), "a System is needed"),
+        (lambda: mbs.bondgraph.bond_graph(state, "detailed", pendulum), "a System is needed"),
         (lambda: mbs.check(state), "a System is needed"),
         (lambda: mbs.position(pendulum, state, 3.0), r"a frame is the name .*, or \(name, point\), not 3.0"),
         (lambda: mbs.State("now", [0.3], [0.0]), "the t of a State are no real numbers: .*now"),
@@ -123,7 +123,7 @@ def test_a_point_asked_for(pendulum):
     with pytest.raises(ValueError, match=r"a point of 'bob' needs three numbers, got shape \(2,\)"):
         mbs.position(pendulum, mbs.State.at(pendulum), ("bob", (0.0, 1.0)))
     with pytest.raises(ValueError, match=r"accelerations: shape \(2,\), not \(1,\)"):
-        mbs.acceleration(pendulum, mbs.State.at(pendulum), "bob", np.zeros(2))
+        mbs.dynamics.acceleration(pendulum, mbs.State.at(pendulum), "bob", np.zeros(2))
 
 
 # ------------------------------------------------------------------ elements, matrices

@@ -18,8 +18,8 @@ QUESTIONS = {
     "linearise": lambda system, state: mbs.linearise(system, state, inputs=["cranc"]),
     "reactions": lambda system, state: mbs.reactions(system, state)["cranc"],
     "compliance": lambda system, state: mbs.reactions(system, state, compliance={"cranc": 1.0}),
-    "bond graph": lambda system, state: mbs.bond_graph(system)["cranc"],
-    "network": lambda system, state: mbs.statics.bond_reactions(*mbs.reaction_bonds(system, state))["cranc"],
+    "bond graph": lambda system, state: mbs.bondgraph.bond_graph(system)["cranc"],
+    "network": lambda system, state: mbs.statics.bond_reactions(*mbs.reaction.reaction_bonds(system, state))["cranc"],
     "elastic body": lambda system, state: mbs.flexible.deformations(system, state, "cranc"),
 }
 

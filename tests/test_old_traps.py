@@ -44,7 +44,7 @@ class Strut(Rod):
         return self.oil * self.stiffness(nodes)
 
 
-class Drag(mbs.AbstractScalarLaw):
+class Drag(mbs.forces.AbstractScalarLaw):
     """A user's law whose fields are named like others' and mean something else."""
 
     damping: jnp.ndarray = eqx.field(converter=number, default=0.0)
@@ -89,7 +89,7 @@ def test_no_function_takes_matrices_by_position():
 
 def test_matrices_of_an_elastic_body_by_position():
     with pytest.raises(TypeError, match="positional"):
-        mbs.ElasticBody(jnp.eye(34), jnp.eye(7), jnp.eye(7), jnp.zeros((1, 3)), ("root", "tip"))
+        mbs.flexible.ElasticBody(jnp.eye(34), jnp.eye(7), jnp.eye(7), jnp.zeros((1, 3)), ("root", "tip"))
 
 
 def test_frequencies_are_hertz_and_omega_is_radians():
@@ -155,7 +155,7 @@ def pendulum(law):
     ids=["drag", "spring", "damper", "both"],
 )
 def test_one_ports_of_a_law(law, ports):
-    graph = mbs.bond_graph(pendulum(law), "inertia")
+    graph = mbs.bondgraph.bond_graph(pendulum(law), "inertia")
     assert {e.name for e in graph.elements if e.name in ("C:law", "R:law", "Se:law")} == ports
 
 
@@ -216,13 +216,13 @@ def test_a_joint_is_known_by_what_it_says_not_by_its_name():
         towards_the_ground(Revolute())
 
 
-@pytest.mark.parametrize("law", [mbs.Actuator, mbs.GeneralisedEffort, mbs.Wrench])
+@pytest.mark.parametrize("law", [mbs.Actuator, mbs.forces.GeneralisedEffort, mbs.forces.Wrench])
 def test_time_is_the_last_argument_of_every_function(law):
     with pytest.raises(ValueError, match=r"time is the last argument: function\(x, v, t\)"):
         law(lambda t, x, v: 0.0 * x)
 
 
-class Thrice(mbs.AbstractScalarLaw):
+class Thrice(mbs.forces.AbstractScalarLaw):
     """A user's law with three efforts for one rate."""
 
     def effort(self, x, v, t):
@@ -231,7 +231,11 @@ class Thrice(mbs.AbstractScalarLaw):
 
 BAD_LAWS = {
     "an effort of three": (Thrice(), "joint", "gives shape (1, 3), not (1,)"),
-    "six numbers for a pair": (mbs.Wrench(lambda R, x, w, v, t: jnp.zeros(6)), "on", "too many values to unpack"),
+    "six numbers for a pair": (
+        mbs.forces.Wrench(lambda R, x, w, v, t: jnp.zeros(6)),
+        "on",
+        "too many values to unpack",
+    ),
     "two arguments": (mbs.Actuator(lambda x, t: x), "joint", "takes 2 positional arguments but 3 were given"),
 }
 

@@ -86,7 +86,7 @@ def gaps(system, state):
 
     def energy(psi, u):
         moved = mbs.State(t, psi, u)
-        return mbs.kinetic_energy(system, moved) + mbs.potential_energy(system, moved)
+        return mbs.dynamics.kinetic_energy(system, moved) + mbs.dynamics.potential_energy(system, moved)
 
     rate = jax.jvp(energy, (psi, u), (psi_dot, u_dot))[1]
     power = jnp.sum(efforts(system, with_velocities(system, at, u))[2])
@@ -96,10 +96,10 @@ def gaps(system, state):
         return momenta(system, with_velocities(system, at_coordinates(system, at, psi), u))
 
     h, momentum_rate = jax.jvp(momentum, (psi, u), (psi_dot, u_dot))
-    pull = mbs.constraint_jacobian(system, state).T @ multipliers
+    pull = mbs.kinematics.constraint_jacobian(system, state).T @ multipliers
     canonical = canonical_rate(system, at, h)[1]
 
-    K = mbs.kic(system, state)
+    K = mbs.kinematics.kic(system, state)
     phi_dot = u[independent_columns(system)]
     by_kic = jnp.stack([K.translational[name] @ phi_dot for name in top.body_names])
 
@@ -139,7 +139,7 @@ def total_momentum_rates(system, state):
         for k, name in enumerate(top.body_names):
             R, com = mbs.rotation(system, moved, name), system.com[k]
             x = mbs.position(system, moved, name) + R @ com
-            w = mbs.angular_velocity(system, moved, name)
+            w = mbs.kinematics.angular_velocity(system, moved, name)
             v = mbs.velocity(system, moved, name) + jnp.cross(w, R @ com)
             momentum = momentum + system.mass[k] * v
             moment = moment + system.mass[k] * jnp.cross(x, v) + R @ (system.inertia[k] @ (R.T @ w))

@@ -21,7 +21,7 @@ builder.joint("pin", mbs.Revolute("y"), "ground", "arm", at=(0, 0, 0))
 builder.force("spring", mbs.SpringDamper(stiffness=100.0, damping=2), joint="pin")
 system = builder.build()
 state = mbs.State.at(system, pin=0.3)
-motion = mbs.simulate(system, state, t1=1.0, dt=0.01, solver=mbs.Gauss4())
+motion = mbs.simulate(system, state, t1=1.0, dt=0.01, solver=mbs.motion.Gauss4())
 mbs.position(system, state, ("arm", (0.0, 0.0, 1.0)))
 mbs.reactions(system, motion)["pin"]
 """
@@ -32,7 +32,7 @@ WRONG = [
     "mbs.position(system, state, 3)",
     "mbs.stiffness(state, system)",
     "mbs.inverse_dynamics(system, 3.0)",
-    "mbs.kinetic_energy(system, motion)",
+    "mbs.dynamics.kinetic_energy(system, motion)",
     "builder.body('leg', mass='heavy')",
     "builder.joint('knee', 'revolute', 'arm', 'leg')",
     "builder.force('push', mbs.Revolute('x'), joint='pin')",

@@ -36,7 +36,7 @@ WRITERS = {
     "scene": scene,
     "graph": graph,
     "model": lambda path: mbs.save_model(swinging(), path),
-    "program": lambda path: mbs.export(jnp.sin, (jnp.zeros(2),), path),
+    "program": lambda path: mbs.runtime.export(jnp.sin, (jnp.zeros(2),), path),
     "whole": lambda path: write_whole(path, "all of it"),
 }
 

@@ -51,7 +51,7 @@ def answers():
         "reactions of a loop": mbs.reactions(bar, state)["D"].force,
         "linearise": mbs.linearise(rod, start).stiffness,
         "stiffness": mbs.stiffness(bar, state).total,
-        "potential_energy": mbs.potential_energy(bar, state),
+        "potential_energy": mbs.dynamics.potential_energy(bar, state),
     }
     width = {name: np.asarray(value).dtype.itemsize for name, value in found.items()}
     return {name: np.asarray(value, float).tolist() for name, value in found.items()}, width

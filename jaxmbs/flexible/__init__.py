@@ -1,11 +1,13 @@
 """Elastic bodies in mechanisms: substructures in a floating frame, and the way back to their elements."""
 
+from ..model._elastic import ElasticBody
 from ._carried_loads import carried_loads, mass_properties
 from ._floating_frame import FloatingFrame, floating_frame
 from ._recovery import deformations, displacements, interface_loads
 from ._stiffening import stiffening
 
 __all__ = [
+    "ElasticBody",
     "FloatingFrame",
     "carried_loads",
     "deformations",

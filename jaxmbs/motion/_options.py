@@ -60,7 +60,9 @@ def _check_solver(solver):
     if not isinstance(solver, diffrax.AbstractSolver):
         raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
     if isinstance(solver, diffrax.SemiImplicitEuler):
-        raise ValueError("diffrax.SemiImplicitEuler() splits two equations: give jaxmbs.SemiImplicitEuler(), and dt=")
+        raise ValueError(
+            "diffrax.SemiImplicitEuler() splits two equations: give jaxmbs.motion.SemiImplicitEuler(), and dt="
+        )
     if solver.term_structure is not diffrax.AbstractTerm:
         raise ValueError(
             f"{type(solver).__name__} is for stochastic or split equations; a mechanism takes one for ordinary ones, "

@@ -40,7 +40,10 @@ def fastest_motion(system: System, state: State, step: float) -> str:
     if inertia < _LIGHT * np.max(M):
         text += f", and moves hardly any inertia ({inertia:.2g}): give the bodies there mass, or weld them"
     if rate * step > _STABLE or rate > _APART * np.min(rates[rates > 1e-9 * rate]):
-        return text + "; take a stiff solver (solver=diffrax.Kvaerno5()) or fixed steps (dt=, mbs.ImplicitMidpoint())"
+        return (
+            text
+            + "; take a stiff solver (solver=diffrax.Kvaerno5()) or fixed steps (dt=, mbs.motion.ImplicitMidpoint())"
+        )
     return text + "; raise max_steps, or rtol and atol"
 
 

@@ -172,7 +172,7 @@ def tree(p):
     loads = mbs.reactions(system, state)
     parts = [mbs.forward_dynamics(system, state)[0]]
     parts += [part for name in ("hinge", "ball") for part in (loads[name].force, loads[name].moment)]
-    energy = mbs.kinetic_energy(system, state) + mbs.potential_energy(system, state)
+    energy = mbs.dynamics.kinetic_energy(system, state) + mbs.dynamics.potential_energy(system, state)
     return jnp.dot(np.random.default_rng(1).normal(size=16), jnp.concatenate(parts)) + 0.1 * energy
 
 

@@ -74,7 +74,7 @@ def test_quarter_car_transmissibility():
     b.body("road", mass=0.0)
     b.body("wheel", mass=60.0)
     b.body("car", mass=300.0)
-    b.joint("road", up, "ground", "road", drive=mbs.Polynomial([0.0]))
+    b.joint("road", up, "ground", "road", drive=mbs.forces.Polynomial([0.0]))
     b.joint("tyre", up, "road", "wheel")
     b.joint("strut", up, "wheel", "car")
     b.force("tyre", mbs.SpringDamper(stiffness=190e3), joint="tyre")
@@ -106,8 +106,8 @@ def bicycle():
     b.joint("rear_hub", mbs.Revolute(axis="y"), "frame", "rear", parent_frame=(0.0, 0.0, 0.3))
     b.joint("steer", mbs.Revolute(axis=(-np.sin(tilt), 0.0, np.cos(tilt))), "frame", "fork", parent_frame=head)
     b.joint("front_hub", mbs.Revolute(axis="y"), "fork", "front", parent_frame=np.array([1.02, 0, 0.35]) - head)
-    b.constraint("rear_contact", mbs.RollingDisk(0.3), between=("ground", "rear"))
-    b.constraint("front_contact", mbs.RollingDisk(0.35), between=("ground", "front"))
+    b.constraint("rear_contact", mbs.joints.RollingDisk(0.3), between=("ground", "rear"))
+    b.constraint("front_contact", mbs.joints.RollingDisk(0.35), between=("ground", "front"))
     return b.build()
 
 
@@ -199,7 +199,7 @@ def test_unknown_names():
 @pytest.mark.long
 def test_the_drive_of_a_planar_loop_is_released():
     """Redundant out of its plane, yet its drive is not: the crank becomes the independent coordinate."""
-    system = four_bar(drive=mbs.Polynomial([0.7, 2.0]))
+    system = four_bar(drive=mbs.forces.Polynomial([0.7, 2.0]))
     state = mbs.State.at(system, guess=dict(zip("ABD", four_bar_angles(0.7), strict=True)))
     space = mbs.linearise(system, state, inputs=("A",), outputs=("D",)).state_space
     h = 1e-5
@@ -259,7 +259,7 @@ def test_a_support_that_accelerates():
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -G))
     b.body("lift", mass=3.0)
     b.body("bob", mass=2.0, com=(0.0, 0.0, -0.8), inertia=0.01)
-    b.joint("up", mbs.Prismatic("z"), "ground", "lift", drive=mbs.Polynomial([0.1, 0.5, 1.5]))
+    b.joint("up", mbs.Prismatic("z"), "ground", "lift", drive=mbs.forces.Polynomial([0.1, 0.5, 1.5]))
     b.joint("swing", mbs.Revolute("y"), "lift", "bob")
     system = b.build()
     linear = mbs.linearise(system, mbs.State.at(system, t=0.4))
@@ -298,7 +298,7 @@ def test_states_and_modes_of_a_rolling_system_have_names():
     b = mbs.SystemBuilder()
     b.body("disk", mass=1.0, inertia=(0.1, 0.2, 0.1))
     b.joint("free", mbs.Free(), "ground", "disk", parent_frame=(0.0, 0.0, 0.5))
-    b.constraint("contact", mbs.RollingDisk(0.5), between=("ground", "disk"))
+    b.constraint("contact", mbs.joints.RollingDisk(0.5), between=("ground", "disk"))
     b.force("spring", mbs.SpringDamper(stiffness=30.0), between=(("ground", (0.0, 0.0, 0.5)), "disk"))
     system = b.build()
     linear = mbs.linearise(system, mbs.State.at(system))

@@ -42,7 +42,7 @@ def test_total_is_the_hessian_on_the_constraint_manifold():
 
     def energy(x):
         psi = assemble(system, P, state.coordinates.at[column].add(x), state.t, free)
-        return mbs.potential_energy(system, mbs.State(state.t, psi, state.velocities))
+        return mbs.dynamics.potential_energy(system, mbs.State(state.t, psi, state.velocities))
 
     K = mbs.stiffness(system, state)
     slope, h = jax.jit(jax.jacfwd(energy)), 1e-3
@@ -57,8 +57,8 @@ def held(system, state):
     """What the held accelerations add to the stiffness of `linearise`: d(I*)/dphi a."""
     (column,) = independent_columns(system)
     a = mbs.forward_dynamics(system, state)[0][column]
-    H = mbs.kic_second(system, state)
-    K = mbs.kic(system, state)
+    H = mbs.kinematics.kic_second(system, state)
+    K = mbs.kinematics.kic(system, state)
     rate = sum(
         m * H.translational[n][0, :, 0] @ K.translational[n][:, 0]
         + H.rotational[n][0, 2, 0] * K.rotational[n][2, 0] * 0.1 * m

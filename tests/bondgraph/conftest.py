@@ -19,4 +19,6 @@ def graphs():
         "arm": SPECIMENS["driven"].system,
         "beam": SPECIMENS["elastic"].system,
     }
-    return {f"{name} {view}": mbs.bond_graph(system, view) for name, system in systems.items() for view in VIEWS}
+    return {
+        f"{name} {view}": mbs.bondgraph.bond_graph(system, view) for name, system in systems.items() for view in VIEWS
+    }

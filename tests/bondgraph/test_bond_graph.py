@@ -84,12 +84,12 @@ def test_wholly_driven_mechanism_along_its_motion():
         mbs.State.at(system, guess={"main": angle} | models.slider_crank_guess(angle), t=t)
         for angle, t in zip(angles, TIMES, strict=True)
     ]
-    powers = mbs.bond_powers(system, cases.stacked(states))
+    powers = mbs.bondgraph.bond_powers(system, cases.stacked(states))
     assert powers.graph.roots == ("drives",)
     np.testing.assert_allclose(-powers.into("drive"), TORQUE * OMEGA, rtol=1e-6)
     worst = max(np.max(np.abs(p)) for p in junction_residual(powers).values())
     assert worst < 1e-11 * largest(powers)
-    graph = mbs.bond_graph(system, "detailed", states[0])
+    graph = mbs.bondgraph.bond_graph(system, "detailed", states[0])
     assert set(graph.dependent) == {"I:crank", "m:crank", "I:rod", "m:rod", "m:slider"}
 
 
@@ -100,7 +100,7 @@ def test_powers_differentiate():
 
     def power(k):
         changed = eqx.tree_at(lambda s: s.forces[0].law.stiffness, system, stiffness.at[0].set(k))
-        return mbs.bond_powers(changed, state, "inertia").ports()["C:buffer"]
+        return mbs.bondgraph.bond_powers(changed, state, "inertia").ports()["C:buffer"]
 
     value, slope = jax.jit(jax.value_and_grad(power))(300.0)
     np.testing.assert_allclose(slope, value / 300.0, rtol=1e-12)
@@ -109,9 +109,9 @@ def test_powers_differentiate():
 def test_faults():
     system = cases.double_pendulum()
     with pytest.raises(ValueError, match="view must be one of detailed, inertia, hamiltonian"):
-        mbs.bond_graph(system, "paper")
+        mbs.bondgraph.bond_graph(system, "paper")
     b = mbs.SystemBuilder()
     b.body("block", 1.0, inertia=0.1)
     b.joint("glue", mbs.Weld(), "ground", "block")
     with pytest.raises(mbs.ModelError, match="nothing moves"):
-        mbs.bond_graph(b.build())
+        mbs.bondgraph.bond_graph(b.build())

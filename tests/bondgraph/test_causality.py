@@ -32,7 +32,7 @@ def test_dependent_inertias_depend_on_the_pose():
     """Points on a stretched pendulum move across it alone."""
     system = cases.double_pendulum(0.0)
     state = mbs.State.at(system, shoulder=0.0, elbow=0.0)
-    aligned = shares(mbs.bond_graph(system, "detailed", state))
+    aligned = shares(mbs.bondgraph.bond_graph(system, "detailed", state))
     assert aligned == {"m:upper": (1, 0, 2), "m:lower": (1, 0, 2)}
 
 
@@ -62,7 +62,7 @@ def test_moduli_that_differ_by_their_signs_are_independent():
     b.joint("plus", along, "carrier", "sum")
     b.joint("minus", along, "carrier", "difference")
     b.constraint("opposite", mbs.Coupler({"plus": 1.0, "minus": 1.0}))
-    graph = mbs.bond_graph(b.build(independent=["base", "plus"]), "detailed")
+    graph = mbs.bondgraph.bond_graph(b.build(independent=["base", "plus"]), "detailed")
     assert graph.dependent == ()
     assert shares(graph) == {"m:sum": (1, 0, 2), "m:difference": (1, 0, 2)}
 
@@ -128,7 +128,7 @@ def test_views_are_as_small_as_the_paper_draws_them(graphs):
 def test_traced_systems_have_no_strokes():
     @jax.jit
     def strokes(system):
-        graph = mbs.bond_graph(system, "detailed")
+        graph = mbs.bondgraph.bond_graph(system, "detailed")
         assert {bond.stroke for bond in graph.bonds} == {""}
         return system.mass
 

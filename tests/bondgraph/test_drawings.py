@@ -26,7 +26,7 @@ def swing():
     b.force("motor", mbs.Torque((0.0, 0.0, 1.5)), on="arm")
     system = b.build()
     motion = mbs.simulate(system, mbs.State.at(system, pin=0.4), ts=np.linspace(0.0, 1.0, 201))
-    return system, motion, mbs.bond_powers(system, motion, "inertia")
+    return system, motion, mbs.bondgraph.bond_powers(system, motion, "inertia")
 
 
 NAMES = [f"{system} {view}" for system in ("crank", "arm", "beam") for view in VIEWS]
@@ -93,13 +93,13 @@ def test_names_are_escaped():
     b = mbs.SystemBuilder()
     b.body("a<b & c", 1.0, inertia=0.1)
     b.joint("pin", cases.PIN, "ground", "a<b & c")
-    ElementTree.fromstring(viz.draw_bond_graph(mbs.bond_graph(b.build(), "detailed")))
+    ElementTree.fromstring(viz.draw_bond_graph(mbs.bondgraph.bond_graph(b.build(), "detailed")))
 
 
 @pytest.mark.slow
 def test_widths_follow_the_powers(swing):
     system, motion, powers = swing
-    graph = mbs.bond_graph(system, "inertia")
+    graph = mbs.bondgraph.bond_graph(system, "inertia")
     text = viz.draw_bond_graph(graph, powers=powers)
     values = [a.get("values") for a in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}animate")]
     widths = np.array([[float(w) for w in value.split(";")] for value in values])
@@ -107,7 +107,7 @@ def test_widths_follow_the_powers(swing):
     size = np.array([np.abs(powers.power[bond.name]) for bond in graph.bonds])
     np.testing.assert_allclose(widths, 1.0 + 6.0 * size / size.max(), atol=0.006)
     with pytest.raises(ValueError, match="belong to the inertia view"):
-        viz.draw_bond_graph(mbs.bond_graph(system), powers=powers)
+        viz.draw_bond_graph(mbs.bondgraph.bond_graph(system), powers=powers)
 
 
 @pytest.mark.slow

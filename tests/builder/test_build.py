@@ -16,7 +16,8 @@ def body_motion(system, state):
     loads = mbs.reactions(system, state)
     names = ("crank", "coupler", "rocker")
     accelerations = {
-        n: (mbs.acceleration(system, state, n, a), mbs.angular_acceleration(system, state, n, a)) for n in names
+        n: (mbs.dynamics.acceleration(system, state, n, a), mbs.dynamics.angular_acceleration(system, state, n, a))
+        for n in names
     }
     return accelerations, {n: (loads[n].force, loads[n].moment) for n in "ABCD"}
 
@@ -111,7 +112,7 @@ def _sprung(law_on_every_joint, at=False):
             C = q[2] - q[0] - q[1]
             return jnp.stack([-q[0] + 3.0 * C, -2.0 * q[1] + 3.0 * C, -4.0 * q[2] - 3.0 * C])
 
-        b.force("springs", mbs.GeneralisedEffort(effort))
+        b.force("springs", mbs.forces.GeneralisedEffort(effort))
     return b.build()
 
 

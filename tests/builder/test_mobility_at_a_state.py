@@ -86,7 +86,7 @@ def test_answers_on_the_freedoms_of_the_state(drawn_flat):
     assert rest.ok and rest.stable and rest.stiffness.shape == (1, 1)
     np.testing.assert_allclose(rest.stiffness, lin.stiffness, rtol=1e-6)
     np.testing.assert_allclose(mbs.stiffness(drawn_flat, state).total, lin.stiffness, rtol=1e-9)
-    assert mbs.kic(drawn_flat, state).internal.shape == (6, 1)
+    assert mbs.kinematics.kic(drawn_flat, state).internal.shape == (6, 1)
 
 
 @pytest.mark.slow
@@ -99,7 +99,7 @@ def test_traced_answers_are_not_those_of_another_pose(drawn_flat, for_work):
     assert not jax.jit(lambda: mbs.linearise(drawn_flat, state).ok)()
     here = kinematics.system_at(drawn_flat, state)
     np.testing.assert_allclose(ask(here, state), ask(for_work, at_work(for_work)), rtol=1e-9)
-    assert np.isnan(jax.jit(lambda: mbs.kic(drawn_flat, state).internal)()).all()
+    assert np.isnan(jax.jit(lambda: mbs.kinematics.kic(drawn_flat, state).internal)()).all()
 
 
 def test_build_at_a_pose_of_use(for_work):

@@ -28,23 +28,23 @@ AFFINE = {
     "driven": lambda q, u, t: jnp.array([(1.0 + t) * u[2] - jnp.cos(t) * q[0] ** 2]),
 }
 NO_ROWS = {
-    "whole numbers": (mbs.Rows(lambda q, t: jnp.array([1, 2])), "real numbers.*int"),
-    "complex": (mbs.Rows(lambda q, t: jnp.asarray(q[:1], complex)), "real numbers.*complex"),
-    "nothing": (mbs.Rows(lambda q, t: None), "real numbers.*NoneType"),
-    "a list": (mbs.VelocityRows(lambda q, u, t: [u[0]]), "real numbers.*list"),
-    "a matrix": (mbs.Rows(lambda q, t: jnp.outer(q, q)), r"not \(6, 6\)"),
-    "an empty array": (mbs.VelocityRows(lambda q, u, t: u[:0]), r"not \(0,\)"),
-    "an error of its own": (mbs.Rows(lambda q, t: q[0] + q["x"]), "cannot be evaluated: TypeError"),
-    "fewer arguments": (mbs.VelocityRows(lambda q, u: u[:1]), "cannot be evaluated: TypeError"),
-    "no velocity": (mbs.VelocityRows(lambda q, u, t: q[:1]), "no slope by the velocities"),
-    "no coordinate": (mbs.Rows(lambda q, t: jnp.array([t, q[0]])), "row 0 .* no slope by the coordinates"),
+    "whole numbers": (mbs.joints.Rows(lambda q, t: jnp.array([1, 2])), "real numbers.*int"),
+    "complex": (mbs.joints.Rows(lambda q, t: jnp.asarray(q[:1], complex)), "real numbers.*complex"),
+    "nothing": (mbs.joints.Rows(lambda q, t: None), "real numbers.*NoneType"),
+    "a list": (mbs.joints.VelocityRows(lambda q, u, t: [u[0]]), "real numbers.*list"),
+    "a matrix": (mbs.joints.Rows(lambda q, t: jnp.outer(q, q)), r"not \(6, 6\)"),
+    "an empty array": (mbs.joints.VelocityRows(lambda q, u, t: u[:0]), r"not \(0,\)"),
+    "an error of its own": (mbs.joints.Rows(lambda q, t: q[0] + q["x"]), "cannot be evaluated: TypeError"),
+    "fewer arguments": (mbs.joints.VelocityRows(lambda q, u: u[:1]), "cannot be evaluated: TypeError"),
+    "no velocity": (mbs.joints.VelocityRows(lambda q, u, t: q[:1]), "no slope by the velocities"),
+    "no coordinate": (mbs.joints.Rows(lambda q, t: jnp.array([t, q[0]])), "row 0 .* no slope by the coordinates"),
 }
 
 
 @pytest.mark.parametrize("name", NOT_AFFINE)
 def test_velocity_rows_that_are_not_affine_are_refused(name):
     with pytest.raises(mbs.ModelError, match="'rule'.*not affine in the velocities"):
-        two_bodies(mbs.VelocityRows(NOT_AFFINE[name]))
+        two_bodies(mbs.joints.VelocityRows(NOT_AFFINE[name]))
 
 
 @pytest.mark.parametrize("name", NO_ROWS)
@@ -56,12 +56,12 @@ def test_functions_that_give_no_rows_are_refused(name):
 
 def test_the_second_row_is_named():
     with pytest.raises(mbs.ModelError, match="row 1 of its VelocityRows"):
-        two_bodies(mbs.VelocityRows(NOT_AFFINE["of two the second"]))
+        two_bodies(mbs.joints.VelocityRows(NOT_AFFINE["of two the second"]))
 
 
 @pytest.mark.parametrize("name", AFFINE)
 def test_affine_rows_are_kept(name):
-    system = two_bodies(mbs.VelocityRows(AFFINE[name]))
+    system = two_bodies(mbs.joints.VelocityRows(AFFINE[name]))
     state = mbs.State.at(system, {"a": (0.7, 0.2, 0.4)}, velocities={"c": (0.3, 0.0, 0.0)}, t=0.2)
     rule = AFFINE[name](state.coordinates, state.velocities, state.t)
     np.testing.assert_allclose(rule, 0.0, atol=1e-9)

@@ -171,7 +171,7 @@ def gough_platform(legs="rigid", stiffness=2e4, damping=50.0):
         ends = (("ground", tuple(foot)), ("platform", tuple(head)))
         b.frame(f"head_{i}", on="platform", position=tuple(head))
         if legs == "rigid":
-            b.constraint(f"leg_{i}", mbs.Distance(length), between=ends)
+            b.constraint(f"leg_{i}", mbs.joints.Distance(length), between=ends)
         elif legs == "spring":
             law = mbs.SpringDamper(stiffness=stiffness, damping=damping, free_length=length)
             b.force(f"leg_{i}", law, between=ends)
@@ -209,7 +209,7 @@ def panda(links, efforts=None):
         parent = f"link_{i + 1}"
     if efforts is not None:
         efforts = np.asarray(efforts, float)
-        b.force("motors", mbs.GeneralisedEffort(lambda coordinates, velocities, t: jnp.asarray(efforts)))
+        b.force("motors", mbs.forces.GeneralisedEffort(lambda coordinates, velocities, t: jnp.asarray(efforts)))
     return b.build()
 
 
@@ -308,8 +308,8 @@ def car_axis():
         return jnp.concatenate([jnp.zeros(3), (0.5 - length) * d / length, jnp.zeros(1)])
 
     b.force("left_spring", mbs.SpringDamper(stiffness=1.0, free_length=0.5), between=("ground", "left"))
-    b.force("right_spring", mbs.GeneralisedEffort(right_spring))
-    b.constraint("closure", mbs.Rows(closure))
+    b.force("right_spring", mbs.forces.GeneralisedEffort(right_spring))
+    b.constraint("closure", mbs.joints.Rows(closure))
     return b.build()
 
 
@@ -329,9 +329,9 @@ def car_axis_with_wheel():
     spring = mbs.SpringDamper(stiffness=1.0, free_length=0.5)
     b.force("left_spring", spring, between=("ground", "left"))
     b.force("right_spring", spring, between=("wheel", "right"))
-    b.constraint("axle", mbs.Distance(1.0), between=("left", "right"))
+    b.constraint("axle", mbs.joints.Distance(1.0), between=("left", "right"))
     across_x = mbs.Pose((0.0, 0.0, 0.0), np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
-    b.constraint("upright", mbs.PointOnPlane(), between=(("chassis", across_x), "left"))
+    b.constraint("upright", mbs.joints.PointOnPlane(), between=(("chassis", across_x), "left"))
     return b.build()
 
 
@@ -340,7 +340,7 @@ def knife_edge_incline(mass=1.0, inertia=0.1, slope=np.pi / 6):
     b = mbs.SystemBuilder(gravity=(9.81 * np.sin(slope), 0.0, -9.81 * np.cos(slope)))
     b.body("skate", mass=mass, inertia=(inertia, inertia, inertia))
     b.joint("plane", mbs.Planar(), parent="ground", child="skate")
-    b.constraint("blade", mbs.KnifeEdge(), between=("ground", "skate"))
+    b.constraint("blade", mbs.joints.KnifeEdge(), between=("ground", "skate"))
     return b.build()
 
 
@@ -349,5 +349,5 @@ def chaplygin_sleigh(mass=1.2, inertia=0.15, ahead=0.3):
     b = mbs.SystemBuilder(gravity=NO_GRAVITY)
     b.body("sleigh", mass=mass, com=(ahead, 0.0, 0.0), inertia=(inertia, inertia, inertia))
     b.joint("plane", mbs.Planar(), parent="ground", child="sleigh")
-    b.constraint("blade", mbs.KnifeEdge(), between=("ground", "sleigh"))
+    b.constraint("blade", mbs.joints.KnifeEdge(), between=("ground", "sleigh"))
     return b.build()

@@ -36,7 +36,7 @@ def test_sleigh():
     motion = run(system, state, TIMES)
     place = along(mbs.position, system, motion, "sleigh")[:, :2]
     velocity = along(mbs.velocity, system, motion, "sleigh")
-    turning = along(mbs.angular_velocity, system, motion, "sleigh")[:, 2]
+    turning = along(mbs.kinematics.angular_velocity, system, motion, "sleigh")[:, 2]
     ahead = along(mbs.rotation, system, motion, "sleigh")[:, :, 0]
     heading = np.arctan2(ahead[:, 1], ahead[:, 0])
     check(np.stack([np.sum(ahead * velocity, axis=1), turning, heading], axis=1), MOTION, 1e-9)

@@ -83,7 +83,7 @@ def test_start_has_the_acceleration_of_the_exact_equation(n):
     state = mbs.State.at(system, A0=-0.4, velocities={"A0": -1.0}, guess=_guess(n, -0.4))
     accelerations, _ = mbs.forward_dynamics(system, state)
     crank = -9.81 * ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * np.sin(0.4)
-    rows = np.asarray(mbs.jacobian(system, state, "crank_0"))[5]  # angular velocity about z
+    rows = np.asarray(mbs.kinematics.jacobian(system, state, "crank_0"))[5]  # angular velocity about z
     check(rows @ np.asarray(accelerations), crank, 1e-9)
 
 

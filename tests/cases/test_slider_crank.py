@@ -62,7 +62,7 @@ def test_prescribed_motion(driven):
     system, motion, _ = driven
     check(coordinates(system, motion, "main")[:, 0], START + OMEGA * TIMES, 1e-12)
     check(along(mbs.position, system, motion, "slider")[:, 0], SLIDER_X, 1e-9)
-    check(along(mbs.acceleration, system, motion, "slider")[:, 0], SLIDER_ACCELERATION, 1e-6)
+    check(along(mbs.dynamics.acceleration, system, motion, "slider")[:, 0], SLIDER_ACCELERATION, 1e-6)
 
 
 def test_pin_forces_and_drive(driven):
@@ -77,7 +77,7 @@ def test_pin_forces_and_drive(driven):
 def test_shaking_force(driven):
     system, motion, _ = driven
     masses = {"crank_com": 1.2, "rod_com": 2.0, "slider": 3.0}
-    inertia = sum(m * along(mbs.acceleration, system, motion, name) for name, m in masses.items())
+    inertia = sum(m * along(mbs.dynamics.acceleration, system, motion, name) for name, m in masses.items())
     check(-inertia[:, :2], SHAKING, 1e-5)
 
 
@@ -97,11 +97,11 @@ def test_drive_balances_what_would_accelerate_the_free_mechanism(driven):
     guess = models.slider_crank_guess(angle)
     state = mbs.State.at(system, main=angle, velocities={"main": OMEGA}, guess=guess)
     accelerations, _ = mbs.forward_dynamics(system, state)
-    speed = np.asarray(mbs.jacobian(system, state, "crank"))[5]
+    speed = np.asarray(mbs.kinematics.jacobian(system, state, "crank"))[5]
     effort = speed @ np.asarray(accelerations) * _effective_inertia(system, state)
     check(effort, -np.asarray(loads["main"].effort)[1, 0], 1e-6)
 
 
 def _effective_inertia(system, state):
     """Twice the kinetic energy over the square of the crank's rate [kg m^2]."""
-    return 2.0 * float(jax.jit(lambda s: mbs.kinetic_energy(system, s))(state)) / OMEGA**2
+    return 2.0 * float(jax.jit(lambda s: mbs.dynamics.kinetic_energy(system, s))(state)) / OMEGA**2

@@ -89,8 +89,8 @@ def test_motion_and_loads(variant):
     motion = mbs.simulate(system, state, ts=times, rtol=1e-11, atol=1e-11)
     found = {
         "angles of crank, coupler, rocker rad": along(angles, system, motion),
-        "rates rad/s": along(bars(mbs.angular_velocity), system, motion),
-        "accelerations rad/s2": along(bars(mbs.angular_acceleration), system, motion),
+        "rates rad/s": along(bars(mbs.kinematics.angular_velocity), system, motion),
+        "accelerations rad/s2": along(bars(mbs.dynamics.angular_acceleration), system, motion),
         "pin forces N at A, B, C, D (x,y each)": along(pins, system, motion),
     }
     for (quantity, time), (value, tol) in expected.items():

@@ -37,14 +37,16 @@ def suspension(H, arms=False, travel=0.0, rack=0.0, force=None, place="AO", like
             _rod(b, name, H, ("ground", inner), ("upright", outer))
     _strut(b, H, *(("lower", "D") if arms else ("upright", "LO")))
     height = H["AO"][2] + travel
-    lead = mbs.FramePath(height * UP, hold=("z",))
+    lead = mbs.joints.FramePath(height * UP, hold=("z",))
     b.constraint("travel", lead, between=("ground", ("upright", H["AO"])))
     return b.build(like=like, cut=["strut_foot", *(("LR", "LO", "UR", "UO") if arms else ())])
 
 
 def _rod(b, name, H, inner, outer, moved=0.0):
     length = jnp.linalg.norm(H[inner[1]] - H[outer[1]])
-    b.constraint(name, mbs.Distance(length), between=((inner[0], H[inner[1]] + moved), (outer[0], H[outer[1]])))
+    b.constraint(
+        name, mbs.joints.Distance(length), between=((inner[0], H[inner[1]] + moved), (outer[0], H[outer[1]]))
+    )
 
 
 def _strut(b, H, body, foot):

@@ -35,7 +35,7 @@ def bob(b, kind, parent, at, spring):
 
 def lively(system, state, seed):
     """The state with velocities in all directions that the rows leave free."""
-    A = np.asarray(mbs.constraint_jacobian(system, state))
+    A = np.asarray(mbs.kinematics.constraint_jacobian(system, state))
     more = np.random.default_rng(seed).normal(size=A.shape[1])
     return eqx.tree_at(lambda s: s.velocities, state, state.velocities + more - np.linalg.pinv(A) @ (A @ more))
 
@@ -46,7 +46,7 @@ def quaternions(spring):
     carrier(b, mbs.Revolute("z"))
     b.body("disk", 2.0, inertia=(0.045, 0.09, 0.045))
     b.joint("free", mbs.Free(), "ground", "disk")
-    b.constraint("contact", mbs.RollingDisk(DISK), between=("table", "disk"))
+    b.constraint("contact", mbs.joints.RollingDisk(DISK), between=("table", "disk"))
     bob(b, mbs.Spherical(), "disk", (0.0, 0.0, 0.0), spring)
     system, lean = b.build(), 0.3
     place = (0.4, 0.2, DISK * np.cos(lean), np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)
@@ -60,7 +60,7 @@ def blade(spring):
     carrier(b, mbs.Prismatic("x"))
     b.body("disk", 1.2, com=(0.3, 0.0, 0.1), inertia=(0.1, 0.12, 0.15))
     b.joint("free", mbs.Planar(), "ground", "disk")
-    b.constraint("contact", mbs.KnifeEdge(), between=("table", "disk"))
+    b.constraint("contact", mbs.joints.KnifeEdge(), between=("table", "disk"))
     bob(b, mbs.Revolute("y"), "disk", (0.1, 0.0, 0.2), spring)
     system = b.build()
     return system, lively(system, mbs.State.at(system, free=(0.3, -0.2, 0.4), hang=0.5, wheel=WHEEL, t=0.3), 1)
@@ -71,7 +71,9 @@ def loop(spring):
     b = mbs.SystemBuilder(gravity=(0.3, -0.4, -9.81))
     carrier(b, mbs.Prismatic("x"))
     bob(b, mbs.Universal(), "table", (0.1, 0.0, 0.2), spring)
-    b.constraint("contact", mbs.Distance(0.9), between=(("ground", (-0.4, 0.5, 0.4)), ("bob", (0.1, 0.1, -0.3))))
+    b.constraint(
+        "contact", mbs.joints.Distance(0.9), between=(("ground", (-0.4, 0.5, 0.4)), ("bob", (0.1, 0.1, -0.3)))
+    )
     system = b.build()
     return system, lively(system, mbs.State.at(system, wheel=WHEEL, t=0.3, guess={"hang": (0.5, 0.3)}), 2)
 

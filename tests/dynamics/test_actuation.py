@@ -25,7 +25,7 @@ def four_bar(mass=1.0, like=None, **drives):
 
 @pytest.fixture(scope="module")
 def driven():
-    return four_bar(A=mbs.Polynomial((0.7, 3.0, -1.0)))
+    return four_bar(A=mbs.forces.Polynomial((0.7, 3.0, -1.0)))
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_accelerations_given():
 
     def potential(angle):
         system = four_bar()
-        return mbs.potential_energy(system, mbs.State.at(system, A=angle, guess={"B": -0.2, "D": 1.2}))
+        return mbs.dynamics.potential_energy(system, mbs.State.at(system, A=angle, guess={"B": -0.2, "D": 1.2}))
 
     slope = (potential(0.7 + 1e-5) - potential(0.7 - 1e-5)) / 2e-5
     np.testing.assert_allclose(found["A"][0], slope, rtol=1e-6)
@@ -92,7 +92,7 @@ def test_slope_by_a_mass(driven, motion):
     state = motion.states
 
     def torque(mass):
-        system = four_bar(mass, like=driven, A=mbs.Polynomial((0.7, 3.0, -1.0)))
+        system = four_bar(mass, like=driven, A=mbs.forces.Polynomial((0.7, 3.0, -1.0)))
         return mbs.inverse_dynamics(system, state, actuators=["A", "D"])["D"][1, 0]
 
     value, slope = jax.jit(lambda m: (torque(m), jax.grad(torque)(m)))(1.0)

@@ -49,7 +49,7 @@ def table(support):
     for k, (x, y) in enumerate([(1.0, 0.5), (1.0, -0.5), (-1.0, 0.5), (-1.0, -0.5)]):
         foot = (x, y, 0.0)
         if support == "plane":
-            b.constraint(f"foot_{k}", mbs.PointOnPlane(), between=("ground", ("table", foot)))
+            b.constraint(f"foot_{k}", mbs.joints.PointOnPlane(), between=("ground", ("table", foot)))
         else:
             b.joint(f"foot_{k}", mbs.Spherical(), "ground", "table", parent_frame=foot, child_frame=foot)
     system = b.build()
@@ -91,7 +91,7 @@ def massless_cross():
     b.joint("first", mbs.Revolute("y"), "arm", "cross", parent_frame=(0.4, 0.0, 0.0))
     b.joint("second", mbs.Revolute("z"), "cross", "tool")
     ends = (("ground", (0.8, 0.3, -0.5)), ("tool", (0.6, 0.0, 0.0)))
-    b.constraint("rod", mbs.Distance(0.9), between=ends)
+    b.constraint("rod", mbs.joints.Distance(0.9), between=ends)
     system = b.build()
     return system, mbs.State.at(system, root=0.2, velocities={"root": 0.5})
 
@@ -134,7 +134,7 @@ def random_loop(seed=3):
     places = [np.asarray(mbs.position(tree, state, f"b{k}")) for k in range(len(links))]
     for k, (x, y) in enumerate([(0, 3), (1, 4)]):
         length = float(np.linalg.norm(places[x] - places[y]))
-        b.constraint(f"rod_{k}", mbs.Distance(length), between=(f"b{x}", f"b{y}"))
+        b.constraint(f"rod_{k}", mbs.joints.Distance(length), between=(f"b{x}", f"b{y}"))
     return b.build(), state
 
 
@@ -155,7 +155,7 @@ SYSTEMS = {
     "drives that share": two_motors,
     "geared": geared_loop,
     "massless": massless_cross,
-    "driven": lambda: planar_loop(drive=mbs.Polynomial([0.7, 2.0, 1.5])),
+    "driven": lambda: planar_loop(drive=mbs.forces.Polynomial([0.7, 2.0, 1.5])),
     "singular pose": flat_four_bar,
     "random": random_loop,
     "beams": lambda: _with(chain_of_beams(2, PIN, gravity=DOWN_Y, drive=lambda t: t * t, elements=2)[0]),
@@ -248,7 +248,7 @@ def test_whole_motion():
     system, state = planar_loop()
     motion = mbs.simulate(system, state, ts=jnp.linspace(0.0, 0.2, 5))
     assert_same(system, motion)
-    bonds, loads = mbs.reaction_bonds(system, motion, method="block-sparse")
+    bonds, loads = mbs.reaction.reaction_bonds(system, motion, method="block-sparse")
     found = jax.vmap(mbs.statics.bond_reactions)(bonds, loads)
     reactions = mbs.reactions(system, motion, frame="joint")
     for k, name in enumerate(bonds.network.bonds):

@@ -46,9 +46,9 @@ def test_a_satellite_far_out_moves_as_at_home(distance, digits):
     load, there = (mbs.reactions(system, s)["hinge"] for s in (home, away))
     np.testing.assert_allclose(there.force, load.force, atol=digits * 10)
     np.testing.assert_allclose(there.moment, load.moment, atol=digits * 10)
-    acceleration = mbs.acceleration(system, home, ("arm", (0.8, 0.0, 0.0)))
+    acceleration = mbs.dynamics.acceleration(system, home, ("arm", (0.8, 0.0, 0.0)))
     np.testing.assert_allclose(
-        mbs.acceleration(system, away, ("arm", (0.8, 0.0, 0.0))), acceleration, atol=100 * digits
+        mbs.dynamics.acceleration(system, away, ("arm", (0.8, 0.0, 0.0))), acceleration, atol=100 * digits
     )
 
 
@@ -61,9 +61,9 @@ def test_slopes_by_place_are_those_of_the_world():
     def at(psi):
         return mbs.State(state.t, psi, state.velocities)
 
-    slope = jax.jit(jax.grad(lambda psi: mbs.potential_energy(system, at(psi))))(state.coordinates)
+    slope = jax.jit(jax.grad(lambda psi: mbs.dynamics.potential_energy(system, at(psi))))(state.coordinates)
     np.testing.assert_allclose(slope[:3], [0.0, 0.0, 4.0 * 9.81], atol=1e-9)
-    height = mbs.potential_energy(system, state) - mbs.potential_energy(system, moved(system, 0.0))
+    height = mbs.dynamics.potential_energy(system, state) - mbs.dynamics.potential_energy(system, moved(system, 0.0))
     np.testing.assert_allclose(height, 4.0 * 9.81 * 100.0 * OUT[2], rtol=1e-12)
     forward = jax.jit(jax.jacfwd(lambda psi: mbs.forward_dynamics(system, at(psi))[0]))(state.coordinates)
     for k in range(7):
@@ -85,7 +85,7 @@ def test_a_motion_far_out_takes_the_steps_of_home():
 def test_a_body_force_sees_its_place_in_the_world():
     """A spring to the world origin, written by the user as a load at a frame."""
 
-    class Tether(mbs.AbstractBodyLaw):
+    class Tether(mbs.forces.AbstractBodyLaw):
         def wrench(self, rotation, position, angular_velocity, velocity, t):
             return -2.0 * position, jnp.zeros(3)
 
@@ -99,7 +99,7 @@ def test_a_body_force_sees_its_place_in_the_world():
     system = b.build()
     state = mbs.State.at(system, free=[3.0, -1.0, 2.0, 1.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(mbs.forward_dynamics(system, state)[0][:3], [-1.5, 0.5, -1.0], atol=1e-12)
-    np.testing.assert_allclose(mbs.potential_energy(system, state), 14.0, rtol=1e-12)
+    np.testing.assert_allclose(mbs.dynamics.potential_energy(system, state), 14.0, rtol=1e-12)
 
 
 def branches(heavy):

@@ -88,7 +88,7 @@ def _gap(w):
 def _on_bonds(w):
     """The loads of joints and contacts by the network of bonds, and by the multipliers."""
     own = mbs.reactions(w.system, w.state, frame="joint")
-    for name, load in mbs.statics.bond_reactions(*mbs.reaction_bonds(w.system, w.state)).items():
+    for name, load in mbs.statics.bond_reactions(*mbs.reaction.reaction_bonds(w.system, w.state)).items():
         yield load.force, own[name].force
         yield load.moment, own[name].moment
 
@@ -129,7 +129,10 @@ CHECKS = {
     "kic_second": lambda w: _second_of_bodies(w, w.s["H"]),
     "kic_second_vector": lambda w: _second_of_bodies(w, w.s["vector"]),
     "kic_rate": lambda w: [
-        (mbs.kic_rate(w.s["H"].rotational["bob"], w.v["phi_dot"]), _at_fixed_time(w)["K"].rotational["bob"])
+        (
+            mbs.kinematics.kic_rate(w.s["H"].rotational["bob"], w.v["phi_dot"]),
+            _at_fixed_time(w)["K"].rotational["bob"],
+        )
     ],
     "point_kic": lambda w: [
         (w.v["G"], np.concatenate([w.by_phi("end", 0), w.spins("axes")])),
@@ -235,11 +238,11 @@ def test_every_function(name):
 def test_states_along(name):
     """The coupler by hand, and everything closed."""
     w, values = walk(name), np.linspace(0.3, 1.2, 4)
-    states = mbs.states_along(w.system, "wheel", values, w.state)
+    states = mbs.kinematics.states_along(w.system, "wheel", values, w.state)
     np.testing.assert_allclose(w.system.coordinates(states)["pinion"], m.pinion(values), rtol=1e-12)
-    np.testing.assert_allclose(mbs.constraint_residual(w.system, states), 0.0, atol=1e-9)
+    np.testing.assert_allclose(mbs.kinematics.constraint_residual(w.system, states), 0.0, atol=1e-9)
     still = w.v["A"] @ w.u  # drives alone have rows that move
-    A = mbs.constraint_jacobian(w.system, states)
+    A = mbs.kinematics.constraint_jacobian(w.system, states)
     np.testing.assert_allclose(np.einsum("krv,kv->kr", A, states.velocities), np.tile(still, (4, 1)), atol=1e-9)
 
 
@@ -249,7 +252,7 @@ def test_rows_that_read_the_time_are_refused_where_their_terms_lack():
         b = mbs.SystemBuilder()
         b.body("cart", 1.0, com=(0.1, 0.0, 0.2), inertia=0.1)
         b.joint("plane", mbs.Planar("y"), "ground", "cart")
-        b.constraint("path", mbs.Rows(rows))
+        b.constraint("path", mbs.joints.Rows(rows))
         system = b.build()
         state = mbs.State.at(system, t=0.3)
         if moves:

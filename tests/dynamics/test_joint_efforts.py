@@ -32,7 +32,7 @@ def rotors():
 
     def rotor(name, driven):
         b.body(name, 1.0, inertia=INERTIA)
-        drive = mbs.Polynomial((START, RATE, ACCELERATION / 2.0)) if driven else None
+        drive = mbs.forces.Polynomial((START, RATE, ACCELERATION / 2.0)) if driven else None
         b.joint(name, PIN, "ground", name, parent_frame=(0.0, 0.0, 0.1), drive=drive)
 
     for name, law in LAWS.items():
@@ -44,9 +44,9 @@ def rotors():
             rotor(f"{kind} {k}", k == 1)
             b.force(f"grease of {kind} {k}", mbs.SpringDamper(damping=0.3), joint=f"{kind} {k}")
     b.constraint("coupler", mbs.Coupler({"coupler 1": 20.0, "coupler 2": 60.0}))
-    b.constraint("slip", mbs.VelocityRows(geared))
-    b.constraint("rows", mbs.Rows(tied))
-    b.force("everywhere", mbs.GeneralisedEffort(on_every_joint))
+    b.constraint("slip", mbs.joints.VelocityRows(geared))
+    b.constraint("rows", mbs.joints.Rows(tied))
+    b.force("everywhere", mbs.forces.GeneralisedEffort(on_every_joint))
     b.force("wind", mbs.Torque((0.0, 0.0, 0.7)), on="spring_damper driven")
     system = b.build()
     free, rates = {f"{name} free": 0.4 for name in FREE}, {f"{name} free": 1.5 for name in FREE}

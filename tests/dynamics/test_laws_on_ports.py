@@ -151,7 +151,7 @@ def linear(system, state):
 
 @pytest.fixture(scope="module")
 def powers(system, state):
-    return mbs.bond_powers(system, state)
+    return mbs.bondgraph.bond_powers(system, state)
 
 
 @pytest.fixture(scope="module")
@@ -164,7 +164,7 @@ def answers(system, state):
 def _answers(system, state):
     return {
         "accelerations": mbs.forward_dynamics(system, state)[0],
-        "potential": mbs.potential_energy(system, state),
+        "potential": mbs.dynamics.potential_energy(system, state),
         "compliance": compliance_effort(system, state),
         "resistance": resistance_effort(system, state),
         "source": source_effort(system, state),
@@ -325,7 +325,7 @@ def mixed(numbers, system, state):
     system = eqx.tree_at(lambda s: [g.law for g in s.forces], system, laws)
     state = eqx.tree_at(lambda s: (s.coordinates, s.velocities), state, (psi, u))
     a = mbs.forward_dynamics(system, state)[0]
-    return jnp.cos(jnp.arange(len(a), dtype=a.dtype)) @ a + mbs.potential_energy(system, state)
+    return jnp.cos(jnp.arange(len(a), dtype=a.dtype)) @ a + mbs.dynamics.potential_energy(system, state)
 
 
 gradient_of_mixed = jax.jit(jax.grad(mixed))

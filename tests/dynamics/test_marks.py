@@ -51,8 +51,8 @@ def on_four_feet():
     b.body("table", 10.0, (0.3, 0.1, 0.3), (1.0, 1.0, 1.0))
     b.joint("floats", mbs.Free(), "ground", "table")
     for k, (x, y) in enumerate([(1.0, 0.5), (1.0, -0.5), (-1.0, 0.5), (-1.0, -0.5)]):
-        b.constraint(f"foot_{k}", mbs.PointOnPlane(), between=("ground", ("table", (x, y, 0.0))))
-    b.constraint("stop", mbs.PointOnLine(), between=("ground", "table"))
+        b.constraint(f"foot_{k}", mbs.joints.PointOnPlane(), between=("ground", ("table", (x, y, 0.0))))
+    b.constraint("stop", mbs.joints.PointOnLine(), between=("ground", "table"))
     system = b.build()
     turned = np.array([0.0, 0.0, 0.0, np.cos(0.3), 0.0, 0.0, np.sin(0.3)])
     return system, [mbs.State.at(system), mbs.State.at(system, guess={"floats": turned})]
@@ -84,7 +84,7 @@ MECHANISMS = {
 def rows_and_frames(system, state):
     """A (rows, nv), reactions (carriers, 6, rows) in joint axes on the children, rotations and places of frames."""
     at = at_state(system, state)
-    return mbs.constraint_jacobian(system, state), reaction_map.reaction_map(system, at), at.R, at.x
+    return mbs.kinematics.constraint_jacobian(system, state), reaction_map.reaction_map(system, at), at.R, at.x
 
 
 def open_by_singular_values(system, state, frame, side):

@@ -25,7 +25,7 @@ def test_loads_along_a_given_trajectory_of_an_arm():
     """Newton's law of the outer link, and the torques of `inverse_dynamics`."""
     wanted = {"pin0": 2.0, "pin1": -1.0}
     loads = mbs.reactions(LINKS, HELD, accelerations=wanted)
-    a = mbs.acceleration(LINKS, HELD, ("link1", (0.5, 0.0, 0.0)), wanted)
+    a = mbs.dynamics.acceleration(LINKS, HELD, ("link1", (0.5, 0.0, 0.0)), wanted)
     assert loads.ok
     np.testing.assert_allclose(loads["pin1"].force, a - np.array(DOWN_Y), atol=1e-10)
     torque = mbs.inverse_dynamics(LINKS, HELD, np.array([2.0, -1.0]))
@@ -41,7 +41,7 @@ def test_loads_along_a_given_trajectory_of_a_loop():
     """A four-bar held by its crank or by its rocker: the same power; a wrong acceleration is seen."""
     system = four_bar(stiffness=3.0, load=2.0)
     state = four_bar_state(system)
-    driven = four_bar(stiffness=3.0, load=2.0, drive=mbs.Polynomial((0.7, 2.0, 0.25)))
+    driven = four_bar(stiffness=3.0, load=2.0, drive=mbs.forces.Polynomial((0.7, 2.0, 0.25)))
     start = mbs.State.at(driven, guess=system.coordinates(state))
     a = mbs.forward_dynamics(driven, start)[0]
     expected = mbs.reactions(driven, start)
@@ -80,7 +80,7 @@ def test_forces_of_named_laws():
         loads["spring"]
 
 
-class Tooth(mbs.AbstractSignal):
+class Tooth(mbs.forces.AbstractSignal):
     """Rows that say what the gear says."""
 
     ratio: jax.Array
@@ -97,7 +97,9 @@ def test_loads_of_named_rows(kind):
         b.body(name, 1.0, inertia=J)
         b.joint(name, PIN, "ground", name)
     b.force("motor", mbs.Torque((0.0, 0.0, 6.0)), on="pinion")
-    law = mbs.Coupler({"pinion": 1.0, "wheel": -2.0}) if kind == "coupler" else mbs.Rows(Tooth(jnp.asarray(2.0)))
+    law = (
+        mbs.Coupler({"pinion": 1.0, "wheel": -2.0}) if kind == "coupler" else mbs.joints.Rows(Tooth(jnp.asarray(2.0)))
+    )
     b.constraint("gear", law)
     system = b.build()
     loads = mbs.reactions(system, mbs.State.at(system))

@@ -59,9 +59,9 @@ def test_kinetic_energy_is_half_the_momentum_times_the_velocity():
     q, u = rs.pinocchio_coordinates(links, np.asarray(state.coordinates)), np.asarray(state.velocities)
     data = model.createData()
     kinetic = pin.computeKineticEnergy(model, data, q, u)
-    np.testing.assert_allclose(mbs.kinetic_energy(system, state), kinetic, rtol=1e-12)
+    np.testing.assert_allclose(mbs.dynamics.kinetic_energy(system, state), kinetic, rtol=1e-12)
     np.testing.assert_allclose(
-        mbs.potential_energy(system, state), pin.computePotentialEnergy(model, data, q), rtol=1e-12
+        mbs.dynamics.potential_energy(system, state), pin.computePotentialEnergy(model, data, q), rtol=1e-12
     )
 
 

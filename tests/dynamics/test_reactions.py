@@ -138,8 +138,10 @@ def test_compliant_joints_take_less(right):
     if right == "pin":
         b.joint("right", PIN, "ground", "bar", parent_frame=(2.0, 0.0, 0.0), child_frame=(2.0, 0.0, 0.0))
     else:
-        b.constraint("right", mbs.Distance(1.0), between=(("ground", (3.0, 0.0, 0.0)), ("bar", (2.0, 0.0, 0.0))))
-        b.constraint("up", mbs.Distance(1.0), between=(("ground", (2.0, 1.0, 0.0)), ("bar", (2.0, 0.0, 0.0))))
+        b.constraint(
+            "right", mbs.joints.Distance(1.0), between=(("ground", (3.0, 0.0, 0.0)), ("bar", (2.0, 0.0, 0.0)))
+        )
+        b.constraint("up", mbs.joints.Distance(1.0), between=(("ground", (2.0, 1.0, 0.0)), ("bar", (2.0, 0.0, 0.0))))
     b.force("pull", mbs.Force((10.0, 0.0, 0.0)), on="bar")
     system = b.build()
     soft = {"left": np.r_[np.full(3, 1e-6), np.full(3, 1e-6)], "right": np.r_[np.full(3, 3e-6), np.full(3, 1e-6)]}
@@ -174,7 +176,7 @@ def test_the_bonds_of_a_system_have_its_reactions():
     _, B, D = four_bar_angles(0.7)
     state = mbs.State.at(system, A=0.7, velocities={"A": 2.0}, guess={"B": B, "D": D})
     loads = mbs.reactions(system, state, frame="joint")
-    bonds, needed = mbs.reaction_bonds(system, state)
+    bonds, needed = mbs.reaction.reaction_bonds(system, state)
     found = mbs.statics.bond_reactions(bonds, needed)
     for name, load in loads.items():
         np.testing.assert_allclose(found[name].force, load.force, atol=1e-8)
@@ -200,7 +202,7 @@ def table(point, support):
     for k, (x, y) in enumerate(FEET):
         foot = (x, y, 0.0)
         if support == "plane":
-            b.constraint(f"foot_{k}", mbs.PointOnPlane(), between=("ground", ("table", foot)))
+            b.constraint(f"foot_{k}", mbs.joints.PointOnPlane(), between=("ground", ("table", foot)))
         else:
             b.joint(f"foot_{k}", mbs.Spherical(), "ground", "table", parent_frame=foot, child_frame=foot)
     return b.build()
@@ -227,7 +229,7 @@ def test_three_legs_are_determined():
     b.joint("floats", mbs.Free(), "ground", "table")
     feet = np.array([[1.0, 0.0], [-0.5, 0.8], [-0.5, -0.8]])
     for k, (x, y) in enumerate(feet):
-        b.constraint(f"foot_{k}", mbs.PointOnPlane(), between=("ground", ("table", (x, y, 0.0))))
+        b.constraint(f"foot_{k}", mbs.joints.PointOnPlane(), between=("ground", ("table", (x, y, 0.0))))
     system = b.build()
     loads = mbs.reactions(system, mbs.State.at(system))
     expected = np.linalg.solve(np.c_[np.ones(3), feet].T, 98.1 * np.array([1.0, 0.2, 0.1]))
@@ -245,9 +247,9 @@ def body_motions(system, state):
         body: (
             mbs.rotation(system, state, body),
             mbs.position(system, state, body),
-            mbs.angular_velocity(system, state, body),
-            mbs.angular_acceleration(system, state, body, accelerations),
-            mbs.acceleration(system, state, body, accelerations),
+            mbs.kinematics.angular_velocity(system, state, body),
+            mbs.dynamics.angular_acceleration(system, state, body, accelerations),
+            mbs.dynamics.acceleration(system, state, body, accelerations),
         )
         for body in system.topology.body_names
     }
@@ -284,7 +286,7 @@ def newton_euler(system, state, loads, others=None):
 @pytest.mark.long
 def test_every_body_of_a_driven_loop_is_in_equilibrium():
     """Three redundant rows, a spring inside a pin, a load and a drive; also the drive's effort by power."""
-    system = four_bar(drive=mbs.Polynomial([0.7, 2.0, 1.5]), stiffness=3.0, load=5.0)
+    system = four_bar(drive=mbs.forces.Polynomial([0.7, 2.0, 1.5]), stiffness=3.0, load=5.0)
     _, B, D = four_bar_angles(0.7)
     state = mbs.State.at(system, guess={"A": 0.7, "B": B, "D": D})
     loads = mbs.reactions(system, state)
@@ -298,7 +300,7 @@ def test_every_body_of_a_driven_loop_is_in_equilibrium():
     h = 1e-4
     motion = mbs.simulate(system, state, ts=jnp.array([h, 2 * h]))
     before = mbs.State.at(system, guess={"A": 0.7, "B": B, "D": D}, t=-h)
-    energy = lambda s: float(mbs.kinetic_energy(system, s) + mbs.potential_energy(system, s))  # noqa: E731
+    energy = lambda s: float(mbs.dynamics.kinetic_energy(system, s) + mbs.dynamics.potential_energy(system, s))  # noqa: E731
     after = jax.tree.map(lambda x: x[0], motion.states)
     rate = (energy(after) - energy(before)) / (2 * h)
     load_power = 5.0 * float(mbs.velocity(system, state, ("coupler", (0.9, 0.0, 0.0)))[1])

@@ -12,7 +12,7 @@ from ..mechanisms import OnCart, slopes
 FILM = np.array([[30.0, 12.0, 0.0], [-7.0, 25.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-class Film(mbs.AbstractPoseLaw):
+class Film(mbs.forces.AbstractPoseLaw):
     """What it resists along x depends on the speed along y in another way than the reverse."""
 
     damping: jax.Array

@@ -21,9 +21,9 @@ def sphere(gravity=(0.0, 0.0, -G), turntable=None, radius=0.2, mass=3.0):
     b.joint("free", mbs.Free(), "ground", "ball")
     if turntable is not None:
         b.body("table", mass=1.0, inertia=1.0)
-        b.joint("axle", mbs.Revolute(axis="z"), "ground", "table", drive=mbs.Polynomial([0.0, turntable]))
+        b.joint("axle", mbs.Revolute(axis="z"), "ground", "table", drive=mbs.forces.Polynomial([0.0, turntable]))
     plane = "ground" if turntable is None else "table"
-    b.constraint("contact", mbs.RollingSphere(radius), between=(plane, "ball"))
+    b.constraint("contact", mbs.joints.RollingSphere(radius), between=(plane, "ball"))
     return b.build()
 
 
@@ -32,13 +32,13 @@ def disk(radius=0.3, mass=2.0):
     turning = mass * radius**2 * np.array([0.25, 0.5, 0.25])
     b.body("disk", mass=mass, inertia=turning)
     b.joint("free", mbs.Free(), "ground", "disk")
-    b.constraint("contact", mbs.RollingDisk(radius), between=("ground", "disk"))
+    b.constraint("contact", mbs.joints.RollingDisk(radius), between=("ground", "disk"))
     return b.build()
 
 
 def rolling_rates(system, state, spin):
     """Velocities (6,) of a free body whose contact holds, from its angular velocity in body axes."""
-    A = np.asarray(mbs.constraint_jacobian(system, state))[:, :6]
+    A = np.asarray(mbs.kinematics.constraint_jacobian(system, state))[:, :6]
     return np.concatenate([np.linalg.solve(A[:, :3], -A[:, 3:] @ spin), spin])
 
 
@@ -49,7 +49,7 @@ def test_a_sphere_on_an_incline_takes_five_sevenths_of_the_slope():
     assert system.topology.mobility == 3
     state = mbs.State.at(system, free=upright((0.0, 0.0, 0.2)))
     np.testing.assert_allclose(
-        mbs.acceleration(system, state, "ball"), [5.0 / 7.0 * G * np.sin(slope), 0.0, 0.0], atol=1e-10
+        mbs.dynamics.acceleration(system, state, "ball"), [5.0 / 7.0 * G * np.sin(slope), 0.0, 0.0], atol=1e-10
     )
     force = mbs.reactions(system, state)["contact"].force
     np.testing.assert_allclose(force, 3.0 * G * np.array([-2.0 / 7.0 * np.sin(slope), 0.0, np.cos(slope)]), rtol=1e-9)
@@ -109,7 +109,7 @@ def test_a_disk_rolls_steadily_on_a_circle():
 def test_a_blade_as_rows_of_the_user():
     """`VelocityRows` on the coordinates give the motion of the `KnifeEdge`."""
     ends = []
-    for law, between in ((mbs.KnifeEdge(), ("ground", "sleigh")), (mbs.VelocityRows(across), None)):
+    for law, between in ((mbs.joints.KnifeEdge(), ("ground", "sleigh")), (mbs.joints.VelocityRows(across), None)):
         b = mbs.SystemBuilder(gravity=(1.0, 0.0, 0.0))
         b.body("sleigh", mass=1.2, com=(0.3, 0.0, 0.0), inertia=0.15)
         b.joint("plane", mbs.Planar(), "ground", "sleigh")
@@ -125,7 +125,7 @@ def roller_racer(looped):
     b = mbs.SystemBuilder()
     for name in ("front", "rear"):
         b.body(name, mass=1.0, com=(0.1, 0.0, 0.0), inertia=0.05)
-        b.constraint(f"blade_{name}", mbs.KnifeEdge(), between=("ground", name))
+        b.constraint(f"blade_{name}", mbs.joints.KnifeEdge(), between=("ground", name))
     b.joint("plane", mbs.Planar(), "ground", "front")
     ends = {"parent_frame": (0.5, 0.0, 0.0), "child_frame": (0.4, 0.0, 0.0)}
     drive = mbs.forces.Harmonic(np.pi, 0.6, 3.0)
@@ -182,11 +182,11 @@ def cart(steer=0.0):
                     "cart",
                     carrier,
                     parent_frame=at,
-                    drive=mbs.Polynomial([turn]),
+                    drive=mbs.forces.Polynomial([turn]),
                 )
                 at = (0.0, 0.0, 0.0)
             b.joint(name, mbs.Revolute(axis="y"), carrier, name, parent_frame=at)
-            b.constraint(f"tyre_{name}", mbs.RollingDisk(radius), between=("ground", name))
+            b.constraint(f"tyre_{name}", mbs.joints.RollingDisk(radius), between=("ground", name))
     return b.build()
 
 
@@ -198,7 +198,7 @@ def test_a_cart_with_steered_wheels_turns_about_the_axles_meeting_point():
     assert system.topology.analysis.redundant > 0
     state = mbs.State.at(system, free=upright((0.0, 0.0, 0.1)), velocities={"rear_left": np.array(10.0)})
     centre = np.array([-0.4, 0.8 / np.tan(steer)])
-    turning = float(mbs.angular_velocity(system, state, "cart")[2])
+    turning = float(mbs.kinematics.angular_velocity(system, state, "cart")[2])
     velocity = np.asarray(mbs.velocity(system, state, "cart"))[:2]
     expected = turning * np.array([centre[1], -centre[0]])
     np.testing.assert_allclose(velocity, expected, atol=1e-10)
@@ -208,10 +208,10 @@ def test_a_cart_with_steered_wheels_turns_about_the_axles_meeting_point():
 @pytest.mark.parametrize(
     "law, words",
     [
-        (mbs.RollingDisk(0.0), "radius"),
-        (mbs.RollingSphere(-1.0), "radius"),
-        (mbs.RollingDisk(1.0, axle=(0, 0, 0)), "axis"),
-        (mbs.KnifeEdge(along=(0, 0, 0)), "axis"),
+        (mbs.joints.RollingDisk(0.0), "radius"),
+        (mbs.joints.RollingSphere(-1.0), "radius"),
+        (mbs.joints.RollingDisk(1.0, axle=(0, 0, 0)), "axis"),
+        (mbs.joints.KnifeEdge(along=(0, 0, 0)), "axis"),
     ],
 )
 def test_wrong_contacts_are_refused(law, words):
@@ -236,7 +236,7 @@ def test_rows_of_velocity_that_depend_on_time():
     b = mbs.SystemBuilder()
     b.body("block", mass=2.0, inertia=0.1)
     b.joint("slide", mbs.Prismatic("x"), "ground", "block")
-    b.constraint("belt", mbs.VelocityRows(lambda psi, u, t: u - 0.5 * jnp.sin(2.0 * t)))
+    b.constraint("belt", mbs.joints.VelocityRows(lambda psi, u, t: u - 0.5 * jnp.sin(2.0 * t)))
     system = b.build()
     state = mbs.State.at(system, t=0.4)
     np.testing.assert_allclose(state.velocities, 0.5 * np.sin(0.8), rtol=1e-12)

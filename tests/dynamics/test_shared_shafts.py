@@ -61,7 +61,7 @@ def test_springs_without_stiffness_change_nothing(swap):
 @pytest.mark.slow
 def test_bonds_carry_the_same():
     system, loads = shaft(drives=("front", "back"))
-    found = mbs.statics.bond_reactions(*mbs.reaction_bonds(system, mbs.State.at(system)))
+    found = mbs.statics.bond_reactions(*mbs.reaction.reaction_bonds(system, mbs.State.at(system)))
     for name, load in loads.items():
         np.testing.assert_allclose(found[name].force, load.force, atol=1e-8)
         np.testing.assert_allclose(found[name].moment, load.moment, atol=1e-8)

@@ -27,12 +27,12 @@ REFUSED = {
 def first(system, state, p):
     """What a state is asked of, and its neighbours, for differences."""
     names, com = system.topology.body_names, system.com
-    K, u_dot = mbs.kic(system, state), mbs.forward_dynamics(system, state)
+    K, u_dot = mbs.kinematics.kic(system, state), mbs.forward_dynamics(system, state)
     of_bodies = {
         "places": lambda n, at: mbs.position(system, state, (n, at)),
         "rotations": lambda n, at: mbs.rotation(system, state, n),
         "velocities": lambda n, at: mbs.velocity(system, state, (n, at)),
-        "turning": lambda n, at: mbs.angular_velocity(system, state, n),
+        "turning": lambda n, at: mbs.kinematics.angular_velocity(system, state, n),
     }
     found = {k: {n: ask(n, com[i]) for i, n in enumerate(names)} for k, ask in of_bodies.items()}
     return found | {
@@ -40,13 +40,16 @@ def first(system, state, p):
         "end": (mbs.position(system, state, AT), mbs.velocity(system, state, AT)),
         "axes": mbs.rotation(system, state, "bob"),
         "base": (mbs.position(system, state, "table"), mbs.rotation(system, state, "table")),
-        "accelerations": (mbs.acceleration(system, state, AT), mbs.angular_acceleration(system, state, "bob")),
-        "jacobian": mbs.jacobian(system, state, AT),
+        "accelerations": (
+            mbs.dynamics.acceleration(system, state, AT),
+            mbs.dynamics.angular_acceleration(system, state, "bob"),
+        ),
+        "jacobian": mbs.kinematics.jacobian(system, state, AT),
         "K": K,
         "Gi": kinematics.internal_kic(system, state),
-        "G": mbs.point_kic(system, state, AT)[0],
-        "f": mbs.constraint_residual(system, state),
-        "A": mbs.constraint_jacobian(system, state),
+        "G": mbs.kinematics.point_kic(system, state, AT)[0],
+        "f": mbs.kinematics.constraint_residual(system, state),
+        "A": mbs.kinematics.constraint_jacobian(system, state),
         "spring": dynamics.spring_vector(system, state, *SPRING),
         "net": dynamics.spring_displacement(system, state, *SPRING, FREE_LENGTH),
         "G_C": dynamics.spring_kic(system, state, *SPRING),
@@ -56,7 +59,7 @@ def first(system, state, p):
         "p": dynamics.generalised_momentum(system, state),
         "phi_dot": dynamics.independent_rates(system, state),
         "H": (dynamics.hamiltonian(system, state), dynamics.hamiltonian(system, state, p)),
-        "energy": (mbs.kinetic_energy(system, state), mbs.potential_energy(system, state)),
+        "energy": (mbs.dynamics.kinetic_energy(system, state), mbs.dynamics.potential_energy(system, state)),
         "e": {k: getattr(dynamics, f"{k}_effort")(system, state) for k in EFFORTS},
     }
 
@@ -70,13 +73,13 @@ def second(system, state, p):
     own = mbs.forward_dynamics(system, state)[0]
     refused = _refused(system)
     return {
-        "H": mbs.kic_second(system, state),
+        "H": mbs.kinematics.kic_second(system, state),
         "vector": kinematics.kic_second_vector(system, state),
         "Hi": kinematics.internal_kic_second(system, state),
         "printed": None
         if "internal_kic_second_printed" in refused
         else kinematics.internal_kic_second_printed(system, state),
-        "point": mbs.point_kic(system, state, AT)[1],
+        "point": mbs.kinematics.point_kic(system, state, AT)[1],
         "spring": dynamics.spring_kic_second(system, state, *SPRING),
         "GR": dynamics.gyristor_field(system, state),
         "state_equations": dynamics.state_equations(system, state),

@@ -72,15 +72,15 @@ def test_kinetic_energy_is_that_of_the_nodes(whole, flying, state):
         return x[None] + (places + moved) @ R.T
 
     R, x = mbs.rotation(flying, state, "arm.0"), mbs.position(flying, state, "arm.0")
-    omega, v = mbs.angular_velocity(flying, state, "arm.0"), mbs.velocity(flying, state, "arm.0")
+    omega, v = mbs.kinematics.angular_velocity(flying, state, "arm.0"), mbs.velocity(flying, state, "arm.0")
     speeds = jax.jvp(nodes, (R, x, q), (jnp.cross(omega[None], R.T).T, v, q_dot))[1] @ R
     turning = (R.T @ omega)[None] + (whole.shapes @ q_dot).reshape(-1, 6)[:, 3:]
     y = np.concatenate([speeds, turning], axis=1).reshape(-1)
     tool = 0.5, mbs.velocity(flying, state, ("tool", (0.02, 0.01, 0.0)))
-    spin = mbs.rotation(flying, state, "tool").T @ mbs.angular_velocity(flying, state, "tool")
+    spin = mbs.rotation(flying, state, "tool").T @ mbs.kinematics.angular_velocity(flying, state, "tool")
     rigid = 0.5 * tool[0] * tool[1] @ tool[1] + 0.5 * spin @ (jnp.array([1e-3, 2e-3, 2.5e-3]) * spin)
     expected = 0.5 * y @ np.asarray(s.mass) @ y + rigid
-    np.testing.assert_allclose(mbs.kinetic_energy(flying, state), expected, rtol=1e-12)
+    np.testing.assert_allclose(mbs.dynamics.kinetic_energy(flying, state), expected, rtol=1e-12)
     M, u = mbs.mass_matrix(flying, state), state.velocities
     np.testing.assert_allclose(0.5 * u @ M @ u, expected, rtol=1e-12)
 
@@ -119,7 +119,7 @@ def test_power_of_the_loads_is_the_change_of_energy(whole, flying, state):
 
     def energy(psi, u):
         here = mbs.State(state.t, psi, u)
-        return mbs.kinetic_energy(flying, here) + mbs.potential_energy(flying, here)
+        return mbs.dynamics.kinetic_energy(flying, here) + mbs.dynamics.potential_energy(flying, here)
 
     moving = (state.coordinates, state.velocities), (psi_dot, u_dot)
     rate = jax.jvp(energy, *moving)[1]
@@ -205,11 +205,13 @@ def test_stiffness_of_a_bent_body_by_its_parts():
     b.elastic("arm", body, motions={"1": mbs.Planar("z")})
     b.joint("root", mbs.Weld(), "ground", "arm.0")
     b.constraint(
-        "rod", mbs.Distance(np.hypot(*anchor)), between=(("ground", (1.0 + anchor[0], anchor[1], 0.0)), "arm.1")
+        "rod",
+        mbs.joints.Distance(np.hypot(*anchor)),
+        between=(("ground", (1.0 + anchor[0], anchor[1], 0.0)), "arm.1"),
     )
     system = b.build()
     state = mbs.State.at(system, guess={"arm.1": (0.02, -0.03, 0.05)})
-    chosen = list(mbs.kic(system, state).independent)
+    chosen = list(mbs.kinematics.kic(system, state).independent)
 
     def bent(phi):
         tip = np.zeros(3)
@@ -226,7 +228,7 @@ def test_stiffness_of_a_bent_body_by_its_parts():
     np.testing.assert_allclose(found.elastic, G.T @ K @ G, atol=1e-8 * scale)
     np.testing.assert_allclose(found.antagonistic, hessian - G.T @ K @ G, atol=1e-6 * scale)
     assert np.max(np.abs(found.antagonistic)) > 1e-3 * scale
-    np.testing.assert_allclose(mbs.potential_energy(system, state), bent(phi) @ K @ bent(phi) / 2, rtol=1e-9)
+    np.testing.assert_allclose(mbs.dynamics.potential_energy(system, state), bent(phi) @ K @ bent(phi) / 2, rtol=1e-9)
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ def seeds(folder: Path) -> dict[str, tuple]:
     builder.force("table", mbs.Table([-1.0, 0.0, 2.0], [-3.0, 0.0, 4.0]), joint="pin")
     builder.force("stop", mbs.BumpStop(1e3, lower=-1.0), joint="pin")
     builder.force("push", mbs.Force(mbs.forces.Spline([0.0, 1.0, 2.0], np.eye(3))), on=("hand", (0.0, 0.0, 1.0)))
-    builder.constraint("rod", mbs.Distance(2.0), between=("ground", "hand"))
+    builder.constraint("rod", mbs.joints.Distance(2.0), between=("ground", "hand"))
     mbs.save_model(builder, folder / "seed.json")
     return {
         ".urdf": ([ARM_URDF], mbs.io.read_urdf),

@@ -31,17 +31,17 @@ def rolled(psi, u, t):
 
 
 MORE = {
-    "distance": mbs.Distance(0.1 + 0.2),
-    "plane": mbs.PointOnPlane(),
-    "line": mbs.PointOnLine(),
-    "sphere": mbs.RollingSphere(1 / 3),
-    "disk": mbs.RollingDisk(0.2, "x"),
-    "knife": mbs.KnifeEdge("y"),
-    "tool": mbs.FramePath(mbs.forces.Spline([0.0, 1.0, 2.0], np.eye(3)), (0.0, 0.0, 0.1), ("x", "y", "rz")),
+    "distance": mbs.joints.Distance(0.1 + 0.2),
+    "plane": mbs.joints.PointOnPlane(),
+    "line": mbs.joints.PointOnLine(),
+    "sphere": mbs.joints.RollingSphere(1 / 3),
+    "disk": mbs.joints.RollingDisk(0.2, "x"),
+    "knife": mbs.joints.KnifeEdge("y"),
+    "tool": mbs.joints.FramePath(mbs.forces.Spline([0.0, 1.0, 2.0], np.eye(3)), (0.0, 0.0, 0.1), ("x", "y", "rz")),
     "coupler": mbs.Coupler({"a": 1.0, "b": -0.7}, 0.1),
     "cam": mbs.Coupler({"a": 1.0, "b": 0.0}, function=gearing),
-    "rows": mbs.Rows(gearing),
-    "slips": mbs.VelocityRows(rolled),
+    "rows": mbs.joints.Rows(gearing),
+    "slips": mbs.joints.VelocityRows(rolled),
     "partial": mbs.Actuator(jax.tree_util.Partial(test_scalar_laws.torque_curve, jnp.array(2.0))),
     "cyclic": reductions.Cyclic(12, 2, {"left": "right"}),
     "mirror": reductions.Mirror("x"),
@@ -49,7 +49,7 @@ MORE = {
     "characteristic": reductions.Characteristic(4),
     "limit": mbs.Limit("bearing", "load", upper=np.array([4e3, np.inf])),
     "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
-    "effort": mbs.GeneralisedEffort(gearing),
+    "effort": mbs.forces.GeneralisedEffort(gearing),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
 }
 THINGS = {
@@ -73,7 +73,7 @@ def names():
         "drag class": test_loads.Drag,
         "turning": test_loads.turning,
     }.items():
-        mbs.register(name, item)
+        mbs.io.register(name, item)
 
 
 def again(thing, folder):
@@ -170,7 +170,7 @@ def random_builder(seed, kinds, name):
     )
     b.force("stop", mbs.BumpStop(1e4, lower=-random.uniform()), joint="turn")
     b.force("wind", mbs.Force(random.normal(size=3), axes="body"), on=name)
-    b.constraint("rod", mbs.Distance(random.uniform(1, 2)), between=("ground", "eye"))
+    b.constraint("rod", mbs.joints.Distance(random.uniform(1, 2)), between=("ground", "eye"))
     return b
 
 
@@ -241,24 +241,24 @@ def test_faults_of_files(old, new, message, tmp_path):
 def test_functions_need_a_name(tmp_path):
     b = small()
     b.force("motor", mbs.Actuator(lambda x, v, t: -x), joint="pin")
-    with pytest.raises(mbs.ModelError, match=r"model.forces.motor.law.function: .* has no name: `mbs.register"):
+    with pytest.raises(mbs.ModelError, match=r"model.forces.motor.law.function: .* has no name: `mbs.io.register"):
         mbs.save_model(b, tmp_path / "model.json")
     assert not list(tmp_path.iterdir())  # nothing half written
 
-    class Own(mbs.AbstractScalarLaw):
+    class Own(mbs.forces.AbstractScalarLaw):
         def effort(self, x, v, t):
             return -x
 
     b = small()
     b.force("own", Own(), joint="pin")
-    with pytest.raises(mbs.ModelError, match="Own is no class of the library: `mbs.register"):
+    with pytest.raises(mbs.ModelError, match="Own is no class of the library: `mbs.io.register"):
         mbs.save_model(b, tmp_path / "model.json")
-    mbs.register("own law", Own)
+    mbs.io.register("own law", Own)
     assert isinstance(again(b, tmp_path).declared.forces["own"].law, Own)
     with pytest.raises(ValueError, match="'Revolute' is that of a class of the library"):
-        mbs.register("Revolute", Own)
+        mbs.io.register("Revolute", Own)
     with pytest.raises(TypeError, match="only functions and classes have names"):
-        mbs.register("number", 3.0)
+        mbs.io.register("number", 3.0)
 
 
 def test_a_name_that_is_not_registered(tmp_path):

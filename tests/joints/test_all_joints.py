@@ -132,7 +132,7 @@ def pose_of(body, coordinates):
 @jax.jit
 def look(system, state):
     """Pose and velocity of every body."""
-    functions = (mbs.rotation, mbs.position, mbs.angular_velocity, mbs.velocity)
+    functions = (mbs.rotation, mbs.position, mbs.kinematics.angular_velocity, mbs.velocity)
     return {n: tuple(f(system, state, n) for f in functions) for n in system.topology.body_names}
 
 

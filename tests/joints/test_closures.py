@@ -13,7 +13,7 @@ def test_the_multiplier_of_a_rod_is_its_force():
     b.body("bob", mass=mass)
     b.joint("x", mbs.Prismatic("x"), "ground", "carrier")
     b.joint("z", mbs.Prismatic("z"), "carrier", "bob")
-    b.constraint("rod", mbs.Distance(length), between=("ground", "bob"))
+    b.constraint("rod", mbs.joints.Distance(length), between=("ground", "bob"))
     system = b.build(independent=["x"])
     place = {"x": length * np.sin(angle)}
     state = mbs.State.at(system, place, velocities={"x": speed * np.cos(angle)}, guess={"z": -0.8})

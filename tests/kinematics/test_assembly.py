@@ -27,7 +27,7 @@ def test_four_bar_by_two_circles(system, angle):
     near = {"B": expected[1] + 0.2, "D": expected[2] - 0.2}
     state = mbs.State.at(system, A=angle, guess=near)
     np.testing.assert_allclose(coordinates(system, state), expected, atol=1e-11)
-    np.testing.assert_allclose(mbs.constraint_residual(system, state), 0.0, atol=1e-12)
+    np.testing.assert_allclose(mbs.kinematics.constraint_residual(system, state), 0.0, atol=1e-12)
 
 
 def test_the_guess_chooses_the_branch(system):
@@ -50,7 +50,7 @@ def test_held_coordinates_stay_held(system):
 
 def test_no_guess_is_needed(system):
     state = mbs.State.at(system, A=0.7)
-    np.testing.assert_allclose(mbs.constraint_residual(system, state), 0.0, atol=1e-10)
+    np.testing.assert_allclose(mbs.kinematics.constraint_residual(system, state), 0.0, atol=1e-10)
 
 
 def test_unassemblable_names_the_joint_that_stays_open(system):
@@ -75,7 +75,7 @@ def test_rates_follow_the_closed_form(system):
     state = mbs.State.at(system, A=0.7, velocities={"A": 2.0}, guess=GUESS)
     rates = system.velocities(state)
     np.testing.assert_allclose([rates[n] for n in ("A", "B", "D")], 2.0 * slope, atol=1e-8)
-    np.testing.assert_allclose(mbs.constraint_jacobian(system, state) @ state.velocities, 0.0, atol=1e-12)
+    np.testing.assert_allclose(mbs.kinematics.constraint_jacobian(system, state) @ state.velocities, 0.0, atol=1e-12)
 
 
 POINT = np.array([*LENGTHS, 0.7])
@@ -127,7 +127,7 @@ def test_traced_states_have_the_rates_of_their_drives():
     """In a trace as on the host: `A u = -f_t`."""
     b = mbs.SystemBuilder()
     b.body("block", mass=2.0, inertia=0.1)
-    b.joint("slide", mbs.Prismatic("x"), "ground", "block", drive=mbs.Polynomial([0.1, 0.7, 0.5]))
+    b.joint("slide", mbs.Prismatic("x"), "ground", "block", drive=mbs.forces.Polynomial([0.1, 0.7, 0.5]))
     driven = b.build()
     for state in (jax.jit(lambda t: mbs.State.at(driven, t=t))(0.3), mbs.State.at(driven, t=0.3)):
         np.testing.assert_allclose(state.coordinates, 0.1 + 0.7 * 0.3 + 0.5 * 0.3**2, rtol=1e-12)
@@ -136,9 +136,9 @@ def test_traced_states_have_the_rates_of_their_drives():
 
 SIGNALS = {  # each reaches the angle at t = 1
     "function": lambda angle: jax.tree_util.Partial(jnp.multiply, angle),
-    "ramp": lambda angle: mbs.Polynomial((0.2, angle - 0.2)),
+    "ramp": lambda angle: mbs.forces.Polynomial((0.2, angle - 0.2)),
     "harmonic": lambda angle: mbs.Harmonic(angle - 0.1, 0.1, 0.5 * np.pi),
-    "constant": lambda angle: mbs.Constant(angle),
+    "constant": lambda angle: mbs.forces.Constant(angle),
     "spline": lambda angle: mbs.Spline((0.0, 2.0), (0.0, 2.0 * angle)),
 }
 
@@ -221,7 +221,7 @@ def test_rounded_coordinates_are_told_of_guesses(system):
 
 CONES = {
     "coupler": mbs.Coupler({"qx": 1, "qy": 1, "qz": 1}, function=lambda x, y, z: z - jnp.sqrt(x * x / 2 + y * y / 4)),
-    "rows": mbs.Rows(lambda q, t: q[2:] - jnp.sqrt(q[:1] ** 2 / 2 + q[1:2] ** 2 / 4)),
+    "rows": mbs.joints.Rows(lambda q, t: q[2:] - jnp.sqrt(q[:1] ** 2 / 2 + q[1:2] ** 2 / 4)),
 }
 
 
@@ -251,6 +251,6 @@ def test_rows_without_a_slope_where_all_is_zero(kind):
 
 
 def test_rows_that_never_have_a_slope_are_named():
-    never = mbs.Rows(lambda q, t: q[2:] - jnp.sqrt(q[:1] - 100.0))
+    never = mbs.joints.Rows(lambda q, t: q[2:] - jnp.sqrt(q[:1] - 100.0))
     with pytest.raises(mbs.ModelError, match="slope of 'cone' is not finite at any pose"):
         on_axes(never)

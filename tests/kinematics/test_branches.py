@@ -55,11 +55,11 @@ def test_a_whole_turn_stays_on_the_branch(bars, rest):
     np.testing.assert_array_equal(np.asarray(searched.branch)[:, 0] != rest.branch[0], mirrored)
     for states in (
         jax.jit(jax.vmap(lambda angle: mbs.State.at(bars, A=angle, near=rest)))(TURN),
-        mbs.states_along(bars, "A", TURN, rest),
+        mbs.kinematics.states_along(bars, "A", TURN, rest),
     ):
         assert np.all(states.ok) and np.array_equal(np.unique(states.branch), rest.branch)
         assert np.max(off(bars.coordinates(states)["D"], rocker(TURN))) < 1e-9
-        np.testing.assert_array_equal(mbs.branch(bars, states, ["A"]), states.branch)
+        np.testing.assert_array_equal(mbs.kinematics.branch(bars, states, ["A"]), states.branch)
 
 
 def test_gradients_along_a_branch(bars, rest):
@@ -72,7 +72,7 @@ def test_gradients_along_a_branch(bars, rest):
 
     def summed(crank, angles):
         new = four_bar((1.0, crank, 1.1, 0.75), like=bars)
-        return jnp.sum(jnp.sin(new.coordinates(mbs.states_along(new, "A", angles, rest))["D"]))
+        return jnp.sum(jnp.sin(new.coordinates(mbs.kinematics.states_along(new, "A", angles, rest))["D"]))
 
     def truth(crank, angles):
         return np.sum(np.sin(rocker(angles, (1.0, crank, 1.1, 0.75))))
@@ -96,7 +96,7 @@ def test_random_four_bars_arrive_or_say_that_they_cannot(bars):
         end = jnp.array([lengths[0] + lengths[3] * jnp.cos(first), lengths[3] * jnp.sin(first)])
         coupler = jnp.arctan2(*(end - knee)[::-1])
         start = mbs.State.at(new, A=begin, guess={"B": coupler - begin, "D": first})
-        return mbs.states_along(new, "A", begin + turn, start)
+        return mbs.kinematics.states_along(new, "A", begin + turn, start)
 
     states = jax.jit(jax.vmap(sweep))(lengths, begin, first)
     D, ok = np.asarray(states.coordinates)[..., 2], np.asarray(states.ok)
@@ -117,7 +117,7 @@ def test_the_end_of_a_branch_is_said(bars, rest):
     assert abs(float(str(caught.value).split("D = ")[1].split(",")[0]) - limit) < 1e-4
     angles = np.array([limit + 0.1, limit - 0.2, limit + 0.1])
     with pytest.warns(UserWarning, match="the branch ends before D"):
-        states = mbs.states_along(bars, "D", angles, rest)
+        states = mbs.kinematics.states_along(bars, "D", angles, rest)
     np.testing.assert_array_equal(states.ok, [True, False, False])
     assert np.all(np.isnan(states.coordinates[1:])) and np.all(np.isnan(states.branch[1:]))
 
@@ -128,7 +128,7 @@ def test_a_parallelogram_turns_through_its_flat_poses():
     start = mbs.State.at(system, A=1.0, guess={"B": -1.0, "D": 1.0})
     angles = np.concatenate([np.linspace(1.0, 7.0, 20), [2.0 * np.pi, np.pi, 1.0]])
     with pytest.warns(UserWarning, match="sign changes at A"):
-        states = mbs.states_along(system, "A", angles, start)
+        states = mbs.kinematics.states_along(system, "A", angles, start)
     np.testing.assert_allclose(system.coordinates(states)["D"], angles, atol=1e-9)
     signs = np.asarray(states.branch)[:, 0]
     np.testing.assert_array_equal(signs[-3:], [0.0, 0.0, start.branch[0]])  # flat, flat, as at the start
@@ -165,7 +165,7 @@ def test_the_four_branches_of_a_six_bar():
     for first in (1.0, -1.0):
         for second in (1.0, -1.0):
             start = mbs.State.at(system, A=0.7, guess=dict(zip("BDEG", watt_angles(0.7, first, second), strict=True)))
-            states = mbs.states_along(system, "A", turn, start)
+            states = mbs.kinematics.states_along(system, "A", turn, start)
             found = np.stack([system.coordinates(states)[name] for name in "BDEG"])
             assert np.max(off(found, watt_angles(turn, first, second))) < 1e-9
             assert np.array_equal(np.unique(states.branch, axis=0), start.branch[None])
@@ -230,7 +230,7 @@ def test_cut_joints_and_held_ones_are_followed():
     b.joint("C", PIN, "b", "c", parent_frame=(2.0, 0.0, 0.0), child_frame=(2.0, 0.0, 0.0))
     system = b.build()
     start = mbs.State.at(system, A=2.0, E=1.0, guess={"B": -1.0, "D": 1.0})
-    turned = mbs.states_along(system, "A", 2.0 + np.linspace(0.0, 2.0 * np.pi, 25), start, held=["E"])
+    turned = mbs.kinematics.states_along(system, "A", 2.0 + np.linspace(0.0, 2.0 * np.pi, 25), start, held=["E"])
     assert np.all(turned.ok) and np.array_equal(np.unique(turned.branch, axis=0), start.branch[None])
     np.testing.assert_allclose(system.coordinates(turned)["E"], 1.0, atol=1e-12)
     np.testing.assert_allclose(np.cos(turned.coordinates[-1]), np.cos(start.coordinates), atol=1e-9)
@@ -240,7 +240,7 @@ def test_cut_joints_and_held_ones_are_followed():
 
     here = float(knee(system.coordinates(start)))
     angles = here + np.linspace(0.0, -0.4, 5)
-    cut = mbs.states_along(system, "C", angles, start, held=["E"])
+    cut = mbs.kinematics.states_along(system, "C", angles, start, held=["E"])
     assert np.all(cut.ok)
     np.testing.assert_allclose(off(knee(system.coordinates(cut)), angles), 0.0, atol=1e-9)
 
@@ -250,7 +250,7 @@ def test_where_the_redundancy_turns_there_is_no_sign():
     system = bennett().build()
     start = mbs.State.at(system, J0=0.5, guess={"J1": 0.5, "J2": -0.5})
     np.testing.assert_array_equal(start.branch, [0.0])
-    states = mbs.states_along(system, "J0", 0.5 + np.linspace(0.0, 2.0 * np.pi, 13), start)
+    states = mbs.kinematics.states_along(system, "J0", 0.5 + np.linspace(0.0, 2.0 * np.pi, 13), start)
     q = system.coordinates(states)
     product = np.tan(q["J0"] / 2.0) * np.tan(q["J1"] / 2.0)
     np.testing.assert_allclose(product, product[0], rtol=1e-6)
@@ -262,14 +262,14 @@ def test_states_without_loops_and_by_hand_have_no_signs(bars, rest):
     b.joint("pin", PIN, "ground", "bob")
     tree = b.build()
     state = mbs.State.at(tree, pin=0.3)
-    assert state.branch.shape == (0,) and mbs.branch(tree, state).shape == (0,)
+    assert state.branch.shape == (0,) and mbs.kinematics.branch(tree, state).shape == (0,)
     moved = mbs.State.at(tree, pin=1.3, near=state)
     np.testing.assert_allclose(moved.coordinates, [1.3])
     by_hand = mbs.State(np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3)))
     assert by_hand.branch.shape == (3, 0)
     motion = mbs.simulate(bars, rest, ts=np.linspace(0.0, 0.01, 3))
     assert motion.states.branch.shape == (3, 0)
-    np.testing.assert_array_equal(mbs.branch(bars, motion.states, "A"), np.tile(rest.branch, (3, 1)))
+    np.testing.assert_array_equal(mbs.kinematics.branch(bars, motion.states, "A"), np.tile(rest.branch, (3, 1)))
 
 
 def test_wrong_near_is_refused(bars, rest):
@@ -282,11 +282,11 @@ def test_wrong_near_is_refused(bars, rest):
     with pytest.raises(mbs.ModelError, match="another system"):
         mbs.State.at(watt(), A=0.3, near=rest)
     with pytest.raises(mbs.UnknownNameError, match="no joint 'a'"):
-        mbs.branch(bars, rest, ["a"])
+        mbs.kinematics.branch(bars, rest, ["a"])
     with pytest.raises(mbs.ModelError, match="values of 'A'"):
-        mbs.states_along(bars, "A", 0.3, rest)
+        mbs.kinematics.states_along(bars, "A", 0.3, rest)
     with pytest.raises(mbs.ModelError, match="no joint 'crank'"):
-        mbs.states_along(bars, "crank", TURN, rest)
+        mbs.kinematics.states_along(bars, "crank", TURN, rest)
 
 
 def test_a_batch_says_where_the_branch_changes(bars, rest):

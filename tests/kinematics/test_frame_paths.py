@@ -26,7 +26,7 @@ def arm(corners=None, upper=UPPER, like=None):
     b.joint("elbow", PIN, "upper", "lower", parent_frame=(upper, 0.0, 0.0))
     b.frame("tip", "lower", (LOWER, 0.0, 0.0))
     if corners is not None:
-        b.constraint("lead", mbs.FramePath(path(corners), hold=("x", "y")), between=("ground", "tip"))
+        b.constraint("lead", mbs.joints.FramePath(path(corners), hold=("x", "y")), between=("ground", "tip"))
     return b.build(like=like)
 
 
@@ -65,7 +65,7 @@ def test_two_slides_take_the_places_of_the_path():
     b.body("point", 2.0)
     b.joint("x", mbs.Prismatic("x"), "ground", "carriage")
     b.joint("y", mbs.Prismatic("y"), "carriage", "point")
-    b.constraint("lead", mbs.FramePath(path(), hold=("x", "y")), between=("ground", "point"))
+    b.constraint("lead", mbs.joints.FramePath(path(), hold=("x", "y")), between=("ground", "point"))
     system, t = b.build(), 0.65
     state = mbs.State.at(system, t=t)
     rate = jax.jacfwd(path())
@@ -91,7 +91,7 @@ def test_what_leads_carries_the_force_of_the_inverse_dynamics(led, motion):
     """`J^T f` of the force that leads is what motors would give; and motors that do carry no force at the tip."""
     a = jax.jit(jax.vmap(closed_form))(TS)[2]
     free, states = arm(), motion.states
-    needs = lambda s, a: (mbs.jacobian(free, s, "tip"), mbs.inverse_dynamics(free, s, a))  # noqa: E731
+    needs = lambda s, a: (mbs.kinematics.jacobian(free, s, "tip"), mbs.inverse_dynamics(free, s, a))  # noqa: E731
     J, need = jax.jit(jax.vmap(needs))(states, a)
     force = mbs.reactions(led, motion)["lead"].force
     np.testing.assert_allclose(jnp.einsum("tkj,tk->tj", J[:, :3], force), need, atol=1e-7)
@@ -134,13 +134,13 @@ def test_work_of_what_leads_is_in_the_account(led):
 
 @pytest.mark.long
 def test_a_frame_is_turned_along_a_path_in_space():
-    turn = mbs.Polynomial(jnp.array([[0.1, 0.2, -0.3], [0.5, -0.2, 0.4], [0.0, 0.3, 0.1]]))
-    place = mbs.Polynomial(jnp.array([[1.0, 0.0, 0.5], [0.0, 0.3, 0.0]]))
+    turn = mbs.forces.Polynomial(jnp.array([[0.1, 0.2, -0.3], [0.5, -0.2, 0.4], [0.0, 0.3, 0.1]]))
+    place = mbs.forces.Polynomial(jnp.array([[1.0, 0.0, 0.5], [0.0, 0.3, 0.0]]))
     b = mbs.SystemBuilder()
     b.body("part", 2.0, (0.1, 0.0, 0.0), (0.02, 0.03, 0.04))
     b.joint("float", mbs.Free(), "ground", "part")
     b.frame("grip", "part", (0.2, 0.1, 0.0))
-    b.constraint("robot", mbs.FramePath(place, turn), between=("ground", "grip"))
+    b.constraint("robot", mbs.joints.FramePath(place, turn), between=("ground", "grip"))
     system = b.build()
     t = 0.7
     state = mbs.State.at(system, t=t)
@@ -149,17 +149,23 @@ def test_a_frame_is_turned_along_a_path_in_space():
     np.testing.assert_allclose(mbs.position(system, state, "grip"), place(t), atol=1e-9)
     spin = (R(t + 1e-5) - R(t - 1e-5)) / 2e-5 @ R(t).T
     omega = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
-    np.testing.assert_allclose(mbs.angular_velocity(system, state, "grip"), omega, atol=1e-8)
+    np.testing.assert_allclose(mbs.kinematics.angular_velocity(system, state, "grip"), omega, atol=1e-8)
     later, before = (mbs.State.at(system, t=t + h) for h in (1e-5, -1e-5))
-    slope = (mbs.angular_velocity(system, later, "grip") - mbs.angular_velocity(system, before, "grip")) / 2e-5
-    np.testing.assert_allclose(mbs.angular_acceleration(system, state, "grip"), slope, atol=1e-5)
+    slope = (
+        mbs.kinematics.angular_velocity(system, later, "grip")
+        - mbs.kinematics.angular_velocity(system, before, "grip")
+    ) / 2e-5
+    np.testing.assert_allclose(mbs.dynamics.angular_acceleration(system, state, "grip"), slope, atol=1e-5)
     load = mbs.reactions(system, state)["robot"]  # of a body in the hand: Newton and Euler about its centre of mass
     com = ("part", (0.1, 0.0, 0.0))
-    force = 2.0 * (mbs.acceleration(system, state, com) + jnp.array([0.0, 0.0, 9.81]))
+    force = 2.0 * (mbs.dynamics.acceleration(system, state, com) + jnp.array([0.0, 0.0, 9.81]))
     np.testing.assert_allclose(load.force, force, atol=1e-6)
     W = mbs.rotation(system, state, "part")
     inertia = W @ jnp.diag(jnp.array([0.02, 0.03, 0.04])) @ W.T
-    w, dw = mbs.angular_velocity(system, state, "part"), mbs.angular_acceleration(system, state, "part")
+    w, dw = (
+        mbs.kinematics.angular_velocity(system, state, "part"),
+        mbs.dynamics.angular_acceleration(system, state, "part"),
+    )
     arm_ = mbs.position(system, state, "grip") - mbs.position(system, state, com)
     np.testing.assert_allclose(
         load.moment + jnp.cross(arm_, force), inertia @ dw + jnp.cross(w, inertia @ w), atol=1e-6
@@ -170,9 +176,9 @@ def test_improper_paths_are_said_in_one_report():
     b = mbs.SystemBuilder()
     b.body("part", 1.0)
     b.joint("float", mbs.Free(), "ground", "part")
-    b.constraint("a", mbs.FramePath((0.0, 0.0, 0.0), hold=("x", "rr")), between=("ground", "part"))
-    b.constraint("b", mbs.FramePath(), between=("ground", "part"))
-    b.constraint("c", mbs.FramePath(lambda t: t, hold=("x", "rz")), between=("ground", "part"))
+    b.constraint("a", mbs.joints.FramePath((0.0, 0.0, 0.0), hold=("x", "rr")), between=("ground", "part"))
+    b.constraint("b", mbs.joints.FramePath(), between=("ground", "part"))
+    b.constraint("c", mbs.joints.FramePath(lambda t: t, hold=("x", "rz")), between=("ground", "part"))
     with pytest.raises(mbs.ModelError) as raised:
         b.build()
     text = str(raised.value)

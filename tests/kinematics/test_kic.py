@@ -38,9 +38,9 @@ def test_rows_and_their_slopes():
 
     @jax.jit
     def residual(psi):
-        return mbs.constraint_residual(system, mbs.State(state.t, psi, state.velocities))
+        return mbs.kinematics.constraint_residual(system, mbs.State(state.t, psi, state.velocities))
 
-    A = np.asarray(mbs.constraint_jacobian(system, state))
+    A = np.asarray(mbs.kinematics.constraint_jacobian(system, state))
     np.testing.assert_allclose(residual(state.coordinates), 0.0, atol=1e-10)
     np.testing.assert_allclose(A, slopes(residual, state.coordinates), atol=1e-9)
     p, q = first.independent_columns(system), first.dependent_columns(system)
@@ -89,7 +89,7 @@ def test_translational_kic_is_the_derivative_of_positions(specimen):
 
     phi, h = phi_of(system, state), 1e-6
     finite = [(place(phi.at[i].add(h)) - place(phi.at[i].add(-h))) / (2 * h) for i in range(len(phi))]
-    np.testing.assert_allclose(mbs.kic(system, state).translational[name], np.stack(finite, 1), atol=1e-8)
+    np.testing.assert_allclose(mbs.kinematics.kic(system, state).translational[name], np.stack(finite, 1), atol=1e-8)
 
 
 @pytest.mark.slow
@@ -133,7 +133,7 @@ def test_second_kic_symmetries(specimen):
 
 def test_kic_rate_is_the_change_of_the_kic_along_the_motion():
     system, state = LOOP.system, LOOP.state
-    K, H = mbs.kic(system, state), mbs.kic_second(system, state)
+    K, H = mbs.kinematics.kic(system, state), mbs.kinematics.kic_second(system, state)
     phi_dot, h = state.velocities[np.asarray(K.independent)], 1e-6
     place = jax.jit(lambda phi: moved(system, state, phi))
     ahead, behind = (
@@ -141,9 +141,9 @@ def test_kic_rate_is_the_change_of_the_kic_along_the_motion():
     )
     for name in system.topology.body_names:
         for kind in ("rotational", "translational"):  # the first is not symmetric in (n, m)
-            ends = (getattr(mbs.kic(system, place), kind)[name] for place in (ahead, behind))
+            ends = (getattr(mbs.kinematics.kic(system, place), kind)[name] for place in (ahead, behind))
             finite = functools.reduce(np.subtract, ends) / (2 * h)
-            np.testing.assert_allclose(mbs.kic_rate(getattr(H, kind)[name], phi_dot), finite, atol=1e-7)
+            np.testing.assert_allclose(mbs.kinematics.kic_rate(getattr(H, kind)[name], phi_dot), finite, atol=1e-7)
     last = H.rotational[system.topology.body_names[-2]]
     assert np.max(np.abs(last - np.swapaxes(last, 0, 2))) > 0.1
 
@@ -155,9 +155,9 @@ for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 
 def test_point_kic_at_a_centre_of_mass_is_the_bodys():
     system, state = LOOP.system, LOOP.state
-    K, H = mbs.kic(system, state), mbs.kic_second(system, state)
+    K, H = mbs.kinematics.kic(system, state), mbs.kinematics.kic_second(system, state)
     name = system.topology.body_names[-1]
-    G, second_order = mbs.point_kic(system, state, (name, system.com[-1]))
+    G, second_order = mbs.kinematics.point_kic(system, state, (name, system.com[-1]))
     np.testing.assert_allclose(G, np.concatenate([K.translational[name], K.rotational[name]]), atol=1e-12)
     both = np.concatenate([H.translational[name], H.rotational[name]], axis=1)
     np.testing.assert_allclose(second_order, both, atol=1e-11 * np.abs(both).max())
@@ -171,7 +171,7 @@ def test_transposed_kic_of_a_body_carries_force_and_moment_without_loss_of_power
     loads = [("push", mbs.Force(F), {"on": ("bob", com)}), ("turn", mbs.Torque(T), {"on": "bob"})]
     system = hand.build(forces=loads)
     state = mbs.State.at(system, slide=phi[0], swing=phi[1], velocities={"slide": phi_dot[0], "swing": phi_dot[1]})
-    K = mbs.kic(system, state)
+    K = mbs.kinematics.kic(system, state)
     velocity = slopes(lambda phi: hand.place(phi, com), phi) @ phi_dot
     from_force, from_moment = K.translational["bob"].T @ F, K.rotational["bob"].T @ T
     np.testing.assert_allclose(from_force @ phi_dot, F @ velocity, rtol=1e-9)  # (16)

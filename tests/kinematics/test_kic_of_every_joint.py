@@ -40,7 +40,11 @@ def tree():
 
 @jax.jit
 def _tensors(system, state):
-    return mbs.kic(system, state), mbs.kic_second(system, state), kic_second_vector(system, state)
+    return (
+        mbs.kinematics.kic(system, state),
+        mbs.kinematics.kic_second(system, state),
+        kic_second_vector(system, state),
+    )
 
 
 def answers(system, state):
@@ -52,7 +56,7 @@ def answers(system, state):
 
         def kic(step):
             psi = step_coordinates(system.topology, state.coordinates, step)
-            return mbs.kic(system, mbs.State(state.t, psi, state.velocities))
+            return mbs.kinematics.kic(system, mbs.State(state.t, psi, state.velocities))
 
         ends = jax.vmap(kic)(steps), jax.vmap(kic)(-steps)
         return jax.tree.map(lambda a, b: jnp.moveaxis((a - b) / (2 * h), 0, -1), *ends)

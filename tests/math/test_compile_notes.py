@@ -15,7 +15,7 @@ from jaxmbs.runtime import _compile_log as compile_notes
 def _restored():
     compile_notes.listen()
     yield
-    mbs.report_compiles()
+    mbs.runtime.report_compiles()
 
 
 def program(number):
@@ -32,7 +32,7 @@ def program(number):
 
 @pytest.mark.usefixtures("_restored")
 def test_a_long_compile_is_named_and_its_time_told(capsys):
-    mbs.report_compiles(after=0.0)
+    mbs.runtime.report_compiles(after=0.0)
     program(time.time())(jnp.eye(3)).block_until_ready()
     lines = [line for line in capsys.readouterr().err.splitlines() if "springy" in line]
     assert len(lines) == 2
@@ -44,7 +44,7 @@ def test_a_long_compile_is_named_and_its_time_told(capsys):
 @pytest.mark.usefixtures("_restored")
 @pytest.mark.parametrize("after", [None, 600.0])
 def test_nothing_is_said_when_it_is_off_or_was_quick(capsys, after):
-    mbs.report_compiles(after)
+    mbs.runtime.report_compiles(after)
     threads = threading.active_count()
     program(time.time())(jnp.eye(3)).block_until_ready()
     assert capsys.readouterr().err == ""

@@ -97,7 +97,7 @@ def test_no_marks_in_a_program_of_the_users(marked):
 def _cases():
     """One of each solver is slow, the others long; the text of forward ones has no mark."""
     slow = ("Dopri8-reverse", "Gauss4-value", "Kvaerno5-value")
-    for solver in (diffrax.Dopri8(), mbs.Gauss4(), diffrax.Kvaerno5()):
+    for solver in (diffrax.Dopri8(), mbs.motion.Gauss4(), diffrax.Kvaerno5()):
         for mode in ("value", "reverse", "forward"):
             name = f"{type(solver).__name__}-{mode}"
             yield pytest.param(solver, mode, marks=pytest.mark.slow if name in slow else pytest.mark.long, id=name)
@@ -107,7 +107,7 @@ def _cases():
 def test_motions(monkeypatch, solver, mode):
     """A four-bar with springs and its derivative by a speed, marked and not."""
     system = four_bar()
-    fixed = {"dt": 0.01} if isinstance(solver, mbs.Gauss4) else {"rtol": 1e-8, "atol": 1e-8}
+    fixed = {"dt": 0.01} if isinstance(solver, mbs.motion.Gauss4) else {"rtol": 1e-8, "atol": 1e-8}
     way = "forward" if mode == "forward" else "reverse"
 
     def last(speed):

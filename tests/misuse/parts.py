@@ -202,7 +202,7 @@ CASES = {
         "* nan: what the pose is for refuses it by name",
         "* inf: likewise",
     ),
-    "jaxmbs.ElasticBody": case(
+    "flexible.ElasticBody": case(
         lambda z: call(
             inertia=z.frame.body.inertia,
             stiffness=z.frame.body.stiffness,

@@ -45,11 +45,11 @@ class Zoo:
 
     @cached_property
     def second(self):
-        return mbs.kic_second(self.bars, self.state)
+        return mbs.kinematics.kic_second(self.bars, self.state)
 
     @cached_property
     def powers(self):
-        return mbs.bond_powers(self.bars, self.state)
+        return mbs.bondgraph.bond_powers(self.bars, self.state)
 
     @cached_property
     def frame(self):

@@ -15,17 +15,17 @@ QUESTIONS = [
     mbs.forward_dynamics,
     mbs.mass_matrix,
     mbs.reactions,
-    mbs.reaction_bonds,
-    mbs.kinetic_energy,
-    mbs.potential_energy,
+    mbs.reaction.reaction_bonds,
+    mbs.dynamics.kinetic_energy,
+    mbs.dynamics.potential_energy,
     mbs.equilibrium,
     mbs.linearise,
     mbs.stiffness,
-    mbs.constraint_residual,
-    mbs.constraint_jacobian,
-    mbs.kic,
-    mbs.kic_second,
-    mbs.bond_powers,
+    mbs.kinematics.constraint_residual,
+    mbs.kinematics.constraint_jacobian,
+    mbs.kinematics.kic,
+    mbs.kinematics.kic_second,
+    mbs.bondgraph.bond_powers,
     state_equations,
     fields.inertia_field,
     fields.state_equations,
@@ -36,8 +36,8 @@ QUESTIONS = [
     lambda system, state: mbs.inverse_dynamics(system, state, jnp.zeros(1)),
     lambda system, state: mbs.simulate(system, state, 1.0),
     lambda system, state: mbs.position(system, state, "bar"),
-    lambda system, state: mbs.acceleration(system, state, "bar"),
-    lambda system, state: mbs.jacobian(system, state, "bar"),
+    lambda system, state: mbs.dynamics.acceleration(system, state, "bar"),
+    lambda system, state: mbs.kinematics.jacobian(system, state, "bar"),
     lambda system, state: system.coordinates(state),
     lambda system, state: system.velocities(state),
 ]
@@ -78,6 +78,10 @@ def test_a_motion_remembers_its_system():
     motion = mbs.simulate(pendulum(), mbs.State.at(pendulum(), pin=0.3), ts=[0.0, 0.1])
     assert motion.states.structure == motion.end.structure == pendulum().topology.structure
     other = pendulum(mbs.Prismatic("x"))
-    for question in (mbs.reactions, lambda s, m: mbs.peak(s, m, lambda state: state.t), mbs.bond_powers):
+    for question in (
+        mbs.reactions,
+        lambda s, m: mbs.motion.peak(s, m, lambda state: state.t),
+        mbs.bondgraph.bond_powers,
+    ):
         with pytest.raises(mbs.ModelError, match="another system"):
             question(other, motion)

@@ -22,8 +22,8 @@ MODELS = {"tree": (chain, chain_state), "loop": (lambda: four_bar(LENGTHS), begi
 def _cases():
     """Trees by Gauss's rule are slow, the others long."""
     for model in MODELS:
-        for solver in (mbs.Gauss4, mbs.ImplicitMidpoint):
-            mark = pytest.mark.slow if (model, solver) == ("tree", mbs.Gauss4) else pytest.mark.long
+        for solver in (mbs.motion.Gauss4, mbs.motion.ImplicitMidpoint):
+            mark = pytest.mark.slow if (model, solver) == ("tree", mbs.motion.Gauss4) else pytest.mark.long
             yield pytest.param(model, solver, marks=mark, id=f"{model}-{solver.__name__}")
 
 

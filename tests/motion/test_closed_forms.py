@@ -36,20 +36,20 @@ def declare():
     b.joint("hinge", mbs.Revolute(axis="y"), "ground", "hinged")
     b.body("roped", mass=1.0, inertia=np.ones(3))
     b.joint("roped_plane", mbs.Planar(normal="y"), "ground", "roped")
-    b.constraint("rope", mbs.Distance(0.7), between=("ground", "roped"))
+    b.constraint("rope", mbs.joints.Distance(0.7), between=("ground", "roped"))
     # Beads on a tilted wire, on a tilted plane and on a parabola.
     tilt = mbs.Pose((0.0, 0.0, 0.0), rotation_about((0, 1, 0), np.pi / 2 + SLOPE))
     plane = mbs.Pose((0.0, 0.0, 0.0), rotation_about((0, 1, 0), SLOPE))
     for name in ("wire", "plane"):
         b.body(name, mass=1.0, inertia=np.ones(3))
         b.joint(f"{name}_free", mbs.Free(), "ground", name)
-    b.constraint("on_wire", mbs.PointOnLine(), between=(("ground", tilt), "wire"))
-    b.constraint("on_plane", mbs.PointOnPlane(), between=(("ground", plane), "plane"))
+    b.constraint("on_wire", mbs.joints.PointOnLine(), between=(("ground", tilt), "wire"))
+    b.constraint("on_plane", mbs.joints.PointOnPlane(), between=(("ground", plane), "plane"))
     b.body("carrier", mass=0.5)
     b.body("bead", mass=0.5)
     b.joint("along", mbs.Prismatic(axis="x"), "ground", "carrier")
     b.joint("up", mbs.Prismatic(axis="z"), "carrier", "bead")
-    b.constraint("parabola", mbs.Rows(_parabola))
+    b.constraint("parabola", mbs.joints.Rows(_parabola))
     return b
 
 

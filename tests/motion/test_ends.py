@@ -11,7 +11,7 @@ import jaxmbs as mbs
 TIMES, G = np.array([0.2, 0.4, 0.9]), 9.81
 
 
-class Bursting(mbs.AbstractSystemLaw):
+class Bursting(mbs.forces.AbstractSystemLaw):
     drag: jax.Array
 
     def effort(self, coordinates, velocities, t):
@@ -110,5 +110,5 @@ def test_events_that_are_none(ball, name):
 
 @pytest.mark.parametrize("solver", [diffrax.SemiImplicitEuler(), diffrax.KenCarp4(), diffrax.ItoMilstein()])
 def test_solvers_of_other_equations(ball, solver):
-    with pytest.raises(ValueError, match="jaxmbs.SemiImplicitEuler|a mechanism takes one for ordinary ones"):
+    with pytest.raises(ValueError, match="jaxmbs.motion.SemiImplicitEuler|a mechanism takes one for ordinary ones"):
         mbs.simulate(ball, mbs.State.at(ball), t1=1.0, dt=0.1, solver=solver)

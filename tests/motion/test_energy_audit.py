@@ -38,7 +38,7 @@ def declare():
     seat = ("ground", mbs.Pose((2.0, 0.1, 0.0), rotation_about((1, 2, 0), 0.3)))
     damping = np.diag([0.5, 0.4, 0.3, 0.02, 0.03, 0.04])
     b.force("mount", mbs.Bushing(STIFF, damping, np.array([1.0, 0.0, 2.0, 0.1, 0.0, 0.2])), between=(seat, "mounted"))
-    b.force("swirl", mbs.Wrench(_swirl), on=("mounted", (0.1, 0.2, 0.0)))
+    b.force("swirl", mbs.forces.Wrench(_swirl), on=("mounted", (0.1, 0.2, 0.0)))
     b.force("wind", mbs.Force((0.3, -0.2, 0.1), axes="body"), on="mounted")
     b.body("first", mass=1.0, com=(0.1, 0.2, 0.0), inertia=np.array([0.1, 0.1, 0.1]))
     b.joint("first", PIN, "ground", "first", parent_frame=(0.0, 3.0, 0.0))

@@ -14,9 +14,9 @@ from tests.cases import models
 from tests.cases.test_double_pendulum import ANGLES
 from tests.mechanisms import four_bar, four_bar_state
 
-GAUSS = [mbs.ImplicitMidpoint, mbs.Gauss4]
-MIDPOINT_SLOW = [pytest.param(mbs.ImplicitMidpoint, marks=pytest.mark.slow), mbs.Gauss4]
-ORDER = {mbs.ImplicitMidpoint: 2, mbs.Gauss4: 4}
+GAUSS = [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4]
+MIDPOINT_SLOW = [pytest.param(mbs.motion.ImplicitMidpoint, marks=pytest.mark.slow), mbs.motion.Gauss4]
+ORDER = {mbs.motion.ImplicitMidpoint: 2, mbs.motion.Gauss4: 4}
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def pade(z, order):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("solver", [mbs.ImplicitMidpoint, mbs.Gauss4])
+@pytest.mark.parametrize("solver", [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4])
 def test_stiff_linear_system(solver):
     """Steps of 16 radians: Newton's method yields the Pade approximant; fixed-point iteration fails and says so."""
     k, c, m, h = 5e4, 2.0, 2.0, 0.1
@@ -131,7 +131,7 @@ def test_between_steps(solver):
 
 def test_step_is_required(double_pendulum):
     with pytest.raises(ValueError, match="Gauss4 has no error estimate: give dt="):
-        mbs.simulate(*double_pendulum, t1=1.0, solver=mbs.Gauss4())
+        mbs.simulate(*double_pendulum, t1=1.0, solver=mbs.motion.Gauss4())
 
 
 # ---------------------------------------------------------------------------------------------- derivatives, loops
@@ -150,7 +150,7 @@ def damped():
 
     def outcome(length, mode, newton=False):
         system, state = build(length, like), mbs.State(jnp.zeros(()), jnp.array([1.0]), jnp.zeros(1))
-        motion = mbs.simulate(system, state, ts=[0.5], dt=0.05, solver=mbs.Gauss4(newton), gradient=mode)
+        motion = mbs.simulate(system, state, ts=[0.5], dt=0.05, solver=mbs.motion.Gauss4(newton), gradient=mode)
         return motion.states.coordinates[-1, 0] + motion.diagnostics.work["damper"][-1]
 
     def central(h):
@@ -198,7 +198,9 @@ def test_closed_loop():
     system = four_bar(stiffness=5.0)
     state = four_bar_state(system)
     expected = mbs.simulate(system, state, ts=[1.0], rtol=1e-11, atol=1e-11, gradient="forward").states.coordinates
-    run = jax.jit(lambda dt: mbs.simulate(system, state, ts=[1.0], dt=dt, solver=mbs.Gauss4(), gradient="forward"))
+    run = jax.jit(
+        lambda dt: mbs.simulate(system, state, ts=[1.0], dt=dt, solver=mbs.motion.Gauss4(), gradient="forward")
+    )
     motions = [run(dt) for dt in (0.02, 0.01)]
     coarse, fine = (np.max(np.abs(m.states.coordinates - expected)) for m in motions)
     assert fine < 3e-6 and 12.0 < coarse / fine < 20.0

@@ -33,7 +33,7 @@ def sleigh(stiffness, like=None):
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     b.body("sleigh", mass=2.0, com=(0.2, 0.05, 0.0), inertia=0.1)
     b.joint("plane", mbs.Planar("z"), "ground", "sleigh")
-    b.constraint("edge", mbs.KnifeEdge(), between=("ground", "sleigh"))
+    b.constraint("edge", mbs.joints.KnifeEdge(), between=("ground", "sleigh"))
     ends = ("ground", (0.4, 0.5, 0.0)), ("sleigh", (0.3, 0.0, 0.0))
     b.force("tie", mbs.SpringDamper(stiffness, 0.1, 0.3), between=ends)
     system = b.build(like=like)
@@ -52,7 +52,7 @@ def growing_gear(stiffness, like=None):
     for name, axis, mass in (("near", "x", 2.0), ("far", "y", 1.5)):
         b.body(name, mass=mass, inertia=0.1)
         b.joint(name, mbs.Prismatic(axis), "ground", name)
-    b.constraint("gear", mbs.Rows(stretched))
+    b.constraint("gear", mbs.joints.Rows(stretched))
     b.force("spring", mbs.SpringDamper(stiffness, 0.2), joint="far")
     system = b.build(like=like)
     return system, mbs.State.at(system, far=0.3, velocities={"far": 1.0})

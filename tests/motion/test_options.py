@@ -37,9 +37,9 @@ class Unusable:
         ({"t1": 1.0, "solver": "RK4"}, "solver must be a diffrax solver"),
         ({"t1": 1.0, "solver": Unusable()}, "solver must be a diffrax solver"),
         ({"t1": 1.0, "formulation": "lagrange"}, "formulation='lagrange' must be one of canonical, independent"),
-        ({"t1": 1.0, "solver": mbs.SemiImplicitEuler()}, "SemiImplicitEuler needs dt="),
+        ({"t1": 1.0, "solver": mbs.motion.SemiImplicitEuler()}, "SemiImplicitEuler needs dt="),
         (
-            {"t1": 1.0, "dt": 0.1, "solver": mbs.SemiImplicitEuler(), "formulation": "canonical"},
+            {"t1": 1.0, "dt": 0.1, "solver": mbs.motion.SemiImplicitEuler(), "formulation": "canonical"},
             "SemiImplicitEuler needs",
         ),
         ({"t1": 1.0, "solver": diffrax.Euler()}, "Euler has no error estimate: give dt="),
@@ -172,7 +172,7 @@ def test_fixed_steps_are_counted(loop):
 
 @pytest.mark.long
 def test_a_motion_without_freedom_is_evaluated():
-    system = four_bar(drive=mbs.Polynomial([0.7, 2.0, 0.0]))
+    system = four_bar(drive=mbs.forces.Polynomial([0.7, 2.0, 0.0]))
     ts = jnp.linspace(0.0, 4.0, 41)
     _, B, D = four_bar_angles(0.7)
     state = mbs.State.at(system, guess={"A": 0.7, "B": B, "D": D})

@@ -40,7 +40,7 @@ def swing(length, times, event=None):
 def swings(length):
     """Peak of the support force by pendulum length, with its slope; the largest saved force."""
     system, motion = swing(length, jnp.linspace(0.0, 0.9, 10))
-    found = mbs.peak(system, motion, lambda s: support(system, s))
+    found = mbs.motion.peak(system, motion, lambda s: support(system, s))
     return found.value, (found, jnp.max(jax.vmap(lambda s: support(system, s))(motion.states)))
 
 
@@ -66,22 +66,22 @@ def test_ends_events_and_failures():
     times = jnp.linspace(0.0, 0.3, 4)
     speed = lambda s: jnp.stack([jnp.abs(s.velocities[0]), s.coordinates[0]])  # noqa: E731
     system, motion = swing(1.0, times)
-    found = mbs.peak(system, motion, speed)
+    found = mbs.motion.peak(system, motion, speed)
     np.testing.assert_array_equal(found.value, [-motion.states.velocities[-1, 0], 1.2])
     np.testing.assert_array_equal(found.time, [0.3, 0.0])
     system, motion = swing(1.0, times, event=lambda s: s.coordinates[0] - 1.1)
     assert motion.result == Status.EVENT
-    found = mbs.peak(system, motion, speed)
+    found = mbs.motion.peak(system, motion, speed)
     end = motion.ts[jnp.isfinite(motion.ts)][-1]
     assert 0.1 < end < 0.3 and found.time[0] == end and jnp.isfinite(found.value).all()
     failed = mbs.Motion(motion.ts, motion.states, jnp.asarray(Status.MAX_STEPS), motion.diagnostics, motion.end)
-    assert np.isnan(mbs.peak(system, failed, speed).value).all()
+    assert np.isnan(mbs.motion.peak(system, failed, speed).value).all()
 
 
 def test_batches_are_refused():
     _, motion = swing(1.0, jnp.linspace(0.0, 0.3, 4))
     with pytest.raises(ValueError, match="one motion"):
-        mbs.peak(PENDULUM, jax.tree.map(lambda x: jnp.stack([x, x]), motion), lambda s: s.t)
+        mbs.motion.peak(PENDULUM, jax.tree.map(lambda x: jnp.stack([x, x]), motion), lambda s: s.t)
 
 
 @pytest.mark.long
@@ -91,7 +91,7 @@ def test_ball_and_spinning_bob():
     turn = np.r_[np.cos(0.6), np.sin(0.6), 0.0, 0.0]
     start = mbs.State.at(system, A=turn, velocities={"A": (0.3, 1.0, 0.5)})
     motion = mbs.simulate(system, start, ts=jnp.linspace(0.0, 1.0, 21), **TIGHT)
-    found = jax.jit(lambda m: mbs.peak(system, m, lambda s: support(system, s)))(motion)
+    found = jax.jit(lambda m: mbs.motion.peak(system, m, lambda s: support(system, s)))(motion)
     dense = mbs.simulate(system, start, ts=jnp.reshape(found.time, 1), **TIGHT).states
     np.testing.assert_allclose(found.state.coordinates, dense.coordinates[0], atol=1e-7)
     np.testing.assert_allclose(found.state.velocities, dense.velocities[0], atol=1e-6)
@@ -118,7 +118,7 @@ def test_spikes_in_a_four_bar():
     @functools.partial(jax.value_and_grad, has_aux=True)
     def peaks(mass):
         system, motion = run(mass, jnp.linspace(0.0, 1.5, 151))
-        found = mbs.peak(system, motion, lambda s: loads(system, s))
+        found = mbs.motion.peak(system, motion, lambda s: loads(system, s))
         return jnp.sum(found.value), found
 
     peaks, largest = jax.jit(peaks), jax.jit(largest)
@@ -162,7 +162,7 @@ def test_the_time_of_a_peak_moves_with_what_the_quantity_knows():
     motion = mbs.simulate(system, mbs.State.at(system), ts=jnp.linspace(0.0, 1.0, 5), **TIGHT)
 
     def passing(c):
-        return mbs.peak(system, motion, lambda state: -((state.coordinates[0] - c) ** 2)).time
+        return mbs.motion.peak(system, motion, lambda state: -((state.coordinates[0] - c) ** 2)).time
 
     for slope in (jax.grad(passing), jax.jacfwd(passing)):
         np.testing.assert_allclose(jax.jit(slope)(-1.5), -1.0 / np.sqrt(2 * 9.81 * 1.5), rtol=1e-4)

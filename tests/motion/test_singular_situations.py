@@ -96,7 +96,7 @@ def disk_laid_flat():
     b = mbs.SystemBuilder()
     b.body("disk", mass=1.0, inertia=0.1)
     b.joint("free", mbs.Free(), "ground", "disk")
-    b.constraint("contact", mbs.RollingDisk(0.3, axle="z"), between=("ground", "disk"))
+    b.constraint("contact", mbs.joints.RollingDisk(0.3, axle="z"), between=("ground", "disk"))
     system = b.build()
     return mbs.State.at(system, free=np.array([0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0]))
 
@@ -155,7 +155,7 @@ def test_redundant_drives_that_agree_are_followed():
     b = mbs.SystemBuilder(gravity=DOWN_Y)
     for name, length in {"left": 0.5, "bar": 1.0, "right": 0.5}.items():
         b.body(name, mass=1.0, com=(length / 2, 0.0, 0.0), inertia=0.1)
-    angle = mbs.Polynomial([0.5, 2.0])
+    angle = mbs.forces.Polynomial([0.5, 2.0])
     b.joint("A", PIN, "ground", "left", drive=angle)
     b.joint("B", PIN, "left", "bar", parent_frame=(0.5, 0.0, 0.0))
     b.joint("D", PIN, "ground", "right", parent_frame=(1.0, 0.0, 0.0), drive=angle)

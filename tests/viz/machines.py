@@ -58,7 +58,7 @@ def everything():
     b.force("dashpot", mbs.SpringDamper(damping=3.0), between=("nut", "puck"))
     b.force("muscle", mbs.Actuator(lambda x, v, t: 0.0 * x), between=("ram", "mast"))
     b.force("mount", mbs.Bushing((1e3, 10.0)), between=("sleeve", "plate"))
-    b.constraint("link", mbs.Distance(0.5), between=("puck", "ball"))
+    b.constraint("link", mbs.joints.Distance(0.5), between=("puck", "ball"))
     system = b.build()
     psi = np.tile(neutral_coordinates(system.topology), (3, 1))
     top = system.topology

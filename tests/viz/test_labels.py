@@ -59,7 +59,7 @@ def pictured(fleet, motion):
     """What draws each picture into axes, or into new ones."""
     waves = {f"bearing number {i}": 123456.0 * np.sin(TIMES[:, None] + np.arange(3) + i) for i in range(12)}
     loads = {name: SimpleNamespace(force=wave, moment=1e-7 * wave) for name, wave in waves.items()}
-    graph = mbs.bond_graph(fleet, "detailed")
+    graph = mbs.bondgraph.bond_graph(fleet, "detailed")
     ports = [e.name for e in graph.elements if e.is_port]
     powers = SimpleNamespace(
         graph=graph, ports=lambda: {name: 500.0 * np.sin(TIMES + i) for i, name in enumerate(ports)}

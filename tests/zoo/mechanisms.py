@@ -127,7 +127,7 @@ def driven_arm():
     b.force("bushing", mbs.Bushing(stiffness=(3.0, 20.0)), between=("arm", ("tip", (0.1, 0.0, 0.0))))
     b.force("grease", mbs.SpringDamper(damping=0.4), joint="hinge")
     b.force("wind", mbs.Force((1.0, 2.0, 0.5)), on=("tip", (0.3, 0.0, 0.1)))
-    b.force("push", mbs.GeneralisedEffort(effort), joint=None)
+    b.force("push", mbs.forces.GeneralisedEffort(effort), joint=None)
     return b.build()
 
 
@@ -169,7 +169,7 @@ def rolling_disk():
     b.body("bob", 0.6, com=(0.02, 0.0, -0.15), inertia=(0.004, 0.004, 0.001))
     b.joint("free", mbs.Free(), "ground", "disk")
     b.joint("axle", mbs.Revolute("y"), "disk", "bob")
-    b.constraint("contact", mbs.RollingDisk(0.3), between=("ground", "disk"))
+    b.constraint("contact", mbs.joints.RollingDisk(0.3), between=("ground", "disk"))
     for name, inertia in (("pinion", 0.1), ("wheel", 0.4)):
         b.body(name, 1.0, inertia=inertia)
         b.joint(name, mbs.Revolute("z"), "ground", name)
@@ -184,7 +184,7 @@ def rolling_state(system):
     lean, spin = 0.3, np.array([0.1, 6.0, 0.5])
     place = np.concatenate([(0.0, 0.0, 0.3 * np.cos(lean)), (np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)])
     state = mbs.State.at(system, free=place, axle=0.4, pinion=0.6)
-    A = np.asarray(mbs.constraint_jacobian(system, state))[:, system.columns("free")]
+    A = np.asarray(mbs.kinematics.constraint_jacobian(system, state))[:, system.columns("free")]
     rolls = np.linalg.lstsq(A[:, :3], -A[:, 3:] @ spin, rcond=None)[0]
     rates = {"free": np.concatenate([rolls, spin]), "axle": -2.0, "pinion": 3.0}
     return mbs.State.at(system, free=place, axle=0.4, pinion=0.6, velocities=rates)

@@ -37,7 +37,7 @@ def probe(function):
 def kinematics(system, state):
     """Influence coefficients of both orders beside the velocities that they give."""
     names, at = system.topology.body_names, at_state(system, state)
-    K, H = mbs.kic(system, state), mbs.kic_second(system, state)
+    K, H = mbs.kinematics.kic(system, state), mbs.kinematics.kic_second(system, state)
     return {
         "phi_dot": state.velocities[first.independent_columns(system)],
         "K": {"translational": K.translational, "rotational": K.rotational},
@@ -45,7 +45,7 @@ def kinematics(system, state):
         "forward": second.body_kic_second(system, at),
         "vector": second.body_kic_second_vector(system, at),
         "velocities": {n: mbs.velocity(system, state, (n, system.com[k])) for k, n in enumerate(names)},
-        "turning": {name: mbs.angular_velocity(system, state, name) for name in names},
+        "turning": {name: mbs.kinematics.angular_velocity(system, state, name) for name in names},
     }
 
 
@@ -63,11 +63,11 @@ def motion(system, state):
             "places": {name: mbs.position(system, now, name) for name in names},
             "rotations": {name: mbs.rotation(system, now, name) for name in names},
             "velocities": {name: mbs.velocity(system, now, name) for name in names},
-            "turning": {name: mbs.angular_velocity(system, now, name) for name in names},
+            "turning": {name: mbs.kinematics.angular_velocity(system, now, name) for name in names},
             "kinetic": kinetic,
             "potential": potential,
             "momenta": hamilton.momenta(system, here),
-            "residual": mbs.constraint_residual(system, now),
+            "residual": mbs.kinematics.constraint_residual(system, now),
         }
 
     along = (coordinate_rate(system.topology, state.coordinates, u), u_dot, jnp.ones_like(state.t))
@@ -75,10 +75,12 @@ def motion(system, state):
     return values | {
         "rate_of": rates,
         "u_dot": u_dot,
-        "accelerations": {name: mbs.acceleration(system, state, name, u_dot) for name in names},
-        "angular_accelerations": {name: mbs.angular_acceleration(system, state, name, u_dot) for name in names},
+        "accelerations": {name: mbs.dynamics.acceleration(system, state, name, u_dot) for name in names},
+        "angular_accelerations": {
+            name: mbs.dynamics.angular_acceleration(system, state, name, u_dot) for name in names
+        },
         "frames": {name: mbs.position(system, state, name) for name in system.topology.frame_names},
-        "pull": mbs.constraint_jacobian(system, state).T @ multipliers,
+        "pull": mbs.kinematics.constraint_jacobian(system, state).T @ multipliers,
         "powers": efforts(system, with_velocities(system, at, u))[2],
         "canonical": hamilton.canonical_rate(system, at, values["momenta"]),
         "loads": mbs.reactions(system, state),
@@ -97,7 +99,7 @@ def fields(system, state):
     return {
         "Gamma": velocity_map(system, at)[0],
         "mass": mbs.mass_matrix(system, state),
-        "kinetic": mbs.kinetic_energy(system, state),
+        "kinetic": mbs.dynamics.kinetic_energy(system, state),
         "phi_dot": dynamics.independent_rates(system, state),
         "I_star": dynamics.inertia_field(system, state),
         "momentum": p,
@@ -134,10 +136,10 @@ def variations(system, state):
     phi_dot, u_dot = state.velocities[chosen], mbs.forward_dynamics(system, state)[0]
 
     def lagrangian(phi_dot):
-        return mbs.kinetic_energy(system, mbs.State(state.t, state.coordinates, Gamma @ phi_dot))
+        return mbs.dynamics.kinetic_energy(system, mbs.State(state.t, state.coordinates, Gamma @ phi_dot))
 
     def potential(at):
-        return mbs.potential_energy(system, mbs.State(at.t, at.psi, state.velocities))
+        return mbs.dynamics.potential_energy(system, mbs.State(at.t, at.psi, state.velocities))
 
     def inertia(at):
         return dynamics.inertia_field(system, mbs.State(at.t, at.psi, state.velocities))
@@ -163,7 +165,7 @@ def bonds(system, state):
         return *energies(system, at), stored_energy(system, at)
 
     return {
-        "powers": {view: mbs.bond_powers(system, state, view) for view in VIEWS},
+        "powers": {view: mbs.bondgraph.bond_powers(system, state, view) for view in VIEWS},
         "equations": {view: state_equations(system, state, view) for view in VIEWS},
         "energy_rates": jax.jvp(energy, (psi, u, t), along)[1],
         "of_elements": efforts(system, with_velocities(system, at, u))[2],

@@ -141,7 +141,7 @@ def _typed(value, where, faults):
         return _builder(value, where, faults)
     kind = class_of(value["type"]) if isinstance(value["type"], str) else None
     if kind is None:
-        faults.append(f"{where}: {no_such('type', value['type'], names())} (your own: mbs.register)")
+        faults.append(f"{where}: {no_such('type', value['type'], names())} (your own: mbs.io.register)")
         return LOST
     return record(kind, {key: item for key, item in value.items() if key != "type"}, where, faults)
 
@@ -160,7 +160,7 @@ def _function(value, where, faults):
     function = function_of(name) if isinstance(name, str) else None
     if function is None:
         faults.append(
-            f"{where}: no function {name!r} is registered: `mbs.register({name!r}, function)` before loading"
+            f"{where}: no function {name!r} is registered: `mbs.io.register({name!r}, function)` before loading"
         )
         return LOST
     arguments = decoded(value.get("arguments", []), tuple, f"{where}.arguments", faults)

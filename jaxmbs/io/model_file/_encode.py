@@ -86,7 +86,7 @@ def _record(value, fields, where, faults):
     if name is None:
         kind = type(value).__name__
         faults.append(
-            f"{where}: {kind} is no class of the library: `mbs.register({kind.lower()!r}, {kind})` names it"
+            f"{where}: {kind} is no class of the library: `mbs.io.register({kind.lower()!r}, {kind})` names it"
         )
         return {}
     return {"type": name, **_filled(value, fields, where, faults)}
@@ -119,5 +119,5 @@ def _function(value, where, faults):
     name = name_of(value)
     if name is None:
         own = getattr(value, "__qualname__", type(value).__name__)
-        faults.append(f"{where}: {own} has no name: `mbs.register('...', {own.rpartition('.')[2]})` gives it one")
+        faults.append(f"{where}: {own} has no name: `mbs.io.register('...', {own.rpartition('.')[2]})` gives it one")
     return {"function": name}

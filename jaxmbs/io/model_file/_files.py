@@ -28,7 +28,7 @@ def save_model(model: Any, path: str | os.PathLike) -> None:
             `LinearSystem`, limits: whatever the library declares by classes, and dicts and tuples of such.
         path: of the file, which is there as a whole or not at all.
 
-    Functions are written by the name that `mbs.register` gave them.
+    Functions are written by the name that `mbs.io.register` gave them.
 
     Raises: ModelError for a built `System` (give the builder), a builder with faults, traced numbers, functions and
     classes without a name, all in one report; OSError where the file cannot be written.
