@@ -7,13 +7,13 @@ import subprocess
 import jax
 import numpy as np
 import pytest
-from jaxmbs.viz._palette import COLORS
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from PIL import Image
 
 import jaxmbs as mbs
 from jaxmbs import viz
+from jaxmbs.palette import COLORS
 from jaxmbs.viz._canvas import draw_curves, finish
 from jaxmbs.viz._drawable import body_frames
 from jaxmbs.viz._mechanism import frame_positions
