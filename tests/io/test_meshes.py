@@ -9,8 +9,7 @@ from jaxmbs import fem
 from jaxmbs.elements import Hexahedron, Quadrilateral, Triangle
 from jaxmbs.errors import ModelError, UnknownNameError
 from jaxmbs.io import Mesh, read_mesh
-
-from .test_hostile_decks import MSH2, MSH4
+from tests.adversary.test_spoilt_decks import MSH2, MSH4
 
 meshio, skfem = pytest.importorskip("meshio"), pytest.importorskip("skfem")
 assembled = jax.jit(fem.assemble_dense)

@@ -30,7 +30,7 @@ def main() -> None:
     """Run the page in a folder of its own and keep the pictures."""
     from matplotlib import pyplot
 
-    from .test_browser import photographed
+    from tests.viz.scenes.test_page import photographed
 
     pyplot.switch_backend("Agg")
     IMAGES.mkdir(exist_ok=True)

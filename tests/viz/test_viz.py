@@ -18,9 +18,9 @@ from jaxmbs.viz._canvas import draw_curves, finish
 from jaxmbs.viz._drawable import body_frames
 from jaxmbs.viz._mechanism import frame_positions
 from jaxmbs.viz.scenes import _trajectory as film_module
+from tests.viz.test_viz_labels import study
 
 from .machines import everything, plate
-from .test_labels import study
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,289 @@
+"""Model files: every class of the library and random systems come back bit by bit; what has no name is refused."""
+
+import dataclasses
+import json
+
+import jax
+import jax.numpy as jnp
+import jsonschema
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import jaxmbs as mbs
+from jaxmbs import elements, fem, forces, joints, linear, reductions
+from jaxmbs.builder._assemble_system import assemble_system
+from jaxmbs.builder._build import _tree
+from tests import random_systems as rs
+from tests.elements.test_elements import CASES
+from tests.forces import test_applied as test_loads
+from tests.forces import test_forces as test_scalar_laws
+from tests.forces import test_signals
+from tests.joints.test_joints import EXAMPLES
+from tests.reductions.test_reductions import REDUCTIONS
+
+
+def gearing(a, b):
+    return a - 2.0 * b * b
+
+
+def rolled(psi, u, t):
+    return u[:1]
+
+
+MORE = {
+    "distance": mbs.joints.Distance(0.1 + 0.2),
+    "plane": mbs.joints.PointOnPlane(),
+    "line": mbs.joints.PointOnLine(),
+    "sphere": mbs.joints.RollingSphere(1 / 3),
+    "disk": mbs.joints.RollingDisk(0.2, "x"),
+    "knife": mbs.joints.KnifeEdge("y"),
+    "tool": mbs.joints.FramePath(mbs.forces.Spline([0.0, 1.0, 2.0], np.eye(3)), (0.0, 0.0, 0.1), ("x", "y", "rz")),
+    "coupler": mbs.Coupler({"a": 1.0, "b": -0.7}, 0.1),
+    "cam": mbs.Coupler({"a": 1.0, "b": 0.0}, function=gearing),
+    "rows": mbs.joints.Rows(gearing),
+    "slips": mbs.joints.VelocityRows(rolled),
+    "partial": mbs.Actuator(jax.tree_util.Partial(test_scalar_laws.torque_curve, jnp.array(2.0))),
+    "cyclic": reductions.Cyclic(12, 2, {"left": "right"}),
+    "mirror": reductions.Mirror("x"),
+    "physical": reductions.Unreduced(),
+    "characteristic": reductions.Characteristic(4),
+    "limit": mbs.Limit("bearing", "load", upper=np.array([4e3, np.inf])),
+    "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
+    "effort": mbs.forces.GeneralisedEffort(gearing),
+    "pose": mbs.Pose((1.0, 2.0, 3.0)),
+}
+THINGS = {
+    **{f"joint {name}": kind for name, kind in EXAMPLES.items()},
+    **{f"law {name}": law for laws in (test_scalar_laws.LAWS, test_loads.LAWS) for name, law in laws.items()},
+    **{f"signal {name}": signal for name, signal in test_signals.SIGNALS.items()},
+    **{f"element {name}": element for name, (element, _, _) in CASES.items()},
+    **{f"reduction {name}": method for name, (method, _) in REDUCTIONS.items()},
+    **MORE,
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def names():
+    for name, item in {
+        "gearing": gearing,
+        "rolled": rolled,
+        "torque curve": test_scalar_laws.torque_curve,
+        "gain": test_scalar_laws.Gain,
+        "drag": test_loads.drag,
+        "drag class": test_loads.Drag,
+        "turning": test_loads.turning,
+    }.items():
+        mbs.io.register(name, item)
+
+
+def again(thing, folder):
+    mbs.save_model(thing, folder / "model.json")
+    return mbs.load_model(folder / "model.json")
+
+
+def same(one, other):
+    """Equal structure, and equal numbers to the last bit."""
+    leaves = [jax.tree.flatten(x) for x in (one, other)]
+    assert leaves[0][1] == leaves[1][1]
+    for a, b in zip(leaves[0][0], leaves[1][0], strict=True):
+        assert np.asarray(a).dtype == np.asarray(b).dtype
+        np.testing.assert_array_equal(a, b)
+    return True
+
+
+def test_every_thing_comes_back(tmp_path):
+    found = again(THINGS, tmp_path)
+    assert list(found) == list(THINGS)
+    for name, thing in THINGS.items():
+        if dataclasses.is_dataclass(thing) and name == "limit":
+            np.testing.assert_array_equal(found[name].upper, thing.upper)
+        else:
+            assert same(thing, found[name]), name
+
+
+def test_every_class_is_tried():
+    tried = {type(thing) for thing in THINGS.values()} | {
+        reductions.Reduced,
+        reductions.SymmetrySubspace,
+        reductions.VirtualMotions,
+    }
+    for room in (forces, joints, elements, reductions):
+        for name in room.__all__:
+            kind = getattr(room, name)
+            if isinstance(kind, type) and dataclasses.is_dataclass(kind) and not name.startswith("Abstract"):
+                assert kind in tried, name
+
+
+def test_structures_and_matrices(tmp_path):
+    beam = elements.Beam(8.0, 4.0, 2.0, 1.0, 1.0, 2.0, density=0.1)
+    nodes = {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (2.0, 0.1, 0.0)}
+    parts = {"one": (beam, [("a", "b")]), "each": ([beam, beam], [("a", "b"), ("b", "c")])}
+    structure = fem.Structure(nodes, parts, held={"a": "all", "c": "y rx"})
+    assert same(structure, again(structure, tmp_path))
+    matrices = linear.LinearSystem(
+        mass=np.eye(2), stiffness=np.diag([1.0, 3.0]), coordinates=["a", "b"], interface=["b"]
+    )
+    assert same(matrices, again(matrices, tmp_path))
+
+
+KINDS = st.sampled_from(sorted(set(EXAMPLES) - {"Weld"}))
+
+
+@pytest.mark.slow
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    seed=st.integers(0, 10**6), kinds=st.lists(KINDS, min_size=1, max_size=6), name=st.text(min_size=1, max_size=8)
+)
+def test_random_systems_come_back(tmp_path, seed, kinds, name):
+    check_one(tmp_path, seed, kinds, name)
+
+
+def test_a_random_system_comes_back(tmp_path):
+    check_one(tmp_path, 7, ["Universal", "Free", "Screw", "Planar"], 'é"x\n')
+
+
+def check_one(tmp_path, seed, kinds, name):
+    builder = random_builder(seed, [EXAMPLES[kind] for kind in kinds], name)
+    if builder.faults():
+        return  # a name that is taken
+    other = again(builder, tmp_path)
+    systems = [assemble_system(b.declared, _tree(b.declared, set())) for b in (builder, other)]
+    assert same(*systems) and systems[0].topology == systems[1].topology
+
+
+def random_builder(seed, kinds, name):
+    """A random tree with a frame, forces on a joint, between points and on a body, a drive and a loop."""
+    random, b = np.random.default_rng(seed), mbs.SystemBuilder(rs.GRAVITY)
+    links = rs.random_links(seed, kinds)
+    for k, link in enumerate(links):
+        b.body(f"b{k}", mass=link.mass, com=tuple(link.com), inertia=link.inertia)
+    b.body(name, np.float64(random.uniform(1, 2)), inertia=(1.0, 1.0, 1.5), position=random.normal(size=3))
+    for k, link in enumerate(links):
+        parent = "ground" if link.parent < 0 else f"b{link.parent}"
+        b.joint(f"j{k}", link.kind, parent, f"b{k}", rs.as_pose(link.parent_frame), tuple(link.child_frame[1]))
+    b.frame("eye", "b0", random.normal(size=3))
+    b.joint("turn", mbs.Revolute(random.normal(size=3)), "ground", name, at=random.normal(size=3))
+    b.joint("tie", mbs.Spherical(), "ground", name, at=random.normal(size=3))
+    b.drive("turn", mbs.forces.Harmonic(amplitude=random.uniform(), omega=3))
+    b.force(
+        "spring", mbs.SpringDamper(*random.uniform(size=3)), between=("eye", (name, tuple(random.normal(size=3))))
+    )
+    b.force("stop", mbs.BumpStop(1e4, lower=-random.uniform()), joint="turn")
+    b.force("wind", mbs.Force(random.normal(size=3), axes="body"), on=name)
+    b.constraint("rod", mbs.joints.Distance(random.uniform(1, 2)), between=("ground", "eye"))
+    return b
+
+
+@pytest.mark.slow
+def test_an_elastic_body_comes_back(tmp_path):
+    from tests.misuse.zoo import Zoo
+
+    b = mbs.SystemBuilder()
+    b.elastic("arm", Zoo().frame.body, motions={"b": mbs.Prismatic("z")}, position=(0.1, 0.2, 0.3))
+    b.joint("pin", mbs.Revolute("y"), "ground", "arm.a")
+    other = again(b, tmp_path)
+    assert same(*(assemble_system(x.declared, _tree(x.declared, set())) for x in (b, other)))
+
+
+def test_a_file_keeps_the_schema(tmp_path):
+    schema = mbs.io.model_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    check = jsonschema.Draft202012Validator(schema)
+    for thing in (random_builder(1, list(EXAMPLES.values()), "x"), THINGS):
+        mbs.save_model(thing, tmp_path / "model.json")
+        check.validate(json.loads((tmp_path / "model.json").read_text()))
+    text = (tmp_path / "model.json").read_text()
+    assert not check.is_valid(json.loads(text.replace('"jaxmbs model": 1', '"jaxmbs model": "1"')))
+
+
+def small():
+    b = mbs.SystemBuilder()
+    b.body("arm", 2.0, (0.5, 0.0, 0.0), (0.0, 0.1, 0.1))
+    b.joint("pin", mbs.Revolute("y"), "ground", "arm")
+    b.force("spring", mbs.SpringDamper(20.0), joint="pin")
+    return b
+
+
+def test_a_person_can_read_it(tmp_path):
+    mbs.save_model(small(), tmp_path / "model.json")
+    lines = (tmp_path / "model.json").read_text().splitlines()
+    assert lines[0] == "{" and lines[1] == ' "jaxmbs model": 1,' and len(lines) < 20
+    assert any('"arm": {"mass": 2.0, "com": [0.5, 0.0, 0.0]' in line for line in lines), lines
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ('"jaxmbs model": 1', '"jaxmbs model": 7', "it is of version 7; this release reads version 1"),
+        ('"Revolute"', '"Revolut"', "model.joints.pin.kind: there is no type 'Revolut': did you mean 'Revolute'"),
+        ('"axis"', '"axes"', "model.joints.pin.kind: there is no field 'axes': did you mean 'axis'"),
+        ('"axis": [0.0, 1.0, 0.0]', '"axis": [0.0, 1.0]', "model.joints.pin.kind.axis: .* is no array"),
+        ('"mass": 2.0', '"mass": "two"', "model.bodies.arm.mass: 'two' is no"),
+        ('"mass": 2.0', '"mass": -2.0', "body 'arm': mass is -2.0"),
+        ('"mass": 2.0, ', "", "model.bodies.arm: mass is missing"),
+        ('"bodies"', '"bodys"', "no table 'bodys': did you mean 'bodies'"),
+        ('"mass": 2.0', '"mass": NaN', "NaN is no JSON"),
+        ('"mass": 2.0', '"mass": 2.0, "mass": 3.0', "'mass' is there twice"),
+        ('"ground"', '"grund"', "joint 'pin', parent: there is no body or frame 'grund': did you mean 'ground'"),
+        ('"type": "SpringDamper"', '"type": "Pose"', "model.forces.spring.law: .*"),
+        ("}", "", "it is not readable JSON"),
+    ],
+)
+def test_faults_of_files(old, new, message, tmp_path):
+    file = tmp_path / "model.json"
+    mbs.save_model(small(), file)
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new, 1))
+    with pytest.raises(mbs.ModelFileError, match=message):
+        mbs.load_model(file)
+
+
+def test_functions_need_a_name(tmp_path):
+    b = small()
+    b.force("motor", mbs.Actuator(lambda x, v, t: -x), joint="pin")
+    with pytest.raises(mbs.ModelError, match=r"model.forces.motor.law.function: .* has no name: `mbs.io.register"):
+        mbs.save_model(b, tmp_path / "model.json")
+    assert not list(tmp_path.iterdir())  # nothing half written
+
+    class Own(mbs.forces.AbstractScalarLaw):
+        def effort(self, x, v, t):
+            return -x
+
+    b = small()
+    b.force("own", Own(), joint="pin")
+    with pytest.raises(mbs.ModelError, match="Own is no class of the library: `mbs.io.register"):
+        mbs.save_model(b, tmp_path / "model.json")
+    mbs.io.register("own law", Own)
+    assert isinstance(again(b, tmp_path).declared.forces["own"].law, Own)
+    with pytest.raises(ValueError, match="'Revolute' is that of a class of the library"):
+        mbs.io.register("Revolute", Own)
+    with pytest.raises(TypeError, match="only functions and classes have names"):
+        mbs.io.register("number", 3.0)
+
+
+def test_a_name_that_is_not_registered(tmp_path):
+    b = small()
+    b.force("motor", mbs.Actuator(test_scalar_laws.torque_curve), joint="pin")
+    mbs.save_model(b, tmp_path / "model.json")
+    file = tmp_path / "model.json"
+    file.write_text(file.read_text().replace("torque curve", "os.system"))
+    with pytest.raises(mbs.ModelFileError, match="no function 'os.system' is registered"):
+        mbs.load_model(file)
+
+
+def test_traced_models_and_faulty_ones_are_not_saved(tmp_path):
+    def traced(mass):
+        b = mbs.SystemBuilder()
+        b.body("arm", mass)
+        b.joint("pin", mbs.Revolute("y"), "ground", "arm")
+        mbs.save_model(b, tmp_path / "model.json")
+        return mass
+
+    with pytest.raises(mbs.ModelError, match="model.bodies.arm.mass is traced"):
+        jax.grad(traced)(2.0)
+    b = small()
+    b.body("arm", 1.0)
+    with pytest.raises(mbs.ModelError, match="the name is taken"):
+        mbs.save_model(b, tmp_path / "model.json")

@@ -1,0 +1,137 @@
+"""MJCF files beside MuJoCo: every kind of joint, offset, spring and actuator; loops beside a hard constraint."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from tests.io.compared import against_hard_constraint, against_mujoco
+from tests.io.texts import BENCH_MJCF, LOOPS_MJCF
+
+# what has no name in the file is called by its body here
+NAMED = BENCH_MJCF.replace('<joint axis="1 0 1"', '<joint name="ear.hinge" axis="1 0 1"')
+
+
+def written(folder, text, name="model.xml"):
+    file = folder / name
+    file.write_text(text)
+    return file
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    return mbs.io.read_mjcf(written(tmp_path_factory.mktemp("mjcf"), BENCH_MJCF))
+
+
+@pytest.mark.slow
+def test_bench_against_mujoco(bench):
+    errors = against_mujoco(bench, mujoco.MjModel.from_xml_string(NAMED))
+    assert max(errors.values()) < 1e-10, errors
+
+
+def test_what_was_read_and_left_out(bench):
+    declared = bench.builder.declared
+    assert {"turret", "head", "ear", "ball", "turret.yaw", "lift.rotor"} <= set(declared.bodies)
+    assert {declared.frames[name].body for name in ("stand", "mark")} == {"ground"}
+    assert declared.frames["body4"].body == "head" and declared.frames["nose"].body == "head"
+    assert bench.start["yaw"] == pytest.approx(np.radians(20)) and bench.start["lift"] == 0.1
+    np.testing.assert_array_equal(bench.start["float"], [1, 0, 2, 1, 0, 0, 0])
+    assert bench.poses["up"]["lift"] == 0.2 and "neck" not in bench.poses["up"]
+    assert bench.limits["yaw"].upper == pytest.approx(np.pi / 2)
+    left = str(bench)
+    for part in (
+        "1 camera",
+        "1 light",
+        "1 sensor",
+        "contacts of 7 shapes",
+        "'lag': it has a state of its own",
+        "force of the actuators 'push'",
+    ):
+        assert part in left, left
+
+
+def test_options(tmp_path):
+    file = written(tmp_path, BENCH_MJCF)
+    other = mbs.io.read_mjcf(file, fixed="welds", stops=5.0, armature="drop", controls={"aim": 0.4})
+    declared = other.builder.declared
+    assert "stand" in declared.bodies and declared.forces["yaw.stop"].law.stiffness == 5.0
+    assert "lift.rotor" not in declared.bodies
+    assert any("armature of the joints 'lift', 'ear.hinge'" in sentence for sentence in other.dropped)
+    # gear (kp u - kp gear x - kv gear v)
+    effort = declared.forces["aim"].law.effort(np.float64(0.1), np.float64(0.3), np.float64(0.0))
+    np.testing.assert_allclose(effort, 2 * (7 * 0.4 - 7 * 2 * 0.1 - 0.5 * 2 * 0.3), rtol=1e-14)
+    with pytest.raises(mbs.UnknownNameError, match="no actuator 'aims': did you mean 'aim'"):
+        mbs.io.read_mjcf(file, controls={"aims": 0.4})
+    with pytest.raises(ValueError, match="tendons = 'cut': one of"):
+        mbs.io.read_mjcf(file, tendons="cut")
+
+
+@pytest.mark.slow
+def test_loops_against_a_hard_constraint(tmp_path):
+    found = mbs.io.read_mjcf(written(tmp_path, LOOPS_MJCF))
+    system = found.builder.build()
+    assert system.topology.mobility == 1 and "C1" in system.topology.cut_joints
+    model = mujoco.MjModel.from_xml_string(LOOPS_MJCF)
+    errors = against_hard_constraint(found, model, {"A": 0.4}, {"A": 1.3}, {"B": -0.1, "D": 0.3})
+    assert errors["closing"] < 1e-9 and errors["accelerations"] < 1e-8, errors
+
+
+def test_includes_and_meshes_inside_the_folder(tmp_path):
+    (tmp_path / "parts").mkdir()
+    written(
+        tmp_path,
+        '<mujocoinclude><body name="bob"><joint name="pin"/><include file="shape.xml"/></body></mujocoinclude>',
+        "parts/bob.xml",
+    )
+    tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    (tmp_path / "parts" / "tetra.obj").write_text(tetrahedron)
+    written(
+        tmp_path, '<mujocoinclude><geom type="mesh" mesh="tetra" density="60"/></mujocoinclude>', "parts/shape.xml"
+    )
+    main = (
+        '<mujoco><compiler meshdir="parts"/><asset><mesh file="tetra.obj"/></asset><worldbody>%s</worldbody></mujoco>'
+    )
+    file = written(tmp_path, main % '<include file="parts/bob.xml"/>')
+    assert float(mbs.io.read_mjcf(file).builder.declared.bodies["bob"].mass) == pytest.approx(10.0)
+    light = '<body name="bob"><joint/><inertial mass="2" pos="0 0 0" diaginertia="1 1 1"/><geom mesh="gone"/></body>'
+    asset = '<mujoco><asset><mesh name="gone" file="gone.stl"/></asset><worldbody>%s</worldbody></mujoco>'
+    found = mbs.io.read_mjcf(written(tmp_path, asset % light))
+    assert float(found.builder.declared.bodies["bob"].mass) == 2.0 and "the shapes of 1 mesh" in found.dropped
+    heavy = '<body name="bob"><joint/><geom type="mesh" mesh="gone"/></body>'
+    with pytest.raises(mbs.ModelFileError, match="body 'bob' takes its mass from the mesh 'gone.stl'") as told:
+        mbs.io.read_mjcf(written(tmp_path, asset % heavy))
+    assert len(told.value.faults) == 1
+
+
+BODY = '<body name="b"><joint name="j"/><geom size=".1"/></body>'
+REFUSED = {
+    "it has tendons, 'rope'": f"<worldbody>{BODY}</worldbody>"
+    '<tendon><fixed name="rope"><joint joint="j" coef="1"/></fixed></tendon>',
+    "plugins .<plugin>., which are not supported": '<extension><plugin plugin="mujoco.pid"/></extension>',
+    "MuJoCo refuses it": f"<worldbody>{BODY}{BODY}</worldbody>",
+    "no such file inside": '<include file="../../etc/passwd"/>',
+    "makes more than 10000 copies": f'<worldbody><replicate count="1e9">{BODY}</replicate></worldbody>',
+    "its outermost element is <robot>": None,
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_refused_by_name(message, tmp_path):
+    text = REFUSED[message]
+    file = written(tmp_path, "<robot/>" if text is None else f"<mujoco>{text}</mujoco>")
+    with pytest.raises(mbs.ModelFileError, match=message):
+        mbs.io.read_mjcf(file)
+
+
+def test_warnings_go_to_the_report_and_to_no_file(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    file = written(tmp_path, f'<mujoco><compiler settotalmass="3"/><worldbody>{BODY}</worldbody></mujoco>')
+    found = mbs.io.read_mjcf(file)
+    assert any("MuJoCo warns" in sentence and "settotalmass" in sentence for sentence in found.dropped)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["model.xml"] and capfd.readouterr() == ("", "")
+
+
+def test_tendons_can_be_dropped(tmp_path):
+    text = REFUSED["it has tendons, 'rope'"] + '<actuator><motor tendon="rope"/></actuator>'
+    found = mbs.io.read_mjcf(written(tmp_path, f"<mujoco>{text}</mujoco>"), tendons="drop")
+    assert found.dropped[0] == "the tendons 'rope', with actuators and equalities of tendons"

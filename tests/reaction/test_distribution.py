@@ -1,0 +1,66 @@
+"""Two equal bearings share a load alike, wherever the builder had to cut a body open."""
+
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from tests.mechanisms import DOWN_Y, PIN
+
+
+def shaft(drives=(), springs=(), swap=False):
+    """A shaft of 2 kg whose weight acts 0.3 m beside the axis, in the middle of two pins 1 m apart."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    b.body("shaft", mass=2.0, com=(0.3, 0.0, 0.5), inertia=(0.02, 0.02, 0.01))
+    places = {"front": (0.0, 0.0, 0.0), "back": (0.0, 0.0, 1.0)}
+    for name in sorted(places, reverse=not swap):
+        place = places[name]
+        b.joint(name, PIN, "ground", "shaft", parent_frame=place, child_frame=place)
+    for name in drives:
+        b.drive(name, lambda t: 0.0 * t)
+    for name in springs:
+        b.force(f"spring {name}", mbs.SpringDamper(stiffness=0.0), joint=name)
+    b.force("motor", mbs.Torque((0.0, 0.0, 1.0)), on="shaft")
+    system = b.build()
+    return system, mbs.reactions(system, mbs.State.at(system))
+
+
+@pytest.mark.parametrize(
+    "swap", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.slow)]
+)
+def test_two_drives_share_weight_and_torque(swap):
+    system, loads = shaft(drives=("front", "back"), swap=swap)
+    torque = 2.0 * 9.81 * 0.3 - 1.0
+    for name in ("front", "back"):
+        np.testing.assert_allclose(loads[name].force[1], 9.81, rtol=1e-9)
+        np.testing.assert_allclose(loads[name].moment[2], torque / 2.0, rtol=1e-9)
+    assert set(loads) == {"front", "back"} == {name for name, _ in loads.items()}
+    assert loads.residual < 1e-9
+    assert any(joint.is_hidden for joint in system.topology.joints)
+
+
+def test_one_drive_takes_the_torque():
+    _, loads = shaft(drives=("front",))
+    np.testing.assert_allclose([loads[n].force[1] for n in ("front", "back")], 9.81, rtol=1e-9)
+    np.testing.assert_allclose([loads[n].moment[2] for n in ("front", "back")], [4.886, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "swap", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.slow)]
+)
+def test_springs_without_stiffness_change_nothing(swap):
+    """The shaft swings down; both bearings carry the half."""
+    _, plain = shaft(swap=swap)
+    _, sprung = shaft(springs=("front", "back"), swap=swap)
+    for name in ("front", "back"):
+        np.testing.assert_allclose(sprung[name].force, plain[name].force, atol=1e-9)
+        np.testing.assert_allclose(sprung[name].moment, plain[name].moment, atol=1e-9)
+    np.testing.assert_allclose(plain["front"].force, plain["back"].force, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_bonds_carry_the_same():
+    system, loads = shaft(drives=("front", "back"))
+    found = mbs.statics.bond_reactions(*mbs.reaction.reaction_bonds(system, mbs.State.at(system)))
+    for name, load in loads.items():
+        np.testing.assert_allclose(found[name].force, load.force, atol=1e-8)
+        np.testing.assert_allclose(found[name].moment, load.moment, atol=1e-8)
