@@ -1,4 +1,4 @@
-"""Every notebook runs in its fast mode (13: `test_notebook_of_designs`), and its executed copy belongs to its script."""
+"""Every notebook runs in its fast mode (13: `test_notebook_of_designs`), and its copy belongs to its script."""
 
 import ast
 import json
