@@ -3,6 +3,7 @@
 import ast
 import graphlib
 import json
+import re
 import statistics
 import subprocess
 import sys
@@ -117,6 +118,14 @@ def test_imports_go_down_or_left(path):
             assert room in DOORS, f"{room} imports {name} through the front door; import its own module"
             continue
         assert HEIGHT[_room(module)] < HEIGHT[room], f"{room} may not import {name}"
+
+
+def test_the_map_in_contributing_has_these_floors():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| \d [^|]+\|([^|]+)\|", text, re.MULTILINE)
+    assert [re.findall(r"`(\w+)`", row) for row in rows] == [
+        [room for room in floor if room != "__main__"] for floor in FLOORS
+    ]
 
 
 def test_no_import_cycles():

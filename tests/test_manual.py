@@ -1,5 +1,6 @@
 """The manual: its pages' Python runs from top to bottom, every public face has a page, and the site builds."""
 
+import ast
 import importlib
 import importlib.util
 import linecache
@@ -94,6 +95,45 @@ def test_what_a_page_names_exists(page):
         assert (page.parent / target).exists(), target
 
 
+_CITATION = re.compile(r"([^()]{1,150})\(?((?:19|20)\d\d)\)")
+
+
+def test_cited_papers_are_in_the_bibliography():
+    """An entry with the year and one of the names before it, for every year in parentheses after "Name"."""
+    entries = (DOCS / "bibliography.md").read_text(encoding="utf-8").split("\n- ")
+    texts = [path.read_text(encoding="utf-8") for path in (DOCS.parent / "jaxmbs").rglob("*.py")]
+    cited = [(re.findall(r"\b[A-Z]\w{2,}", before), year) for t in texts for before, year in _CITATION.findall(t)]
+    cited = [(names, year) for names, year in cited if names]
+    assert len(cited) > 15
+    known = [
+        any(year in entry and any(name in entry for name in names) for entry in entries) for names, year in cited
+    ]
+    assert all(known), [found for found, is_known in zip(cited, known, strict=True) if not is_known]
+
+
+def _glossary():
+    """Rows of word, meaning and words not to be used, of every section."""
+    text = (DOCS.parent / "CONTRIBUTING.md").read_text(encoding="utf-8").split("<!-- glossary -->")[1]
+    rows = [[cell.strip() for cell in row.split("|")[1:-1]] for row in text.splitlines() if row.startswith("| ")]
+    return [row for row in rows if row[0] != "word"]
+
+
+def test_words_of_the_glossary_are_defined_once():
+    words = [word.strip() for row in _glossary() for word in row[0].split(",")]
+    assert len(words) >= 60 and len(set(words)) == len(words)
+    assert all(len(row) == 3 and row[1] for row in _glossary())
+
+
+def test_names_that_the_glossary_refuses_are_gone():
+    refused = {name for row in _glossary() for name in re.findall(r"`(\w+)`", row[2])}
+    assert refused
+    definitions = ast.FunctionDef | ast.ClassDef
+    for path in (DOCS.parent / "jaxmbs").rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        names = {node.name for node in ast.walk(tree) if isinstance(node, definitions)}
+        assert not refused & names, f"{path}: see the glossary of CONTRIBUTING.md"
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # of Sphinx and its extensions to one another
 @pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra `docs`")
@@ -101,7 +141,7 @@ def test_site_builds_without_warnings(tmp_path):
     from sphinx.cmd.build import build_main
 
     copy = shutil.copytree(DOCS, tmp_path / "docs", ignore=shutil.ignore_patterns("_build"))
-    for name in ("jaxmbs", "CHANGELOG.md"):
+    for name in ("jaxmbs", "CHANGELOG.md", "CONTRIBUTING.md"):
         (tmp_path / name).symlink_to(DOCS.parent / name)
     assert build_main(["-q", "-W", "--keep-going", str(copy), str(tmp_path / "site")]) == 0
     assert (tmp_path / "site" / "api" / "joints.html").exists()
