@@ -12,12 +12,12 @@ import numpy as np
 from jaxtyping import Array, Float, Int, PyTree
 from tqdm import tqdm
 
-from jaxmbs.batching._executor import Chunks
-from jaxmbs.batching._program import lanes_of, whole
-from jaxmbs.batching._result import across_designs, lane_cost
-from jaxmbs.batching._table import is_traced, length, read_designs
-from jaxmbs.errors import BatchError
-from jaxmbs.status import Status, succeeded
+from ..errors import BatchError
+from ..status import Status, succeeded
+from ._executor import Chunks
+from ._program import lanes_of, whole
+from ._result import across_designs, lane_cost
+from ._table import is_traced, length, read_designs
 
 #: Designs side by side: on the CPU as cheap each as 64, cheaper than 16 or 128 (benchmarks/batch_of_motions.py).
 CHUNK = 32

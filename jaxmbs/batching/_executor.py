@@ -7,9 +7,9 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 import jax
 import numpy as np
 
-from jaxmbs.batching._scheduling import dearest_first, parts
-from jaxmbs.batching._table import length, rows
-from jaxmbs.status import Status
+from ..status import Status
+from ._scheduling import dearest_first, parts
+from ._table import length, rows
 
 #: Chunks for each thread before the first grouping.
 _FIRST = 4

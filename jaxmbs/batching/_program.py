@@ -12,12 +12,10 @@ from jax.extend.core import jaxpr_as_fun
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import PyTree
 
-from jaxmbs.batching._result import lane_cost, lane_status
-from jaxmbs.batching._table import length, row_shape, rows
-from jaxmbs.runtime import as_sums, equations, of_kind, options
-
 from ..checks import is_concrete
-from ..runtime import not_tracing
+from ..runtime import as_sums, equations, not_tracing, of_kind, options
+from ._result import lane_cost, lane_status
+from ._table import length, row_shape, rows
 
 MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
 _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()

@@ -3,9 +3,9 @@
 import jax
 import jax.numpy as jnp
 
-from jaxmbs.kinematics._state import State
-from jaxmbs.motion._motion import Motion
-from jaxmbs.status import Status, succeeded
+from ..kinematics._state import State
+from ..motion._motion import Motion
+from ..status import Status, succeeded
 
 
 def lane_status(values):

@@ -1,11 +1,11 @@
 """Design: finding the numbers of a model that make an objective small."""
 
-from jaxmbs.design._limit import Limit
-from jaxmbs.design._limit_result import LimitResult
-from jaxmbs.design._minimise import minimise
-from jaxmbs.design._optimum import History, Optimum
-from jaxmbs.design._pareto import Front, pareto
-from jaxmbs.design._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
+from ._limit import Limit
+from ._limit_result import LimitResult
+from ._minimise import minimise
+from ._optimum import History, Optimum
+from ._pareto import Front, pareto
+from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
 
 __all__ = [
     "Front",

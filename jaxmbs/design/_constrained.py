@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from jaxmbs.design._optimisers import barrier_value
-from jaxmbs.design._search import Point
-from jaxmbs.design._working_set import KEPT, LimitedSearch
+from ._optimisers import barrier_value
+from ._search import Point
+from ._working_set import KEPT, LimitedSearch
 
 #: How often a search may take up limits that it had not looked at.
 _ROUNDS = 30

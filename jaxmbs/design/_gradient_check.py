@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jaxmbs.design._search import Point, Search
+from ._search import Point, Search
 
 _STEP = 1e-5  # of each variable's scale
 _AGREED = 1e-3  # of the largest slope of a function, per scale

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmbs.design._search import Point
-from jaxmbs.design._variables import Variables
+from ._search import Point
+from ._variables import Variables
 
 #: Limits with less room than this, relative to their size, may carry a multiplier.
 ACTIVE = 1e-5

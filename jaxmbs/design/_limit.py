@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from jaxmbs.checks import no_such
-from jaxmbs.errors import UnknownNameError
-from jaxmbs.typing import AnyArray, ArrayLike
+from ..checks import no_such
+from ..errors import UnknownNameError
+from ..typing import AnyArray, ArrayLike
 
 
 @dataclasses.dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmbs.design._limit import BoundConstraint
+from ._limit import BoundConstraint
 
 
 class LimitResult(NamedTuple):

@@ -10,18 +10,18 @@ import optax
 from jaxtyping import PyTree
 from tqdm import tqdm
 
-from jaxmbs.design._constrained import ENGINES, NLOPT, nlopt_engine, run_limited
-from jaxmbs.design._gradient_check import check_gradients
-from jaxmbs.design._limit import Limit
-from jaxmbs.design._multistart import search_together
-from jaxmbs.design._optimisers import lbfgsb, run_optax
-from jaxmbs.design._optimum import Optimum
-from jaxmbs.design._program import program, value_alone
-from jaxmbs.design._search import Search
-from jaxmbs.design._starts import best_of, first_variables, run_optax_together
-from jaxmbs.design._variables import read_variables
-from jaxmbs.design._working_set import LimitedSearch
-from jaxmbs.runtime import jit
+from ..runtime import jit
+from ._constrained import ENGINES, NLOPT, nlopt_engine, run_limited
+from ._gradient_check import check_gradients
+from ._limit import Limit
+from ._multistart import search_together
+from ._optimisers import lbfgsb, run_optax
+from ._optimum import Optimum
+from ._program import program, value_alone
+from ._search import Search
+from ._starts import best_of, first_variables, run_optax_together
+from ._variables import read_variables
+from ._working_set import LimitedSearch
 
 
 def minimise(

@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 import jax
 import numpy as np
 
-from jaxmbs.batching._batch import batch
-from jaxmbs.design._optimum import Optimum
+from ..batching._batch import batch
+from ._optimum import Optimum
 
 #: Designs side by side: few, for the searches end one after the other.
 _TOGETHER = 8

@@ -9,7 +9,7 @@ import numpy as np
 import optax
 from jax.flatten_util import ravel_pytree
 
-from jaxmbs.design._search import Point, Search
+from ._search import Point, Search
 
 #: Halvings of a step until the design at its end has finite values.
 HALVINGS = 30

@@ -7,9 +7,9 @@ import jax
 import numpy as np
 from jaxtyping import PyTree
 
-from jaxmbs.checks import no_such
-from jaxmbs.design._limit_result import LimitResult, limits_table
-from jaxmbs.errors import UnknownNameError
+from ..checks import no_such
+from ..errors import UnknownNameError
+from ._limit_result import LimitResult, limits_table
 
 
 class History(NamedTuple):

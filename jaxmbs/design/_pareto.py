@@ -10,15 +10,15 @@ import numpy as np
 from jaxtyping import PyTree
 from tqdm import tqdm
 
-from jaxmbs.design._constrained import run_limited, slsqp
-from jaxmbs.design._limit import Limit
-from jaxmbs.design._optimisers import lbfgsb
-from jaxmbs.design._optimum import Optimum
-from jaxmbs.design._program import Program, program
-from jaxmbs.design._search import Search
-from jaxmbs.design._variables import Variables, read_variables
-from jaxmbs.design._working_set import KEPT, LimitedSearch
-from jaxmbs.runtime import jit
+from ..runtime import jit
+from ._constrained import run_limited, slsqp
+from ._limit import Limit
+from ._optimisers import lbfgsb
+from ._optimum import Optimum
+from ._program import Program, program
+from ._search import Search
+from ._variables import Variables, read_variables
+from ._working_set import KEPT, LimitedSearch
 
 
 class Front(eqx.Module):

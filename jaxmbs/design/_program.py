@@ -9,9 +9,9 @@ import numpy as np
 from jax.extend.core import jaxpr_as_fun
 from jaxtyping import Array, PyTree
 
-from jaxmbs.design._limit import BoundConstraint, Limit, bind, values_of
-from jaxmbs.design._variables import Variables
-from jaxmbs.runtime import of_kind
+from ..runtime import of_kind
+from ._limit import BoundConstraint, Limit, bind, values_of
+from ._variables import Variables
 
 
 class Program(NamedTuple):

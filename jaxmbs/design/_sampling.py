@@ -7,8 +7,8 @@ import jax
 import numpy as np
 from jaxtyping import PyTree
 
-from jaxmbs.checks import refuse_complex
-from jaxmbs.design._variables import read_variables
+from ..checks import refuse_complex
+from ._variables import read_variables
 
 
 def sobol_points(dimension: int, number: int, seed: int) -> np.ndarray:

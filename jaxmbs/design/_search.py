@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import PyTree
 from tqdm import tqdm
 
-from jaxmbs.design._optimum import History, Optimum
-from jaxmbs.design._variables import Variables
+from ._optimum import History, Optimum
+from ._variables import Variables
 
 #: A variable without bounds that has grown by so much, while the objective fell, is not looking for a minimum.
 _ENDLESS = 1e10

@@ -10,11 +10,11 @@ import optax
 from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
 
-from jaxmbs.design._optimisers import HALVINGS, usual_promotion
-from jaxmbs.design._optimum import Optimum
-from jaxmbs.design._sampling import sobol_points
-from jaxmbs.design._search import Search
-from jaxmbs.design._variables import Variables, read_variables
+from ._optimisers import HALVINGS, usual_promotion
+from ._optimum import Optimum
+from ._sampling import sobol_points
+from ._search import Search
+from ._variables import Variables, read_variables
 
 
 def first_variables(design0: PyTree, bounds: PyTree | None, starts: int | str) -> list[Variables]:

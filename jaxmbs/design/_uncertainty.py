@@ -9,12 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 
-from jaxmbs.batching._batch import batch
-from jaxmbs.checks import refuse_complex
-from jaxmbs.design._sampling import normal_points, scatter_of, sobol_points
-from jaxmbs.design._variables import read_variables
-from jaxmbs.runtime import jit
-from jaxmbs.typing import AnyArray, ArrayLike
+from ..batching._batch import batch
+from ..checks import refuse_complex
+from ..runtime import jit
+from ..typing import AnyArray, ArrayLike
+from ._sampling import normal_points, scatter_of, sobol_points
+from ._variables import read_variables
 
 
 class Uncertainty(NamedTuple):

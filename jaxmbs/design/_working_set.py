@@ -5,12 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from jaxmbs.design._kkt import Multipliers, multipliers
-from jaxmbs.design._limit_result import limit_results
-from jaxmbs.design._optimum import Optimum
-from jaxmbs.design._program import Program, rows_of
-from jaxmbs.design._search import Point, Search
-from jaxmbs.design._variables import Variables
+from ._kkt import Multipliers, multipliers
+from ._limit_result import limit_results
+from ._optimum import Optimum
+from ._program import Program, rows_of
+from ._search import Point, Search
+from ._variables import Variables
 
 #: Excess, relative to the limit, that counts as kept.
 KEPT = 1e-7
