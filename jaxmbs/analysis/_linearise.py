@@ -178,12 +178,12 @@ def local_efforts(system: System, at, w, a):
 
     Also returns all velocities (nv,) and accelerations (nv,).
     """
-    directions = closures.moving_directions(system, at)
-    Gamma, B = motion_map(system, at, directions[0])
+    at = closures.with_directions(system, at)
+    Gamma, B = motion_map(system, at)
     u = Gamma @ w - B @ constraints.time_rate(system, at)
     here = with_velocities(system, at, u)
     unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
-    u_dot = Gamma @ a + B @ constraints.acceleration_bias(system, here, unmoved, directions)
+    u_dot = Gamma @ a + B @ constraints.acceleration_bias(system, here, unmoved)
     V_dot, loads = node_accelerations(system.topology, here, u_dot), efforts(system, here)[:2]
     return Gamma.T @ required_efforts(system, here, V_dot, u_dot, loads), u, u_dot
 

@@ -57,27 +57,26 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
     return u, momentum_rate(topology, S, V, momentum(J, V), gravity_wrench(J, gravity))
 
 
-def tree_momentum_rate(system: System, at: VelocityKinematics, sigma=None, directions=None):
+def tree_momentum_rate(system: System, at: VelocityKinematics, sigma=None):
     """Momentum rate (nv,) under gravity, force elements and `A_dot^T sigma`, and the elements' powers.
 
-    Args: directions: `closures.moving_directions`, with sigma.
+    Args: at: `closures.with_directions`, with sigma.
 
     The wrenches that sigma puts on the tree join the momenta, their rates join the loads: one subtree sum for all.
     """
     F, Q, powers = efforts(system, at)
     h, loads = body_momenta(system, at).wrench, Loads(F, Q) + inertial_loads(system, at)
     if sigma is not None:
-        wrenches, rates, part = constraints.constraint_momentum_rate(system, at, sigma, directions)
+        wrenches, rates, part = constraints.constraint_momentum_rate(system, at, sigma)
         h, loads = h + wrenches, loads + Loads(rates, part)
     return momentum_rate(system.topology, at.S, at.V, h, loads.wrench) + loads.column, powers
 
 
-def velocities(system: System, at: Configuration, p, known=None):
-    """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum; known:
-    `closures.directions`."""
+def velocities(system: System, at: Configuration, p):
+    """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum."""
     if system.is_rigid_tree:
         return solve(system.topology.nodes, at.S, at.J, p), None
-    A = constraints.jacobian(system, at, known)
+    A = constraints.jacobian(system, at)
     M, f_t = mass_matrix(system, at), constraints.time_rate(system, at)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 
@@ -96,9 +95,9 @@ def canonical_rate(system: System, at: Configuration, p):
 
     Source: S2 (42)-(44) in all velocities.
     """
-    directions = closures.moving_directions(system, at)
-    u, sigma = velocities(system, at, p, directions[0])
-    rate, powers = tree_momentum_rate(system, with_velocities(system, at, u), sigma, directions)
+    at = closures.with_directions(system, at)
+    u, sigma = velocities(system, at, p)
+    rate, powers = tree_momentum_rate(system, with_velocities(system, at, u), sigma)
     return coordinate_rate(system.topology, at.psi, u), rate, powers, u
 
 

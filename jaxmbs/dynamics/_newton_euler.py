@@ -29,35 +29,35 @@ def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads
     return on_columns(system, at, inverse_dynamics_loads(system, at, V_dot, u_dot, nodes(system)) - Loads(F)) - Q
 
 
-def accelerations(system: System, at: VelocityKinematics, method="dense", loads=None, directions=None):
+def accelerations(system: System, at: VelocityKinematics, method="dense", loads=None):
     """(u_dot (nv,), multipliers (rows,), gaps (rows,)): `M u_dot + bias - Q = A^T lambda`, `A u_dot - gamma` = gaps.
 
     Args:
         method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
-        loads, directions: of the force elements on nodes and columns; `closures.moving_directions`; where at hand.
+        loads: of the force elements on nodes and columns, where they are evaluated already.
     """
     if system.is_rigid_tree:
         need = saddle_sides(system, at, loads)[0]
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
-    known, _ = directions = directions or closures.moving_directions(system, at)
-    need, gamma = saddle_sides(system, at, loads, directions)
+    at = at if at.directions is not None else closures.with_directions(system, at)
+    need, gamma = saddle_sides(system, at, loads)
     if method == "block-sparse":
-        rows = constraint_rows(system, at, known)
+        rows = constraint_rows(system, at)
         a, y = sparse_saddle(system, at, rows, need, gamma)
         return a, -y, rows.rates(a) / rows.unit - gamma
-    A = constraints.jacobian(system, at, known)
+    A = constraints.jacobian(system, at)
     a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))
     return a, -y, A @ a - gamma
 
 
-def saddle_sides(system: System, at: VelocityKinematics, loads=None, directions=None):
+def saddle_sides(system: System, at: VelocityKinematics, loads=None):
     """Right-hand sides of the saddle system: efforts (nv,) less bias at zero accelerations, and gamma (rows,), None
-    without directions."""
+    for a tree of rigid bodies."""
     none = jnp.zeros_like(at.u)
     V_dot = node_accelerations(system.topology, at, none)
     loads = efforts(system, at)[:2] if loads is None else loads
     need = -required_efforts(system, at, V_dot, none, loads)
-    return need, None if directions is None else constraints.acceleration_bias(system, at, V_dot, directions)
+    return need, None if system.is_rigid_tree else constraints.acceleration_bias(system, at, V_dot)
 
 
 def _at(system, state):

@@ -5,6 +5,7 @@ eliminated with a small compliance, proximal iterations, refinement against the 
 is formed: products with M and A are walks of the tree, and `M + A^T C^-1 A` is inverted by `body_matrix`.
 """
 
+import dataclasses
 from typing import NamedTuple
 
 import jax
@@ -16,7 +17,7 @@ from .. import blocksparse
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics import _coordinate_rows as coordinate_rows
-from ..kinematics._configuration import Configuration, node_motion, with_velocities
+from ..kinematics._configuration import ClosureDirections, Configuration, node_motion, with_velocities
 from ..kinematics._poses import frame_twists
 from ..kinematics._tree import ancestors, subtrees
 from ..math._linalg import proximal_rounds, relative
@@ -44,7 +45,11 @@ class Rows(NamedTuple):
     system: System
     at: Configuration
     unit: Array
-    directions: tuple
+
+    @property
+    def directions(self) -> tuple:
+        """Directions (elements, rows, 6) of every group of closures."""
+        return closures.directions(self.system, self.at)
 
     def rates(self, a):
         """A a (rows,) for accelerations a (nv,)."""
@@ -75,11 +80,11 @@ class Rows(NamedTuple):
         return jax.linear_transpose(self.rates, jnp.zeros(self.at.S.shape[0], y.dtype))(y)[0]
 
 
-def constraint_rows(system: System, at: Configuration, known=None) -> Rows:
-    """The rows at a configuration; known: their `closures.directions`."""
-    directions = closures.directions(system, at) if known is None else known
+def constraint_rows(system: System, at: Configuration) -> Rows:
+    """The rows at a configuration."""
+    values = ClosureDirections(closures.directions(system, at), None)
     unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
-    return Rows(system, at, unit, directions)
+    return Rows(system, dataclasses.replace(at, directions=values), unit)
 
 
 def sparse_saddle(system: System, at: Configuration, rows: Rows, b, c):

@@ -1,16 +1,22 @@
 """Rows of cut joints and two-frame constraints, group by group: residuals, directions, wrenches along them."""
 
+import dataclasses
 import functools
+from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.tree_util import Partial
+from jaxtyping import Array
 
 from ..math._linalg import skew
 from ..model._system import ClosureGroup, System
 from ..runtime import gather_static
-from ._configuration import Configuration
+from ._configuration import ClosureDirections, Configuration
 from ._wrench_targets import WrenchTargets
+
+At = TypeVar("At", bound=Configuration)
 
 
 def _relative(basis, a, b):
@@ -72,21 +78,27 @@ def closure_directions(group: ClosureGroup, R, x, t):
 
 
 def directions(system: System, at: Configuration):
-    """`closure_directions` of every group, for the functions that take them where they are known already."""
+    """`closure_directions` of every group: those that the configuration holds, or else evaluated here."""
+    if at.directions is not None:
+        return at.directions.values
     return tuple(closure_directions(group, at.R, at.x, at.t) for group in system.closures)
 
 
-def residual_and_directions(system: System, at: Configuration):
-    """`residual` and `directions` at once."""
+def residual_and_directions(system: System, at: At) -> tuple[list[Array], At]:
+    """`residual`, and the configuration with the directions that were evaluated with it, without their rates."""
     found = [_linear_rows(group, at.R, at.x, at.t) for group in system.closures]
-    return [rows.reshape(-1) for rows, _ in found], tuple(D for _, D in found)
+    values = ClosureDirections(tuple(D for _, D in found), None)
+    return [rows.reshape(-1) for rows, _ in found], dataclasses.replace(at, directions=values)
 
 
-def wrenches(system: System, known, multipliers):
+def wrenches(system: System, directions, multipliers):
     """Wrench (elements, 6) of the rows' multipliers on every element's B body, about the world origin, group by
-    group; known: `directions`, or their rates."""
+    group.
+
+    Args: directions: (elements, rows, 6) of every group; their rates give the rates of the wrenches.
+    """
     first, found = 0, []
-    for group, D in zip(system.closures, known, strict=True):
+    for group, D in zip(system.closures, directions, strict=True):
         shape = (len(group.names), group.kind.num_rows)
         part = multipliers[first : first + shape[0] * shape[1]].reshape(shape)
         found.append(jnp.einsum("erk,er->ek", D, part))
@@ -101,14 +113,25 @@ def sum_on(owners: WrenchTargets, system: System, wrenches):
     return owners.collect(ends, both)
 
 
-def moving_directions(system: System, at: Configuration):
-    """`directions`, and the function of (R_dot, x_dot) that gives their rates as time goes on."""
+def with_directions(system: System, at: At) -> At:
+    """The configuration with the directions of the rows of this system and the map to their rates."""
 
     def of_frames(R, x, t):
         return tuple(closure_directions(group, R, x, t) for group in system.closures)
 
-    known, along = jax.linearize(of_frames, at.R, at.x, at.t)
-    return known, lambda R_dot, x_dot: along(R_dot, x_dot, jnp.ones_like(at.t))
+    values, along = jax.linearize(of_frames, at.R, at.x, at.t)
+    rates = Partial(_in_time, along, at.t)  # a pytree, so that configurations pass through `vmap` and `jit`
+    return dataclasses.replace(at, directions=ClosureDirections(values, rates))
+
+
+def _in_time(along, t, R_dot, x_dot):
+    return along(R_dot, x_dot, jnp.ones_like(t))
+
+
+def direction_rates(at: Configuration, R_dot, x_dot):
+    """Rates (elements, rows, 6) of the directions of every group in time, of a configuration `with_directions`."""
+    assert at.directions is not None and at.directions.rates is not None
+    return at.directions.rates(R_dot, x_dot)
 
 
 def time_rates(system: System, at: Configuration, frame_rates=None):
@@ -139,10 +162,10 @@ def residual(system: System, at: Configuration):
     ]
 
 
-def jacobian(system: System, at: Configuration, known=None):
-    """Rows (rows, nv) of every group; known: `directions`."""
+def jacobian(system: System, at: Configuration):
+    """Rows (rows, nv) of every group."""
     parts = []
-    for group, D in zip(system.closures, directions(system, at) if known is None else known, strict=True):
+    for group, D in zip(system.closures, directions(system, at), strict=True):
         path = jnp.asarray(path_difference(system, group), at.psi.dtype)
         rows = jnp.einsum("erk,nk->ern", D, at.S) * path[:, None, :]
         parts.append(rows.reshape(len(group.names) * group.kind.num_rows, system.topology.num_velocities))

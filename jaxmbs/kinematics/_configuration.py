@@ -5,6 +5,8 @@ every derivative.  Far from the world origin `m r^2` would swamp the inertias.
 """
 
 import dataclasses
+from collections.abc import Callable
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -16,6 +18,20 @@ from ._poses import first_place, frame_poses, joint_twists, node_inertias, node_
 from ._tree import ancestors
 
 
+class ClosureDirections(NamedTuple):
+    """Directions of the closures' rows at a configuration, group by group.
+
+    Attributes:
+        values: (elements, rows, 6) of every group, the derivative of each row with respect to a world twist of frame
+            B relative to frame A; the transpose turns multipliers into wrenches on the body of frame B.
+        rates: function of the rates (R_dot, x_dot) of the frames that gives the rates of `values` in time;
+            None where nobody asks for them.
+    """
+
+    values: tuple[Array, ...]
+    rates: Callable | None
+
+
 class Configuration(eqx.Module):
     """Where a mechanism is.
 
@@ -23,6 +39,7 @@ class Configuration(eqx.Module):
         t: time; psi: coordinates (nq,); P: `node_parameters` (nodes, 23).
         W: node poses (nodes, 12); S: joint twists (nodes, 6); J: node inertias (nodes, 10), None where nobody asks.
         R, x: rotations (frames, 3, 3) and positions (frames, 3) of the frames; origin: (3,) in the world.
+        directions: of the rows of the closures, None until `closures.with_directions` has evaluated them.
     """
 
     t: Array
@@ -34,6 +51,7 @@ class Configuration(eqx.Module):
     x: Array
     origin: Array
     J: Array | None
+    directions: ClosureDirections | None
 
 
 class VelocityKinematics(Configuration):
@@ -50,7 +68,7 @@ def configuration(system: System, P, psi, t, inertias=True, origin=None) -> Conf
     W = referred(W, origin)
     R, x = frame_poses(system, W, origin)
     J = node_inertias(P, W) if inertias else None
-    return Configuration(t, psi, P, W, joint_twists(system.topology, P, W), R, x, origin, J)
+    return Configuration(t, psi, P, W, joint_twists(system.topology, P, W), R, x, origin, J, None)
 
 
 def at_state(system: System, state, inertias=True) -> Configuration:

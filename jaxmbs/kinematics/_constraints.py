@@ -28,8 +28,8 @@ def residual(system: System, at: Configuration):
 
 def residual_and_jacobian(system: System, at: Configuration):
     """`residual` (position rows,) and `jacobian` (rows, nv), the frames of the loops looked at once."""
-    parts, directions = closures.residual_and_directions(system, at)
-    return _all_rows(system, at, parts), jacobian(system, at, directions)
+    parts, at = closures.residual_and_directions(system, at)
+    return _all_rows(system, at, parts), jacobian(system, at)
 
 
 def _all_rows(system, at, parts):
@@ -39,11 +39,9 @@ def _all_rows(system, at, parts):
     return jnp.concatenate(parts) if parts else jnp.zeros(0, at.psi.dtype)
 
 
-def jacobian(system: System, at: Configuration, known=None):
-    """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T; known: `closures.directions`.
-
-    Source: S2 (3), (5)."""
-    n, parts = system.topology.num_velocities, closures.jacobian(system, at, known)
+def jacobian(system: System, at: Configuration):
+    """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T.  Source: S2 (3), (5)."""
+    n, parts = system.topology.num_velocities, closures.jacobian(system, at)
     if system.rows:
         along = jax.vmap(lambda u: coordinate_rows.rates(system, at.psi, at.t, u), out_axes=1)
         parts.append(along(np.eye(n, dtype=at.psi.dtype)))
@@ -84,15 +82,17 @@ def _frame_rates(system, at):
     return carried, jnp.einsum("fij,fjk->fik", spin, at.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, at.x)
 
 
-def acceleration_bias(system: System, at: VelocityKinematics, V_dot, moving=None):
+def acceleration_bias(system: System, at: VelocityKinematics, V_dot):
     """gamma (rows,) with `A u_dot = gamma`: `-(A_dot u + d f_t/dt)` along the motion.
 
-    Args: V_dot (nodes, 6) twist rates at zero accelerations; moving: `closures.moving_directions`, if known.
+    Args: V_dot (nodes, 6): rates of the nodes' twists at zero accelerations.
     """
     twist, R_dot, x_dot = _frame_rates(system, at)
-    twist_dot, (known, along) = frame_twists(system, V_dot), moving or closures.moving_directions(system, at)
+    twist_dot = frame_twists(system, V_dot)
+    at = at if at.directions is not None else closures.with_directions(system, at)
     parts = []
-    for group, D, D_dot in zip(system.closures, known, along(R_dot, x_dot), strict=True):
+    each = zip(closures.directions(system, at), closures.direction_rates(at, R_dot, x_dot), strict=True)
+    for group, (D, D_dot) in zip(system.closures, each, strict=True):
         relative, relative_dot = (
             gather_static(v, group.second) - gather_static(v, group.first) for v in (twist, twist_dot)
         )
@@ -114,10 +114,10 @@ def _rates(system, at):
     return coordinate_rate(system.topology, at.psi, at.u), jnp.ones_like(at.t)
 
 
-def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma, moving):
+def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma):
     """What the multipliers sigma (rows,) of the momentum do to its rate: `A_dot^T sigma` in three parts.
 
-    Args: moving: `closures.moving_directions`.
+    Args: at: `closures.with_directions`.
 
     Returns: node wrenches D^T sigma (nodes, 6), their rates along the motion, and the coordinate rows' part (nv,):
     `A_dot^T sigma = S_dot . subtrees(wrenches) + S . subtrees(rates) + part`.
@@ -125,12 +125,12 @@ def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma, movi
     wrenches = rates = jnp.zeros((system.topology.nodes.size, 6), at.psi.dtype)
     if system.closures:
         _, R_dot, x_dot = _frame_rates(system, at)
-        known, along = moving
 
-        def on_nodes(known):
-            return closures.sum_on(nodes(system), system, closures.wrenches(system, known, sigma))
+        def on_nodes(directions):
+            return closures.sum_on(nodes(system), system, closures.wrenches(system, directions, sigma))
 
-        wrenches, rates = on_nodes(known), on_nodes(along(R_dot, x_dot))
+        wrenches = on_nodes(closures.directions(system, at))
+        rates = on_nodes(closures.direction_rates(at, R_dot, x_dot))
     part = jnp.zeros_like(at.u)
     if system.rows:
         efforts = lambda psi, t: coordinate_rows.efforts(system, psi, t, sigma)  # noqa: E731

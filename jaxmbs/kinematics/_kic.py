@@ -34,14 +34,13 @@ def velocity_map(system: System, at: Configuration):
     return solution[:, :-1], solution[:, -1]
 
 
-def motion_map(system: System, at: Configuration, known=None):
-    """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and keeps the rows, `A x = c`;
-    known: `closures.directions`."""
+def motion_map(system: System, at: Configuration):
+    """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and satisfies `A x = c`."""
     n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
     pick = np.eye(n, dtype=dtype)[chosen]
     if not system.has_constraints:
         return jnp.asarray(pick.T), jnp.zeros((n, 0), dtype)
-    rows = jnp.concatenate([constraints.jacobian(system, at, known), pick])
+    rows = jnp.concatenate([constraints.jacobian(system, at), pick])
     inverse = full_rank_lstsq(rows, jnp.asarray(np.eye(len(rows), dtype=dtype)))
     return inverse[:, len(rows) - len(chosen) :], inverse[:, : len(rows) - len(chosen)]
 

@@ -21,11 +21,11 @@ def carriers(system: System):
     return [(j.name, *j.frames) for j in top.joints] + [e for e in elements if e[0] not in top.joint_index]
 
 
-def reaction_map(system: System, at: Configuration, known=None):
+def reaction_map(system: System, at: Configuration):
     """Reactions per unit multiplier, (carriers, 6, rows): force then moment on the joint's child or on frame B.
 
     About the origin and in the axes of that frame.  Multipliers of drives and couplers act inside their joints and
-    load no body from outside.  Args: known: `closures.directions`.
+    load no body from outside.
     """
     top, names = system.topology, [name for name, *_ in carriers(system)]
     num = len(names)
@@ -33,11 +33,11 @@ def reaction_map(system: System, at: Configuration, known=None):
     if not system.closures:
         return out
     parts = []
-    for group, D in zip(system.closures, directions(system, at) if known is None else known, strict=True):
+    for group, D in zip(system.closures, directions(system, at), strict=True):
         weight = jnp.asarray(_reaction_weights(top, group, names), D.dtype)
         parts.append(jnp.einsum("ej,erk->jker", weight, D).reshape(num, 6, -1))
-    known = sum(part.shape[2] for part in parts)
-    out = jnp.concatenate([*parts, out[:, :, known:]], axis=2)
+    rows = sum(part.shape[2] for part in parts)
+    out = jnp.concatenate([*parts, out[:, :, rows:]], axis=2)
     own = np.array([b for *_, b in carriers(system)])
     R, x, moment, force = gather_static(at.R, own), gather_static(at.x, own), out[:, :3], out[:, 3:]
     moment = moment - jnp.einsum("jab,jbm->jam", jax.vmap(skew)(x), force)

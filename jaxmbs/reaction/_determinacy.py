@@ -27,18 +27,18 @@ class JointMarks(NamedTuple):
     lacks_contact: Array | None
 
 
-def joint_marks(system: System, at: VelocityKinematics, stresses, known, placed: Callable) -> JointMarks:
+def joint_marks(system: System, at: VelocityKinematics, stresses, placed: Callable) -> JointMarks:
     """What self-stresses and the contacts of couplers leave determined.
 
-    Args: stresses (n, rows), multipliers in the rows' common unit; known: `closures.directions`; placed: from world
-        wrenches (carriers, 6) to forces and moments (carriers, 3) in the axes asked.
+    Args: stresses (n, rows), multipliers in the rows' common unit; placed: from world wrenches
+         (carriers, 6) to forces and moments (carriers, 3) in the axes asked.
     """
     number, dtype = len(carriers(system)), at.u.dtype
     acting, size = acting_rows(system), jnp.zeros((0, number, 6), dtype)
     if system.closures:
         none = jnp.zeros((system.topology.bodies.size, 6), dtype)
         y = constraints.row_scale(system).unit[None] * stresses
-        size = jax.vmap(lambda y: joint_wrenches(system, at.S, none, y, known).wrench)(y)
+        size = jax.vmap(lambda y: joint_wrenches(system, at, none, y).wrench)(y)
     touched = _touched(system, at, acting, number) if acting else None
     if acting:
         size = jnp.concatenate([size, _contacts(system, at, touched)[None]])

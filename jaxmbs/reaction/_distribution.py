@@ -31,14 +31,13 @@ def bond_network(system: System) -> Network:
     return Network(top.body_names, tuple(name for name, *_ in carriers), parent, child)
 
 
-def system_bonds(system: System, at: Configuration, wrench, compliance=None, known=None) -> Bonds:
+def system_bonds(system: System, at: Configuration, wrench, compliance=None) -> Bonds:
     """The bonds at a configuration, at their child's frame; efforts along what they leave free are those of `wrench`.
 
-    Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`; known:
-        `closures.directions`.
+    Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`.
     """
     own = np.array([b for *_, b in reaction_map.carriers(system)])
-    twists = _free_twists(system, at.S, closures.directions(system, at) if known is None else known)
+    twists = _free_twists(system, at)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
     place = gather_static(at.x, own), gather_static(at.R, own)
     C = jax.vmap(jnp.diag)(_weights(system, compliance, effort.dtype))
@@ -53,9 +52,9 @@ def _weights(system, compliance, dtype):
     return jnp.stack([jnp.broadcast_to(jnp.asarray(c, dtype), (6,)) for c in each])
 
 
-def _free_twists(system, S, known):
+def _free_twists(system, at):
     """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
-    top, names = system.topology, [name for name, *_ in reaction_map.carriers(system)]
+    top, S, names = system.topology, at.S, [name for name, *_ in reaction_map.carriers(system)]
     driven = {column for row in system.rows if isinstance(row, Drive) for column in row.columns}
     held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
     for joint in top.joints:
@@ -63,7 +62,7 @@ def _free_twists(system, S, known):
         if columns and not joint.is_cut:
             held[names.index(joint.name), : len(columns)] = columns
     parts = [gather_static(jnp.concatenate([S, jnp.zeros((1, 6), S.dtype)]), held).transpose(0, 2, 1)]
-    for group, D in zip(system.closures, known, strict=True):
+    for group, D in zip(system.closures, closures.directions(system, at), strict=True):
         source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
         parts.append(jax.vmap(_complement)(D))
     return gather_static(jnp.concatenate(parts), source)
@@ -74,18 +73,16 @@ def _complement(D):
     return np.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
-def least_compliance_reactions(
-    system: System, at: Configuration, wrench, multipliers, compliance, known, method="dense"
-):
+def least_compliance_reactions(system: System, at: Configuration, wrench, multipliers, compliance, method="dense"):
     """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
 
-    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; known: `closures.directions`; method:
-        "dense" solves for few rows at once.
+    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; method: "dense" solves
+        for few rows at once.
     Source: S1 (28).
     """
     moved = _shared_rows(system)
     by = _by_rows if method == "dense" and len(moved) <= FEW_ROWS else _by_bonds
-    return by(system, at, wrench, multipliers, compliance, known, moved)
+    return by(system, at, wrench, multipliers, compliance, moved)
 
 
 def _shared_rows(system):
@@ -94,9 +91,9 @@ def _shared_rows(system):
     return np.r_[np.arange(kinds.closures), np.sort(kinds.drives)].astype(int)
 
 
-def _by_rows(system, at, wrench, multipliers, compliance, known, moved):
+def _by_rows(system, at, wrench, multipliers, compliance, moved):
     """Least `1/2 w.C w`, `w = w_0 + W d`, over changes d of the multipliers that move no freedom, `A^T d = 0`."""
-    W, A = reaction_map.reaction_map(system, at, known), constraints.jacobian(system, at, known)
+    W, A = reaction_map.reaction_map(system, at), constraints.jacobian(system, at)
     own = np.array([b for *_, b in reaction_map.carriers(system)])
     w = jnp.concatenate(at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), "joint", 1.0), axis=1)
     every = len(moved) == system.topology.num_rows
@@ -111,13 +108,13 @@ def _by_rows(system, at, wrench, multipliers, compliance, known, moved):
     return multipliers + change[0] if every else multipliers.at[moved].add(change[0])
 
 
-def _by_bonds(system, at, wrench, multipliers, compliance, known, moved):
+def _by_bonds(system, at, wrench, multipliers, compliance, moved):
     """The same by the network of bonds, whose cost is linear in the loops."""
-    bonds = system_bonds(system, at, wrench, compliance, known)
+    bonds = system_bonds(system, at, wrench, compliance)
     change = swap_halves(bond_reactions(bonds, swap_halves(on_bodies(bonds.network, wrench))).wrench) - wrench
     names = list(bonds.network.bonds)
     moves = []
-    for group, D in zip(system.closures, known, strict=True):
+    for group, D in zip(system.closures, closures.directions(system, at), strict=True):
         index = np.array([names.index(name) for name in group.names])
         moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, gather_static(change, index)).reshape(-1))
     for row in system.rows:

@@ -131,9 +131,9 @@ def _chosen(system, states, acceleration, columns, batched):
 
 def _row_gap(system, at, a, need):
     """`relative_gap` of accelerations (nv,) that take the efforts needed (nv,)."""
-    directions = closures.moving_directions(system, at)
-    V_dot, gaps = node_accelerations(system.topology, at, a), row_gaps(system, at, a, directions)
-    return relative_gap(system, at, directions[0], a, V_dot, gaps, (jnp.zeros((0, 6), need.dtype), need))
+    at = closures.with_directions(system, at)
+    V_dot, gaps = node_accelerations(system.topology, at, a), row_gaps(system, at, a)
+    return relative_gap(system, at, a, V_dot, gaps, (jnp.zeros((0, 6), need.dtype), need))
 
 
 class Balance(NamedTuple):

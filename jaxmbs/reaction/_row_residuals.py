@@ -14,21 +14,21 @@ from ..model._system import System
 LEFT_OVER = {8: 1e-6, 4: 1e-2}
 
 
-def row_gaps(system: System, at: VelocityKinematics, a, directions):
-    """Gaps (rows,) `A a - gamma` of accelerations a (nv,); directions: `closures.moving_directions`."""
+def row_gaps(system: System, at: VelocityKinematics, a):
+    """Gaps (rows,) `A a - gamma` of accelerations a (nv,)."""
     rest = node_accelerations(system.topology, at, jnp.zeros_like(at.u))
-    gamma = constraints.acceleration_bias(system, at, rest, directions)
-    return constraints.jacobian(system, at, directions[0]) @ a - gamma
+    gamma = constraints.acceleration_bias(system, at, rest)
+    return constraints.jacobian(system, at) @ a - gamma
 
 
-def relative_gap(system: System, at: VelocityKinematics, known, a, V_dot, gaps, loads):
+def relative_gap(system: System, at: VelocityKinematics, a, V_dot, gaps, loads):
     """The largest of the gaps (rows,) of the accelerations a (nv,), of the largest that adds up in them.
 
-    Args: known: `closures.directions`; V_dot (nodes, 6): the rates of the nodes' twists; loads: see `_load_rate`.
+    Args: V_dot (nodes, 6): the rates of the nodes' twists; loads: see `_load_rate`.
     """
     if not system.has_constraints:
         return jnp.zeros_like(at.t)
-    rows = constraint_rows(system, at, known)
+    rows = constraint_rows(system, at)
     return relative(rows.unit * gaps, rows.sizes(V_dot, a) + lax.stop_gradient(_load_rate(system, *loads)))
 
 

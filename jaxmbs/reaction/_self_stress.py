@@ -45,8 +45,8 @@ def probes(system: System, dtype, more: int = 0):
     return jnp.asarray(np.random.default_rng(_SEED).normal(size=(_PROBES, size)), dtype)
 
 
-def self_stresses(system: System, at: VelocityKinematics, known, columns=()):
-    """Self-stresses (n, rows + actuators), multipliers in the rows' common unit; known: `closures.directions`.
+def self_stresses(system: System, at: VelocityKinematics, columns=()):
+    """Self-stresses (n, rows + actuators), multipliers in the rows' common unit.
 
     Args: columns: (first, last) velocity of each actuator, which holds them as a drive does.
 
@@ -56,7 +56,7 @@ def self_stresses(system: System, at: VelocityKinematics, known, columns=()):
     tried = probes(system, at.u.dtype, len(own))
     if not system.closures and not len(row_kinds(system).others):
         return jnp.zeros_like(tried)  # a tree: drives and actuators alone are not redundant
-    A, length = constraints.jacobian(system, at, known), jnp.asarray(system.length, at.u.dtype)
+    A, length = constraints.jacobian(system, at), jnp.asarray(system.length, at.u.dtype)
     scale = jnp.where(np.asarray(system.topology.spins) > 0, 1.0, length)
     A = constraints.row_scale(system).unit[:, None] * A * scale[None]
     if len(own):
@@ -82,13 +82,13 @@ def without_range(A, y):
     return lax.fori_loop(0, min(A.shape), take_off, jnp.concatenate([A, y.T], axis=1))[:, columns:].T
 
 
-def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads, directions) -> Saddle:
+def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads) -> Saddle:
     """Accelerations by the block-sparse method with the self-stresses: one solve, so that one solver is compiled.
 
     The least multipliers that do what a vector of chance does are taken off it; what stays does nothing.
     """
-    need, gamma = saddle_sides(system, at, loads, directions)
-    rows, tried = constraint_rows(system, at, directions[0]), probes(system, at.u.dtype)
+    need, gamma = saddle_sides(system, at, loads)
+    rows, tried = constraint_rows(system, at), probes(system, at.u.dtype)
     b = jnp.concatenate([need[None], -lax.stop_gradient(jax.vmap(rows.efforts)(tried))])
     c = jnp.concatenate([gamma[None], jnp.zeros_like(tried)])
     a, y = jax.vmap(lambda b, c: sparse_saddle(system, at, rows, b, c))(b, c)

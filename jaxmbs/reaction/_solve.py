@@ -20,7 +20,7 @@ from ..errors import UnknownNameError
 from ..kinematics import _closures as closures
 from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics import _reaction_map as reaction_map
-from ..kinematics._configuration import configuration, node_accelerations, with_velocities
+from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
 from ..kinematics._wrench_targets import single_bodies
@@ -47,28 +47,26 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     at = with_velocities(system, configuration(system, P, state.coordinates, state.t), state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
     solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)
-    (system, (a, multipliers, gaps, stresses), given, known), driven = solved, system
+    (system, at, (a, multipliers, gaps, stresses), given), driven = solved, system
     top = system.topology
     V_dot = node_accelerations(top, at, a)
     lack = inverse_dynamics_loads(system, at, V_dot, a, owners) - Loads(F)
-    wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
+    wrench, effort = joint_wrenches(system, at, lack.wrench, multipliers)
     if _is_shared(system, options.compliance):
-        multipliers = least_compliance_reactions(
-            system, at, wrench, multipliers, options.compliance, known, options.method
-        )
-        wrench, effort = joint_wrenches(system, at.S, lack.wrench, multipliers, known)
+        multipliers = least_compliance_reactions(system, at, wrench, multipliers, options.compliance, options.method)
+        wrench, effort = joint_wrenches(system, at, lack.wrench, multipliers)
     gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
         system, at.psi, at.t, multipliers
     )
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
     least = LEFT_OVER[residual.dtype.itemsize]
-    missed = relative_gap(system, at, known, a, V_dot, gaps, (wrench, effort, Q))
+    missed = relative_gap(system, at, a, V_dot, gaps, (wrench, effort, Q))
     # 1e-3 N: a mechanism at rest without loads has nothing to measure its residual by
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     drives = drive_loads(system, multipliers, stresses, options.actuators(driven), given)
     placed = functools.partial(_placed, system, at, options)
-    marks = joint_marks(system, at, stresses[:, : top.num_rows], known, placed)
+    marks = joint_marks(system, at, stresses[:, : top.num_rows], placed)
     return Reactions(
         _named(system, placed(wrench), effort, drives, marks),
         multipliers,
@@ -99,32 +97,33 @@ class _Options(NamedTuple):
 
 
 class _Balance(NamedTuple):
-    """The system whose rows carry, its solution, efforts (nv,) of the actuators, and `closures.directions`."""
+    """The system whose rows carry, its configuration with the rows' directions, its solution, and efforts (nv,) of
+    the actuators."""
 
     system: System
+    at: VelocityKinematics
     saddle: Saddle
     given: Array
-    is_concrete: tuple
 
 
 def _balance(system, at, a, loads, options):
     """What balances the accelerations a (nv,), None: those of the system itself: the drives, or actuators instead."""
-    directions = closures.moving_directions(system, at)
+    at = closures.with_directions(system, at)
     if a is None:
         if options.columns is None and options.method == "block-sparse" and system.has_constraints:
-            saddle = sparse_saddle_with_stresses(system, at, loads, directions)
-            return _Balance(system, saddle, jnp.zeros_like(at.u), directions[0])
-        a, multipliers, gaps = accelerations(system, at, options.method, loads, directions)
+            saddle = sparse_saddle_with_stresses(system, at, loads)
+            return _Balance(system, at, saddle, jnp.zeros_like(at.u))
+        a, multipliers, gaps = accelerations(system, at, options.method, loads)
         if options.columns is None:
-            stresses = self_stresses(system, at, directions[0])
-            return _Balance(system, Saddle(a, multipliers, gaps, stresses), jnp.zeros_like(at.u), directions[0])
+            saddle = Saddle(a, multipliers, gaps, self_stresses(system, at))
+            return _Balance(system, at, saddle, jnp.zeros_like(at.u))
     released = without_drives(system)
     if released is not system:
-        directions = closures.moving_directions(released, at)
+        at = closures.with_directions(released, at)
     found = balanced(released, at, needed(released, at, a, loads), options.columns)
-    stresses = self_stresses(released, at, directions[0], options.columns)
-    saddle = Saddle(a, found.multipliers, row_gaps(released, at, a, directions), stresses)
-    return _Balance(released, saddle, found.columns, directions[0])
+    stresses = self_stresses(released, at, options.columns)
+    saddle = Saddle(a, found.multipliers, row_gaps(released, at, a), stresses)
+    return _Balance(released, at, saddle, found.columns)
 
 
 def _is_shared(system, compliance):

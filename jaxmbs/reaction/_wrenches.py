@@ -8,6 +8,7 @@ import numpy as np
 from jax import Array
 
 from ..kinematics import _closures as closures
+from ..kinematics._configuration import Configuration
 from ..kinematics._tree import subtrees
 from ..kinematics._wrench_targets import single_bodies
 from ..math._linalg import skew
@@ -23,13 +24,13 @@ class JointWrenches(NamedTuple):
     effort: Array
 
 
-def joint_wrenches(system: System, S, lack, multipliers, known) -> JointWrenches:
+def joint_wrenches(system: System, at: Configuration, lack, multipliers) -> JointWrenches:
     """What the joints carry.
 
-    Args: lack (bodies, 6): what every body needs beside what acts on it; known: `closures.directions`.
+    Args: lack (bodies, 6): what every body needs beside what acts on it.
     """
     top = system.topology
-    cut, each = _cut_wrenches(system, multipliers, known)
+    cut, each = _cut_wrenches(system, at, multipliers)
     carried = subtrees(top.bodies, lack - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
     body_of = {j: k for k, j in enumerate(top.body_joint)}
@@ -39,14 +40,14 @@ def joint_wrenches(system: System, S, lack, multipliers, known) -> JointWrenches
     wrench = jnp.concatenate([carried * jnp.asarray(sign, carried.dtype)[:, None], each])
     wrench = gather_static(wrench, [place[key] for key in (*range(len(top.joints)), *extra)])
     column_body = [body_of[j] for j in top.node_joint]
-    return JointWrenches(wrench, jnp.einsum("nk,nk->n", S, gather_static(carried, column_body)))
+    return JointWrenches(wrench, jnp.einsum("nk,nk->n", at.S, gather_static(carried, column_body)))
 
 
-def _cut_wrenches(system, multipliers, known):
+def _cut_wrenches(system, at, multipliers):
     """Wrench of all loop rows on every body (bodies, 6), and of every element on its frame B (elements, 6)."""
     if not system.closures:
         return jnp.zeros((system.topology.bodies.size, 6), multipliers.dtype), jnp.zeros((0, 6), multipliers.dtype)
-    each = closures.wrenches(system, known, multipliers)
+    each = closures.wrenches(system, closures.directions(system, at), multipliers)
     return closures.sum_on(single_bodies(system), system, each), jnp.concatenate(each)
 
 

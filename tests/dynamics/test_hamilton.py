@@ -117,8 +117,8 @@ def test_multipliers_of_the_momentum_pull_with_the_rate_of_their_rows():
     def both(state):
         at, u = at_state(system, state), state.velocities
         sigma = jnp.arange(1.0, 1.0 + system.topology.num_rows)
-        here, directions = with_velocities(system, at, u), closures.moving_directions(system, at)
-        rates = [hamilton.tree_momentum_rate(system, here, *more)[0] for more in ((sigma, directions), ())]
+        here = closures.with_directions(system, with_velocities(system, at, u))
+        rates = [hamilton.tree_momentum_rate(system, here, *more)[0] for more in ((sigma,), ())]
         row_force = lambda psi: constraints.jacobian(system, configuration(system, at.P, psi, at.t)).T @ sigma  # noqa: E731
         along = coordinate_rate(system.topology, at.psi, u)
         return rates[0] - rates[1], jax.jvp(row_force, (at.psi,), (along,))[1]
