@@ -1,69 +1,83 @@
-"""One verb for two nouns: what a linear system is asked goes to `linear`, all else to the mechanisms' rooms."""
+"""Verbs that take either noun: each dispatches on its first argument, a mechanism or a linear system."""
 
 import functools
 import inspect
-from collections.abc import Callable
-from typing import ParamSpec, Protocol, TypeVar, cast, overload, runtime_checkable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeVar, overload
 
+from .analysis._equilibrium import Equilibrium
 from .analysis._equilibrium import equilibrium as mechanism_equilibrium
-from .analysis._linearise import frequency_response as state_space_response
-from .analysis._mechanism_modes import modes as linearised_modes
+from .analysis._linearise import Linearisation, StateSpace
+from .analysis._linearise import frequency_response as mechanism_response
+from .analysis._mechanism_modes import modes as mechanism_modes
+from .coupling._loads import BondLoads
 from .coupling._measured import MeasuredNetwork
 from .coupling._network import reactions as network_reactions
 from .errors import ModelError
+from .kinematics._state import HasStates, State
 from .linear._check import check as linear_check
+from .linear._check_report import Check
+from .linear._static_response import StaticResponse
 from .linear._system import LinearSystem
+from .linear._transfer import TransferFunctions
 from .model._entry_points import check_precision, check_system
 from .model._system import System
+from .motion._formulation import Formulation
+from .motion._motion import Motion
 from .motion._simulate import simulate as mechanism_simulate
+from .reaction._result import Reactions
 from .reaction._solve import reactions as mechanism_reactions
+from .typing import AnyArray, ArrayLike, CoordinateLike, WordedError
+from .vibration._harmonic_response import HarmonicResponse
+from .vibration._linear_motion import LinearMotion, Link
+from .vibration._modes import Modes
 from .vibration._questions import equilibrium as linear_equilibrium
 from .vibration._questions import frequency_response as linear_response
 from .vibration._questions import modes as linear_modes
 from .vibration._transient import simulate as linear_simulate
 
-P = ParamSpec("P")
-Q = ParamSpec("Q")
-M = TypeVar("M", covariant=True)
-L = TypeVar("L", covariant=True)
+Verb = TypeVar("Verb", bound=Callable[..., Any])
 
 
-@runtime_checkable
-class Question(Protocol[P, M, Q, L]):
-    """What is called like either of two functions."""
+def _dispatch(of_mechanism: Callable, of_linear: Callable, of_measured: Callable | None = None) -> Callable:
+    """Decorator of a verb: calls go to the function of the first argument's type, and `help` documents each of them.
 
-    @overload
-    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> M: ...
-    @overload
-    def __call__(self, *args: Q.args, **kwargs: Q.kwargs) -> L: ...
-
-
-def either(
-    of_mechanism: Callable[P, M], of_linear: Callable[Q, L], of_measured: Callable | None = None
-) -> Question[P, M, Q, L]:
-    """The question by the noun it is asked of; its documentation says what each takes.
-
-    Args: of_measured: of a network with measured components, None where it has no answer.
+    Args: of_measured: of a network with measured components; None where it has no answer.
     """
 
-    @functools.wraps(of_mechanism)
-    def ask(system, *args, **options):
-        if isinstance(system, MeasuredNetwork):
+    def decorate(verb: Verb) -> Verb:
+        implementation = functools.singledispatch(of_mechanism)
+
+        @implementation.register(LinearSystem)
+        def _(system, *args, **options):
+            check_precision(system.mass)
+            return of_linear(system, *args, **options)
+
+        @implementation.register(MeasuredNetwork)
+        def _(system, *args, **options):
             if of_measured is None:
                 names = ", ".join(map(repr, system.measured))
-                raise ModelError(
-                    [f"{ask.__name__} cannot be asked: {names} known by measurement; ask frequency_response"]
-                )
+                why = f"{verb.__name__} needs the matrices of {names}, which are known by measurement only"
+                raise ModelError([f"{why}: use frequency_response"])
             return of_measured(system, *args, **options)
-        if isinstance(system, LinearSystem):
-            check_precision(system.mass)
-        return (of_linear if isinstance(system, LinearSystem) else of_mechanism)(system, *args, **options)
 
-    parameters = ", ".join(str(p) for p in list(inspect.signature(of_linear).parameters.values())[1:])
-    ask.__doc__ = (
-        f"{inspect.getdoc(of_mechanism)}\n\nOf a LinearSystem, with `({parameters})`:\n\n{inspect.getdoc(of_linear)}"
-    )
-    return cast(Question, ask)
+        @functools.wraps(verb)
+        def dispatched(system, *args, **options):
+            return implementation(system, *args, **options)
+
+        entries = [_entry("a mechanism", of_mechanism), _entry("a linear system", of_linear)]
+        entries += [_entry("a network with measured components", of_measured)] if of_measured else []
+        dispatched.__doc__ = "\n\n".join([str(inspect.getdoc(verb)), *entries])
+        return dispatched  # type: ignore[return-value]
+
+    return decorate
+
+
+def _entry(noun: str, function: Callable) -> str:
+    """The call of a function without annotations, and below it its documentation."""
+    parameters = [p.replace(annotation=p.empty) for p in inspect.signature(function).parameters.values()]
+    call = inspect.Signature(parameters)
+    return f"Of {noun}: `{function.__name__}{call}`\n\n{inspect.getdoc(function)}"
 
 
 def describe(system: System) -> str:
@@ -72,10 +86,117 @@ def describe(system: System) -> str:
     return system.describe()
 
 
-modes = either(linearised_modes, linear_modes)
-frequency_response = either(state_space_response, linear_response, MeasuredNetwork.frequency_response)
-simulate = either(mechanism_simulate, linear_simulate)
-reactions = either(mechanism_reactions, network_reactions, MeasuredNetwork.reactions)
-equilibrium = either(mechanism_equilibrium, linear_equilibrium)
-check = either(describe, linear_check)
-check.__name__ = check.__qualname__ = "check"  # type: ignore[attr-defined]
+@overload
+def check(system: System) -> str: ...
+@overload
+def check(
+    system: LinearSystem, about: ArrayLike = (0.0, 0.0, 0.0), tolerance: float = 1e-6, throw: bool = False
+) -> Check: ...
+@_dispatch(describe, linear_check)
+def check(system: Any, *args: Any, **options: Any) -> Any:
+    """Report on a model: the freedoms and constraints of a mechanism, or the faults of a linear system's matrices."""
+
+
+@overload
+def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw: bool = True) -> Equilibrium: ...
+@overload
+def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse: ...
+@_dispatch(mechanism_equilibrium, linear_equilibrium)
+def equilibrium(system: Any, *args: Any, **options: Any) -> Any:
+    """Static equilibrium: of a mechanism near a state, or of a linear system under forces."""
+
+
+@overload
+def frequency_response(
+    space: StateSpace | Linearisation,
+    omega: ArrayLike,
+    into: Iterable[CoordinateLike] | None = None,
+    out: Iterable[CoordinateLike] | None = None,
+) -> AnyArray | TransferFunctions: ...
+@overload
+def frequency_response(
+    system: LinearSystem,
+    omega: ArrayLike,
+    into: Iterable[CoordinateLike],
+    out: Iterable[CoordinateLike],
+    method: str = "direct",
+    loss: ArrayLike = 0.0,
+    **options: Any,
+) -> TransferFunctions: ...
+@overload
+def frequency_response(
+    network: MeasuredNetwork, omega: ArrayLike, into: Sequence, out: Sequence, loss: ArrayLike = 0.0, **regular: Any
+) -> TransferFunctions: ...
+@_dispatch(mechanism_response, linear_response, MeasuredNetwork.frequency_response)
+def frequency_response(system: Any, *args: Any, **options: Any) -> Any:
+    """Response to harmonic inputs by frequency: of a linearised mechanism, or of a linear system."""
+
+
+@overload
+def modes(mechanism: Linearisation | System, state: State | None = None, without: Sequence[str] = ()) -> Modes: ...
+@overload
+def modes(system: LinearSystem, num: int | None = None, damped: bool | None = None) -> Modes: ...
+@_dispatch(mechanism_modes, linear_modes)
+def modes(system: Any, *args: Any, **options: Any) -> Any:
+    """Modes of vibration: of a mechanism about a state, or of a linear system."""
+
+
+@overload
+def reactions(
+    system: System,
+    motion: State | HasStates,
+    frame: str = "world",
+    side: str = "child",
+    compliance: Mapping | None = None,
+    method: str = "dense",
+    accelerations: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    actuators: Sequence[str] | None = None,
+) -> Reactions: ...
+@overload
+def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | HarmonicResponse) -> BondLoads: ...
+@overload
+def reactions(
+    network: MeasuredNetwork, response: TransferFunctions, loss: ArrayLike = 0.0, **regular: Any
+) -> BondLoads: ...
+@_dispatch(mechanism_reactions, network_reactions, MeasuredNetwork.reactions)
+def reactions(system: Any, *args: Any, **options: Any) -> Any:
+    """Reactions: of a mechanism's joints at states or along a motion, or of the bonds of a network of components."""
+
+
+@overload
+def simulate(
+    system: System,
+    state: State,
+    t1: ArrayLike | None = None,
+    ts: ArrayLike | None = None,
+    dt: ArrayLike | None = None,
+    solver: Any = None,
+    controller: Any = None,
+    rtol: ArrayLike = 1e-9,
+    atol: ArrayLike = 1e-9,
+    gradient: Any = "reverse",
+    formulation: str | type[Formulation] | None = None,
+    event: WordedError[Callable | None] = None,
+    interpolate: bool = False,
+    max_steps: int = 100_000,
+    progress: bool = False,
+    throw: bool = True,
+) -> Motion: ...
+@overload
+def simulate(
+    system: LinearSystem,
+    start: StaticResponse | tuple | None = None,
+    *,
+    ts: ArrayLike,
+    forces: Mapping | Callable | AnyArray | None = None,
+    links: Sequence[Link] = (),
+    solver: Any = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    gradient: str = "reverse",
+    max_steps: int = 100_000,
+    throw: bool = True,
+) -> LinearMotion: ...
+@_dispatch(mechanism_simulate, linear_simulate)
+def simulate(system: Any, *args: Any, **options: Any) -> Any:
+    """Motion in time: of a mechanism from a state on, or of a linear system under forces."""

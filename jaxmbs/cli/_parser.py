@@ -60,7 +60,7 @@ def parser() -> argparse.ArgumentParser:
 
 def _run(module, name):
     def run(options):
-        return getattr(importlib.import_module(f".{module}", __package__), name)(options)
+        return getattr(importlib.import_module(f"._{module}", __package__), name)(options)
 
     return run
 

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 
-from .. import questions
+from .. import verbs
 from ..motion import Motion
 from ._files import write_table
 from ._models import built, posed, read
@@ -28,7 +28,7 @@ def simulate(options: argparse.Namespace) -> int:
     system, state = posed(options)
     ts = np.linspace(float(state.t), options.t1, options.steps + 1)
     solver = diffrax.Kvaerno5() if options.stiff else None
-    motion = questions.simulate(system, state, ts=ts, solver=solver, progress=sys.stderr.isatty(), throw=False)
+    motion = verbs.simulate(system, state, ts=ts, solver=solver, progress=sys.stderr.isatty(), throw=False)
     if options.out:
         write_table(motion, options.out)
     else:
@@ -55,7 +55,7 @@ def _summarise(system, motion: Motion):
 def reactions(options: argparse.Namespace) -> int:
     """Forces and moments of all joints in a pose."""
     system, state = posed(options)
-    loads = questions.reactions(system, state)
+    loads = verbs.reactions(system, state)
     if options.out:
         write_table(loads, options.out)
         return 0
@@ -81,10 +81,10 @@ def modes(options: argparse.Namespace) -> int:
     """Frequencies and damping ratios of small motions."""
     system, state = posed(options)
     if not options.here:
-        found = questions.equilibrium(system, state)
+        found = verbs.equilibrium(system, state)
         state = found.state
         note(f"equilibrium found, {'stable' if bool(found.stable) else 'not stable'}")
-    modes = questions.modes(system, state)
+    modes = verbs.modes(system, state)
     if options.out:
         write_table(modes, options.out)
         return 0
