@@ -98,7 +98,7 @@ def test_tests_lead_to_the_functions_of_their_row(equation, functions, tests):
 def test_a_test_of_something_else_is_noticed():
     assert not leads_to("tests/math/test_tensor.py", "test_quadratic", "jaxmbs/math/_tensor.py", "plane_mix")
     row = "tests/statics/test_solve.py", "test_four_bar_in_space_has_the_papers_counts"
-    assert leads_to(*row, "jaxmbs/statics/_matrix.py", "reaction_matrix")
+    assert leads_to(*row, "jaxmbs/statics/_reaction_matrix.py", "reaction_matrix")
     assert not leads_to(*row, "jaxmbs/dynamics/_hamilton.py", "canonical_rate")
     assert not leads_to(*row, "jaxmbs/kinematics/_kic_second.py", "kic_second")
 

@@ -107,7 +107,7 @@ def test_no_function_hides_a_room():
 
 EITHER = {"check", "equilibrium", "frequency_response", "modes", "reactions", "simulate"}  # of either noun in `mbs`
 ALIKE = {  # the same of two kinds of things: bodies or components, fields or graphs, blocks or elements
-    *("Network", "state_equations", "interface_forces", "assemble"),
+    *("interface_forces", "assemble"),
     "jit",  # for the library, for users
     "inertia",  # the module of inertias of bodies, and Sylvester's of a factor
 }

@@ -75,7 +75,7 @@ FACES = {
         log_determinant solve solve_once
     """,
     "jaxmbs.bondgraph": """
-        bond_graph bond_powers junction_residual state_equations
+        bond_graph bond_powers graph_state_equations junction_residual
     """,
     "jaxmbs.builder": """
         SystemBuilder
@@ -136,7 +136,7 @@ FACES = {
         virtual_work
     """,
     "jaxmbs.statics": """
-        BondReaction BondReactions Bonds Network ReactionFamily ReactionMatrix Redundancy bond_reactions
+        BodyNetwork BondReaction BondReactions Bonds ReactionFamily ReactionMatrix Redundancy bond_reactions
         reaction_family reaction_matrix redundancy with_redundancy
     """,
     "jaxmbs.studies": """

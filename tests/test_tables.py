@@ -10,7 +10,7 @@ from jaxmbs.kinematics._state import State
 from jaxmbs.motion import Diagnostics
 from jaxmbs.reaction import JointReaction, Reactions
 from jaxmbs.statics._indeterminacy import Redundancy
-from jaxmbs.statics._network import Network
+from jaxmbs.statics._network import BodyNetwork
 from jaxmbs.tables import aligned, shortened
 
 
@@ -32,7 +32,7 @@ def loads():
 
 
 def redundancy():
-    network = Network.from_names(("one",), {"a": ("ground", "one"), "b": ("ground", "one")})
+    network = BodyNetwork.from_names(("one",), {"a": ("ground", "one"), "b": ("ground", "one")})
     return Redundancy(network, 5, 1, 0, ((False,) * 6, (True, *(False,) * 5)), None, "svd")
 
 

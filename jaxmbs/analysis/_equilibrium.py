@@ -25,10 +25,10 @@ from ..model._entry_points import check_one
 from ..model._system import System
 from ..ode._linear_solver import SquareSolver
 from ..runtime import jit, lapack
-from ._linearise import local_efforts
+from ._linearise import unbalanced_efforts
 
-_SETS = 3  # independent sets that are tried, each at the pose found with the one before
-_SMALL = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
+_MAX_SETS = 3  # independent sets that are tried, each at the pose found with the one before
+_RESIDUAL_TOLERANCE = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
 
 
 class Equilibrium(eqx.Module):
@@ -73,17 +73,17 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
     """
     check_one(system, state)
     moving = tuple(moving)
-    result = _found(system, state, moving)
+    result = _equilibrium_on_sets(system, state, moving)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))
         raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
     return result
 
 
-def _found(system, state, moving):
+def _equilibrium_on_sets(system, state, moving):
     """The equilibrium on the freedoms of the state, and once more from where it was found if these are others there:
     a linkage that starts straight leaves a singular pose."""
-    for _ in range(_SETS):
+    for _ in range(_MAX_SETS):
         here = system_at(system, state)
         result = _equilibrium(here, state, _columns(here, moving))
         if not is_concrete(result):
@@ -119,20 +119,22 @@ def _equilibrium(system, state, moving):
     w = state.velocities[chosen] * (1.0 - still)
     start = jnp.zeros(top.num_velocities, state.coordinates.dtype)
     weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
-    first = jnp.max(jnp.abs(_unbalanced(system, at_state(system, state), w)), initial=0.0)
+    first = jnp.max(jnp.abs(_independent_efforts(system, at_state(system, state), w)), initial=0.0)
     scale = jax.lax.stop_gradient(jnp.where(weight + first > 0.0, weight + first, 1.0))  # massless, not loaded
     arguments = (system, state.coordinates, w, state.t, still, scale)
     if start.size:
-        step, count = jax.lax.custom_root(lambda x: _balance(x, arguments), start, _search, _along_root, has_aux=True)
+        step, count = jax.lax.custom_root(
+            lambda x: _residual(x, arguments), start, _newton_root, _tangent_solve, has_aux=True
+        )
     else:  # a structure of welds rests where it is
         step, count = start, jnp.zeros((), start.dtype)
     psi = normalise(top, step_coordinates(top, state.coordinates, step))
     at = configuration(system, node_parameters(system), psi, state.t)
     Gamma, b = velocity_map(system, at)
-    efforts, gap = _unbalanced(system, at, w), constraints.residual(system, at)
+    efforts, gap = _independent_efforts(system, at, w), constraints.residual(system, at)
     residual = jnp.maximum(jnp.max(jnp.abs(still * efforts), initial=0.0) / scale, jnp.max(jnp.abs(gap), initial=0.0))
-    K = along_independent(system, at, lambda at: _unbalanced(system, at, w))
-    ok = residual < _SMALL[start.dtype.itemsize]
+    K = along_independent(system, at, lambda at: _independent_efforts(system, at, w))
+    ok = residual < _RESIDUAL_TOLERANCE[start.dtype.itemsize]
     stable = _is_stable(K, still)
     psi, u, K, efforts = (nan_where(~ok, x) for x in (psi, Gamma @ w + b, K, efforts))
     return Equilibrium(
@@ -146,33 +148,33 @@ def _equilibrium(system, state, moving):
     )
 
 
-def _search(balance, start):
+def _newton_root(balance, start):
     """The root of `balance` near `start` and the steps it took, as a float: `custom_root` differentiates it too."""
-    tolerance = _SMALL[start.dtype.itemsize] * 1e-3
+    tolerance = _RESIDUAL_TOLERANCE[start.dtype.itemsize] * 1e-3
     newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
     newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
     solution = optimistix.root_find(lambda x, _: balance(x), newton, start, max_steps=200, throw=False)
     return solution.value, jnp.asarray(solution.stats["num_steps"], start.dtype)
 
 
-def _along_root(linear, right):
+def _tangent_solve(linear, right):
     """The implicit function theorem; not finite where the stiffness is singular, and no error: that would stop the
     other equilibria of a batch."""
     return square.solve(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
 
 
-def _unbalanced(system, at, w):
+def _independent_efforts(system, at, w):
     """Efforts (N,) that are missing for zero accelerations at the velocities w."""
-    return local_efforts(system, at, w, jnp.zeros_like(w))[0]
+    return unbalanced_efforts(system, at, w, jnp.zeros_like(w))[0]
 
 
-def _balance(step, arguments):
+def _residual(step, arguments):
     """Residual (nv,): efforts along Gamma, loops across it; the two are orthogonal, so both vanish with it."""
     system, psi, w, t, still, scale = arguments
     at = configuration(system, node_parameters(system), step_coordinates(system.topology, psi, step), t)
     Gamma = velocity_map(system, at)[0]
     held = (1.0 - still) * step[independent_columns(system)]
-    along = Gamma @ (still * _unbalanced(system, at, w) / scale + held)
+    along = Gamma @ (still * _independent_efforts(system, at, w) / scale + held)
     if not system.has_constraints:
         return along
     A = constraints.jacobian(system, at)[system.topology.position_rows]

@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float
 from ..checks import place_of
 from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
-from ..dynamics.paper._ports import resistance
+from ..dynamics.paper._ports import projected_resistance_field
 from ..errors import ModelError
 from ..flexible._stiffening import missing, squared_spins, warn_of_stiffening
 from ..kinematics import _closures as closures
@@ -36,7 +36,7 @@ from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._questions import frequency_response as response_by_names
-from ._release import release
+from ._release_drives import release_drives
 
 
 class StateSpace(NamedTuple):
@@ -126,12 +126,12 @@ def linearise(
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
     system = system_at(system, state)
-    driven = tuple(name for name in inputs if name in _drives(system))
+    driven = tuple(name for name in inputs if name in _drive_names(system))
     accelerations = forward_dynamics(system, state)[0]
-    system = release(system, driven, state)
+    system = release_drives(system, driven, state)
     if not callable(outputs):
         joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
-        outputs = _Coordinates(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
+        outputs = _CoordinateOutput(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
     found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
     warn_of_stiffening(found.stiffening)
     found = where_determined(system, state, found)
@@ -160,7 +160,7 @@ def _velocity_labels(labels, kinds):
     return found
 
 
-class _Coordinates(eqx.Module):
+class _CoordinateOutput(eqx.Module):
     """Output of joint coordinates."""
 
     ranges: tuple[tuple[int, int], ...] = eqx.field(static=True)
@@ -169,11 +169,11 @@ class _Coordinates(eqx.Module):
         return jnp.concatenate([jnp.zeros(0), *[state.coordinates[a:b] for a, b in self.ranges]])
 
 
-def _drives(system):
+def _drive_names(system):
     return {row.name for row in system.rows if isinstance(row, Drive)}
 
 
-def local_efforts(system: System, at, w, a):
+def unbalanced_efforts(system: System, at, w, a):
     """`I* a + ... - Q` (N,): efforts that the independent velocities w need for accelerations a; zero in a motion.
 
     Also returns all velocities (nv,) and accelerations (nv,).
@@ -197,7 +197,7 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
     Z = position_map(system, at) if top.slip_rows else Gamma
 
     def everything(psi, w, a):
-        need, u, u_dot = local_efforts(system, configuration(system, at.P, psi, t), w, a)
+        need, u, u_dot = unbalanced_efforts(system, configuration(system, at.P, psi, t), w, a)
         return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u, structure=top.structure), u_dot)
 
     (_, psi_dot, _), slopes = jax.linearize(everything, psi, w, a)
@@ -208,14 +208,14 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
     (K, C, M), (drift, flow, _), (y_psi, y_w, y_a) = (jnp.split(part, ends, axis=1) for part in found)
     positions = independent_positions(system)
     upper = _position_rates(top, psi, Z, psi_dot, drift, flow)[positions]
-    lower, B = _accelerations(system, Gamma, M, jnp.concatenate([K, C], axis=1), inputs, driven)
+    lower, B = _acceleration_matrices(system, Gamma, M, jnp.concatenate([K, C], axis=1), inputs, driven)
     space = StateSpace(
         A=jnp.concatenate([upper, lower]),
         B=jnp.concatenate([jnp.zeros((len(positions), B.shape[1]), B.dtype), B]),
         C=jnp.concatenate([y_psi, y_w], axis=1) + y_a @ lower,
         D=y_a @ B,
     )
-    R = resistance(system, at, Gamma, state.velocities)
+    R = projected_resistance_field(system, at, Gamma, state.velocities)
     columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
     still = (
         missing(system, squared_spins(system, with_velocities(system, at, state.velocities)))
@@ -245,7 +245,7 @@ def _rate_of_step(top, psi, z, psi_dot):
     return jax.jvp(lambda q: coordinate_rate(top, q, z), (psi,), (psi_dot,))[1]
 
 
-def _accelerations(system, Gamma, M, KC, inputs, driven):
+def _acceleration_matrices(system, Gamma, M, KC, inputs, driven):
     """Accelerations (N, n + N) per state and (N, m) per input; driven velocities take theirs from the input."""
     top, chosen, columns = system.topology, list(independent_columns(system)), []
     prescribed = np.zeros(len(chosen), bool)

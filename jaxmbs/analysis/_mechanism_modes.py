@@ -15,7 +15,7 @@ from ..model._system import System
 from ..vibration._modes import Modes
 from ._linearise import Linearisation, linearise
 
-_CYCLIC = {8: 1e-7, 4: 1e-3}  # of the largest entry: what counts as zero
+_CYCLIC_TOLERANCE = {8: 1e-7, 4: 1e-3}  # of the largest entry: what counts as zero
 
 
 def modes(mechanism: Linearisation | System, state: State | None = None, without: Sequence[str] = ()) -> Modes:
@@ -39,7 +39,7 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
         if state is None:
             raise TypeError("modes of a mechanism are those about a state: modes(system, state)")
         mechanism = linearise(mechanism, state)
-    A = _routh(mechanism, tuple(without)) if without else mechanism.state_space.A
+    A = _routh_reduction(mechanism, tuple(without)) if without else mechanism.state_space.A
     out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
     names = tuple(name for name in mechanism.state_names if name.removeprefix("rate of ") not in out)
     if not A.size:  # without freedom there is no mode
@@ -52,7 +52,7 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding, coordinates=names)
 
 
-def _routh(lin, without):
+def _routh_reduction(lin, without):
     """The state matrix at unchanged momenta of the cyclic velocities, `M_cc v_c = -M_cr v_r - C_cr x_r`; their
     coordinates drop out."""
     out = _columns(lin, without)
@@ -81,7 +81,7 @@ def _check_cyclic(lin, out):
     if not is_concrete(lin.stiffness, lin.damping):
         return
     K, C = np.asarray(lin.stiffness), np.asarray(lin.damping)
-    least, faults = _CYCLIC[K.dtype.itemsize], []
+    least, faults = _CYCLIC_TOLERANCE[K.dtype.itemsize], []
     for k in out:
         name = lin.names[k]
         if max(np.abs(K[:, k]).max(), np.abs(K[k]).max()) > least * max(np.abs(K).max(), 1e-300):

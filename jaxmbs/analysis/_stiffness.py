@@ -9,9 +9,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..dynamics._bodies import bodies_of, total
-from ..dynamics._conservative_efforts import conservative_efforts, source_pull
+from ..dynamics._conservative_efforts import conservative_efforts, source_efforts
 from ..dynamics._efforts import element_flows
-from ..dynamics.paper._ports import weights
+from ..dynamics.paper._ports import projected_gravity_effort
 from ..kinematics._configuration import Configuration, at_rest, at_state, node_motion
 from ..kinematics._kic import velocity_map
 from ..kinematics._kic_second import along_independent
@@ -57,7 +57,11 @@ def stiffness(system: System, state: State) -> Stiffness:
 
     def efforts(moved):
         Gamma = velocity_map(system, moved)[0]
-        return Gamma.T @ pull(moved), weights(system, moved, Gamma), Gamma.T @ source_pull(system, moved)
+        return (
+            Gamma.T @ pull(moved),
+            projected_gravity_effort(system, moved, Gamma),
+            Gamma.T @ source_efforts(system, moved),
+        )
 
     held, gravity, sources = (-slope for slope in along_independent(system, at, efforts))
     elastic, turning = spring_stiffness(system, at)

@@ -20,13 +20,13 @@ from ..kinematics._state import State
 from ..model._entry_points import check_fits, check_system
 from ..model._system import System
 from ..runtime import jit
-from ._elastic import RIGID, elastic_names
+from ._elastic import NUM_RIGID, elastic_names
 from ._elements import Storage
 from ._graph import BondGraph
-from ._moduli import body_moduli
+from ._values import body_moduli
 from ._views import build_view, root_sizes
 
-_RANK = {8: 1e-8, 4: 1e-3}  # parts of a row that count as new, by precision
+_RANK_TOLERANCE = {8: 1e-8, 4: 1e-3}  # parts of a row that count as new, by precision
 
 
 def bond_graph(system: System, view: str = "hamiltonian", state: State | None = None) -> BondGraph:
@@ -55,7 +55,7 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
     if view != "detailed":
         return assign_causality(graph, _field_storages(system, graph))
     state = general_pose(system) if state is None else state
-    return assign_causality(graph, _body_storages(system, graph, _moduli(system, state)))
+    return assign_causality(graph, _body_storages(system, graph, _moduli_at(system, state)))
 
 
 def general_pose(system: System) -> State:
@@ -68,11 +68,13 @@ def general_pose(system: System) -> State:
         psi = jnp.asarray(neutral_coordinates(top))
         state = State(jnp.zeros((), psi.dtype), psi, jnp.zeros(top.num_velocities, psi.dtype))
     move = jnp.asarray(0.3 * random.normal(size=top.num_velocities), state.coordinates.dtype)
-    return State(state.t, _moved(system, state, move), jnp.zeros_like(state.velocities), structure=top.structure)
+    return State(
+        state.t, _step_along_freedoms(system, state, move), jnp.zeros_like(state.velocities), structure=top.structure
+    )
 
 
 @jit(compile="quick")
-def _moved(system, state, move):
+def _step_along_freedoms(system, state, move):
     """Coordinates some way along the freedoms, loops closed."""
     top = system.topology
     away = velocity_map(system, at_state(system, state, inertias=False))[0]
@@ -84,7 +86,7 @@ def _moved(system, state, move):
 
 
 @jit(compile="quick")
-def _moduli(system, state):
+def _moduli_at(system, state):
     return body_moduli(system, node_parameters(system), state.coordinates, state.t)
 
 
@@ -106,7 +108,7 @@ def _inertia_rows(system, moduli) -> dict:
         unit = np.ones(len(elastic[g][i]))
         others = len(system.elastic[g].frames[i]) - 1
         unit[:3] = turning
-        unit[RIGID : RIGID + 6 * others].reshape(others, 2, 3)[:, 1] = turning
+        unit[NUM_RIGID : NUM_RIGID + 6 * others].reshape(others, 2, 3)[:, 1] = turning
         rows[inertia] = unit[:, None] * np.asarray(elastic[g][i])
     return rows
 
@@ -114,19 +116,19 @@ def _inertia_rows(system, moduli) -> dict:
 def _body_storages(system, graph, moduli) -> tuple[Storage, ...]:
     """What the inertias of the bodies hold, from `body_moduli`."""
     N, inertias = root_sizes(system).get("phi_dot", 0), _inertia_rows(system, moduli)
-    small, basis, found = _RANK[moduli[0].dtype.itemsize], np.zeros((0, N)), []
+    small, basis, found = _RANK_TOLERANCE[moduli[0].dtype.itemsize], np.zeros((0, N)), []
     largest = max(np.max(np.abs(rows)) for rows in inertias.values())
     for element in (e for e in graph.elements if e.kind == "I"):
         rows = inertias[element.name]
         moving = int(np.sum(np.max(np.abs(rows), axis=1) > small * largest))
-        before, basis = len(basis), _extend(basis, rows[:, :N], small)
+        before, basis = len(basis), _extend_basis(basis, rows[:, :N], small)
         new = len(basis) - before
         junction = graph.inward(element.name)[0][1]
         found.append(Storage(element.name, junction, new, moving - new, len(rows) - moving))
     return tuple(found)
 
 
-def _extend(basis, rows, small):
+def _extend_basis(basis, rows, small):
     """Orthonormal basis (r, N) enlarged by what the rows add."""
     for row in rows:
         rest = row - (row @ basis.T) @ basis
@@ -142,7 +144,7 @@ def assign_causality(graph: BondGraph, storages: tuple[Storage, ...]) -> BondGra
     outward = {("drive", "drives")}
     for storage in storages:
         if storage.independent:
-            outward |= _way_in(graph, storage.name)
+            outward |= _path_to_root(graph, storage.name)
     bonds = []
     for bond in graph.bonds:
         inner, outer = sorted((bond.tail, bond.head), key=graph.order.__getitem__)
@@ -151,12 +153,12 @@ def assign_causality(graph: BondGraph, storages: tuple[Storage, ...]) -> BondGra
     return dataclasses.replace(graph, bonds=tuple(bonds), storages=storages)
 
 
-def _way_in(graph, name):
+def _path_to_root(graph, name):
     """Pairs (outer, inner) of the elements from an inertia to the root phi_dot."""
     for _, inner, _ in graph.inward(name):
         if inner == "phi_dot":
             return {(name, inner)}
-        way = _way_in(graph, inner)
+        way = _path_to_root(graph, inner)
         if way:
             return way | {(name, inner)}
     return set()

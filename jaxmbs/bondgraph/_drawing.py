@@ -10,14 +10,23 @@ from ..atomic_write import write_whole
 from ..palette import BLUE, COLORS, GREY, ORANGE, RED, VIOLET
 from ._layout import layout, text_of
 
-_INK = {"I": BLUE, "C": COLORS[2], "R": RED, "Se": ORANGE, "Sf": ORANGE, "GR": VIOLET, "MTF": GREY, "TF": GREY}
+_KIND_COLORS = {
+    "I": BLUE,
+    "C": COLORS[2],
+    "R": RED,
+    "Se": ORANGE,
+    "Sf": ORANGE,
+    "GR": VIOLET,
+    "MTF": GREY,
+    "TF": GREY,
+}
 _STYLE = (
     "text{font-family:'DejaVu Sans',Verdana,sans-serif;font-size:12px;fill:#222}"
     ".kind{font-weight:bold}.label{font-size:10px;fill:#444}"
     "path{stroke:#333;stroke-width:1.2;fill:none;stroke-linecap:round}.root{fill:#eef2f5;stroke:#9aa7b1}"
     ".signal{stroke:#777;stroke-width:0.9}.tip{fill:#777;stroke:none}.psi{font-size:9px;fill:#777}"
 )
-_MARGIN, _WIDEST = 18.0, 7.0
+_MARGIN, _MAX_LINE_WIDTH = 18.0, 7.0
 
 
 def draw_bond_graph(graph: Any, path: str | PathLike | None = None, powers: Any = None, seconds: float = 6.0) -> str:
@@ -42,8 +51,8 @@ def draw_bond_graph(graph: Any, path: str | PathLike | None = None, powers: Any 
         f'<rect x="{low[0]:.1f}" y="{low[1]:.1f}" width="{size[0]:.1f}" height="{size[1]:.1f}" fill="white"/>',
     ]
     widths = _widths(graph, powers)
-    parts += [_bond(bond, places.paths[bond.name], widths.get(bond.name), seconds) for bond in graph.bonds]
-    parts += [_element(graph, e, places.boxes[e.name], places.side.get(e.name, 0)) for e in graph.elements]
+    parts += [_bond_svg(bond, places.paths[bond.name], widths.get(bond.name), seconds) for bond in graph.bonds]
+    parts += [_element_svg(graph, e, places.boxes[e.name], places.side.get(e.name, 0)) for e in graph.elements]
     text = "\n".join([*parts, "</svg>"]) + "\n"
     if path is not None:
         write_whole(path, text)
@@ -75,23 +84,23 @@ def _widths(graph, powers):
         raise ValueError(f"these powers belong to the {powers.graph.view} view of a graph, not to this one")
     size = {name: np.atleast_1d(np.abs(np.asarray(power))) for name, power in powers.power.items()}
     largest = max((value.max() for value in size.values()), default=0.0) or 1.0
-    return {name: 1.0 + (_WIDEST - 1.0) * value / largest for name, value in size.items()}
+    return {name: 1.0 + (_MAX_LINE_WIDTH - 1.0) * value / largest for name, value in size.items()}
 
 
-def _line(points):
+def _path_data(points):
     return "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in points)
 
 
-def _bond(bond, points, widths, seconds):
+def _bond_svg(bond, points, widths, seconds):
     """Line, half arrow at the head, causal stroke across its end."""
     points = np.asarray(points, float)
     along = (points[-1] - points[-2]) / np.linalg.norm(points[-1] - points[-2])
     barb = points[-1] - 9.0 * (along @ np.array([[0.83, 0.55], [-0.55, 0.83]]))
-    marks = _line([points[-1], barb])
+    marks = _path_data([points[-1], barb])
     if bond.stroke:
         end, before = (points[-1], points[-2]) if bond.stroke == "head" else (points[0], points[1])
         across = np.array([before[1] - end[1], end[0] - before[0]]) / np.linalg.norm(end - before)
-        marks += " " + _line([end - 5.0 * across, end + 5.0 * across])
+        marks += " " + _path_data([end - 5.0 * across, end + 5.0 * across])
     style, moving = "", ""
     if widths is not None:
         style = f' style="stroke-width:{widths[0]:.2f};stroke:{BLUE};stroke-opacity:0.75"'
@@ -101,10 +110,10 @@ def _bond(bond, points, widths, seconds):
                 f'<animate attributeName="stroke-width" values="{values}" dur="{seconds}s" repeatCount="indefinite"/>'
             )
     title = f"<title>{escape(bond.name)} ({bond.size})</title>"
-    return f'<g>{title}<path d="{_line(points)}"{style}>{moving}</path><path d="{marks}"/></g>'
+    return f'<g>{title}<path d="{_path_data(points)}"{style}>{moving}</path><path d="{marks}"/></g>'
 
 
-def _signal(x, top):
+def _signal_svg(x, top):
     """The signal of the coordinates, a full arrow without power that modulates a transformer, S2 Fig. 2."""
     arrow = f'<path class="signal" d="M{x:.1f} {top - 13:.1f} L{x:.1f} {top - 4:.1f}"/>'
     head = f'<path class="tip" d="M{x - 2.5:.1f} {top - 5:.1f} L{x + 2.5:.1f} {top - 5:.1f} L{x:.1f} {top:.1f} Z"/>'
@@ -112,7 +121,7 @@ def _signal(x, top):
     return arrow + head + text
 
 
-def _element(graph, element, box, side):
+def _element_svg(graph, element, box, side):
     x, (text, label) = (box[0] + box[2]) / 2, text_of(element)
     y = (box[1] + box[3]) / 2 if element.name in graph.roots else box[1] + 9.0
     parts = [f"<title>{escape(element.name)} ({element.size})</title>"]
@@ -125,12 +134,12 @@ def _element(graph, element, box, side):
     if side:
         x = box[0] if side > 0 else box[2]
     anchor = {0: "middle", 1: "start", -1: "end"}[side]
-    ink = f' style="fill:{_INK[element.kind]}"' if element.kind in _INK else ""
+    ink = f' style="fill:{_KIND_COLORS[element.kind]}"' if element.kind in _KIND_COLORS else ""
     parts.append(
         f'<text class="kind" x="{x:.1f}" y="{y + 4.3:.1f}" text-anchor="{anchor}"{ink}>{escape(text)}</text>'
     )
     if element.kind == "MTF":
-        parts.append(_signal(x, box[1]))
+        parts.append(_signal_svg(x, box[1]))
     if label:
         parts.append(f'<text class="label" x="{x:.1f}" y="{y + 17:.1f}" text-anchor="middle">{escape(label)}</text>')
     return f"<g>{''.join(parts)}</g>"

@@ -17,17 +17,17 @@ from ..kinematics._configuration import Configuration, VelocityKinematics, at_re
 from ..kinematics._elastic import ElasticState, elastic_state, flow_map
 from ..model._system import System
 
-RIGID = 6  # turning and sliding, before the deformations
+NUM_RIGID = 6  # turning and sliding, before the deformations
 
 
 def num_flows(group) -> int:
     """Of each body of the group."""
-    return RIGID + group.body.stiffness.shape[-1]
+    return NUM_RIGID + group.body.stiffness.shape[-1]
 
 
-def strain_parts(group, i: int) -> list[str]:
+def strain_one_ports(group, i: int) -> list[str]:
     """One-ports that the strains of body `i` need."""
-    if num_flows(group) == RIGID:
+    if num_flows(group) == NUM_RIGID:
         return []
     return ["C"] * may_be_nonzero(group.body.stiffness[i]) + ["R"] * may_be_nonzero(group.body.damping[i])
 
@@ -39,7 +39,7 @@ class ElasticFields(NamedTuple):
     inertia: Array
 
 
-class ElasticNumbers(NamedTuple):
+class ElasticValues(NamedTuple):
     """Of a group in motion: fields and the rate of the modulus; flow y, the gyristor's loads g, weight (bodies, k);
     efforts of strains, stored and resisted (bodies, k - 6)."""
 
@@ -63,22 +63,22 @@ def elastic_fields(system: System, at: Configuration, L) -> tuple[ElasticFields,
 
 def _inertia(body, q):
     """I_y (k, k) of one body."""
-    Z = jax.vmap(lambda y: body.speeds(q, y), out_axes=1)(jnp.eye(RIGID + q.size, dtype=q.dtype))
+    Z = jax.vmap(lambda y: body.speeds(q, y), out_axes=1)(jnp.eye(NUM_RIGID + q.size, dtype=q.dtype))
     return Z.T @ body.inertia @ Z
 
 
-def elastic_numbers(system: System, at: VelocityKinematics, fields, modulus_rates) -> tuple[ElasticNumbers, ...]:
+def elastic_values(system: System, at: VelocityKinematics, fields, modulus_rates) -> tuple[ElasticValues, ...]:
     """The numbers of every group."""
 
     def of_body(body, s):
         y = s.flow
         weight = body.gravity_loads(s.q, system.gravity @ s.R)
-        return body.gyroscopic_loads(s.q, y), weight, body.stiffness @ s.q, body.damping @ y[RIGID:]
+        return body.gyroscopic_loads(s.q, y), weight, body.stiffness @ s.q, body.damping @ y[NUM_RIGID:]
 
     found = []
     for group, of_group, rate in zip(system.elastic, fields, modulus_rates, strict=True):
         s = elastic_state(system, group, at)
-        found.append(ElasticNumbers(of_group, rate, s, *jax.vmap(of_body)(group.body, s)))
+        found.append(ElasticValues(of_group, rate, s, *jax.vmap(of_body)(group.body, s)))
     return tuple(found)
 
 
@@ -110,7 +110,7 @@ def momentum_rates(system: System, numbers, rates, w_dot):
         y_dot = n.modulus_rate @ rates + n.fields.modulus @ w_dot
 
         def of_body(body, s, y_dot):
-            return jax.jvp(body.momenta, (s.q, s.flow), (s.flow[RIGID:], y_dot))[1]
+            return jax.jvp(body.momenta, (s.q, s.flow), (s.flow[NUM_RIGID:], y_dot))[1]
 
         found.append(jax.vmap(of_body)(group.body, n.state, y_dot))
     return found

@@ -30,7 +30,7 @@ class Element:
 
 
 @dataclass(frozen=True)
-class Bond:
+class PowerBond:
     """Power flows from `tail` to `head` when positive; the half arrow is at the head.
 
     The effort acts on the element at the causal `stroke` ("tail", "head"; "" where none is assigned), which

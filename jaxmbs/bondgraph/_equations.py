@@ -9,14 +9,14 @@ from ..kinematics._state import State
 from ..math._spd import spd_solve
 from ..model._system import System
 from ._elastic import elastic_names
-from ._moduli import numbers
-from ._naming import named, split
+from ._naming import name_values, split_by_root
 from ._power import leaf_efforts, propagate
+from ._values import graph_values
 from ._views import build_view
 
 
 @at_independent
-def state_equations(system: System, state: State, view: str = "hamiltonian") -> tuple[Array, Array, Array]:
+def graph_state_equations(system: System, state: State, view: str = "hamiltonian") -> tuple[Array, Array, Array]:
     """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
 
     Every inertia p_k = I_k f_k behind the modulus G_k adds `G_k^T I_k G_k` to I*, `G_k^T p_k` to p and
@@ -25,16 +25,16 @@ def state_equations(system: System, state: State, view: str = "hamiltonian") -> 
     Source: S2 (28)-(34), (42)-(44).
     """
     P, graph = node_parameters(system), build_view(system, view)
-    values = numbers(system, P, state.coordinates, state.velocities, state.t)
-    names = named(system, values)
-    driven = split(system, values.rates)["drives"]
+    values = graph_values(system, P, state.coordinates, state.velocities, state.t)
+    names = name_values(system, values)
+    driven = split_by_root(system, values.rates)["drives"]
     Gi, B_q = names.modulus["Gi"], names.modulus["B_q"]
     if "phi_dot" not in graph.roots:
         return jnp.zeros_like(driven[:0]), jnp.zeros_like(driven[:0]), B_q @ driven
     p_dot = -_junction_sum(system, graph, names)
     inertia, p, carried = 0.0, 0.0, 0.0
     for I_k, G_k, B_k, G_k_dot in _inertias(system, graph, values):
-        p_k = I_k @ (G_k @ split(system, values.rates)["phi_dot"] + B_k @ driven)
+        p_k = I_k @ (G_k @ split_by_root(system, values.rates)["phi_dot"] + B_k @ driven)
         inertia, p = inertia + G_k.T @ I_k @ G_k, p + G_k.T @ p_k
         carried, p_dot = carried + G_k.T @ I_k @ B_k @ driven, p_dot + G_k_dot.T @ p_k
     phi_dot = spd_solve(inertia, p - carried)
@@ -52,7 +52,7 @@ def _junction_sum(system, graph, names):
 def _inertias(system, graph, values):
     """(inertia, modulus, modulus of the drives, rate of the modulus) of every inertia, as phi_dot sees it."""
     if "I*" in graph.order:
-        rows = split(system, jnp.eye(values.inertia.shape[0], dtype=values.inertia.dtype))
+        rows = split_by_root(system, jnp.eye(values.inertia.shape[0], dtype=values.inertia.dtype))
         yield values.inertia, rows["phi_dot"], rows["drives"], jnp.zeros_like(rows["phi_dot"])
         return
     elastic = {name: (g, i) for name, _, g, i in elastic_names(system)}
@@ -60,12 +60,12 @@ def _inertias(system, graph, values):
         if element.name in elastic:
             g, i = elastic[element.name]
             n = values.elastic[g]
-            G, G_dot = (split(system, x[i]) for x in (n.fields.modulus, n.modulus_rate))
+            G, G_dot = (split_by_root(system, x[i]) for x in (n.fields.modulus, n.modulus_rate))
             yield n.fields.inertia[i], G["phi_dot"], G["drives"], G_dot["phi_dot"]
             continue
         what, body = element.name.split(":", 1)
         k = system.topology.body_names.index(body)
         part = slice(0, 3) if what == "I" else slice(3, 6)
         I_k = values.inertias[k] if what == "I" else system.mass[k] * jnp.eye(3, dtype=values.rates.dtype)
-        G, G_dot = (split(system, x[k, part]) for x in (values.modulus, values.modulus_rate))
+        G, G_dot = (split_by_root(system, x[k, part]) for x in (values.modulus, values.modulus_rate))
         yield I_k, G["phi_dot"], G["drives"], G_dot["phi_dot"]

@@ -7,7 +7,7 @@ from functools import cached_property
 from ..checks import no_such
 from ..errors import UnknownNameError
 from . import _drawing as drawing
-from ._elements import Bond, Element, Storage
+from ._elements import Element, PowerBond, Storage
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class BondGraph:
 
     view: str
     elements: tuple[Element, ...]
-    bonds: tuple[Bond, ...]
+    bonds: tuple[PowerBond, ...]
     storages: tuple[Storage, ...] = ()
 
     def __getitem__(self, name: str) -> Element:
@@ -44,7 +44,7 @@ class BondGraph:
         own = {s.name for s in self.storages if s.independent}
         return tuple(dict.fromkeys(s.name for s in self.storages if s.dependent and s.name not in own))
 
-    def bonds_of(self, name: str) -> Iterator[tuple[Bond, str, int]]:
+    def bonds_of(self, name: str) -> Iterator[tuple[PowerBond, str, int]]:
         """Bonds of an element, the element at the other end, and +1 where power leaves by it, -1 where it enters."""
         for bond in self.bonds:
             if bond.tail == name:
@@ -52,11 +52,11 @@ class BondGraph:
             elif bond.head == name:
                 yield bond, bond.tail, -1
 
-    def inward(self, name: str) -> list[tuple[Bond, str, int]]:
+    def inward(self, name: str) -> list[tuple[PowerBond, str, int]]:
         """The bonds of an element on the side of the roots."""
         return [row for row in self.bonds_of(name) if self.order[row[1]] < self.order[name]]
 
-    def outward(self, name: str) -> list[tuple[Bond, str, int]]:
+    def outward(self, name: str) -> list[tuple[PowerBond, str, int]]:
         """The bonds of an element away from the roots."""
         return [row for row in self.bonds_of(name) if self.order[row[1]] > self.order[name]]
 

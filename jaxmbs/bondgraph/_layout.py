@@ -5,8 +5,8 @@ One root has branches on both sides; with two, phi_dot stands left and the drive
 
 from dataclasses import dataclass
 
-ROW, GAP, BAR = 48.0, 46.0, 30.0
-KIND, CHAR, SMALL = 10.0, 7.6, 6.3  # widths of letters of kinds, of one-ports and of labels
+ROW_HEIGHT, COLUMN_GAP, BAR_WIDTH = 48.0, 46.0, 30.0
+KIND_WIDTH, PORT_WIDTH, LABEL_WIDTH = 10.0, 7.6, 6.3  # widths of letters of kinds, of one-ports and of labels
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ def text_of(element) -> tuple[str, str]:
 def text_width(element) -> float:
     """Estimated width of an element's text [px]."""
     text, label = text_of(element)
-    return max((CHAR if element.is_port else KIND) * len(text), SMALL * len(label), 18.0)
+    return max((PORT_WIDTH if element.is_port else KIND_WIDTH) * len(text), LABEL_WIDTH * len(label), 18.0)
 
 
 def layout(graph) -> Layout:
@@ -40,14 +40,14 @@ def layout(graph) -> Layout:
     for group, height in zip((left, middle, right), heights, strict=True):
         for name in (n for branch in group for n in branch):
             rows[name] += (max(heights) - height) / 2
-    width = _columns(graph, middle, rows, boxes, side, BAR / 2, 1)
-    shift = 0.0 if first == last else width + GAP + BAR / 2
-    _right_transformers(graph, middle, rows, boxes, side, shift - BAR / 2 - GAP)
-    _columns(graph, left, rows, boxes, side, -BAR / 2, -1)
-    _columns(graph, right, rows, boxes, side, shift + BAR / 2, 1)
+    width = _columns(graph, middle, rows, boxes, side, BAR_WIDTH / 2, 1)
+    shift = 0.0 if first == last else width + COLUMN_GAP + BAR_WIDTH / 2
+    _drive_transformers(graph, middle, rows, boxes, side, shift - BAR_WIDTH / 2 - COLUMN_GAP)
+    _columns(graph, left, rows, boxes, side, -BAR_WIDTH / 2, -1)
+    _columns(graph, right, rows, boxes, side, shift + BAR_WIDTH / 2, 1)
     for root, x in ((first, 0.0), (last, shift)):
-        beside = [rows[other] * ROW for _, other, _ in graph.bonds_of(root)]
-        boxes[root] = (x - BAR / 2, min(beside) - 22, x + BAR / 2, max(beside) + 22)
+        beside = [rows[other] * ROW_HEIGHT for _, other, _ in graph.bonds_of(root)]
+        boxes[root] = (x - BAR_WIDTH / 2, min(beside) - 22, x + BAR_WIDTH / 2, max(beside) + 22)
     return Layout(boxes, {bond.name: _path(graph, bond, boxes, rows) for bond in graph.bonds}, side)
 
 
@@ -82,7 +82,7 @@ def _sides(graph, branches):
     return sides
 
 
-def _is_right(graph, name):
+def _is_drive_transformer(graph, name):
     """A transformer of the drives in a graph that has both roots."""
     return len(graph.roots) == 2 and graph[name].kind == "MTF" and graph.inward(name)[0][1] == "drives"
 
@@ -91,7 +91,7 @@ def _rows(graph, group, rows):
     """Gives every element a row: ends of branches one each, others the mean of theirs; returns how many."""
     used = 0
     for branch in group:
-        lower = [name for name in branch if _is_right(graph, name)]
+        lower = [name for name in branch if _is_drive_transformer(graph, name)]
         ends = [name for name in branch if not graph.outward(name)]
         for name in ends + lower:
             rows[name], used = float(used), used + 1
@@ -107,7 +107,7 @@ def _depths(graph, branch):
     depth = {}
     for name in branch:
         inner = [depth[o] for _, o, _ in graph.inward(name) if o in depth]
-        if not _is_right(graph, name):
+        if not _is_drive_transformer(graph, name):
             depth[name] = 1 + max(inner, default=-1)
     return depth
 
@@ -118,7 +118,7 @@ def _columns(graph, group, rows, boxes, side, edge, sign):
     for column in range(max(depth.values(), default=-1) + 1):
         names = [name for name, d in depth.items() if d == column]
         width = max(text_width(graph[name]) for name in names)
-        edge += sign * GAP
+        edge += sign * COLUMN_GAP
         for name in names:
             own, element = text_width(graph[name]), graph[name]
             start = edge if element.is_port else edge + sign * (width - own) / 2
@@ -128,34 +128,34 @@ def _columns(graph, group, rows, boxes, side, edge, sign):
     return edge
 
 
-def _right_transformers(graph, group, rows, boxes, side, edge):
-    for name in (n for branch in group for n in branch if _is_right(graph, n)):
+def _drive_transformers(graph, group, rows, boxes, side, edge):
+    for name in (n for branch in group for n in branch if _is_drive_transformer(graph, n)):
         own = text_width(graph[name])
         boxes[name], side[name] = _box(edge - own, own, rows[name], graph[name]), 0
 
 
 def _box(left, width, row, element):
-    return (left, row * ROW - 9, left + width, row * ROW + (20 if text_of(element)[1] else 9))
+    return (left, row * ROW_HEIGHT - 9, left + width, row * ROW_HEIGHT + (20 if text_of(element)[1] else 9))
 
 
 def _path(graph, bond, boxes, rows):
     """Points of a bond from its tail to its head."""
     inner, outer = sorted((bond.tail, bond.head), key=graph.order.get)
     a, b = boxes[inner], boxes[outer]
-    y = rows[outer] * ROW
+    y = rows[outer] * ROW_HEIGHT
     if inner in graph.roots:
         start, end = ((a[2], y), (b[0], y)) if b[0] > a[2] else ((a[0], y), (b[2], y))
-    elif graph[outer].kind == "0" and _is_right(graph, inner):
-        x, low = (b[0] + b[2]) / 2, rows[inner] * ROW
-        return _directed(bond, inner, [(a[0] - 3, low), (x, low), (x, b[3] + 3)])
+    elif graph[outer].kind == "0" and _is_drive_transformer(graph, inner):
+        x, low = (b[0] + b[2]) / 2, rows[inner] * ROW_HEIGHT
+        return _orient_path(bond, inner, [(a[0] - 3, low), (x, low), (x, b[3] + 3)])
     else:
         others = sorted((rows[o], o) for _, o, _ in graph.outward(inner))
         place = [o for _, o in others].index(outer) - (len(others) - 1) / 2
-        from_y = rows[inner] * ROW + min(12.0, 24.0 / len(others)) * place
+        from_y = rows[inner] * ROW_HEIGHT + min(12.0, 24.0 / len(others)) * place
         start, end = ((a[2], from_y), (b[0], y)) if b[0] > a[2] else ((a[0], from_y), (b[2], y))
     toward = 3.0 if end[0] > start[0] else -3.0
-    return _directed(bond, inner, [(start[0] + toward, start[1]), (end[0] - toward, end[1])])
+    return _orient_path(bond, inner, [(start[0] + toward, start[1]), (end[0] - toward, end[1])])
 
 
-def _directed(bond, inner, points):
+def _orient_path(bond, inner, points):
     return points if bond.tail == inner else points[::-1]

@@ -8,12 +8,12 @@ import numpy as np
 from ..forces._ports import JointPort, SystemPort
 from ..kinematics._kic import dependent_columns, independent_columns
 from ..model._system import System
-from ._elastic import RIGID, elastic_names
-from ._moduli import Numbers
+from ._elastic import NUM_RIGID, elastic_names
+from ._values import GraphValues
 from ._views import joint_junction, root_sizes
 
 
-class Named(NamedTuple):
+class NamedValues(NamedTuple):
     """Numbers by element name, in every view at once.
 
     Attributes:
@@ -26,67 +26,67 @@ class Named(NamedTuple):
     effort: dict
 
 
-def named(system: System, numbers: Numbers) -> Named:
+def name_values(system: System, numbers: GraphValues) -> NamedValues:
     """Names of all that moves power but inertias' and drives' efforts, which need accelerations."""
-    result = Named({}, {}, {})
-    _roots(system, numbers, result)
-    _bodies(system, numbers, result)
-    _elastic_bodies(system, numbers, result)
+    result = NamedValues({}, {}, {})
+    _name_roots(system, numbers, result)
+    _name_bodies(system, numbers, result)
+    _name_elastic_bodies(system, numbers, result)
     for group, values in zip(system.forces, numbers.ports, strict=True):
-        _forces(system, group, values, result)
+        _name_forces(system, group, values, result)
     return result
 
 
-def split(system: System, values) -> dict:
+def split_by_root(system: System, values) -> dict:
     """Parts of the last axis by root, (..., N) and (..., D)."""
     N = root_sizes(system).get("phi_dot", 0)
     return {"phi_dot": values[..., :N], "drives": values[..., N:]}
 
 
-def _store(system, result, target, matrix, symbol, driven):
-    parts = split(system, matrix)
+def _store_modulus(system, result, target, matrix, symbol, driven):
+    parts = split_by_root(system, matrix)
     result.modulus[f"{symbol}:{target}" if target else symbol] = parts["phi_dot"]
     result.modulus[f"{driven}:{target}" if target else driven] = parts["drives"]
 
 
-def _roots(system, numbers, result):
+def _name_roots(system, numbers, result):
     dependent = dependent_columns(system)
-    result.flow.update(split(system, numbers.rates))
+    result.flow.update(split_by_root(system, numbers.rates))
     result.flow["drive"] = result.flow["drives"]
     result.flow["q_dot"] = numbers.at.u[dependent]
-    _store(system, result, "", numbers.map[dependent], "Gi", "B_q")
+    _store_modulus(system, result, "", numbers.map[dependent], "Gi", "B_q")
     result.effort.update({"GR": numbers.gyristor @ numbers.rates, "Q": numbers.total, "gravity": numbers.gravity})
 
 
-def _bodies(system, numbers, result):
+def _name_bodies(system, numbers, result):
     for k, body in enumerate(system.topology.body_names):
         turning, sliding = numbers.flow[k, :3], numbers.flow[k, 3:]
         result.flow.update({f"I:{body}": turning, f"m:{body}": sliding, f"v:{body}": sliding})
-        _store(system, result, body, numbers.modulus[k, :3], "G_r", "B_r")
-        _store(system, result, body, numbers.modulus[k, 3:], "G_t", "B_t")
+        _store_modulus(system, result, body, numbers.modulus[k, :3], "G_r", "B_r")
+        _store_modulus(system, result, body, numbers.modulus[k, 3:], "G_t", "B_t")
         result.effort[f"mg:{body}"] = system.mass[k] * system.gravity
 
 
-def _elastic_bodies(system, numbers, result):
+def _name_elastic_bodies(system, numbers, result):
     for inertia, name, g, i in elastic_names(system):
         n = numbers.elastic[g]
         y, G = n.state.flow[i], n.fields.modulus[i]
         result.flow.update(dict.fromkeys((inertia, f"y:{name}", f"GR:{name}.flow", f"mg:{name}.flow"), y))
-        result.flow.update({f"{place}:{name}.strain": y[RIGID:] for place in ("rate", "C", "R")})
-        _store(system, result, name, G, "G_y", "B_y")
-        _store(system, result, name, G[RIGID:], "G_q", "B_q")
+        result.flow.update({f"{place}:{name}.strain": y[NUM_RIGID:] for place in ("rate", "C", "R")})
+        _store_modulus(system, result, name, G, "G_y", "B_y")
+        _store_modulus(system, result, name, G[NUM_RIGID:], "G_q", "B_q")
         result.effort.update({f"GR:{name}.flow": -n.turning[i], f"mg:{name}.flow": n.weight[i]})
         result.effort.update({f"C:{name}.strain": n.stored[i], f"R:{name}.strain": n.resisted[i]})
 
 
-def _forces(system, group, values, result):
+def _name_forces(system, group, values, result):
     modulus, flow, stored, total = values
     for i, name in enumerate(group.names):
         for place in ("rate", "C", "R", "Se"):
             result.flow[f"{place}:{name}"] = flow[i]
         rest = total[i] - stored[i]
         result.effort.update({f"C:{name}": -stored[i], f"R:{name}": -rest, f"Se:{name}": rest})
-        _store(system, result, name, modulus[i], "Gamma" if isinstance(group.port, SystemPort) else "G", "B")
+        _store_modulus(system, result, name, modulus[i], "Gamma" if isinstance(group.port, SystemPort) else "G", "B")
         if isinstance(group.port, JointPort):
             column = group.first[i]
             at = independent_columns if joint_junction(system, column) == "phi_dot" else dependent_columns

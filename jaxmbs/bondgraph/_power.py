@@ -15,8 +15,8 @@ from ..motion._motion import Motion
 from ..runtime import jit
 from ._elastic import elastic_names, momentum_rates
 from ._graph import BondGraph
-from ._moduli import apply_inertia, numbers, root_rates
-from ._naming import named, split
+from ._naming import name_values, split_by_root
+from ._values import apply_inertia, graph_values, root_rates
 from ._views import build_view
 
 
@@ -37,17 +37,17 @@ class BondPowers(eqx.Module):
         """Power (...) [W] by bond."""
         return {name: jnp.sum(self.effort[name] * self.flow[name], axis=-1) for name in self.effort}
 
-    def into(self, name: str):
+    def net_power(self, name: str):
         """Net power (...) [W] into an element: what it stores or dissipates; minus what a source feeds in."""
-        return _into(self.graph, self.power, name)
+        return _net_power(self.graph, self.power, name)
 
     def ports(self) -> dict:
         """Net power (...) [W] into the mechanism's stores (I, C, GR), resistors and sources, by one-port."""
         power = self.power
-        return {e.name: _into(self.graph, power, e.name) for e in self.graph.elements if e.is_port}
+        return {e.name: _net_power(self.graph, power, e.name) for e in self.graph.elements if e.is_port}
 
 
-def _into(graph, power, name):
+def _net_power(graph, power, name):
     return sum(-sign * power[bond.name] for bond, _, sign in graph.bonds_of(name))
 
 
@@ -59,7 +59,7 @@ def junction_residual(powers: BondPowers) -> dict:
     further out close by construction.  Source: S2 (6), (13), (16), (28).
     """
     power = powers.power
-    return {e.name: _into(powers.graph, power, e.name) for e in powers.graph.elements if not e.is_port}
+    return {e.name: _net_power(powers.graph, power, e.name) for e in powers.graph.elements if not e.is_port}
 
 
 def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict):
@@ -103,7 +103,7 @@ def leaf_efforts(system: System, graph: BondGraph, effort: dict) -> dict:
             continue
         beside = [other for _, other, _ in graph.bonds_of(element.name)]
         spread = element.name in ("I*", "GR", "Q", "gravity")
-        parts = split(system, effort[element.name]) if spread else dict.fromkeys(beside, effort[element.name])
+        parts = split_by_root(system, effort[element.name]) if spread else dict.fromkeys(beside, effort[element.name])
         leaf.update({(element.name, other): parts[other] for other in beside})
     return leaf
 
@@ -127,15 +127,15 @@ def inertial_efforts(system: System, values) -> dict:
     effort.update({inertia: rates[g][i] for inertia, _, g, i in elastic_names(system)})
     if system.has_constraints:
         pull = values.map.T @ (constraints.jacobian(system, at).T @ multipliers)
-        effort["drive"] = split(system, pull)["drives"]
+        effort["drive"] = split_by_root(system, pull)["drives"]
     return effort
 
 
 def _values(system, P, state):
     """Flows, moduli and efforts by name of all views at a state."""
     psi, u, t = state.coordinates, state.velocities, state.t
-    values = numbers(system, P, psi, u, t)
-    names = named(system, values)
+    values = graph_values(system, P, psi, u, t)
+    names = name_values(system, values)
     return names.flow, names.modulus, names.effort | inertial_efforts(system, values)
 
 
@@ -147,7 +147,7 @@ def _all_values(system, states, batched):
 
 
 @jit
-def _spread(system, graph, flow, modulus, effort, batched):
+def _propagate_all(system, graph, flow, modulus, effort, batched):
     one = lambda f, m, e: propagate(graph, f, m, leaf_efforts(system, graph, e))  # noqa: E731
     return jax.vmap(one)(flow, modulus, effort) if batched else one(flow, modulus, effort)
 
@@ -165,4 +165,4 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
     states = states_of(system, motion)
     system = system_at(system, states)
     graph, batched = build_view(system, view), states.coordinates.ndim == 2
-    return BondPowers(*_spread(system, graph, *_all_values(system, states, batched), batched), graph)
+    return BondPowers(*_propagate_all(system, graph, *_all_values(system, states, batched), batched), graph)

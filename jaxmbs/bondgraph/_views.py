@@ -14,8 +14,8 @@ from ..errors import ModelError
 from ..forces._ports import JointPort, SystemPort
 from ..kinematics._kic import dependent_columns
 from ..model._system import System
-from ._elastic import RIGID, num_flows, strain_parts
-from ._elements import Bond, Element
+from ._elastic import NUM_RIGID, num_flows, strain_one_ports
+from ._elements import Element, PowerBond
 from ._graph import BondGraph
 
 VIEWS = ("detailed", "inertia", "hamiltonian")
@@ -41,7 +41,7 @@ def build_view(system: System, view: str) -> BondGraph:
     """
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
-    sketch = _Sketch(system)
+    sketch = _GraphBuilder(system)
     if not sketch.roots:
         raise ModelError(["nothing moves: the mechanism has no freedom and no drive, so its bond graph is empty"])
     if len(dependent_columns(system)):
@@ -62,7 +62,7 @@ def build_view(system: System, view: str) -> BondGraph:
     return BondGraph(view, tuple(sketch.elements), tuple(sketch.bonds))
 
 
-class _Sketch:
+class _GraphBuilder:
     """A graph under construction; elements are added from the roots outwards."""
 
     def __init__(self, system):
@@ -79,7 +79,7 @@ class _Sketch:
         return name
 
     def bond(self, inner, outer, size, outward=True):
-        self.bonds.append(Bond(inner, outer, size) if outward else Bond(outer, inner, size))
+        self.bonds.append(PowerBond(inner, outer, size) if outward else PowerBond(outer, inner, size))
 
     def size(self, name):
         return next(e.size for e in self.elements if e.name == name)
@@ -141,15 +141,15 @@ class _Sketch:
         for group in self.system.forces:
             for i, name in enumerate(group.names):
                 size = group.port.num_flows or self.system.topology.num_velocities
-                self.one_ports(name, law_parts(group, i), functools.partial(self.port, group, i, size))
+                self.one_ports(name, law_one_ports(group, i), functools.partial(self.port, group, i, size))
 
     def strains(self):
         """What the deformations of every elastic body store (C) and dissipate (R)."""
         for group in self.system.elastic:
             for i, name in enumerate(group.names):
                 moduli = {"modulus": f"G_q:{name}", "driven": f"B_q:{name}"}
-                place = functools.partial(self.junction, size=num_flows(group) - RIGID, **moduli)
-                self.one_ports(f"{name}.strain", strain_parts(group, i), place)
+                place = functools.partial(self.junction, size=num_flows(group) - NUM_RIGID, **moduli)
+                self.one_ports(f"{name}.strain", strain_one_ports(group, i), place)
 
     def one_ports(self, name, parts, place):
         """One part alone where `place(element, label, kind=)` puts it, several at a junction there."""
@@ -188,7 +188,7 @@ def joint_junction(system: System, column: int) -> str:
     return "q_dot" if column in dependent_columns(system) else "phi_dot"
 
 
-def law_parts(group, i: int) -> list[str]:
+def law_one_ports(group, i: int) -> list[str]:
     """Kinds of one-ports that law `i` of a group needs, as the law itself says."""
     law = jax.tree.map(lambda x: x[i], group.law)
     return ["C"] * law.stores + ["Se" if law.is_source else "R"] * law.dissipates

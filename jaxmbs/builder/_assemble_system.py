@@ -6,7 +6,7 @@ import numpy as np
 
 from ..checks import is_concrete
 from ..errors import ModelError
-from ..forces._fields import function
+from ..forces._fields import as_function
 from ..forces._ports import JointPort, port_of
 from ..forces._signals import as_signal
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
@@ -202,7 +202,7 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
             rows.append(CoupledJoints(item.name, columns, tuple(r.first_coordinate for r in mine), _known(item.law)))
         else:
             kind = UserVelocityRows if isinstance(item.law, VelocityRows) else UserRows
-            rows.append(kind(item.name, (), (), type(item.law)(function(item.law.function))))
+            rows.append(kind(item.name, (), (), type(item.law)(as_function(item.law.function))))
     rows.sort(key=lambda row: row.restricts_velocity_alone)
     groups, names, slips = [], [], []
     for _, group_names, kind, first, second, members in _group(items):

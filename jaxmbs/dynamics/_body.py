@@ -46,7 +46,7 @@ class AbstractBodies(eqx.Module):
         """Loads of stiffness and damping inside the bodies, and the powers of their dampers, in one array or none."""
         return Loads(), ()
 
-    def held_strains(self, system, at) -> Callable[[Configuration], Loads]:
+    def frozen_strain_loads(self, system, at) -> Callable[[Configuration], Loads]:
         """What stiffness exerts at `at`, a `Configuration`, held: a function of another one to the loads there."""
         return lambda moved: Loads()
 

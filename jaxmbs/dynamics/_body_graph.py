@@ -69,7 +69,7 @@ def _body_graph(top, ends, clusters, modal):
     parent = of_node[above[first]]
     of_frame = of_node[np.asarray(top.frame_node)]
     pairs = of_frame[np.array(ends, int).reshape(-1, 2)]
-    fork = np.array([_fork(top, *end) for end in ends], int).reshape(-1)
+    fork = np.array([_common_ancestor(top, *end) for end in ends], int).reshape(-1)
     clusters = tuple(of_frame[np.array(frames, int)] for frames in clusters)
     inside = [c[:, [i, j]] for c in clusters for i in range(c.shape[1]) for j in range(i)]
     edges = np.concatenate([np.stack([parent, np.arange(g)], axis=1), pairs, *inside])
@@ -78,7 +78,7 @@ def _body_graph(top, ends, clusters, modal):
     return BodyGraph(np.array(carriers, int), of_frame, parent, columns, group, slot, pairs, fork, clusters, pattern)
 
 
-def _fork(top, first, second):
+def _common_ancestor(top, first, second):
     """The last node above two frames."""
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])
     node = np.asarray(top.frame_node)

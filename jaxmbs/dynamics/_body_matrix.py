@@ -21,10 +21,10 @@ from ..math._spd import spd_inverse
 from ._body_graph import BodyGraph
 
 #: Inertia lent to bodies, relative to that of their subtree.
-LENT = {8: 1e-11, 4: 1e-5}
-_FULL = np.zeros((6, 6), int)
+ADDED_INERTIA = {8: 1e-11, 4: 1e-5}
+_TRIANGLE_INDEX = np.zeros((6, 6), int)
 for _k, (_i, _j) in enumerate(UPPER):
-    _FULL[_i, _j] = _FULL[_j, _i] = _k
+    _TRIANGLE_INDEX[_i, _j] = _TRIANGLE_INDEX[_j, _i] = _k
 
 
 class JointMaps(NamedTuple):
@@ -42,24 +42,24 @@ def joint_maps(graph: BodyGraph, at, length) -> JointMaps:
     point = jnp.concatenate([at.W[graph.node, 9:12], jnp.zeros((1, 3), at.W.dtype)])
     held = jnp.asarray(graph.parent < len(graph.node), point.dtype)[:, None, None]
     arm = jax.vmap(skew)(point)
-    world = _lower(1.0 / length, arm / length)
-    shift = _lower(jnp.ones_like(length), (arm[graph.parent] - arm[:-1]) / length) * held
-    local = _lower(length, -arm[:-1])
+    world = _block_lower(1.0 / length, arm / length)
+    shift = _block_lower(jnp.ones_like(length), (arm[graph.parent] - arm[:-1]) / length) * held
+    local = _block_lower(length, -arm[:-1])
     columns = jnp.concatenate([at.S, jnp.zeros((1, 6), at.S.dtype)])[graph.columns]
     s = local @ jnp.swapaxes(columns, 1, 2)
     unused = jnp.asarray(graph.columns == len(at.S), s.dtype)[:, :, None] * jnp.eye(6, dtype=s.dtype)[None]
-    along = jax.vmap(spd_inverse)(_T(s) @ s + unused) @ _T(s)
+    along = jax.vmap(spd_inverse)(_transpose(s) @ s + unused) @ _transpose(s)
     return JointMaps(world, shift, along, jnp.eye(6, dtype=s.dtype)[None] - s @ along)
 
 
-def _lower(angle, arm):
+def _block_lower(angle, arm):
     """`[angle I, 0; arm, I]` (n, 6, 6)."""
     eye = jnp.broadcast_to(jnp.eye(3, dtype=arm.dtype), arm.shape)
     upper = jnp.concatenate([angle * eye, jnp.zeros_like(arm)], axis=2)
     return jnp.concatenate([upper, jnp.concatenate([arm, eye], axis=2)], axis=1)
 
 
-def _T(x):
+def _transpose(x):
     return jnp.swapaxes(x, -1, -2)
 
 
@@ -72,38 +72,40 @@ def body_matrix(graph: BodyGraph, maps: JointMaps, J, composite, springs, driven
         clusters: inertias (bodies, k, k, 6, 6) of the elastic bodies on world twists of their interfaces.
     """
     g, T, X, dtype = len(graph.node), maps.world, maps.shift, J.dtype
-    lent, mass = LENT[dtype.itemsize], jnp.max(composite[:, 0]) / g
-    inertia = _full(J[graph.node] + lent * composite[graph.node])
+    lent, mass = ADDED_INERTIA[dtype.itemsize], jnp.max(composite[:, 0]) / g
+    inertia = _inertia_matrices(J[graph.node] + lent * composite[graph.node])
     # a mass of no size turns without inertia: a thousandth of what is lent to bodies goes to every direction
-    diagonal = _T(T[:-1]) @ inertia @ T[:-1] + 1e-3 * lent * mass * jnp.eye(6, dtype=dtype)[None]
+    diagonal = _transpose(T[:-1]) @ inertia @ T[:-1] + 1e-3 * lent * mass * jnp.eye(6, dtype=dtype)[None]
     diagonal = jnp.concatenate([diagonal, jnp.zeros((1, 6, 6), dtype)])
     upper = jnp.zeros((graph.pattern.num_edges + 1, 6, 6), dtype)
 
     on_column = jnp.concatenate([driven, jnp.zeros(1, dtype)])[graph.columns]
-    K = _T(maps.along) @ (on_column[:, :, None] * maps.along)
+    K = _transpose(maps.along) @ (on_column[:, :, None] * maps.along)
     tree = graph.edges(graph.parent, np.arange(g))
-    diagonal = diagonal.at[:-1].add(K).at[graph.parent].add(_T(X) @ K @ X)
-    upper = upper.at[tree].add(-_T(X) @ K)
+    diagonal = diagonal.at[:-1].add(K).at[graph.parent].add(_transpose(X) @ K @ X)
+    upper = upper.at[tree].add(-_transpose(X) @ K)
 
     if len(graph.ends):
         inside = jnp.asarray(graph.ends[:, 0] != graph.ends[:, 1], dtype)[:, None, None]
         low, high = graph.ends.min(axis=1), graph.ends.max(axis=1)
         K = jnp.concatenate(springs) * inside
-        diagonal = diagonal.at[low].add(_T(T[low]) @ K @ T[low]).at[high].add(_T(T[high]) @ K @ T[high])
-        upper = upper.at[graph.edges(low, high)].add(-_T(T[low]) @ K @ T[high])
+        diagonal = (
+            diagonal.at[low].add(_transpose(T[low]) @ K @ T[low]).at[high].add(_transpose(T[high]) @ K @ T[high])
+        )
+        upper = upper.at[graph.edges(low, high)].add(-_transpose(T[low]) @ K @ T[high])
 
     for at, E in zip(graph.clusters, clusters, strict=True):
         for i in range(at.shape[1]):
-            diagonal = diagonal.at[at[:, i]].add(_T(T[at[:, i]]) @ E[:, i, i] @ T[at[:, i]])
+            diagonal = diagonal.at[at[:, i]].add(_transpose(T[at[:, i]]) @ E[:, i, i] @ T[at[:, i]])
             for j in range(i):
                 a, b = at[:, i], at[:, j]
-                block = _T(T[a]) @ E[:, i, j] @ T[b]
-                block = jnp.where(jnp.asarray(a < b)[:, None, None], block, _T(block))
+                block = _transpose(T[a]) @ E[:, i, j] @ T[b]
+                block = jnp.where(jnp.asarray(a < b)[:, None, None], block, _transpose(block))
                 upper = upper.at[graph.edges(np.minimum(a, b), np.maximum(a, b))].add(block)
 
     P, free = mass * maps.across, mass * (maps.across - jnp.eye(6, dtype=dtype)[None])
     diagonal = jnp.concatenate([jnp.concatenate([diagonal[:-1], P], 2), jnp.concatenate([P, free], 2)], axis=1)
-    wrench = jnp.zeros_like(upper).at[tree].set(-_T(X) @ P)[:-1]
+    wrench = jnp.zeros_like(upper).at[tree].set(-_transpose(X) @ P)[:-1]
     upper = jnp.concatenate([upper[:-1], wrench], axis=2)
     return blocksparse.BlockMatrix(graph.pattern, diagonal, jnp.pad(upper, ((0, 0), (0, 6), (0, 0))))
 
@@ -120,6 +122,6 @@ def solve_columns(graph: BodyGraph, maps: JointMaps, factor, r, load):
     return jnp.concatenate([rates, jnp.zeros((1, 6), r.dtype)])[graph.group, graph.slot], v
 
 
-def _full(J):
+def _inertia_matrices(J):
     """Matrices (n, 6, 6) of inertias (n, 10)."""
-    return pack(symmetric_matrix(unpack(J)))[:, _FULL]
+    return pack(symmetric_matrix(unpack(J)))[:, _TRIANGLE_INDEX]

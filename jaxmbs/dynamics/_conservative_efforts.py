@@ -21,17 +21,19 @@ def conservative_efforts(system: System, at: Configuration) -> Callable[[Configu
     Source: S2 (59), (64), (69).
     """
     held, _ = port_efforts(system, at)
-    strains = [bodies.held_strains(system, at) for bodies in bodies_of(system)]
+    strains = [bodies.frozen_strain_loads(system, at) for bodies in bodies_of(system)]
 
     def pull(moved):
-        return on_columns(system, moved, _spread(system, moved, held) + total(strain(moved) for strain in strains))
+        return on_columns(
+            system, moved, _loads_of_efforts(system, moved, held) + total(strain(moved) for strain in strains)
+        )
 
     return pull
 
 
-def source_pull(system: System, at: Configuration):
+def source_efforts(system: System, at: Configuration):
     """Efforts (nv,) that the elements exert at rest beside their stored energy.  Source: S2 (76), Q*."""
-    return on_columns(system, at, _spread(system, at, port_efforts(system, at)[1]))
+    return on_columns(system, at, _loads_of_efforts(system, at, port_efforts(system, at)[1]))
 
 
 def port_efforts(system: System, at: Configuration):
@@ -46,7 +48,7 @@ def port_efforts(system: System, at: Configuration):
     return stored, other
 
 
-def _spread(system, at, efforts) -> Loads:
+def _loads_of_efforts(system, at, efforts) -> Loads:
     """What efforts of the elements do on nodes and columns."""
     still, owners = at_rest(system, at), nodes(system)
     loads = Loads(jnp.zeros((owners.number, 6), at.psi.dtype))

@@ -53,7 +53,9 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
         if found is not None:
             found.append(LawEffort(seen, effort))
         loads = loads + Loads(*port.spread(group, seen, effort, owners, at.u.size))
-        storing = jax.vmap(lambda law, x, f, port=port: port.storing(law, x, f, at.t))(group.law, displacement, flow)
+        storing = jax.vmap(lambda law, x, f, port=port: port.storage_power(law, x, f, at.t))(
+            group.law, displacement, flow
+        )
         powers.append(jnp.sum(effort * flow, axis=1) + storing)
     for bodies in bodies_of(system):
         strain, power = bodies.strain_efforts(system, at, owners)

@@ -52,7 +52,7 @@ class ElasticBodies(AbstractBodies):
 
     def inverse_dynamics_loads(self, system, at, V_dot, u_dot, owners):
         def loads(body, s: ElasticState, V_dot, rates_dot):
-            return needed(body, s, flow_rate(body, s, V_dot, rates_dot), system.gravity @ s.R)
+            return inverse_dynamics_load(body, s, flow_rate(body, s, V_dot, rates_dot), system.gravity @ s.R)
 
         return self._loads(loads, system, at, owners, *gathered(system, self.group, V_dot, u_dot))
 
@@ -73,7 +73,7 @@ class ElasticBodies(AbstractBodies):
         power = -jnp.einsum("ek,ekl,el->e", rates, self.group.body.damping, rates)
         return self._loads(lambda body, s: body.strain_loads(s.q, s.flow), system, at, owners), (power,)
 
-    def held_strains(self, system, at):
+    def frozen_strain_loads(self, system, at):
         """Source: S2 (59), (69) with the strains in place of springs."""
         s = elastic_state(system, self.group, at_rest(system, at))
         held = jax.vmap(lambda body, s: body.strain_loads(s.q, s.flow))(self.group.body, s)
@@ -104,13 +104,13 @@ class ElasticBodies(AbstractBodies):
         return Loads(wrench, jnp.zeros(system.topology.num_velocities, column.dtype).at[columns].add(column))
 
 
-def needed(body, s: ElasticState, rate, gravity):
+def inverse_dynamics_load(body, s: ElasticState, rate, gravity):
     """Load (6 + m,) on the flow of one body that its rate (6 + m,) needs beside gravity (3,), floating axes."""
     pi_dot = jax.jvp(body.momenta, (s.q, s.flow), (s.flow[6:], rate))[1]
     return pi_dot + body.gyroscopic_loads(s.q, s.flow) - body.gravity_loads(s.q, gravity)
 
 
-def refuse_elastic(system: System, what: str) -> None:
+def require_rigid(system: System, what: str) -> None:
     """Raises: ModelError for a question that is answered for rigid bodies only."""
     names = [name for group in system.elastic for name in group.names]
     if names:

@@ -17,7 +17,7 @@ def energies(system: System, at: VelocityKinematics):
     return total(kinetic), stored_energy(system, at) - jnp.dot(system.gravity, total(lifted))
 
 
-def _of_state(system, state):
+def _energies_of_state(system, state):
     return energies(system, with_velocities(system, at_state(system, state), state.velocities))
 
 
@@ -28,10 +28,10 @@ def kinetic_energy(system: System, state: State) -> Scalar:
     So, without potential, the Lagrangian and its Legendre transform, the Hamiltonian.  (46) prints p_dot for p.
     Source: S2 (36)-(37), (45)-(46).
     """
-    return _of_state(system, state)[0]
+    return _energies_of_state(system, state)[0]
 
 
 @question
 def potential_energy(system: System, state: State) -> Scalar:
     """Potential energy [J] of gravity (zero at the world origin) and of all springs."""
-    return _of_state(system, state)[1]
+    return _energies_of_state(system, state)[1]

@@ -15,17 +15,17 @@ class Loads(eqx.Module):
     column: Array | None = None
 
     def __add__(self, other: "Loads") -> "Loads":
-        return Loads(_plus(self.wrench, other.wrench), _plus(self.column, other.column))
+        return Loads(_add_optional(self.wrench, other.wrench), _add_optional(self.column, other.column))
 
     def __sub__(self, other: "Loads") -> "Loads":
-        return Loads(_minus(self.wrench, other.wrench), _minus(self.column, other.column))
+        return Loads(_subtract_optional(self.wrench, other.wrench), _subtract_optional(self.column, other.column))
 
 
-def _plus(a, b):
+def _add_optional(a, b):
     return a if b is None else b if a is None else a + b
 
 
-def _minus(a, b):
+def _subtract_optional(a, b):
     return a if b is None else -b if a is None else a - b
 
 

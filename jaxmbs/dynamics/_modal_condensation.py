@@ -16,7 +16,7 @@ from ._body_matrix import JointMaps, solve_columns
 _SPIN = (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)
 
 
-class Cluster(NamedTuple):
+class CondensedBodies(NamedTuple):
     """Bodies of one elastic group, on world twists of their interfaces.
 
     Attributes:
@@ -32,21 +32,21 @@ class Cluster(NamedTuple):
     inverse: Array
 
 
-def clusters(system: System, at) -> list[Cluster]:
+def condense_modes(system: System, at) -> list[CondensedBodies]:
     """All elastic groups at a configuration."""
-    return [_cluster(interface_inertia(system, group, at), len(group.frames[0])) for group in system.elastic]
+    return [_condense(interface_inertia(system, group, at), len(group.frames[0])) for group in system.elastic]
 
 
-def _cluster(E, i):
+def _condense(E, i):
     k = 6 * i
     whole, modal = E[:, :k, :k], E[:, k:, k:]
     inverse = jax.vmap(spd_inverse)(modal)
     follow = inverse @ E[:, k:, :k]
     blocks = [x.reshape(-1, i, 6, i, 6).transpose(0, 1, 3, 2, 4) for x in (whole, whole - E[:, :k, k:] @ follow)]
-    return Cluster(*blocks, follow.reshape(*follow.shape[:2], i, 6), modal, inverse)
+    return CondensedBodies(*blocks, follow.reshape(*follow.shape[:2], i, 6), modal, inverse)
 
 
-def shared_inertia(system: System, J, parts):
+def lumped_inertia(system: System, J, parts):
     """Inertias (nodes, 10) with each elastic body's, as if rigid, in equal parts on its interfaces: for scales."""
     J = jnp.concatenate([J, jnp.zeros((1, 10), J.dtype)])
     for group, part in zip(system.elastic, parts, strict=True):

@@ -19,7 +19,7 @@ from ..model._system import System
 from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
 from ._loads import Loads, on_columns
-from ._sparse_saddle import constraint_rows, sparse_saddle
+from ._sparse_saddle import constraint_operator, sparse_saddle
 
 
 def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads):
@@ -42,7 +42,7 @@ def accelerations(system: System, at: VelocityKinematics, method="dense", loads=
     at = at if at.directions is not None else closures.with_directions(system, at)
     need, gamma = saddle_sides(system, at, loads)
     if method == "block-sparse":
-        rows = constraint_rows(system, at)
+        rows = constraint_operator(system, at)
         a, y = sparse_saddle(system, at, rows, need, gamma)
         return a, -y, rows.rates(a) / rows.unit - gamma
     A = constraints.jacobian(system, at)
@@ -60,7 +60,7 @@ def saddle_sides(system: System, at: VelocityKinematics, loads=None):
     return need, None if system.is_rigid_tree else constraints.acceleration_bias(system, at, V_dot)
 
 
-def _at(system, state):
+def _velocity_kinematics(system, state):
     return with_velocities(system, at_state(system, state), state.velocities)
 
 
@@ -72,7 +72,7 @@ def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"],
     acts on the velocities.  Redundant rows share their load (see `reactions` for the least-norm choice).
     Source: S2 (28)-(29), (40) solved for accelerations.
     """
-    return accelerations(system, _at(system, state))[:2]
+    return accelerations(system, _velocity_kinematics(system, state))[:2]
 
 
 @question

@@ -30,16 +30,16 @@ from ._bodies import body_momenta
 from ._body_graph import body_graph
 from ._body_matrix import body_matrix, joint_maps
 from ._loads import on_columns
-from ._modal_condensation import clusters, shared_inertia, solve_with_modes
+from ._modal_condensation import condense_modes, lumped_inertia, solve_with_modes
 
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
 #: 1e-16 / C^2: the 3e-10 of `saddle_solve`, whose inverse is better, leads to divergence on redundant loops.
-PROXIMAL = {8: 3e-7, 4: 2e-3}
+PROXIMAL_COMPLIANCE = {8: 3e-7, 4: 2e-3}
 #: Refinements of each solve.
 REFINEMENTS = 2
 
 
-class Rows(NamedTuple):
+class ConstraintOperator(NamedTuple):
     """The constraint rows A at a configuration, brought to one unit."""
 
     system: System
@@ -80,22 +80,22 @@ class Rows(NamedTuple):
         return jax.linear_transpose(self.rates, jnp.zeros(self.at.S.shape[0], y.dtype))(y)[0]
 
 
-def constraint_rows(system: System, at: Configuration) -> Rows:
+def constraint_operator(system: System, at: Configuration) -> ConstraintOperator:
     """The rows at a configuration."""
     values = ClosureDirections(closures.directions(system, at), None)
     unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
-    return Rows(system, dataclasses.replace(at, directions=values), unit)
+    return ConstraintOperator(system, dataclasses.replace(at, directions=values), unit)
 
 
-def sparse_saddle(system: System, at: Configuration, rows: Rows, b, c):
+def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b, c):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
     n = b.shape[0]
-    C, inverse = _inverse(*_constant((system, at, rows)))
+    C, inverse = _penalty_inverse(*_stop_gradients((system, at, rows)))
     right = jnp.concatenate([b, rows.unit * c])
 
     def apply(z, C):
         a, y = z[:n], z[n:]
-        return jnp.concatenate([_mass_times(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
+        return jnp.concatenate([_apply_mass(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
 
     def eliminated(right):
         a = inverse(right[:n] + rows.efforts(right[n:] / C))
@@ -118,16 +118,16 @@ def sparse_saddle(system: System, at: Configuration, rows: Rows, b, c):
     return z[:n], rows.unit * z[n:]
 
 
-def _constant(tree):
+def _stop_gradients(tree):
     return jax.tree.map(lambda x: lax.stop_gradient(x) if isinstance(x, Array) else x, tree)
 
 
-def _mass_times(system, at, a):
+def _apply_mass(system, at, a):
     """M a (nv,)."""
     return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
 
 
-class _Kinds(NamedTuple):
+class RowKinds(NamedTuple):
     """Number of the closures' rows; rows of drives and the columns they hold; all other rows."""
 
     closures: int
@@ -136,7 +136,7 @@ class _Kinds(NamedTuple):
     others: np.ndarray
 
 
-def row_kinds(system: System) -> _Kinds:
+def row_kinds(system: System) -> RowKinds:
     """Which rows are those of closures, of drives, and others."""
     top = system.topology
     first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
@@ -147,36 +147,36 @@ def row_kinds(system: System) -> _Kinds:
         if not row.restricts_velocity_alone:
             at += sum(name == row.name for name in top.row_joint)
     others = np.setdiff1d(np.arange(first, top.num_rows), list(driven))
-    return _Kinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
+    return RowKinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
 
 
-def _inverse(system, at, rows):
+def _penalty_inverse(system, at, rows):
     """Compliances C (rows,) and the function from efforts (nv,) to accelerations, `(M + A^T C^-1 A)^-1`.
 
     Rows of couplers and of the user, which may read any column, border the graph: they should be few.
     """
     top, graph, kinds, dtype = system.topology, body_graph(system), row_kinds(system), at.psi.dtype
-    parts = clusters(system, at)
-    composite = subtrees(top.nodes, shared_inertia(system, at.J, parts))
+    parts = condense_modes(system, at)
+    composite = subtrees(top.nodes, lumped_inertia(system, at.J, parts))
     mobility = _mobility(system, at.S, composite, parts)
     B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
-    closures = [u[..., None] * D for u, D in zip(_by_group(rows, rows.unit), rows.directions, strict=True)]
+    closures = [u[..., None] * D for u, D in zip(_split_by_group(rows, rows.unit), rows.directions, strict=True)]
     sizes = [_closure_sizes(graph, at.S, top.nodes, mobility, closures), jnp.zeros(top.num_rows - kinds.closures)]
     sizes = jnp.concatenate([part.astype(dtype) for part in sizes])
     sizes = sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
     sizes = sizes.at[kinds.others].set((B * B) @ mobility)
-    C = PROXIMAL[dtype.itemsize] * _together(sizes, constraints.row_scale(system).block)
+    C = PROXIMAL_COMPLIANCE[dtype.itemsize] * _largest_of_element(sizes, constraints.row_scale(system).block)
 
     maps = joint_maps(graph, at, system.length.astype(dtype))
-    each = zip(closures, _by_group(rows, C), strict=True)
+    each = zip(closures, _split_by_group(rows, C), strict=True)
     springs = [jnp.einsum("era,er,erb->eab", D, 1.0 / c, D) for D, c in each]
     held = jnp.zeros_like(mobility).at[kinds.columns].add(rows.unit[kinds.drives] ** 2 / C[kinds.drives])
     matrix = body_matrix(graph, maps, at.J, composite, springs, held, [part.inertia for part in parts])
     factor = blocksparse.factor(matrix, "ldl")
-    return C, _bordered(lambda r: solve_with_modes(system, graph, maps, parts, factor, r), B, C[kinds.others])
+    return C, _bordered_inverse(lambda r: solve_with_modes(system, graph, maps, parts, factor, r), B, C[kinds.others])
 
 
-def _bordered(inverse, B, C):
+def _bordered_inverse(inverse, B, C):
     """`(H + B^T C^-1 B)^-1` from that of H; B (k, nv)."""
     if not len(B):
         return inverse
@@ -190,7 +190,7 @@ def _bordered(inverse, B, C):
     return bordered
 
 
-def _by_group(rows, values):
+def _split_by_group(rows, values):
     """Values of the closures' rows, (elements, rows) of every group."""
     shapes = [D.shape[:2] for D in rows.directions]
     ends = np.cumsum([0, *(a * b for a, b in shapes)])
@@ -220,7 +220,7 @@ def _closure_sizes(graph, S, nodes, mobility, directions):
     return jnp.maximum(jnp.concatenate(sizes), 0.0)
 
 
-def _together(sizes, block):
+def _largest_of_element(sizes, block):
     """The largest size among the rows of each element, for all of them (rows,)."""
     if not len(block):
         return sizes

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..checks import no_such
-from ..dynamics._elastic import needed
+from ..dynamics._elastic import inverse_dynamics_load
 from ..dynamics._newton_euler import accelerations
 from ..errors import UnknownNameError
 from ..kinematics._configuration import at_state, node_accelerations, with_velocities
@@ -146,4 +146,6 @@ def _motion(system, group, index, frame, state):
     turning = jnp.einsum("a,anm->n", s.flow[:3], turned(component, h[:, None]))
     weight = component.mass @ (frame.rigid[:, 3:] @ (system.gravity @ s.R))
     x, x_dot = frame.shapes @ s.q, frame.shapes @ s.flow[6:]
-    return _Motion(s.q, x, x_dot, weight - h_dot - turning, needed(body, s, rate, system.gravity @ s.R)[:6])
+    return _Motion(
+        s.q, x, x_dot, weight - h_dot - turning, inverse_dynamics_load(body, s, rate, system.gravity @ s.R)[:6]
+    )

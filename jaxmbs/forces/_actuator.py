@@ -9,7 +9,7 @@ from jaxmbs.typing import Convertible, Scalar, ScalarLike
 
 from ..checks import faults_if, negative
 from ._base import AbstractScalarLaw
-from ._fields import law_function, number
+from ._fields import as_law_function, number
 from ._signals import Constant, as_signal, value_and_rate
 
 
@@ -23,7 +23,7 @@ class Actuator(AbstractScalarLaw):
         function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static.
     """
 
-    function: Convertible[Callable[..., Any]] = eqx.field(converter=law_function)
+    function: Convertible[Callable[..., Any]] = eqx.field(converter=as_law_function)
     is_source: ClassVar[bool] = True
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from ..checks import faults_if
 from ..typing import Convertible, Matrix3, ScalarLike, Vector3
 from ._base import AbstractBodyLaw
-from ._fields import law_function, number
+from ._fields import as_law_function, number
 from ._signals import as_signal
 
 
@@ -76,7 +76,7 @@ class Wrench(AbstractBodyLaw):
             `eqx.Module` are leaves, a plain function is static.
     """
 
-    function: Convertible[Callable[..., Any]] = eqx.field(converter=law_function)
+    function: Convertible[Callable[..., Any]] = eqx.field(converter=as_law_function)
 
     def wrench(
         self, rotation: Matrix3, position: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike

@@ -67,7 +67,10 @@ class BumpStop(AbstractScalarLaw):
     def length_faults(self) -> list[str]:
         """An edge at a negative distance is never reached, or never left."""
         return faults_if(
-            (any_concrete(_below_zero, self.lower), "lower is a distance between points and must not be negative"),
+            (
+                any_concrete(_is_negative_edge, self.lower),
+                "lower is a distance between points and must not be negative",
+            ),
             (negative(self.upper), "upper is a distance between points and must not be negative"),
         )
 
@@ -75,7 +78,7 @@ class BumpStop(AbstractScalarLaw):
         return self.stiffness * _power(depth, self.exponent) * (1.0 + self.damping * jnp.maximum(rate, 0.0))
 
 
-def _below_zero(edge):
+def _is_negative_edge(edge):
     return (edge < 0) & (edge > -jnp.inf)
 
 

@@ -41,7 +41,7 @@ class StaticFunction(eqx.Module):
         return jax.tree.unflatten(self.treedef, leaves)(*args)
 
 
-def function(fn: Callable) -> Callable:
+def as_function(fn: Callable) -> Callable:
     """A callable as a pytree of arrays: modules of arrays alone stay as they are, others are wrapped.
 
     Raises:
@@ -68,8 +68,8 @@ def function(fn: Callable) -> Callable:
     return StaticFunction(arrays, treedef, settings)
 
 
-def law_function(fn: Callable) -> Callable:
-    """`function` of a law, whose time comes last.
+def as_law_function(fn: Callable) -> Callable:
+    """`as_function` of a law, whose time comes last.
 
     Raises: ValueError where the first of several arguments is called t or time: the order of old.
     """
@@ -80,7 +80,7 @@ def law_function(fn: Callable) -> Callable:
     if len(names) > 1 and names[0] in ("t", "time"):
         rest = ", ".join([*names[1:], names[0]])
         raise ValueError(f"time is the last argument: function({rest}), not function({', '.join(names)})")
-    return function(fn)
+    return as_function(fn)
 
 
 def _closed_over(fn: Callable) -> list[Any]:

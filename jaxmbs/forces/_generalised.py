@@ -8,7 +8,7 @@ from jaxtyping import Array
 
 from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import AbstractSystemLaw
-from ._fields import law_function, number
+from ._fields import as_law_function, number
 
 
 class GeneralisedEffort(AbstractSystemLaw):
@@ -21,7 +21,7 @@ class GeneralisedEffort(AbstractSystemLaw):
             static.
     """
 
-    function: Convertible[Callable[..., Any]] = eqx.field(converter=law_function)
+    function: Convertible[Callable[..., Any]] = eqx.field(converter=as_law_function)
 
     def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Array:
         """The function's (nv,). Source: S2 (76)."""

@@ -55,14 +55,14 @@ class AbstractPort(abc.ABC):
         """Stored energy [J]."""
         return law.potential(*displacement, t)
 
-    def storing(self, law, displacement, flow, t) -> Array:
+    def storage_power(self, law, displacement, flow, t) -> Array:
         """Power [W] that goes into the stored energy, time held."""
         potential = lambda *x: self.potential(law, x, t)  # noqa: E731
         return jax.jvp(potential, displacement, self.rate(displacement, flow))[1]
 
     def stored_effort(self, law, displacement, flow, t) -> Array:
         """The part (num_flows,) of the effort that the potential makes; of the flow only the shape counts."""
-        return -jax.grad(lambda flow: self.storing(law, displacement, flow, t))(jnp.zeros_like(flow))
+        return -jax.grad(lambda flow: self.storage_power(law, displacement, flow, t))(jnp.zeros_like(flow))
 
     def slope(self, law, displacement, flow, t) -> Array:
         """(num_flows, num_flows): how the stored effort falls as the element moves along its flows."""

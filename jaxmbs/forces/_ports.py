@@ -17,7 +17,7 @@ from ._base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
 from ._port import AbstractPort
 
 
-class End(NamedTuple):
+class FrameMotion(NamedTuple):
     """A frame: rotation (3, 3), position (3,) and twist (6,) of its body, all about one origin."""
 
     R: Array
@@ -38,7 +38,7 @@ class _BetweenFrames(AbstractPort):
     """Ports on frames; their law's wrench acts on the body of B, the opposite one on that of A."""
 
     def gather(self, group, at, V, u):
-        return tuple(_ends(side, at, V) for side in (group.first, group.second))
+        return tuple(_frame_motions(side, at, V) for side in (group.first, group.second))
 
     @abc.abstractmethod
     def wrench(self, a, b, effort):
@@ -119,7 +119,7 @@ class FramePort(_BetweenFrames):
     num_flows = 6
 
     def gather(self, group, at, V, u):
-        return _ends(group.first, at, V), gather_static(at.x, np.asarray(group.first)) + at.origin[None]
+        return _frame_motions(group.first, at, V), gather_static(at.x, np.asarray(group.first)) + at.origin[None]
 
     def displacement(self, a, place):
         return a.R, place
@@ -208,9 +208,9 @@ def _moment_first(wrench):
     return jnp.concatenate([moment, force])
 
 
-def _ends(side, at, V):
+def _frame_motions(side, at, V):
     """The frames of all elements on one side."""
-    return End(*(gather_static(part, np.asarray(side)) for part in (at.R, at.x, V)))
+    return FrameMotion(*(gather_static(part, np.asarray(side)) for part in (at.R, at.x, V)))
 
 
 def _wrench_at(x, moment, force):

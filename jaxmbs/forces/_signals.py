@@ -16,7 +16,7 @@ from jaxmbs.math._interpolation import hermite, spline_slopes
 from jaxmbs.typing import ArrayLike, Convertible, Scalar, ScalarLike
 
 from ..checks import not_increasing, not_positive
-from ._fields import function, number, optional_number, value_faults
+from ._fields import as_function, number, optional_number, value_faults
 
 
 class AbstractSignal(eqx.Module):
@@ -125,7 +125,7 @@ class Spline(AbstractSignal):
 
 def as_signal(value: Any) -> Callable:
     """A function of time from a function, a signal or a constant value."""
-    return function(value) if callable(value) else Constant(value)
+    return as_function(value) if callable(value) else Constant(value)
 
 
 def value_and_rate(signal: Callable, t: Any) -> tuple[Array, Array]:

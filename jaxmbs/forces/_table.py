@@ -62,9 +62,15 @@ class Table(AbstractScalarLaw):
             return [*found, "flow_points must increase"]
         slopes = pchip_slopes(self.flow_points, self.damping_efforts)
         return found + faults_if(
-            (any_concrete(_feeds, self.flow_points, self.damping_efforts), "damping_efforts must oppose the flow"),
-            (any_concrete(_moves, self._damper(number(0.0)), self.damping_efforts), "damping must be zero at rest"),
-            (any_concrete(_ends_fall, slopes), "damping must not fall at the ends"),
+            (
+                any_concrete(_supplies_power, self.flow_points, self.damping_efforts),
+                "damping_efforts must oppose the flow",
+            ),
+            (
+                any_concrete(_is_nonzero_at_rest, self._damper(number(0.0)), self.damping_efforts),
+                "damping must be zero at rest",
+            ),
+            (any_concrete(_falls_at_ends, slopes), "damping must not fall at the ends"),
         )
 
     def length_faults(self) -> list[str]:
@@ -85,13 +91,13 @@ def _check_curve(points, values) -> None:
         raise ValueError(f"a curve needs two or more points, as many efforts: {points.shape}, {values.shape}")
 
 
-def _feeds(flows, efforts):
+def _supplies_power(flows, efforts):
     return flows * efforts < 0
 
 
-def _moves(at_rest, efforts):
+def _is_nonzero_at_rest(at_rest, efforts):
     return np.abs(at_rest) > 1e-6 * np.abs(efforts).max()
 
 
-def _ends_fall(slopes):
+def _falls_at_ends(slopes):
     return slopes[[0, -1]] < 0

@@ -17,8 +17,8 @@ from ..model._entry_points import states_of
 from ..model._system import System
 from ..runtime import jit
 from ..statics import Bonds
-from ..statics._bonds import about
-from ..statics._tree import on_bodies
+from ..statics._bonds import shift_wrench
+from ..statics._network_sums import body_wrenches
 from ._distribution import system_bonds
 from ._solve import reactions
 
@@ -42,11 +42,11 @@ def reaction_bonds(
     """
     states = states_of(system, motion)
     found = reactions(system, states, frame="joint", compliance=compliance, method=method)
-    marks = _undetermined(system, found)
-    return _bonds(system, states, found, compliance, states.coordinates.ndim == 2, marks)
+    marks = _undetermined_components(system, found)
+    return _bonds_and_loads(system, states, found, compliance, states.coordinates.ndim == 2, marks)
 
 
-def _undetermined(system, found):
+def _undetermined_components(system, found):
     """Marks by bond of known reactions in joint axes, None within a trace."""
     loads = [found[name] for name, *_ in reaction_map.carriers(system)]
     if not is_concrete(loads):
@@ -56,7 +56,7 @@ def _undetermined(system, found):
 
 
 @jit
-def _bonds(system, states, found, compliance, batched, marks):
+def _bonds_and_loads(system, states, found, compliance, batched, marks):
     names, _, own = zip(*reaction_map.carriers(system), strict=True)
     own, P = np.array(own), node_parameters(system)
 
@@ -65,8 +65,8 @@ def _bonds(system, states, found, compliance, batched, marks):
         at = configuration(system, P, state.coordinates, state.t, inertias=False, origin=world)
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
         force, moment = (jnp.einsum("qij,qj->qi", at.R[own], part) for part in (force, moment))
-        wrench = about(jnp.concatenate([force, moment], axis=1), -at.x[own])
+        wrench = shift_wrench(jnp.concatenate([force, moment], axis=1), -at.x[own])
         bonds = system_bonds(system, at, swap_halves(wrench), compliance)
-        return dataclasses.replace(bonds, undetermined=marks), on_bodies(bonds.network, wrench)
+        return dataclasses.replace(bonds, undetermined=marks), body_wrenches(bonds.network, wrench)
 
     return jax.vmap(one)(states, found) if batched else one(states, found)

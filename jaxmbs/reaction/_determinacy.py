@@ -14,11 +14,11 @@ from ..kinematics._coupled_joints import acting_rows, coupled_joints
 from ..kinematics._reaction_map import carriers
 from ..model._system import System
 from ..runtime import gather_static
-from ._self_stress import OPEN, share, without_range
+from ._self_stress import UNIQUE_TOLERANCE, project_out_range, relative_share
 from ._wrenches import joint_wrenches
 
 
-class JointMarks(NamedTuple):
+class JointDeterminacy(NamedTuple):
     """By carrier: unique components (carriers, 3) bool of force and of moment, and, None without couplers, whether
     (carriers,) the forces are left out that act where a coupler touches."""
 
@@ -27,7 +27,7 @@ class JointMarks(NamedTuple):
     lacks_contact: Array | None
 
 
-def joint_marks(system: System, at: VelocityKinematics, stresses, placed: Callable) -> JointMarks:
+def joint_determinacy(system: System, at: VelocityKinematics, stresses, placed: Callable) -> JointDeterminacy:
     """What self-stresses and the contacts of couplers leave determined.
 
     Args: stresses (n, rows), multipliers in the rows' common unit; placed: from world wrenches
@@ -39,28 +39,28 @@ def joint_marks(system: System, at: VelocityKinematics, stresses, placed: Callab
         none = jnp.zeros((system.topology.bodies.size, 6), dtype)
         y = constraints.row_scale(system).unit[None] * stresses
         size = jax.vmap(lambda y: joint_wrenches(system, at, none, y).wrench)(y)
-    touched = _touched(system, at, acting, number) if acting else None
+    touched = _joints_with_contact(system, at, acting, number) if acting else None
     if acting:
-        size = jnp.concatenate([size, _contacts(system, at, touched)[None]])
+        size = jnp.concatenate([size, _contact_wrenches(system, at, touched)[None]])
     if not len(size):
         every = jnp.ones((number, 3), bool)
-        return JointMarks(every, every, touched)
+        return JointDeterminacy(every, every, touched)
     force, moment = jax.vmap(placed)(size)
     size = lax.stop_gradient(jnp.abs(jnp.concatenate([force * system.length, moment], axis=-1)))
-    inside = share(jnp.max(size[: len(size) - bool(acting)], axis=0, initial=0.0))
-    unique = inside <= OPEN[dtype.itemsize]  # false for NaN
+    inside = relative_share(jnp.max(size[: len(size) - bool(acting)], axis=0, initial=0.0))
+    unique = inside <= UNIQUE_TOLERANCE[dtype.itemsize]  # false for NaN
     if acting:
-        unique = unique & (jax.vmap(share)(size[-1]) <= OPEN[dtype.itemsize])
-    return JointMarks(unique[:, :3], unique[:, 3:], touched)
+        unique = unique & (jax.vmap(relative_share)(size[-1]) <= UNIQUE_TOLERANCE[dtype.itemsize])
+    return JointDeterminacy(unique[:, :3], unique[:, 3:], touched)
 
 
-def _touched(system, at, acting, number):
+def _joints_with_contact(system, at, acting, number):
     """Whether (carriers,) the contact of some coupler would load each joint."""
     every = jnp.any(jnp.stack([coupled_joints(system, row, at) for row in acting]), axis=0)
     return jnp.concatenate([every, np.zeros(number - len(every), bool)])
 
 
-def _contacts(system, at, touched):
+def _contact_wrenches(system, at, touched):
     """World wrenches (carriers, 6) of chance on the joints touched, without effort along their freedoms."""
     top, number = system.topology, len(touched)
     columns = np.full((number, 6), top.num_velocities)
@@ -69,5 +69,5 @@ def _contacts(system, at, touched):
     freedoms = gather_static(jnp.concatenate([at.S, jnp.zeros_like(at.S[:1])]), columns).transpose(0, 2, 1)
     unit = jnp.concatenate([jnp.full(3, system.length, at.S.dtype), jnp.ones(3, at.S.dtype)])
     tried = unit[None] * np.random.default_rng(6).normal(size=(number, 6)).astype(at.S.dtype)
-    wrench = jax.vmap(lambda S, w: without_range(S, w[None])[0])(*lax.stop_gradient((freedoms, tried)))
+    wrench = jax.vmap(lambda S, w: project_out_range(S, w[None])[0])(*lax.stop_gradient((freedoms, tried)))
     return jnp.where(touched[:, None], wrench, 0.0)

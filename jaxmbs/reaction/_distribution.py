@@ -15,20 +15,20 @@ from ..math._spd import spd_solve
 from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import gather_static
-from ..statics import Bonds, Network, bond_reactions
-from ..statics._tree import on_bodies
-from ._wrenches import at_frames
+from ..statics import BodyNetwork, Bonds, bond_reactions
+from ..statics._network_sums import body_wrenches
+from ._wrenches import wrenches_at_frames
 
 #: Up to so many rows are solved for at once.
-FEW_ROWS = 120
+MAX_DENSE_ROWS = 120
 
 
-def bond_network(system: System) -> Network:
+def bond_network(system: System) -> BodyNetwork:
     """Bodies, and as bonds every joint and two-frame constraint, in the order of `reaction_map.carriers`."""
     top, carriers = system.topology, reaction_map.carriers(system)
     ends = [tuple(top.frame_body[frame] for frame in frames) for _, *frames in carriers]
     parent, child = zip(*ends, strict=True)
-    return Network(top.body_names, tuple(name for name, *_ in carriers), parent, child)
+    return BodyNetwork(top.body_names, tuple(name for name, *_ in carriers), parent, child)
 
 
 def system_bonds(system: System, at: Configuration, wrench, compliance=None) -> Bonds:
@@ -40,11 +40,11 @@ def system_bonds(system: System, at: Configuration, wrench, compliance=None) -> 
     twists = _free_twists(system, at)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
     place = gather_static(at.x, own), gather_static(at.R, own)
-    C = jax.vmap(jnp.diag)(_weights(system, compliance, effort.dtype))
+    C = jax.vmap(jnp.diag)(_compliances(system, compliance, effort.dtype))
     return Bonds.from_twists(bond_network(system), *place, swap_halves(twists, 1), effort, system.length, C)
 
 
-def _weights(system, compliance, dtype):
+def _compliances(system, compliance, dtype):
     """Compliances (carriers, 6) for force and moment: 1 and 1 / length^2 by default, none of hidden joints."""
     usual = jnp.concatenate([jnp.ones(3, dtype), jnp.full(3, system.length**-2, dtype)])
     given = {joint.name: 0.0 for joint in system.topology.joints if joint.is_hidden} | dict(compliance or {})
@@ -64,11 +64,11 @@ def _free_twists(system, at):
     parts = [gather_static(jnp.concatenate([S, jnp.zeros((1, 6), S.dtype)]), held).transpose(0, 2, 1)]
     for group, D in zip(system.closures, closures.directions(system, at), strict=True):
         source[[names.index(name) for name in group.names]] = sum(map(len, parts)) + np.arange(len(group.names))
-        parts.append(jax.vmap(_complement)(D))
+        parts.append(jax.vmap(_free_projector)(D))
     return gather_static(jnp.concatenate(parts), source)
 
 
-def _complement(D):
+def _free_projector(D):
     """Projector (6, 6) onto the twists that break no row of D (rows, 6)."""
     return np.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
@@ -80,26 +80,28 @@ def least_compliance_reactions(system: System, at: Configuration, wrench, multip
         for few rows at once.
     Source: S1 (28).
     """
-    moved = _shared_rows(system)
-    by = _by_rows if method == "dense" and len(moved) <= FEW_ROWS else _by_bonds
+    moved = _distributable_rows(system)
+    by = _distribute_by_rows if method == "dense" and len(moved) <= MAX_DENSE_ROWS else _distribute_by_bonds
     return by(system, at, wrench, multipliers, compliance, moved)
 
 
-def _shared_rows(system):
+def _distributable_rows(system):
     """Rows of closures and drives: a coupler's or user's row acts inside its joints, as a spring does."""
     kinds = row_kinds(system)
     return np.r_[np.arange(kinds.closures), np.sort(kinds.drives)].astype(int)
 
 
-def _by_rows(system, at, wrench, multipliers, compliance, moved):
+def _distribute_by_rows(system, at, wrench, multipliers, compliance, moved):
     """Least `1/2 w.C w`, `w = w_0 + W d`, over changes d of the multipliers that move no freedom, `A^T d = 0`."""
     W, A = reaction_map.reaction_map(system, at), constraints.jacobian(system, at)
     own = np.array([b for *_, b in reaction_map.carriers(system)])
-    w = jnp.concatenate(at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), "joint", 1.0), axis=1)
+    w = jnp.concatenate(
+        wrenches_at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), "joint", 1.0), axis=1
+    )
     every = len(moved) == system.topology.num_rows
     if not every:
         W, A = W[:, :, moved], A[moved]
-    W, C = W.reshape(-1, len(moved)), _weights(system, compliance, w.dtype).reshape(-1)
+    W, C = W.reshape(-1, len(moved)), _compliances(system, compliance, w.dtype).reshape(-1)
     spins = np.asarray(system.topology.spins) > 0
     unit = RowScale(jnp.where(spins, 1.0 / system.length, 1.0), np.zeros(len(spins), int))  # of efforts
     change = saddle_solve(
@@ -108,10 +110,10 @@ def _by_rows(system, at, wrench, multipliers, compliance, moved):
     return multipliers + change[0] if every else multipliers.at[moved].add(change[0])
 
 
-def _by_bonds(system, at, wrench, multipliers, compliance, moved):
+def _distribute_by_bonds(system, at, wrench, multipliers, compliance, moved):
     """The same by the network of bonds, whose cost is linear in the loops."""
     bonds = system_bonds(system, at, wrench, compliance)
-    change = swap_halves(bond_reactions(bonds, swap_halves(on_bodies(bonds.network, wrench))).wrench) - wrench
+    change = swap_halves(bond_reactions(bonds, swap_halves(body_wrenches(bonds.network, wrench))).wrench) - wrench
     names = list(bonds.network.bonds)
     moves = []
     for group, D in zip(system.closures, closures.directions(system, at), strict=True):

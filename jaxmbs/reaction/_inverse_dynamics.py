@@ -23,7 +23,7 @@ from ..model._entry_points import over_states, rates_of, states_of
 from ..model._system import System
 from ..runtime import jit, map_chunked
 from ..typing import ArrayLike
-from ._row_residuals import LEFT_OVER, relative_gap, row_gaps
+from ._row_residuals import ROUNDING_TOLERANCE, relative_row_residual, row_residuals
 from ._without_drives import without_drives
 
 
@@ -73,9 +73,9 @@ def inverse_dynamics(
     if actuators is None:
         if acceleration is None:
             raise TypeError("give the acceleration (nv,), or the actuators that keep the motion")
-        return _on_columns(system, states, acceleration)
+        return _all_tree_efforts(system, states, acceleration)
     columns = actuated_columns(system, actuators)
-    found, *gaps = _chosen(system, states, acceleration, columns, states.coordinates.ndim == 2)
+    found, *gaps = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
     ends = np.cumsum([0, *(b - a for a, b in columns)])
     named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
     return Actuation(named, *gaps)
@@ -100,40 +100,40 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
 
 
 @jit
-def _on_columns(system, states, acceleration):
+def _all_tree_efforts(system, states, acceleration):
     def one(state, acceleration):
         at = with_velocities(system, at_state(system, state), state.velocities)
-        return needed(system, at, acceleration)
+        return tree_efforts(system, at, acceleration)
 
     return over_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
 
 
-def needed(system: System, at: VelocityKinematics, acceleration, loads=None):
+def tree_efforts(system: System, at: VelocityKinematics, acceleration, loads=None):
     """`required_efforts` (nv,) at accelerations (nv,); loads: of the force elements, if known."""
     V_dot = node_accelerations(system.topology, at, acceleration)
     return required_efforts(system, at, V_dot, acceleration, efforts(system, at)[:2] if loads is None else loads)
 
 
 @jit
-def _chosen(system, states, acceleration, columns, batched):
+def _actuator_efforts(system, states, acceleration, columns, batched):
     def one(row):
         state, a = row
         at = with_velocities(system, at_state(system, state), state.velocities)
         a = accelerations(system, at)[0] if a is None else a
-        released, need = without_drives(system), needed(system, at, a)
-        found, row_gap = balanced(released, at, need, columns), _row_gap(released, at, a, need)
-        least = LEFT_OVER[row_gap.dtype.itemsize]
+        released, need = without_drives(system), tree_efforts(system, at, a)
+        found, row_gap = balance_efforts(released, at, need, columns), _row_residual(released, at, a, need)
+        least = ROUNDING_TOLERANCE[row_gap.dtype.itemsize]
         return found.efforts, found.gap, row_gap, state.ok & (found.gap <= least) & (row_gap <= least)
 
     acceleration = None if acceleration is None else jnp.asarray(acceleration, states.coordinates.dtype)
     return map_chunked(one, (states, acceleration)) if batched else one((states, acceleration))
 
 
-def _row_gap(system, at, a, need):
-    """`relative_gap` of accelerations (nv,) that take the efforts needed (nv,)."""
+def _row_residual(system, at, a, need):
+    """`relative_row_residual` of accelerations (nv,) that take the efforts needed (nv,)."""
     at = closures.with_directions(system, at)
-    V_dot, gaps = node_accelerations(system.topology, at, a), row_gaps(system, at, a)
-    return relative_gap(system, at, a, V_dot, gaps, (jnp.zeros((0, 6), need.dtype), need))
+    V_dot, gaps = node_accelerations(system.topology, at, a), row_residuals(system, at, a)
+    return relative_row_residual(system, at, a, V_dot, gaps, (jnp.zeros((0, 6), need.dtype), need))
 
 
 class Balance(NamedTuple):
@@ -145,7 +145,7 @@ class Balance(NamedTuple):
     gap: Array
 
 
-def balanced(system: System, at: VelocityKinematics, need, columns) -> Balance:
+def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> Balance:
     """Actuators and rows that balance the efforts needed (nv,), `E tau + A^T lambda = need`, tau of least norm."""
     own = np.concatenate([np.arange(a, b) for a, b in columns])
     weight, dtype = metric(system), need.dtype

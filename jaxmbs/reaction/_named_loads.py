@@ -13,7 +13,7 @@ from ..kinematics._coupled_joints import acting_rows
 from ..model._rows import Drive
 from ..model._system import System
 from ._result import DriveLoad, LawForce, RowLoad
-from ._self_stress import OPEN, row_shares
+from ._self_stress import UNIQUE_TOLERANCE, row_shares
 
 
 def law_forces(system: System, acting: list[LawEffort]) -> dict[str, LawForce]:
@@ -35,7 +35,7 @@ def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slic
     top, drives = system.topology, [row.name for row in system.rows if isinstance(row, Drive)]
     if not drives and not actuators:
         return {}
-    unique = _unique(stresses)
+    unique = _is_unique(stresses)
     places = {name: np.flatnonzero([name == other for other in top.row_joint]) for name in drives}
     named = {name: DriveLoad(multipliers[place], unique[place]) for name, place in places.items()}
     first = top.num_rows
@@ -54,19 +54,19 @@ def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> 
     own = np.array([[name == row.name for name in system.topology.row_joint] for row in rows])
     alone = jnp.where(own, multipliers[None], 0.0)
     efforts = jax.vmap(lambda part: coordinate_rows.efforts(system, at.psi, at.t, part))(alone)
-    named, unique = {}, _unique(stresses)
+    named, unique = {}, _is_unique(stresses)
     for row, mine, effort in zip(rows, own, efforts, strict=True):
-        joints = [j for j in system.topology.joints if j.num_velocities and _reads(row, j)]
+        joints = [j for j in system.topology.joints if j.num_velocities and _reads_joint(row, j)]
         parts, place = {joint.name: effort[joint.velocities] for joint in joints}, np.flatnonzero(mine)
         named[row.name] = RowLoad(multipliers[place], parts, unique[place])
     return named
 
 
-def _unique(stresses):
+def _is_unique(stresses):
     """Whether (rows + actuators,) each multiplier is in no self-stress."""
-    return row_shares(stresses) <= OPEN[stresses.dtype.itemsize]
+    return row_shares(stresses) <= UNIQUE_TOLERANCE[stresses.dtype.itemsize]
 
 
-def _reads(row, joint):
+def _reads_joint(row, joint):
     """Whether a row looks at a joint: one without columns of its own looks at all."""
     return not row.columns or joint.first_velocity in row.columns

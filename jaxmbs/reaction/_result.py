@@ -39,9 +39,9 @@ class JointReaction(eqx.Module):
     lacks_contact: Bool[Array, "..."] | None = None
 
 
-def _told(loads):
+def _summary(loads):
     """Every joint in a row: the largest sizes, and what is open at some instant."""
-    rows = [(name, *_sizes(load), _open(load)) for name, load in loads.items()]
+    rows = [(name, *_largest_magnitudes(load), _undetermined_text(load)) for name, load in loads.items()]
     ok = np.asarray(loads.ok)
     summary = f"{len(rows)} joints" + (f", {ok.size} instants" if ok.ndim else "")
     summary += ", ok" if ok.all() else f", {np.count_nonzero(~ok)} not ok"
@@ -52,14 +52,14 @@ def _told(loads):
     return summary, [("joint", "force [N]", "moment [N m]", "effort", "undetermined"), *rows]
 
 
-def _sizes(load):
+def _largest_magnitudes(load):
     """The largest force, moment and effort, as text."""
     size = lambda x: format_number(np.max(np.linalg.norm(np.asarray(x), axis=-1)))  # noqa: E731
     effort = np.abs(np.asarray(load.effort))
     return size(load.force), size(load.moment), format_number(effort.max()) if effort.size else "-"
 
 
-def _open(load):
+def _undetermined_text(load):
     """The components that are not unique at some instant, as text."""
     unique = np.concatenate([load.unique_force, load.unique_moment], axis=-1).reshape(-1, 6).all(axis=0)
     marks = ", ".join(c for c, known in zip(COMPONENTS, unique, strict=True) if not known)
@@ -86,7 +86,7 @@ class LawForce(eqx.Module):
     moment: Float[Array, "... 3"] | None
 
     __repr__, _repr_html_ = table_repr(
-        lambda law: _parts({k: getattr(law, k) for k in ("effort", "force", "moment")})
+        lambda law: _value_table({k: getattr(law, k) for k in ("effort", "force", "moment")})
     )
 
 
@@ -101,7 +101,7 @@ class DriveLoad(eqx.Module):
     effort: Float[Array, "... n"]
     unique: Bool[Array, "... n"]
 
-    __repr__, _repr_html_ = table_repr(lambda drive: _parts({"effort": drive.effort}, drive.unique))
+    __repr__, _repr_html_ = table_repr(lambda drive: _value_table({"effort": drive.effort}, drive.unique))
 
 
 class RowLoad(eqx.Module):
@@ -118,11 +118,11 @@ class RowLoad(eqx.Module):
     unique: Bool[Array, "... k"]
 
     __repr__, _repr_html_ = table_repr(
-        lambda row: _parts({"multipliers": row.multipliers, **row.efforts}, row.unique)
+        lambda row: _value_table({"multipliers": row.multipliers, **row.efforts}, row.unique)
     )
 
 
-def _parts(parts, unique=()):
+def _value_table(parts, unique=()):
     """Summary and rows of named numbers: those of one instant, or how far they range."""
     rows = []
     for name, value in parts.items():
@@ -165,7 +165,7 @@ class Reactions(eqx.Module):
     frame: str = eqx.field(static=True, default="world")
     side: str = eqx.field(static=True, default="child")
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_summary)
 
     def __getitem__(self, name: str) -> JointReaction:
         return self._found("joint or constraint", name, self.joints, list(self))

@@ -4,35 +4,35 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..dynamics._sparse_saddle import constraint_rows
+from ..dynamics._sparse_saddle import constraint_operator
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..math._linalg import relative
 from ..model._system import System
 
 #: Of what adds up in a row, or of the largest load: what may be left over (double, single precision).
-LEFT_OVER = {8: 1e-6, 4: 1e-2}
+ROUNDING_TOLERANCE = {8: 1e-6, 4: 1e-2}
 
 
-def row_gaps(system: System, at: VelocityKinematics, a):
+def row_residuals(system: System, at: VelocityKinematics, a):
     """Gaps (rows,) `A a - gamma` of accelerations a (nv,)."""
     rest = node_accelerations(system.topology, at, jnp.zeros_like(at.u))
     gamma = constraints.acceleration_bias(system, at, rest)
     return constraints.jacobian(system, at) @ a - gamma
 
 
-def relative_gap(system: System, at: VelocityKinematics, a, V_dot, gaps, loads):
+def relative_row_residual(system: System, at: VelocityKinematics, a, V_dot, gaps, loads):
     """The largest of the gaps (rows,) of the accelerations a (nv,), of the largest that adds up in them.
 
-    Args: V_dot (nodes, 6): the rates of the nodes' twists; loads: see `_load_rate`.
+    Args: V_dot (nodes, 6): the rates of the nodes' twists; loads: see `_acceleration_scale`.
     """
     if not system.has_constraints:
         return jnp.zeros_like(at.t)
-    rows = constraint_rows(system, at)
-    return relative(rows.unit * gaps, rows.sizes(V_dot, a) + lax.stop_gradient(_load_rate(system, *loads)))
+    rows = constraint_operator(system, at)
+    return relative(rows.unit * gaps, rows.sizes(V_dot, a) + lax.stop_gradient(_acceleration_scale(system, *loads)))
 
 
-def _load_rate(system, wrench, *efforts):
+def _acceleration_scale(system, wrench, *efforts):
     """What loads would do to the heaviest body [rad/s^2 and lengths/s^2]: at rest, where every acceleration is
     rounding, the rows' gaps are measured by it.
 

@@ -13,23 +13,23 @@ import numpy as np
 from jax import Array, lax
 
 from ..dynamics._newton_euler import saddle_sides
-from ..dynamics._sparse_saddle import constraint_rows, row_kinds, sparse_saddle
+from ..dynamics._sparse_saddle import constraint_operator, row_kinds, sparse_saddle
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics
 from ..model._system import System
 
-#: Vectors of chance: that a component cancels in all of them has the probability `OPEN`^3.
+#: Vectors of chance: that a component cancels in all of them has the probability `UNIQUE_TOLERANCE`^3.
 _PROBES, _SEED = 3, 5
 #: What remains of a column of A when its part along others is taken off, below which it counts as a combination of
 #: them, relative to the largest column (double, single precision): poses within 1e-6 of a singular one are singular.
-_DEPENDENT = {8: 1e-6, 4: 1e-3}
+_RANK_TOLERANCE = {8: 1e-6, 4: 1e-3}
 #: Components of a self-stress that count as none, relative to its largest.
-OPEN = {8: 1e-6, 4: 1e-3}
+UNIQUE_TOLERANCE = {8: 1e-6, 4: 1e-3}
 #: Of a vector of chance, the least that a self-stress keeps; less is rounding.
-_LEAST = 1e-3
+_PROBE_ROUNDING = 1e-3
 
 
-class Saddle(NamedTuple):
+class SaddleSolution(NamedTuple):
     """Accelerations a (nv,), multipliers (rows,), gaps (rows,) of the rows, and self-stresses (n, rows) in the rows'
     common unit."""
 
@@ -39,7 +39,7 @@ class Saddle(NamedTuple):
     stresses: Array
 
 
-def probes(system: System, dtype, more: int = 0):
+def random_multipliers(system: System, dtype, more: int = 0):
     """Vectors of chance (n, rows), with `more` entries for actuators; the same in every trace."""
     size = system.topology.num_rows + more
     return jnp.asarray(np.random.default_rng(_SEED).normal(size=(_PROBES, size)), dtype)
@@ -53,7 +53,7 @@ def self_stresses(system: System, at: VelocityKinematics, columns=()):
     Source: S1 (28), the homogeneous part of the family.
     """
     own = np.concatenate([np.arange(a, b) for a, b in columns]).astype(int) if columns else np.zeros(0, int)
-    tried = probes(system, at.u.dtype, len(own))
+    tried = random_multipliers(system, at.u.dtype, len(own))
     if not system.closures and not len(row_kinds(system).others):
         return jnp.zeros_like(tried)  # a tree: drives and actuators alone are not redundant
     A, length = constraints.jacobian(system, at), jnp.asarray(system.length, at.u.dtype)
@@ -61,15 +61,15 @@ def self_stresses(system: System, at: VelocityKinematics, columns=()):
     A = constraints.row_scale(system).unit[:, None] * A * scale[None]
     if len(own):
         A = jnp.concatenate([A, np.eye(len(scale), dtype=A.dtype)[own]])
-    return without_range(*lax.stop_gradient((A, tried)))
+    return project_out_range(*lax.stop_gradient((A, tried)))
 
 
-def without_range(A, y):
+def project_out_range(A, y):
     """Vectors y (n, rows) less their parts along the columns of A (rows, m): Gram-Schmidt, the largest column first.
 
-    Few equations to compile, and a decision about the rank that is said, `_DEPENDENT`.
+    Few equations to compile, and a decision about the rank that is said, `_RANK_TOLERANCE`.
     """
-    columns, least = A.shape[1], jnp.max(jnp.sum(A * A, axis=0), initial=0.0) * _DEPENDENT[A.dtype.itemsize] ** 2
+    columns, least = A.shape[1], jnp.max(jnp.sum(A * A, axis=0), initial=0.0) * _RANK_TOLERANCE[A.dtype.itemsize] ** 2
     among, number = np.arange(columns + len(y)) < columns, np.arange(columns + len(y))
 
     def take_off(_, B):
@@ -82,25 +82,25 @@ def without_range(A, y):
     return lax.fori_loop(0, min(A.shape), take_off, jnp.concatenate([A, y.T], axis=1))[:, columns:].T
 
 
-def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads) -> Saddle:
+def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads) -> SaddleSolution:
     """Accelerations by the block-sparse method with the self-stresses: one solve, so that one solver is compiled.
 
     The least multipliers that do what a vector of chance does are taken off it; what stays does nothing.
     """
     need, gamma = saddle_sides(system, at, loads)
-    rows, tried = constraint_rows(system, at), probes(system, at.u.dtype)
+    rows, tried = constraint_operator(system, at), random_multipliers(system, at.u.dtype)
     b = jnp.concatenate([need[None], -lax.stop_gradient(jax.vmap(rows.efforts)(tried))])
     c = jnp.concatenate([gamma[None], jnp.zeros_like(tried)])
     a, y = jax.vmap(lambda b, c: sparse_saddle(system, at, rows, b, c))(b, c)
     gaps = rows.rates(a[0]) / rows.unit - gamma
-    return Saddle(a[0], -y[0], gaps, lax.stop_gradient(tried + y[1:] / rows.unit[None]))
+    return SaddleSolution(a[0], -y[0], gaps, lax.stop_gradient(tried + y[1:] / rows.unit[None]))
 
 
 def row_shares(stresses):
     """Share (rows + actuators,) of each multiplier in the self-stresses (n, rows + actuators)."""
-    return share(jnp.max(jnp.abs(stresses), axis=0))
+    return relative_share(jnp.max(jnp.abs(stresses), axis=0))
 
 
-def share(size):
+def relative_share(size):
     """Sizes relative to the largest of them; where all are rounding, they remain small."""
-    return size / jnp.maximum(jnp.max(size, initial=0.0), _LEAST)
+    return size / jnp.maximum(jnp.max(size, initial=0.0), _PROBE_ROUNDING)

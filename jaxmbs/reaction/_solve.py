@@ -28,15 +28,15 @@ from ..model._entry_points import rates_of, states_of
 from ..model._system import System
 from ..runtime import as_dtype, gather_static, jit, map_chunked, segment_sum_static
 from ..typing import ArrayLike
-from ._determinacy import joint_marks
+from ._determinacy import joint_determinacy
 from ._distribution import least_compliance_reactions
-from ._inverse_dynamics import actuated_columns, balanced, needed
+from ._inverse_dynamics import actuated_columns, balance_efforts, tree_efforts
 from ._named_loads import drive_loads, law_forces, row_loads
 from ._result import JointReaction, Reactions
-from ._row_residuals import LEFT_OVER, relative_gap, row_gaps
-from ._self_stress import Saddle, self_stresses, sparse_saddle_with_stresses
+from ._row_residuals import ROUNDING_TOLERANCE, relative_row_residual, row_residuals
+from ._self_stress import SaddleSolution, self_stresses, sparse_saddle_with_stresses
 from ._without_drives import without_drives
-from ._wrenches import at_frames, joint_wrenches
+from ._wrenches import joint_wrenches, wrenches_at_frames
 
 #: Velocities times states whose loads take milliseconds however they are compiled: quickly, which saves a second.
 _FEW = 1000
@@ -52,7 +52,7 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     V_dot = node_accelerations(top, at, a)
     lack = inverse_dynamics_loads(system, at, V_dot, a, owners) - Loads(F)
     wrench, effort = joint_wrenches(system, at, lack.wrench, multipliers)
-    if _is_shared(system, options.compliance):
+    if _needs_distribution(system, options.compliance):
         multipliers = least_compliance_reactions(system, at, wrench, multipliers, options.compliance, options.method)
         wrench, effort = joint_wrenches(system, at, lack.wrench, multipliers)
     gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
@@ -60,15 +60,15 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     )
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
-    least = LEFT_OVER[residual.dtype.itemsize]
-    missed = relative_gap(system, at, a, V_dot, gaps, (wrench, effort, Q))
+    least = ROUNDING_TOLERANCE[residual.dtype.itemsize]
+    missed = relative_row_residual(system, at, a, V_dot, gaps, (wrench, effort, Q))
     # 1e-3 N: a mechanism at rest without loads has nothing to measure its residual by
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     drives = drive_loads(system, multipliers, stresses, options.actuators(driven), given)
-    placed = functools.partial(_placed, system, at, options)
-    marks = joint_marks(system, at, stresses[:, : top.num_rows], placed)
+    placed = functools.partial(_wrenches_in_frames, system, at, options)
+    marks = joint_determinacy(system, at, stresses[:, : top.num_rows], placed)
     return Reactions(
-        _named(system, placed(wrench), effort, drives, marks),
+        _joint_reactions(system, placed(wrench), effort, drives, marks),
         multipliers,
         lax.stop_gradient(residual),
         state.ok & balanced,
@@ -102,7 +102,7 @@ class _Balance(NamedTuple):
 
     system: System
     at: VelocityKinematics
-    saddle: Saddle
+    saddle: SaddleSolution
     given: Array
 
 
@@ -115,18 +115,18 @@ def _balance(system, at, a, loads, options):
             return _Balance(system, at, saddle, jnp.zeros_like(at.u))
         a, multipliers, gaps = accelerations(system, at, options.method, loads)
         if options.columns is None:
-            saddle = Saddle(a, multipliers, gaps, self_stresses(system, at))
+            saddle = SaddleSolution(a, multipliers, gaps, self_stresses(system, at))
             return _Balance(system, at, saddle, jnp.zeros_like(at.u))
     released = without_drives(system)
     if released is not system:
         at = closures.with_directions(released, at)
-    found = balanced(released, at, needed(released, at, a, loads), options.columns)
+    found = balance_efforts(released, at, tree_efforts(released, at, a, loads), options.columns)
     stresses = self_stresses(released, at, options.columns)
-    saddle = Saddle(a, found.multipliers, row_gaps(released, at, a), stresses)
+    saddle = SaddleSolution(a, found.multipliers, row_residuals(released, at, a), stresses)
     return _Balance(released, at, saddle, found.columns)
 
 
-def _is_shared(system, compliance):
+def _needs_distribution(system, compliance):
     """Whether compliances share what is open: by the count of the build, or where the user gives them."""
     found = system.topology.analysis
     return bool(system.closures) and found is not None and (found.redundant > 0 or bool(compliance))
@@ -139,14 +139,14 @@ def _on_nodes(topology, wrenches):
     )
 
 
-def _placed(system, at, options, wrench):
+def _wrenches_in_frames(system, at, options, wrench):
     """(forces, moments) (carriers, 3) in the axes and on the side asked, from world wrenches (carriers, 6)."""
     sign, end = (1.0, 1) if options.side == "child" else (-1.0, 0)
     own = [c[1 + end] for c in reaction_map.carriers(system)]
-    return at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), options.frame, sign)
+    return wrenches_at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), options.frame, sign)
 
 
-def _named(system, loads, total, drives, marks):
+def _joint_reactions(system, loads, total, drives, marks):
     """`JointReaction` by name, of joints and of two-frame constraints, from forces and moments (carriers, 3)."""
     columns = zip(*(jnp.unstack(x) for x in (*loads, *marks) if x is not None), strict=True)
     named = {}

@@ -30,7 +30,7 @@ def joint_wrenches(system: System, at: Configuration, lack, multipliers) -> Join
     Args: lack (bodies, 6): what every body needs beside what acts on it.
     """
     top = system.topology
-    cut, each = _cut_wrenches(system, at, multipliers)
+    cut, each = _closure_wrenches(system, at, multipliers)
     carried = subtrees(top.bodies, lack - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
     body_of = {j: k for k, j in enumerate(top.body_joint)}
@@ -43,7 +43,7 @@ def joint_wrenches(system: System, at: Configuration, lack, multipliers) -> Join
     return JointWrenches(wrench, jnp.einsum("nk,nk->n", at.S, gather_static(carried, column_body)))
 
 
-def _cut_wrenches(system, at, multipliers):
+def _closure_wrenches(system, at, multipliers):
     """Wrench of all loop rows on every body (bodies, 6), and of every element on its frame B (elements, 6)."""
     if not system.closures:
         return jnp.zeros((system.topology.bodies.size, 6), multipliers.dtype), jnp.zeros((0, 6), multipliers.dtype)
@@ -51,7 +51,7 @@ def _cut_wrenches(system, at, multipliers):
     return closures.sum_on(single_bodies(system), system, each), jnp.concatenate(each)
 
 
-def at_frames(wrench, R, x, axes, sign):
+def wrenches_at_frames(wrench, R, x, axes, sign):
     """(forces, moments) (n, 3) about the points x, in world axes or those of R."""
     force, moment = wrench[:, 3:], wrench[:, :3] - jnp.einsum("nij,nj->ni", jax.vmap(skew)(x), wrench[:, 3:])
     if axes == "joint":

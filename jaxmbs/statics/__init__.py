@@ -2,16 +2,16 @@
 
 from ._bonds import Bonds
 from ._indeterminacy import Redundancy, redundancy, with_redundancy
-from ._matrix import ReactionMatrix, reaction_matrix
-from ._network import Network
-from ._self_stress_family import ReactionFamily, reaction_family
+from ._network import BodyNetwork
+from ._reaction_family import ReactionFamily, reaction_family
+from ._reaction_matrix import ReactionMatrix, reaction_matrix
 from ._solve import BondReaction, BondReactions, bond_reactions
 
 __all__ = [
+    "BodyNetwork",
     "BondReaction",
     "BondReactions",
     "Bonds",
-    "Network",
     "ReactionFamily",
     "ReactionMatrix",
     "Redundancy",

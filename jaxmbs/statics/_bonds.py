@@ -13,16 +13,16 @@ from ..errors import ModelError
 from ..math._linalg import safe_norm, skew
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
-from ._network import Network
+from ._network import BodyNetwork
 
 
-def about(wrench, point):
+def shift_wrench(wrench, point):
     """Wrenches (..., 6) about `point` (..., 3) from those about the origin."""
     force, moment = wrench[..., :3], wrench[..., 3:]
     return jnp.concatenate([force, moment - jnp.cross(point, force)], axis=-1)
 
 
-def loads_of(bonds: "Bonds", loads: ArrayLike) -> Array:
+def as_loads(bonds: "Bonds", loads: ArrayLike) -> Array:
     """Loads (p, 6) as an array.  Raises: ValueError for another shape."""
     loads, p = as_dtype(loads, bonds.position.dtype), len(bonds.network.bodies)
     if loads.shape != (p, 6):
@@ -46,7 +46,7 @@ class Bonds(eqx.Module):
     Source: S1 (26)-(29).
     """
 
-    network: Network = eqx.field(static=True)
+    network: BodyNetwork = eqx.field(static=True)
     position: Float[Array, "q 3"]
     frame: Float[Array, "q 3 3"]
     free: Float[Array, "q 6 f"]
@@ -79,7 +79,7 @@ class Bonds(eqx.Module):
         Raises: ModelError for names, shapes, compliances that are not positive, efforts where the bond carries, and
         frames that are no rotations; under tracing such a frame is NaN.
         """
-        network, q = Network.from_names(bodies, bonds), len(bonds)
+        network, q = BodyNetwork.from_names(bodies, bonds), len(bonds)
         position = jnp.asarray(position)
         dtype = position.dtype if jnp.issubdtype(position.dtype, jnp.floating) else jnp.result_type(float)
         eye = np.broadcast_to(np.eye(3), (q, 3, 3))
@@ -90,10 +90,10 @@ class Bonds(eqx.Module):
         _check(network, given)
         if frame is not None and not is_concrete(frame):
             frame = jnp.asarray(frame)
-            rotates = _rotates(frame, jnp)[:, None, None]
+            rotates = _is_rotation(frame, jnp)[:, None, None]
             given["frame"] = (jnp.where(rotates, frame, jnp.nan), (q, 3, 3))
         position, frame, effort = (as_dtype(given[name][0], dtype) for name in ("position", "frame", "effort"))
-        length = _spread(position) if length is None else as_dtype(length, dtype)
+        length = _spread_of_points(position) if length is None else as_dtype(length, dtype)
         if length.shape != () or not_positive(length) or any_concrete(lambda x: ~np.isfinite(x), length):
             raise ModelError([f"length is one positive number, got {length}"])
         if compliance is None:
@@ -106,7 +106,7 @@ class Bonds(eqx.Module):
     @classmethod
     def from_twists(
         cls,
-        network: Network,
+        network: BodyNetwork,
         position: Array,
         frame: Array,
         twists: Array,
@@ -157,7 +157,7 @@ class Bonds(eqx.Module):
         return jnp.where(size > 1e-12 * jnp.max(size, axis=1, keepdims=True, initial=0.0), size, 0.0)
 
 
-def _spread(position):
+def _spread_of_points(position):
     if not len(position):
         return jnp.ones((), position.dtype)
     middle = jnp.mean(position, axis=0, keepdims=True)
@@ -165,7 +165,7 @@ def _spread(position):
     return jnp.where(spread > 0.0, spread, 1.0)
 
 
-def _rotates(frame, numpy):
+def _is_rotation(frame, numpy):
     """(q,) whether the columns of (q, 3, 3) are unit vectors, square to each other and right-handed."""
     product = numpy.einsum("qji,qjk->qik", frame, frame) - numpy.eye(3)[None]
     hand = numpy.sum(numpy.cross(frame[:, :, 0], frame[:, :, 1]) * frame[:, :, 2], axis=1)
@@ -188,7 +188,7 @@ def _check(network, given):
         if name == "compliance":
             wrong |= ~(np.asarray(value) > 0.0)
         if name == "frame":
-            wrong |= (np.isfinite(value).all(axis=(1, 2)) & ~_rotates(np.asarray(value), np))[:, None, None]
+            wrong |= (np.isfinite(value).all(axis=(1, 2)) & ~_is_rotation(np.asarray(value), np))[:, None, None]
         if name == "effort":
             wrong |= given["carries"][0] & (np.asarray(value) != 0.0)
         wrong = wrong.any(axis=tuple(range(1, wrong.ndim)))

@@ -4,11 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from ._network import Network
+from ._network import BodyNetwork
 
 
 @lru_cache(maxsize=64)
-def cycle_pattern(network: Network) -> np.ndarray:
+def cycle_pattern(network: BodyNetwork) -> np.ndarray:
     """Y (q, S) of 0, +1, -1: what a unit wrench round each loop adds to every bond; constant, `I_E Y = 0`.
 
     Loop s is closed by bond `network.chords[s]`, where Y is 1; about one common origin Y acts on all six components

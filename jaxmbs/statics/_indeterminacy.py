@@ -13,17 +13,17 @@ from ..tables import table_repr
 from ._bonds import Bonds
 from ._cycles import cycle_pattern
 from ._least_compliance import least_compliance
-from ._network import Network
+from ._network import BodyNetwork
 
 #: Up to this many loop parameters 6 S one dense singular value decomposition decides.
-DENSE = 600
+MAX_SVD_PARAMETERS = 600
 _COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
-_RANK = {8: 1e-9, 4: 1e-4}  # relative to the largest singular value
-_MARK = {8: 1e-6, 4: 1e-3}  # relative to the largest component of a self-stress
-_MOST_PROBES = 512  # random vectors at most, doubled until some of what they span is not redundant
+_RANK_TOLERANCE = {8: 1e-9, 4: 1e-4}  # relative to the largest singular value
+_COMPONENT_TOLERANCE = {8: 1e-6, 4: 1e-3}  # relative to the largest component of a self-stress
+_MAX_PROBES = 512  # random vectors at most, doubled until some of what they span is not redundant
 
 
-def _told(found):
+def _summary(found):
     """The bonds that have undetermined components, in a row each."""
     summary = f"{found.redundant} redundant of rank {found.rank}, mobility {found.mobility}, by {found.method}"
     rows = [(name, ", ".join(components)) for name, components in found.components.items()]
@@ -41,7 +41,7 @@ class Redundancy:
     `method`: "svd" or "random projection".
     """
 
-    network: Network
+    network: BodyNetwork
     rank: int
     redundant: int
     mobility: int
@@ -49,7 +49,7 @@ class Redundancy:
     self_stress: np.ndarray | None
     method: str
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_summary)
 
     @property
     def components(self) -> dict[str, tuple[str, ...]]:
@@ -74,21 +74,21 @@ def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
     if not np.all([np.all(np.isfinite(x)) for x in (bonds.position, bonds.frame, bonds.free)]):
         raise ValueError("positions, frames or free directions of the bonds are not finite")
     if method == "auto":
-        small = 6 * network.num_loops <= DENSE and len(network.bonds) * network.num_loops <= 100_000
+        small = 6 * network.num_loops <= MAX_SVD_PARAMETERS and len(network.bonds) * network.num_loops <= 100_000
         method = "svd" if small else "random projection"
     middle = np.asarray(bonds.position).sum(0, keepdims=True) / max(1, len(network.bonds))
     near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - jnp.asarray(middle))
     free = _free_count(near)
     if method == "svd" or network.num_loops == 0:
-        stress = _dense(near)
+        stress = _self_stress_by_svd(near)
         redundant = len(stress)
     else:
-        stress, redundant = _projected(near, free)
+        stress, redundant = _self_stress_by_projection(near, free)
     rank = 6 * network.num_loops - redundant
     mobility = free - rank
-    marks = _marks(stress, bonds)
+    marks = _undetermined_components(stress, bonds)
     basis = stress if redundant == len(stress) else None
-    return Redundancy(network, rank, redundant, mobility, marks, _named_units(basis, bonds), method)
+    return Redundancy(network, rank, redundant, mobility, marks, _in_newtons(basis, bonds), method)
 
 
 def with_redundancy(bonds: Bonds, found: Redundancy | None = None) -> Bonds:
@@ -97,39 +97,39 @@ def with_redundancy(bonds: Bonds, found: Redundancy | None = None) -> Bonds:
     return dataclasses.replace(bonds, undetermined=found.undetermined)
 
 
-def _scale(bonds):
+def _wrench_scale(bonds):
     """Forces and moments (6,) of unit size; those of twists are its inverse."""
     return np.r_[np.ones(3), np.full(3, float(bonds.length))]
 
 
-def _named_units(stress, bonds):
-    return None if stress is None else stress * _scale(bonds)
+def _in_newtons(stress, bonds):
+    return None if stress is None else stress * _wrench_scale(bonds)
 
 
-def _marks(stress, bonds):
+def _undetermined_components(stress, bonds):
     if len(stress) == 0:
         return tuple((False,) * 6 for _ in bonds.network.bonds)
     change = np.abs(stress).max(axis=0)
-    marks = change > _MARK[bonds.position.dtype.itemsize] * change.max()
+    marks = change > _COMPONENT_TOLERANCE[bonds.position.dtype.itemsize] * change.max()
     return tuple(tuple(bool(m) for m in row) for row in marks)
 
 
 def _free_rows(bonds):
     """Unit free twists (q, 6, f) in the bonds' axes, angles times the length; zero columns where unused."""
     size = np.asarray(bonds.free_sizes(), float)
-    rows = _scale(bonds)[None, :, None] * np.asarray(bonds.free, float)
+    rows = _wrench_scale(bonds)[None, :, None] * np.asarray(bonds.free, float)
     return rows / np.sqrt(np.where(size > 0, size, np.inf))[:, None, :]
 
 
 def _free_count(bonds):
     rows = _free_rows(bonds)
-    # unit columns: they are one direction where they agree to 1e-6, as `_MARK`
+    # unit columns: they are one direction where they agree to 1e-6, as `_COMPONENT_TOLERANCE`
     return int(np.sum(np.linalg.svd(rows, compute_uv=False) > 1e-6)) if rows.size else 0
 
 
-def _dense(bonds):
+def _self_stress_by_svd(bonds):
     """Orthonormal self-stresses (r, q, 6), components in the bonds' axes, moments over the length."""
-    Y, scale = cycle_pattern(bonds.network), _scale(bonds)
+    Y, scale = cycle_pattern(bonds.network), _wrench_scale(bonds)
     q, S = Y.shape
     to_bond = np.swapaxes(np.asarray(bonds.twist_axes, float), 1, 2)
     to_bond = to_bond * scale[None, None, :] / scale[None, :, None]  # both sides in N, moments over the length
@@ -138,14 +138,14 @@ def _dense(bonds):
     rows = np.einsum("qic,qis->qcs", free, wrench).reshape(q * free.shape[2], 6 * S)
     rows = np.linalg.qr(rows, mode="r")
     _, s, Vt = np.linalg.svd(rows) if rows.size else (None, np.zeros(0), np.eye(6 * S))
-    tolerance = _RANK[bonds.position.dtype.itemsize] * max(s.max(initial=0.0), 1e-30)
+    tolerance = _RANK_TOLERANCE[bonds.position.dtype.itemsize] * max(s.max(initial=0.0), 1e-30)
     stress = wrench.reshape(6 * q, 6 * S) @ Vt[int(np.sum(s > tolerance)) :].T
     basis = np.linalg.qr(stress)[0].T
     return basis.reshape(len(basis), q, 6)
 
 
 @jit(compile="quick")
-def _project(bonds, deformations, efforts):
+def _project_probes(bonds, deformations, efforts):
     """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, f) along the free
     twists that random efforts there leave."""
     idle = jnp.zeros((len(bonds.network.bodies), 6), bonds.position.dtype)
@@ -155,33 +155,33 @@ def _project(bonds, deformations, efforts):
     return stresses, efforts - jnp.einsum("qic,nqi->nqc", bonds.free, answers)
 
 
-def _projected(bonds, free):
+def _self_stress_by_projection(bonds, free):
     """(self-stresses (n, q, 6), r) from 8, 16, 32, ... random vectors; n < r where only the motions are few."""
     # any seed: vectors of chance miss no direction; one, so that a count can be repeated
     random, q, dtype = np.random.default_rng(3), len(bonds.network.bonds), bonds.position.dtype
-    scale = _scale(bonds)
+    scale = _wrench_scale(bonds)
     equal = jnp.broadcast_to(jnp.diag(jnp.asarray(scale**-2, dtype)), bonds.compliance.shape)
     bonds = eqx.tree_at(lambda b: b.compliance, bonds, equal)  # the rank is that of any compliance
     size = np.sqrt(np.asarray(bonds.free_sizes(), float))
     count = 8
-    while count <= _MOST_PROBES:
+    while count <= _MAX_PROBES:
         deformations, efforts = random.normal(size=(count, q, 6)), random.normal(size=(count, *size.shape))
         deformations = np.einsum("qij,nqj->nqi", np.asarray(bonds.twist_axes, float), deformations / scale)
-        stress, motion = _project(bonds, jnp.asarray(deformations, dtype), jnp.asarray(efforts * size, dtype))
-        stress = _span(np.asarray(stress, float) / scale, dtype)
-        motions = _span(np.asarray(motion, float) / np.where(size > 0, size, np.inf), dtype)
+        stress, motion = _project_probes(bonds, jnp.asarray(deformations, dtype), jnp.asarray(efforts * size, dtype))
+        stress = _orthonormal_basis(np.asarray(stress, float) / scale, dtype)
+        motions = _orthonormal_basis(np.asarray(motion, float) / np.where(size > 0, size, np.inf), dtype)
         if len(stress) < count:
             return stress, len(stress)
         if len(motions) < count:
             return stress, 6 * bonds.network.num_loops - free + len(motions)
         count *= 2
-    raise NotImplementedError(f"more than {_MOST_PROBES} redundant reactions and as many freedoms")
+    raise NotImplementedError(f"more than {_MAX_PROBES} redundant reactions and as many freedoms")
 
 
-def _span(vectors, dtype):
+def _orthonormal_basis(vectors, dtype):
     """Orthonormal basis (n, q, k) of the vectors (m, q, k); directions in the noise are left out."""
     if vectors.size == 0:
         return vectors[:0]
     _, s, Vt = np.linalg.svd(vectors.reshape(len(vectors), -1), full_matrices=False)
-    n = int(np.sum(s > _MARK[dtype.itemsize] * np.sqrt(vectors[0].size)))
+    n = int(np.sum(s > _COMPONENT_TOLERANCE[dtype.itemsize] * np.sqrt(vectors[0].size)))
     return Vt[:n].reshape(n, *vectors.shape[1:])

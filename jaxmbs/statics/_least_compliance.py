@@ -19,15 +19,15 @@ from jax import lax
 from ..math._linalg import small_matmul
 from ..math._spd import spd_inverse
 from ._bonds import Bonds
-from ._loops import along_chains, choose, in_series, to_bonds
-from ._reduction import series_reduction
-from ._tree import across_bonds, on_bodies, tree_twists, tree_wrenches
+from ._loop_methods import chain_compliance, chain_to_bond_wrenches, chain_twists, choose_method
+from ._network_sums import body_wrenches, bond_twists, tree_twists, tree_wrenches
+from ._series_reduction import series_reduction
 
 #: Each round starts from exact equilibrium; of so many rounds the best combination is taken, and it ends when the
 #: gap has not fallen by `_PROGRESS` for so many rounds (rounding) or is closed.
-_ROUNDS, _DEPTH, _PATIENCE, _PROGRESS = 60, 8, 4, 0.7
+_MAX_ROUNDS, _ANDERSON_DEPTH, _PATIENCE, _PROGRESS = 60, 8, 4, 0.7
 #: Gap along the free twists, of the largest wrench, that is closed (double, single).
-_SMALL = {8: 1e-15, 4: 1e-6}
+_CLOSED_GAP = {8: 1e-15, 4: 1e-6}
 
 
 class _Conditions(eqx.Module):
@@ -58,16 +58,16 @@ def _conditions(bonds, solver):
     return _Conditions(C, F, penalty, unit * jnp.asarray(looped, L.dtype)[:, None])
 
 
-def _times(matrix, x):
+def _apply(matrix, x):
     return jnp.einsum("qij,qj->qi", matrix, x)
 
 
-def _along(F, effort):
+def _effort_twist(F, effort):
     """F effort; as a sum over an axis, since batches of small products are dear on the CPU."""
     return jnp.sum(F * effort[:, None, :], axis=2)
 
 
-def _into(F, wrench):
+def _wrench_efforts(F, wrench):
     """F^T wrench."""
     return jnp.sum(wrench[:, :, None] * F, axis=1)
 
@@ -80,15 +80,15 @@ def least_compliance(bonds: Bonds, deformation, effort, loads, method: str = "au
         effort (q, f) along each free twist; loads (p, 6) that the bonds must supply to every body.
         method: "force", "nodal" or "auto"; see `loops`.
     """
-    network, solver = bonds.network, choose(bonds.network, method)
+    network, solver = bonds.network, choose_method(bonds.network, method)
     conditions = _conditions(bonds, solver)
     pack, unpack = _packing(deformation, effort, loads)
     inverse = _inverse(network, solver, lax.stop_gradient(conditions), pack, unpack)
 
     def apply(x):
         w, mu, u = unpack(x)
-        stretch = _times(conditions.C, w) + _along(conditions.F, mu) - across_bonds(network, u)
-        return pack(stretch, _into(conditions.F, w), -on_bodies(network, w))
+        stretch = _apply(conditions.C, w) + _effort_twist(conditions.F, mu) - bond_twists(network, u)
+        return pack(stretch, _wrench_efforts(conditions.F, w), -body_wrenches(network, w))
 
     right = pack(deformation, effort, -loads)  # one array: each part alone may lack a tangent
     return unpack(lax.custom_linear_solve(apply, right, inverse, inverse, symmetric=True))[0]
@@ -106,10 +106,10 @@ def _packing(*parts):
     return pack, unpack
 
 
-class _Rounds(eqx.Module):
+class _RoundState(eqx.Module):
     """What the rounds carry: their number, what the last gave for x = (w, mu), with its gap (q, f) along the free
     twists and the gap's size; where the next starts; how x and gap changed in the rounds before (with a leading axis
-    of `_DEPTH`); the best size and when."""
+    of `_ANDERSON_DEPTH`); the best size and when."""
 
     k: jax.Array
     x: tuple
@@ -121,71 +121,73 @@ class _Rounds(eqx.Module):
     best_at: jax.Array
 
 
-def _leap(x, gap, size, last: _Rounds):
+def _anderson_step(x, gap, size, last: _RoundState):
     """The combination of the rounds so far whose gap is least, as all of it is linear (Anderson's acceleration), and
     the changes with the last one among them."""
     slow = (size > 0.1 * last.size) & (last.k > 0)  # else rounding would only be mixed in
     change = jax.tree.map(lambda a, b: jnp.where(slow, a - b, 0.0), (*x, gap), (*last.x, last.gap))
     changes = jax.tree.map(lambda old, new: jnp.roll(old, 1, axis=0).at[0].set(new), last.changes, change)
-    G = changes[2].reshape(_DEPTH, -1)
+    G = changes[2].reshape(_ANDERSON_DEPTH, -1)
     length = jnp.sqrt(jnp.sum(G * G, axis=1))
     moves = length > 1e-4 * jnp.sqrt(jnp.sum(gap * gap))  # else the gap stays: loads that would move the network
     unit = jnp.where(moves & slow, 1.0 / jnp.where(moves, length, 1.0), 0.0)
     G = unit[:, None] * G
     # directions that nearly agree share what they have in common; 1e-5 of their unit length tells them apart
-    share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
+    share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_ANDERSON_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
     return jax.tree.map(lambda now, old: now - jnp.tensordot(share, old, axes=1), x, changes[:2]), changes
 
 
 def _inverse(network, solver, conditions, pack, unpack):
     """The solution of the conditions: a balance by the tree, then the chains' wrenches by proximal iterations."""
     C, F, penalty, unit = conditions.C, conditions.F, conditions.penalty, conditions.unit
-    series, stiffening = in_series(network, C), small_matmul(F * penalty[:, None], jnp.swapaxes(F, 1, 2))
-    factors = solver.factor(network, series + in_series(network, stiffening))  # of C + F rho F^T
+    series, stiffening = chain_compliance(network, C), small_matmul(F * penalty[:, None], jnp.swapaxes(F, 1, 2))
+    factors = solver.factor(network, series + chain_compliance(network, stiffening))  # of C + F rho F^T
 
     def inverse(_, right):
         deformation, effort, minus_loads = unpack(right)
 
         def balanced(w):
-            return w + tree_wrenches(network, -minus_loads - on_bodies(network, w))
+            return w + tree_wrenches(network, -minus_loads - body_wrenches(network, w))
 
         def twists(w, mu):
-            return tree_twists(network, _times(C, w) + _along(F, mu) - deformation)
+            return tree_twists(network, _apply(C, w) + _effort_twist(F, mu) - deformation)
 
         def improve(_, x, w, stretch):
             y, mu = x
-            gap = effort - _into(F, w + to_bonds(network, y))
-            d = stretch + _times(series, y) + along_chains(network, _along(F, mu - penalty * gap))
+            gap = effort - _wrench_efforts(F, w + chain_to_bond_wrenches(network, y))
+            d = stretch + _apply(series, y) + chain_twists(network, _effort_twist(F, mu - penalty * gap))
             step = solver.correct(network, factors, d)
-            return y + step, mu + penalty * (_into(F, to_bonds(network, step)) - gap)  # the gap as it was
+            # the gap before this step: it is part of the proximal term
+            change = _wrench_efforts(F, chain_to_bond_wrenches(network, step)) - gap
+            return y + step, mu + penalty * change
 
         def gap_of(w):
-            return unit * (effort - _into(F, w))
+            return unit * (effort - _wrench_efforts(F, w))
 
         def improved(last):
             w, mu = last.start
-            open_stretch = _times(C, w) - deformation - across_bonds(network, twists(w, mu))
-            stretch = along_chains(network, open_stretch)
+            open_stretch = _apply(C, w) - deformation - bond_twists(network, twists(w, mu))
+            stretch = chain_twists(network, open_stretch)
             start = jnp.zeros_like(stretch), mu
             y, mu = lax.fori_loop(0, solver.iterations, partial(improve, w=w, stretch=stretch), start)
-            w = balanced(w + to_bonds(network, y))
+            w = balanced(w + chain_to_bond_wrenches(network, y))
             gap = gap_of(w)
             size = jnp.max(jnp.abs(gap), initial=0.0) / jnp.maximum(jnp.max(jnp.abs(w)), 1e-30)
-            start, changes = _leap((w, mu), gap, size, last)
+            start, changes = _anderson_step((w, mu), gap, size, last)
             k, better = last.k + 1, size < _PROGRESS * last.best
             best, at = jnp.where(better, size, last.best), jnp.where(better, k, last.best_at)
-            return _Rounds(k, (w, mu), gap, size, start, changes, best, at)
+            return _RoundState(k, (w, mu), gap, size, start, changes, best, at)
 
         def improves(last):
-            goes_on = (last.size > _SMALL[last.size.dtype.itemsize]) & (last.k - last.best_at <= _PATIENCE)
-            return (last.k < 2) | ((last.k < _ROUNDS) & goes_on)
+            goes_on = (last.size > _CLOSED_GAP[last.size.dtype.itemsize]) & (last.k - last.best_at <= _PATIENCE)
+            return (last.k < 2) | ((last.k < _MAX_ROUNDS) & goes_on)
 
         # Not from zeros: XLA would work out what follows from a constant, for a whole batch, at compile time.
         none = jnp.full((), jnp.inf, effort.dtype)
         x = tree_wrenches(network, -minus_loads), jnp.zeros_like(effort)
         gap = gap_of(x[0])
-        changes = jax.tree.map(lambda x: jnp.zeros((_DEPTH, *x.shape), x.dtype), (*x, gap))
-        begin = _Rounds(jnp.asarray(0), x, gap, none, x, changes, none, jnp.asarray(0))
+        changes = jax.tree.map(lambda x: jnp.zeros((_ANDERSON_DEPTH, *x.shape), x.dtype), (*x, gap))
+        begin = _RoundState(jnp.asarray(0), x, gap, none, x, changes, none, jnp.asarray(0))
         w, mu = lax.while_loop(improves, improved, begin).x
         return pack(w, mu, twists(w, mu))
 

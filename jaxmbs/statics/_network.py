@@ -26,7 +26,7 @@ class SpanningTree:
     jumps: tuple[tuple[np.ndarray, np.ndarray], ...]
 
     @property
-    def held(self) -> np.ndarray:
+    def attached_bodies(self) -> np.ndarray:
         """Bodies with a bond towards the ground: all but the references of floating parts."""
         return np.nonzero(self.bond >= 0)[0]
 
@@ -37,7 +37,7 @@ class SpanningTree:
 
 
 @dataclass(frozen=True)
-class Network:
+class BodyNetwork:
     """p bodies and q bonds; bond e joins body parent[e] to body child[e], -1 being the ground.
 
     Raises: ModelError naming bodies and bonds: double names, bonds to nowhere, bodies without bond.
@@ -49,12 +49,12 @@ class Network:
     child: tuple[int, ...]
 
     def __post_init__(self):
-        faults = _faults(self)
+        faults = _network_faults(self)
         if faults:
             raise ModelError(faults)
 
     @classmethod
-    def from_names(cls, bodies: Sequence[str], bonds: Mapping[str, tuple[str, str]]) -> "Network":
+    def from_names(cls, bodies: Sequence[str], bonds: Mapping[str, tuple[str, str]]) -> "BodyNetwork":
         """The network of `bonds`: name -> (parent body, child body), "ground" being the ground."""
         index = {"ground": -1, **{name: k for k, name in enumerate(bodies)}}
         faults = ["'ground' is the ground's own name; call the body otherwise"] if "ground" in bodies else []
@@ -74,7 +74,7 @@ class Network:
     @cached_property
     def tree(self) -> SpanningTree:
         """The spanning tree, of least depth."""
-        return _breadth_first(self)
+        return _spanning_tree(self)
 
     @cached_property
     def chords(self) -> np.ndarray:
@@ -101,16 +101,16 @@ class Network:
         return rows[:-1]
 
     @cached_property
-    def carrying(self) -> np.ndarray:
+    def load_paths(self) -> np.ndarray:
         """(q, p): the sign with which a bond of the tree carries the load of a body that hangs on it."""
-        tree, held = self.tree, self.tree.held
+        tree, held = self.tree, self.tree.attached_bodies
         rows, below = np.zeros((len(self.bonds), len(self.bodies))), np.eye(len(self.bodies))
         for low, high in tree.jumps:
             np.add.at(below, high, below[low])
         rows[tree.bond[held]] = tree.sign[held, None] * below[held]
         return rows
 
-    def around(self) -> list[list[tuple[int, int, int]]]:
+    def adjacency(self) -> list[list[tuple[int, int, int]]]:
         """For every body and then the ground: its bonds as (bond, body at the other end, +1 if that is the child)."""
         lists = [[] for _ in range(len(self.bodies) + 1)]
         for e, (a, b) in enumerate(zip(*(end.tolist() for end in self.ends), strict=True)):
@@ -119,7 +119,7 @@ class Network:
         return lists
 
 
-def _faults(network):
+def _network_faults(network):
     faults, p = [], len(network.bodies)
     for kind, names in (("body", network.bodies), ("bond", network.bonds)):
         faults += [f"the {kind} name {name!r} occurs twice" for name in sorted(set(names)) if names.count(name) > 1]
@@ -135,8 +135,8 @@ def _faults(network):
     return faults
 
 
-def _breadth_first(network):
-    p, around = len(network.bodies), network.around()
+def _spanning_tree(network):
+    p, around = len(network.bodies), network.adjacency()
     above, bond, sign = np.full(p, p), np.full(p, -1), np.zeros(p)
     reached = np.zeros(p + 1, bool)
     for start in (p, *range(p)):

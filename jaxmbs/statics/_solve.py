@@ -10,10 +10,10 @@ from jaxtyping import Array, Float
 
 from ..checks import place_of
 from ..typing import ArrayLike
-from ._bonds import Bonds, about, loads_of
+from ._bonds import Bonds, as_loads, shift_wrench
 from ._least_compliance import least_compliance
-from ._network import Network
-from ._tree import on_bodies, tree_wrenches
+from ._network import BodyNetwork
+from ._network_sums import body_wrenches, tree_wrenches
 
 
 class BondReaction(eqx.Module):
@@ -54,7 +54,7 @@ class BondReactions(eqx.Module):
         scale: largest reaction.  All three in N, moments divided by the characteristic length.
     """
 
-    network: Network = eqx.field(static=True)
+    network: BodyNetwork = eqx.field(static=True)
     undetermined: tuple[tuple[bool, ...], ...] | None = eqx.field(static=True)
     wrench: Float[Array, "... q 6"]
     components: Float[Array, "... q 6"]
@@ -105,10 +105,10 @@ def bond_reactions(bonds: Bonds, loads: ArrayLike, method: str = "auto") -> Bond
 
     Raises: ValueError for another method, or loads of another shape.  Source: S1 (26)-(29).
     """
-    loads, network = loads_of(bonds, loads), bonds.network
+    loads, network = as_loads(bonds, loads), bonds.network
     middle = lax.stop_gradient(jnp.mean(bonds.position, axis=0, keepdims=True))  # the origin with the shortest arms
     near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - middle)
-    near_loads = about(loads, middle)
+    near_loads = shift_wrench(loads, middle)
     if network.num_loops == 0:
         wrench = tree_wrenches(network, near_loads)
     else:
@@ -118,7 +118,7 @@ def bond_reactions(bonds: Bonds, loads: ArrayLike, method: str = "auto") -> Bond
     size = near.free_sizes()
     along = jnp.where(size > 0.0, along / jnp.sqrt(jnp.where(size > 0.0, size, 1.0)), 0.0)
     unit = jnp.concatenate([jnp.ones(3, loads.dtype), jnp.full(3, 1.0 / bonds.length)])[None]
-    residual = _largest((near_loads - on_bodies(network, wrench)) * unit)
+    residual = _largest((near_loads - body_wrenches(network, wrench)) * unit)
     scale = _largest(components * unit)
-    wrench = about(wrench, -middle)
+    wrench = shift_wrench(wrench, -middle)
     return BondReactions(network, bonds.undetermined, wrench, components, residual, _largest(along), scale)

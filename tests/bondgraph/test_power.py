@@ -85,7 +85,7 @@ def test_wholly_driven_mechanism_along_its_motion():
     ]
     powers = mbs.bondgraph.bond_powers(system, cases.stacked(states))
     assert powers.graph.roots == ("drives",)
-    np.testing.assert_allclose(-powers.into("drive"), TORQUE * OMEGA, rtol=1e-6)
+    np.testing.assert_allclose(-powers.net_power("drive"), TORQUE * OMEGA, rtol=1e-6)
     worst = max(np.max(np.abs(p)) for p in junction_residual(powers).values())
     assert worst < 1e-11 * largest(powers)
     graph = mbs.bondgraph.bond_graph(system, "detailed", states[0])

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.forces._ports import End, LinePort, PosePort
+from jaxmbs.forces._ports import FrameMotion, LinePort, PosePort
 from jaxmbs.math._linalg import skew
 from jaxmbs.math._rotation import rotation_matrix
 
@@ -16,12 +16,12 @@ PORTS = [LinePort(), PosePort()]
 def end():
     """A frame that turns and moves."""
     turn, place, twist = (jnp.array(RANDOM.normal(size=n)) for n in (3, 3, 6))
-    return End(rotation_matrix(turn), place, twist)
+    return FrameMotion(rotation_matrix(turn), place, twist)
 
 
 def moved(a, b, t):
     """The two frames a little later: R' = spin x R, x' = velocity."""
-    return [End(e.R + t * skew(e.spin) @ e.R, e.x + t * e.velocity, e.V) for e in (a, b)]
+    return [FrameMotion(e.R + t * skew(e.spin) @ e.R, e.x + t * e.velocity, e.V) for e in (a, b)]
 
 
 @pytest.mark.parametrize("port", PORTS, ids=lambda port: type(port).__name__)

@@ -83,7 +83,7 @@ CASES = {
         through=lambda kind: kind.from_arrays,
         positive="compliance length",
     ),
-    "statics.Network": case(
+    "statics.BodyNetwork": case(
         lambda z: call(["table"], {"left": ("ground", "table")}),
         "bonds name: names are free",
         through=lambda kind: kind.from_names,

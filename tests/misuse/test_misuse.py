@@ -72,7 +72,7 @@ LONG = """
     kinematics.kic_second blocksparse.solve dynamics.spring_displacement fem.histories
     experiment.check_suspension flexible.carried_loads bondgraph.junction_residual dynamics.gyristor_field
     dynamics.acceleration vibration.modal_response reaction.reactions blocksparse.inertia elements.Triangle
-    vibration.natural_modes bondgraph.state_equations coupling.limit_loads vibration.modal_transfer_matrix
+    vibration.natural_modes bondgraph.graph_state_equations coupling.limit_loads vibration.modal_transfer_matrix
     coupling.modal_pairs analysis.frequency_response kinematics.internal_kic_second reaction.reaction_bonds
     experiment.regular_inverse kinematics.internal_kic_second_printed experiment.couple design.Limit
     reductions.force_errors coupling.reactions fem.body_load fem.pressure_load coupling.cqc_correlation

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.bondgraph._equations import state_equations
+from jaxmbs.bondgraph._equations import graph_state_equations
 from jaxmbs.dynamics.paper import _fields as fields
 from jaxmbs.dynamics.paper import _ports as ports
 from jaxmbs.kinematics import _kic_second as kic_second
@@ -26,7 +26,7 @@ QUESTIONS = [
     mbs.kinematics.kic,
     mbs.kinematics.kic_second,
     mbs.bondgraph.bond_powers,
-    state_equations,
+    graph_state_equations,
     fields.inertia_field,
     fields.state_equations,
     fields.independent_rates,

@@ -16,7 +16,7 @@ from tests.statics.networks import PIN, ladder
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 from program_size import operations  # noqa: E402
 
-MOST, USUAL = least_compliance._ROUNDS, 3  # rounds of the loop that closes the free directions
+MOST, USUAL = least_compliance._MAX_ROUNDS, 3  # rounds of the loop that closes the free directions
 
 
 def cost(bonds, rounds=MOST):
@@ -61,7 +61,7 @@ def test_the_usual_rounds_suffice(monkeypatch):
     """Cut off after three rounds, the ladder of 120 bodies has its reactions to all digits."""
     bonds, loads = ladder(60), np.random.default_rng(0).normal(size=(120, 6))
     full = eqx.filter_jit(bond_reactions)(bonds, loads)
-    monkeypatch.setattr(least_compliance, "_ROUNDS", USUAL)
+    monkeypatch.setattr(least_compliance, "_MAX_ROUNDS", USUAL)
     cut = eqx.filter_jit(lambda b, x: bond_reactions(b, x))(bonds, loads)
     assert cut.relative_free_residual < 1e-11 and cut.relative_residual < 1e-13
     np.testing.assert_allclose(cut.components, full.components, atol=1e-10 * float(full.scale))

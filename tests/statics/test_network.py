@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from jaxmbs.errors import ModelError
-from jaxmbs.statics import Bonds, Network
+from jaxmbs.statics import BodyNetwork, Bonds
 from jaxmbs.statics._cycles import cycle_pattern
-from jaxmbs.statics._reduction import series_reduction
+from jaxmbs.statics._series_reduction import series_reduction
 
 from .networks import GRAPHS
 
@@ -17,7 +17,7 @@ def network(graph):
     pairs = GRAPHS[graph]
     p = 1 + max(max(pair) for pair in pairs)
     parent, child = zip(*pairs, strict=True)
-    return Network(tuple(f"b{k}" for k in range(p)), tuple(f"e{k}" for k in range(len(pairs))), parent, child)
+    return BodyNetwork(tuple(f"b{k}" for k in range(p)), tuple(f"e{k}" for k in range(len(pairs))), parent, child)
 
 
 def incidence(net):
@@ -41,7 +41,7 @@ def test_the_spanning_tree_is_of_least_depth():
     """A ring of 9 bodies on the ground: two branches of at most 5, so 3 steps of doubling."""
     names = [f"b{k}" for k in range(9)]
     ring = ["ground", *names, "ground"]
-    net = Network.from_names(names, {f"e{k}": (ring[k], ring[k + 1]) for k in range(10)})
+    net = BodyNetwork.from_names(names, {f"e{k}": (ring[k], ring[k + 1]) for k in range(10)})
     assert net.num_loops == 1
     assert len(net.tree.jumps) == 3
     assert list(net.tree.references) == []
@@ -84,7 +84,7 @@ def test_series_reduction(graph, nodes, chains, edges):
 )
 def test_faults_name_bodies_and_bonds(bodies, bonds, words):
     with pytest.raises(ModelError, match=words):
-        Network.from_names(bodies, bonds)
+        BodyNetwork.from_names(bodies, bonds)
 
 
 @pytest.mark.parametrize(

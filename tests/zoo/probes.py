@@ -9,7 +9,7 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import dynamics
-from jaxmbs.bondgraph import state_equations
+from jaxmbs.bondgraph import graph_state_equations
 from jaxmbs.bondgraph._views import VIEWS
 from jaxmbs.dynamics import _hamilton as hamilton
 from jaxmbs.dynamics._efforts import efforts, stored_energy
@@ -166,7 +166,7 @@ def bonds(system, state):
 
     return {
         "powers": {view: mbs.bondgraph.bond_powers(system, state, view) for view in VIEWS},
-        "equations": {view: state_equations(system, state, view) for view in VIEWS},
+        "equations": {view: graph_state_equations(system, state, view) for view in VIEWS},
         "energy_rates": jax.jvp(energy, (psi, u, t), along)[1],
         "of_elements": efforts(system, with_velocities(system, at, u))[2],
         "truth": _state_equations(system, state, at),

@@ -19,12 +19,12 @@ from ...math._spd import spd_solve
 from ...model._entry_points import check_fits
 from ...model._system import System
 from ...runtime import as_array
-from .._elastic import refuse_elastic
-from ._ports import effort_along
+from .._elastic import require_rigid
+from ._ports import projected_total_effort
 
 
-def _at(system, state):
-    refuse_elastic(system, "the paper's fields")
+def _rigid_configuration(system, state):
+    require_rigid(system, "the paper's fields")
     return at_state(system, state, inertias=False)
 
 
@@ -34,24 +34,24 @@ def world_inertias(system: System, at: Configuration):
     return jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
 
 
-def _maps(system, at):
+def _velocity_maps(system, at):
     """(Gamma, G): velocities (nv, N) and body motions (bodies, 6, N) per independent velocity."""
     Gamma = velocity_map(system, at)[0]
     return Gamma, body_kic(system, at, Gamma)
 
 
-def _maps_and_rate(system, at, u):
+def _velocity_maps_and_rate(system, at, u):
     """(Gamma, G) and G_dot (bodies, 6, N) along the motion at velocities u (nv,): `H phi_dot` without drives."""
 
     def maps(psi, t):
-        return _maps(system, configuration(system, at.P, psi, t, inertias=False))
+        return _velocity_maps(system, configuration(system, at.P, psi, t, inertias=False))
 
     along = coordinate_rate(system.topology, at.psi, u), jnp.ones_like(at.t)
     (Gamma, G), (_, G_dot) = jax.jvp(maps, (at.psi, at.t), along)
     return Gamma, G, G_dot
 
 
-def refuse_other_coordinates(system: System, what: str, driven: bool) -> None:
+def require_holonomic_coordinates(system: System, what: str, driven: bool) -> None:
     """Raises: ModelError where the velocities are not the rates of coordinates, or where drives move the system too.
 
     The terms that such systems have beside the paper's would be left out without a word.
@@ -83,7 +83,7 @@ def _field(system, at, first, second):
 
 
 def _inertia_field(system, at):
-    G = _maps(system, at)[1]
+    G = _velocity_maps(system, at)[1]
     return _field(system, at, G, G)
 
 
@@ -93,7 +93,7 @@ def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
 
     Source: S2 (35); p = I* phi_dot, S2 (30), (34).
     """
-    return _inertia_field(system, _at(system, state))
+    return _inertia_field(system, _rigid_configuration(system, state))
 
 
 @at_independent
@@ -102,8 +102,8 @@ def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
 
     With drives the momenta have a part beside `I* phi_dot`, which `state_equations` adds.  Source: S2 (41).
     """
-    at = _at(system, state)
-    _, G, G_dot = _maps_and_rate(system, at, state.velocities)
+    at = _rigid_configuration(system, state)
+    _, G, G_dot = _velocity_maps_and_rate(system, at, state.velocities)
     return _field(system, at, G_dot, G)
 
 
@@ -117,8 +117,8 @@ def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
     Raises: ModelError for quaternions, rows of velocity alone, drives and rows that read the time.
     Source: S2 (47)-(54), (55).
     """
-    refuse_other_coordinates(system, "gyristor_field_direct", driven=True)
-    planes = along_independent(system, _at(system, state), lambda at: _inertia_field(system, at))
+    require_holonomic_coordinates(system, "gyristor_field_direct", driven=True)
+    planes = along_independent(system, _rigid_configuration(system, state), lambda at: _inertia_field(system, at))
     return 0.5 * jnp.einsum("i,ijk->kj", independent_rates(system, state), planes)
 
 
@@ -131,7 +131,7 @@ def independent_rates(system: System, state: State) -> Float[Array, " N"]:
 @at_independent
 def generalised_momentum(system: System, state: State) -> Float[Array, " N"]:
     """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
-    at = _at(system, state)
+    at = _rigid_configuration(system, state)
     Gamma, b = velocity_map(system, at)
     G = body_kic(system, at, Gamma)
     return jnp.einsum("bcn,bc->n", G, _body_momenta(system, at, G @ independent_rates(system, state), b))
@@ -141,21 +141,21 @@ def _body_momenta(system, at, V, b):
     """Angular momenta about the centres and momenta (bodies, 6), of what the independent velocities make of the
     motion of the bodies V (bodies, 6) and what the drives add, velocities b (nv,)."""
     rate = coordinate_rate(system.topology, at.psi, b)
-    free = jax.jvp(lambda psi: _com_and_axes(system, at_coordinates(system, at, psi)), (at.psi,), (rate,))[1]
-    V = V + _free_twist(system, at, free)
+    free = jax.jvp(lambda psi: _axes_and_centres(system, at_coordinates(system, at, psi)), (at.psi,), (rate,))[1]
+    V = V + _twist_of_rates(system, at, free)
     turning = jnp.einsum("bcd,bd->bc", world_inertias(system, at), V[:, :3])
     return jnp.concatenate([turning, system.mass[:, None] * V[:, 3:]], axis=1)
 
 
-def _com_and_axes(system, at):
+def _axes_and_centres(system, at):
     R, x = (part[body_frame(system.topology)] for part in (at.R, at.x))
     return R, x + jnp.einsum("bij,bj->bi", R, system.com)
 
 
-def _free_twist(system, at, rates):
+def _twist_of_rates(system, at, rates):
     """(bodies, 6) angular velocity and velocity of the centre of mass from rates of axes and centre."""
     R_dot, velocity = rates
-    R, _ = _com_and_axes(system, at)
+    R, _ = _axes_and_centres(system, at)
     spin = jnp.einsum("bij,bkj->bik", R_dot, R)
     omega = 0.5 * jnp.stack(
         [spin[:, 2, 1] - spin[:, 1, 2], spin[:, 0, 2] - spin[:, 2, 0], spin[:, 1, 0] - spin[:, 0, 1]], 1
@@ -171,12 +171,14 @@ def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
     add what they move to the momenta of bodies, behind GR, and to q_dot.
     Source: S2 (42)-(44).
     """
-    at, rates, u = _at(system, state), independent_rates(system, state), state.velocities
-    Gamma, G, G_dot = _maps_and_rate(system, at, u)
+    at, rates, u = _rigid_configuration(system, state), independent_rates(system, state), state.velocities
+    Gamma, G, G_dot = _velocity_maps_and_rate(system, at, u)
     b = velocity_map(system, at)[1]
     inertia = _field(system, at, G, G)
     momenta = _body_momenta(system, at, G @ rates, b)
     phi_dot = spd_solve(inertia, inertia @ rates)
-    p_dot = jnp.einsum("bcn,bc->n", G_dot, momenta) + effort_along(system, with_velocities(system, at, u), Gamma)
+    p_dot = jnp.einsum("bcn,bc->n", G_dot, momenta) + projected_total_effort(
+        system, with_velocities(system, at, u), Gamma
+    )
     dependent = dependent_columns(system)
     return p_dot, phi_dot, Gamma[dependent] @ phi_dot + b[dependent]

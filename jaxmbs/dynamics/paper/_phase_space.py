@@ -17,7 +17,7 @@ from ...math._spd import spd_solve
 from ...model._system import System
 from ...runtime import as_dtype
 from ...typing import ArrayLike, Scalar
-from ._fields import refuse_other_coordinates
+from ._fields import require_holonomic_coordinates
 
 
 @at_independent
@@ -33,7 +33,7 @@ def hamiltonian(system: System, state: State, momenta: ArrayLike | None = None) 
     Raises: ValueError for another number of momenta.  Source: S2 (36), (45)-(46); (46) prints p_dot for p.
     """
     at = at_state(system, state)
-    return _value(system, at, _momenta(system, at, state, momenta))
+    return _hamiltonian_at(system, at, _momenta(system, at, state, momenta))
 
 
 @at_independent
@@ -49,11 +49,11 @@ def hamiltonian_slopes(
     Raises: as `hamiltonian`; ModelError for quaternions and rows of velocity alone.
     Source: S2 (47)-(49), (51)-(52); of drives too.
     """
-    refuse_other_coordinates(system, "hamiltonian_slopes", driven=False)
+    require_holonomic_coordinates(system, "hamiltonian_slopes", driven=False)
     at = at_state(system, state)
     p = _momenta(system, at, state, momenta)
-    along_phi = along_independent(system, at, lambda at: _value(system, at, p))
-    return along_phi, jax.grad(lambda p: _value(system, at, p))(p)
+    along_phi = along_independent(system, at, lambda at: _hamiltonian_at(system, at, p))
+    return along_phi, jax.grad(lambda p: _hamiltonian_at(system, at, p))(p)
 
 
 def _momenta(system, at, state, given):
@@ -65,7 +65,7 @@ def _momenta(system, at, state, given):
     return p
 
 
-def _value(system: System, at: Configuration, p):
+def _hamiltonian_at(system: System, at: Configuration, p):
     Gamma, b = velocity_map(system, at)
     M = mass_matrix(system, at)
     free = p - Gamma.T @ (M @ b)

@@ -12,24 +12,24 @@ from ...kinematics._mobility import at_independent
 from ...kinematics._state import State
 from ...model._system import System
 from .._bodies import bodies_of, total
-from .._conservative_efforts import conservative_efforts, source_pull
+from .._conservative_efforts import conservative_efforts, source_efforts
 from .._efforts import efforts
 from .._loads import Loads, on_columns
 
 
-def _at(system, state):
+def _configuration_and_map(system, state):
     """The configuration, and Gamma (nv, N)."""
     at = at_state(system, state, inertias=False)
     return at, velocity_map(system, at)[0]
 
 
-def _of_elements(system, at):
+def _element_efforts(system, at):
     """Efforts (nv,) of all force elements, without gravity."""
     F, Q, _ = efforts(system, at)
     return on_columns(system, at, Loads(F, Q))
 
 
-def weights(system: System, at: Configuration, Gamma):
+def projected_gravity_effort(system: System, at: Configuration, Gamma):
     """`gravity_effort` with Gamma (nv, N) of `velocity_map`."""
     return total(bodies.weight(system, at, Gamma) for bodies in bodies_of(system))
 
@@ -37,7 +37,7 @@ def weights(system: System, at: Configuration, Gamma):
 @at_independent
 def compliance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64), (67)."""
-    at, Gamma = _at(system, state)
+    at, Gamma = _configuration_and_map(system, state)
     return Gamma.T @ conservative_efforts(system, at)(at)
 
 
@@ -47,9 +47,9 @@ def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
 
     Source: S2 (72)-(73), on the system (72 prints the effort into the element).
     """
-    at, Gamma = _at(system, state)
+    at, Gamma = _configuration_and_map(system, state)
     at = with_velocities(system, at, state.velocities)
-    return Gamma.T @ (_of_elements(system, at) - _of_elements(system, at_rest(system, at)))
+    return Gamma.T @ (_element_efforts(system, at) - _element_efforts(system, at_rest(system, at)))
 
 
 @at_independent
@@ -58,35 +58,35 @@ def resistance_field(system: System, state: State) -> Float[Array, "N N"]:
 
     Source: S2 (74).
     """
-    at, Gamma = _at(system, state)
-    return resistance(system, at, Gamma, state.velocities)
+    at, Gamma = _configuration_and_map(system, state)
+    return projected_resistance_field(system, at, Gamma, state.velocities)
 
 
-def resistance(system: System, at: Configuration, Gamma, u):
+def projected_resistance_field(system: System, at: Configuration, Gamma, u):
     """`resistance_field` at velocities u (nv,), with Gamma (nv, N) of `velocity_map`."""
-    return -Gamma.T @ jax.jacfwd(lambda u: _of_elements(system, with_velocities(system, at, u)))(u) @ Gamma
+    return -Gamma.T @ jax.jacfwd(lambda u: _element_efforts(system, with_velocities(system, at, u)))(u) @ Gamma
 
 
 @at_independent
 def gravity_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
-    return weights(system, *_at(system, state))
+    return projected_gravity_effort(system, *_configuration_and_map(system, state))
 
 
 @at_independent
 def source_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q* (N,): what the elements exert at rest beside their stored energy: loads, motors.  Source: S2 (76)."""
-    at, Gamma = _at(system, state)
-    return Gamma.T @ source_pull(system, at)
+    at, Gamma = _configuration_and_map(system, state)
+    return Gamma.T @ source_efforts(system, at)
 
 
 @at_independent
 def total_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
-    at, Gamma = _at(system, state)
-    return effort_along(system, with_velocities(system, at, state.velocities), Gamma)
+    at, Gamma = _configuration_and_map(system, state)
+    return projected_total_effort(system, with_velocities(system, at, state.velocities), Gamma)
 
 
-def effort_along(system: System, at: VelocityKinematics, Gamma):
+def projected_total_effort(system: System, at: VelocityKinematics, Gamma):
     """`total_effort` with Gamma (nv, N) of `velocity_map`."""
-    return Gamma.T @ _of_elements(system, at) + weights(system, at, Gamma)
+    return Gamma.T @ _element_efforts(system, at) + projected_gravity_effort(system, at, Gamma)

@@ -26,7 +26,7 @@ class ReactionMatrix(NamedTuple):
         return self.incidence @ self.arms @ self.frames @ self.directions
 
 
-def carried_directions(bonds: Bonds) -> list[np.ndarray]:
+def reaction_directions(bonds: Bonds) -> list[np.ndarray]:
     """For every bond the wrenches (6, n_e) (force, moment) in its axes that do no work on its free twists.
 
     Units where they are axes, else orthonormal with moments divided by the characteristic length.
@@ -46,7 +46,7 @@ def carried_directions(bonds: Bonds) -> list[np.ndarray]:
     return out
 
 
-def _diagonal(blocks):
+def _block_diagonal(blocks):
     out = np.zeros([sum(b.shape[k] for b in blocks) for k in (0, 1)])
     row = column = 0
     for block in blocks:
@@ -69,8 +69,8 @@ def reaction_matrix(bonds: Bonds) -> ReactionMatrix:
     for x, G in zip(np.asarray(bonds.position), np.asarray(bonds.frame), strict=True):
         cross = np.cross(x, np.eye(3)).T
         arms.append(np.block([[np.eye(3), np.zeros((3, 3))], [cross, np.eye(3)]]))
-        frames.append(_diagonal([G, G]))
-    directions = carried_directions(bonds)
+        frames.append(_block_diagonal([G, G]))
+    directions = reaction_directions(bonds)
     bond = np.repeat(columns, [d.shape[1] for d in directions])
     whole = np.kron(incidence[:-1], np.eye(6))
-    return ReactionMatrix(whole, _diagonal(arms), _diagonal(frames), _diagonal(directions), bond)
+    return ReactionMatrix(whole, _block_diagonal(arms), _block_diagonal(frames), _block_diagonal(directions), bond)

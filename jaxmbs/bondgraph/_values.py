@@ -19,7 +19,7 @@ from ..kinematics._poses import body_frame, coordinate_rate, frame_twists
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ..runtime import jit
-from ._elastic import elastic_fields, elastic_numbers, field_gyristor, field_inertia, field_weight
+from ._elastic import elastic_fields, elastic_values, field_gyristor, field_inertia, field_weight
 from ._views import drive_rows
 
 
@@ -70,7 +70,7 @@ def apply_inertia(system: System, inertia, flow):
     return jnp.concatenate([turning, jnp.einsum("b,bi...->bi...", system.mass, flow[:, 3:])], axis=1)
 
 
-def _fields(system, P, psi, t):
+def _moduli_and_inertia(system, P, psi, t):
     """Body moduli G (bodies, 6, r), those of elastic bodies and I* (r, r), the drives' columns included; beside them
     the configuration, the rate map, its twists (r, nodes, 6), the world inertias and the fields of elastic bodies.
     Source: S2 (11)-(15), (35)."""
@@ -87,10 +87,10 @@ def body_moduli(system: System, P, psi, t):
     """G (bodies, 6, N + D), and by elastic group G_y (bodies, k, N + D): flows of the bodies per root rate.
 
     Source: S2 (11)-(15)."""
-    return _fields(system, P, psi, t)[0][:2]
+    return _moduli_and_inertia(system, P, psi, t)[0][:2]
 
 
-class Numbers(NamedTuple):
+class GraphValues(NamedTuple):
     """Numbers of all views at a state; r = N + D root rates, bodies' flows being (turning 3, sliding 3).
 
     Attributes:
@@ -120,11 +120,11 @@ class Numbers(NamedTuple):
 
 
 @jit
-def numbers(system: System, P, psi, u, t) -> Numbers:
+def graph_values(system: System, P, psi, u, t) -> GraphValues:
     """Numbers of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
     rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
     (G, _, I), (G_dot, G_y_dot, I_dot), (at, L, twists, inertias, deforming) = jax.jvp(
-        lambda psi, t: _fields(system, P, psi, t), (psi, t), rates, has_aux=True
+        lambda psi, t: _moduli_and_inertia(system, P, psi, t), (psi, t), rates, has_aux=True
     )
     at, ports = with_velocities(system, at, u), []
     for group in system.forces:
@@ -135,10 +135,10 @@ def numbers(system: System, P, psi, u, t) -> Numbers:
         )
         modulus = jax.vmap(of_flow, in_axes=(0, 1), out_axes=-1)(twists, L)
         ports.append((modulus, flow, stored, element_efforts(group, displacement, flow, t)))
-    elastic = elastic_numbers(system, at, deforming, G_y_dot)
+    elastic = elastic_values(system, at, deforming, G_y_dot)
     gyristor = jnp.einsum("bki,bkj->ij", G_dot, apply_inertia(system, inertias, G))
     gravity = jnp.einsum("b,bci,c->i", system.mass, G[:, 3:], system.gravity) + field_weight(elastic)
-    return Numbers(
+    return GraphValues(
         at=at,
         rates=root_rates(system, P, psi, u, t),
         map=L,

@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import ArrayLike
-from ._bonds import Bonds, loads_of
+from ._bonds import Bonds, as_loads
 from ._cycles import cycle_pattern
-from ._network import Network
-from ._tree import tree_wrenches
+from ._network import BodyNetwork
+from ._network_sums import tree_wrenches
 
 
 class ReactionFamily(eqx.Module):
@@ -20,7 +20,7 @@ class ReactionFamily(eqx.Module):
     Source: S1 (28).
     """
 
-    network: Network = eqx.field(static=True)
+    network: BodyNetwork = eqx.field(static=True)
     particular: Float[Array, "q 6"]
 
     @property
@@ -35,4 +35,4 @@ class ReactionFamily(eqx.Module):
 
 def reaction_family(bonds: Bonds, loads: ArrayLike) -> ReactionFamily:
     """The family of reactions for the loads (p, 6) that `bond_reactions` takes.  Source: S1 (28)."""
-    return ReactionFamily(bonds.network, tree_wrenches(bonds.network, loads_of(bonds, loads)))
+    return ReactionFamily(bonds.network, tree_wrenches(bonds.network, as_loads(bonds, loads)))

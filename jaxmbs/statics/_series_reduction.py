@@ -6,11 +6,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ..runtime._gather import SMALL
-from ._network import Network
+from ._network import BodyNetwork
 
 
 @dataclass(frozen=True, eq=False)
-class Reduction:
+class SeriesReduction:
     """Nodes (bodies with three bonds or more) joined by chains of bonds.
 
     `chain` (q,): the chain of each bond, m for bonds of dangling parts; `sign` (q,): +1 where the bond points along
@@ -36,7 +36,7 @@ class Reduction:
         return self.num_chains * len(self.chain) <= SMALL
 
     @cached_property
-    def along(self) -> np.ndarray:
+    def chain_matrix(self) -> np.ndarray:
         """(m, q): the signs of the bonds of every chain."""
         rows = np.zeros((self.num_chains + 1, len(self.chain)))
         rows[self.chain, np.arange(len(self.chain))] = self.sign
@@ -58,9 +58,9 @@ def _prune(around, fixed):
 
 
 @lru_cache(maxsize=64)
-def series_reduction(network: Network) -> Reduction:
+def series_reduction(network: BodyNetwork) -> SeriesReduction:
     """The reduction of a network, linear in its size."""
-    p, q, around = len(network.bodies), len(network.bonds), network.around()
+    p, q, around = len(network.bodies), len(network.bonds), network.adjacency()
     fixed = {p, *network.tree.references.tolist()}
     _prune(around, fixed)
     nodes = [k for k in range(p) if k not in fixed and len(around[k]) > 2]
@@ -81,4 +81,6 @@ def series_reduction(network: Network) -> Reduction:
     joins = [(min(pair), max(pair)) for pair in ends.tolist()]
     edges = tuple(sorted({(i, j) for i, j in joins if i != j and j < len(nodes)}))
     place = {pair: i for i, pair in enumerate(edges)}
-    return Reduction(chain, sign, ends, len(nodes), edges, np.array([place.get(p, len(edges)) for p in joins], int))
+    return SeriesReduction(
+        chain, sign, ends, len(nodes), edges, np.array([place.get(p, len(edges)) for p in joins], int)
+    )

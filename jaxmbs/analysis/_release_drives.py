@@ -11,7 +11,7 @@ from ..model._rows import Drive
 from ..model._system import System
 
 
-def release(system: System, names, state) -> System:
+def release_drives(system: System, names, state) -> System:
     """The system without the drives of the joints `names`, their velocities added to the independent set.
 
     Raises: ModelError when a concrete state shows that drives are redundant: taking one off frees nothing.

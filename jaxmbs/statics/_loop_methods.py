@@ -20,8 +20,8 @@ from ..blocksparse import BlockMatrix, Pattern
 from ..math._spd import refined, spd_inverse
 from ..runtime import product
 from ._cycles import cycle_pattern
-from ._network import Network
-from ._reduction import series_reduction
+from ._network import BodyNetwork
+from ._series_reduction import series_reduction
 
 #: Up to this many loops their parameters are solved for at once (dense, 6 S equations).
 FEW_LOOPS = 20
@@ -33,7 +33,7 @@ class ForceMethod:
     penalty, iterations = {8: 1e8, 4: 1e3}, 4
 
     @staticmethod
-    def factor(network: Network, C):
+    def factor(network: BodyNetwork, C):
         """The loops' compliance (6 S, 6 S) and its inverse."""
         Y = _chain_pattern(network)
         m, S = Y.shape
@@ -43,7 +43,7 @@ class ForceMethod:
         return matrix, spd_inverse(matrix)
 
     @staticmethod
-    def correct(network: Network, factors, d):
+    def correct(network: BodyNetwork, factors, d):
         """y (m, 6)."""
         Y = jnp.asarray(_chain_pattern(network), d.dtype)
         matrix, inverse = factors
@@ -62,7 +62,7 @@ class NodalMethod:
     penalty, iterations = {8: 1e6, 4: 1e2}, 2
 
     @staticmethod
-    def factor(network: Network, C):
+    def factor(network: BodyNetwork, C):
         """Stiffnesses of the chains and the factor of the nodes' equilibrium."""
         r, stiffness = series_reduction(network), jax.vmap(spd_inverse)(C)
         if r.num_nodes == 0:
@@ -74,7 +74,7 @@ class NodalMethod:
         return _NodalFactors(stiffness, blocksparse.factor(matrix, "cholesky"))
 
     @staticmethod
-    def correct(network: Network, factors, d):
+    def correct(network: BodyNetwork, factors, d):
         """y (m, 6)."""
         r = series_reduction(network)
         first, last = r.ends.T
@@ -93,28 +93,28 @@ def _chain_pattern(network):
     return r.sign[bonds, None] * Y[bonds]
 
 
-def in_series(network: Network, C):
+def chain_compliance(network: BodyNetwork, C):
     """Compliance (m, 6, 6) of every chain: the sum of its bonds' (q, 6, 6)."""
     r = series_reduction(network)
     if r.is_small:
-        return product(np.abs(r.along), C)
+        return product(np.abs(r.chain_matrix), C)
     return jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
 
 
-def along_chains(network: Network, d):
+def chain_twists(network: BodyNetwork, d):
     """Sum (m, 6) of the bonds' twists (q, 6) along every chain."""
     r = series_reduction(network)
     if r.is_small:
-        return product(r.along, d)
+        return product(r.chain_matrix, d)
     signed = jnp.asarray(r.sign, d.dtype)[:, None] * d
     return jnp.zeros((r.num_chains + 1, 6), d.dtype).at[r.chain].add(signed)[:-1]
 
 
-def to_bonds(network: Network, y):
+def chain_to_bond_wrenches(network: BodyNetwork, y):
     """Wrenches (q, 6) of the bonds from those of their chains (m, 6); transpose of the above."""
     r = series_reduction(network)
     if r.is_small:
-        return product(r.along.T, y)
+        return product(r.chain_matrix.T, y)
     padded = jnp.concatenate([y, jnp.zeros((1, 6), y.dtype)])
     return jnp.asarray(r.sign, y.dtype)[:, None] * padded[r.chain]
 
@@ -122,7 +122,7 @@ def to_bonds(network: Network, y):
 METHODS = {"force": ForceMethod, "nodal": NodalMethod}
 
 
-def choose(network: Network, method: str):
+def choose_method(network: BodyNetwork, method: str):
     """The method of that name; "auto" takes the force method for few loops.  Raises: ValueError for other names."""
     if method == "auto":
         method = "force" if network.num_loops <= FEW_LOOPS else "nodal"

@@ -8,24 +8,24 @@ passes from body to body unchanged and no factorisation is needed on a tree.
 import jax.numpy as jnp
 
 from ..runtime import product
-from ._network import Network
+from ._network import BodyNetwork
 
 
-def subtree_sums(network: Network, x):
+def subtree_sums(network: BodyNetwork, x):
     """Sum of the rows of x (p, ...) over each body and all that hang on it in the spanning tree."""
     for low, high in network.tree.jumps:
         x = x.at[high].add(x[low])
     return x
 
 
-def ancestor_sums(network: Network, x):
+def ancestor_sums(network: BodyNetwork, x):
     """Sum of the rows of x (p, ...) over each body and all between it and the ground; transpose of the above."""
     for low, high in network.tree.jumps:
         x = x.at[low].add(x[high])
     return x
 
 
-def on_bodies(network: Network, wrench):
+def body_wrenches(network: BodyNetwork, wrench):
     """Sum of the bonds' wrenches (q, 6) on every body (p, 6), plus on children, minus on parents: `I_E w`.
 
     Source: S1 (27).
@@ -37,8 +37,8 @@ def on_bodies(network: Network, wrench):
     return total.at[child].add(wrench).at[parent].add(-wrench)[:-1]
 
 
-def across_bonds(network: Network, twist):
-    """Twist of every bond's child less its parent's (q, 6), from bodies' twists (p, 6); transpose of `on_bodies`."""
+def bond_twists(network: BodyNetwork, twist):
+    """Twist of every bond's child less its parent's (q, 6), from the bodies' (p, 6); transpose of `body_wrenches`."""
     if network.is_small:
         return product(network.incidence.T, twist)
     parent, child = network.ends
@@ -46,23 +46,23 @@ def across_bonds(network: Network, twist):
     return twist[child] - twist[parent]
 
 
-def tree_wrenches(network: Network, loads):
+def tree_wrenches(network: BodyNetwork, loads):
     """Wrenches (q, 6) of the tree's bonds that balance the loads (p, 6), zero in the bonds that close loops.
 
     The load of the reference body of a floating part is not used: it must balance the others.
     Source: S1 (28), the particular solution.
     """
     if network.is_small:
-        return product(network.carrying, loads)
-    tree, held = network.tree, network.tree.held
+        return product(network.load_paths, loads)
+    tree, held = network.tree, network.tree.attached_bodies
     carried = subtree_sums(network, loads)[held] * jnp.asarray(tree.sign[held], loads.dtype)[:, None]
     return jnp.zeros((len(network.bonds), 6), loads.dtype).at[tree.bond[held]].set(carried)
 
 
-def tree_twists(network: Network, across):
+def tree_twists(network: BodyNetwork, across):
     """Twists of the bodies (p, 6) from those across the tree's bonds (q, 6); transpose of `tree_wrenches`."""
     if network.is_small:
-        return product(network.carrying.T, across)
-    tree, held = network.tree, network.tree.held
+        return product(network.load_paths.T, across)
+    tree, held = network.tree, network.tree.attached_bodies
     steps = across[tree.bond[held]] * jnp.asarray(tree.sign[held], across.dtype)[:, None]
     return ancestor_sums(network, jnp.zeros((len(network.bodies), 6), across.dtype).at[held].set(steps))
