@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -66,3 +67,18 @@ def check_rows(rows):
 def test_every_benchmark_is_run_by_run():
     text = (FOLDER / "run.py").read_text()
     assert all(f'"{name}"' in text for name in PACKAGES)
+
+
+_FIGURES = r"^\|[^|]+\| ([\d.e-]+) [^|]+\|(?:[^|]*: ([\d.e-]+) [^|]+| )\| `python benchmarks/(\w+)\.py` \|$"
+
+
+def test_figures_of_the_readme_are_those_of_the_results():
+    """The figures of every row are those of one row of the JSON file of its command, to three digits."""
+    text = (FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(_FIGURES, text, re.MULTILINE)
+    assert len(rows) == text.count("| `python benchmarks/") >= 8
+    for value, peer, name in rows:
+        results = json.loads((FOLDER / "results" / f"{name}.json").read_text(encoding="utf-8"))
+        figures = [(row["value"], row["peer_value"]) for row in results if isinstance(row["value"], float)]
+        pairs = {(f"{ours:.3g}", f"{theirs:.3g}" if peer else "") for ours, theirs in figures if theirs or not peer}
+        assert (value, peer) in pairs, f"README.md: {value} beside {peer or 'nothing'}, {name}.json has other figures"

@@ -35,7 +35,7 @@ def link_parts(name, mass, com, inertia, plane, points: Mapping) -> tuple[Body, 
 
 def _in_space(name, place, plane):
     """A point (3,) of two numbers in the plane, or of three."""
-    numbers = [as_array(x) for x in place] if np.ndim(place) == 1 or isinstance(place, tuple | list) else []
+    numbers = [as_array(x) for x in place] if isinstance(place, tuple | list) or np.ndim(place) == 1 else []
     if len(numbers) not in (2, 3) or any(x.shape != () for x in numbers):
         raise ValueError(f"{name} must be two numbers in the plane {plane}, or three, got {place!r}")
     if any_concrete(lambda *x: ~np.isfinite(x), *numbers):

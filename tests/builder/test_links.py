@@ -125,7 +125,7 @@ def test_points_of_a_drawing_have_derivatives():
 
     @mbs.jit
     def load(x):
-        system = four_bar(jnp.stack([x, 0.7]), like=first)
+        system = four_bar((x, 0.7), like=first)
         return mbs.reactions(system, mbs.State.at(system))["C"].force[1]
 
     slope, step = mbs.jit(jax.grad(load))(0.35), 1e-5

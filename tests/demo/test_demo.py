@@ -112,13 +112,19 @@ def test_refused_folder(studied, tmp_path, capsys, monkeypatch):
     assert "Permission denied" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_example_of_the_readme_runs(capsys):
     code = re.search(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL).group(1)
     found = {}
     with jax.numpy_dtype_promotion("standard"):
         exec(code, found)
-    assert "mobility: 1" in capsys.readouterr().out
-    assert found["loads"]["shoulder"].force.shape == (101, 3)
+        torque, design, h = found["torque"], found["design"], 1e-3
+        right, left = (torque(design | {"stiffness": design["stiffness"] + s}) for s in (h, -h))
+    np.testing.assert_allclose(found["gradient"]["stiffness"], (right - left) / (2 * h), rtol=1e-6)
+    best = found["best"]
+    assert best.value < 0.1 * best.initial_value
+    assert f"from {best.initial_value:.1f} to {best.value:.1f} N m" in code  # its last comment
+    assert best.table() in capsys.readouterr().out
 
 
 def test_readme_gives_the_two_lines():
