@@ -1,7 +1,6 @@
 """Joints between frames, frames on frames, and links drawn by their points."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
