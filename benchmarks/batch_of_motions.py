@@ -26,6 +26,7 @@ import numpy as np
 import jaxmbs as mbs
 from jaxmbs.batching import _batch as batches
 from jaxmbs.batching._program import lanes_of
+from jaxmbs.runtime import tuning
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 SETTINGS = {
@@ -45,7 +46,7 @@ class Study:
     def __init__(self, function, designs, chunk=None, **options):
         self.function, self.chunk, self.options = function, chunk, options
         start = time.process_time()
-        self(jax.tree.map(lambda x: x[: chunk or THREADS * batches.CHUNK], designs))
+        self(jax.tree.map(lambda x: x[: chunk or THREADS * tuning.CHUNK], designs))
         self.compilation = time.process_time() - start
 
     def __call__(self, designs):

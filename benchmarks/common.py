@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field
 import environment  # noqa: F401
 import jax
 
-from jaxmbs.runtime._jit import options
+from jaxmbs.runtime._compiler_options import compiler_options
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_enable_compilation_cache", False)  # compile times are measured, never read from disk
@@ -95,7 +95,7 @@ def compiled(function, *args, often=False):
     the library's programs; often: of its batches."""
     jax.clear_caches()
     start = time.process_time()
-    executable = jax.jit(function).lower(*args).compile(options("full", jax.default_backend(), often))
+    executable = jax.jit(function).lower(*args).compile(compiler_options("full", jax.default_backend(), often))
     return executable, time.process_time() - start
 
 

@@ -56,7 +56,8 @@ from .linear import LinearSystem
 from .model import Pose, System, inertia, rotations
 from .motion import Motion
 from .reaction import inverse_dynamics
-from .runtime._cache import cache, jit
+from .runtime import cache
+from .runtime import user_jit as jit
 from .status import Status
 from .studies import sweep
 from .verbs import check, equilibrium, frequency_response, modes, reactions, simulate

@@ -128,6 +128,63 @@ def test_the_map_in_contributing_has_these_floors():
     ]
 
 
+INNER = ("jax.extend", "jax.interpreters", "jax.experimental", "jax._src", "jax.lib", "jaxlib", "equinox.internal")
+TRICKY = {  # public in JAX, but there for the compiler's sake: `runtime` has a function for each
+    *("make_user_context", "optimization_barrier", "custom_vmap", "sequential_vmap", "platform_dependent"),
+    *("clear_caches", "compiler_options", "memory_analysis", "monitoring", "make_mlir", "XLA_FLAGS"),
+}
+
+
+@pytest.mark.parametrize("path", FILES, ids=_module_name)
+def test_one_door_to_the_compiler(path):
+    """Only `runtime` knows JAX's inner parts; the others import from its face and never from its modules."""
+    room, face = _room(_module_name(path)), _face("runtime")
+    if room == "runtime":
+        below = {"typing", "checks", "errors", "atomic_write", "runtime"}
+        assert {
+            _room(_module_of(name) or "jaxmbs.runtime") for name in _targets(path, ast.walk(TREES[path]))
+        } <= below
+        return
+    for name in _targets(path, ast.walk(TREES[path])):
+        assert not _named(name, INNER), f"{name}: `jaxmbs.runtime` is the door to JAX's inner parts"
+        if name.startswith("jaxmbs.runtime."):
+            assert name.removeprefix("jaxmbs.runtime.") in face, f"{name} is not in the `__all__` of jaxmbs.runtime"
+    words = {getattr(node, "attr", getattr(node, "id", getattr(node, "arg", ""))) for node in ast.walk(TREES[path])}
+    words |= {node.value for node in ast.walk(TREES[path]) if isinstance(node, ast.Constant) and _is_word(node.value)}
+    assert not words & TRICKY, f"{words & TRICKY}: put it into `jaxmbs.runtime`"
+
+
+def _face(room):
+    """The names in the `__all__` of a room."""
+    nodes = [node for node in TREES[PACKAGE / room / "__init__.py"].body if isinstance(node, ast.Assign)]
+    return next(ast.literal_eval(node.value) for node in nodes if ast.unparse(node.targets[0]) == "__all__")
+
+
+def _is_word(value):
+    return isinstance(value, str) and value.isidentifier()
+
+
+SHOWN = {"io", "viz", "bondgraph", "tables", "cli", "demo"}  # rooms that count lines, letters and names, not work
+BOUNDS = {"LARGEST", "8"}  # a matrix too large to be made dense; names in a message
+
+
+@pytest.mark.parametrize("path", FILES, ids=_module_name)
+def test_tuned_sizes_live_in_one_file(path):
+    """Sizes are compared with `runtime.tuning`, not with constants beside or numbers above 6 (freedoms of a body)."""
+    for node in ast.walk(TREES[path]):
+        text = ast.unparse(node) if isinstance(node, ast.Compare) else ""
+        if _room(_module_name(path)) in SHOWN or not any(
+            size in text for size in (".size", ".shape", "len(", "num_")
+        ):
+            continue
+        for side in (node.left, *node.comparators):
+            is_number = isinstance(side, ast.Constant) and isinstance(side.value, int) and side.value > 6
+            is_constant = isinstance(side, ast.Name) and side.id.strip("_").isupper() and len(side.id.strip("_")) > 1
+            assert not (is_number or is_constant) or ast.unparse(side) in BOUNDS, (
+                f"{text}: put it into runtime/_tuning.py"
+            )
+
+
 def test_no_import_cycles():
     graph = {}
     for name, path in MODULES.items():

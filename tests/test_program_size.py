@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.runtime._jit import SMALL
+from jaxmbs.runtime._jit import SMALL_PROGRAM
 from tests.mechanisms import DOWN_Y, PIN
 
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
@@ -93,7 +93,7 @@ def test_equations_and_loops(model):
     state = mbs.State.at(system, pin0=0.3) if model == "chain" else begin(system)
     for name, (most_equations, most_loops) in CEILINGS[model].items():
         function, numbers = asked(system, state, QUESTIONS[name])
-        with SMALL("quick" in model):
+        with SMALL_PROGRAM("quick" in model):
             size = equations(function, numbers), loops(function, numbers)
         assert size[0] <= most_equations and size[1] <= most_loops, (name, size)
         if jax.__version_info__ < (0, 11):  # later ones need fewer
@@ -109,7 +109,7 @@ def test_the_gradient_of_a_load(small):
         return jnp.sum(mbs.reactions(new, mbs.simulate(new, begin(new), t1=1.0))["A"].force ** 2)
 
     gradient, lengths = jax.grad(loss), jnp.asarray(LENGTHS)
-    with SMALL(small):
+    with SMALL_PROGRAM(small):
         size = equations(gradient, lengths), stablehlo_bytes(gradient, lengths)
     for found, most in zip(size, GRADIENT[small], strict=True):
         assert 0.9 * most < found <= most

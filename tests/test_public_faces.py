@@ -30,10 +30,12 @@ FACES = {
         Gauss4 ImplicitMidpoint SemiImplicitEuler
     """,
     "jaxmbs.runtime": """
-        FORWARD_MODE KnownFunction Packing Program SMALL SMALL_LOOPS as_array as_dtype as_sums cache
-        collector_at_rest content_of equations export fingerprint follow_precision gather_static jit lapack
-        load_program map_chunked not_tracing of_kind options product remat report_compiles reverse_only
-        save_factor segment_sum_static sets_marks small_call
+        FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_lane as_array as_dtype cache
+        compile_batch compile_kind constant_product content_of export fingerprint flag_advice follow_precision
+        fusion_barrier garbage_collection_paused gather_static is_motion is_on jaxpr_function jit lapack
+        lazy_where load_program map_chunked not_tracing remat report_compiles reverse_only save_factor
+        segment_sum_static set_quick_flags sets_marks small_call trick_states tuning user_jit without_tricks
+        working_bytes
     """,
     "jaxmbs.dynamics": """
         acceleration angular_acceleration compliance_effort forward_dynamics generalised_momentum

@@ -13,14 +13,12 @@ from jaxtyping import Array, Float, Int, PyTree
 from tqdm import tqdm
 
 from ..errors import BatchError
+from ..runtime import tuning
 from ..status import Status, succeeded
 from ._executor import Chunks
 from ._program import lanes_of, whole
 from ._result import across_designs, lane_cost
 from ._table import is_traced, length, read_designs
-
-#: Designs side by side: on the CPU as cheap each as 64, cheaper than 16 or 128 (benchmarks/batch_of_motions.py).
-CHUNK = 32
 
 
 class Batch(eqx.Module):
@@ -105,7 +103,7 @@ def batch(
         lanes = lanes_of(function, designs, cost, compile)
         if lanes.is_traced or is_traced(designs):
             bar.disable = True
-            return _traced(lanes, designs, chunk or CHUNK, feasible)
+            return _traced(lanes, designs, chunk or tuning.CHUNK, feasible)
         threads = 1 if devices else _threads()
         if chunk is None:
             program, chunk = lanes.fitting(whole(_share(length(designs), threads), devices), devices)
@@ -150,5 +148,5 @@ def _threads() -> int:
 
 
 def _share(number: int, threads: int) -> int:
-    """Power of two that gives each thread its share, up to `CHUNK`."""
-    return min(CHUNK, 2 ** math.ceil(math.log2(math.ceil(number / threads))))
+    """Power of two that gives each thread its share, up to `tuning.CHUNK`."""
+    return min(tuning.CHUNK, 2 ** math.ceil(math.log2(math.ceil(number / threads))))

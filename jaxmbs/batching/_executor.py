@@ -7,12 +7,10 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 import jax
 import numpy as np
 
+from ..runtime import tuning
 from ..status import Status
 from ._scheduling import dearest_first, parts
 from ._table import length, rows
-
-#: Chunks for each thread before the first grouping.
-_FIRST = 4
 
 
 class Chunks:
@@ -37,7 +35,7 @@ class Chunks:
         """
         self.status[~feasible] = Status.INFEASIBLE
         bar.update(int(np.sum(~feasible)))
-        left = deque(parts(np.flatnonzero(feasible), _FIRST * self.threads * self.chunk))
+        left = deque(parts(np.flatnonzero(feasible), tuning.FIRST_CHUNKS * self.threads * self.chunk))
         ran, calls = [np.arange(0)], set()
         with ThreadPoolExecutor(self.threads) as pool:
             try:

@@ -8,16 +8,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jax.extend.core import jaxpr_as_fun
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import PyTree
 
 from ..checks import is_concrete
-from ..runtime import as_sums, equations, not_tracing, of_kind, options
+from ..runtime import compile_batch, compile_kind, is_motion, jaxpr_function, not_tracing, tuning, working_bytes
 from ._result import lane_cost, lane_status
 from ._table import length, row_shape, rows
 
-MEMORY = 256 * 2**20  # bytes that the intermediate and returned arrays of one chunk may take
 _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
 
@@ -35,7 +33,7 @@ class Lanes:
             return values, lane_status(values), work
 
         self.__name__ = getattr(function, "__name__", "batch")  # of the compiled program, in the messages of XLA
-        with of_kind(compile):
+        with compile_kind(compile):
             self._jaxpr, self.shape = jax.make_jaxpr(lane, return_shape=True)(design)
         self._row, self._programs, self._kind = jax.tree.leaves(design), {}, compile
 
@@ -46,7 +44,7 @@ class Lanes:
 
     def __call__(self, *columns):
         """Leaves of (values, status, cost) of the designs whose leaves are the columns (n, ...), all at once."""
-        return jax.vmap(jaxpr_as_fun(self._jaxpr))(*columns)
+        return jax.vmap(jaxpr_function(self._jaxpr))(*columns)
 
     def in_turn(self, designs: PyTree, chunk: int) -> PyTree:
         """(values, status, cost) of traced designs (B, ...), by chunks; a gradient holds the memory of one."""
@@ -69,9 +67,9 @@ class Lanes:
         return self._programs[chunk, devices]
 
     def fitting(self, chunk: int, devices: tuple = ()):
-        """(program, chunk): of this chunk, or of the next power of two below that keeps within `MEMORY`."""
+        """(program, chunk): of this chunk, or of the next power of two below that keeps within memory."""
         program = self.program(chunk, devices)
-        excess = max(_working_bytes(program) / MEMORY, 1.0)
+        excess = max(working_bytes(program) / tuning.CHUNK_BYTES, 1.0)
         smaller = whole(2 ** math.floor(math.log2(max(chunk / excess, 1.0))), devices)
         return (program, chunk) if excess == 1.0 or smaller >= chunk else self.fitting(smaller, devices)
 
@@ -83,23 +81,8 @@ class Lanes:
             # Each device ends its own loops: sharding the whole would make them agree after every step.
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
         columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
-        with of_kind(self._kind):
-            lowered = self._lean(function, columns).lower(*columns)
-        # loops that end by a condition are motions: they gain 3 % by the highest level, for a third more to compile
-        often = all(equation.primitive.name != "while" for equation in equations(self._jaxpr))
-        return lowered.compile(options(self._kind, jax.default_backend(), often))
-
-    def _lean(self, function, columns):
-        """`function`, to be compiled for these columns; on the CPU with its small products as sums."""
-        if jax.default_backend() != "cpu":
-            return jax.jit(function)
-        program = jaxpr_as_fun(as_sums(jax.make_jaxpr(function)(*columns)))
-
-        def lean(*columns):
-            return program(*columns)
-
-        lean.__name__ = self.__name__
-        return jax.jit(lean)
+        # motions gain 3 % by the compiler's highest level, for a third more to compile
+        return compile_batch(function, columns, self._kind, not is_motion(self._jaxpr), self.__name__)
 
 
 def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, compile: str = "full") -> Lanes:
@@ -121,9 +104,3 @@ def whole(chunk: int, devices: tuple) -> int:
     """The chunk rounded up to equal shares of the devices."""
     share = max(len(devices), 1)
     return math.ceil(chunk / share) * share
-
-
-def _working_bytes(program) -> int:
-    """Bytes of the intermediate and returned arrays of a compiled program; 0 where the backend does not say."""
-    memory = program.memory_analysis()
-    return 0 if memory is None else memory.temp_size_in_bytes + memory.output_size_in_bytes

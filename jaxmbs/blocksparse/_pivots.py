@@ -13,12 +13,7 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from ..math._square import inverse_with_determinant
-from ..runtime import lapack
-
-#: Pivots of at most this many coordinates are kept as the inverse of their factor.
-INVERTED = 64
-#: Up to so many columns are eliminated one at a time.
-COLUMNS = 24
+from ..runtime import lapack, tuning
 
 
 def _T(x):
@@ -33,7 +28,7 @@ class Cholesky(NamedTuple):
 
     @classmethod
     def eliminate(cls, F11, F12, F22):
-        if F11.shape[-1] <= INVERTED:
+        if F11.shape[-1] <= tuning.INVERTED_PIVOTS:
             L = _inverse_factor(F11)
             W = L @ F12
         else:
@@ -42,12 +37,13 @@ class Cholesky(NamedTuple):
         return cls(L, W), F22 - _T(W) @ W
 
     def forward(self, y1, y2):
-        z = self.L @ y1 if self.L.shape[-1] <= INVERTED else _lower_solve(self.L, y1)
+        z = self.L @ y1 if self.L.shape[-1] <= tuning.INVERTED_PIVOTS else _lower_solve(self.L, y1)
         return z, y2 - _T(self.W) @ z
 
     def backward(self, z, x2):
         t = z - self.W @ x2
-        return _T(self.L) @ t if self.L.shape[-1] <= INVERTED else _lower_solve(self.L, t, transposed=True)
+        is_inverted = self.L.shape[-1] <= tuning.INVERTED_PIVOTS
+        return _T(self.L) @ t if is_inverted else _lower_solve(self.L, t, transposed=True)
 
     @property
     def T(self):
@@ -56,7 +52,7 @@ class Cholesky(NamedTuple):
     def log_determinant(self):
         """(sign, log |det|) of the pivots."""
         logs = 2.0 * jnp.sum(jnp.log(jnp.diagonal(self.L, axis1=-2, axis2=-1)), axis=-1)
-        return jnp.ones_like(logs), -logs if self.L.shape[-1] <= INVERTED else logs
+        return jnp.ones_like(logs), -logs if self.L.shape[-1] <= tuning.INVERTED_PIVOTS else logs
 
     def negatives(self):
         return jnp.zeros(self.L.shape[:-2], int)
@@ -150,7 +146,7 @@ def _refined(P, F, B):
 def _inverse_factor(F):
     """`L^-1` (..., n, n) for F = L L^T, by halves: products of small matrices are cheaper than single columns."""
     n, half = F.shape[-1], F.shape[-1] // 2
-    if n <= COLUMNS:
+    if n <= tuning.FRONT_COLUMNS:
         return _over_fronts(_by_columns, F) if n else F
     A = _inverse_factor(F[..., :half, :half])
     W = A @ F[..., :half, half:]

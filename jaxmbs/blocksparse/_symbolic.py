@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..runtime import tuning
 from ._pattern import Pattern
-
-#: Children assembled into one front; more are merged in groups beforehand.
-MAX_CHILDREN = 4
 
 
 @dataclass(frozen=True)
@@ -69,9 +67,10 @@ def _height(children, made):
 
 
 def _grouped(children, made, place):
-    """At most MAX_CHILDREN fronts: more are joined under fronts without pivots."""
-    while len(children) > MAX_CHILDREN:
-        children, groups = [], [children[k : k + MAX_CHILDREN] for k in range(0, len(children), MAX_CHILDREN)]
+    """At most `tuning.FRONT_CHILDREN` fronts: more are joined under fronts without pivots."""
+    most = tuning.FRONT_CHILDREN
+    while len(children) > most:
+        children, groups = [], [children[k : k + most] for k in range(0, len(children), most)]
         for group in groups:
             if len(group) == 1:
                 children += group

@@ -8,12 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..runtime import tuning
 from ._symbolic import Front, flops
-
-#: Work of a front that does not grow with its size, and of a step of a scan, in flops.
-FRONT_OVERHEAD, STEP_OVERHEAD = 4e3, 2e4
-#: Values of the fronts of one step, in numbers: about what a core's cache holds.
-STEP_ENTRIES = 60_000
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,7 @@ def tiers(made: list[Front], size: int, most: int) -> list[Tier]:
 
 def _cost(part, K, M, size):
     k, m = K[part].max(), M[part].max()
-    return len(part) * (flops(k, m, size) + 4.0 * ((k + m) * size) ** 2 + FRONT_OVERHEAD)
+    return len(part) * (flops(k, m, size) + 4.0 * ((k + m) * size) ** 2 + tuning.FRONT_OVERHEAD)
 
 
 def _classes(part, K, M, size, most):
@@ -47,9 +43,9 @@ def _classes(part, K, M, size, most):
     for f in part:
         shapes.setdefault((K[f], M[f]), []).append(f)
     classes = [np.array(v) for _, v in sorted(shapes.items())]
-    if len(classes) > 24:  # coarse first: neighbours in size
+    if len(classes) > tuning.FRONT_SHAPES:  # coarse first: neighbours in size
         order = np.array([f for c in classes for f in c])
-        classes = [c for c in np.array_split(order, 24) if len(c)]
+        classes = [c for c in np.array_split(order, tuning.FRONT_SHAPES) if len(c)]
     options = {}
     while True:
         if len(classes) <= most:
@@ -96,19 +92,19 @@ def _partition(levels, K, M, size, most):
 
 def _range(levels, K, M, size):
     part = np.concatenate(levels)
-    return _cost(part, K, M, size) + STEP_OVERHEAD * len(levels), [part]
+    return _cost(part, K, M, size) + tuning.STEP_OVERHEAD * len(levels), [part]
 
 
 def _tier(part, height, K, M, size):
     k, m = int(K[part].max()), int(M[part].max())
     by_level = [part[height[part] == h] for h in np.unique(height[part])]
     widest = max(len(level) for level in by_level)
-    bound = max(1, min(widest, STEP_ENTRIES // ((k + m) * size) ** 2))
+    bound = max(1, min(widest, tuning.STEP_ENTRIES // ((k + m) * size) ** 2))
     front = _cost(part[:1], np.full_like(K, k), np.full_like(M, m), size)
 
     def work(width):
         steps = sum(-(-len(level) // width) for level in by_level)
-        return steps * (width * front + STEP_OVERHEAD)
+        return steps * (width * front + tuning.STEP_OVERHEAD)
 
     width = min(range(1, bound + 1), key=work)
     steps = [tuple(level[a : a + width].tolist()) for level in by_level for a in range(0, len(level), width)]

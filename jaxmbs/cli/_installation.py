@@ -4,18 +4,15 @@ import argparse
 import contextlib
 import os
 
-# What is asked here is solved once, so that compiling, not computing, is what takes time.
-_QUICK_COMPILE = "--xla_backend_optimization_level=0"
-
 
 def demo(options: argparse.Namespace) -> int:
     """The demo."""
     prepare()
     from ..demo import run
-    from ..runtime import SMALL, collector_at_rest
+    from ..runtime import SMALL_PROGRAM, garbage_collection_paused
 
     # its motions are short: programs of fewer equations gain more than they lose in steps
-    with SMALL(True), collector_at_rest():
+    with SMALL_PROGRAM(True), garbage_collection_paused():
         return run(options.output, quick=options.quick)
 
 
@@ -30,18 +27,10 @@ def prepare() -> None:
     """Double precision and compiler flags for this process; flags count only before the first compilation."""
     import jax
 
-    from .. import doctor
-    from ..runtime import _cache as programs
+    from ..runtime import cache, set_quick_flags
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    given = os.environ.get("XLA_FLAGS", "")
-    flags = [given] if given else []
-    if "xla_backend_optimization_level" not in given:
-        flags.append(_QUICK_COMPILE)
-    # the flag, not the library's marks: these compile a tenth slower, and here compiling takes the time
-    if doctor.needs_small_loops_flag(jax.__version__) and doctor.SMALL_LOOPS not in given:
-        flags.append(doctor.SMALL_LOOPS_FLAG)
-    os.environ["XLA_FLAGS"] = " ".join(flags)
+    set_quick_flags()  # each question is asked once, so that compiling, not computing, takes the time
     jax.config.update("jax_enable_x64", True)
     with contextlib.suppress(OSError):  # no folder to write to: every process compiles for itself
-        programs.cache()
+        cache()

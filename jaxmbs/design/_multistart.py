@@ -10,10 +10,8 @@ import jax
 import numpy as np
 
 from ..batching._batch import batch
+from ..runtime import tuning
 from ._optimum import Optimum
-
-#: Designs side by side: few, for the searches end one after the other.
-_TOGETHER = 8
 
 
 def search_together(
@@ -91,6 +89,7 @@ class _Meeting:
             asking = [k for k, (_, rows) in self._asked.items() if len(rows) == number]
             x, rows = (np.stack(part) for part in zip(*(self._asked[k] for k in asking), strict=True))
             columns = {"x": x, "rows": rows}
-            found = batch(self._evaluate, columns, chunk=_TOGETHER, progress=False, compile=self._compile).values
+            chunk = tuning.SEARCHES_TOGETHER
+            found = batch(self._evaluate, columns, chunk=chunk, progress=False, compile=self._compile).values
             self._answers |= {k: jax.tree.map(lambda leaf, j=j: leaf[j], found) for j, k in enumerate(asking)}
         self._asked.clear()

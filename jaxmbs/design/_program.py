@@ -6,10 +6,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.extend.core import jaxpr_as_fun
 from jaxtyping import Array, PyTree
 
-from ..runtime import of_kind
+from ..runtime import compile_kind, jaxpr_function
 from ._limit import BoundConstraint, Limit, bind, values_of
 from ._variables import Variables
 
@@ -58,14 +57,14 @@ def program(
         value, answers = _parts(objective(design))
         return value, values_of(limits, design, answers)
 
-    with of_kind(compile):  # traced once: shapes and derivatives come from the same equations
+    with compile_kind(compile):  # traced once: shapes and derivatives come from the same equations
         traced, (shape, values) = jax.make_jaxpr(answered, return_shape=True)(variables.vector(variables.start))
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
         raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")
     known = tuple(bind(limit, value) for limit, value in zip(limits, values, strict=True))
 
     def flat(x):
-        value, *values = jaxpr_as_fun(traced)(x)
+        value, *values = jaxpr_function(traced)(x)
         parts = [limit.excess(v) for limit, v in zip(known, values, strict=True)]
         return jnp.concatenate([value[None], *parts]), tuple(values)
 

@@ -18,7 +18,7 @@ from ..math._spatial import (
 )
 from ..model._system import System
 from ..model._topology import Topology
-from ..runtime import gather_static
+from ..runtime import fusion_barrier, gather_static
 from ._tree import poses
 
 #: Cyclic rotation that takes z to x: a ball's three columns are x, y, z of the child by applying it thrice.
@@ -91,7 +91,7 @@ def match_batch(P, psi):
 def node_poses(topology: Topology, P, psi):
     """World pose (nodes, 12, ...) of every node; Source: S2 (1), the tree of links."""
     local = local_transforms(topology, match_batch(P, psi), psi)
-    return poses(topology.nodes, lax.optimization_barrier(local))  # else its derivative is computed many times over
+    return poses(topology.nodes, fusion_barrier(local))  # else its derivative is computed many times over
 
 
 def joint_twists(topology: Topology, P, W):

@@ -29,13 +29,10 @@ from ..math._spatial import (
     scale,
 )
 from ..model._tree import Tree
-from ..runtime import gather_static, product
+from ..runtime import constant_product, fusion_barrier, gather_static, is_on, tuning
 
 _IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
 _ROW, _COLUMN = (np.array(index) for index in zip(*components.UPPER, strict=True))
-#: Sums of trees of so many nodes are products with the matrix of paths: one operation in place of a loop.  Larger
-#: trees, and states with batch axes of their own, take the loop: its work is linear in the nodes.
-_FEW = 12
 
 
 def _walk_down(tree: Tree, step, x, start):
@@ -95,7 +92,7 @@ def _sum_subtrees(tree, x):
 
 
 def _is_few(tree, x):
-    return tree.size <= _FEW and x.ndim == 2
+    return tree.size <= tuning.TREE_SUM_PRODUCT and x.ndim == 2 and is_on("tree_sums")
 
 
 def _less_parent(tree, y):
@@ -105,7 +102,7 @@ def _less_parent(tree, y):
 def ancestors(tree: Tree, x):
     """Sum of the rows of `x` over each node and all nodes above it; (nodes, ...)."""
     if _is_few(tree, x):
-        return product(tree.path, x)
+        return constant_product(tree.path, x)
     return lax.custom_linear_solve(
         partial(_less_parent, tree), x, lambda _, b: _sum_ancestors(tree, b), lambda _, b: _sum_subtrees(tree, b)
     )
@@ -114,7 +111,7 @@ def ancestors(tree: Tree, x):
 def subtrees(tree: Tree, x):
     """Sum of the rows of `x` over each node and all nodes below it; the transpose of `ancestors`."""
     if _is_few(tree, x):
-        return product(tree.path.T, x)
+        return constant_product(tree.path.T, x)
     less_children = jax.linear_transpose(partial(_less_parent, tree), x)
     return lax.custom_linear_solve(
         lambda y: less_children(y)[0], x, lambda _, b: _sum_subtrees(tree, b), lambda _, b: _sum_ancestors(tree, b)
@@ -158,8 +155,8 @@ def _factor(tree, S, J):
     def step(below, row):
         s, j = row
         A = below + j
-        U = lax.optimization_barrier(jnp.stack(components.symmetric_product(tuple(A), tuple(s))))
-        inverse = lax.optimization_barrier(1.0 / components.dot(tuple(s), tuple(U)))
+        U = fusion_barrier(jnp.stack(components.symmetric_product(tuple(A), tuple(s))))
+        inverse = fusion_barrier(1.0 / components.dot(tuple(s), tuple(U)))
         return A - U[_ROW] * (U * inverse[None])[_COLUMN], (U, inverse)
 
     zero = jnp.zeros((21, *S.shape[2:]), S.dtype)
@@ -172,12 +169,12 @@ def _substitute(tree, S, factors, p):
 
     def up(below, row):
         s, U, inverse, p = row
-        u = lax.optimization_barrier(p - components.dot(tuple(s), tuple(below)))
+        u = fusion_barrier(p - components.dot(tuple(s), tuple(below)))
         return below + U * (inverse * u)[None], u
 
     def down(above, row):
         s, U, inverse, u = row
-        rate = lax.optimization_barrier((u[0] - components.dot(tuple(U), tuple(above))) * inverse[0])
+        rate = fusion_barrier((u[0] - components.dot(tuple(U), tuple(above))) * inverse[0])
         return above + s * rate[None], rate
 
     zero = jnp.zeros((6, *S.shape[2:]), S.dtype)

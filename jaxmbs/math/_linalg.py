@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..runtime import save_factor
+from ..runtime import is_on, save_factor, tuning
 from ._spd import spd_inverse, spd_solve
 
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
@@ -21,8 +21,6 @@ _NOISE = {8: 1e-16, 4: 1e-9}
 #: (masses over twelve decades: 1e-3 -> 4e-15).  Rows that contradict each other come no nearer, and their multipliers
 #: must not grow.
 ROUNDS, _MOST_ROUNDS = {8: 3, 4: 6}, 100
-#: Unknowns up to which the inverse of the whole system is formed: six products of a round are two to compile.
-_FEW = 16
 
 
 class RowScale(NamedTuple):
@@ -109,7 +107,8 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     halves = np.repeat(np.eye(2, dtype=A.dtype), [n, len(c)], axis=1)  # efforts and rows: each has its own unit
     softness = jnp.concatenate([jnp.zeros(n, A.dtype), C])
     at_once = jnp.concatenate([jnp.zeros(n, A.dtype), 1.0 / C])
-    whole = F @ inverse @ F.T - at_once[:, None] * np.eye(len(F), dtype=A.dtype) if len(F) <= _FEW else None
+    is_whole = len(F) <= tuning.WHOLE_SADDLE and is_on("whole_saddle")
+    whole = F @ inverse @ F.T - at_once[:, None] * np.eye(len(F), dtype=A.dtype) if is_whole else None
 
     def eliminated(left):
         return F @ (inverse @ (left @ F)) - at_once * left if whole is None else whole @ left
@@ -140,18 +139,22 @@ def _relative(gaps, sizes):
     return jnp.max(jnp.abs(gaps), initial=0.0) / jnp.max(sizes, initial=jnp.finfo(gaps.dtype).tiny)
 
 
-@jax.custom_jvp
 def small_matmul(A, B):
     """A @ B for batches of matrices with few inner columns, as a sum of outer products.
 
     On the CPU five times faster than the batched product of 6 by 6 matrices, and in batches of loads a third faster
     than the sum over a broadcast axis; its derivative takes that product, whose transpose is cheaper.
     """
+    return _sum_of_outer_products(A, B) if is_on("small_matmul") else A @ B
+
+
+@jax.custom_jvp
+def _sum_of_outer_products(A, B):
     terms = [A[..., :, k, None] * B[..., k, None, :] for k in range(A.shape[-1])]
     return sum(terms) if terms else A @ B
 
 
-@small_matmul.defjvp
+@_sum_of_outer_products.defjvp
 def _small_matmul_jvp(primals, tangents):
     (A, B), (dA, dB) = primals, tangents
     return small_matmul(A, B), dA @ B + A @ dB

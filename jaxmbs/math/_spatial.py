@@ -17,7 +17,7 @@ import numpy as np
 from jax import lax
 from jax.custom_derivatives import SymbolicZero
 
-from ..runtime import SMALL
+from ..runtime import SMALL_PROGRAM, is_on
 from . import _components as components
 from ._components import pack, unpack
 from ._linalg import CROSS
@@ -39,8 +39,9 @@ TRIANGLE = np.array([0, 1, 2, 4, 5, 8])
 
 
 def _fused(*arrays, axes=1):
-    """Whether the algebra of arrays with so many axes behind that of the bodies goes by components."""
-    return not SMALL.value or any(x.ndim > 1 + axes for x in arrays)
+    """True if the algebra of arrays with so many axes behind that of the bodies goes by components."""
+    by_components = is_on("spatial_components") and not SMALL_PROGRAM.value
+    return by_components or any(x.ndim > 1 + axes for x in arrays)
 
 
 def _by_components(function, *arrays):

@@ -8,9 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-#: Up to `SINGLE` columns are eliminated one at a time, more of them in blocks of `BLOCK`: a rank-one update of a
-#: large matrix is a walk through memory, a block's update a matrix product.
-SINGLE, BLOCK = 48, 16
+from ..runtime import is_on, lapack, tuning
 
 
 def spd_inverse(H):
@@ -21,8 +19,17 @@ def spd_inverse(H):
     H = lax.stop_gradient(H)
     unit = lax.rsqrt(jnp.sum(H * np.eye(H.shape[0], dtype=H.dtype), axis=1))
     unit = unit[:, None] * unit[None]
-    sweep = _by_columns if H.shape[0] <= SINGLE else _by_blocks
+    if not is_on("gauss_jordan"):
+        sweep = _by_lapack
+    else:
+        sweep = _by_columns if H.shape[0] <= tuning.SPD_COLUMNS else _by_blocks
     return sweep(H * unit) * unit if len(H) else H
+
+
+def _by_lapack(H):
+    """The inverse by Cholesky's factor; NaN where there is none."""
+    L = lapack.cholesky(H)
+    return lapack.solve_factor(L, lapack.solve_factor(L, jnp.eye(len(H), dtype=H.dtype)), transposed=True)
 
 
 def _by_columns(H):
@@ -44,17 +51,17 @@ def _by_blocks(H):
     """The same with blocks of columns for columns, D - 1 for d - 1, and D^-1 by its Cholesky factor: with the inverse
     itself what is passed on would lose the digits of D's condition."""
     n = H.shape[0]
-    size = -(-n // BLOCK) * BLOCK
+    size = -(-n // tuning.SPD_BLOCK) * tuning.SPD_BLOCK
     eye = jnp.eye(size, dtype=H.dtype)
     padded = eye.at[:n, :n].set(H)
 
     def eliminate(k, H):
-        rows = lax.dynamic_slice_in_dim(H, k * BLOCK, BLOCK)
-        corner = lax.dynamic_slice_in_dim(rows, k * BLOCK, BLOCK, axis=1)
-        moved = _divided_by_root(corner, rows - lax.dynamic_slice_in_dim(eye, k * BLOCK, BLOCK))
+        rows = lax.dynamic_slice_in_dim(H, k * tuning.SPD_BLOCK, tuning.SPD_BLOCK)
+        corner = lax.dynamic_slice_in_dim(rows, k * tuning.SPD_BLOCK, tuning.SPD_BLOCK, axis=1)
+        moved = _divided_by_root(corner, rows - lax.dynamic_slice_in_dim(eye, k * tuning.SPD_BLOCK, tuning.SPD_BLOCK))
         return H - moved.T @ moved
 
-    return (2.0 * eye - lax.fori_loop(0, size // BLOCK, eliminate, padded))[:n, :n]
+    return (2.0 * eye - lax.fori_loop(0, size // tuning.SPD_BLOCK, eliminate, padded))[:n, :n]
 
 
 def _divided_by_root(D, X):

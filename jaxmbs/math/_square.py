@@ -7,10 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..runtime import jit, lapack
-
-#: Up to so many unknowns a matrix is inverted by elimination: batches of them need no loop over LAPACK calls.
-SMALL = 32
+from ..runtime import is_on, jit, lapack, tuning
 
 
 @jit
@@ -63,15 +60,20 @@ class Lu(NamedTuple):
         return lapack.solve_factor(factors, X, lower=False)
 
 
+def _is_eliminated(A):
+    """True if A (n, n) is inverted by elimination: batches of such matrices need no loop over LAPACK calls."""
+    return not A.shape[0] or (A.shape[0] <= tuning.ELIMINATED_UNKNOWNS and is_on("gauss_jordan"))
+
+
 def factorise(A):
-    """What solves with A (n, n): `Inverted` or `Lu`; no derivative in reverse mode."""
-    return Inverted(A, gauss_jordan_inverse(A)[0]) if A.shape[0] <= SMALL else Lu(*lapack.lu(A))
+    """A factor of A (n, n) that solves with it: `Inverted` or `Lu`; no derivative in reverse mode."""
+    return Inverted(A, gauss_jordan_inverse(A)[0]) if _is_eliminated(A) else Lu(*lapack.lu(A))
 
 
 @jax.custom_jvp
 def inverse_with_determinant(A):
     """`A^-1` (n, n), the sign (or phase) of det A, and log |det A|; the sign is a constant to differentiation."""
-    if A.shape[0] <= SMALL:
+    if _is_eliminated(A):
         P, pivots, order = gauss_jordan_inverse(A)
     else:
         factors, order = lapack.lu(A)

@@ -9,13 +9,12 @@ import functools
 
 import diffrax
 import equinox as eqx
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from ..runtime import Packing, small_call
+from ..runtime import Packing, any_lane, small_call
 from ._loop import LoopState, OdeProblem, attempt_step, begin, ended, first_of_duplicates, integrate, set_row
 from ._step_vjp import first_memory, has_stages, memory_of, step_vjp
 
@@ -105,7 +104,7 @@ def _forward(perturbed, start, march, t0, dt0):
         after, keep, dense = attempt_step(march, walk, args)
         return after, log.noted(packing.pack(_step(march, walk, dense)), keep)
 
-    running = lambda carry: eqxi.unvmap_any(carry[0].is_running(march))  # noqa: E731
+    running = lambda carry: any_lane(carry[0].is_running(march))  # noqa: E731
     steps = functools.partial(lax.while_loop, running, body)
     walk, log = small_call(steps)((first, CheckpointBuffer.empty(packing, march.rows)))
     walk = ended(march, walk)
@@ -142,7 +141,7 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
             counts = (k >= 0) & (is_used | (row[0][4] <= last_used))
             return k - 1, jax.tree.map(lambda new, old: jnp.where(counts, new, old), found, bars)
 
-        bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), one, (count - 1, bars))[1]
+        bars = lax.while_loop(lambda carry: any_lane(carry[0] >= 0), one, (count - 1, bars))[1]
         return number - 1, start[0], pieces, bars
 
     memory = jax.tree.map(jnp.zeros_like, memory_of(march, packing.unpack(log.rows[0])[0][3]))
@@ -150,7 +149,7 @@ def _backward(kept, bars, perturbed, start, march, t0, dt0):
     index = jnp.arange(march.times.size, dtype=jnp.int32)
     is_used, last_used = _any((y_bar, shown_bar)), jnp.max(jnp.where(_used(ys_bar), index, -1))
     begun = (last, t_end, jnp.zeros_like(log.rows), (jnp.zeros_like(moving), y_bar, memory, shown_bar))
-    bars = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0] >= 0), segment, begun)[3]
+    bars = lax.while_loop(lambda carry: any_lane(carry[0] >= 0), segment, begun)[3]
     moving_bar, y_bar = first_memory(march, y0, t0, dt0, args_of, moving, bars[:3])
     rest = (index < skipped) | (index >= saved)  # they are the start: saved before the first step, or never
 
@@ -178,7 +177,7 @@ def _again(march, args, packing, row, end, pieces, stride):
         return after, pieces, jnp.where(keep, count + 1, count)
 
     carry = _from(start), pieces, jnp.zeros_like(stride)
-    _, pieces, count = lax.while_loop(lambda carry: eqxi.unvmap_any(carry[0].is_running(shorter)), body, carry)
+    _, pieces, count = lax.while_loop(lambda carry: any_lane(carry[0].is_running(shorter)), body, carry)
     return pieces, jnp.where(stride > 1, count, 1)
 
 

@@ -10,14 +10,13 @@ from collections.abc import Callable
 
 import diffrax
 import equinox as eqx
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 from diffrax import RESULTS
 from jax import lax
 from jaxtyping import Array, PyTree
 
-from ..runtime import small_call
+from ..runtime import any_lane, small_call
 from . import _event as hunting
 from ._implicit_step import is_diagonally_implicit
 from ._implicit_step import step as implicit_step
@@ -115,7 +114,7 @@ def stop_gradients(tree):
 def integrate(march: OdeProblem, y0, t0, dt0, args) -> LoopState:
     """The end of the march from y0 at t0; dt0: the first step."""
     # lanes that are done wait: were this their own condition, every step would copy what all of them saved
-    running = lambda walk: eqxi.unvmap_any(walk.is_running(march))  # noqa: E731
+    running = lambda walk: any_lane(walk.is_running(march))  # noqa: E731
     steps = functools.partial(lax.while_loop, running, lambda walk: attempt_step(march, walk, args)[0])
     return ended(march, small_call(steps)(begin(march, y0, t0, dt0, args)))
 
@@ -262,7 +261,7 @@ def _saved(march, walk, keep, y1, dense):
         y = interpolated(march, walk.t, walk.t_next, y1, dense, march.times[saved])
         return _counted(saved, left(carry)), set_row(ys, jnp.where(left(carry), saved, march.times.size), y)
 
-    return lax.while_loop(lambda carry: eqxi.unvmap_any(left(carry)), save, (walk.saved, walk.ys))
+    return lax.while_loop(lambda carry: any_lane(left(carry)), save, (walk.saved, walk.ys))
 
 
 def interpolated(march: OdeProblem, t0, t1, y1, dense, t):

@@ -2,13 +2,12 @@
 
 import diffrax
 import equinox as eqx
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..runtime import small_call
+from ..runtime import any_lane, small_call
 from ._implicit_step import is_diagonally_implicit
 from ._loop import OdeProblem, begin, interpolated, next_save_time, solver_step, with_scan
 
@@ -103,7 +102,7 @@ def _with_saved(march, t0, t1, saved, y1, dense, end_bars, ys_bar):
         change = back(jax.tree.map(lambda ys: jnp.where(there, ys[k], 0.0), ys_bar))
         return jnp.where(there, k + 1, k), jax.tree.map(jnp.add, bars, change)
 
-    return lax.while_loop(lambda carry: eqxi.unvmap_any(left(carry)), body, (saved, (y_bar, none)))[1]
+    return lax.while_loop(lambda carry: any_lane(left(carry)), body, (saved, (y_bar, none)))[1]
 
 
 def _stages(march, t0, t1, y0, K, args_of, moving, moving_bar, y_bar, K_bar):

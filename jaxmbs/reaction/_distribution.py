@@ -14,13 +14,10 @@ from ..math._spatial import swap_halves
 from ..math._spd import spd_solve
 from ..model._rows import Drive
 from ..model._system import System
-from ..runtime import gather_static
+from ..runtime import gather_static, tuning
 from ..statics import BodyNetwork, Bonds, bond_reactions
 from ..statics._network_sums import body_wrenches
 from ._wrenches import wrenches_at_frames
-
-#: Up to so many rows are solved for at once.
-MAX_DENSE_ROWS = 120
 
 
 def bond_network(system: System) -> BodyNetwork:
@@ -81,7 +78,7 @@ def least_compliance_reactions(system: System, at: Configuration, wrench, multip
     Source: S1 (28).
     """
     moved = _distributable_rows(system)
-    by = _distribute_by_rows if method == "dense" and len(moved) <= MAX_DENSE_ROWS else _distribute_by_bonds
+    by = _distribute_by_rows if method == "dense" and len(moved) <= tuning.SHARED_ROWS else _distribute_by_bonds
     return by(system, at, wrench, multipliers, compliance, moved)
 
 

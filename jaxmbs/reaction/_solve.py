@@ -38,9 +38,6 @@ from ._self_stress import SaddleSolution, self_stresses, sparse_saddle_with_stre
 from ._without_drives import without_drives
 from ._wrenches import joint_wrenches, wrenches_at_frames
 
-#: Velocities times states whose loads take milliseconds however they are compiled: quickly, which saves a second.
-_FEW = 1000
-
 
 def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
     owners, acting = single_bodies(system), []
@@ -158,14 +155,12 @@ def _joint_reactions(system, loads, total, drives, marks):
     return named
 
 
+@jit(compile="quick")  # asked once it takes milliseconds; in a loop of the user's it is part of a full program
 def _along(system, states, accelerations, batched, options):
     """`_reactions` of a state, or of every one of a batch."""
     P = node_parameters(system)
     one = lambda row: _reactions(system, P, *row, options)  # noqa: E731
     return map_chunked(one, (states, accelerations)) if batched else one((states, accelerations))
-
-
-_along_few, _along_many = jit(_along, compile="quick"), jit(_along)
 
 
 def _compliance(name, value, dtype):
@@ -205,8 +200,8 @@ def reactions(
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
 
-    Of few states (velocities times states up to 1 000) its program is compiled quickly and takes milliseconds: in
-    loops of thousands of calls put it into `mbs.jit`.
+    Its program is compiled "quick": for loops of thousands of calls, or tens of thousands of states, put it into
+    `mbs.jit`.
 
     Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
     shared so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least
@@ -232,5 +227,4 @@ def reactions(
         actuators = every if actuators is None else actuators
     columns = None if actuators is None else actuated_columns(system, actuators)
     options = _Options(frame, side, compliance, method, columns)
-    along = _along_few if states.velocities.size <= _FEW else _along_many
-    return along(system, states, accelerations, states.coordinates.ndim == 2, options)
+    return _along(system, states, accelerations, states.coordinates.ndim == 2, options)

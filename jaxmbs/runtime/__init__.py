@@ -1,53 +1,75 @@
-"""The compiler's room: all that the library needs to know of JAX and XLA beside their public functions."""
+"""The compiler's room: all that the library needs of JAX and XLA beside their public functions.
+
+Other rooms import from this face alone, and nothing of JAX's inner parts: `jax.extend`, `jax.interpreters`,
+`jax.experimental`, `equinox.internal`.  `tuning` holds every number that is there for speed alone.
+"""
 
 from . import _lapack as lapack
+from . import _tuning as tuning
+from ._barrier import fusion_barrier
+from ._batch_program import compile_batch, is_motion, working_bytes
+from ._batched import any_lane, lazy_where
 from ._cache import cache
 from ._compile_log import report_compiles
+from ._compiler_options import flag_advice, set_quick_flags
 from ._content import KnownFunction, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
-from ._gather import gather_static, map_chunked, product, segment_sum_static
-from ._jaxpr import equations
-from ._jit import SMALL, collector_at_rest, jit, of_kind, options
+from ._gather import constant_product, gather_static, map_chunked, segment_sum_static
+from ._jaxpr import jaxpr_function
+from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._packing import Packing
 from ._precision import follow_precision
+from ._registry import TrickState, trick_states
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
-from ._small_call import SMALL_LOOPS, sets_marks, small_call
-from ._small_products import as_sums
+from ._small_call import sets_marks, small_call
 from ._tracing import as_array, as_dtype, not_tracing
+from ._tricks import is_on, without_tricks
+from ._user_jit import jit as user_jit
 
 __all__ = [
     "FORWARD_MODE",
     "KnownFunction",
     "Packing",
     "Program",
-    "SMALL",
-    "SMALL_LOOPS",
+    "SMALL_PROGRAM",
+    "TrickState",
+    "any_lane",
     "as_array",
     "as_dtype",
-    "as_sums",
     "cache",
-    "collector_at_rest",
+    "compile_batch",
+    "compile_kind",
+    "constant_product",
     "content_of",
-    "equations",
     "export",
     "fingerprint",
+    "flag_advice",
     "follow_precision",
+    "fusion_barrier",
+    "garbage_collection_paused",
     "gather_static",
+    "is_motion",
+    "is_on",
+    "jaxpr_function",
     "jit",
     "lapack",
+    "lazy_where",
     "load_program",
     "map_chunked",
     "not_tracing",
-    "of_kind",
-    "options",
-    "product",
     "remat",
     "report_compiles",
     "reverse_only",
     "save_factor",
     "segment_sum_static",
+    "set_quick_flags",
     "sets_marks",
     "small_call",
+    "trick_states",
+    "tuning",
+    "user_jit",
+    "without_tricks",
+    "working_bytes",
 ]

@@ -1,50 +1,16 @@
-"""Functions of the user compiled, and compiled programs kept between processes."""
+"""Compiled programs kept on disk between processes."""
 
-import functools
 import hashlib
 import os
 import platform
-from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import jax
 import jaxlib
 from jax.experimental.compilation_cache import compilation_cache
 
-from ._jit import jit as compiled_by
-from ._tracing import as_array
-
 _CPU_INFO = Path("/proc/cpuinfo")
-
-
-def jit(function: Callable | None = None, *, compile: str = "full") -> Any:
-    """A function compiled: arrays and floats are traced, so that another number compiles nothing anew; all else
-    (names, whole numbers, functions) is static.
-
-    Args:
-        function: None makes a decorator.
-        compile: "full", or "quick" for programs that run a few times: compiled in half the time, run two to
-            four times as long.
-
-    Raises: ValueError for another `compile`.
-    """
-    if function is None:
-        return functools.partial(jit, compile=compile)
-    program = compiled_by(function, compile=compile)
-
-    @functools.wraps(function)
-    def asked(*args: Any, **kwargs: Any) -> Any:
-        args, kwargs = jax.tree.map(_traced, (args, kwargs))
-        return program(*args, **kwargs)
-
-    return asked
-
-
-def _traced(x):
-    """Floats as arrays, which are traced."""
-    return as_array(x, None) if type(x) in (float, complex) else x
 
 
 def cache(path: str | PathLike | None = None, size: int = 2 * 2**30) -> Path:

@@ -24,7 +24,7 @@ def report_compiles(after: float | None = 5.0) -> None:
 
 
 @functools.cache
-def listen() -> None:
+def start_listening() -> None:
     """Be told by JAX of programs compiled; it counts for the process, so it waits for the library's first program."""
     jax.monitoring.register_event_duration_secs_listener(_heard)
 

@@ -19,7 +19,7 @@ _LIBRARIES = ("jax", "jaxlib", "jaxmbs", "numpy", "scipy", "equinox", "diffrax",
 _NUMBERS = (bool, int, float, complex, str, bytes, type(None), type(...), range, slice)
 
 
-class NoContent(Exception):
+class UnknownContentError(Exception):
     """Something whose behaviour cannot be read off."""
 
 
@@ -34,7 +34,7 @@ class KnownFunction:
         self.function = function
         try:
             self._content: Any = content_of(function)
-        except NoContent:
+        except UnknownContentError:
             self._content = function
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
@@ -86,10 +86,10 @@ class _Reader:
 
     def _array(self, value):
         if not is_concrete(value):
-            raise NoContent("a traced array")
+            raise UnknownContentError("a traced array")
         array = np.asarray(value)
         if array.dtype.hasobject:
-            raise NoContent("an array of objects")
+            raise UnknownContentError("an array of objects")
         return f"{array.dtype}{array.shape} {hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()}"
 
     def _parts(self, value) -> list:
@@ -125,13 +125,13 @@ class _Reader:
         if callable(getattr(value, "__wrapped__", None)):  # of jax.jit, and of rules for derivatives
             return [value.__wrapped__, *(getattr(value, rule, None) for rule in ("jvp", "fwd", "bwd"))]
         if self._strict:
-            raise NoContent(f"{value!r}")
+            raise UnknownContentError(f"{value!r}")
         return [re.sub(r" at 0x[0-9a-f]+", "", repr(value))]
 
     def _class(self, kind) -> list:
         """Its name; of a user's class what its functions do."""
         if not _of_library(kind.__module__) and self._strict:
-            raise NoContent(f"{kind.__qualname__}, which may be defined anew")
+            raise UnknownContentError(f"{kind.__qualname__}, which may be defined anew")
         found: list[Any] = [f"{kind.__module__}.{kind.__qualname__}"]
         if not _of_library(kind.__module__):
             found += [part for _, part in sorted(vars(kind).items()) if isinstance(part, types.FunctionType)]
@@ -148,7 +148,7 @@ class _Reader:
         for name in read:
             value = function.__globals__[name]
             if isinstance(value, types.ModuleType) and not _of_library(value.__name__) and self._strict:
-                raise NoContent(f"module {name}, whose entries may change")
+                raise UnknownContentError(f"module {name}, whose entries may change")
             found += [name, value]
         return found
 

@@ -16,8 +16,8 @@ from jaxtyping import PyTree
 from ..atomic_write import whole_path
 from ..checks import is_concrete
 from ..typing import WordedError
+from ._compiler_options import compiler_options
 from ._content import content_of
-from ._jit import options
 from ._structure_data import from_data, to_data
 
 _ABOUT, _PROGRAM = "about.json", "program.bin"
@@ -34,7 +34,7 @@ class Program:
     def __init__(self, exported: jax.export.Exported, results: PyTree, about: dict) -> None:
         self.about, self._results = about, results
         self._inner = exported.call
-        self._outer = jax.jit(exported.call, compiler_options=options("full", jax.default_backend()) or None)
+        self._outer = jax.jit(exported.call, compiler_options=compiler_options("full", jax.default_backend()) or None)
 
     def __call__(self, *arguments: Any) -> Any:
         """The answer.  Raises: ValueError if the arguments are not of the structure that was stored."""

@@ -1,4 +1,4 @@
-"""Rows of an array: the same function of many, a few at a time; those at static places, and sums over them."""
+"""Rows of an array: rows at constant places, sums over them, and a function of every row, a few at a time."""
 
 import math
 
@@ -7,33 +7,29 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from . import _tuning as tuning
 from ._remat import remat
-
-#: Rows worked on side by side on the CPU: what they make together with the designs of a batch stays in the cache.
-TOGETHER = 8
+from ._tricks import is_on
 
 
 def map_chunked(function, rows):
-    """`vmap` of a function over the leading axis of the pytree `rows`; on the CPU `TOGETHER` rows at a time.
+    """`vmap` of a function over the leading axis of the pytree `rows`; on the CPU a few rows at a time.
 
-    Along 101 saved states of 64 designs three times cheaper than all at once, and as cheap for one design.
+    Along 101 saved states of 64 designs three times cheaper than all at once, and as cheap for one design.  The last
+    chunk is filled up: `lax.map(batch_size=)` compiles the function a second time for the rest.
     """
     number = len(jax.tree.leaves(rows)[0])
-    if number <= TOGETHER or jax.default_backend() != "cpu":
+    if number <= tuning.ROWS_TOGETHER or not is_on("chunked_maps") or jax.default_backend() != "cpu":
         return jax.vmap(function)(rows)
-    count = math.ceil(number / TOGETHER)
+    count = math.ceil(number / tuning.ROWS_TOGETHER)
 
     def grouped(x):
-        filled = jnp.concatenate([x, *[x[-1:]] * (count * TOGETHER - number)])
-        return filled.reshape(count, TOGETHER, *x.shape[1:])
+        filled = jnp.concatenate([x, *[x[-1:]] * (count * tuning.ROWS_TOGETHER - number)])
+        return filled.reshape(count, tuning.ROWS_TOGETHER, *x.shape[1:])
 
     # A gradient keeps the rows themselves and works out again what a row makes: some 50 kB each, dearer to fetch.
     found = lax.map(remat(jax.vmap(function)), jax.tree.map(grouped, rows))
-    return jax.tree.map(lambda x: x.reshape(count * TOGETHER, *x.shape[2:])[:number], found)
-
-
-#: Places that lie in so many runs are taken by slices, a few others by a product with so many entries.
-RUNS, FEW = 6, 64
+    return jax.tree.map(lambda x: x.reshape(count * tuning.ROWS_TOGETHER, *x.shape[2:])[:number], found)
 
 
 def gather_static(x, places):
@@ -42,28 +38,26 @@ def gather_static(x, places):
     On the CPU the transpose of `x[places]` is a loop over the places, compiled and run, so few are taken otherwise.
     """
     places = np.asarray(places, np.int32)
+    if not is_on("static_gathers"):
+        return x.at[places].get(mode="promise_in_bounds", wrap_negative_indices=False)
     starts = np.flatnonzero(np.diff(places.reshape(-1), prepend=-2) != 1)
-    if places.ndim == 1 and len(starts) > RUNS and places.size * len(x) <= FEW:
-        return product((places[:, None] == np.arange(len(x))).astype(float), x)
-    if places.ndim != 1 or not places.size or len(starts) > RUNS:
+    if places.ndim == 1 and len(starts) > tuning.SLICED_RUNS and places.size * len(x) <= tuning.GATHER_PRODUCT:
+        return constant_product((places[:, None] == np.arange(len(x))).astype(float), x)
+    if places.ndim != 1 or not places.size or len(starts) > tuning.SLICED_RUNS:
         return x.at[places].get(mode="promise_in_bounds", wrap_negative_indices=False)
     lengths = np.diff(np.append(starts, places.size))
     runs = [lax.slice_in_dim(x, a, a + n) for a, n in zip(places[starts].tolist(), lengths.tolist(), strict=True)]
     return runs[0] if len(runs) == 1 else jnp.concatenate(runs)
 
 
-#: Sums over rows are products with a dense matrix up to so many of its entries.
-SMALL = 4096
-
-
 def segment_sum_static(x, places, size):
     """(size, ...): the rows of x (n, ...) added up at static places; those at the place `size` are left out."""
     places = np.asarray(places)
-    if places.size * size <= SMALL:
-        return product((places[None] == np.arange(size)[:, None]).astype(float), x)
+    if places.size * size <= tuning.SUM_PRODUCT and is_on("static_gathers"):
+        return constant_product((places[None] == np.arange(size)[:, None]).astype(float), x)
     return jnp.zeros((size + 1, *x.shape[1:]), x.dtype).at[places].add(x)[:-1]
 
 
-def product(matrix, x):
+def constant_product(matrix, x):
     """A static matrix (n, p) times the rows of x (p, ...)."""
     return jnp.tensordot(jnp.asarray(matrix, x.dtype), x, 1, precision=lax.Precision.HIGHEST)

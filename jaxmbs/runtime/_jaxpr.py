@@ -1,12 +1,17 @@
-"""What a traced program is made of, and the same program with other equations."""
+"""Traced programs: their equations, the same program with other equations, and as functions."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 import jax
-from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn
+from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, jaxpr_as_fun
 
 Program = TypeVar("Program", ClosedJaxpr, Jaxpr)
+
+
+def jaxpr_function(jaxpr: ClosedJaxpr) -> Callable[..., list]:
+    """The function of arrays that was traced."""
+    return jaxpr_as_fun(jaxpr)
 
 
 def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:
@@ -18,7 +23,7 @@ def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:
                 yield from equations(part)
 
 
-def rewritten(jaxpr: Program, change: Callable[[JaxprEqn], JaxprEqn], whole: Callable[[JaxprEqn], bool]) -> Program:
+def rewrite(jaxpr: Program, change: Callable[[JaxprEqn], JaxprEqn], whole: Callable[[JaxprEqn], bool]) -> Program:
     """The same program with `change` of all its equations, those inside of its loops and calls too.
 
     Args: whole: equations that stay as they are, and all that is inside of them.
@@ -27,10 +32,10 @@ def rewritten(jaxpr: Program, change: Callable[[JaxprEqn], JaxprEqn], whole: Cal
     """
     program: Any = jaxpr
     if getattr(program, "jaxpr", program) is not program:  # closed; from JAX 0.12 on there is one kind only
-        return program.replace(jaxpr=rewritten(program.jaxpr, change, whole))
+        return program.replace(jaxpr=rewrite(program.jaxpr, change, whole))
 
     def inside(part):
-        return rewritten(part, change, whole) if _is_jaxpr(part) else part
+        return rewrite(part, change, whole) if _is_jaxpr(part) else part
 
     def changed(equation):
         if whole(equation):

@@ -6,7 +6,6 @@ A four-bar's motion runs three times as fast, its gradient twice, for a tenth mo
 """
 
 import functools
-import os
 from collections.abc import Callable
 
 import jax
@@ -17,12 +16,14 @@ from jax.experimental.xla_metadata import set_xla_metadata
 from jax.extend.core import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
 from jaxtyping import PyTree
 
+from . import _tuning as tuning
+from ._compiler_options import SMALL_LOOPS, is_given
 from ._jaxpr import equations
 from ._packing import Packing
+from ._tricks import is_on
 
 #: Whether loops that are traced now get the mark; part of the key of JAX's caches.
-MARKED = jax.make_user_context(False)
-SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"  # the option of XLA_FLAGS
+MARKING = jax.make_user_context(False)
 _RELEASES = ("0.10.",)  # of JAX, that take the mark
 _MARK = {"xla_cpu_small_call": "true", "inlineable": "false"}
 #: What no kernel holds: LAPACK, callbacks and what else XLA calls from outside of its own code.
@@ -31,7 +32,6 @@ _CALLS = frozenset(
     "householder_product io_callback lu ormqr pure_callback qr schur sort svd top_k triangular_solve tridiagonal "
     "tridiagonal_solve".split()
 )
-_DENSE = 4096  # products with a matrix of more entries are left to a library, and to several threads
 _KEPT = (np.float64, np.float32, np.int32, np.uint32, np.bool_)  # exact in double precision
 
 
@@ -40,7 +40,7 @@ def sets_marks(jax_version: str) -> bool:
     return jax_version.startswith(_RELEASES)
 
 
-def marks(backend: str, options: dict) -> bool:
+def should_mark(backend: str, options: dict) -> bool:
     """Whether programs with these options of the compiler are to have marked loops.
 
     Not with XLA's newer emitters of fused loops and its library of kernels, which cannot be part of a kernel.
@@ -48,8 +48,8 @@ def marks(backend: str, options: dict) -> bool:
     newer = [
         options.get(name, True) for name in ("xla_cpu_use_fusion_emitters", "xla_cpu_experimental_ynn_fusion_type")
     ]
-    given = SMALL_LOOPS in os.environ.get("XLA_FLAGS", "")
-    return backend == "cpu" and sets_marks(jax.__version__) and not any(newer) and not given
+    can = backend == "cpu" and sets_marks(jax.__version__) and not is_given(SMALL_LOOPS)
+    return can and not any(newer) and is_on("small_call")
 
 
 def small_call(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
@@ -60,7 +60,7 @@ def small_call(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
 
     @functools.wraps(loop)
     def asked(start):
-        if not MARKED.value:
+        if not MARKING.value:
             return loop(start)
         jaxpr, shape = jax.make_jaxpr(loop, return_shape=True)(start)
         given = [jnp.asarray(x) for x in (*jaxpr.consts, *jax.tree.leaves(start))]
@@ -115,4 +115,4 @@ def _fits(jaxpr):
 
 
 def _is_dense(product):
-    return max(x.aval.size for x in product.invars) > _DENSE
+    return max(x.aval.size for x in product.invars) > tuning.LIBRARY_PRODUCT

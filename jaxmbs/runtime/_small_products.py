@@ -12,18 +12,17 @@ import jax
 import jax.numpy as jnp
 from jax.extend.core import ClosedJaxpr
 
-from ._jaxpr import rewritten
+from . import _tuning as tuning
+from ._jaxpr import rewrite
 from ._small_call import is_marked
 
-_SMALL = 512  # multiplications of one product
 
-
-def as_sums(jaxpr: ClosedJaxpr) -> ClosedJaxpr:
+def expand_small_products(jaxpr: ClosedJaxpr) -> ClosedJaxpr:
     """The same program with sums in place of its small batched products.
 
     Those of loops that are one kernel stay: there they are loops already, and a tree's gradient is slower with sums.
     """
-    return rewritten(jaxpr, lambda equation: _sum_of(equation) if _is_small(equation) else equation, is_marked)
+    return rewrite(jaxpr, lambda equation: _sum_of(equation) if _is_small(equation) else equation, is_marked)
 
 
 def _is_small(equation):
@@ -34,7 +33,11 @@ def _is_small(equation):
     A, B, out = (x.aval for x in (*equation.invars, *equation.outvars))
     if not batched or not A.dtype == B.dtype == out.dtype or not jnp.issubdtype(A.dtype, jnp.inexact):
         return False
-    return 0 < math.prod(A.shape[axis] for axis in summed) * math.prod(out.shape[len(batched) :]) <= _SMALL
+    return (
+        0
+        < math.prod(A.shape[axis] for axis in summed) * math.prod(out.shape[len(batched) :])
+        <= tuning.EXPANDED_PRODUCT
+    )
 
 
 def _sum_of(equation):

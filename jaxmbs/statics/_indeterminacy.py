@@ -8,15 +8,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..runtime import jit
+from ..runtime import jit, tuning
 from ..tables import table_repr
 from ._bonds import Bonds
 from ._cycles import cycle_pattern
 from ._least_compliance import least_compliance
 from ._network import BodyNetwork
 
-#: Up to this many loop parameters 6 S one dense singular value decomposition decides.
-MAX_SVD_PARAMETERS = 600
 _COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
 _RANK_TOLERANCE = {8: 1e-9, 4: 1e-4}  # relative to the largest singular value
 _COMPONENT_TOLERANCE = {8: 1e-6, 4: 1e-3}  # relative to the largest component of a self-stress
@@ -74,7 +72,10 @@ def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
     if not np.all([np.all(np.isfinite(x)) for x in (bonds.position, bonds.frame, bonds.free)]):
         raise ValueError("positions, frames or free directions of the bonds are not finite")
     if method == "auto":
-        small = 6 * network.num_loops <= MAX_SVD_PARAMETERS and len(network.bonds) * network.num_loops <= 100_000
+        small = (
+            6 * network.num_loops <= tuning.SVD_PARAMETERS
+            and len(network.bonds) * network.num_loops <= tuning.SVD_ENTRIES
+        )
         method = "svd" if small else "random projection"
     middle = np.asarray(bonds.position).sum(0, keepdims=True) / max(1, len(network.bonds))
     near = eqx.tree_at(lambda b: b.position, bonds, bonds.position - jnp.asarray(middle))

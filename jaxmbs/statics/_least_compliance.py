@@ -18,6 +18,7 @@ from jax import lax
 
 from ..math._linalg import small_matmul
 from ..math._spd import spd_inverse
+from ..runtime import fusion_barrier
 from ._bonds import Bonds
 from ._loop_methods import chain_compliance, chain_to_bond_wrenches, chain_twists, choose_method
 from ._network_sums import body_wrenches, bond_twists, tree_twists, tree_wrenches
@@ -46,7 +47,7 @@ class _Conditions(eqx.Module):
 def _conditions(bonds, solver):
     axes, L = bonds.twist_axes, bonds.length
     # the barrier keeps XLA from computing the first product once for every entry of the second
-    C = small_matmul(lax.optimization_barrier(small_matmul(axes, bonds.compliance)), jnp.swapaxes(axes, 1, 2))
+    C = small_matmul(fusion_barrier(small_matmul(axes, bonds.compliance)), jnp.swapaxes(axes, 1, 2))
     weight = jnp.concatenate([jnp.ones(3, L.dtype), jnp.full(3, L**2)])
     weakest = jnp.max(jnp.diagonal(bonds.compliance, axis1=1, axis2=2) * weight[None])
     size = bonds.free_sizes()

@@ -18,13 +18,10 @@ import numpy as np
 from .. import blocksparse
 from ..blocksparse import BlockMatrix, Pattern
 from ..math._spd import refined, spd_inverse
-from ..runtime import product
+from ..runtime import constant_product, tuning
 from ._cycles import cycle_pattern
 from ._network import BodyNetwork
 from ._series_reduction import series_reduction
-
-#: Up to this many loops their parameters are solved for at once (dense, 6 S equations).
-FEW_LOOPS = 20
 
 
 class ForceMethod:
@@ -97,7 +94,7 @@ def chain_compliance(network: BodyNetwork, C):
     """Compliance (m, 6, 6) of every chain: the sum of its bonds' (q, 6, 6)."""
     r = series_reduction(network)
     if r.is_small:
-        return product(np.abs(r.chain_matrix), C)
+        return constant_product(np.abs(r.chain_matrix), C)
     return jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
 
 
@@ -105,7 +102,7 @@ def chain_twists(network: BodyNetwork, d):
     """Sum (m, 6) of the bonds' twists (q, 6) along every chain."""
     r = series_reduction(network)
     if r.is_small:
-        return product(r.chain_matrix, d)
+        return constant_product(r.chain_matrix, d)
     signed = jnp.asarray(r.sign, d.dtype)[:, None] * d
     return jnp.zeros((r.num_chains + 1, 6), d.dtype).at[r.chain].add(signed)[:-1]
 
@@ -114,7 +111,7 @@ def chain_to_bond_wrenches(network: BodyNetwork, y):
     """Wrenches (q, 6) of the bonds from those of their chains (m, 6); transpose of the above."""
     r = series_reduction(network)
     if r.is_small:
-        return product(r.chain_matrix.T, y)
+        return constant_product(r.chain_matrix.T, y)
     padded = jnp.concatenate([y, jnp.zeros((1, 6), y.dtype)])
     return jnp.asarray(r.sign, y.dtype)[:, None] * padded[r.chain]
 
@@ -125,7 +122,7 @@ METHODS = {"force": ForceMethod, "nodal": NodalMethod}
 def choose_method(network: BodyNetwork, method: str):
     """The method of that name; "auto" takes the force method for few loops.  Raises: ValueError for other names."""
     if method == "auto":
-        method = "force" if network.num_loops <= FEW_LOOPS else "nodal"
+        method = "force" if network.num_loops <= tuning.NETWORK_LOOPS else "nodal"
     if method not in METHODS:
         raise ValueError(f"method must be 'auto', 'force' or 'nodal', got {method!r}")
     return METHODS[method]

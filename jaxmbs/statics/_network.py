@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import ModelError
-from ..runtime._gather import SMALL
+from ..runtime import tuning
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ class BodyNetwork:
     @property
     def is_small(self) -> bool:
         """Whether its sums are products with dense matrices."""
-        return len(self.bonds) * len(self.bodies) <= SMALL
+        return len(self.bonds) * len(self.bodies) <= tuning.SUM_PRODUCT
 
     @cached_property
     def incidence(self) -> np.ndarray:

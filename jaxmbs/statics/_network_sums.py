@@ -7,7 +7,7 @@ passes from body to body unchanged and no factorisation is needed on a tree.
 
 import jax.numpy as jnp
 
-from ..runtime import product
+from ..runtime import constant_product
 from ._network import BodyNetwork
 
 
@@ -31,7 +31,7 @@ def body_wrenches(network: BodyNetwork, wrench):
     Source: S1 (27).
     """
     if network.is_small:
-        return product(network.incidence, wrench)
+        return constant_product(network.incidence, wrench)
     parent, child = network.ends
     total = jnp.zeros((len(network.bodies) + 1, 6), wrench.dtype)
     return total.at[child].add(wrench).at[parent].add(-wrench)[:-1]
@@ -40,7 +40,7 @@ def body_wrenches(network: BodyNetwork, wrench):
 def bond_twists(network: BodyNetwork, twist):
     """Twist of every bond's child less its parent's (q, 6), from the bodies' (p, 6); transpose of `body_wrenches`."""
     if network.is_small:
-        return product(network.incidence.T, twist)
+        return constant_product(network.incidence.T, twist)
     parent, child = network.ends
     twist = jnp.concatenate([twist, jnp.zeros((1, 6), twist.dtype)])
     return twist[child] - twist[parent]
@@ -53,7 +53,7 @@ def tree_wrenches(network: BodyNetwork, loads):
     Source: S1 (28), the particular solution.
     """
     if network.is_small:
-        return product(network.load_paths, loads)
+        return constant_product(network.load_paths, loads)
     tree, held = network.tree, network.tree.attached_bodies
     carried = subtree_sums(network, loads)[held] * jnp.asarray(tree.sign[held], loads.dtype)[:, None]
     return jnp.zeros((len(network.bonds), 6), loads.dtype).at[tree.bond[held]].set(carried)
@@ -62,7 +62,7 @@ def tree_wrenches(network: BodyNetwork, loads):
 def tree_twists(network: BodyNetwork, across):
     """Twists of the bodies (p, 6) from those across the tree's bonds (q, 6); transpose of `tree_wrenches`."""
     if network.is_small:
-        return product(network.load_paths.T, across)
+        return constant_product(network.load_paths.T, across)
     tree, held = network.tree, network.tree.attached_bodies
     steps = across[tree.bond[held]] * jnp.asarray(tree.sign[held], across.dtype)[:, None]
     return ancestor_sums(network, jnp.zeros((len(network.bodies), 6), across.dtype).at[held].set(steps))

@@ -5,7 +5,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ..runtime._gather import SMALL
+from ..runtime import tuning
 from ._network import BodyNetwork
 
 
@@ -33,7 +33,7 @@ class SeriesReduction:
     @property
     def is_small(self) -> bool:
         """Whether sums along its chains are products with a dense matrix."""
-        return self.num_chains * len(self.chain) <= SMALL
+        return self.num_chains * len(self.chain) <= tuning.SUM_PRODUCT
 
     @cached_property
     def chain_matrix(self) -> np.ndarray:

@@ -9,11 +9,11 @@ import jax
 import numpy as np
 from tqdm import tqdm
 
-from ..batching._batch import CHUNK, batch
+from ..batching._batch import batch
 from ..batching._result import lane_cost
 from ..batching._table import row_shape, rows
 from ..errors import BatchError
-from ..runtime import collector_at_rest, fingerprint
+from ..runtime import fingerprint, garbage_collection_paused, tuning
 from ..typing import ArrayLike
 from ._plans import Designs, plan_of
 from ._results import dataset, dimensions
@@ -119,7 +119,7 @@ def computed(
     """The answers and `status` of designs, of which there are `number` in most chunks; few are filled up so that one
     program serves all chunks."""
     count = len(next(iter(designs.values())))
-    least = min(number, CHUNK * (os.cpu_count() or 1))
+    least = min(number, tuning.CHUNK * (os.cpu_count() or 1))
     filled = rows(designs, np.minimum(np.arange(max(count, least)), count - 1))
     found = batch(function, filled, progress=False, cost=cost, compile=compile)
     named = _named(found.values) | {"status": np.asarray(found.status)}
@@ -128,7 +128,7 @@ def computed(
 
 def _answers(function, plan: Designs) -> tuple[dict, Any]:
     """Shape and type of every answer to one design, and what the function traces."""
-    with collector_at_rest():
+    with garbage_collection_paused():
         traced, shape = jax.make_jaxpr(function, return_shape=True)(row_shape(plan.designs))
     found = _named(shape)
     if not found or "status" in found:

@@ -4,13 +4,12 @@ Modes are an inverse only as far as they decouple the matrices: a defective root
 motion beside stiff modes costs digits or all of the answer.  What is left over of the equation tells.
 """
 
-import jax
 import jax.numpy as jnp
 from jax import lax
-from jax.custom_batching import custom_vmap
 
 from ..math import _square as square
 from ..math._spd import refined
+from ..runtime import lazy_where
 
 #: What may be left over, of the sizes of its terms, in units of rounding times the root of their number.
 ROUNDING = 64.0
@@ -67,32 +66,12 @@ def _repaired(inverse, matrices, factors, right):
     unit = jnp.where(own > 0, lax.rsqrt(jnp.where(own > 0, own, 1.0)), 1.0)[:, None]
     allowed = ROUNDING * jnp.finfo(miss.dtype).eps * len(right) ** 0.5
     good = jnp.max(miss * unit, axis=0) <= allowed * jnp.max(terms * unit, axis=0)  # not where there is a NaN
-    return _direct_unless(jnp.all(good), v, right, tuple(factors), tuple(matrices))
+    return lazy_where(jnp.all(good), v, _direct_solution, right, tuple(factors), tuple(matrices))
 
 
-@custom_vmap
-def _direct_unless(good, v, right, factors, matrices):
-    """v, or the direct solution where it is not good."""
-
-    def direct():
-        return _factor(sum(f * A.astype(v.dtype) for f, A in zip(factors, matrices, strict=True)), False)(right)
-
-    return lax.cond(good, lambda: v, direct)
-
-
-@_direct_unless.def_vmap
-def _one_at_a_time(size, batched, *args):
-    """Of a batch only those that need it are solved, one after the other: under `vmap` a `cond` does both."""
-    leaves, tree = jax.tree.flatten(args)
-    moving = [x for x, moves in zip(leaves, jax.tree.leaves(batched), strict=True) if moves]
-
-    def call(moved):
-        moved = iter(moved)
-        pairs = zip(leaves, jax.tree.leaves(batched), strict=True)
-        return _direct_unless(*tree.unflatten([next(moved) if moves else x for x, moves in pairs]))
-
-    v = args[1] if batched[1] else jnp.broadcast_to(args[1], (size, *args[1].shape))
-    return lax.cond(jnp.all(args[0]), lambda: v, lambda: lax.map(call, moving)), True
+def _direct_solution(right, factors, matrices):
+    """The solution of `sum(f A) x = right` by a factor of the whole matrix."""
+    return _factor(sum(f * A.astype(right.dtype) for f, A in zip(factors, matrices, strict=True)), False)(right)
 
 
 def _factor(Z, transposed):

@@ -17,6 +17,7 @@ import jaxmbs as mbs
 from jaxmbs.batching import _batch as batches
 from jaxmbs.batching import _program as lanes
 from jaxmbs.batching._result import lane_cost, lane_status
+from jaxmbs.runtime import tuning, working_bytes
 from jaxmbs.status import Status
 
 batch = functools.partial(mbs.batch, progress=False)
@@ -108,13 +109,13 @@ def test_chunk_shrinks_where_memory_is_short(monkeypatch):
         x = jnp.cumsum(jnp.ones(1000) * design["a"])
         return jnp.sort(x)
 
-    monkeypatch.setattr(lanes, "MEMORY", 100_000)
+    monkeypatch.setattr(tuning, "CHUNK_BYTES", 100_000)
     found = lanes.lanes_of(hungry, {"a": np.ones(256)})
     program, chunk = found.fitting(64)
-    assert chunk < 16 and lanes._working_bytes(program) <= 100_000
+    assert chunk < 16 and working_bytes(program) <= 100_000
     assert found.fitting(64)[0] is program
     np.testing.assert_allclose(batch(hungry, {"a": np.arange(256.0)}).values[:, -1], 1000 * np.arange(256.0))
-    monkeypatch.setattr(lanes, "MEMORY", 1)
+    monkeypatch.setattr(tuning, "CHUNK_BYTES", 1)
     assert found.fitting(64)[1] == 1
 
 

@@ -51,7 +51,7 @@ QUESTIONS = {
 @pytest.fixture
 def kinds(monkeypatch):
     """The kinds that the compiler was asked for."""
-    asked, before = set(), compiling.options
+    asked, before = set(), compiling.compiler_options
 
     def options(kind, backend, *often, **named):
         asked.add(kind)
@@ -90,6 +90,6 @@ def counted(design):
 @pytest.mark.parametrize("function, level", [(bowl, True), (counted, False)], ids=["evaluation", "motion"])
 def test_a_batch_of_what_is_no_motion_compiles_at_the_highest_level(function, level, monkeypatch):
     asked = []
-    monkeypatch.setattr(lanes, "options", lambda kind, backend, often: asked.append(often) or {})
+    monkeypatch.setattr(lanes, "compiler_options", lambda kind, backend, often: asked.append(often) or {})
     mbs.batch(lambda d: function(d), rows(5), progress=False)
     assert asked == [level]

@@ -14,7 +14,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.cli import _files as files
 from jaxmbs.cli import main
-from jaxmbs.runtime._jit import SMALL
+from jaxmbs.runtime._jit import SMALL_PROGRAM
 from tests.io.texts import ARM_URDF, LOOPS_MJCF
 
 PENDULUM = """<robot name="pendulum"><link name="base"/>
@@ -43,8 +43,8 @@ def said(capsys, *arguments, status=0):
 def test_the_demo_traces_small_programs(folder, monkeypatch):
     seen = []
     monkeypatch.setattr("jaxmbs.cli._installation.prepare", lambda: None)
-    monkeypatch.setattr("jaxmbs.demo.run", lambda output, quick: seen.append(SMALL.value) or 0)
-    assert main(["demo"]) == 0 and seen == [True] and not SMALL.value
+    monkeypatch.setattr("jaxmbs.demo.run", lambda output, quick: seen.append(SMALL_PROGRAM.value) or 0)
+    assert main(["demo"]) == 0 and seen == [True] and not SMALL_PROGRAM.value
 
 
 def test_check(folder, capsys):

@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.math._linalg import _FEW, saddle_solve
+from jaxmbs.math._linalg import saddle_solve
+from jaxmbs.runtime import tuning
 
 TOLERANCE = {np.float32: 2e-4, np.float64: 1e-12}
 SIZES = {"inverse of the whole": 4, "eliminated": 20}  # unknowns; rows are half of them, and half of those again
@@ -24,7 +25,7 @@ def system(n, dtype):
 @pytest.mark.parametrize("dtype", TOLERANCE, ids=lambda dtype: dtype.__name__)
 def test_precision_and_derivatives(n, dtype):
     M, A, b, c = system(n, dtype)
-    assert (n + len(A) <= _FEW) == (n == SIZES["inverse of the whole"])
+    assert (n + len(A) <= tuning.WHOLE_SADDLE) == (n == SIZES["inverse of the whole"])
     K = np.block([[M, A.T], [A, np.zeros((len(A), len(A)))]]).astype(float)
 
     def expected(b, c):

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from jaxmbs.math import _spatial as spatial
-from jaxmbs.runtime._jit import SMALL
+from jaxmbs.runtime._jit import SMALL_PROGRAM
 
 N, BATCH = 4, 3
 RNG = np.random.default_rng(3)
@@ -117,7 +117,7 @@ def test_single_states_and_batches(name, small):
     ours, theirs, *arrays = CASES[name]
     each = [[np.asarray(theirs(*(x[n, ..., k] for x in arrays))) for k in range(BATCH)] for n in range(N)]
     expected = np.moveaxis(np.array(each), 1, -1)
-    with SMALL(small):
+    with SMALL_PROGRAM(small):
         batch = ours(*map(jnp.asarray, arrays))
         single = ours(*(jnp.asarray(x[..., 0]) for x in arrays))
     np.testing.assert_allclose(batch, expected, rtol=1e-13, atol=1e-13)

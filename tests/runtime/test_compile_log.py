@@ -13,7 +13,7 @@ from jaxmbs.runtime import _compile_log as compile_notes
 
 @pytest.fixture
 def _restored():
-    compile_notes.listen()
+    compile_notes.start_listening()
     yield
     mbs.runtime.report_compiles()
 
@@ -58,4 +58,4 @@ def test_the_library_listens_from_its_first_program_on():
     b.body("bob", 1.0, (0.1, 0.0, 0.0))
     b.joint("pin", mbs.Revolute("y"), "ground", "bob")
     b.build()
-    assert compile_notes.listen.cache_info().currsize == 1
+    assert compile_notes.start_listening.cache_info().currsize == 1

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.runtime._content import KnownFunction, NoContent, content_of
+from jaxmbs.runtime._content import KnownFunction, UnknownContentError, content_of
 from jaxmbs.runtime._fingerprint import fingerprint
 
 
@@ -85,7 +85,7 @@ def test_what_may_change_is_like_itself_alone():
     exec("def f(x): return settings.k * x", space)
     for function in (space["f"], lambda x: thing, lambda x: own(x), lambda x: Own(1.0)(x)):
         assert KnownFunction(function) == KnownFunction(function)
-        with pytest.raises(NoContent):
+        with pytest.raises(UnknownContentError):
             content_of(function)
     assert content_of(own, strict=False) != content_of(Own(3.0), strict=False)
 

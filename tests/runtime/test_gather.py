@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.runtime._gather import FEW, RUNS, TOGETHER, gather_static, map_chunked
+from jaxmbs.runtime import gather_static, map_chunked, tuning
 
 X = np.random.default_rng(0).normal(size=(9, 2, 3))
 PLACES = {
@@ -13,8 +13,8 @@ PLACES = {
     "all": range(9),
     "a run": [2, 3, 4],
     "runs": [7, 8, 0, 1, 1, 5],
-    "more than run as slices": [8, 6, 4, 2, 0, 1, 3, 5, 7][: RUNS + 2],
-    "more than are few": [8, 6, 4, 2, 0, 1, 3, 5, 7] * (1 + FEW // 81),
+    "more than run as slices": [8, 6, 4, 2, 0, 1, 3, 5, 7][: tuning.SLICED_RUNS + 2],
+    "more than are few": [8, 6, 4, 2, 0, 1, 3, 5, 7] * (1 + tuning.GATHER_PRODUCT // 81),
     "none": [],
     "a table": [[0, 1], [1, 8]],
 }
@@ -31,7 +31,7 @@ def test_take(places):
     np.testing.assert_allclose(found, wanted, rtol=1e-14)
 
 
-@pytest.mark.parametrize("number", [1, TOGETHER, TOGETHER + 1, 3 * TOGETHER])
+@pytest.mark.parametrize("number", [1, tuning.ROWS_TOGETHER, tuning.ROWS_TOGETHER + 1, 3 * tuning.ROWS_TOGETHER])
 def test_over_rows(number):
     x, t = jnp.asarray(np.random.default_rng(2).normal(size=(number, 3))), jnp.arange(float(number))
     value = lambda x: map_chunked(lambda row: jnp.sin(row[0]) * row[1], (x, t))  # noqa: E731

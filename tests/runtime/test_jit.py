@@ -1,12 +1,14 @@
-"""`math.jit`: options of the compiler for programs of the library, and none for parts of the user's programs."""
+"""`runtime.jit`: options of the compiler for programs of the library, and none for parts of the user's programs."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxmbs.runtime import SMALL_PROGRAM, jit
+from jaxmbs.runtime import _compiler_options as options
 from jaxmbs.runtime import _jit as module
-from jaxmbs.runtime._jit import SMALL, jit, options
+from jaxmbs.runtime._compiler_options import compiler_options
 
 X = jnp.array([0.3, 1.2])
 
@@ -28,38 +30,49 @@ def test_values_and_every_transformation(compile):
 
 def test_options_reach_the_compiler(monkeypatch):
     """One that the compiler does not know is refused."""
-    monkeypatch.setattr(module, "options", lambda compile, backend: {"no_such_option": 1})
+    monkeypatch.setattr(module, "compiler_options", lambda compile, backend: {"no_such_option": 1})
     with pytest.raises(jax.errors.JaxRuntimeError, match="no_such_option"):
         jit(lambda x: x + 1.0)(X)
 
 
-def test_unknown_options_and_those_of_the_user_are_left_out(monkeypatch):
+@pytest.fixture
+def no_flags(monkeypatch):
+    """Options are chosen anew, without XLA_FLAGS."""
     monkeypatch.delenv("XLA_FLAGS", raising=False)
+    options._chosen.cache_clear()
+    yield
+    options._chosen.cache_clear()
+
+
+def test_options_of_each_kind(no_flags):
     level = "xla_backend_optimization_level"
-    assert set(options.__wrapped__("full", "cpu").items()) ^ set(options.__wrapped__("quick", "cpu").items()) == {
-        (level, 0),
-        (level, 1),
-    }
-    assert options.__wrapped__("full", "cpu", often=True)[level] == 3
-    assert options.__wrapped__("quick", "cpu", often=True)[level] == 0
-    monkeypatch.setattr(module, "_FULL", {"no_such_option": 1, "xla_backend_optimization_level": 1})
-    assert options.__wrapped__("full", "cpu") == {"xla_backend_optimization_level": 1}
-    assert options.__wrapped__("full", "gpu") == {}
+    kinds = {("full", False): 1, ("quick", False): 0, ("full", True): 3, ("quick", True): 0}
+    found = {kind: compiler_options(kind[0], "cpu", often=kind[1]) for kind in kinds}
+    assert {kind: given[level] for kind, given in found.items()} == kinds
+    assert len({frozenset(given.items() - {(level, given[level])}) for given in found.values()}) == 1
+
+
+def test_unknown_options_and_those_of_the_user_are_left_out(no_flags, monkeypatch):
+    level = "xla_backend_optimization_level"
+    monkeypatch.setattr(options, "_FULL", {"no_such_option": 1, level: 1})
+    assert compiler_options("full", "cpu") == {level: 1}
+    assert compiler_options("full", "gpu") == {}
+    options._chosen.cache_clear()
     monkeypatch.setenv("XLA_FLAGS", f"--{level}=0")
-    assert options.__wrapped__("full", "cpu") == {}
+    assert compiler_options("full", "cpu") == {}
 
 
 def test_quick_programs_are_small_ones():
     """Whatever was traced before, and whichever kind a part of them has of itself."""
-    part = jit(lambda x: x + (100.0 if SMALL.value else 0.0))
+    part = jit(lambda x: x + (100.0 if SMALL_PROGRAM.value else 0.0))
     quick, full = (
-        jit(lambda x: part(x) + (10.0 if SMALL.value else 1.0), compile=kind) for kind in ("quick", "full")
+        jit(lambda x: part(x) + (10.0 if SMALL_PROGRAM.value else 1.0), compile=kind) for kind in ("quick", "full")
     )
     for _ in range(2):
         assert float(part(1.0)) == 1.0 and float(full(1.0)) == 2.0 and float(quick(1.0)) == 111.0
     assert float(jax.jit(quick)(1.0)) == 2.0  # part of a program of the user's
-    assert not SMALL.value
-    with SMALL(True):  # a process whose programs are all to be small, as those of the command line
+    assert not SMALL_PROGRAM.value
+    with SMALL_PROGRAM(True):  # a process whose programs are all to be small, as those of the command line
         assert float(full(1.0)) == 111.0
 
 

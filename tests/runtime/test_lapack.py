@@ -9,9 +9,9 @@ from jax.test_util import check_grads
 
 from jaxmbs.math import _square as square
 from jaxmbs.ode._linear_solver import SquareSolver
-from jaxmbs.runtime import _lapack as lapack
+from jaxmbs.runtime import lapack, tuning
 
-SIZES = [0, 1, 7, square.SMALL, square.SMALL + 5]
+SIZES = [0, 1, 7, tuning.ELIMINATED_UNKNOWNS, tuning.ELIMINATED_UNKNOWNS + 5]
 
 
 def _matrix(n, dtype=float, seed=0):
@@ -44,7 +44,7 @@ def test_rows_that_must_change_places():
     assert not np.all(np.isfinite(square.solve(jnp.ones((2, 2)), jnp.ones(2))))
 
 
-@pytest.mark.parametrize("n", [4, pytest.param(square.SMALL + 2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [4, pytest.param(tuning.ELIMINATED_UNKNOWNS + 2, marks=pytest.mark.slow)])
 def test_derivatives_of_two_orders(n):
     A, S, b = _matrix(n), _definite(n), _matrix(n, seed=1)[:, :2]
 
@@ -63,7 +63,7 @@ def test_derivatives_of_two_orders(n):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [3, square.SMALL + 1])
+@pytest.mark.parametrize("n", [3, tuning.ELIMINATED_UNKNOWNS + 1])
 def test_batches_give_what_single_calls_give(n):
     A = jnp.stack([_matrix(n, seed=k) for k in range(6)]).reshape(2, 3, n, n)
     S, b = jnp.einsum("abij,abkj->abik", A, A) + n * jnp.eye(n)[None, None], A[0, 0]
@@ -84,7 +84,7 @@ def test_batches_give_what_single_calls_give(n):
     np.testing.assert_allclose(A.astype(X.dtype) @ X, X * values[..., None, :], atol=1e-10)
 
 
-@pytest.mark.parametrize("n", [3, square.SMALL + 1])
+@pytest.mark.parametrize("n", [3, tuning.ELIMINATED_UNKNOWNS + 1])
 def test_gradients_of_batches(n):
     A = jnp.stack([_matrix(n, seed=k) for k in range(3)])
     found = jax.jit(jax.vmap(jax.grad(lambda A: jnp.sum(square.solve(A, jnp.sin(A)) ** 2))))(A)

@@ -7,7 +7,7 @@ import pytest
 from jax import lax
 
 from jaxmbs.math._spd import spd_solve
-from jaxmbs.runtime._remat import SMALL, remat, save_factor
+from jaxmbs.runtime import remat, save_factor, tuning
 
 
 def test_a_solution_is_not_looked_for_again():
@@ -19,7 +19,9 @@ def test_a_solution_is_not_looked_for_again():
     assert str(jax.make_jaxpr(jax.grad(value))(x)).count("custom_linear_solve[") == 2  # the value's, the derivative's
 
 
-@pytest.mark.parametrize("size, times", [(SMALL, 1), (SMALL + 1, 2)], ids=["small", "large"])
+@pytest.mark.parametrize(
+    "size, times", [(tuning.SAVED_FACTOR, 1), (tuning.SAVED_FACTOR + 1, 2)], ids=["small", "large"]
+)
 def test_factors_are_kept_where_they_are_small(size, times):
     def value(x):
         return jnp.sum(remat(lambda x: x * save_factor(lax.stop_gradient(jnp.tan(x))))(x))

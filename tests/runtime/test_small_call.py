@@ -10,10 +10,11 @@ import pytest
 from jax import lax
 
 import jaxmbs as mbs
+from jaxmbs.runtime import _compiler_options as options
 from jaxmbs.runtime import _jit as jit_module
 from jaxmbs.runtime import _small_call as module
-from jaxmbs.runtime._jit import jit, options
-from jaxmbs.runtime._small_call import MARKED, marks, small_call
+from jaxmbs.runtime import jit, without_tricks
+from jaxmbs.runtime._small_call import MARKING, should_mark, small_call
 from tests.zoo.mechanisms import four_bar, four_bar_state
 
 X = jnp.array([0.3, 1.2])
@@ -23,7 +24,7 @@ MARK = "xla_cpu_small_call"
 @pytest.fixture
 def marked(monkeypatch):
     """Programs of the library are compiled with marks; the tests run with the flag that makes them needless."""
-    monkeypatch.setattr(jit_module, "marks", lambda *_: True)
+    monkeypatch.setattr(jit_module, "should_mark", lambda *_: True)
 
 
 def three_times(step, x, loop=lambda loop: loop):
@@ -34,7 +35,7 @@ def three_times(step, x, loop=lambda loop: loop):
 
 
 def text(function, x):
-    with MARKED(True):
+    with MARKING(True):
         return jax.jit(function).lower(x).as_text()
 
 
@@ -79,14 +80,16 @@ def test_whole_numbers_that_a_double_cannot_hold_are_not_marked():
 @pytest.mark.parametrize("kind", ["full", "quick"])
 def test_where_marks_are_set(monkeypatch, kind):
     monkeypatch.delenv("XLA_FLAGS", raising=False)
-    given = options.__wrapped__(kind, "cpu")
-    assert marks("cpu", given) == jax.__version__.startswith("0.10.")
-    assert not marks("gpu", {}) and not marks("cpu", {})
+    given = dict(options._QUICK if kind == "quick" else options._FULL)
+    assert should_mark("cpu", given) == jax.__version__.startswith("0.10.")
+    assert not should_mark("gpu", {}) and not should_mark("cpu", {})
+    with without_tricks("small_call"):
+        assert not should_mark("cpu", given)
     monkeypatch.setattr(module, "_RELEASES", ("0.9.",))
-    assert not marks("cpu", given)
+    assert not should_mark("cpu", given)
     monkeypatch.undo()
-    monkeypatch.setenv("XLA_FLAGS", f"--xla_backend_extra_options={module.SMALL_LOOPS}=1")
-    assert not marks("cpu", given)
+    monkeypatch.setenv("XLA_FLAGS", f"--xla_backend_extra_options={options.SMALL_LOOPS}=1")
+    assert not should_mark("cpu", given)
 
 
 def test_no_marks_in_a_program_of_the_users(marked):
@@ -117,5 +120,5 @@ def test_motions(monkeypatch, solver, mode):
     question = {"value": last, "reverse": jax.grad(last), "forward": jax.jacfwd(last)}[mode]
     assert (MARK in text(question, jnp.asarray(3.0))) == (mode != "forward")
     plain = jit(question)(jnp.asarray(3.0))
-    monkeypatch.setattr(jit_module, "marks", lambda *_: True)
+    monkeypatch.setattr(jit_module, "should_mark", lambda *_: True)
     np.testing.assert_allclose(jit(lambda x: question(x))(jnp.asarray(3.0)), plain, rtol=1e-11)

@@ -9,8 +9,8 @@ from jax.extend.core import jaxpr_as_fun
 
 from jaxmbs.math._linalg import saddle_solve, small_matmul
 from jaxmbs.runtime._jaxpr import equations
-from jaxmbs.runtime._small_call import MARKED, small_call
-from jaxmbs.runtime._small_products import as_sums
+from jaxmbs.runtime._small_call import MARKING, small_call
+from jaxmbs.runtime._small_products import expand_small_products
 
 RANDOM = np.random.default_rng(4)
 M = RANDOM.normal(size=(5, 3, 3))
@@ -23,7 +23,7 @@ def products(jaxpr):
 def both(function, *args):
     """(values, values with sums, products that are left)."""
     program = jax.make_jaxpr(function)(*args)
-    changed = as_sums(program)
+    changed = expand_small_products(program)
     assert products(program)
     return jaxpr_as_fun(program)(*args), jax.jit(jaxpr_as_fun(changed))(*args), products(changed)
 
@@ -71,7 +71,7 @@ def test_a_marked_loop_keeps_its_products():
     def loop(A):
         return small_call(lambda x: lax.fori_loop(0, 3, lambda _, x: A @ x, x))(A)
 
-    with MARKED(True):
+    with MARKING(True):
         _, _, left = both(jax.vmap(loop), jnp.asarray(M))
     assert len(left) == 1
     assert not both(jax.vmap(loop), jnp.asarray(M))[2]

@@ -1,0 +1,54 @@
+"""Table of the tricks: which are on, and which do not work on this JAX and why."""
+
+import importlib.metadata
+from typing import NamedTuple
+
+import jax
+
+from ._compiler_options import OPTIONS, SMALL_LOOPS, is_given, known_options
+from ._lapack import must_be_sequential
+from ._small_call import sets_marks
+from ._tricks import TRICKS, is_on
+
+
+class TrickState(NamedTuple):
+    """A trick on the JAX at hand: its name, "on", "off", "needed" or "not available", why, and what it gains."""
+
+    name: str
+    state: str
+    reason: str
+    gain: str
+
+
+def trick_states() -> list[TrickState]:
+    """The state of every trick on this JAX, with its backend and XLA_FLAGS."""
+    return [TrickState(name, *_state(name), gain) for name, gain in TRICKS.items()]
+
+
+def _state(name):
+    obstacle = _obstacle(name)
+    if obstacle:
+        return "not available", obstacle
+    if name == "sequential_lapack" and must_be_sequential():
+        return "needed", f"jaxlib {importlib.metadata.version('jaxlib')} can deadlock without it"
+    return ("on", "") if is_on(name) else ("off", "JAXMBS_TRICKS switches it off")
+
+
+def _obstacle(name):
+    """The reason why a trick does nothing here, or an empty text."""
+    backend = jax.default_backend()
+    if name in (*OPTIONS, "small_call", "small_products", "chunked_maps", "sequential_lapack") and backend != "cpu":
+        return f"for the CPU alone, not for {backend}"
+    option = OPTIONS.get(name, "")
+    if option and option not in known_options(backend):
+        return f"the XLA of jax {jax.__version__} does not know {option}"
+    if option and is_given(option):
+        return f"XLA_FLAGS sets {option}"
+    if name == "small_call" and not sets_marks(jax.__version__):
+        return f"jax {jax.__version__}: XLA makes kernels of small loops itself, or takes no marks"
+    if name == "small_call" and is_given(SMALL_LOOPS):
+        return f"XLA_FLAGS sets {SMALL_LOOPS}"
+    needs = ("fusion_emitters", "ynn_fusion")
+    if name == "small_call" and not all(is_on(need) and not _obstacle(need) for need in needs):
+        return f"needs {' and '.join(needs)}"
+    return ""

@@ -1,0 +1,68 @@
+"""Tuned numbers: sizes at which the library changes its algorithm or its program for speed alone.
+
+Each says what it decides, and in brackets the script of `benchmarks/` whose figures move with it.  All were set on
+two cores of an x86-64 server CPU.  Answers agree to rounding on both sides of every number: nothing but speed and
+memory changes with it.
+"""
+
+# ----------------------------------------------------------------------------------------- gathers and sums of rows
+#: States or loads that `map_chunked` works on side by side: with 64 designs their numbers stay in the cache
+#: (`saved_times.py`: 101 saved states three times cheaper than all at once).
+ROWS_TOGETHER = 8
+#: Runs of neighbouring rows that `gather_static` takes by slices, whose transpose is no loop (`cold_start.py`).
+SLICED_RUNS = 6
+#: Entries of the 0-1 matrix by which `gather_static` takes a few scattered rows (`cold_start.py`).
+GATHER_PRODUCT = 64
+#: Entries of the 0-1 matrix by which `segment_sum_static`, and sums along the bonds of statics, add rows
+#: (`cold_start.py`, `networks.py`).
+SUM_PRODUCT = 4096
+#: Nodes of a tree whose sums are products with the matrix of paths in place of a loop (`tree_dynamics.py`,
+#: `closed_loop.py`); the loop's work is linear in the nodes.
+TREE_SUM_PRODUCT = 12
+
+# ------------------------------------------------------------------------------------------- programs of the compiler
+#: Numbers of a matrix factor that a gradient saves in place of computing it again (`trajectory_gradient.py`).
+SAVED_FACTOR = 2048
+#: Multiplications of a batched product that is expanded to a sum (`batch_of_motions.py`: a tenth at 128 to 512).
+EXPANDED_PRODUCT = 512
+#: Entries of a matrix whose products are left to XLA's library, on several threads: a loop with one of them is not
+#: made one kernel (`trajectory_gradient.py`).
+LIBRARY_PRODUCT = 4096
+
+# ----------------------------------------------------------------------------------------------- dense linear algebra
+#: Columns of a positive definite matrix that are eliminated one by one; larger matrices go by blocks of `SPD_BLOCK`
+#: (`reactions.py`): a rank-one update of a large matrix is bound by memory, a block's update is a product.
+SPD_COLUMNS, SPD_BLOCK = 48, 16
+#: Unknowns of a general matrix that is inverted by Gauss-Jordan elimination, not by LAPACK (`substructures.py`).
+ELIMINATED_UNKNOWNS = 32
+#: Unknowns and rows of a saddle system whose inverse is formed: six products of a round are two (`closed_loop.py`).
+WHOLE_SADDLE = 16
+#: Rows shared by indeterminate joints that are solved for in one dense system (`reactions.py`).
+SHARED_ROWS = 120
+#: Loops of a network up to which `method="auto"` solves for their parameters at once (`networks.py`).
+NETWORK_LOOPS = 20
+#: Loop parameters (6 a loop), and bonds times loops, up to which one dense singular value decomposition finds what is
+#: indeterminate (`networks.py`).
+SVD_PARAMETERS, SVD_ENTRIES = 600, 100_000
+#: Pivots of a front of the block-sparse solver that are kept as the inverse of their factor (`networks.py`).
+INVERTED_PIVOTS = 64
+#: Pivots of a front that are eliminated column by column (`networks.py`).
+FRONT_COLUMNS = 24
+#: Fronts assembled into one (`networks.py`: more of them give more shapes of fronts, which is more to compile).
+FRONT_CHILDREN = 4
+#: Work [flops] of a front that does not grow with its size, and of a step of a scan over fronts (`networks.py`).
+FRONT_OVERHEAD, STEP_OVERHEAD = 4e3, 2e4
+#: Numbers in the fronts of one step of that scan: about what a core's cache holds (`networks.py`).
+STEP_ENTRIES = 60_000
+#: Shapes of fronts of one height among which the padding is chosen (the choice takes time quadratic in it).
+FRONT_SHAPES = 24
+
+# ---------------------------------------------------------------------------------------------------- many designs
+#: Designs of a batch in one chunk: as cheap each as 64, cheaper than 16 or 128 (`batch_of_motions.py`).
+CHUNK = 32
+#: Bytes that the intermediate and returned arrays of one chunk may take (`batch_of_motions.py`: loads of wishbones).
+CHUNK_BYTES = 256 * 2**20
+#: Chunks for each thread before designs are first grouped by what they cost (`batch_of_motions.py`).
+FIRST_CHUNKS = 4
+#: Searches of a multistart side by side: few, since they end one after the other (`wishbone_limits.py`).
+SEARCHES_TOGETHER = 8
