@@ -10,14 +10,15 @@ from .analysis._equilibrium import equilibrium as mechanism_equilibrium
 from .analysis._linearise import Linearisation, StateSpace
 from .analysis._linearise import frequency_response as mechanism_response
 from .analysis._mechanism_modes import modes as mechanism_modes
-from .coupling._loads import BondLoads
-from .coupling._measured import MeasuredNetwork
+from .coupling._bond_loads import BondLoads
+from .coupling._measured_network import MeasuredNetwork
 from .coupling._network import reactions as network_reactions
 from .errors import ModelError
 from .kinematics._state import HasStates, State
+from .linear._check import Check
 from .linear._check import check as linear_check
-from .linear._check_report import Check
 from .linear._static_response import StaticResponse
+from .linear._static_response import equilibrium as linear_equilibrium
 from .linear._system import LinearSystem
 from .linear._transfer import TransferFunctions
 from .model._entry_points import check_precision, check_system
@@ -31,9 +32,8 @@ from .typing import AnyArray, ArrayLike, CoordinateLike, WordedError
 from .vibration._harmonic_response import HarmonicResponse
 from .vibration._linear_motion import LinearMotion, Link
 from .vibration._modes import Modes
-from .vibration._questions import equilibrium as linear_equilibrium
-from .vibration._questions import frequency_response as linear_response
-from .vibration._questions import modes as linear_modes
+from .vibration._system_analysis import frequency_response as linear_response
+from .vibration._system_analysis import modes as linear_modes
 from .vibration._transient import simulate as linear_simulate
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])

@@ -27,7 +27,7 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import elements, fem, forces, viz
-from jaxmbs.coupling import connect, equivalent_impulse, limit_loads, modal_pairs, peak_response, rigid
+from jaxmbs.coupling import connect, equivalent_impulse, limit_loads, modal_pairs, peak_response, rigid_bond
 from jaxmbs.reductions import CraigBampton, reduce
 from jaxmbs.vibration import Link, Modal
 
@@ -75,7 +75,7 @@ print(mbs.check(fine))
 LOSS = 3e-4  # [s], damping in proportion to the stiffness: 1 % at 10 Hz
 tall, fine = (s.with_damping(LOSS * s.stiffness) for s in (tall, fine))
 carrier, payload = reduce(tall, CraigBampton(num_modes=8)), reduce(fine, CraigBampton(num_modes=6))
-bolts = {"bolts": rigid("payload.foot", f"stage.{TOP}")}
+bolts = {"bolts": rigid_bond("payload.foot", f"stage.{TOP}")}
 net = connect({"stage": carrier, "payload": payload}, bolts)
 whole = connect({"stage": tall, "payload": fine}, bolts)
 reduced, full = (mbs.modes(system, damped=False) for system in (net, whole))

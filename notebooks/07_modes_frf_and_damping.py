@@ -71,7 +71,7 @@ print(f"{len(labels)} coordinates")
 # %%
 modes = natural_modes(K=K, M=M, num=10)
 motions = linear.rigid_motions(mast(radii).positions)
-directions = jnp.stack([fem.collect(mast(radii), motions[:, :, d]) for d in range(3)], axis=1)
+directions = jnp.stack([fem.gather_rows(mast(radii), motions[:, :, d]) for d in range(3)], axis=1)
 shares = effective_masses(modes, M, directions)
 print("   Hz     effective mass x, y, z [kg]")
 for f, row in zip(modes.frequencies, shares, strict=True):

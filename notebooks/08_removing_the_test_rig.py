@@ -26,7 +26,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import scipy.linalg
 
-from jaxmbs import experiment
+from jaxmbs import experiment, linear
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -100,7 +100,7 @@ def amplitudes(start, end, level=LEVEL, seed=0):
     """Frequencies, rising, and complex amplitudes (frequencies, 8 signals, runs)."""
     phase, omega, signals = sweep(start, end, level, NOISE, seed)
     flat = jnp.asarray(signals.transpose(0, 2, 1).reshape(-1, len(time)))
-    found = experiment.swept_amplitudes(flat, jnp.asarray(phase), centres, WIDTH).reshape(len(centres), -1, 2)
+    found = experiment.sweep_amplitudes(flat, jnp.asarray(phase), centres, WIDTH).reshape(len(centres), -1, 2)
     order = np.argsort(omega[centres])
     return omega[centres][order], found[order]
 
@@ -124,7 +124,7 @@ def suspended(signals):
     return experiment.free_response(signals[:, :N], signals[:, N : N + 2]).receptance
 
 
-variance = jnp.broadcast_to(jnp.asarray(experiment.swept_variance(NOISE, WIDTH))[None, :, None], Z_up.shape)
+variance = jnp.broadcast_to(jnp.asarray(experiment.sweep_variance(NOISE, WIDTH))[None, :, None], Z_up.shape)
 B_up, var_up = experiment.propagate(free, Z_up, variance)
 B_down, var_down = experiment.propagate(free, Z_down, variance)
 
@@ -188,9 +188,9 @@ Z = np.zeros((len(omega), 6, 6), complex)
 Z[:, :4, :4] += K + 1j * w * C - w**2 * M
 Z[:, 2:, 2:] += fixture_K + 1j * w * fixture_C - w**2 * fixture_M
 names = ["m1", "m2", "m3", "m4", "f1", "f2"]
-assembled = experiment.TransferFunctions(omega, np.linalg.inv(Z), names, names)
+assembled = linear.TransferFunctions(omega, np.linalg.inv(Z), names, names)
 fixture_Z = fixture_K + 1j * w * fixture_C - w**2 * fixture_M
-fixture = experiment.TransferFunctions(omega, np.linalg.inv(fixture_Z), names[2:], names[2:])
+fixture = linear.TransferFunctions(omega, np.linalg.inv(fixture_Z), names[2:], names[2:])
 alone = np.linalg.inv(K + 1j * w * C - w**2 * M)
 
 
@@ -200,15 +200,15 @@ def noise_of(transfer):
 
 both = jnp.concatenate([assembled.values.reshape(len(omega), -1), fixture.values.reshape(len(omega), -1)], axis=1)
 of_both = jnp.concatenate([noise_of(assembled).reshape(len(omega), -1), noise_of(fixture).reshape(len(omega), -1)], 1)
-measured = experiment.noisy(jax.random.key(0), both, of_both)[:, None, :]
+measured = experiment.add_noise(jax.random.key(0), both, of_both)[:, None, :]
 
 
 PLACE = "m4"
 
 
 def without_fixture(values, channels, rank):
-    seen = assembled.replace(values[:, 0, :36].reshape(-1, 6, 6))
-    known = fixture.replace(values[:, 0, 36:].reshape(-1, 4, 4))
+    seen = assembled.with_values(values[:, 0, :36].reshape(-1, 6, 6))
+    known = fixture.with_values(values[:, 0, 36:].reshape(-1, 4, 4))
     return experiment.decouple(seen, known, channels, rank=rank).at([PLACE], [PLACE]).values
 
 
@@ -245,7 +245,7 @@ axes[1].legend(frameon=False, ncols=2)
 # holds. The real and imaginary stiffness that remain are the structure's own.
 
 # %%
-held = experiment.TransferFunctions(
+held = linear.TransferFunctions(
     omega, np.linalg.inv(K + 1j * w * C - w**2 * M + 500.0 * at_ends), names[:4], names[:4]
 )
 found = experiment.remove_stiffness(held, ["m1", "m4"], 500.0 * np.eye(2))

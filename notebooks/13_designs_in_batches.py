@@ -25,7 +25,7 @@ import numpy as np
 import optax
 
 import jaxmbs as mbs
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import carried_loads, mass_properties
@@ -104,8 +104,8 @@ PIECES, END = 6, "3"
 STEP = 1.0 / PIECES
 NODES = jnp.stack([jnp.linspace(0.0, STEP, 4), jnp.zeros(4), jnp.zeros(4)], axis=1)
 names = [f"tube{k}" for k in range(PIECES)]
-BONDS = {"hub": rigid("tube0.0")}  # held at the hub
-BONDS |= {f"weld{k}": rigid(f"tube{k}.0", f"tube{k - 1}.{END}") for k in range(1, PIECES)}
+BONDS = {"hub": rigid_bond("tube0.0")}  # held at the hub
+BONDS |= {f"weld{k}": rigid_bond(f"tube{k}.0", f"tube{k - 1}.{END}") for k in range(1, PIECES)}
 
 
 @jax.vmap
@@ -137,7 +137,7 @@ def bond_forces(radii):
     motion = mbs.simulate(system, mbs.State.at(system), ts=jnp.linspace(0.05, 0.5, 10), rtol=1e-6, atol=1e-6)
     components = dict(zip(names, tubes, strict=True))
     loads = carried_loads(system, motion, components, {"grip": (names[-1], END)})
-    placed = [t.with_interface("0", END).moved((k * STEP, 0, 0)) for k, t in enumerate(tubes)]
+    placed = [t.with_interface("0", END).translate((k * STEP, 0, 0)) for k, t in enumerate(tubes)]
     net = connect(dict(zip(names, placed, strict=True)), BONDS)
     rest = mbs.equilibrium(net, loads)
     (row,), _ = net.outputs(f"{names[-1]}.{END} z")

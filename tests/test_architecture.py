@@ -165,7 +165,7 @@ def _is_word(value):
 
 
 SHOWN = {"io", "viz", "bondgraph", "tables", "cli", "demo"}  # rooms that count lines, letters and names, not work
-BOUNDS = {"LARGEST", "8"}  # a matrix too large to be made dense; names in a message
+BOUNDS = {"MAX_DENSE_ROWS", "8"}  # a matrix too large to be made dense; names in a message
 
 
 @pytest.mark.parametrize("path", FILES, ids=_module_name)

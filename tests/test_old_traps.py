@@ -11,7 +11,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.elements import PointMass, Rod
-from jaxmbs.elements._base import number
+from jaxmbs.elements._base import as_real
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.linear import LinearSystem
 
@@ -38,7 +38,7 @@ FUNCTIONS = public_functions()
 class Strut(Rod):
     """A user's element that damps, by a field of any name."""
 
-    oil: jnp.ndarray = eqx.field(converter=number, default=0.0)
+    oil: jnp.ndarray = eqx.field(converter=as_real, default=0.0)
 
     def damping(self, nodes):
         return self.oil * self.stiffness(nodes)
@@ -47,8 +47,8 @@ class Strut(Rod):
 class Drag(mbs.forces.AbstractScalarLaw):
     """A user's law whose fields are named like others' and mean something else."""
 
-    damping: jnp.ndarray = eqx.field(converter=number, default=0.0)
-    power: jnp.ndarray = eqx.field(converter=number, default=3.0)
+    damping: jnp.ndarray = eqx.field(converter=as_real, default=0.0)
+    power: jnp.ndarray = eqx.field(converter=as_real, default=3.0)
 
     def effort(self, x, v, t):
         return -self.power * v * jnp.abs(v)
@@ -107,9 +107,8 @@ def test_no_function_hides_a_room():
 
 EITHER = {"check", "equilibrium", "frequency_response", "modes", "reactions", "simulate"}  # of either noun in `mbs`
 ALIKE = {  # the same of two kinds of things: bodies or components, fields or graphs, blocks or elements
-    *("interface_forces", "assemble"),
+    "assemble",
     "jit",  # for the library, for users
-    "inertia",  # the module of inertias of bodies, and Sylvester's of a factor
 }
 
 

@@ -14,10 +14,10 @@ FACES = {
     "jaxmbs.vibration": """
         HarmonicResponse LinearMotion Link Modal ModalMotion Modes ResonanceGains accelerance
         acceleration_gain base_load complex_modes damped_frequency dense_response direct_response
-        effective_masses equilibrium frequency_response gain_from_mobility generalised_stiffness
-        harmonic_response is_coupling_modes lowest_modes mac mobility mobility_from_gain modal_damping
-        modal_motion modal_receptance modal_response modal_transfer_matrix mode_ratios modes natural_modes
-        oscillations participation rayleigh_damping rayleigh_from_ratios receptance resonance_gains simulate
+        effective_masses frequency_response gain_from_mobility generalised_stiffness harmonic_response
+        is_coupling_modes lowest_modes mac mobility mobility_from_gain modal_damping modal_motion
+        modal_receptance modal_response modal_transfer_matrix mode_ratios modes natural_modes oscillations
+        participation rayleigh_damping rayleigh_from_ratios receptance resonance_gains simulate
         structural_damping superpose track_modes transfer_matrix transmissibility viscous_receptance
     """,
     "jaxmbs.reaction": """
@@ -73,8 +73,8 @@ FACES = {
         stiffness
     """,
     "jaxmbs.blocksparse": """
-        BlockMatrix BlockOperator BlockSolver Factor Pattern Plan analyse assemble factor inertia is_finite
-        log_determinant solve solve_once
+        BlockMatrix BlockOperator BlockSolver Factor Pattern Plan analyse assemble factor is_finite
+        log_determinant matrix_inertia solve solve_once
     """,
     "jaxmbs.bondgraph": """
         bond_graph bond_powers graph_state_equations junction_residual
@@ -83,10 +83,11 @@ FACES = {
         SystemBuilder
     """,
     "jaxmbs.coupling": """
-        BaseMotion Bond BondLoad BondLoads Components CoupledResponse Determinacy MeasuredNetwork ModalPairs
-        Network RigidBody base_motion bushing combine_modal_maxima connect coupled_response cqc_correlation
-        equivalent_impulse hinge interface_pattern limit_loads modal_pairs peak_response reactions rigid
-        truncation_shortfall
+        BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy
+        MeasuredNetwork ModalPairs RigidBody base_motion bushing combine_modal_maxima connect couple_transfer
+        coupled_response coupling_forces cqc_correlation equivalent_impulse hinge interface_pattern
+        limit_loads modal_pairs peak_response reactions regularised_inverse rigid_bond truncation_shortfall
+        uncoupled_transfer
     """,
     "jaxmbs.demo": """
         run
@@ -96,14 +97,15 @@ FACES = {
         sensitivities tolerances
     """,
     "jaxmbs.experiment": """
-        Suspension TransferFunctions VirtualPoint check_suspension coherence_variance couple decouple
-        flexible_channels free_response interface_forces mean_of_repeats measured_stiffness noise_variance
-        noisy nonlinearity propagate propagate_scalar regular_inverse remove_stiffness rigid_channels
-        sweep_phase swept_amplitudes swept_variance uncoupled virtual_point
+        SuspensionCheck VirtualPoint add_noise check_suspension coherence_variance decouple flexible_channels
+        free_response mean_of_repeats measured_stiffness noise_variance nonlinearity propagate
+        propagate_scalar remove_stiffness rigid_channels sweep_amplitudes sweep_phase sweep_variance
+        virtual_point
     """,
     "jaxmbs.fem": """
-        Coordinates Group Structure assemble assemble_blocks assemble_dense body_load collect element_forces
-        element_matrices element_stresses histories line_load nodal_load node_pattern pressure_load spread
+        CoordinateTable Group Structure assemble assemble_blocks assemble_dense body_load element_forces
+        element_matrices element_stresses gather_rows line_load nodal_load node_pattern pressure_load
+        recover_history scatter_rows
     """,
     "jaxmbs.flexible": """
         ElasticBody FloatingFrame carried_loads deformations displacements floating_frame interface_loads
@@ -119,7 +121,7 @@ FACES = {
         read_mjcf read_nastran read_op4 read_uff read_urdf register save_model write_uff
     """,
     "jaxmbs.linear": """
-        Check LinearSystem StaticResponse TransferFunctions block_matrices check constraint_modes
+        Check LinearSystem StaticResponse TransferFunctions block_matrices check constraint_modes equilibrium
         interface_basis partition rigid_motions static_response
     """,
     "jaxmbs.model": """
@@ -133,9 +135,9 @@ FACES = {
         AbstractReduction Characteristic CraigBampton CraigChang Cyclic Guyan Hurty MacNeal Mirror Mixed
         Reduced Rubin SymmetrySubspace Unreduced VirtualMotions averaged_motion averaged_transformation
         characteristic_modes determinate_coordinates element_loads fixed_interface_modes force_errors
-        frequency_errors harmonic interface_forces mode_acceleration mode_acceleration_free num_modes_up_to
-        on_interface reduce rigid_body_motions rigid_node rigid_transformation rotated support_motions
-        virtual_work
+        frequency_errors harmonic_amplitudes interface_forces mode_acceleration mode_acceleration_free
+        num_modes_below reduce rigid_body_motions rigid_node rigid_transformation rotate support_motions
+        transform_interface virtual_work
     """,
     "jaxmbs.statics": """
         BodyNetwork BondReaction BondReactions Bonds ReactionFamily ReactionMatrix Redundancy bond_reactions

@@ -18,7 +18,7 @@ from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
 from ..errors import ModelError
-from ..flexible._stiffening import missing, squared_spins, warn_of_stiffening
+from ..flexible._stiffening import squared_spins, stiffening_errors, warn_of_stiffening
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import at_state, configuration, node_accelerations, with_velocities
@@ -35,7 +35,7 @@ from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
-from ..vibration._questions import frequency_response as response_by_names
+from ..vibration._system_analysis import frequency_response as response_by_names
 from ._release_drives import release_drives
 
 
@@ -218,7 +218,7 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
     R = projected_resistance_field(system, at, Gamma, state.velocities)
     columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
     still = (
-        missing(system, squared_spins(system, with_velocities(system, at, state.velocities)))
+        stiffening_errors(system, squared_spins(system, with_velocities(system, at, state.velocities)))
         if system.elastic
         else {}
     )

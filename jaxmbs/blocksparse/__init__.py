@@ -1,6 +1,6 @@
 """Block-sparse linear systems: pattern, ordering, factorisation, solution; vmapped and differentiable."""
 
-from ._factorisation import Factor, factor, inertia, is_finite, log_determinant, solve, solve_once
+from ._factorisation import Factor, factor, is_finite, log_determinant, matrix_inertia, solve, solve_once
 from ._matrix import BlockMatrix, assemble
 from ._operator import BlockOperator, BlockSolver
 from ._pattern import Pattern
@@ -16,9 +16,9 @@ __all__ = [
     "analyse",
     "assemble",
     "factor",
-    "inertia",
     "is_finite",
     "log_determinant",
+    "matrix_inertia",
     "solve",
     "solve_once",
 ]

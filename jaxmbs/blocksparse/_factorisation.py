@@ -22,7 +22,7 @@ from ._plan import Plan, analyse
 
 
 class Factor(eqx.Module):
-    """A factorised `BlockMatrix`: `solve(factor, b)`, `log_determinant(factor)`, `inertia(factor)`, `factor.T`."""
+    """Factorisation of a `BlockMatrix`, for `solve`, `log_determinant` and `matrix_inertia`."""
 
     matrix: BlockMatrix
     pivots: tuple
@@ -56,10 +56,12 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
     if plan.pattern != matrix.pattern:
         raise ValueError(f"the plan is of {plan.pattern}, the matrix of {matrix.pattern}")
     fixed = lax.stop_gradient(matrix)
-    return Factor(matrix, factorise(plan, fixed if kind == "lu" else _even(fixed, kind), kind), plan, kind)
+    return Factor(
+        matrix, factorise(plan, fixed if kind == "lu" else _require_symmetric(fixed, kind), kind), plan, kind
+    )
 
 
-def _even(matrix, kind):
+def _require_symmetric(matrix, kind):
     """The matrix, NaN where its diagonal blocks are not symmetric.  Raises: ValueError for such, if concrete."""
     part, limit = matrix.asymmetry, jnp.finfo(matrix.diagonal.dtype).eps ** 0.5
     if not is_concrete(part):
@@ -83,13 +85,13 @@ def solve(factor: Factor, right: Array | np.ndarray, refine: int = 0) -> Array:
         return lax.complex(solve(factor, right.real, refine), solve(factor, right.imag, refine))
     X = X.astype(dtype)
     kept, transposed = (lax.stop_gradient(f.pivots) for f in (factor, factor.T))
-    by = lambda pivots: lambda apply, b: _refined(factor.plan, pivots, apply, b, refine)  # noqa: E731
+    by = lambda pivots: lambda apply, b: _solve_refined(factor.plan, pivots, apply, b, refine)  # noqa: E731
     symmetric = factor.kind != "lu"
     found = lax.custom_linear_solve(factor.matrix.__matmul__, X, by(kept), by(transposed), symmetric=symmetric)
     return found[..., 0] if right.ndim == 2 else found
 
 
-def _refined(plan, pivots, apply, b, steps):
+def _solve_refined(plan, pivots, apply, b, steps):
     x = substitute(plan, pivots, b)
     for _ in range(steps):
         x = x + substitute(plan, pivots, b - apply(x))
@@ -134,7 +136,7 @@ def _trace_rule(plan, kind, primals, tangents):
     return primals[1], jax.jvp(total, (primals[0],), (tangents[0],))[1]
 
 
-def inertia(factor: Factor) -> tuple[Array, Array]:
+def matrix_inertia(factor: Factor) -> tuple[Array, Array]:
     """(positive, negative) numbers of eigenvalues of a symmetric matrix, from its "ldl" factor.
 
     Padding is not counted.  Raises: ValueError, if concrete, for a factor that is not finite.

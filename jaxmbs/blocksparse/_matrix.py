@@ -56,7 +56,7 @@ class BlockMatrix(eqx.Module):
         return BlockMatrix(self.pattern, _T(self.diagonal), _T(self.lower), _T(self.upper))
 
     @property
-    def below(self) -> Inexact[Array, "edges size size"]:
+    def lower_blocks(self) -> Inexact[Array, "edges size size"]:
         """The blocks A[j, i] of the edges i < j."""
         return _T(self.upper) if self.lower is None else self.lower
 
@@ -66,13 +66,13 @@ class BlockMatrix(eqx.Module):
         X = x[..., None] if vector else x
         i, j = self.pattern.edges.T
         Y = self.diagonal @ X
-        Y = Y.at[i].add(self.upper @ X[j]).at[j].add(self.below @ X[i])
+        Y = Y.at[i].add(self.upper @ X[j]).at[j].add(self.lower_blocks @ X[i])
         return Y[..., 0] if vector else Y
 
     def __add__(self, other: "BlockMatrix") -> "BlockMatrix":
         if self.pattern != other.pattern:
             raise ValueError(f"matrices on different patterns: {self.pattern} and {other.pattern}")
-        lower = None if self.lower is None and other.lower is None else self.below + other.below
+        lower = None if self.lower is None and other.lower is None else self.lower_blocks + other.lower_blocks
         return BlockMatrix(self.pattern, self.diagonal + other.diagonal, self.upper + other.upper, lower)
 
     def __mul__(self, factor) -> "BlockMatrix":
@@ -86,12 +86,12 @@ class BlockMatrix(eqx.Module):
         return BlockMatrix(self.pattern, self.diagonal.astype(dtype), self.upper.astype(dtype), lower)
 
     @jit
-    def dense(self) -> Inexact[Array, "n n"]:
+    def to_dense(self) -> Inexact[Array, "n n"]:
         """The full matrix (blocks * size, blocks * size)."""
         n, b = self.pattern.shape
         i, j = self.pattern.edges.T
         full = jnp.zeros((n, n, b, b), self.diagonal.dtype).at[np.arange(n), np.arange(n)].set(self.diagonal)
-        full = full.at[i, j].set(self.upper).at[j, i].set(self.below)
+        full = full.at[i, j].set(self.upper).at[j, i].set(self.lower_blocks)
         return full.transpose(0, 2, 1, 3).reshape(n * b, n * b)
 
 

@@ -13,7 +13,7 @@ from ._plan import Plan
 def factorise(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
     """Eliminated pivots of every tier, arrays with leading axes (steps, width)."""
     b, eliminate = plan.pattern.size, KINDS[kind].eliminate
-    pool = _pool(matrix)
+    pool = _block_pool(matrix)
     updates = jnp.zeros((plan.num_updates + 1, b * b), pool.dtype)
     padding = np.concatenate([plan.pattern.padding, np.ones((1, b), bool)])
     kept = []
@@ -34,14 +34,14 @@ def factorise(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
             return updates, pivots
 
         empty = padding[tier.pivot].reshape(tier.steps, tier.width, -1)
-        values = _parts(tier.values, tier.pivots, kind)[:-1]  # the matrix has nothing between boundary blocks
-        sources = [_parts(tier.updates[:, slot], tier.pivots, kind) for slot in range(tier.updates.shape[1])]
-        updates, pivots = _steps(step, updates, (values, sources, empty, tier.first_update))
+        values = _split_table(tier.values, tier.pivots, kind)[:-1]  # the matrix has nothing between boundary blocks
+        sources = [_split_table(tier.updates[:, slot], tier.pivots, kind) for slot in range(tier.updates.shape[1])]
+        updates, pivots = _scan_steps(step, updates, (values, sources, empty, tier.first_update))
         kept.append(pivots)
     return tuple(kept)
 
 
-def _parts(table, k, kind):
+def _split_table(table, k, kind):
     """Index tables (..., r, r) cut up: rows of the pivots, columns below them ("lu" only), the boundary's own."""
     return [table[..., :k, :], *([table[..., k:, :k]] if kind == "lu" else []), table[..., k:, k:]]
 
@@ -68,7 +68,7 @@ def substitute(plan: Plan, kept: tuple, right):
                 carried = lax.dynamic_update_slice(carried, passed.reshape(-1, b, columns), (first, 0, 0))
             return carried, z
 
-        carried, z = _steps(forward, carried, (tier.pivot, tier.carried, pivots, tier.first_carried))
+        carried, z = _scan_steps(forward, carried, (tier.pivot, tier.carried, pivots, tier.first_carried))
         reduced.append(z)
     x = jnp.zeros((n + 1, b, columns), right.dtype)
     for tier, pivots, z in reversed(list(zip(plan.tiers, kept, reduced, strict=True))):
@@ -79,14 +79,14 @@ def substitute(plan: Plan, kept: tuple, right):
             found = pivots.backward(z, known).reshape(-1, b, columns)
             return x.at[pivot.reshape(-1)].set(found).at[n].set(0.0), None
 
-        x, _ = _steps(backward, x, (tier.pivot, tier.border, pivots, z), reverse=True)
+        x, _ = _scan_steps(backward, x, (tier.pivot, tier.border, pivots, z), reverse=True)
     return x[:n]
 
 
-def _pool(matrix: BlockMatrix):
+def _block_pool(matrix: BlockMatrix):
     """All blocks as rows: diagonal, upper, below, and a row of zeros."""
     b = matrix.pattern.size
-    blocks = [matrix.diagonal, matrix.upper, matrix.below, jnp.zeros((1, b, b), matrix.diagonal.dtype)]
+    blocks = [matrix.diagonal, matrix.upper, matrix.lower_blocks, jnp.zeros((1, b, b), matrix.diagonal.dtype)]
     return jnp.concatenate([x.reshape(-1, b * b) for x in blocks])
 
 
@@ -102,7 +102,7 @@ def _front_blocks(matrix, b):
     return matrix.reshape(c, m, b, m, b).transpose(0, 1, 3, 2, 4).reshape(-1, b * b)
 
 
-def _steps(body, carry, xs, reverse=False):
+def _scan_steps(body, carry, xs, reverse=False):
     """`lax.scan`, or the body itself where there is one step."""
     if len(jax.tree.leaves(xs)[0]) == 1:
         carry, y = body(carry, jax.tree.map(lambda x: x[0], xs))

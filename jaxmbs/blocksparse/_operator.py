@@ -20,7 +20,7 @@ class BlockOperator(lx.AbstractLinearOperator):
         return self.matrix @ vector
 
     def as_matrix(self) -> Array:
-        return self.matrix.dense()
+        return self.matrix.to_dense()
 
     def transpose(self) -> "BlockOperator":
         return BlockOperator(self.matrix.T)
@@ -32,13 +32,13 @@ class BlockOperator(lx.AbstractLinearOperator):
         return self.in_structure()
 
 
-def _symmetric(operator):
+def _is_symmetric(operator):
     return operator.matrix.is_symmetric
 
 
 @lx.is_symmetric.register(BlockOperator)
 def _(operator):
-    return _symmetric(operator)
+    return _is_symmetric(operator)
 
 
 for _question in (

@@ -38,7 +38,7 @@ def nested_dissection(pattern: Pattern, leaf: int | None = None, positions=None,
     return supernodes
 
 
-def given_order(pattern: Pattern, order):
+def elimination_tree(pattern: Pattern, order):
     """Supernodes of one block each, eliminated in the user's order: the elimination tree.
 
     Raises: ValueError unless `order` names every block once.

@@ -20,7 +20,7 @@ def _T(x):
     return jnp.swapaxes(x, -1, -2)
 
 
-class Cholesky(NamedTuple):
+class CholeskyPivots(NamedTuple):
     """Of symmetric positive definite matrices: F11 = L L^T, W = L^-1 F12; `L` holds L^-1 where it is small."""
 
     L: Array
@@ -58,7 +58,7 @@ class Cholesky(NamedTuple):
         return jnp.zeros(self.L.shape[:-2], int)
 
 
-class Ldl(NamedTuple):
+class LdlPivots(NamedTuple):
     """Of symmetric matrices, indefinite or complex: block LDL^T with D = F11 whole; P = F11^-1, W = P F12."""
 
     P: Array
@@ -69,7 +69,7 @@ class Ldl(NamedTuple):
     @classmethod
     def eliminate(cls, F11, F12, F22):
         P, sign, log = jax.vmap(inverse_with_determinant)(F11)
-        W = _refined(P, F11, F12)
+        W = _apply_refined_inverse(P, F11, F12)
         return cls(0.5 * (P + _T(P)), W, sign, log), F22 - _T(F12) @ W
 
     def forward(self, y1, y2):
@@ -90,7 +90,7 @@ class Ldl(NamedTuple):
         return jnp.sum(_over_fronts(lapack.eigvalsh, self.P) < 0, axis=-1)
 
 
-class Lu(NamedTuple):
+class LuPivots(NamedTuple):
     """Of any matrix on a symmetric pattern, pivoting inside fronts: P = F11^-1, W = P F12, V = F21 P."""
 
     P: Array
@@ -102,7 +102,7 @@ class Lu(NamedTuple):
     @classmethod
     def eliminate(cls, F11, F12, F21, F22):
         P, sign, log = jax.vmap(inverse_with_determinant)(F11)
-        W = _refined(P, F11, F12)
+        W = _apply_refined_inverse(P, F11, F12)
         return cls(P, W, F21 @ P, sign, log), F22 - F21 @ W
 
     def forward(self, y1, y2):
@@ -113,7 +113,7 @@ class Lu(NamedTuple):
 
     @property
     def T(self):
-        return Lu(_T(self.P), _T(self.V), _T(self.W), self.sign, self.log)
+        return LuPivots(_T(self.P), _T(self.V), _T(self.W), self.sign, self.log)
 
     def log_determinant(self):
         return self.sign, self.log
@@ -122,7 +122,7 @@ class Lu(NamedTuple):
         raise ValueError("the inertia of a matrix needs its symmetric factorisation: factor(matrix, 'ldl')")
 
 
-KINDS: dict[str, Any] = {"cholesky": Cholesky, "ldl": Ldl, "lu": Lu}
+KINDS: dict[str, Any] = {"cholesky": CholeskyPivots, "ldl": LdlPivots, "lu": LuPivots}
 
 
 def _over_fronts(function, *stacks):
@@ -136,7 +136,7 @@ def _lower_solve(L, B, transposed=False):
     return _over_fronts(lambda L, B: lapack.solve_triangular(L, B, transposed=transposed), L, B)
 
 
-def _refined(P, F, B):
+def _apply_refined_inverse(P, F, B):
     """`F^-1 B` by the inverse P, corrected for what is left over: as good as by factors."""
     W = P @ B
     return W + P @ (B - F @ W)
@@ -147,7 +147,7 @@ def _inverse_factor(F):
     """`L^-1` (..., n, n) for F = L L^T, by halves: products of small matrices are cheaper than single columns."""
     n, half = F.shape[-1], F.shape[-1] // 2
     if n <= tuning.FRONT_COLUMNS:
-        return _over_fronts(_by_columns, F) if n else F
+        return _over_fronts(_inverse_factor_by_columns, F) if n else F
     A = _inverse_factor(F[..., :half, :half])
     W = A @ F[..., :half, half:]
     D = _inverse_factor(F[..., half:, half:] - _T(W) @ W)
@@ -162,7 +162,7 @@ def _inverse_factor_jvp(primals, tangents):
     return R, -(_over_fronts(lapack.lower_half, R @ tangents[0] @ _T(R)) @ R)
 
 
-def _by_columns(F):
+def _inverse_factor_by_columns(F):
     """Forward elimination of `[F 1]` (n, 2 n), the two in one: right of column k is still F, the rest is L^-1."""
     n = F.shape[0]
     index = jnp.arange(n)

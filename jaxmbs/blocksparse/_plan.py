@@ -7,10 +7,10 @@ from functools import lru_cache
 import numpy as np
 
 from ..typing import AnyArray, ArrayLike
-from ._ordering import given_order, nested_dissection
+from ._ordering import elimination_tree, nested_dissection
 from ._pattern import Pattern
-from ._symbolic import Report, flops, fronts, report
-from ._tiers import tiers
+from ._symbolic import AnalysisReport, analysis_report, build_fronts, front_flops
+from ._tiers import build_tiers
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Plan:
     tiers: tuple[TierPlan, ...]
     num_updates: int
     num_carried: int
-    report: Report
+    report: AnalysisReport
 
 
 def analyse(
@@ -72,28 +72,28 @@ def analyse(
     """
     order = None if order is None else tuple(int(v) for v in order)
     points = None if positions is None else (np.asarray(positions, float).tobytes(), np.shape(positions))
-    return _analyse(pattern, order, leaf, points, tuple(int(v) for v in last), tiers)
+    return _analyse_cached(pattern, order, leaf, points, tuple(int(v) for v in last), tiers)
 
 
 @lru_cache(maxsize=256)
-def _analyse(pattern, order, leaf, points, last, most):
+def _analyse_cached(pattern, order, leaf, points, last, most):
     if order is not None:
-        supernodes = given_order(pattern, order)
+        supernodes = elimination_tree(pattern, order)
     else:
         positions = None if points is None else np.frombuffer(points[0]).reshape(points[1])
         supernodes = nested_dissection(pattern, leaf, positions, last)
-    made = fronts(pattern, supernodes)
-    chosen = tiers(made, pattern.size, most)
-    places = _Places(pattern, made, chosen)
+    made = build_fronts(pattern, supernodes)
+    chosen = build_tiers(made, pattern.size, most)
+    places = _IndexTables(pattern, made, chosen)
     plans = tuple(places.tier(tier) for tier in chosen)
     plans = tuple(replace(p, **places.with_zero_rows(p)) for p in plans)
-    padded = sum(len(t.steps) * t.width * flops(t.pivots, t.boundary, pattern.size) for t in chosen)
+    padded = sum(len(t.steps) * t.width * front_flops(t.pivots, t.boundary, pattern.size) for t in chosen)
     shapes = tuple((sum(map(len, t.steps)), t.pivots, t.boundary) for t in chosen)
-    done = replace(report(pattern, made), padded_flops=padded, tiers=shapes)
+    done = replace(analysis_report(pattern, made), padded_flops=padded, tiers=shapes)
     return Plan(pattern, plans, places.updates.size, places.carried.size, done)
 
 
-class _Storage:
+class _RowAllocator:
     """Rows for the updates of steps, given out again once the fronts above have taken them."""
 
     def __init__(self):
@@ -112,12 +112,12 @@ class _Storage:
         return start
 
 
-class _Places:
+class _IndexTables:
     """Where everything stands; filled tier by tier."""
 
     def __init__(self, pattern, made, chosen):
         self.pattern, self.made = pattern, made
-        self.updates, self.carried = _Storage(), _Storage()
+        self.updates, self.carried = _RowAllocator(), _RowAllocator()
         steps = [step for tier in chosen for step in tier.steps]
         step_of = {f: now for now, step in enumerate(steps) for f in step}
         self.now, self.taken = 0, {c: step_of[f] for f, front in enumerate(made) for c in front.children}

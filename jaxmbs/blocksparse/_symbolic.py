@@ -12,7 +12,7 @@ from ._pattern import Pattern
 
 
 @dataclass(frozen=True)
-class Front:
+class SymbolicFront:
     """Blocks eliminated here, blocks they pass on to, the fronts below, and the height above the leaves."""
 
     pivots: list
@@ -22,7 +22,7 @@ class Front:
 
 
 @dataclass(frozen=True)
-class Report:
+class AnalysisReport:
     """What a factorisation costs: levels, largest front [coordinates], flops, entries kept; `padded_flops` as run."""
 
     levels: int
@@ -42,7 +42,7 @@ class Report:
         )
 
 
-def fronts(pattern: Pattern, supernodes) -> list[Front]:
+def build_fronts(pattern: Pattern, supernodes) -> list[SymbolicFront]:
     """Fronts in an order that has children first; the supernodes come parents first."""
     place = np.zeros(pattern.num_blocks, np.int64)  # place of the elimination of every block
     for k, (blocks, _) in enumerate(supernodes):
@@ -51,12 +51,12 @@ def fronts(pattern: Pattern, supernodes) -> list[Front]:
     made = []
     for k in reversed(range(len(supernodes))):
         blocks, parent = supernodes[k]
-        children = _grouped(below[k], made, place)
+        children = _merge_children(below[k], made, place)
         own = set(blocks)
         reach = {w for v in blocks for w in pattern.neighbours[v] if place[w] > place[v]}
         reach.update(*(made[c].boundary for c in children))
         boundary = sorted(reach - own, key=lambda v: (place[v], v))
-        made.append(Front(blocks, boundary, children, _height(children, made)))
+        made.append(SymbolicFront(blocks, boundary, children, _height(children, made)))
         if parent >= 0:
             below[parent].append(len(made) - 1)
     return made
@@ -66,7 +66,7 @@ def _height(children, made):
     return max((made[c].height + 1 for c in children), default=0)
 
 
-def _grouped(children, made, place):
+def _merge_children(children, made, place):
     """At most `tuning.FRONT_CHILDREN` fronts: more are joined under fronts without pivots."""
     most = tuning.FRONT_CHILDREN
     while len(children) > most:
@@ -77,18 +77,18 @@ def _grouped(children, made, place):
                 continue
             reach = set().union(*(made[c].boundary for c in group))
             boundary = sorted(reach, key=lambda v: (place[v], v))
-            made.append(Front([], boundary, group, _height(group, made)))
+            made.append(SymbolicFront([], boundary, group, _height(group, made)))
             children.append(len(made) - 1)
     return children
 
 
-def flops(pivots, boundary, size):
+def front_flops(pivots, boundary, size):
     """Multiplications and additions of one Cholesky front, counts in blocks."""
     k, m = pivots * size, boundary * size
     return k**3 / 3 + k * k * m + k * m * m
 
 
-def report(pattern: Pattern, made: list[Front]) -> Report:
+def analysis_report(pattern: Pattern, made: list[SymbolicFront]) -> AnalysisReport:
     """Exact counts, without padding."""
     b = pattern.size
     K, M = (
@@ -96,4 +96,4 @@ def report(pattern: Pattern, made: list[Front]) -> Report:
     )
     entries = int(np.sum((K * b) * (K * b + 1) // 2 + K * b * M * b))
     levels = max(f.height for f in made) + 1
-    return Report(levels, len(made), int((K + M).max()) * b, float(np.sum(flops(K, M, b))), entries)
+    return AnalysisReport(levels, len(made), int((K + M).max()) * b, float(np.sum(front_flops(K, M, b))), entries)

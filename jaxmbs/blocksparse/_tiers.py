@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..runtime import tuning
-from ._symbolic import Front, flops
+from ._symbolic import SymbolicFront, front_flops
 
 
 @dataclass(frozen=True)
@@ -22,22 +22,22 @@ class Tier:
     steps: tuple[tuple[int, ...], ...]
 
 
-def tiers(made: list[Front], size: int, most: int) -> list[Tier]:
+def build_tiers(made: list[SymbolicFront], size: int, most: int) -> list[Tier]:
     """The fronts in at most about `most` tiers, children always in an earlier step."""
     height = np.array([f.height for f in made])
     K = np.array([len(f.pivots) for f in made])
     M = np.array([len(f.boundary) for f in made])
     levels = [np.nonzero(height == h)[0] for h in range(height.max() + 1)]
-    parts = _partition(levels, K, M, size, most)
-    return [_tier(part, height, K, M, size) for part in parts]
+    parts = _partition_levels(levels, K, M, size, most)
+    return [_build_tier(part, height, K, M, size) for part in parts]
 
 
-def _cost(part, K, M, size):
+def _tier_cost(part, K, M, size):
     k, m = K[part].max(), M[part].max()
-    return len(part) * (flops(k, m, size) + 4.0 * ((k + m) * size) ** 2 + tuning.FRONT_OVERHEAD)
+    return len(part) * (front_flops(k, m, size) + 4.0 * ((k + m) * size) ** 2 + tuning.FRONT_OVERHEAD)
 
 
-def _classes(part, K, M, size, most):
+def _merge_classes(part, K, M, size, most):
     """Options (cost, classes) with 1 ... most classes of one level: merged greedily where it costs least."""
     shapes = {}
     for f in part:
@@ -49,14 +49,14 @@ def _classes(part, K, M, size, most):
     options = {}
     while True:
         if len(classes) <= most:
-            options[len(classes)] = (sum(_cost(c, K, M, size) for c in classes), list(classes))
+            options[len(classes)] = (sum(_tier_cost(c, K, M, size) for c in classes), list(classes))
         if len(classes) == 1:
             return options
         pairs = [(i, j) for i in range(len(classes)) for j in range(i)]
         gain = [
-            _cost(np.r_[classes[i], classes[j]], K, M, size)
-            - _cost(classes[i], K, M, size)
-            - _cost(classes[j], K, M, size)
+            _tier_cost(np.r_[classes[i], classes[j]], K, M, size)
+            - _tier_cost(classes[i], K, M, size)
+            - _tier_cost(classes[j], K, M, size)
             for i, j in pairs
         ]
         i, j = pairs[int(np.argmin(gain))]
@@ -64,14 +64,14 @@ def _classes(part, K, M, size, most):
         del classes[i]
 
 
-def _partition(levels, K, M, size, most):
+def _partition_levels(levels, K, M, size, most):
     """Lists of fronts, one per tier, in the order of elimination."""
     top = len(levels)
     best = {(0, 0): (0.0, None, [])}
-    options = [_classes(part, K, M, size, 3) for part in levels]
+    options = [_merge_classes(part, K, M, size, 3) for part in levels]
     for end in range(1, top + 1):
         for start in range(end):
-            choices = options[start] if end - start == 1 else {1: _range(levels[start:end], K, M, size)}
+            choices = options[start] if end - start == 1 else {1: _level_range(levels[start:end], K, M, size)}
             for used in range(most):
                 if (used, start) not in best:
                     continue
@@ -90,17 +90,17 @@ def _partition(levels, K, M, size, most):
     return parts
 
 
-def _range(levels, K, M, size):
+def _level_range(levels, K, M, size):
     part = np.concatenate(levels)
-    return _cost(part, K, M, size) + tuning.STEP_OVERHEAD * len(levels), [part]
+    return _tier_cost(part, K, M, size) + tuning.STEP_OVERHEAD * len(levels), [part]
 
 
-def _tier(part, height, K, M, size):
+def _build_tier(part, height, K, M, size):
     k, m = int(K[part].max()), int(M[part].max())
     by_level = [part[height[part] == h] for h in np.unique(height[part])]
     widest = max(len(level) for level in by_level)
     bound = max(1, min(widest, tuning.STEP_ENTRIES // ((k + m) * size) ** 2))
-    front = _cost(part[:1], np.full_like(K, k), np.full_like(M, m), size)
+    front = _tier_cost(part[:1], np.full_like(K, k), np.full_like(M, m), size)
 
     def work(width):
         steps = sum(-(-len(level) // width) for level in by_level)

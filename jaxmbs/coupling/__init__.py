@@ -1,10 +1,11 @@
 """Components joined: bonds, networks, the loads of their bonds, and limits of these."""
 
 from ._base_excitation import BaseMotion, base_motion
-from ._blocks import Components, CoupledResponse, coupled_response, interface_pattern
-from ._bonds import Bond, bushing, hinge, rigid
+from ._block_assembly import Components, CoupledResponse, coupled_response, interface_pattern
+from ._bond_loads import BondLoad, BondLoads, Determinacy
+from ._bonds import Bond, bushing, hinge, rigid_bond
 from ._connect import connect
-from ._limits import (
+from ._limit_loads import (
     ModalPairs,
     combine_modal_maxima,
     cqc_correlation,
@@ -14,28 +15,32 @@ from ._limits import (
     peak_response,
     truncation_shortfall,
 )
-from ._loads import BondLoad, BondLoads, Determinacy
-from ._measured import MeasuredNetwork
-from ._network import Network, reactions
+from ._measured_network import MeasuredNetwork
+from ._network import ComponentNetwork, reactions
+from ._regularised_inverse import regularised_inverse
 from ._rigid_body import RigidBody
+from ._transfer_functions import couple_transfer, coupling_forces
+from ._uncoupled_transfer import uncoupled_transfer
 
 __all__ = [
     "BaseMotion",
     "Bond",
     "BondLoad",
     "BondLoads",
+    "ComponentNetwork",
     "Components",
     "CoupledResponse",
     "Determinacy",
     "MeasuredNetwork",
     "ModalPairs",
-    "Network",
     "RigidBody",
     "base_motion",
     "bushing",
     "combine_modal_maxima",
     "connect",
+    "couple_transfer",
     "coupled_response",
+    "coupling_forces",
     "cqc_correlation",
     "equivalent_impulse",
     "hinge",
@@ -44,6 +49,8 @@ __all__ = [
     "modal_pairs",
     "peak_response",
     "reactions",
-    "rigid",
+    "regularised_inverse",
+    "rigid_bond",
     "truncation_shortfall",
+    "uncoupled_transfer",
 ]

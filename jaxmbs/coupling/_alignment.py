@@ -11,10 +11,10 @@ from ._bonds import Bond
 from ._ties import Channels, Ties
 
 #: How far apart joined nodes may be, of the size of all components together.
-NEAR = 1e-3
+GAP_TOLERANCE = 1e-3
 
 
-def misaligned(
+def alignment_faults(
     components: Mapping[str, LinearSystem | Channels], bonds: Mapping[str, Bond], found: Mapping[str, Ties]
 ) -> list[str]:
     """Faults of bonds between nodes that are apart; only where positions are known.
@@ -30,19 +30,19 @@ def misaligned(
     size = np.linalg.norm(np.ptp(np.concatenate(placed), axis=0))
     faults = []
     for name, bond in bonds.items():
-        gaps = [_gap(components, bond, found[name], k) for k in found[name].kept]
+        gaps = [_lever_arm(components, bond, found[name], k) for k in found[name].kept]
         lever, *gap = max(gaps, key=lambda gap: gap[0], default=(0.0,))
-        if lever > NEAR * size:
-            faults.append(f"bond {name!r}: {_told(*gap)}")
+        if lever > GAP_TOLERANCE * size:
+            faults.append(f"bond {name!r}: {_describe_gap(*gap)}")
     return faults
 
 
-def _gap(components, bond, ties, k):
+def _lever_arm(components, bond, ties, k):
     """(lever, node, node, offset) of one tied direction, the lever 0 where there is nothing to say."""
     nothing, (first, second) = (0.0, "", "", None), ties.ends
     if not second or ties.labels[k] not in DIRECTIONS[:3]:
         return nothing
-    (one, p), (other, q) = (_place(components, end[k]) for end in (first, second))
+    (one, p), (other, q) = (_end_position(components, end[k]) for end in (first, second))
     if p is None or q is None or not is_concrete(bond.axes):
         return nothing
     axis = DIRECTIONS.index(ties.labels[k])
@@ -50,7 +50,7 @@ def _gap(components, bond, ties, k):
     return np.linalg.norm(np.cross(p - q, along)), one, other, p - q
 
 
-def _place(components, coordinate):
+def _end_position(components, coordinate):
     name, k = coordinate
     c = components[name]
     node, _ = c.coordinates[c.interface[k]]
@@ -59,9 +59,9 @@ def _place(components, coordinate):
     return f"{name}.{node}", np.asarray(c.positions)[c.nodes.index(node)]
 
 
-def _told(one, other, offset):
+def _describe_gap(one, other, offset):
     by = ", ".join(f"{x:.4g}" for x in offset)
     return (
         f"{one} and {other} are {np.linalg.norm(offset):.3g} apart: give a component another place, "
-        f"`{other.partition('.')[0]}.moved(({by}))`, or take them as they are, `connect(..., places=False)`"
+        f"`{other.partition('.')[0]}.translate(({by}))`, or take them as they are, `connect(..., places=False)`"
     )

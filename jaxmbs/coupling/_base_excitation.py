@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from ..linear._condensation import interface_basis
 from ..linear._system import LinearSystem
-from ..reductions._base import explicit
+from ..reductions._base import interface_first
 from ..typing import ArrayLike
 from ..vibration._modal_equations import modal_motion
 from ..vibration._modal_response import modal_response
@@ -50,7 +50,7 @@ def base_motion(
     acceleration = jnp.asarray(acceleration)
     if acceleration.ndim != 2 or acceleration.shape[1] != component.num_interface:
         raise ValueError(f"accelerations have shape {acceleration.shape}, not (times, {component.num_interface})")
-    c = explicit(component)
+    c = interface_first(component)
     K, M, b = c.stiffness, c.mass, c.num_interface
     T = interface_basis(K, tuple(range(b)))
     base = modal_motion(jnp.zeros(b, K.dtype), 0.0, acceleration, step, displacement, velocity)

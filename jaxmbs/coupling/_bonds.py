@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..elements._base import optional
+from ..elements._base import as_optional_real
 from ..linear._system import LinearSystem
 from ..reductions._base import Reduced
 from ..typing import ArrayLike, Convertible
-from ._primal import elastic_bond
+from ._primal_assembly import elastic_bond
 
 #: "stage", "stage.top", "stage.top z", or `(name, which)`: a node, nodes, or numbers of interface coordinates.
 End = str | tuple[str, str | int | Sequence | range | np.ndarray]
@@ -22,7 +22,7 @@ GROUND = "ground"
 
 
 class Bond(eqx.Module):
-    """What joins two ends; made by `rigid`, `hinge` and `bushing`, joined by `network.connect`.
+    """What joins two ends; made by `rigid_bond`, `hinge` and `bushing`, joined by `network.connect`.
 
     Attributes:
         ends: `(component, which)`, which of its interface coordinates: nodes, numbers, or None for all.
@@ -33,24 +33,24 @@ class Bond(eqx.Module):
 
     ends: tuple = eqx.field(static=True)
     free: tuple = eqx.field(static=True, default=())
-    axes: Convertible[Float[Array, "3 3"] | None] = eqx.field(converter=optional, default=None)
+    axes: Convertible[Float[Array, "3 3"] | None] = eqx.field(converter=as_optional_real, default=None)
     element: LinearSystem | None = None
 
 
-def rigid(first: End, second: End = GROUND) -> Bond:
+def rigid_bond(first: End, second: End = GROUND) -> Bond:
     """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
 
     Args: first, second: a component's name (its whole interface), one of its nodes, "stage.top", or a coordinate,
         "stage.top z"; or `(name, node)`, `(name, nodes)`, `(name, numbers)` of interface coordinates, or
         `(name, [(node, direction)])` as systems label them; second also "ground".  Source: S1 (1)-(2).
     """
-    return Bond((_end(first), _end(second)))
+    return Bond((_parse_end(first), _parse_end(second)))
 
 
 def hinge(
     first: End, second: End = GROUND, *, free: str | Sequence[str | int], axes: ArrayLike | None = None
 ) -> Bond:
-    """As `rigid`, but for directions that are left free: a pin, a slider, a ball joint.
+    """As `rigid_bond`, but for directions that are left free: a pin, a slider, a ball joint.
 
     Args:
         free: directions "ry" or "x rz", or a sequence of them or of places among the end's coordinates.
@@ -58,7 +58,7 @@ def hinge(
 
     Source: S1 (1)-(2), (14).
     """
-    return Bond((_end(first), _end(second)), tuple(free.split() if isinstance(free, str) else free), axes)
+    return Bond((_parse_end(first), _parse_end(second)), tuple(free.split() if isinstance(free, str) else free), axes)
 
 
 def bushing(
@@ -78,10 +78,10 @@ def bushing(
 
     Source: S1 (1)-(3).
     """
-    return Bond((_end(first), _end(second)), (), axes, elastic_bond(stiffness, damping, mass))
+    return Bond((_parse_end(first), _parse_end(second)), (), axes, elastic_bond(stiffness, damping, mass))
 
 
-def _end(end):
+def _parse_end(end):
     if isinstance(end, str):
         name, _, node = end.partition(".")
         return name, (node,) if node else None
@@ -90,13 +90,13 @@ def _end(end):
         raise TypeError(words)
     name, which = end
     if isinstance(which, str | int | np.integer):
-        return name, (_label(which, words),)
+        return name, (_parse_label(which, words),)
     if not np.iterable(which):
         raise TypeError(words)
-    return name, tuple(_label(one, words) for one in which)
+    return name, tuple(_parse_label(one, words) for one in which)
 
 
-def _label(one, words):
+def _parse_label(one, words):
     """A node, a number, or a coordinate: as text, or as the pair (node, direction) that systems label it by."""
     if isinstance(one, str):
         return one
@@ -108,7 +108,7 @@ def _label(one, words):
         raise TypeError(words) from None
 
 
-def resolved_in(reduced: Reduced, axes, coordinates) -> Reduced:
+def resolve_interface(reduced: Reduced, axes, coordinates) -> Reduced:
     """The component with interface coordinates x y z (rx ry rz) of a node resolved in `axes`, rows in world axes."""
     rows = np.array(coordinates).reshape(-1, 3)
     turn = jnp.swapaxes(axes, 0, 1).astype(reduced.dtype)
@@ -116,4 +116,4 @@ def resolved_in(reduced: Reduced, axes, coordinates) -> Reduced:
     for part in rows:
         E = E.at[np.ix_(part, part)].set(turn)
     M, K, C = (None if A is None else E.T @ A @ E for A in (reduced.mass, reduced.stiffness, reduced.damping))
-    return reduced.changed(mass=M, stiffness=K, damping=C, basis=reduced.basis @ E)
+    return reduced.replace(mass=M, stiffness=K, damping=C, basis=reduced.basis @ E)

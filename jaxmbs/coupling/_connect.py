@@ -8,15 +8,15 @@ import numpy as np
 from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
-from ..reductions._base import explicit
-from ._alignment import misaligned
-from ._bonds import Bond, resolved_in
-from ._measured import MeasuredNetwork, channels_of
-from ._network import Network
-from ._primal import joined
+from ..reductions._base import interface_first
+from ._alignment import alignment_faults
+from ._bonds import Bond, resolve_interface
+from ._measured_network import MeasuredNetwork, bond_channels
+from ._network import ComponentNetwork
+from ._primal_assembly import joined_system
 from ._rigid_body import RigidBody
-from ._rigid_links import carried, dependence
-from ._ties import joint_numbers, shared_by_axes, ties
+from ._rigid_links import dependence, dependent_system
+from ._ties import axes_faults, bond_ties, joint_numbers
 
 
 @runtime_checkable
@@ -30,7 +30,7 @@ class HasSystem(Protocol):
 @overload
 def connect(  # type: ignore[overload-overlap]
     components: Mapping[str, LinearSystem | HasSystem], bonds: Mapping[str, Bond], places: bool = True
-) -> Network:
+) -> ComponentNetwork:
     """Models alone: a linear system."""
 
 
@@ -43,7 +43,9 @@ def connect(
     """With measured ones: receptances alone."""
 
 
-def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True) -> Network | MeasuredNetwork:
+def connect(
+    components: Mapping, bonds: Mapping[str, Bond], places: bool = True
+) -> ComponentNetwork | MeasuredNetwork:
     """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: a linear system with bonds.
 
     `connect({"stage": a, "payload": b}, {"bolts": rigid("stage.top", "payload.foot")})`.  What no bond ties stays
@@ -63,13 +65,13 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
     """
     if not components:
         raise ModelError(["no component is given: a network has one or more, by name"])
-    components = {name: _noun(c) for name, c in components.items()}
+    components = {name: _linear_system(c) for name, c in components.items()}
     measured = {name: c for name, c in components.items() if isinstance(c, TransferFunctions)}
     bodies = {name: c for name, c in components.items() if isinstance(c, RigidBody)}
-    modelled = components | {name: channels_of(c) for name, c in measured.items()}
+    modelled = components | {name: bond_channels(c) for name, c in measured.items()}
     modelled |= {name: c.channels for name, c in bodies.items()}
-    found = ties(modelled, bonds)
-    faults = shared_by_axes(bonds, found) + (misaligned(modelled, bonds, found) if places else [])
+    found = bond_ties(modelled, bonds)
+    faults = axes_faults(bonds, found) + (alignment_faults(modelled, bonds, found) if places else [])
     if faults:
         raise ModelError(faults)
     elements = {name: bond.element for name, bond in bonds.items() if bond.element is not None}
@@ -77,32 +79,34 @@ def connect(components: Mapping, bonds: Mapping[str, Bond], places: bool = True)
     joints = joint_numbers(sizes, found)
     if measured:
         return MeasuredNetwork(components, bonds, found)
-    parts = {name: c.reduced() if name in bodies else explicit(c) for name, c in (components | elements).items()}
-    parts, points = _turned(parts, {name: c.motions for name, c in bodies.items()}, bonds, found)
-    at, labels = _labelled(parts, joints, points)
-    fields = joined(tuple(parts.values()), at, labels)
+    parts = {
+        name: c.to_reduced() if name in bodies else interface_first(c) for name, c in (components | elements).items()
+    }
+    parts, points = _resolve_ends(parts, {name: c.motions for name, c in bodies.items()}, bonds, found)
+    at, labels = _joint_labels(parts, joints, points)
+    fields = joined_system(tuple(parts.values()), at, labels)
     if points:
         own, places_of = (dict(zip(parts, numbers, strict=True)) for numbers in (joints, at))
-        fields = carried(fields, dependence(points, own, places_of, labels, fields["massless"], found))
-    return Network(
+        fields = dependent_system(fields, dependence(points, own, places_of, labels, fields["massless"], found))
+    return ComponentNetwork(
         components=parts.values(),
         places=at,
         names=parts,
         bonds=found.items(),
         joints=joints,
-        positions=_positions(components, bonds) if places else None,
+        positions=_node_positions(components, bonds) if places else None,
         points=points,
         **fields,
     )
 
 
-def _noun(component):
+def _linear_system(component):
     """The linear system that a component is, or has: small motions of a mechanism, a floating frame."""
     own = None if isinstance(component, LinearSystem) else getattr(component, "system", None)
     return own if isinstance(own, LinearSystem) else component
 
 
-def _labelled(parts, joints, points):
+def _joint_labels(parts, joints, points):
     """Places of every component's coordinates in the joined ones; a joint has the name of its first member."""
     count = 1 + max((joint for row in joints for joint in row), default=-1)
     joints = [() if name in points else row for name, row in zip(parts, joints, strict=True)]
@@ -117,7 +121,7 @@ def _labelled(parts, joints, points):
     return tuple(places), labels
 
 
-def _positions(components, bonds):
+def _node_positions(components, bonds):
     """Positions of all nodes, where they are known and no bond turns the coordinates of one."""
     if any(c.positions is None for c in components.values()) or any(b.axes is not None for b in bonds.values()):
         return None
@@ -128,7 +132,7 @@ def _positions(components, bonds):
     }
 
 
-def _turned(parts, points, bonds, found):
+def _resolve_ends(parts, points, bonds, found):
     """Components, and points of rigid bodies, whose ends at bonds with axes are resolved in these."""
     for name, bond in bonds.items():
         for end in found[name].ends if bond.axes is not None else ():
@@ -140,5 +144,5 @@ def _turned(parts, points, bonds, found):
                 turned = bond.axes.astype(own.dtype) @ own[rows].reshape(-1, 3, 6)
                 points[component] = own.at[rows].set(turned.reshape(-1, 6))
             else:
-                parts[component] = resolved_in(parts[component], bond.axes, rows)
+                parts[component] = resolve_interface(parts[component], bond.axes, rows)
     return parts, points

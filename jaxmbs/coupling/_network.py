@@ -11,19 +11,19 @@ from jaxtyping import Array
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..linear._static_response import StaticResponse
-from ..linear._storage import inexact
+from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..tables import table_repr
 from ..typing import ArrayLike
 from ..vibration._harmonic_response import HarmonicResponse
 from ..vibration._linear_motion import LinearMotion
-from ._dual import self_stresses
-from ._loads import BondLoads, Determinacy, by_bond
-from ._primal import Assembly, interface_reactions
-from ._ties import Ties, component_of
+from ._bond_loads import BondLoads, Determinacy, bond_loads
+from ._primal_assembly import Assembly, interface_reactions
+from ._self_stresses import self_stresses
+from ._ties import Ties, split_component
 
 
-def _told(net):
+def _table_rows(net):
     """A line; every component with its coordinates, every bond with the directions that it ties."""
     summary = f"{net.num_rows} coordinates of {len(net.names)} components, {len(net.bonds)} bonds"
     rows = [
@@ -34,7 +34,7 @@ def _told(net):
     return summary, [("name", "", ""), *rows]
 
 
-class Network(Assembly):
+class ComponentNetwork(Assembly):
     """Components and bushings joined by bonds, as `connect` makes it: a `LinearSystem` over the joined coordinates.
 
     Coordinates of components are named "stage.top z", those that were reduced included.
@@ -51,7 +51,7 @@ class Network(Assembly):
     joints: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     points: dict[str, Array]
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_table_rows)
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class Network(Assembly):
 
     def expand(self, xi: ArrayLike) -> dict[str, Array]:
         """Displacements (..., n_c) of all coordinates of every component, by name, from joined ones (..., N)."""
-        parts = self.part(jnp.moveaxis(inexact(xi), -1, 0))
+        parts = self.component_coordinates(jnp.moveaxis(as_inexact(xi), -1, 0))
         found = zip(self.names, self.components, parts, strict=True)
         return {name: jnp.moveaxis(jnp.tensordot(c.basis.astype(rho.dtype), rho, 1), 0, -1) for name, c, rho in found}
 
@@ -85,7 +85,7 @@ class Network(Assembly):
         return jnp.concatenate(rows), tuple(labels)
 
     def _component(self, name):
-        component, own = component_of(name, self.names)
+        component, own = split_component(name, self.names)
         return self.names.index(component), own
 
     def load(self, forces: Mapping | ArrayLike) -> Array:
@@ -95,21 +95,21 @@ class Network(Assembly):
         """
         if not isinstance(forces, Mapping):
             return super().load(forces)
-        shares = self.shares(forces)
+        shares = self.component_forces(forces)
         times = np.broadcast_shapes(*(s.shape[:-1] for s in shares if s is not None))
-        shares = [None if s is None else _first(s, times) for s in shares]
+        shares = [None if s is None else _coordinates_first(s, times) for s in shares]
         if all(share is None for share in shares):
             return jnp.zeros(self.num_rows, self.dtype)
-        return jnp.moveaxis(self.gathered(shares), 0, -1)
+        return jnp.moveaxis(self.gather_forces(shares), 0, -1)
 
-    def shares(self, forces: Mapping) -> list:
+    def component_forces(self, forces: Mapping) -> list:
         """Generalised forces (..., r_c) on every component, None for none.  Source: S1 (17)-(18)."""
         if not isinstance(forces, Mapping):
             raise ValueError("forces of a network are given by name: which component bears them?")
         own = [{} for _ in self.names]
         for name, force in forces.items():
             if name in self.names:
-                component, force = self.names.index(name), inexact(force)
+                component, force = self.names.index(name), as_inexact(force)
                 basis = self.components[component].basis
                 if force.shape[-1:] != (len(basis),):
                     raise ValueError(f"forces on {name!r} have shape {force.shape}, not (..., {len(basis)})")
@@ -117,7 +117,10 @@ class Network(Assembly):
             else:
                 component, label = self._component(name)
                 own[component][label] = force
-        return [_share(c, dict(given)) if given else None for c, given in zip(self.components, own, strict=True)]
+        return [
+            _generalised_force(c, dict(given)) if given else None
+            for c, given in zip(self.components, own, strict=True)
+        ]
 
     def determinacy(self, rigid: Mapping | None = None) -> Determinacy:
         """Redundant and statically determinate bonds; on the host.
@@ -155,7 +158,7 @@ class Network(Assembly):
         return jnp.concatenate([B @ self.points[name] if name in self.points else B for name, B in parts], axis=1)
 
 
-def _share(component, given):
+def _generalised_force(component, given):
     """(..., r_c) of forces by label, and of those on all coordinates, which are generalised already."""
     whole = given.pop(None, None)
     part = component.load(given) if given else None
@@ -175,7 +178,7 @@ def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | Har
 
     Raises: ModelError for a linear system without bonds.  Source: S1 (3), (19)-(25).
     """
-    if not isinstance(network, Network):
+    if not isinstance(network, ComponentNetwork):
         raise ModelError(["reactions are those of a mechanism, or of the bonds of a network of `connect`"])
     elastic, viscous, inertial = (
         None if part is None else jnp.moveaxis(part, -1, 0) for part in answer.terms(network)
@@ -183,13 +186,14 @@ def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | Har
     shares = [None] * len(network.names)
     for given in answer.forces:
         new = [
-            None if s is None else _first(s, elastic.shape[1:]).astype(elastic.dtype) for s in network.shares(given)
+            None if s is None else _coordinates_first(s, elastic.shape[1:]).astype(elastic.dtype)
+            for s in network.component_forces(given)
         ]
         shares = [b if a is None else a if b is None else a + b for a, b in zip(shares, new, strict=True)]
     found = interface_reactions(network, elastic, inertial, viscous, shares)
-    return by_bond(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual, found.rounding)
+    return bond_loads(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual, found.rounding)
 
 
-def _first(share, times):
+def _coordinates_first(share, times):
     """(r, ...) of a share (..., r), which may be the same at all times."""
     return jnp.moveaxis(jnp.broadcast_to(share, (*times, share.shape[-1])), -1, 0)

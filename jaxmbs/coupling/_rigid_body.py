@@ -10,9 +10,9 @@ from jaxtyping import Array, Float
 from ..builder._validation import mass_faults
 from ..checks import is_concrete, may_be_nonzero
 from ..elements import DIRECTIONS
-from ..elements._base import number
+from ..elements._base import as_real
 from ..errors import ModelError, UnknownNameError
-from ..linear._labels import rows_of, spoken
+from ..linear._labels import find_rows, format_label
 from ..linear._rigid_motions import rigid_motions
 from ..linear._system import LinearSystem
 from ..model.inertia import as_matrix
@@ -25,14 +25,14 @@ from ._ties import Channels
 CENTRE = "com"
 
 
-class _Given(NamedTuple):
+class _MassProperties(NamedTuple):
     mass: ArrayLike
     com: ArrayLike
     inertia: ArrayLike
     any_inertia: bool = False
 
 
-def _told(body):
+def _table_rows(body):
     """A line, and the places of the centre of mass and of all points."""
     mass = f"mass {format_number(body.mass[0, 0])} kg, " if is_concrete(body.mass) else ""
     places = np.asarray(body.positions) if is_concrete(body.positions) else [("traced",) * 3] * len(body.nodes)
@@ -60,7 +60,7 @@ class RigidBody(LinearSystem):
 
     positions: Float[Array, "nodes 3"]
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_table_rows)
 
     def __init__(
         self,
@@ -70,13 +70,17 @@ class RigidBody(LinearSystem):
         com: ArrayLike = (0.0, 0.0, 0.0),
         inertia: ArrayLike = 0.0,
     ) -> None:
-        mass, com, inertia = map(_given, (mass, com, inertia))
-        points = {name: _given(place) for name, place in points.items()} if isinstance(points, Mapping) else points
-        faults = mass_faults("rigid body", _Given(mass, com, inertia)) + _point_faults(points)
+        mass, com, inertia = map(_as_array_if_traced, (mass, com, inertia))
+        points = (
+            {name: _as_array_if_traced(place) for name, place in points.items()}
+            if isinstance(points, Mapping)
+            else points
+        )
+        faults = mass_faults("rigid body", _MassProperties(mass, com, inertia)) + _point_faults(points)
         if faults:
             raise ModelError(faults)
-        m, spin = number(mass), as_matrix(inertia)
-        places = {name: number(place) for name, place in {CENTRE: com, **points}.items()}
+        m, spin = as_real(mass), as_matrix(inertia)
+        places = {name: as_real(place) for name, place in {CENTRE: com, **points}.items()}
         dtype = np.result_type(m.dtype, spin.dtype, *(place.dtype for place in places.values()))
         translation = m.astype(dtype) * jnp.eye(3, dtype=dtype)
         blocks = jnp.zeros((6, 6), dtype).at[:3, :3].set(translation).at[3:, 3:].set(spin.astype(dtype))
@@ -86,7 +90,7 @@ class RigidBody(LinearSystem):
             interface=range(6),
             coordinates=[(CENTRE, direction) for direction in DIRECTIONS],
             positions={name: place.astype(dtype) for name, place in places.items()},
-            massless=_massless(mass, inertia),
+            massless=_massless_rows(mass, inertia),
         )
 
     @property
@@ -104,14 +108,14 @@ class RigidBody(LinearSystem):
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
         """As of `LinearSystem`, of the centre of mass and of all points."""
         labels, faults = (*self.coordinates, *self.channels.coordinates), []
-        rows = rows_of(names, labels, faults)
+        rows = find_rows(names, labels, faults)
         if faults:
             raise UnknownNameError("; ".join(faults))
-        return self._all()[np.array(rows, int)], tuple(spoken(labels[row]) for row in rows)
+        return self._all()[np.array(rows, int)], tuple(format_label(labels[row]) for row in rows)
 
-    def reduced(self) -> Reduced:
+    def to_reduced(self) -> Reduced:
         """The body as a component whose way back leads to the centre of mass and to all points."""
-        points = LinearSystem.changed(self, coordinates=(*self.coordinates, *self.channels.coordinates))
+        points = LinearSystem.replace(self, coordinates=(*self.coordinates, *self.channels.coordinates))
         return Reduced(
             points,
             self._all(),
@@ -128,14 +132,14 @@ class RigidBody(LinearSystem):
         return jnp.concatenate([jnp.eye(6, dtype=self.dtype), self.motions])
 
 
-def _massless(mass, inertia):
+def _massless_rows(mass, inertia):
     """Rows that have no mass whatever is traced later: of a point mass the rotations, of a rigid link all."""
     if may_be_nonzero(inertia):
         return ()
     return range(3, 6) if may_be_nonzero(mass) else range(6)
 
 
-def _given(value):
+def _as_array_if_traced(value):
     """Numbers as they are; of traced ones, tuples too, an array."""
     return value if is_concrete(value) else jnp.asarray(value)
 
@@ -151,12 +155,12 @@ def _point_faults(points):
             found.append(f"rigid body: names of points must be text, not {name!r}")
         elif np.shape(place) != (3,):
             found.append(f"rigid body: point {name!r} must be three numbers, not of shape {np.shape(place)}")
-        elif is_concrete(place) and not _finite(place):
+        elif is_concrete(place) and not _is_finite(place):
             found.append(f"rigid body: point {name!r} must be three finite numbers, not {place!r}")
     return found
 
 
-def _finite(place):
+def _is_finite(place):
     try:
         return bool(np.all(np.isfinite(np.asarray(place, float))))
     except (TypeError, ValueError):

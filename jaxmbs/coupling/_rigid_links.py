@@ -58,8 +58,8 @@ def dependence(
     """
     size = len(labels)
     which = [_Point(body, k, joint) for body in points for k, joint in enumerate(joints[body])]
-    rows = jnp.concatenate([_spread(own, places[body], size) for body, own in points.items()])
-    first, holding = _owners(which)
+    rows = jnp.concatenate([_scatter_columns(own, places[body], size) for body, own in points.items()])
+    first, holding = _joint_owners(which)
     joint, owner = np.array(list(first.items()), int).reshape(-1, 2).T
     T = jnp.eye(size, dtype=rows.dtype).at[joint].set(rows[owner])
     tied = sorted({k for pair in holding for i in pair if i is not None for k in places[which[i].body]})
@@ -68,8 +68,8 @@ def dependence(
     light = [i for i, k in enumerate(free) if k in massless]
     if holding:
         about = [which[i] for i, _ in holding]
-        C = _differences(rows, holding)[:, np.array(tied)]
-        N, own, sound = _motions_left(C, [labels[k] for k in tied], about, bonds)
+        C = _constraint_rows(rows, holding)[:, np.array(tied)]
+        N, own, sound = _remaining_motions(C, [labels[k] for k in tied], about, bonds)
         light += range(len(names), len(names) + len(own)) if set(tied) <= set(massless) else ()
         left, names = jnp.concatenate([left, T[:, np.array(tied)] @ N], axis=1), names + own
         left = left if is_concrete(sound) else jnp.where(sound, left, jnp.nan)
@@ -83,11 +83,11 @@ def dependence(
     return Dependence(left, names, light)
 
 
-def carried(fields: dict, found: Dependence) -> dict:
+def dependent_system(fields: dict, found: Dependence) -> dict:
     """What makes a linear system of joined coordinates, on those that are left.  Source: S1 (9)-(12)."""
     matrices = {kind: fields[kind] for kind in ("mass", "stiffness", "damping")}
     return {
-        **_congruent(matrices, found.transformation),
+        **_transform_matrices(matrices, found.transformation),
         "coordinates": found.labels,
         "massless": found.massless,
         "transformation": found.transformation,
@@ -95,15 +95,15 @@ def carried(fields: dict, found: Dependence) -> dict:
 
 
 @jit
-def _congruent(matrices, T):
+def _transform_matrices(matrices, T):
     return {kind: None if A is None else T.T.astype(A.dtype) @ A @ T.astype(A.dtype) for kind, A in matrices.items()}
 
 
-def _spread(own, places, size):
+def _scatter_columns(own, places, size):
     return jnp.zeros((len(own), size), own.dtype).at[:, np.array(places)].set(own)
 
 
-def _owners(which):
+def _joint_owners(which):
     """The first point in each joint; pairs of points that hold bodies: one and that which has its joint, or None."""
     first, holding = {}, []
     for i, point in enumerate(which):
@@ -113,14 +113,14 @@ def _owners(which):
     return first, holding
 
 
-def _differences(rows, holding):
+def _constraint_rows(rows, holding):
     """Rows that vanish: one point less the other, or less the ground."""
     padded = jnp.concatenate([rows, jnp.zeros_like(rows[:1])])
     one, other = zip(*holding, strict=True)
     return padded[np.array(one)] - padded[np.array([len(rows) if k is None else k for k in other])]
 
 
-def _motions_left(C, labels, about, bonds):
+def _remaining_motions(C, labels, about, bonds):
     """Motions N (n, n - r) with `C N = 0`, their names, and whether no row of C follows from others.
 
     With known places some of the bodies' own coordinates are left and give the others; with traced ones, whose
@@ -128,7 +128,7 @@ def _motions_left(C, labels, about, bonds):
     """
     (r, n), sound = C.shape, True
     if is_concrete(C):
-        dependent = _pivots(np.asarray(C), about, bonds)
+        dependent = _dependent_coordinates(np.asarray(C), about, bonds)
         own = [k for k in range(n) if k not in set(dependent)]
         E = jnp.eye(n, dtype=C.dtype)
         given, start, names = E[:, np.array(dependent)], E[:, np.array(own, int)], [labels[k] for k in own]
@@ -143,7 +143,7 @@ def _motions_left(C, labels, about, bonds):
     return start - given @ square.solve(C @ given, C @ start) if names else start, names, sound
 
 
-def _pivots(C, about, bonds):
+def _dependent_coordinates(C, about, bonds):
     """Coordinates that the others give; ModelError where a row of C follows from those above it."""
     size = np.linalg.norm(C, axis=0)  # metres beside radians
     scaled = C / np.where(size > 0, size, 1.0)
@@ -157,11 +157,11 @@ def _pivots(C, about, bonds):
         else:
             basis = np.concatenate([basis, rest[None] / np.linalg.norm(rest)])
     if idle:
-        raise ModelError([_redundant(name, bonds[name], numbers) for name, numbers in idle.items()])
+        raise ModelError([_redundancy_fault(name, bonds[name], numbers) for name, numbers in idle.items()])
     return sorted(scipy.linalg.qr(scaled, mode="r", pivoting=True)[1][: len(C)].tolist())
 
 
-def _redundant(name, tie, numbers):
+def _redundancy_fault(name, tie, numbers):
     which = [k for k in tie.kept if any(end and end[k][1] in numbers for end in tie.ends)]
     return (
         f"bond {name!r}: other rigid bonds hold its rigid body already in {' '.join(tie.labels[k] for k in which)}, "

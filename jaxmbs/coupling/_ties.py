@@ -8,12 +8,12 @@ from jaxtyping import Array
 from ..checks import are_axes, no_such
 from ..elements import DIRECTIONS
 from ..errors import ModelError, UnknownNameError
-from ..linear._labels import rows_of
+from ..linear._labels import find_rows
 from ..linear._system import LinearSystem
 from ._bonds import GROUND, Bond
 
 #: The fault of a name that could not be told from a component's node.
-DOTTED = "a name without a dot, please: 'stage.top' is the node 'top' of 'stage'"
+DOTTED_NAME = "a name without a dot, please: 'stage.top' is the node 'top' of 'stage'"
 
 
 class Channels(NamedTuple):
@@ -48,33 +48,33 @@ class Ties(NamedTuple):
     ends: tuple[tuple, tuple]
 
 
-def ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
+def bond_ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
     """What each bond ties.  Raises: ModelError with every fault: names, counts, directions."""
     kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, LinearSystem | Channels)}
     faults = [f"component {name!r} is a {kind}, not a LinearSystem" for name, kind in kinds.items()]
     found: dict[str, Ties] = {}
-    faults += [f"component {name!r}: {DOTTED}" for name in components if "." in name or name == GROUND]
+    faults += [f"component {name!r}: {DOTTED_NAME}" for name in components if "." in name or name == GROUND]
     for name, bond in bonds.items() if not kinds else ():
         own = []
         if name in components or name == GROUND:
             own.append("a component has that name")
         if bond.element is not None and "." in name:
-            own.append(DOTTED)
-        ends = [_coordinates(end, components, own) for end in bond.ends]
+            own.append(DOTTED_NAME)
+        ends = [_end_coordinates(end, components, own) for end in bond.ends]
         if not own:
-            found[name] = _ties(name, bond, ends, own)
+            found[name] = _bond_ties(name, bond, ends, own)
         faults += [f"bond {name!r}: {fault}" for fault in own]
     if faults:
         raise ModelError(faults)
     return found
 
 
-def _ties(name, bond, ends, faults):
+def _bond_ties(name, bond, ends, faults):
     (first, labels), (second, others) = ends
     count, grounded = len(first), bond.ends[1][0] == GROUND
     if not first:
         faults.append("its first end is the ground: let that be the second")
-    if not grounded and (len(second) != count or _differ(labels, others)):
+    if not grounded and (len(second) != count or _directions_differ(labels, others)):
         faults.append(f"its ends do not match: {' '.join(labels)} and {' '.join(others)}")
     stray = [str(f) for f in bond.free if f not in labels and f not in range(count)]
     if stray:
@@ -99,7 +99,7 @@ def _ties(name, bond, ends, faults):
     return Ties(labels, kept, pairs, (tuple(first), tuple(c for c in second if c is not None)))
 
 
-def _coordinates(end, components, faults):
+def _end_coordinates(end, components, faults):
     """Interface coordinates of an end, none of the ground, and their directions."""
     name, which = end
     if name == GROUND:
@@ -111,7 +111,7 @@ def _coordinates(end, components, faults):
     count, names = component.num_interface, [component.coordinates[i] for i in component.interface]
     nodes = [w for w in which or () if isinstance(w, str)]
     missing = []
-    at = rows_of(nodes, names, missing)
+    at = find_rows(nodes, names, missing)
     stray = [k for k in which or () if not isinstance(k, str) and not 0 <= k < count]
     if missing:
         faults.append(f"interface of {name!r}: {missing[0]}")
@@ -126,7 +126,7 @@ def _coordinates(end, components, faults):
     return [(name, int(k)) for k in chosen], labels
 
 
-def shared_by_axes(bonds: Mapping[str, Bond], found: Mapping[str, Ties]) -> list[str]:
+def axes_faults(bonds: Mapping[str, Bond], found: Mapping[str, Ties]) -> list[str]:
     """Faults of bonds with axes whose ends other bonds join too."""
     used: dict[tuple, list] = {}
     for name, bond in found.items():
@@ -141,13 +141,13 @@ def shared_by_axes(bonds: Mapping[str, Bond], found: Mapping[str, Ties]) -> list
     return faults
 
 
-def _differ(first, second):
+def _directions_differ(first, second):
     """Directions that are named on both sides and are not the same."""
     pairs = zip(first, second, strict=True)
     return any(a != b for a, b in pairs if a in DIRECTIONS and b in DIRECTIONS)
 
 
-def component_of(name, components) -> tuple:
+def split_component(name, components) -> tuple:
     """(component, what of it) of a name: "stage.top z" or ("stage", "top z").  Raises: UnknownNameError."""
     component, own = name.partition(".")[::2] if isinstance(name, str) else name
     if component not in components:

@@ -11,9 +11,9 @@ from jaxtyping import Array, Complex
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
-from ..math._regularised_inverse import regular_inverse
 from ..typing import ArrayLike
-from ._uncoupled_transfer import uncoupled
+from ._regularised_inverse import regularised_inverse
+from ._uncoupled_transfer import uncoupled_transfer
 
 #: Two channels that move together, or one and None: held.
 Pair = tuple[str, str | None]
@@ -37,7 +37,7 @@ def signed_interface(names: Sequence[str], pairs: Sequence[Pair]) -> np.ndarray:
     return B
 
 
-def couple(
+def couple_transfer(
     parts: TransferFunctions | Mapping[str, TransferFunctions],
     pairs: Sequence[Pair],
     compliance: ArrayLike | None = None,
@@ -46,12 +46,12 @@ def couple(
     """Components joined: `Y - Y B^T (B Y B^T + S)^-1 B Y`.
 
     Args:
-        parts: components by name (their channels are then named "component channel"), or what `uncoupled` or an
-            earlier coupling gave.
+        parts: components by name (their channels are then named "component channel"), or what `uncoupled_transfer` or
+            an earlier coupling returned.
         pairs: channels that move together; both are outputs and inputs.  (name, None) holds a channel.
         compliance: S of elastic bonds, (pairs, pairs) or (frequencies, pairs, pairs): relative motion (displacement,
             velocity, acceleration as the kind says) per force; None is rigid.
-        regular: `rank`, `rcond`, `noise`, `weights` of `regular_inverse`, for measured interfaces.
+        regular: `rank`, `rcond`, `noise`, `weights` of `regularised_inverse`, for measured interfaces.
 
     A pair given twice and pairs in a ring (a-b, b-c, a-c) do no harm: the names alone tell which pairs repeat what
     others say, so that no number decides the rank of B; `independent_pairs` says what becomes of S.  With `regular`
@@ -59,12 +59,12 @@ def couple(
 
     Source: S1 (1)-(3), (40)-(41); D. de Klerk, D. Rixen, S. Voormeeren, AIAA J. 46 (2008) 1169.
     """
-    Y = parts if isinstance(parts, TransferFunctions) else uncoupled(parts)
+    Y = parts if isinstance(parts, TransferFunctions) else uncoupled_transfer(parts)
     Bf, sums, shares = _multipliers(Y, pairs, compliance, regular)
-    return Y.replace(Y.values - (Y.values @ Bf.T @ shares) @ sums)
+    return Y.with_values(Y.values - (Y.values @ Bf.T @ shares) @ sums)
 
 
-def interface_forces(
+def coupling_forces(
     parts: TransferFunctions | Mapping[str, TransferFunctions],
     pairs: Sequence[Pair],
     compliance: ArrayLike | None = None,
@@ -72,15 +72,15 @@ def interface_forces(
 ) -> Complex[Array, "frequencies pairs inputs"]:
     """Forces that the bonds exert on the first channel of each pair, for unit forces at the inputs.
 
-    The second channel gets the opposite.  Arguments as of `couple`.  Where pairs are redundant, S shares the forces
-    out; rigid bonds take the shares whose squares have the least sum.  Source: S1 (2), (25).
+    The second channel gets the opposite force.  Arguments as in `couple_transfer`.  Where pairs are redundant, the
+    compliance S distributes the forces; rigid bonds take the distribution of least norm.  Source: S1 (2), (25).
     """
-    Y = parts if isinstance(parts, TransferFunctions) else uncoupled(parts)
+    Y = parts if isinstance(parts, TransferFunctions) else uncoupled_transfer(parts)
     _, sums, shares = _multipliers(Y, pairs, compliance, regular)
     return -shares @ sums
 
 
-def with_stiffness(receptances: TransferFunctions, channels: Sequence[str], stiffness: Array) -> TransferFunctions:
+def add_stiffness(receptances: TransferFunctions, channels: Sequence[str], stiffness: Array) -> TransferFunctions:
     """Receptances of the same structure with a dynamic stiffness more, `Y - Y Z (I + Y Z)^-1 Y`: no Y is inverted.
 
     Args: channels: outputs and inputs; stiffness: Z (1 or frequencies, channels, channels) [N/m].  Source: S1 (41).
@@ -88,7 +88,7 @@ def with_stiffness(receptances: TransferFunctions, channels: Sequence[str], stif
     Y, Z = receptances.values, stiffness.astype(receptances.values.dtype)
     columns, rows = receptances.columns(channels), Y[:, receptances.rows(channels)]
     inner = jnp.eye(Z.shape[-1], dtype=Z.dtype)[None] + rows[:, :, columns] @ Z
-    return receptances.replace(Y - Y[:, :, columns] @ Z @ jax.vmap(square.solve)(inner, rows))
+    return receptances.with_values(Y - Y[:, :, columns] @ Z @ jax.vmap(square.solve)(inner, rows))
 
 
 def independent_pairs(B) -> tuple[np.ndarray, np.ndarray]:
@@ -133,9 +133,9 @@ def _multipliers(Y, pairs, compliance, regular):
         if S is None:
             rank = regular.get("rank")
             regular = regular | {"rank": len(first) if rank is None else min(rank, len(first))}
-        inverse = regular_inverse(flexibility if S is None else flexibility + S, **regular)
+        inverse = regularised_inverse(flexibility if S is None else flexibility + S, **regular)
         return Bf, inverse @ (Bu @ Y.values), every
-    shares = _shares(first, rings, S, dtype)
+    shares = _distribute_forces(first, rings, S, dtype)
     gap = Bu[first] @ Y.values
     flexibility = gap @ Bf[first].T
     if S is not None:
@@ -143,7 +143,7 @@ def _multipliers(Y, pairs, compliance, regular):
     return Bf, jax.vmap(square.solve)(flexibility, gap), shares
 
 
-def _shares(first, rings, S, dtype):
+def _distribute_forces(first, rings, S, dtype):
     """Forces (..., pairs, r) of all pairs for unit ones of the independent pairs."""
     alone = np.eye(len(rings))[:, first]
     if S is None or not rings.shape[1]:
@@ -151,5 +151,5 @@ def _shares(first, rings, S, dtype):
     N, alone = jnp.asarray(rings, dtype), jnp.asarray(alone, dtype)
     own, size = N.T @ S @ N, jnp.abs(N).T @ jnp.abs(S) @ jnp.abs(N)
     least = float(jnp.finfo(dtype).eps) ** (5 / 8)
-    inverse = regular_inverse(jnp.where(jnp.abs(own) > least * size, own, 0.0), rcond=least)
+    inverse = regularised_inverse(jnp.where(jnp.abs(own) > least * size, own, 0.0), rcond=least)
     return alone[None] - N @ (inverse @ (N.T @ S @ alone))

@@ -10,7 +10,7 @@ from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 
 
-def uncoupled(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
+def uncoupled_transfer(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
     """Components side by side, not yet joined; channels are named "component channel".
 
     Raises: ModelError where numbers of frequencies or kinds differ.  Source: S1 (3), (40).
@@ -19,8 +19,8 @@ def uncoupled(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
 
 
 def block_diagonal(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctions:
-    """As `uncoupled`, with this mark between the names of component and channel."""
-    check_alike(parts)
+    """As `uncoupled_transfer`, with this mark between the names of component and channel."""
+    check_compatible(parts)
     first = next(iter(parts.values()))
     heights, widths = ([len(getattr(p, side)) for p in parts.values()] for side in ("outputs", "inputs"))
     values = jnp.zeros((len(first.omega), sum(heights), sum(widths)), first.values.dtype)
@@ -34,7 +34,7 @@ def block_diagonal(parts: Mapping[str, TransferFunctions], mark: str) -> Transfe
     return TransferFunctions(first.omega, values, outputs, inputs, first.kind)
 
 
-def check_alike(parts: Mapping[str, TransferFunctions]) -> None:
+def check_compatible(parts: Mapping[str, TransferFunctions]) -> None:
     """Components on the same frequencies and of the same kind. Raises: ModelError."""
     if not parts:
         raise ModelError(["no component is given"])
@@ -47,13 +47,13 @@ def check_alike(parts: Mapping[str, TransferFunctions]) -> None:
             faults.append(f"{other!r} is {part.values.dtype}, {name!r} {first.values.dtype}")
         if len(part.omega) != len(first.omega):
             faults.append(f"{other!r} has {len(part.omega)} frequencies, {name!r} {len(first.omega)}")
-        elif _differ(part.omega, first.omega):
+        elif _frequencies_differ(part.omega, first.omega):
             faults.append(f"{other!r} and {name!r} are at different frequencies")
     if faults:
         raise ModelError(faults)
 
 
-def _differ(a, b):
+def _frequencies_differ(a, b):
     """Whether concrete frequencies differ; traced ones cannot be looked at."""
     if not is_concrete(a, b):
         return False

@@ -19,34 +19,34 @@ from ..runtime import as_array
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-def number(value: Any) -> Array:
+def as_real(value: Any) -> Array:
     """Array leaf in the precision it comes in; whole numbers become floats.  Raises: TypeError for complex ones."""
     refuse_complex(value)
     value = as_array(value, None)
     return value if jnp.issubdtype(value.dtype, jnp.floating) else jnp.asarray(value, float)
 
 
-def optional(value: Any) -> Array | None:
-    """`number`, or None where there is none."""
-    return None if value is None else number(value)
+def as_optional_real(value: Any) -> Array | None:
+    """`as_real`, or None where there is none."""
+    return None if value is None else as_real(value)
 
 
 class AbstractElement(eqx.Module):
     """One element. `coordinates` is how many of x y z rx ry rz each node uses: 3 or 6.
 
-    `force_labels` and `stress_labels` name what `forces` and `stresses` return, `nonnegative` the fields that
-    must not be negative, `positive` those that must not be zero either; `misplacement` says what `misplaced` finds.
-    Where `has_ends`, `forces` and `stresses` are those of the ends and take one more argument, the load (n,) that is
-    spread over the element.
+    `force_labels` and `stress_labels` name what `forces` and `stresses` return.  `nonnegative_fields` lists the
+    fields that must not be negative, `positive_fields` those that must not be zero either; `degeneracy` words the
+    fault that `is_degenerate` finds.  Where `has_ends`, `forces` and `stresses` are those of the ends and take one
+    more argument, the load (n,) that is distributed over the element.
     """
 
     num_nodes: ClassVar[int]
     coordinates: ClassVar[int] = 6
     force_labels: ClassVar[tuple[str, ...]] = ()
     stress_labels: ClassVar[tuple[str, ...]] = ()
-    nonnegative: ClassVar[tuple[str, ...]] = ("young", "area", "thickness", "density")
-    positive: ClassVar[tuple[str, ...]] = ()
-    misplacement: ClassVar[str] = "its nodes lie at one point"
+    nonnegative_fields: ClassVar[tuple[str, ...]] = ("young", "area", "thickness", "density")
+    positive_fields: ClassVar[tuple[str, ...]] = ()
+    degeneracy: ClassVar[str] = "its nodes lie at one point"
     has_ends: ClassVar[bool] = False
 
     @property
@@ -63,7 +63,7 @@ class AbstractElement(eqx.Module):
         """Mass in world axes [kg, kg m, kg m^2]."""
 
     @property
-    def damps(self) -> bool:
+    def has_damping(self) -> bool:
         """Whether `damping` is more than zeros."""
         return type(self).damping is not AbstractElement.damping
 
@@ -84,13 +84,13 @@ class AbstractElement(eqx.Module):
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         given = {n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and is_concrete(v)}
         found = [f"{name} must be finite" for name, v in given.items() if not np.all(np.isfinite(v))]
-        negative = [name for name in self.nonnegative if name in given and np.any(given[name] < 0)]
+        negative = [name for name in self.nonnegative_fields if name in given and np.any(given[name] < 0)]
         if "poisson" in given and not np.all((given["poisson"] > -1) & (given["poisson"] < 0.5)):
             found.append("poisson must lie between -1 and 1/2")
-        zero = [name for name in self.positive if name in given and np.any(given[name] == 0)]
+        zero = [name for name in self.positive_fields if name in given and np.any(given[name] == 0)]
         found += [f"{name} must not be negative" for name in negative]
         return found + [f"{name} must not be zero" for name in zero]
 
-    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+    def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """Which of many elements (m,), by their positions (m, k, 3), have no extent or are inside out."""
         return (np.ptp(nodes, axis=1).max(axis=1) == 0) & (self.num_nodes > 1)

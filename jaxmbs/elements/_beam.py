@@ -9,14 +9,14 @@ from jaxtyping import Array, Float
 from ..checks import is_concrete
 from ..math._spd import spd_solve
 from ..typing import Convertible
-from ._base import DIRECTIONS, AbstractElement, number, optional
-from ._parts import along, carried, gauss, turned
+from ._base import DIRECTIONS, AbstractElement, as_optional_real, as_real
+from ._shared_matrices import axes_along, axes_transformation, gauss_points, rigid_arm
 
 # Bending in one plane, coordinates v1, slope1 l, v2, slope2 l: what does not depend on the shear ratio p, and what
 # multiplies it.  The deflection is (DEFLECTION[0] + p DEFLECTION[1]) / (1 + p) at the points of quadrature.
-_BEND = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
-_BEND_SHEAR = np.array([[0.0, 0, 0, 0], [0, 1, 0, -1], [0, 0, 0, 0], [0, -1, 0, 1]])
-_POINTS, _WEIGHTS = gauss(4, 1)
+_BENDING = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+_BENDING_SHEAR = np.array([[0.0, 0, 0, 0], [0, 1, 0, -1], [0, 0, 0, 0], [0, -1, 0, 1]])
+_POINTS, _WEIGHTS = gauss_points(4, 1)
 _S, _W = (_POINTS[:, 0] + 1) / 2, _WEIGHTS / 2
 _DEFLECTION = (
     np.stack([1 - 3 * _S**2 + 2 * _S**3, _S - 2 * _S**2 + _S**3, 3 * _S**2 - 2 * _S**3, _S**3 - _S**2], axis=1),
@@ -53,26 +53,26 @@ class Beam(AbstractElement):
         line_mass: mass that is no part of the section, on its axis [kg/m].
     """
 
-    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    shear_modulus: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    area: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    inertia_y: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    inertia_z: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    torsion: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
-    shear: Convertible[Float[Array, "... 2"] | None] = eqx.field(converter=optional, default=None)
-    reference: Convertible[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
-    offsets: Convertible[Float[Array, "... 2 3"] | None] = eqx.field(converter=optional, default=None)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    shear_modulus: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    area: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    inertia_y: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    inertia_z: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    torsion: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
+    shear: Convertible[Float[Array, "... 2"] | None] = eqx.field(converter=as_optional_real, default=None)
+    reference: Convertible[Float[Array, "... 3"] | None] = eqx.field(converter=as_optional_real, default=None)
+    offsets: Convertible[Float[Array, "... 2 3"] | None] = eqx.field(converter=as_optional_real, default=None)
     releases: tuple[str, ...] = eqx.field(static=True, default=())
-    fibres: Convertible[Float[Array, "... p 2"]] = eqx.field(converter=number, default=((0.0, 0.0),))
-    line_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    fibres: Convertible[Float[Array, "... p 2"]] = eqx.field(converter=as_real, default=((0.0, 0.0),))
+    line_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
 
     num_nodes = 2
     has_ends = True
     force_labels = tuple(f"{name}{end}" for end in (1, 2) for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"))
     stress_labels = ("axial stress of each fibre at end 1, then at end 2",)
-    nonnegative = ("young", "shear_modulus", "area", "inertia_y", "inertia_z", "torsion", "density", "shear")
-    nonnegative += ("line_mass",)
+    nonnegative_fields = ("young", "shear_modulus", "area", "inertia_y", "inertia_z", "torsion", "density", "shear")
+    nonnegative_fields += ("line_mass",)
 
     def __check_init__(self):
         possible = {f"{d}{end}" for end in (1, 2) for d in DIRECTIONS}
@@ -84,7 +84,7 @@ class Beam(AbstractElement):
                 raise ValueError(f"a beam released in {d} at both ends is a mechanism: release one end")
 
     @property
-    def positive(self) -> tuple[str, ...]:
+    def positive_fields(self) -> tuple[str, ...]:
         """What it cannot hold without; with shear also what its compliance is divided by."""
         return ("young", "area", *(() if self.shear is None else ("shear", "shear_modulus")))
 
@@ -100,9 +100,9 @@ class Beam(AbstractElement):
         """Length, axes (3, 3), and (12, 12) end motions in local axes from those of the nodes."""
         offsets = jnp.zeros_like(nodes) if self.offsets is None else self.offsets
         line = nodes[1] + offsets[1] - nodes[0] - offsets[0]
-        axes = along(line, self.reference)
-        R = turned(axes)
-        T = jax.scipy.linalg.block_diag(R @ carried(offsets[0]), R @ carried(offsets[1]))
+        axes = axes_along(line, self.reference)
+        R = axes_transformation(axes)
+        T = jax.scipy.linalg.block_diag(R @ rigid_arm(offsets[0]), R @ rigid_arm(offsets[1]))
         return jnp.linalg.norm(line), axes, T
 
     def _planes(self, length):
@@ -116,27 +116,29 @@ class Beam(AbstractElement):
     def _local_stiffness(self, length):
         bar = np.array([[1.0, -1.0], [-1.0, 1.0]])
         K = jnp.zeros((12, 12), length.dtype)
-        K = _add(K, [0, 6], self.young * self.area / length * jnp.asarray(bar, K.dtype))
-        K = _add(K, [3, 9], self.shear_modulus * self.torsion / length * jnp.asarray(bar, K.dtype))
+        K = _add_block(K, [0, 6], self.young * self.area / length * jnp.asarray(bar, K.dtype))
+        K = _add_block(K, [3, 9], self.shear_modulus * self.torsion / length * jnp.asarray(bar, K.dtype))
         for (EI, ratio), plane, sign in zip(self._planes(length), (_PLANE_Y, _PLANE_Z), (1.0, _SIGN_Z), strict=True):
-            scale = _scale(length, sign) / length
-            shape = jnp.asarray(_BEND, K.dtype) + ratio * jnp.asarray(_BEND_SHEAR, K.dtype)
-            K = _add(K, plane, EI / (length * (1.0 + ratio)) * jnp.outer(scale, scale) * shape)
+            scale = _rotation_scale(length, sign) / length
+            shape = jnp.asarray(_BENDING, K.dtype) + ratio * jnp.asarray(_BENDING_SHEAR, K.dtype)
+            K = _add_block(K, plane, EI / (length * (1.0 + ratio)) * jnp.outer(scale, scale) * shape)
         return K
 
     def _local_mass(self, length):
         bar = np.array([[1 / 3, 1 / 6], [1 / 6, 1 / 3]])
         line, mass = self.density * length, (self.density * self.area + self.line_mass) * length
         M = jnp.zeros((12, 12), length.dtype)
-        M = _add(M, [0, 6], mass * jnp.asarray(bar, M.dtype))
-        M = _add(M, [3, 9], line * (self.inertia_y + self.inertia_z) * jnp.asarray(bar, M.dtype))
+        M = _add_block(M, [0, 6], mass * jnp.asarray(bar, M.dtype))
+        M = _add_block(M, [3, 9], line * (self.inertia_y + self.inertia_z) * jnp.asarray(bar, M.dtype))
         inertias = (self.inertia_z, self.inertia_y)
         for i, (plane, sign) in enumerate(((_PLANE_Y, 1.0), (_PLANE_Z, _SIGN_Z))):
-            ratio, scale = self._planes(length)[i][1], _scale(length, sign)
-            M = _add(M, plane, mass * jnp.outer(scale, scale) * _square(_DEFLECTION, ratio))
+            ratio, scale = self._planes(length)[i][1], _rotation_scale(length, sign)
+            M = _add_block(M, plane, mass * jnp.outer(scale, scale) * _shape_products(_DEFLECTION, ratio))
             if self.shear is not None:
                 scale = scale / length
-                M = _add(M, plane, line * inertias[i] * jnp.outer(scale, scale) * _square(_SLOPE, ratio))
+                M = _add_block(
+                    M, plane, line * inertias[i] * jnp.outer(scale, scale) * _shape_products(_SLOPE, ratio)
+                )
         return M
 
     def _released(self, K):
@@ -179,7 +181,10 @@ class Beam(AbstractElement):
         if load is None:
             return found
         arms = jnp.zeros_like(nodes) if self.offsets is None else self.offsets
-        ends = [turned(axes) @ carried(-arm).T @ part for arm, part in zip(arms, load.reshape(2, 6), strict=True)]
+        ends = [
+            axes_transformation(axes) @ rigid_arm(-arm).T @ part
+            for arm, part in zip(arms, load.reshape(2, 6), strict=True)
+        ]
         return found - jnp.concatenate(ends)
 
     def stresses(
@@ -200,12 +205,17 @@ class Beam(AbstractElement):
         x, y, z = axes @ q * length
         f = jnp.zeros(12, nodes.dtype).at[np.array([0, 6])].set(x / 2)
         share = jnp.asarray([1 / 2, 1 / 12, 1 / 2, -1 / 12], nodes.dtype)
-        f = f.at[_PLANE_Y].set(y * share * _scale(length, 1.0)).at[_PLANE_Z].set(z * share * _scale(length, _SIGN_Z))
+        f = (
+            f.at[_PLANE_Y]
+            .set(y * share * _rotation_scale(length, 1.0))
+            .at[_PLANE_Z]
+            .set(z * share * _rotation_scale(length, _SIGN_Z))
+        )
         return T.T @ f
 
-    misplacement = "its ends meet, or its reference lies along it"
+    degeneracy = "its ends meet, or its reference lies along it"
 
-    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+    def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """No length, or no plane for the local axes."""
         line = nodes[:, 1] - nodes[:, 0]
         if self.offsets is not None and is_concrete(self.offsets):
@@ -219,17 +229,17 @@ class Beam(AbstractElement):
         return np.linalg.norm(np.cross(line, reference), axis=1) <= 1e-9 * size
 
 
-def _add(matrix, places, part):
+def _add_block(matrix, places, part):
     return matrix.at[np.ix_(places, places)].add(part)
 
 
-def _scale(length, sign):
+def _rotation_scale(length, sign):
     """(4,) 1, l, 1, l with signs of the plane."""
     one = jnp.ones_like(length)
     return jnp.stack([one, length, one, length]) * jnp.asarray(np.broadcast_to(sign, 4), length.dtype)
 
 
-def _square(shapes, ratio):
+def _shape_products(shapes, ratio):
     """(4, 4) integral over [0, 1] of the products of shapes `(a + p b) / (1 + p)`."""
     a, b = shapes
     parts = [np.einsum("q,qi,qj->ij", _W, *pair) for pair in ((a, a), (a, b), (b, b))]

@@ -6,19 +6,19 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import Convertible, ScalarLike
-from ._base import AbstractElement, number
-from ._parts import condensed, gauss, inverse_jacobian, linear_shapes
+from ._base import AbstractElement, as_real
+from ._shared_matrices import condense, gauss_points, inverse_jacobian, linear_shapes
 
 _CORNERS = np.array(
     [[-1.0, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
 )
-_POINTS, _WEIGHTS = gauss(2, 3)
+_POINTS, _WEIGHTS = gauss_points(2, 3)
 _N, _DN = linear_shapes(_CORNERS, _POINTS)
 _DN0 = linear_shapes(_CORNERS, np.zeros((1, 3)))[1]
 _BUBBLES = -2.0 * _POINTS[:, :, None] * np.eye(3)  # (q, slope, mode) of 1 - xi^2, 1 - eta^2, 1 - zeta^2
 #: Nodes of the six faces, counter-clockwise seen from outside: -x, +x, -y, +y, -z, +z of the cube.
 FACES = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
-_FACE_POINTS, _FACE_WEIGHTS = gauss(2, 2)
+_FACE_POINTS, _FACE_WEIGHTS = gauss_points(2, 2)
 _FACE_N, _FACE_DN = linear_shapes(np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]), _FACE_POINTS)
 
 
@@ -33,16 +33,16 @@ class Hexahedron(AbstractElement):
         young: modulus [Pa]; poisson; density [kg/m^3].
     """
 
-    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
 
     num_nodes = 8
     coordinates = 3
-    positive = ("young",)
+    positive_fields = ("young",)
     force_labels = ("xx", "yy", "zz", "xy", "yz", "zx")
     stress_labels = force_labels
-    misplacement = "it is inside out or flat somewhere: check the order of its nodes"
+    degeneracy = "it is inside out or flat somewhere: check the order of its nodes"
 
     def elasticity(self) -> Array:
         """(6, 6) stresses by strains xx, yy, zz and shear angles xy, yz, zx."""
@@ -58,7 +58,7 @@ class Hexahedron(AbstractElement):
         bubbles = inverse0 @ _BUBBLES.astype(nodes.dtype) * (det0 / det)[:, None, None]
         B = _strains(jnp.concatenate([inverse @ _DN.astype(nodes.dtype), bubbles], axis=2))
         weight = det * _WEIGHTS.astype(nodes.dtype)
-        return condensed(jnp.einsum("qai,ab,qbj->ij", weight[:, None, None] * B, self.elasticity(), B), 24)
+        return condense(jnp.einsum("qai,ab,qbj->ij", weight[:, None, None] * B, self.elasticity(), B), 24)
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Consistent mass."""
@@ -83,7 +83,7 @@ class Hexahedron(AbstractElement):
         share = -pressure * (_FACE_N.T.astype(nodes.dtype) @ areas)
         return jnp.zeros((8, 3), nodes.dtype).at[corners].set(share).reshape(-1)
 
-    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+    def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """Volume not positive at a point of quadrature."""
         return np.any(np.linalg.det(np.einsum("qdi,mix->mqdx", _DN, nodes)) <= 0, axis=1)
 

@@ -8,8 +8,8 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from ..typing import Convertible
-from ._base import AbstractElement, number, optional
-from ._parts import carried
+from ._base import AbstractElement, as_optional_real, as_real
+from ._shared_matrices import rigid_arm
 
 
 class PointMass(AbstractElement):
@@ -23,12 +23,12 @@ class PointMass(AbstractElement):
         inertia: (3, 3) about the centre of mass, world axes [kg m^2], or None.
     """
 
-    value: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    offset: Convertible[Float[Array, "... 3"] | None] = eqx.field(converter=optional, default=None)
-    inertia: Convertible[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
+    value: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    offset: Convertible[Float[Array, "... 3"] | None] = eqx.field(converter=as_optional_real, default=None)
+    inertia: Convertible[Float[Array, "... 3 3"] | None] = eqx.field(converter=as_optional_real, default=None)
 
     num_nodes = 1
-    nonnegative = ("value",)
+    nonnegative_fields = ("value",)
 
     def faults(self) -> list[str]:
         """Also an inertia that is not symmetric, or negative about some axis."""
@@ -57,5 +57,5 @@ class PointMass(AbstractElement):
             return central
         inertia = jnp.zeros((3, 3), nodes.dtype) if self.inertia is None else self.inertia
         offset = jnp.zeros(3, nodes.dtype) if self.offset is None else self.offset
-        T = carried(offset)
+        T = rigid_arm(offset)
         return T.T @ jax.scipy.linalg.block_diag(central, inertia) @ T

@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import Convertible, Matrix3
-from ._base import number
-from ._parts import across, condensed, gauss, inverse_jacobian, linear_shapes, plane_stress
+from ._base import as_real
+from ._shared_matrices import axes_across, condense, gauss_points, inverse_jacobian, linear_shapes, plane_stress
 from ._shell import AbstractShell
 
 _CORNERS = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
-_POINTS, _WEIGHTS = gauss(2, 2)
+_POINTS, _WEIGHTS = gauss_points(2, 2)
 _N, _DN = linear_shapes(_CORNERS, _POINTS)  # (4, 4), (4, 2, 4)
 _CENTRE = np.zeros((1, 2))
 _DN0 = linear_shapes(_CORNERS, _CENTRE)[1]
@@ -39,8 +39,8 @@ class Quadrilateral(AbstractShell):
         drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
     """
 
-    shear_factor: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=5 / 6)
-    drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.1)
+    shear_factor: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=5 / 6)
+    drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.1)
 
     num_nodes = 4
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")
@@ -48,7 +48,7 @@ class Quadrilateral(AbstractShell):
     def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
         """x bisects the diagonals, z along their vector product."""
         first, second = nodes[2] - nodes[0], nodes[3] - nodes[1]
-        return across(first, second, first - second)
+        return axes_across(first, second, first - second)
 
     def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Bilinear, at 2 x 2 points."""
@@ -65,11 +65,11 @@ class Quadrilateral(AbstractShell):
         inverse0, det0 = inverse_jacobian(_DN0, xy)
         bubbles = inverse0 @ _BUBBLES.astype(xy.dtype) * (det0 / det)[:, None, None]
         strain = jnp.concatenate([_strains(slopes, 3), _strains(bubbles, 2)], axis=2)  # (q, 3, 12 + 4)
-        turn = jnp.concatenate([_turns(slopes, _N.astype(xy.dtype)), _turns(bubbles, None)], axis=1)
+        turn = jnp.concatenate([_drilling_rows(slopes, _N.astype(xy.dtype)), _drilling_rows(bubbles, None)], axis=1)
         weight = det * _WEIGHTS.astype(xy.dtype) * self.thickness
         G = self.drilling * self.young / (2.0 * (1.0 + self.poisson))
         K = jnp.einsum("q,qai,ab,qbj->ij", weight, strain, plane_stress(self.young, self.poisson), strain)
-        K = condensed(K + G * jnp.einsum("q,qi,qj->ij", weight, turn, turn), 12)
+        K = condense(K + G * jnp.einsum("q,qi,qj->ij", weight, turn, turn), 12)
         return K, _strains(self._slopes(xy, _DN0)[0], 3)[0]
 
     def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
@@ -100,14 +100,14 @@ class Quadrilateral(AbstractShell):
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Membrane forces, moments and transverse shear forces per length at the centre. Source: S1 (30)."""
-        xy, T = self.flat(nodes)
+        xy, T = self.plane_coordinates(nodes)
         local = (T @ u.reshape(-1)).reshape(4, 6)
         shear = self._shear(xy, _CENTRE)[0] @ local[:, 2:5].reshape(-1)
         return jnp.concatenate([super().forces(nodes, u), self._shear_modulus() * shear])
 
-    misplacement = "its corners do not go round a convex outline"
+    degeneracy = "its corners do not go round a convex outline"
 
-    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+    def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """A corner whose angle is not below a straight one."""
         normal = np.cross(nodes[:, 2] - nodes[:, 0], nodes[:, 3] - nodes[:, 1])
         after, before = np.roll(nodes, -1, axis=1) - nodes, np.roll(nodes, 1, axis=1) - nodes
@@ -119,10 +119,10 @@ def _strains(slopes, per_node):
     x, y = slopes[:, 0], slopes[:, 1]
     zero = jnp.zeros_like(x)
     rows = [[x, zero, zero], [zero, y, zero], [y, x, zero]]
-    return _by_node(rows, per_node)
+    return _interleave_nodes(rows, per_node)
 
 
-def _turns(slopes, values):
+def _drilling_rows(slopes, values):
     """(q, 3 k or 2 k): drilling rotation less the rotation `(v,x - u,y) / 2` of the membrane."""
     x, y = slopes[:, 0], slopes[:, 1]
     row = [y / 2, -x / 2] if values is None else [y / 2, -x / 2, values]
@@ -133,9 +133,9 @@ def _curvatures(slopes):
     """(q, 3, 12): slopes of the fibre's rotations bx = ry, by = -rx over w, rx, ry."""
     x, y = slopes[:, 0], slopes[:, 1]
     zero = jnp.zeros_like(x)
-    return _by_node([[zero, zero, x], [zero, -y, zero], [zero, -x, y]], 3)
+    return _interleave_nodes([[zero, zero, x], [zero, -y, zero], [zero, -x, y]], 3)
 
 
-def _by_node(rows, per_node):
+def _interleave_nodes(rows, per_node):
     stacked = jnp.stack([jnp.stack(row[:per_node], axis=-1) for row in rows], axis=1)
     return stacked.reshape(*stacked.shape[:2], -1)

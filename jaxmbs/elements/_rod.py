@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..typing import Convertible
-from ._base import AbstractElement, number
+from ._base import AbstractElement, as_real
 
 
 class Rod(AbstractElement):
@@ -16,14 +16,14 @@ class Rod(AbstractElement):
         lumped: half of the mass on each node; else the consistent mass.
     """
 
-    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    area: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    area: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
     lumped: bool = eqx.field(static=True, default=False)
 
     num_nodes = 2
     coordinates = 3
-    positive = ("young", "area")
+    positive_fields = ("young", "area")
     force_labels = ("axial",)
     stress_labels = ("axial",)
 

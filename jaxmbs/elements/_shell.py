@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import Convertible, Matrix3, ScalarLike
-from ._base import AbstractElement, number
-from ._parts import carried, plane_stress, turned
+from ._base import AbstractElement, as_real
+from ._shared_matrices import axes_transformation, plane_stress, rigid_arm
 
 _RESULTANTS = ("Nxx", "Nyy", "Nxy", "Mxx", "Myy", "Mxy")
 
@@ -22,12 +22,12 @@ class AbstractShell(AbstractElement):
         young: modulus [Pa]; poisson; thickness [m]; density [kg/m^3].
     """
 
-    young: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    thickness: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    density: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.0)
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    thickness: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
 
-    positive: ClassVar[tuple[str, ...]] = ("young", "thickness")
+    positive_fields: ClassVar[tuple[str, ...]] = ("young", "thickness")
     force_labels: ClassVar[tuple[str, ...]] = _RESULTANTS
     stress_labels: ClassVar[tuple[str, ...]] = tuple(
         f"{c} {face}" for face in ("top", "bottom") for c in ("xx", "yy", "xy")
@@ -49,7 +49,7 @@ class AbstractShell(AbstractElement):
         """Shape functions (q, k) at points of quadrature and the areas (q,) that belong to them."""
         raise NotImplementedError
 
-    def flat(self, nodes: Float[Array, "k 3"]) -> tuple[Any, Array]:
+    def plane_coordinates(self, nodes: Float[Array, "k 3"]) -> tuple[Any, Array]:
         """Positions (k, 2) in the mean plane, and (6 k, 6 k) motions there in element axes from those of the nodes.
 
         A node off the plane carries its image rigidly.
@@ -58,12 +58,14 @@ class AbstractShell(AbstractElement):
         local = (nodes - jnp.mean(nodes, axis=0, keepdims=True)) @ axes.T
         zero = jnp.zeros_like(local[:, 0])
         arms = -jnp.stack([zero, zero, local[:, 2]], axis=1) @ axes
-        return local[:, :2], jax.scipy.linalg.block_diag(*[turned(axes) @ carried(arm) for arm in arms])
+        return local[:, :2], jax.scipy.linalg.block_diag(
+            *[axes_transformation(axes) @ rigid_arm(arm) for arm in arms]
+        )
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Membrane and bending, uncoupled in the element's plane."""
-        xy, T = self.flat(nodes)
-        in_plane, across = _places(self.num_nodes)
+        xy, T = self.plane_coordinates(nodes)
+        in_plane, across = _plane_rows(self.num_nodes)
         K = jnp.zeros((self.size, self.size), nodes.dtype)
         K = K.at[np.ix_(in_plane, in_plane)].set(self.membrane(xy)[0])
         K = K.at[np.ix_(across, across)].set(self.bending(xy)[0])
@@ -71,7 +73,7 @@ class AbstractShell(AbstractElement):
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Consistent mass `rho t` of displacements and `rho t^3 / 12` of rotations, drilling included."""
-        xy, T = self.flat(nodes)
+        xy, T = self.plane_coordinates(nodes)
         N, areas = self.shapes(xy)
         line = self.density * self.thickness
         turn = self.thickness**2 / 12
@@ -81,7 +83,7 @@ class AbstractShell(AbstractElement):
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Membrane forces [N/m] and moments [N] per length at the centre, element axes. Source: S1 (30)."""
-        xy, T = self.flat(nodes)
+        xy, T = self.plane_coordinates(nodes)
         local = (T @ u.reshape(-1)).reshape(self.num_nodes, 6)
         D = plane_stress(self.young, self.poisson)
         strain = self.membrane(xy)[1] @ local[:, np.array([0, 1, 5])].reshape(-1)
@@ -96,12 +98,12 @@ class AbstractShell(AbstractElement):
 
     def pressure_load(self, nodes: Float[Array, "k 3"], pressure: ScalarLike) -> Array:
         """Consistent load (6 k,) of a pressure [Pa] along the normal z. Source: S1 (18)."""
-        xy, T = self.flat(nodes)
+        xy, T = self.plane_coordinates(nodes)
         N, areas = self.shapes(xy)
         f = jnp.zeros((self.num_nodes, 6), nodes.dtype).at[:, 2].set(pressure * (areas @ N))
         return T.T @ f.reshape(-1)
 
 
-def _places(k):
+def _plane_rows(k):
     node = 6 * np.arange(k)[:, None]
     return (node + np.array([0, 1, 5])).ravel(), (node + np.array([2, 3, 4])).ravel()

@@ -7,13 +7,13 @@ from jaxtyping import Array, Float
 
 from ..checks import are_axes, is_concrete
 from ..typing import Convertible
-from ._base import DIRECTIONS, AbstractElement, number, optional
-from ._parts import carried, turned
+from ._base import DIRECTIONS, AbstractElement, as_optional_real, as_real
+from ._shared_matrices import axes_transformation, rigid_arm
 
 
-def _six(value):
+def _as_six_by_six(value):
     """(..., 6, 6) from a matrix or from six numbers on the diagonal."""
-    value = number(value)
+    value = as_real(value)
     if value.shape == (6,):
         return jnp.diag(value)
     if value.shape[-2:] != (6, 6):
@@ -21,8 +21,8 @@ def _six(value):
     return value
 
 
-def _optional_six(value):
-    return None if value is None else _six(value)
+def _as_optional_six_by_six(value):
+    return None if value is None else _as_six_by_six(value)
 
 
 class Spring(AbstractElement):
@@ -38,46 +38,46 @@ class Spring(AbstractElement):
         place: where on the line of the nodes the spring sits, 0 at the first, 1 at the second.
     """
 
-    matrix: Convertible[Float[Array, "... 6 6"]] = eqx.field(converter=_six)
-    damper: Convertible[Float[Array, "... 6 6"] | None] = eqx.field(converter=_optional_six, default=None)
-    axes: Convertible[Float[Array, "... 3 3"] | None] = eqx.field(converter=optional, default=None)
-    place: Convertible[Float[Array, "..."]] = eqx.field(converter=number, default=0.5)
+    matrix: Convertible[Float[Array, "... 6 6"]] = eqx.field(converter=_as_six_by_six)
+    damper: Convertible[Float[Array, "... 6 6"] | None] = eqx.field(converter=_as_optional_six_by_six, default=None)
+    axes: Convertible[Float[Array, "... 3 3"] | None] = eqx.field(converter=as_optional_real, default=None)
+    place: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.5)
 
     num_nodes = 2
     force_labels = DIRECTIONS
-    nonnegative = ()
+    nonnegative_fields = ()
 
     def faults(self) -> list[str]:
         """Also matrices that are not symmetric, and axes that are not."""
         named = {"matrix": self.matrix, "damper": self.damper}
         given = {n: np.asarray(v) for n, v in named.items() if v is not None and is_concrete(v)}
-        uneven = [name for name, v in given.items() if not _even(v)]
+        uneven = [name for name, v in given.items() if not _is_symmetric(v)]
         fine = self.axes is None or are_axes(self.axes)
         skewed = [] if fine else ["axes must be three unit vectors, square to each other and right-handed"]
         return super().faults() + [f"{name} must be symmetric" for name in uneven] + skewed
 
-    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+    def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """Never: its nodes may lie at one point."""
         return np.zeros(len(nodes), bool)
 
-    def relative(self, nodes: Float[Array, "k 3"]) -> Array:
+    def relative_motion(self, nodes: Float[Array, "k 3"]) -> Array:
         """(6, 12): relative displacement and rotation, second node less first, in the spring's axes."""
         line = nodes[1] - nodes[0]
-        at_first, at_second = carried(self.place * line), carried((self.place - 1.0) * line)
-        return _turn(self.axes, jnp.concatenate([-at_first, at_second], axis=1))
+        at_first, at_second = rigid_arm(self.place * line), rigid_arm((self.place - 1.0) * line)
+        return _resolve(self.axes, jnp.concatenate([-at_first, at_second], axis=1))
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`B^T K B` with B the relative motion."""
-        B = self.relative(nodes)
+        B = self.relative_motion(nodes)
         return B.T @ self.matrix @ B
 
     @property
-    def damps(self) -> bool:
+    def has_damping(self) -> bool:
         return self.damper is not None
 
     def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """`B^T C B` with B the relative motion."""
-        B = self.relative(nodes)
+        B = self.relative_motion(nodes)
         return jnp.zeros_like(B.T @ B) if self.damper is None else B.T @ self.damper @ B
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
@@ -86,7 +86,7 @@ class Spring(AbstractElement):
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Force and moment that the second node puts on the spring, in its axes. Source: S1 (30)."""
-        return self.matrix @ self.relative(nodes) @ u.reshape(-1)
+        return self.matrix @ self.relative_motion(nodes) @ u.reshape(-1)
 
 
 class GroundSpring(Spring):
@@ -98,14 +98,14 @@ class GroundSpring(Spring):
 
     num_nodes = 1
 
-    def relative(self, nodes: Float[Array, "k 3"]) -> Array:
+    def relative_motion(self, nodes: Float[Array, "k 3"]) -> Array:
         """(6, 6): motion of the node in the spring's axes."""
-        return _turn(self.axes, jnp.eye(6, dtype=nodes.dtype))
+        return _resolve(self.axes, jnp.eye(6, dtype=nodes.dtype))
 
 
-def _even(matrix):
+def _is_symmetric(matrix):
     return np.allclose(matrix, np.swapaxes(matrix, -1, -2), rtol=0, atol=1e-6 * np.abs(matrix).max())
 
 
-def _turn(axes, motion):
-    return motion if axes is None else turned(axes) @ motion
+def _resolve(axes, motion):
+    return motion if axes is None else axes_transformation(axes) @ motion

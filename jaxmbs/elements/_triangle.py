@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import Matrix3
-from ._parts import across, plane_stress
+from ._shared_matrices import axes_across, plane_stress
 from ._shell import AbstractShell
 
 # Areas of mid-side quadrature and quadratic shape functions: corners, then mid-sides 12, 23, 31.
-_MIDS = np.array([[0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
+_MID_SIDES = np.array([[0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
 _CENTRE = np.full((1, 3), 1 / 3)
 # Numbers b1 ... b9 of the optimal element, and their places in the three matrices Q
 _BETA = np.array([1.0, 2, 1, 0, 1, -1, -1, -1, -2])
@@ -32,36 +32,36 @@ class Triangle(AbstractShell):
     """
 
     num_nodes = 3
-    misplacement = "its corners lie on a line"
+    degeneracy = "its corners lie on a line"
 
     def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
         """x along the first side, z along the normal."""
         first, second = nodes[1] - nodes[0], nodes[2] - nodes[0]
-        return across(first, second, first)
+        return axes_across(first, second, first)
 
     def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Linear, at the mid-sides."""
-        return _MIDS.astype(xy.dtype), _area(xy) / 3 * jnp.ones(3, xy.dtype)
+        return _MID_SIDES.astype(xy.dtype), _area(xy) / 3 * jnp.ones(3, xy.dtype)
 
     def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Basic stiffness `L E L^T / (A t)` and the higher-order part of the optimal template."""
-        area, E, L = _area(xy), plane_stress(self.young, self.poisson), _lumping(xy)
-        natural = _natural(xy)
+        area, E, L = _area(xy), plane_stress(self.young, self.poisson), _lumping_matrix(xy)
+        natural = _natural_strain_matrix(xy)
         squares = jnp.sum((jnp.roll(xy, -1, axis=0) - xy) ** 2, axis=1)
         Q = 2.0 * area / 3.0 * jnp.asarray(_BETA[_Q - 1], xy.dtype) / squares[None, :, None]
         means = natural @ ((Q + jnp.roll(Q, -1, axis=0)) / 2)
         turning = area * jnp.einsum("pai,ab,pbj->ij", means, E, means)
-        T = _deviation(xy)
+        T = _drilling_deviation(xy)
         beta = jnp.maximum((1.0 - 4.0 * self.poisson**2) / 2, 0.01)
         return self.thickness * (L @ E @ L.T / area + 0.75 * beta * T.T @ turning @ T), L.T / area
 
     def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Curvatures of quadratic rotations that meet Kirchhoff's condition along the sides."""
         D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
-        curvature = _curvatures(xy, _MIDS)
+        curvature = _curvatures(xy, _MID_SIDES)
         return _area(xy) / 3 * jnp.einsum("qai,ab,qbj->ij", curvature, D, curvature), _curvatures(xy, _CENTRE)[0]
 
-    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+    def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """No area."""
         normal = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])
         size = np.ptp(nodes, axis=1).max(axis=1)
@@ -73,31 +73,31 @@ def _area(xy):
     return (a[0] * b[1] - a[1] * b[0]) / 2
 
 
-def _between(xy):
+def _side_vectors(xy):
     """Components (2, 3) of the vectors i - k, j - i, k - j, where j follows the node i and k follows j."""
     after, before = jnp.roll(xy, -1, axis=0), jnp.roll(xy, 1, axis=0)
     return (xy - before).T, (after - xy).T, (before - after).T
 
 
-def _lumping(xy):
+def _lumping_matrix(xy):
     """(9, 3): nodal forces over u, v, drilling by the three constant stresses, thickness one."""
-    (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _between(xy)
+    (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _side_vectors(xy)
     zero, a = jnp.zeros_like(x_ik), 1.5
     turn = [a / 6 * -y_kj * (y_ik - y_ji), a / 6 * x_kj * (x_ji - x_ik), a / 3 * (x_ji * y_ji - x_ik * y_ik)]
     rows = [[-y_kj, zero, x_kj], [zero, x_kj, -y_kj], turn]
     return jnp.stack([jnp.stack(row, axis=-1) for row in rows], axis=1).reshape(9, 3) / 2
 
 
-def _natural(xy):
+def _natural_strain_matrix(xy):
     """(3, 3): strains xx, yy, xy from the strains along the sides 12, 23, 31."""
-    (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _between(xy)
+    (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _side_vectors(xy)
     rows = [-y_kj * y_ik, -x_kj * x_ik, y_kj * x_ik + x_kj * y_ik]
     return jnp.stack(rows) * (x_ji**2 + y_ji**2)[None] / (4.0 * _area(xy) ** 2)
 
 
-def _deviation(xy):
+def _drilling_deviation(xy):
     """(3, 9): drilling rotations less the mean rotation of the displacements."""
-    _, _, opposite = _between(xy)
+    _, _, opposite = _side_vectors(xy)
     mean = jnp.concatenate([opposite.T / (4.0 * _area(xy)), jnp.zeros((3, 1), xy.dtype)], axis=1).reshape(-1)
     return mean[None] + jnp.asarray(np.kron(np.eye(3), [0.0, 0.0, 1.0]), xy.dtype)
 
@@ -105,7 +105,7 @@ def _deviation(xy):
 def _curvatures(xy, points):
     """(q, 3, 9): curvatures over w, rx, ry at points (q, 3) given by their areas."""
     areas = jnp.asarray(points, xy.dtype)[:, None, :]
-    (x_ik, y_ik), side, (x_kj, y_kj) = _between(xy)
+    (x_ik, y_ik), side, (x_kj, y_kj) = _side_vectors(xy)
     slopes = jnp.stack([-y_kj, x_kj]) / (2.0 * _area(xy))  # (2, 3) of the areas
     next_slopes, next_areas = jnp.roll(slopes, -1, axis=1), jnp.roll(areas, -1, axis=2)
     quadratic = jnp.concatenate(

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import jax
 
-from ..coupling._uncoupled_transfer import check_alike
+from ..coupling._regularised_inverse import regularised_inverse
+from ..coupling._uncoupled_transfer import check_compatible
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
-from ..math._regularised_inverse import regular_inverse
 from ..typing import ArrayLike
 
 #: A channel of both, or its name in the assembled structure and in the component.
@@ -34,16 +34,16 @@ def decouple(
             component as well (extended), which makes the matrix singular by as many: give `rank`.
         equilibrium: where forces take the component off; None is the same channels (collocated).
         rank: number of interface coordinates kept, for an extended interface.
-        rcond, noise, weights: of `regular_inverse`, against noise: drop small singular values, Tikhonov's damping,
-            rows weighed by one over their standard deviation.
+        rcond, noise, weights: of `regularised_inverse`, against noise: truncation of small singular values, Tikhonov
+            damping, rows weighted by one over their standard deviation.
 
     Returns: the assembled structure's channels; those inside the removed component no longer mean anything.
 
     Raises: ModelError for channels that are not there or named twice, fewer conditions than forces.
     Source: S1 (1)-(2), (41); S. Voormeeren, D. Rixen, Mech. Syst. Signal Process. 27 (2012) 56.
     """
-    check_alike({"assembled": assembled, "known": known})
-    motion, force = _names(compatibility), _names(compatibility if equilibrium is None else equilibrium)
+    check_compatible({"assembled": assembled, "known": known})
+    motion, force = _split_names(compatibility), _split_names(compatibility if equilibrium is None else equilibrium)
     twice = [c for side in (*motion, *force) for c in dict.fromkeys(side) if side.count(c) > 1]
     if twice:
         raise ModelError([f"channels named twice: {', '.join(dict.fromkeys(twice))}"])
@@ -54,12 +54,12 @@ def decouple(
     Y = assembled.values
     difference = Y[:, rows][:, :, columns] - known.values[:, known_rows][:, :, known_columns]
     if rank is None and rcond == 0.0 and weights is None and _is_zero(noise) and len(rows) == len(columns):
-        return assembled.replace(Y - Y[:, :, columns] @ jax.vmap(square.solve)(difference, Y[:, rows]))
-    inverse = regular_inverse(difference, rank, rcond, noise, weights)
-    return assembled.replace(Y - Y[:, :, columns] @ (inverse @ Y[:, rows]))
+        return assembled.with_values(Y - Y[:, :, columns] @ jax.vmap(square.solve)(difference, Y[:, rows]))
+    inverse = regularised_inverse(difference, rank, rcond, noise, weights)
+    return assembled.with_values(Y - Y[:, :, columns] @ (inverse @ Y[:, rows]))
 
 
-def _names(shared):
+def _split_names(shared):
     pairs = [(item, item) if isinstance(item, str) else tuple(item) for item in shared]
     return [a for a, _ in pairs], [b for _, b in pairs]
 

@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from ..coupling._transfer_functions import with_stiffness
+from ..coupling._regularised_inverse import regularised_inverse
+from ..coupling._transfer_functions import add_stiffness
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
-from ..math._regularised_inverse import regular_inverse
 from ..typing import ArrayLike
 
 
@@ -39,7 +39,7 @@ def free_response(
         supports: R (frequencies, inputs, runs), measured forces of the supports on the structure [N], at the same
             inputs, or None.
         weights: (runs,), one over the standard deviation of each run's motions.
-        rcond, noise: of `regular_inverse`.
+        rcond, noise: of `regularised_inverse`.
 
     The inputs are all places where a force acts, supports included, and there are at least as many runs (exciters
     placed, or phased, differently).
@@ -49,20 +49,20 @@ def free_response(
     """
     motions, exciters = jnp.asarray(motions), jnp.asarray(exciters)
     supports, weights = (None if a is None else jnp.asarray(a) for a in (supports, weights))
-    faults = _faults(motions, exciters, supports, weights)
+    faults = _shape_faults(motions, exciters, supports, weights)
     if faults:
         raise ModelError(faults)
     force = exciters if supports is None else exciters + supports
     if weights is not None:
         w = weights.astype(force.dtype)[None, None, :]
         motions, force = motions * w, force * w
-    B = motions @ regular_inverse(force, rcond=rcond, noise=noise)
+    B = motions @ regularised_inverse(force, rcond=rcond, noise=noise)
     rest, size = (jnp.sum(jnp.abs(a) ** 2, axis=(1, 2)) for a in (motions - B @ force, motions))
     safe = jnp.where(rest > 0, rest, 1.0)
     return FreeResponse(B, jnp.where(rest > 0, jnp.sqrt(safe / jnp.where(size > 0, size, 1.0)), 0.0))
 
 
-def _faults(motions, exciters, supports, weights):
+def _shape_faults(motions, exciters, supports, weights):
     shapes = {"motions": motions.shape, "exciters": exciters.shape}
     if supports is not None:
         shapes["supports"] = supports.shape
@@ -101,7 +101,7 @@ def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiff
         raise ModelError([f"the rig's stiffness has shape {Z.shape}; {n} channels need ({n}, {n}) at each frequency"])
     B = measured.to("receptance")
     Z = Z if Z.ndim == 3 else Z[None]
-    return with_stiffness(B, channels, -Z).to(measured.kind)
+    return add_stiffness(B, channels, -Z).to(measured.kind)
 
 
 def measured_stiffness(

@@ -6,7 +6,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
-from ..elements._base import number
+from ..elements._base import as_real
 from ..math import _square as square
 from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
@@ -17,13 +17,13 @@ def sweep_phase(time: ArrayLike, start: ArrayLike, end: ArrayLike, duration: Arr
 
     Source: S1 (41), Fig. 4.
     """
-    time = number(time)
+    time = as_real(time)
     start, end, duration = (as_dtype(x, time.dtype) for x in (start, end, duration))
     rate = (end - start) / duration
     return start * time + rate * time**2 / 2, start + rate * time
 
 
-def swept_amplitudes(
+def sweep_amplitudes(
     signals: Float[AnyArray, "channels samples"],
     phase: Float[AnyArray, " samples"],
     centres: ArrayLike,
@@ -63,8 +63,8 @@ def swept_amplitudes(
     return jax.lax.map(at, jnp.asarray(centres), batch_size=64)
 
 
-def swept_variance(noise: ArrayLike, width: int) -> Array:
-    """Variance of the complex amplitudes of `swept_amplitudes` for white noise of a standard deviation per sample.
+def sweep_variance(noise: ArrayLike, width: int) -> Array:
+    """Variance of the complex amplitudes of `sweep_amplitudes` for white noise of a standard deviation per sample.
 
     Source: S1 (41), Fig. 4.
     """

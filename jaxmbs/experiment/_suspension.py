@@ -14,7 +14,7 @@ from ..runtime import as_dtype
 from ..vibration._modes import natural_modes
 
 
-class Suspension(eqx.Module):
+class SuspensionCheck(eqx.Module):
     """What `check_suspension` found; `str` of it is a line.
 
     Attributes:
@@ -51,7 +51,7 @@ class Suspension(eqx.Module):
 
 def check_suspension(
     free: LinearSystem, supports: Mapping, num_rigid: int = 6, limit: float = 0.1, throw: bool = False
-) -> Suspension:
+) -> SuspensionCheck:
     """Compare what a free structure does on a suspension with what it would do without.
 
     Args:
@@ -66,7 +66,7 @@ def check_suspension(
     is none; ModelError where `throw`.
     Source: S1 (41), section 5, Fig. 4.
     """
-    free = free.dense()
+    free = free.to_dense()
     if not 0 < num_rigid < free.num_rows:
         raise ValueError(f"num_rigid = {num_rigid}: {free.num_rows} coordinates must leave an elastic mode")
     if np.iscomplexobj(limit) or not (np.isfinite(limit) and limit > 0):
@@ -81,7 +81,7 @@ def check_suspension(
         K = K + rows.T @ (k @ rows if k.ndim == 2 else jnp.broadcast_to(k, len(rows))[:, None] * rows)
     alone = natural_modes(K=free.stiffness, M=free.mass, num=num_rigid + 1, num_rigid=num_rigid).frequencies
     held = natural_modes(K=K, M=free.mass, num=num_rigid + 1, num_rigid=0).frequencies
-    found = Suspension(held[:num_rigid], alone[-1], held[-1], held[num_rigid - 1] / alone[-1], float(limit))
+    found = SuspensionCheck(held[:num_rigid], alone[-1], held[-1], held[num_rigid - 1] / alone[-1], float(limit))
     if throw and is_concrete(found.ratio) and not np.asarray(found.ok):
         raise ModelError([str(found)])
     return found

@@ -41,7 +41,7 @@ def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLik
     return jnp.abs(values) ** 2 * relative**2 + floor**2
 
 
-def noisy(key: Array, values: ArrayLike, variance: ArrayLike) -> Array:
+def add_noise(key: Array, values: ArrayLike, variance: ArrayLike) -> Array:
     """A sample of the values with circular complex noise of the given variance, independent from entry to entry."""
     values, variance = jnp.asarray(values), jnp.asarray(variance)
     parts = jax.random.normal(key, (2, *values.shape), values.real.dtype) * jnp.sqrt(variance / 2)[None]

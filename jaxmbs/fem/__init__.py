@@ -2,27 +2,27 @@
 
 from ._assembly import assemble, assemble_blocks, assemble_dense, element_matrices, node_pattern
 from ._groups import Group
+from ._history import recover_history
 from ._loads import body_load, line_load, nodal_load, pressure_load
-from ._over_time import histories
 from ._recovery import element_forces, element_stresses
-from ._structure import Coordinates, Structure, collect, spread
+from ._structure import CoordinateTable, Structure, gather_rows, scatter_rows
 
 __all__ = [
-    "Coordinates",
+    "CoordinateTable",
     "Group",
     "Structure",
     "assemble",
     "assemble_blocks",
     "assemble_dense",
     "body_load",
-    "collect",
     "element_forces",
     "element_matrices",
     "element_stresses",
-    "histories",
+    "gather_rows",
     "line_load",
     "nodal_load",
     "node_pattern",
     "pressure_load",
-    "spread",
+    "recover_history",
+    "scatter_rows",
 ]

@@ -40,7 +40,7 @@ def assemble(structure: Structure, interface: Iterable = (), blocks: bool = Fals
 
     Raises: ModelError for an interface that is not there.  Source: S1 (3).
     """
-    damped = any(group.element.damps for group in structure.groups.values())
+    damped = any(group.element.has_damping for group in structure.groups.values())
     kinds = KINDS if damped else KINDS[:2]
     made = (assemble_blocks if blocks else assemble_dense)(structure, kinds)
     matrices: dict[str, Any] = dict(zip(kinds, made, strict=True))
@@ -48,11 +48,11 @@ def assemble(structure: Structure, interface: Iterable = (), blocks: bool = Fals
     if blocks:
         labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
     places = (structure.names, structure.positions)
-    interface = [_node(structure, item) for item in interface]
+    interface = [_node_name(structure, item) for item in interface]
     return LinearSystem(**matrices, interface=interface, coordinates=labels, positions=places)
 
 
-def _node(structure, item):
+def _node_name(structure, item):
     """The name of a node given by its number; what is no number, and a number too large to be refused, as it is."""
     known = isinstance(item, int) and 0 <= item < len(structure.names)
     return structure.names[item] if known else str(item) if isinstance(item, int) else item
@@ -64,10 +64,10 @@ def assemble_dense(structure: Structure, kinds: Sequence[str] = ("stiffness", "m
 
     Source: S1 (3).
     """
-    return tuple(_dense(structure, kind) for kind in kinds)
+    return tuple(_assemble_dense(structure, kind) for kind in kinds)
 
 
-def _dense(structure, kind):
+def _assemble_dense(structure, kind):
     index = structure.index
     n = index.num_rows
     total = jnp.zeros((n + 1, n + 1), structure.positions.dtype)  # the last row takes what is held
@@ -84,10 +84,10 @@ def assemble_blocks(structure: Structure, kinds: Sequence[str] = ("stiffness", "
 
     Held coordinates stay in their blocks, uncoupled: one in the stiffness, zero elsewhere.  Source: S1 (3).
     """
-    return tuple(_blocks(structure, kind) for kind in kinds)
+    return tuple(_assemble_blocks(structure, kind) for kind in kinds)
 
 
-def _blocks(structure, kind):
+def _assemble_blocks(structure, kind):
     pattern = node_pattern(structure)
     n, b = pattern.shape
     dtype = structure.positions.dtype
@@ -97,10 +97,10 @@ def _blocks(structure, kind):
         parts = element_matrices(structure, name, kind).reshape(-1, k, c, k, c).transpose(0, 1, 3, 2, 4)
         parts = jnp.pad(parts, [(0, 0)] * 3 + [(0, b - c)] * 2)
         total = total + summed(pattern, group.connections, parts)
-    return _hold(structure, total, one=kind == "stiffness")
+    return _constrain_held(structure, total, one=kind == "stiffness")
 
 
-def _hold(structure, matrix, one):
+def _constrain_held(structure, matrix, one):
     if not structure.held:
         return matrix
     held = np.zeros((structure.num_nodes, 6), bool)
@@ -122,11 +122,11 @@ def hold(matrix: BlockMatrix, held, one: bool) -> BlockMatrix:
 def node_pattern(structure: Structure) -> Pattern:
     """Graph of the nodes that share an element."""
     connections = tuple(group.nodes for group in structure.groups.values())
-    return _pattern(structure.names, connections, tuple(structure.sizes.tolist()), structure.size)
+    return _build_pattern(structure.names, connections, tuple(structure.sizes.tolist()), structure.size)
 
 
 @lru_cache(maxsize=32)
-def _pattern(names, connections, sizes, size):
+def _build_pattern(names, connections, sizes, size):
     pairs = [np.zeros((0, 2), int)]
     for nodes in connections:
         nodes = np.array(nodes, int)

@@ -35,15 +35,15 @@ class Group(eqx.Module):
         axes = (None if self.shared else 0, 0, *[0] * len(others))
         return jax.vmap(function, in_axes=axes)(self.element, positions[self.connections], *others)
 
-    def misplaced(self, name: str, positions: AnyArray) -> list[str]:
+    def degeneracy_faults(self, name: str, positions: AnyArray) -> list[str]:
         """Elements whose nodes lie wrongly, where positions are known."""
         if not is_concrete(positions) or not self.nodes:
             return []
-        bad = self.element.misplaced(np.asarray(positions, float)[self.connections])
-        return [f"{name}[{k}]: {self.element.misplacement}" for k in np.nonzero(bad)[0]]
+        bad = self.element.is_degenerate(np.asarray(positions, float)[self.connections])
+        return [f"{name}[{k}]: {self.element.degeneracy}" for k in np.nonzero(bad)[0]]
 
 
-def group(name, element, connections, index, faults) -> Group | None:
+def make_group(name, element, connections, index, faults) -> Group | None:
     """From one element for all connections or a sequence of one for each; `index` numbers the nodes by name.
 
     None, and a fault, for an empty sequence of elements.
@@ -55,7 +55,7 @@ def group(name, element, connections, index, faults) -> Group | None:
         faults.append(f"{name} has no element")
         return None
     rows = [(row,) if isinstance(row, str | int | np.integer) else row for row in rows]
-    nodes = [tuple(number_of(n, index, name, faults) for n in row) for row in rows]
+    nodes = [tuple(node_number(n, index, name, faults) for n in row) for row in rows]
     kind = members[0]
     for k, row in enumerate(nodes):
         if len(row) != kind.num_nodes:
@@ -72,7 +72,7 @@ def group(name, element, connections, index, faults) -> Group | None:
     return Group(stacked, tuple(nodes), shared)
 
 
-def number_of(node, index, name, faults) -> int:
+def node_number(node, index, name, faults) -> int:
     """Number of a node by its name or number; 0 and a fault where there is none."""
     if str(node) not in index:
         faults.append(f"{name}: {no_such('node', node, index)}")
@@ -84,7 +84,7 @@ def held_pairs(held, index, faults) -> tuple[tuple[int, int], ...]:
     pairs = set()
     for node, directions in held.items():
         names = directions.split() if isinstance(directions, str) else np.atleast_1d(directions).tolist()
-        names, number = DIRECTIONS if "all" in names else names, number_of(node, index, "held", faults)
+        names, number = DIRECTIONS if "all" in names else names, node_number(node, index, "held", faults)
         for d in names:
             if d in DIRECTIONS:
                 pairs.add((number, DIRECTIONS.index(d)))

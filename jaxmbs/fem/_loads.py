@@ -22,7 +22,7 @@ def body_load(structure: Structure, acceleration: ArrayLike) -> Float[Array, "no
     Source: S1 (18).
     """
     parts = ((group, element_weights(structure, group, acceleration)) for group in structure.groups.values())
-    return sum(_scattered(structure, group, forces) for group, forces in parts)
+    return sum(_scatter_to_nodes(structure, group, forces) for group, forces in parts)
 
 
 @jit
@@ -36,10 +36,10 @@ def pressure_load(
     chosen = structure.groups[group]
     if not hasattr(chosen.element, "pressure_load"):
         raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no pressure")
-    values = _each(structure, chosen, pressure, ())
+    values = _per_element(structure, chosen, pressure, ())
     extra = () if face is None else (face,)
     apply = lambda element, nodes, p: element.pressure_load(nodes, p, *extra)  # noqa: E731
-    return _scattered(structure, chosen, chosen.map(apply, structure.positions, values))
+    return _scatter_to_nodes(structure, chosen, chosen.map(apply, structure.positions, values))
 
 
 @jit
@@ -48,7 +48,7 @@ def line_load(structure: Structure, group: str, force: ArrayLike) -> Float[Array
 
     Source: S1 (18).
     """
-    return _scattered(structure, structure.groups[group], element_line_loads(structure, group, force))
+    return _scatter_to_nodes(structure, structure.groups[group], element_line_loads(structure, group, force))
 
 
 def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]:
@@ -80,18 +80,18 @@ def element_line_loads(structure, group, force):
     chosen = structure.groups[group]
     if not hasattr(chosen.element, "line_load"):
         raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no line load")
-    values = _each(structure, chosen, force, (3,))
+    values = _per_element(structure, chosen, force, (3,))
     return chosen.map(lambda element, nodes, q: element.line_load(nodes, q), structure.positions, values)
 
 
-def _each(structure, group, value, shape):
+def _per_element(structure, group, value, shape):
     value = as_dtype(value, structure.positions.dtype)
     return jnp.broadcast_to(
         value.reshape((1,) * (1 + len(shape) - value.ndim) + value.shape), (len(group.nodes), *shape)
     )
 
 
-def _scattered(structure, group, forces):
+def _scatter_to_nodes(structure, group, forces):
     c = group.element.coordinates
     total = jnp.zeros((structure.num_nodes, 6), structure.positions.dtype)
     return total.at[group.connections, :c].add(forces.reshape(*np.shape(group.nodes), c))

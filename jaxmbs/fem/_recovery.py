@@ -7,11 +7,11 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from ..linear._storage import inexact
+from ..linear._storage import as_inexact
 from ..runtime import jit
 from ..typing import AnyArray, ArrayLike
 from ._loads import element_line_loads, element_weights
-from ._structure import Structure, spread
+from ._structure import Structure, scatter_rows
 
 
 @jit
@@ -37,7 +37,7 @@ def element_forces(
     Raises: ValueError for x of another shape, or a line load on elements that take none; KeyError for an unknown
     group.  Source: S1 (30).
     """
-    return _recovered(structure, x, "forces", line_loads, acceleration)
+    return _recover(structure, x, "forces", line_loads, acceleration)
 
 
 @jit
@@ -48,10 +48,10 @@ def element_stresses(
     acceleration: ArrayLike | None = None,
 ) -> dict[str, Array]:
     """Stresses [Pa] by group, (..., elements, labels); arguments as in `element_forces`.  Source: S1 (30)."""
-    return _recovered(structure, x, "stresses", line_loads, acceleration)
+    return _recover(structure, x, "stresses", line_loads, acceleration)
 
 
-def _shape_of_one(structure, x):
+def _instant_shape(structure, x):
     """Shape of the displacements of one instant: that of x without its leading axes.
 
     Raises: ValueError for displacements that are not those of the structure.
@@ -66,29 +66,29 @@ def _shape_of_one(structure, x):
     )
 
 
-def _recovered(structure, x, what, line_loads, acceleration):
-    x = inexact(x)
-    shape = _shape_of_one(structure, x)
+def _recover(structure, x, what, line_loads, acceleration):
+    x = as_inexact(x)
+    shape = _instant_shape(structure, x)
     axes = x.shape[: x.ndim - len(shape)]
     if axes:
-        one = lambda x: _of_one(structure, x, what, line_loads, acceleration)  # noqa: E731
+        one = lambda x: _recover_instant(structure, x, what, line_loads, acceleration)  # noqa: E731
         found = jax.vmap(one)(x.reshape(-1, *shape))
         return jax.tree.map(lambda f: f.reshape(*axes, *f.shape[1:]), found)
-    return _of_one(structure, x, what, line_loads, acceleration)
+    return _recover_instant(structure, x, what, line_loads, acceleration)
 
 
-def _of_one(structure, x, what, line_loads, acceleration):
+def _recover_instant(structure, x, what, line_loads, acceleration):
     if not jnp.iscomplexobj(x):
-        return _of_real(structure, x, what, line_loads, acceleration)
+        return _recover_real(structure, x, what, line_loads, acceleration)
     given, parts = jax.tree.map(jnp.asarray, (x, line_loads, acceleration)), []
     for part in (jnp.real, jnp.imag):
         x, line_loads, acceleration = jax.tree.map(part, given)
-        parts.append(_of_real(structure, x, what, line_loads, acceleration))
+        parts.append(_recover_real(structure, x, what, line_loads, acceleration))
     return jax.tree.map(lax.complex, *parts)
 
 
-def _of_real(structure, x, what, line_loads, acceleration):
-    u = spread(structure, x) if x.ndim == 1 else x
+def _recover_real(structure, x, what, line_loads, acceleration):
+    u = scatter_rows(structure, x) if x.ndim == 1 else x
     spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
     found = {}
     for name, group in structure.groups.items():

@@ -10,14 +10,14 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete, place_of
 from ..elements import DIRECTIONS
-from ..elements._base import number
+from ..elements._base import as_real
 from ..errors import ModelError
-from ..linear._storage import inexact
+from ..linear._storage import as_inexact
 from ..typing import AnyArray, ArrayLike
-from ._groups import Group, group, held_pairs
+from ._groups import Group, held_pairs, make_group
 
 
-class Coordinates(NamedTuple):
+class CoordinateTable(NamedTuple):
     """Rows of the dense matrices: `table` (nodes, 6), -1 where held or absent; `nodes` and `directions` (rows,)."""
 
     table: np.ndarray
@@ -51,13 +51,13 @@ class Structure(eqx.Module):
     def __init__(self, nodes: Mapping | Sequence | AnyArray, elements: Mapping, held: Mapping | None = None) -> None:
         if len(nodes) == 0:
             raise ModelError(["a structure needs nodes: none are given"])
-        names, places = _named(nodes)
+        names, places = _names_and_positions(nodes)
         self.names = tuple(str(name) for name in names)
-        self.positions = number(places)
+        self.positions = as_real(places)
         if self.positions.shape[1:] != (3,):
             raise ModelError(f"positions of nodes have three components each, not the shape {self.positions.shape}")
         index, faults = {name: i for i, name in enumerate(self.names)}, []
-        made = {name: _grouped(name, given, index, faults) for name, given in elements.items()}
+        made = {name: _as_group(name, given, index, faults) for name, given in elements.items()}
         self.groups = {name: g for name, g in made.items() if g is not None}
         if not any(g is None or g.nodes for g in made.values()):
             faults.append("a structure needs elements: none are given")
@@ -66,7 +66,7 @@ class Structure(eqx.Module):
             lost = np.flatnonzero(~np.all(np.isfinite(np.asarray(self.positions)), axis=1))
             faults += [f"the position of node {self.names[k]!r} is not finite" for k in lost]
         if not faults:
-            faults = [fault for name, g in self.groups.items() for fault in g.misplaced(name, self.positions)]
+            faults = [fault for name, g in self.groups.items() for fault in g.degeneracy_faults(name, self.positions)]
         if faults:
             raise ModelError(faults)
 
@@ -92,13 +92,13 @@ class Structure(eqx.Module):
         return sizes
 
     @property
-    def index(self) -> Coordinates:
+    def index(self) -> CoordinateTable:
         """Where each node's coordinates stand in the dense matrices."""
         used = np.arange(6)[None, :] < self.sizes[:, None]
         for node, direction in self.held:
             used[node, direction] = False
         table = np.where(used, np.cumsum(used).reshape(used.shape) - 1, -1)
-        return Coordinates(table, *np.nonzero(used))
+        return CoordinateTable(table, *np.nonzero(used))
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
@@ -107,7 +107,7 @@ class Structure(eqx.Module):
         return tuple((self.names[n], DIRECTIONS[d]) for n, d in zip(nodes, directions, strict=True))
 
 
-def collect(structure: Structure, values: ArrayLike) -> Array:
+def gather_rows(structure: Structure, values: ArrayLike) -> Array:
     """(..., rows) of the dense matrices from values (..., nodes, 6) at the nodes, times or cases first.
 
     Raises: ValueError for another shape.
@@ -118,26 +118,26 @@ def collect(structure: Structure, values: ArrayLike) -> Array:
     return jnp.asarray(values)[..., index.nodes, index.directions]
 
 
-def spread(structure: Structure, x: AnyArray) -> Array:
+def scatter_rows(structure: Structure, x: AnyArray) -> Array:
     """(..., nodes, 6) displacements and rotations from x (..., rows), times or cases first; zero where held."""
-    x, index = inexact(x), structure.index
+    x, index = as_inexact(x), structure.index
     if x.shape[-1:] != (index.num_rows,):
         raise ValueError(f"the structure has {index.num_rows} coordinates, x has the shape {x.shape}")
     zero = jnp.zeros((*x.shape[:-1], structure.num_nodes, 6), x.dtype)
     return zero.at[..., index.nodes, index.directions].set(x)
 
 
-def _named(nodes):
+def _names_and_positions(nodes):
     if isinstance(nodes, Mapping):
-        return nodes, jnp.stack([*map(number, nodes.values())])
+        return nodes, jnp.stack([*map(as_real, nodes.values())])
     if isinstance(nodes, tuple) and len(nodes) == 2 and np.ndim(nodes[1]) == 2:
         return nodes
     return range(len(nodes)), nodes
 
 
-def _grouped(name, given, index, faults):
+def _as_group(name, given, index, faults):
     if not isinstance(given, Group):
-        return group(name, *given, index, faults)
+        return make_group(name, *given, index, faults)
     faults += [f"{name}: {fault}" for fault in given.element.faults()]
     faults += [f"{name}: there is no node {k}" for k in np.unique(given.connections) if not 0 <= k < len(index)]
     return given

@@ -18,7 +18,7 @@ from ..model._system import System
 from ..reaction._solve import reactions
 from ..runtime import jit, map_chunked
 from ..typing import Matrix3, Scalar, Vector3
-from ._floating_frame import directions, rigid_basis
+from ._floating_frame import rigid_basis, row_directions
 
 
 def carried_loads(
@@ -50,7 +50,7 @@ def carried_loads(
     _check(system, components, joints)
     found = reactions(system, states, method=method) if joints else None
     wrenches = {} if found is None else {name: (found[name].force, found[name].moment) for name in joints}
-    return _carried(system, states, dict(components), wrenches, tuple(joints.items()), method)
+    return _component_loads(system, states, dict(components), wrenches, tuple(joints.items()), method)
 
 
 def mass_properties(component: LinearSystem) -> tuple[Scalar, Vector3, Matrix3]:
@@ -88,13 +88,13 @@ def _check(system, components, joints):
             faults.append(f"joint {name!r}: {no_such('node of its component', node, components[frame].nodes)}")
         if name not in names:
             faults.append(no_such("joint", name, names))
-        elif frame in top.frame_index and _side(top, names[name], frame) == 0.0:
+        elif frame in top.frame_index and _joint_side(top, names[name], frame) == 0.0:
             faults.append(f"joint {name!r} is not on the body of {frame!r}")
     if faults:
         raise ModelError(faults)
 
 
-def _side(top, ends, frame):
+def _joint_side(top, ends, frame):
     """1 where the frame's body is the joint's child, -1 where it is its parent, 0 where neither."""
     parent, child = (top.frame_body[end] for end in ends)
     body = top.frame_body[top.frame_index[frame]]
@@ -102,27 +102,29 @@ def _side(top, ends, frame):
 
 
 @jit
-def _carried(system, states, components, wrenches, joints, method):
+def _component_loads(system, states, components, wrenches, joints, method):
     def loads(row):
         state, wrenches = row
-        at, V, V_dot = _motion(system, state, method)
-        found = {frame: _inertia(system, at, V, V_dot, frame, c) for frame, c in components.items()}
+        at, V, V_dot = _node_motion(system, state, method)
+        found = {frame: _inertia_load(system, at, V, V_dot, frame, c) for frame, c in components.items()}
         for name, (frame, node) in joints:
-            found[frame] = found[frame] + _of_joint(system, at, wrenches[name], name, frame, components[frame], node)
+            found[frame] = found[frame] + _joint_load(
+                system, at, wrenches[name], name, frame, components[frame], node
+            )
         return found
 
     rows = states, wrenches
     return loads(rows) if states.coordinates.ndim == 1 else map_chunked(loads, rows)
 
 
-def _motion(system, state, method):
+def _node_motion(system, state, method):
     """Where it is, and the world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
     at = with_velocities(system, at_state(system, state), state.velocities)
     V_dot = node_accelerations(system.topology, at, accelerations(system, at, method)[0])
     return at, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (at.V, V_dot))
 
 
-def _inertia(system, at, V, V_dot, frame, component):
+def _inertia_load(system, at, V, V_dot, frame, component):
     """Weight less the rate of the nodes' momenta `h = M y`, y = (v, omega) of every node in the frame's axes:
     `f = p' + omega x p` on what moves, `m = l' + omega x l + v x p` on what turns."""
     top = system.topology
@@ -138,34 +140,34 @@ def _inertia(system, at, V, V_dot, frame, component):
     flow, flow_dot = in_frame(V[node]), in_frame(V_dot[node])
     omega, weight = flow[:3], B[:, 3:] @ (R.T @ system.gravity)
     y = B @ flow
-    v, (p, l) = _split(component, y)[0], _split(component, M @ y)
+    v, (p, l) = _split_vectors(component, y)[0], _split_vectors(component, M @ y)
     spin = jnp.broadcast_to(omega, p.shape)
-    turning = _rows(component, jnp.cross(spin, p), jnp.cross(spin, l) + jnp.cross(v, p))
+    turning = _join_vectors(component, jnp.cross(spin, p), jnp.cross(spin, l) + jnp.cross(v, p))
     return M @ (weight - B @ flow_dot) - turning
 
 
-def _of_joint(system, where, wrench, name, frame, component, node):
+def _joint_load(system, where, wrench, name, frame, component, node):
     """The joint's reaction (n,) on one node: its force, and its moment about the node."""
     top = system.topology
     ends = next(ends for other, *ends in reaction_map.carriers(system) if other == name)
-    index, sign = top.frame_index[frame], _side(top, ends, frame)
+    index, sign = top.frame_index[frame], _joint_side(top, ends, frame)
     R, place = where.R[index], component.positions[component.nodes.index(node)]
     force, moment = (sign * R.T @ w for w in wrench)
     moment = moment + jnp.cross(R.T @ (where.x[ends[1]] - where.x[index]) - place, force)
     at = jnp.asarray([other == node for other in component.nodes], force.dtype)
-    return _rows(component, jnp.outer(at, force), jnp.outer(at, moment))
+    return _join_vectors(component, jnp.outer(at, force), jnp.outer(at, moment))
 
 
-def _split(component, y):
+def _split_vectors(component, y):
     """Vectors (nodes, 3) along and about the axes of the nodes, from coordinates (n,)."""
-    node, direction = directions(component)
+    node, direction = row_directions(component)
     real = direction >= 0
     u = jnp.zeros((len(component.nodes), len(DIRECTIONS)), y.dtype).at[node[real], direction[real]].set(y[real])
     return u[:, :3], u[:, 3:]
 
 
-def _rows(component, along, about):
+def _join_vectors(component, along, about):
     """Coordinates (n,) from vectors (nodes, 3) along and about the axes of the nodes."""
-    node, direction = directions(component)
+    node, direction = row_directions(component)
     both = jnp.concatenate([along, about], axis=1)
     return jnp.where(direction >= 0, both[node, direction], 0.0)

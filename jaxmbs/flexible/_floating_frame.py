@@ -20,7 +20,10 @@ from ..reductions._craig_bampton import CraigBampton
 from ..typing import AnyArray, ArrayLike
 from ..vibration._damping import modal_damping
 
-_STRAINED = {8: 1e-6, 4: 1e-2}  # strain of rigid motions, over that of unit displacements, that counts as none
+_STRAIN_TOLERANCE = {
+    8: 1e-6,
+    4: 1e-2,
+}  # strain of rigid motions, over that of unit displacements, that counts as none
 
 
 class FloatingFrame(eqx.Module):
@@ -73,7 +76,7 @@ def floating_frame(
 
     Raises: ModelError with every fault; ValueError for more modes than there are.  Source: S1 (4)-(9); S2 (35).
     """
-    s = system.dense()
+    s = system.to_dense()
     outer = interface_rows(s, interfaces)
     rigid = rigid_basis(s, s.positions[s.nodes.index(interfaces[0])])
     _check_free(s.stiffness, rigid)
@@ -83,26 +86,26 @@ def floating_frame(
         method = Unreduced()
     reduced = (CraigBampton(num_modes) if method is None else method).of(s.with_interface(*outer))
     motions, modes = reduced.basis[:, 6 : len(outer)], reduced.basis[:, len(outer) :]
-    shapes = jnp.concatenate([motions, _upright(modes)], axis=1)
+    shapes = jnp.concatenate([motions, _normalise_signs(modes)], axis=1)
     K = shapes.T @ s.stiffness @ shapes
     if damping_ratio is not None and negative(damping_ratio):
         raise ValueError(f"damping_ratio = {damping_ratio} must not be negative")
     if damping_ratio is not None:
-        s = _damped(s, shapes, K, damping_ratio)
+        s = _with_modal_damping(s, shapes, K, damping_ratio)
     C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes
-    Y = jnp.concatenate([rigid, *turned(s, shapes), shapes], axis=1)
+    Y = jnp.concatenate([rigid, *rotated_shapes(s, shapes), shapes], axis=1)
     at = s.positions[np.array([s.nodes.index(name) for name in interfaces])]
     body = ElasticBody(
         inertia=Y.T @ s.mass @ Y,
-        stiffness=_symmetric(K),
-        damping=_symmetric(C),
+        stiffness=_symmetric_part(K),
+        damping=_symmetric_part(C),
         places=at[1:] - at[:1],
         interfaces=tuple(interfaces),
     )
     return FloatingFrame(body, shapes, rigid, s)
 
 
-def _damped(s, shapes, K, ratio):
+def _with_modal_damping(s, shapes, K, ratio):
     """The substructure with damping that is modal on the shapes, `M Phi m^-1 C m^-1 Phi^T M`, m = Phi^T M Phi."""
     carried = s.mass @ shapes
     m = shapes.T @ carried
@@ -111,14 +114,14 @@ def _damped(s, shapes, K, ratio):
     return eqx.tree_at(lambda s: s.damping, s, C, is_leaf=lambda x: x is None)
 
 
-def _upright(modes):
+def _normalise_signs(modes):
     """Modes whose largest entry is positive: eigenvectors come with any sign, which would be that of a coordinate."""
     largest = jnp.argmax(jnp.abs(modes), axis=0)
     sign = jnp.sign(jnp.take_along_axis(modes, largest[None], axis=0))
     return modes * jax.lax.stop_gradient(jnp.where(sign == 0, jnp.ones_like(sign), sign))
 
 
-def _symmetric(A):
+def _symmetric_part(A):
     return 0.5 * (A + A.T)
 
 
@@ -141,7 +144,7 @@ def interface_rows(s: LinearSystem, interfaces) -> tuple[int, ...]:
     return tuple(places[name, d] for name in interfaces for d in DIRECTIONS)
 
 
-def directions(s: LinearSystem):
+def row_directions(s: LinearSystem):
     """Node and direction of every row; -1 where it has none (a modal coordinate)."""
     names = {name: i for i, name in enumerate(s.nodes)}
     node = np.array([names[name] if d else -1 for name, d in s.coordinates])
@@ -150,7 +153,7 @@ def directions(s: LinearSystem):
 
 def rigid_basis(s: LinearSystem, about):
     """(n, 6): rotations about a point (3,) and translations; modal coordinates stay at rest."""
-    node, direction = directions(s)
+    node, direction = row_directions(s)
     arms = s.positions - about[None]
     turning = -jax.vmap(skew)(arms)  # columns e_d x arm
     eye = jnp.broadcast_to(jnp.eye(3, dtype=arms.dtype), turning.shape)
@@ -160,9 +163,9 @@ def rigid_basis(s: LinearSystem, about):
     return jnp.where((direction >= 0)[:, None], motions[node, direction], 0.0)
 
 
-def turned(s: LinearSystem, shapes):
+def rotated_shapes(s: LinearSystem, shapes):
     """(3, n, m): `e_a x u` of the translations u of every node in the shapes (n, m), for the axes a = x, y, z."""
-    node, direction = directions(s)
+    node, direction = row_directions(s)
     moves = (direction >= 0) & (direction < 3)
     u = jnp.zeros((len(s.nodes), 3, shapes.shape[1]), shapes.dtype)
     u = u.at[node[moves], direction[moves]].set(shapes[moves])
@@ -177,7 +180,7 @@ def _check_free(stiffness, rigid):
         return
     K, B = np.asarray(stiffness), np.asarray(rigid)
     size = np.abs(K) @ np.abs(B)
-    if np.max(np.abs(K @ B)) > _STRAINED[K.dtype.itemsize] * np.max(size):
+    if np.max(np.abs(K @ B)) > _STRAIN_TOLERANCE[K.dtype.itemsize] * np.max(size):
         raise ModelError(
             ["the substructure resists rigid motions: an elastic body must be free, held or sprung nowhere"]
         )

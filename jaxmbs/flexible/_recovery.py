@@ -18,10 +18,10 @@ from ..model._entry_points import states_of
 from ..model._system import System
 from ..reductions import _recovery as recovery
 from ..runtime import jit
-from ._floating_frame import FloatingFrame, interface_rows, turned
+from ._floating_frame import FloatingFrame, interface_rows, rotated_shapes
 
 
-class _Motion(NamedTuple):
+class _BodyMotion(NamedTuple):
     """Deformations q (m,), displacements x, x_dot (n,) of the kept shapes, load (n,) of inertia and gravity, and the
     wrench (6,) that all interfaces together must put on the body, about the first; floating axes."""
 
@@ -40,8 +40,8 @@ def deformations(system: System, motion: State | HasStates, name: str) -> tuple[
 
     Raises: UnknownNameError.
     """
-    group, index = _find(system, name)
-    return _mapped(system, lambda state: _deformations(system, group, index, state), motion)
+    group, index = _find_body(system, name)
+    return _map_states(system, lambda state: _deformations(system, group, index, state), motion)
 
 
 def displacements(
@@ -59,10 +59,12 @@ def displacements(
     """
     if method not in ("acceleration", "displacement"):
         raise ValueError(f"method must be 'acceleration' or 'displacement', got {method!r}")
-    group, index = _find(system, name)
+    group, index = _find_body(system, name)
     if method == "displacement":
-        return _mapped(system, lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
-    return _mapped(system, lambda state: _recovered(frame, _motion(system, group, index, frame, state)), motion)
+        return _map_states(system, lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
+    return _map_states(
+        system, lambda state: _recover_displacements(frame, _body_motion(system, group, index, frame, state)), motion
+    )
 
 
 def interface_loads(system: System, motion: State | HasStates, name: str, frame: FloatingFrame) -> Array:
@@ -73,30 +75,30 @@ def interface_loads(system: System, motion: State | HasStates, name: str, frame:
 
     Raises: UnknownNameError.  Source: S1 (25), (30).
     """
-    group, index = _find(system, name)
+    group, index = _find_body(system, name)
     s, rows = frame.system, interface_rows(frame.system, frame.body.interfaces)
 
     def loads(state):
-        motion = _motion(system, group, index, frame, state)
-        still, x = jnp.zeros_like(motion.x), _recovered(frame, motion)
+        motion = _body_motion(system, group, index, frame, state)
+        still, x = jnp.zeros_like(motion.x), _recover_displacements(frame, motion)
         load = recovery.interface_forces(s.with_interface(*rows), x, still, motion.load, motion.x_dot)
         others, moved = load.reshape(-1, 6)[1:], motion.q[: len(rows) - 6].reshape(-1, 6)
-        force, moment = others[:, :3], jax.vmap(_moment)(moved[:, 3:], others[:, 3:])
+        force, moment = others[:, :3], jax.vmap(_physical_moment)(moved[:, 3:], others[:, 3:])
         arms = frame.body.places + moved[:, :3]
         first = motion.wrench - jnp.concatenate(
             [jnp.sum(moment + jnp.cross(arms, force), axis=0), jnp.sum(force, axis=0)]
         )
         return jnp.concatenate([jnp.roll(first, 3)[None], jnp.concatenate([force, moment], axis=1)])
 
-    return _mapped(system, loads, motion)
+    return _map_states(system, loads, motion)
 
 
-def _moment(vector, load):
+def _physical_moment(vector, load):
     """Moment (3,) of a load on the rates of a rotation vector."""
     return jax.linear_transpose(lambda omega: rotation_vector_rate(vector, omega), load)(load)[0]
 
 
-def _recovered(frame, motion):
+def _recover_displacements(frame, motion):
     s = frame.system
     rows = interface_rows(s, frame.body.interfaces)
     if len(rows) == s.num_rows:
@@ -105,7 +107,7 @@ def _recovered(frame, motion):
     return recovery.mode_acceleration(s.with_interface(*rows), motion.x, still, motion.load, motion.x_dot)
 
 
-def _find(system, name):
+def _find_body(system, name):
     for group in system.elastic:
         if name in group.names:
             return group, group.names.index(name)
@@ -113,39 +115,39 @@ def _find(system, name):
     raise UnknownNameError(no_such("elastic body", name, names))
 
 
-def _mapped(system, function, motion):
+def _map_states(system, function, motion):
     states = states_of(system, motion)
     return jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
 
 
-def _of_body(group, index, tree):
+def _take_body(group, index, tree):
     return jax.tree.map(lambda x: x[index], (group.body, tree))
 
 
 def _deformations(system, group, index, state):
     at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
-    s = _of_body(group, index, elastic_state(system, group, at))[1]
+    s = _take_body(group, index, elastic_state(system, group, at))[1]
     return s.q, s.flow[6:]
 
 
-def _motion(system, group, index, frame, state):
+def _body_motion(system, group, index, frame, state):
     """Inertia is the rate of the momenta of the nodes, `-(M y_dot + Omega x M y)` with the velocities y."""
     at = with_velocities(system, at_state(system, state), state.velocities)
     a, *_ = accelerations(system, at)
     V_dot = node_accelerations(system.topology, at, a)
-    body, s = _of_body(group, index, elastic_state(system, group, at))
-    rate = flow_rate(body, s, *_of_body(group, index, gathered(system, group, V_dot, a))[1])
+    body, s = _take_body(group, index, elastic_state(system, group, at))
+    rate = flow_rate(body, s, *_take_body(group, index, gathered(system, group, V_dot, a))[1])
     component = frame.system
 
     def nodal_momenta(q, flow):
         """M y (n,)."""
-        carried = jnp.einsum("a,anm,m->n", flow[:3], turned(component, frame.shapes), q)
+        carried = jnp.einsum("a,anm,m->n", flow[:3], rotated_shapes(component, frame.shapes), q)
         return component.mass @ (frame.rigid @ flow[:6] + carried + frame.shapes @ flow[6:])
 
     h, h_dot = jax.jvp(nodal_momenta, (s.q, s.flow), (s.flow[6:], rate))
-    turning = jnp.einsum("a,anm->n", s.flow[:3], turned(component, h[:, None]))
+    turning = jnp.einsum("a,anm->n", s.flow[:3], rotated_shapes(component, h[:, None]))
     weight = component.mass @ (frame.rigid[:, 3:] @ (system.gravity @ s.R))
     x, x_dot = frame.shapes @ s.q, frame.shapes @ s.flow[6:]
-    return _Motion(
+    return _BodyMotion(
         s.q, x, x_dot, weight - h_dot - turning, inverse_dynamics_load(body, s, rate, system.gravity @ s.R)[:6]
     )

@@ -20,7 +20,7 @@ from ..runtime import jit, lapack
 #: Southwell's coefficient of a uniform cantilever: `w^2 = w_1^2 + 1.19 Omega^2` across the plane of rotation.
 SOUTHWELL = 1.19
 #: Relative error of the first frequency from which users are warned.
-NOTICED = 0.01
+WARNING_LEVEL = 0.01
 
 
 def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
@@ -39,7 +39,7 @@ def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
 
     def at(state):
         here = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
-        return missing(system, squared_spins(system, here))
+        return stiffening_errors(system, squared_spins(system, here))
 
     return jit(at if states.coordinates.ndim == 1 else jax.vmap(at))(states)
 
@@ -49,16 +49,16 @@ def squared_spins(system: System, at: VelocityKinematics) -> tuple[Array, ...]:
     return tuple(jnp.sum(gathered(system, group, at.V, at.u)[0][:, 0, :3] ** 2, axis=-1) for group in system.elastic)
 
 
-def missing(system: System, spins: tuple[Array, ...]) -> dict[str, Array]:
+def stiffening_errors(system: System, spins: tuple[Array, ...]) -> dict[str, Array]:
     """The estimate by name, from squared angular speeds (..., bodies) of every group; see `stiffening`."""
     found = {}
     for group, spin in zip(system.elastic, spins, strict=True):
-        softness = lax.stop_gradient(SOUTHWELL / 2 / jax.vmap(_first_value)(group.body))
+        softness = lax.stop_gradient(SOUTHWELL / 2 / jax.vmap(_first_eigenvalue)(group.body))
         found |= {name: lax.stop_gradient(spin)[..., k] * softness[k] for k, name in enumerate(group.names)}
     return found
 
 
-def _first_value(body):
+def _first_eigenvalue(body):
     """Square of the first angular frequency () with the first interface held; infinite without deformations."""
     m = body.num_deformations
     if m == 0:
@@ -76,7 +76,7 @@ def warn_of_stiffening(errors: Mapping[str, Array], stacklevel: int = 3) -> None
     if not is_concrete(*errors.values()):
         return
     worst = {name: float(np.max(np.nan_to_num(np.asarray(e)), initial=0.0)) for name, e in errors.items()}
-    fast = {name: error for name, error in worst.items() if error > NOTICED}
+    fast = {name: error for name, error in worst.items() if error > WARNING_LEVEL}
     if fast:
         listed = ", ".join(f"{name!r} by about {100 * error:.2g} %" for name, error in list(fast.items())[:6])
         more = f" and {len(fast) - 6} more" if len(fast) > 6 else ""

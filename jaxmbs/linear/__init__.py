@@ -1,11 +1,10 @@
 """Linear systems: matrices over named coordinates, condensation, checks, statics, transfer functions."""
 
-from ._check import check
-from ._check_report import Check
+from ._block_matrices import block_matrices
+from ._check import Check, check
 from ._condensation import constraint_modes, interface_basis, partition
-from ._from_scipy import block_matrices
 from ._rigid_motions import rigid_motions
-from ._static_response import StaticResponse, static_response
+from ._static_response import StaticResponse, equilibrium, static_response
 from ._system import LinearSystem
 from ._transfer import TransferFunctions
 
@@ -17,6 +16,7 @@ __all__ = [
     "block_matrices",
     "check",
     "constraint_modes",
+    "equilibrium",
     "interface_basis",
     "partition",
     "rigid_motions",

@@ -30,13 +30,13 @@ def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the 
     """
     if stiffness.ndim != 2 or stiffness.shape[0] != stiffness.shape[1]:
         raise ValueError(f"the stiffness must be square, not of shape {tuple(stiffness.shape)}")
-    S, pivots = _condensed(stiffness, *partition(stiffness.shape[0], interface))
-    check_held(S, what, pivots)
+    S, pivots = _solve_constraint_modes(stiffness, *partition(stiffness.shape[0], interface))
+    check_nonsingular(S, what, pivots)
     return S
 
 
 @jit
-def _condensed(stiffness, inner, outer):
+def _solve_constraint_modes(stiffness, inner, outer):
     """The constraint modes, and the squared pivots of the interior over its diagonal."""
     K_NN = stiffness[inner][:, inner]
     K = (K_NN + K_NN.T) / 2
@@ -47,16 +47,16 @@ def _condensed(stiffness, inner, outer):
 
 def interface_basis(stiffness: AnyArray, interface: RowsLike) -> Float[Array, "n b"]:
     """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (7)-(8)."""
-    return _with_interface(constraint_modes(stiffness, interface), *partition(stiffness.shape[0], interface))
+    return _stack_interface(constraint_modes(stiffness, interface), *partition(stiffness.shape[0], interface))
 
 
 @jit
-def _with_interface(S, inner, outer):
+def _stack_interface(S, inner, outer):
     T = jnp.zeros((len(inner) + len(outer), len(outer)), S.dtype)
     return T.at[outer].set(jnp.eye(len(outer), dtype=T.dtype)).at[inner].set(S)
 
 
-def check_held(solution, what: str, pivots=None) -> None:
+def check_nonsingular(solution, what: str, pivots=None) -> None:
     """Raises: ValueError for a static solution, if concrete, of a singular stiffness: a mechanism is left.
 
     Args: pivots: squared pivots of the Cholesky factor over the diagonal: rounding, where the matrix is singular.

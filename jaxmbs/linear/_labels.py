@@ -7,10 +7,10 @@ import numpy as np
 
 from ..checks import no_such
 from ..elements import DIRECTIONS
-from ..elements._base import number
+from ..elements._base import as_real
 
 
-def label(item) -> tuple[str, str]:
+def parse_label(item) -> tuple[str, str]:
     """`(node, direction)` of a name: "tip rz", ("tip", "rz"), or "mode" without a direction."""
     if isinstance(item, str):
         node, _, direction = item.rpartition(" ")
@@ -19,19 +19,19 @@ def label(item) -> tuple[str, str]:
     return str(node), str(direction)
 
 
-def spoken(item: tuple[str, str]) -> str:
+def format_label(item: tuple[str, str]) -> str:
     """A label as one name: "tip rz"."""
     return " ".join(item).strip()
 
 
-def labels_of(coordinates, n: int, faults: list) -> tuple[tuple[str, str], ...]:
+def coordinate_labels(coordinates, n: int, faults: list) -> tuple[tuple[str, str], ...]:
     """One label for each of n rows, their numbers by default."""
     given = [str(i) for i in range(n)] if coordinates is None else list(coordinates)
-    labels = tuple(label(item) for item in given)
+    labels = tuple(parse_label(item) for item in given)
     if len(labels) != n:
         faults.append(f"{len(labels)} coordinates are named, the matrices have {n} rows")
     unique = len(set(labels)) == len(labels)
-    repeated = [] if unique else sorted({spoken(item) for item in labels if labels.count(item) > 1})
+    repeated = [] if unique else sorted({format_label(item) for item in labels if labels.count(item) > 1})
     if repeated:
         faults.append(f"coordinates named twice: {', '.join(repeated[:5])}")
     wrong = sorted({direction for _, direction in labels} - {*DIRECTIONS, ""})
@@ -40,7 +40,7 @@ def labels_of(coordinates, n: int, faults: list) -> tuple[tuple[str, str], ...]:
     return labels
 
 
-def rows_of(names, labels, faults: list) -> tuple[int, ...]:
+def find_rows(names, labels, faults: list) -> tuple[int, ...]:
     """Rows of labels, of all coordinates of nodes, or of numbers."""
     found, places = [], {}
     for i, (node, direction) in enumerate(labels):
@@ -51,16 +51,16 @@ def rows_of(names, labels, faults: list) -> tuple[int, ...]:
         if isinstance(name, int | np.integer) and not isinstance(name, bool):
             hits = [int(name)] if 0 <= name < len(labels) else []
         else:
-            hits = places.get(label(name), [])
+            hits = places.get(parse_label(name), [])
         if not hits:
-            faults.append(no_such("coordinate or node", name, map(spoken, places)))
+            faults.append(no_such("coordinate or node", name, map(format_label, places)))
         found += hits
     if len(set(found)) < len(found):
         faults.append("coordinates are named twice")
     return tuple(found)
 
 
-def places_of(positions, labels, faults: list):
+def node_positions(positions, labels, faults: list):
     """Names and positions (nodes, 3) of nodes."""
     if positions is None:
         return (), None
@@ -78,4 +78,4 @@ def places_of(positions, labels, faults: list):
     missing = sorted({node for node, direction in labels if direction} - set(names))
     if missing:
         faults.append(f"positions of nodes are missing: {', '.join(missing[:5])}")
-    return names, number(places)
+    return names, as_real(places)

@@ -12,7 +12,7 @@ from ._condensation import interface_basis
 from ._system import LinearSystem
 
 #: Damping forces on rows without mass, of their own sizes, that count as none.
-SMALL = 1e-9
+NEGLIGIBLE_DAMPING = 1e-9
 
 
 class Condensation(eqx.Module):
@@ -35,7 +35,7 @@ class Condensation(eqx.Module):
         """Loads (..., heavy) that do the work of forces (..., n)."""
         return forces if self.basis is None else forces @ self.basis.astype(forces.dtype)
 
-    def start(self, x: AnyArray) -> AnyArray:
+    def heavy_part(self, x: AnyArray) -> AnyArray:
         """The heavy part (..., heavy) of displacements (..., n)."""
         return x[..., np.array(self.heavy, int)]
 
@@ -44,9 +44,9 @@ class Condensation(eqx.Module):
         if self.basis is None:
             return x
         found, light = x @ self.basis.T.astype(x.dtype), np.array(self.light, int)
-        return found if forces is None else found.at[..., light].add(self.yielded(forces[..., light]))
+        return found if forces is None else found.at[..., light].add(self.light_displacements(forces[..., light]))
 
-    def yielded(self, forces: Array) -> Array:
+    def light_displacements(self, forces: Array) -> Array:
         """Displacements (..., light) under forces on light rows, the heavy ones held."""
         if self.stiffness is None:
             return jnp.zeros_like(forces)
@@ -54,14 +54,14 @@ class Condensation(eqx.Module):
         return flat.reshape(forces.shape)
 
 
-def without_mass(system: LinearSystem) -> tuple[int, ...]:
+def massless_rows(system: LinearSystem) -> tuple[int, ...]:
     """Rows without mass: those of zeros in a mass matrix whose numbers are known, else those known as `massless`."""
     if is_concrete(system.mass):
         return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
     return tuple(sorted(system.massless))
 
 
-def condensed(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:
+def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:
     """A dense linear system on its rows with mass.
 
     Args:
@@ -70,24 +70,28 @@ def condensed(system: LinearSystem, only: tuple[int, ...] | None = None, damped:
 
     Raises: ValueError, if concrete, for rows that have neither mass nor stiffness, or damping of their own, by name.
     """
-    light = without_mass(system)
+    light = massless_rows(system)
     light = light if only is None else tuple(k for k in light if k in only)
     n = system.num_rows
     heavy = tuple(k for k in range(n) if k not in set(light))
     if not light:
         return Condensation(heavy, (), None, None, system)
     if not heavy:
-        raise ValueError(f"no coordinate has mass: {_names(system, light)}")
+        raise ValueError(f"no coordinate has mass: {_row_names(system, light)}")
     K, M, C = system.stiffness, system.mass, system.damping
     rows, place = np.array(light), {k: i for i, k in enumerate(heavy)}
-    _check_stiff(system, light)
+    _check_stiffness(system, light)
     T = interface_basis(K, heavy)
     if damped and C is not None:
-        pulls = lambda C, T: np.abs(C[rows] @ T) > SMALL * np.max(np.abs(C[rows]) @ np.abs(T), initial=1e-300)  # noqa: E731
-        if any_concrete(pulls, C, T):
+
+        def acts_on_light(C, T):
+            size = np.max(np.abs(C[rows]) @ np.abs(T), initial=1e-300)
+            return np.abs(C[rows] @ T) > NEGLIGIBLE_DAMPING * size
+
+        if any_concrete(acts_on_light, C, T):
             raise ValueError(
-                f"there is damping on rows without mass, {_names(system, light)}: give these some mass, damping that "
-                "is proportional to their stiffness, or ask for damped=False"
+                f"rows without mass are damped: {_row_names(system, light)}.  Give them mass, or damping "
+                "proportional to their stiffness, or leave the damping out by damped=False"
             )
     own = LinearSystem(
         mass=M[np.ix_(heavy, heavy)],
@@ -101,7 +105,7 @@ def condensed(system: LinearSystem, only: tuple[int, ...] | None = None, damped:
     return Condensation(heavy, light, T, K[np.ix_(rows, rows)], own)
 
 
-def _check_stiff(system, light):
+def _check_stiffness(system, light):
     """Raises: ValueError for light rows that nothing holds while the heavy ones are held, by name."""
     if not is_concrete(system.stiffness):
         return
@@ -111,11 +115,11 @@ def _check_stiff(system, light):
     loose = values < 1e-12 * max(1.0, values[-1])
     if np.any(loose):
         moved = np.max(np.abs(shapes[:, loose]), axis=1) > 1e-3
-        names = _names(system, [k for k, m in zip(light, moved, strict=True) if m])
+        names = _row_names(system, [k for k, m in zip(light, moved, strict=True) if m])
         raise ValueError(f"neither mass nor stiffness holds {names}: hold these, leave them out or give them mass")
 
 
-def _names(system, rows, most=6):
+def _row_names(system, rows, most=6):
     """Names of the first rows, and how many more."""
     listed = ", ".join(system.label(k) for k in rows[:most])
     return listed + (f" and {len(rows) - most} more" if len(rows) > most else "")

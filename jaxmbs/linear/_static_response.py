@@ -1,5 +1,8 @@
 """Static response, of free structures too: the inertia of what the loads accelerate balances them."""
 
+import dataclasses
+from collections.abc import Mapping
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -8,7 +11,8 @@ from jaxtyping import Array, Bool, Float
 
 from ..checks import is_concrete
 from ..math import _square as square
-from ..typing import AnyArray
+from ..typing import AnyArray, ArrayLike
+from ._rigid_motions import rigid_rows
 from ._system import LinearSystem
 
 
@@ -63,13 +67,34 @@ def static_response(
         weight = lax.stop_gradient(size / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
         K = jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
         f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
-    _check_regular(K, "other than those given" if d else "and the structure's mass and rigid motions are not given")
+    _check_nonsingular(
+        K, "other than those given" if d else "and the structure's mass and rigid motions are not given"
+    )
     found = square.solve(K, f).T
     acceleration = weight * found[:, n:].reshape(*load.shape[:-1], d)
     return StaticResponse(found[:, :n].reshape(load.shape), acceleration, rigid)
 
 
-def _check_regular(K, left):
+def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse:
+    """Rest under forces, `K x = f`; of a free structure the steady acceleration that they cause.
+
+    Args:
+        forces: by name as `LinearSystem.load` takes them, or (..., n): any number of cases.
+        free: the inertia of its rigid motions, known by the positions of its nodes, balances the forces.
+
+    Raises: ValueError for a stiffness, if concrete, that is singular; UnknownNameError; ModelError where positions
+    are missing.  Source: S1 (3), (30).
+    """
+    system, rigid = system.to_dense(), None
+    if free:
+        rigid = rigid_rows(system)
+        if is_concrete(rigid):
+            rigid = rigid[:, np.any(np.asarray(rigid) != 0, axis=0)]
+    found = static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
+    return dataclasses.replace(found, forces=(forces,))
+
+
+def _check_nonsingular(K, left):
     if not is_concrete(K):
         return
     K = np.asarray(K)

@@ -7,10 +7,10 @@ from jax import lax
 from ..checks import is_concrete
 
 #: The part of a matrix's largest entry that may be unsymmetric.
-UNSYMMETRIC = 1e-5
+ASYMMETRY_TOLERANCE = 1e-5
 
 
-def symmetric(**matrices) -> tuple:
+def require_symmetric(**matrices) -> tuple:
     """The matrices, in order; under tracing an unsymmetric one is NaN.  Raises: as `check_symmetric`."""
     check_symmetric(**matrices)
     return tuple(A if is_concrete(A) else _nan_if_unsymmetric(A) for A in matrices.values())
@@ -19,7 +19,7 @@ def symmetric(**matrices) -> tuple:
 def _nan_if_unsymmetric(A):
     fixed = lax.stop_gradient(A)
     part, size = jnp.max(jnp.abs(fixed - fixed.T), initial=0.0), jnp.max(jnp.abs(fixed), initial=0.0)
-    return A + jnp.where(part > UNSYMMETRIC * size, jnp.nan, 0.0).astype(A.dtype)
+    return A + jnp.where(part > ASYMMETRY_TOLERANCE * size, jnp.nan, 0.0).astype(A.dtype)
 
 
 def check_symmetric(**matrices) -> None:
@@ -37,7 +37,7 @@ def check_symmetric(**matrices) -> None:
         if not np.all(np.isfinite(A)):
             raise ValueError(f"the {name} is not finite")
         part = np.max(np.abs(A - A.T), initial=0.0) / max(np.max(np.abs(A), initial=0.0), 1e-300)
-        if part > UNSYMMETRIC:
+        if part > ASYMMETRY_TOLERANCE:
             raise ValueError(f"the {name} is unsymmetric by {part:.1g} of its largest entry")
 
 

@@ -12,13 +12,13 @@ from jaxtyping import Array, Float
 from ..errors import ModelError, UnknownNameError
 from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
-from ._labels import labels_of, places_of, rows_of, spoken
-from ._storage import Matrix, MatrixLike, dense, dtype_of, num_rows, stored
+from ._labels import coordinate_labels, find_rows, format_label, node_positions
+from ._storage import Matrix, MatrixLike, dtype_of, num_rows, to_dense, unify_storage
 
-Same = TypeVar("Same", bound="LinearSystem")
+SystemT = TypeVar("Same", bound="LinearSystem")
 
 
-def _told(system):
+def _table_rows(system):
     """A line, and the coordinates of every node."""
     by_node: dict[str, list[str]] = {}
     for node, direction in system.coordinates:
@@ -56,7 +56,7 @@ class LinearSystem(eqx.Module):
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_table_rows)
 
     def __init__(
         self,
@@ -70,14 +70,16 @@ class LinearSystem(eqx.Module):
         massless: Iterable[int] = (),
     ) -> None:
         faults = []
-        self.mass, self.stiffness, self.damping = stored(faults, mass=mass, stiffness=stiffness, damping=damping)
+        self.mass, self.stiffness, self.damping = unify_storage(
+            faults, mass=mass, stiffness=stiffness, damping=damping
+        )
         if faults:
             raise ModelError(faults)
         n = num_rows(self.stiffness)
-        faults += _uneven(n, mass=self.mass, damping=self.damping)
-        self.coordinates = labels_of(coordinates, n, faults)
-        self.interface = _found(interface, self.coordinates, faults)
-        self.nodes, self.positions = places_of(positions, self.coordinates, faults)
+        faults += _size_faults(n, mass=self.mass, damping=self.damping)
+        self.coordinates = coordinate_labels(coordinates, n, faults)
+        self.interface = _interface_rows(interface, self.coordinates, faults)
+        self.nodes, self.positions = node_positions(positions, self.coordinates, faults)
         self.massless = tuple(massless)
         faults += [f"massless: {row!r} is no row" for row in self.massless if row not in range(n)]
         if faults:
@@ -100,14 +102,14 @@ class LinearSystem(eqx.Module):
     def rows(self, *names: CoordinateLike) -> tuple[int, ...]:
         """Rows of labels `(node, direction)`, or of all the coordinates of nodes. Raises: UnknownNameError."""
         faults = []
-        found = rows_of(names, self.coordinates, faults)
+        found = find_rows(names, self.coordinates, faults)
         if faults:
             raise UnknownNameError("; ".join(faults))
         return found
 
     def label(self, row: int | np.integer) -> str:
         """Name of a coordinate: "tip rz"."""
-        return spoken(self.coordinates[row])
+        return format_label(self.coordinates[row])
 
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
         """Rows (k, n) that give the displacements at names as `rows` takes them, and their labels.
@@ -149,38 +151,38 @@ class LinearSystem(eqx.Module):
         shape = np.broadcast_shapes((self.num_rows,), *(part.shape for part in parts))
         return sum((jnp.broadcast_to(part, shape) for part in parts), jnp.zeros(shape, dtype))
 
-    def with_interface(self: Same, *names: CoordinateLike) -> Same:
+    def with_interface(self: SystemT, *names: CoordinateLike) -> SystemT:
         """The same system, joined to others elsewhere.  Raises: ModelError."""
         faults = []
-        rows = _found(names, self.coordinates, faults)
+        rows = _interface_rows(names, self.coordinates, faults)
         if faults:
             raise ModelError(faults)
-        return self.changed(interface=rows)
+        return self.replace(interface=rows)
 
-    def moved(self: Same, by: ArrayLike) -> Same:
+    def translate(self: SystemT, by: ArrayLike) -> SystemT:
         """The same system at another place, all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
         if self.positions is None:
             raise ModelError(["what has no positions cannot be moved: LinearSystem(..., positions=...)"])
-        return self.changed(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
+        return self.replace(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
 
-    def with_damping(self: Same, damping: MatrixLike | None) -> Same:
+    def with_damping(self: SystemT, damping: MatrixLike | None) -> SystemT:
         """The same system with another damping matrix (n, n): see `proportional`, `modal`.
 
         Raises: ModelError for one of another size, or blocks beside arrays.
         """
         faults: list[str] = []
-        mass, stiffness, damping = stored(faults, mass=self.mass, stiffness=self.stiffness, damping=damping)
-        faults = faults or _uneven(self.num_rows, damping=damping)
+        mass, stiffness, damping = unify_storage(faults, mass=self.mass, stiffness=self.stiffness, damping=damping)
+        faults = faults or _size_faults(self.num_rows, damping=damping)
         if faults:
             raise ModelError(faults)
-        return self.changed(mass=mass, stiffness=stiffness, damping=damping)
+        return self.replace(mass=mass, stiffness=stiffness, damping=damping)
 
-    def dense(self: Same) -> Same:
+    def to_dense(self: SystemT) -> SystemT:
         """The same system with dense matrices.  Raises: ModelError for one that is too large."""
         names = ("mass", "stiffness", "damping")
-        return self.changed(**{n: dense(getattr(self, n)) for n in names})
+        return self.replace(**{n: to_dense(getattr(self, n)) for n in names})
 
-    def changed(self: Same, **fields: Any) -> Same:
+    def replace(self: SystemT, **fields: Any) -> SystemT:
         """The same system but for some fields, which are taken as they are."""
         new = object.__new__(type(self))
         for field in dataclasses.fields(self):
@@ -188,15 +190,15 @@ class LinearSystem(eqx.Module):
         return new
 
 
-def _uneven(n, **matrices):
+def _size_faults(n, **matrices):
     """Faults of matrices of another size than the stiffness."""
     rows = {name: num_rows(A) for name, A in matrices.items() if A is not None}
     wrong = [f"{name} has {k} rows, not {n}" for name, k in rows.items() if k != n]
     return [f"mass, stiffness and damping differ in size: {fault}" for fault in wrong]
 
 
-def _found(interface, labels, faults):
+def _interface_rows(interface, labels, faults):
     own = []
-    rows = rows_of(interface, labels, own)
+    rows = find_rows(interface, labels, own)
     faults += [f"interface: {fault}" for fault in own]
     return rows

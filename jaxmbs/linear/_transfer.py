@@ -65,11 +65,11 @@ class TransferFunctions(eqx.Module):
 
     def rows(self, names: Sequence[str]) -> np.ndarray:
         """Places of outputs. Raises: ModelError with the names that are not there."""
-        return _places(names, self.outputs, "output")
+        return _channel_indices(names, self.outputs, "output")
 
     def columns(self, names: Sequence[str]) -> np.ndarray:
         """Places of inputs. Raises: as `rows`."""
-        return _places(names, self.inputs, "input")
+        return _channel_indices(names, self.inputs, "input")
 
     def at(self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None) -> "TransferFunctions":
         """Some channels, in the order asked; None is all."""
@@ -78,7 +78,7 @@ class TransferFunctions(eqx.Module):
         values = _channels(self.values, self.rows(outputs), self.columns(inputs))
         return TransferFunctions(self.omega, values, outputs, inputs, self.kind)
 
-    def replace(self, values: ArrayLike) -> "TransferFunctions":
+    def with_values(self, values: ArrayLike) -> "TransferFunctions":
         """The same channels with other values."""
         return TransferFunctions(self.omega, values, self.outputs, self.inputs, self.kind)
 
@@ -109,5 +109,5 @@ def _channels(values, rows, columns):
     return values[:, rows][:, :, columns]
 
 
-def _places(names, known, what):
+def _channel_indices(names, known, what):
     return np.array([place_of(what, name, known) for name in names], int)

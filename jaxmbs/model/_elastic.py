@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete
-from ..elements._base import number
+from ..elements._base import as_real
 from ..math._rotation import rotation_vector, rotation_vector_rate
 from ..typing import Convertible, Scalar, Vector3
 
@@ -32,10 +32,10 @@ class ElasticBody(eqx.Module):
         interfaces: names; the first carries the floating frame.
     """
 
-    inertia: Convertible[Float[Array, "k k"]] = eqx.field(converter=number, kw_only=True)
-    stiffness: Convertible[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
-    damping: Convertible[Float[Array, "m m"]] = eqx.field(converter=number, kw_only=True)
-    places: Convertible[Float[Array, "others 3"]] = eqx.field(converter=number, kw_only=True)
+    inertia: Convertible[Float[Array, "k k"]] = eqx.field(converter=as_real, kw_only=True)
+    stiffness: Convertible[Float[Array, "m m"]] = eqx.field(converter=as_real, kw_only=True)
+    damping: Convertible[Float[Array, "m m"]] = eqx.field(converter=as_real, kw_only=True)
+    places: Convertible[Float[Array, "others 3"]] = eqx.field(converter=as_real, kw_only=True)
     interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True)
 
     @property

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from ..dynamics._efforts import element_names
 from ..dynamics._energy import energies
-from ..flexible._stiffening import missing, squared_spins
+from ..flexible._stiffening import squared_spins, stiffening_errors
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics
 from ..kinematics._state import State
@@ -62,7 +62,7 @@ def diagnose(system, observed, work, walk) -> Diagnostics:
         velocity_drift=speed[1:],
         num_steps=walk.tried.astype(int),
         num_rejected=walk.rejected.astype(int),
-        stiffening={name: x[1:] for name, x in missing(system, spins).items()},
+        stiffening={name: x[1:] for name, x in stiffening_errors(system, spins).items()},
     )
 
 

@@ -1,6 +1,6 @@
 """Components in few coordinates: reductions to their interfaces, and the way back."""
 
-from ._accuracy import force_errors, frequency_errors, num_modes_up_to
+from ._accuracy import force_errors, frequency_errors, num_modes_below
 from ._base import AbstractReduction, Reduced, Unreduced, reduce
 from ._characteristic import Characteristic, characteristic_modes
 from ._craig_bampton import CraigBampton, fixed_interface_modes
@@ -11,19 +11,19 @@ from ._hurty import Hurty, determinate_coordinates, support_motions
 from ._macneal import MacNeal
 from ._mirror import Mirror
 from ._mixed import Mixed
-from ._placement import rotated
-from ._recovery import element_loads, harmonic, interface_forces, mode_acceleration, mode_acceleration_free
+from ._placement import rotate
+from ._recovery import element_loads, harmonic_amplitudes, interface_forces, mode_acceleration, mode_acceleration_free
 from ._rigid_interface import (
     averaged_motion,
     averaged_transformation,
-    on_interface,
     rigid_body_motions,
     rigid_node,
     rigid_transformation,
+    transform_interface,
 )
 from ._rubin import Rubin
 from ._symmetry_subspace import SymmetrySubspace
-from ._work import VirtualMotions, virtual_work
+from ._virtual_work import VirtualMotions, virtual_work
 
 __all__ = [
     "AbstractReduction",
@@ -49,17 +49,17 @@ __all__ = [
     "fixed_interface_modes",
     "force_errors",
     "frequency_errors",
-    "harmonic",
+    "harmonic_amplitudes",
     "interface_forces",
     "mode_acceleration",
     "mode_acceleration_free",
-    "num_modes_up_to",
-    "on_interface",
+    "num_modes_below",
     "reduce",
     "rigid_body_motions",
     "rigid_node",
     "rigid_transformation",
-    "rotated",
+    "rotate",
     "support_motions",
+    "transform_interface",
     "virtual_work",
 ]

@@ -9,7 +9,7 @@ from ..linear._condensation import partition
 from ..linear._system import LinearSystem
 from ..runtime import lapack
 from ..typing import AnyArray, Scalar
-from ..vibration._modes import complete, natural_modes
+from ..vibration._modes import complete_group, natural_modes
 from ._base import Reduced
 from ._recovery import interface_forces, mode_acceleration
 
@@ -40,7 +40,7 @@ def force_errors(system: LinearSystem, x: AnyArray, x_ddot: AnyArray, load: AnyA
     return jnp.max(jnp.abs(forces[0] - forces[1])) / jnp.max(jnp.abs(forces[1]))
 
 
-def num_modes_up_to(system: LinearSystem, frequency: float, factor: float = 2.0) -> int:
+def num_modes_below(system: LinearSystem, frequency: float, factor: float = 2.0) -> int:
     """How many modes with the interface held lie below `factor * frequency` [Hz], groups kept whole.
 
     On the host.  A rule of thumb: with factor 1.5 the frequencies up to the given one were good to 1 % on a beam; see
@@ -51,4 +51,4 @@ def num_modes_up_to(system: LinearSystem, frequency: float, factor: float = 2.0)
         raise ValueError(f"frequency={frequency} and factor={factor} must be positive and finite")
     inner, _ = partition(system.num_rows, system.interface)
     modes = natural_modes(K=system.stiffness[inner][:, inner], M=system.mass[inner][:, inner])
-    return complete(modes.values, int(np.sum(np.asarray(modes.frequencies) < factor * frequency)))
+    return complete_group(modes.values, int(np.sum(np.asarray(modes.frequencies) < factor * frequency)))

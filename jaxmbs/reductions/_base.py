@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..linear._condensation import partition
-from ..linear._labels import label, rows_of, spoken
-from ..linear._massless import condensed, without_mass
-from ..linear._storage import inexact
-from ..linear._symmetric import symmetric
+from ..linear._labels import find_rows, format_label, parse_label
+from ..linear._massless import condense_massless, massless_rows
+from ..linear._storage import as_inexact
+from ..linear._symmetric import require_symmetric
 from ..linear._system import LinearSystem
 from ..runtime import jit
 from ..typing import AnyArray, CoordinateLike
@@ -41,7 +41,7 @@ class Reduced(LinearSystem):
         if len(options["coordinates"]) == 0:
             raise ValueError("the reduction leaves no coordinate: name an interface, or ask for modes")
         if whole.positions is not None and "positions" not in options:
-            at = {label(item)[0] for item in options["coordinates"]}
+            at = {parse_label(item)[0] for item in options["coordinates"]}
             kept = [i for i, name in enumerate(whole.nodes) if name in at]
             options["positions"] = tuple(whole.nodes[i] for i in kept), whole.positions[np.array(kept, int)]
         b = whole.num_interface if num_interface is None else num_interface
@@ -50,12 +50,12 @@ class Reduced(LinearSystem):
 
     def expand(self, rho: AnyArray) -> Array:
         """Displacements (..., whole) of all coordinates, from reduced ones (..., n).  Source: S1 (5), (7)-(8)."""
-        rho = inexact(rho)
+        rho = as_inexact(rho)
         return jnp.matmul(rho, self.basis.T.astype(rho.dtype))
 
-    def generalised(self, forces: AnyArray) -> Array:
+    def generalised_forces(self, forces: AnyArray) -> Array:
         """Generalised forces `F = basis^T f` (..., n) of forces (..., whole).  Source: S1 (17)-(18)."""
-        forces = inexact(forces)
+        forces = as_inexact(forces)
         return jnp.matmul(forces, self.basis.astype(forces.dtype))
 
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
@@ -63,18 +63,18 @@ class Reduced(LinearSystem):
         own = set(self.coordinates)
         labels = (*self.coordinates, *(item for item in self.whole if item not in own))
         faults = []
-        rows = rows_of(names, labels, faults)
+        rows = find_rows(names, labels, faults)
         if faults:
             return super().outputs(*names)
         places = {item: i for i, item in enumerate(self.whole)}
         unit = jnp.eye(self.num_rows, dtype=self.basis.dtype)
         found = [self.basis[places[labels[k]]] if labels[k] in places else unit[k] for k in rows]
         found = jnp.stack(found) if found else unit[:0]
-        return found, tuple(spoken(labels[k]) for k in rows)
+        return found, tuple(format_label(labels[k]) for k in rows)
 
-    def within(self, whole: "Reduced") -> "Reduced":
+    def chain_to(self, whole: "Reduced") -> "Reduced":
         """The same system, its way back going on to what `whole` was reduced from."""
-        return self.changed(basis=whole.basis @ self.basis, whole=whole.whole)
+        return self.replace(basis=whole.basis @ self.basis, whole=whole.whole)
 
 
 class AbstractReduction(eqx.Module):
@@ -101,19 +101,19 @@ def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
 
     Raises: as the method says; ValueError for rows that have neither mass nor stiffness, by name.
     """
-    reduced = method.of(system) if method.keeps_all else _without_massless(system, method)
-    return reduced.within(system) if isinstance(system, Reduced) else reduced
+    reduced = method.of(system) if method.keeps_all else _reduce_without_massless(system, method)
+    return reduced.chain_to(system) if isinstance(system, Reduced) else reduced
 
 
-def _without_massless(system, method):
+def _reduce_without_massless(system, method):
     """Reduced by a method that does not see the rows without mass, the way back going to them too."""
-    light = () if not isinstance(system.mass, jax.Array | np.ndarray) else without_mass(system)
+    light = () if not isinstance(system.mass, jax.Array | np.ndarray) else massless_rows(system)
     light = tuple(set(light) - set(system.interface))
     if not light:
         return method.of(system)
-    whole = condensed(system, light, damped=False)
+    whole = condense_massless(system, light, damped=False)
     reduced = method.of(whole.system)
-    return reduced.changed(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
+    return reduced.replace(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
 
 
 class Unreduced(AbstractReduction):
@@ -122,24 +122,24 @@ class Unreduced(AbstractReduction):
     keeps_all = True
 
     def of(self, system: LinearSystem) -> Reduced:
-        system = system.dense()
+        system = system.to_dense()
         order = np.concatenate([system.interface, system.interior]).astype(int)
         matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
         return Reduced(
             system,
             jnp.eye(len(order), dtype=system.dtype)[:, order],
-            **_in_order(matrices, order),
+            **_reorder(matrices, order),
             coordinates=[system.coordinates[i] for i in order],
             massless=[k for k, i in enumerate(order) if i in system.massless],
         )
 
 
 @jit
-def _in_order(matrices, order):
+def _reorder(matrices, order):
     return {name: None if A is None else A[order][:, order] for name, A in matrices.items()}
 
 
-def explicit(system: LinearSystem) -> Reduced:
+def interface_first(system: LinearSystem) -> Reduced:
     """The system itself where its interface comes first, else all of its coordinates in that order."""
     if isinstance(system, Reduced) and system.interface == tuple(range(system.num_interface)):
         return system
@@ -157,19 +157,19 @@ def project(system: LinearSystem, basis, labels, num_interface: int | None = Non
     )
 
 
-def labelled(system: LinearSystem, **counts: int) -> tuple:
+def reduced_labels(system: LinearSystem, **counts: int) -> tuple:
     """The labels of the interface, then `kind 0`, `kind 1`, ... of every kind."""
     own = tuple(system.coordinates[i] for i in system.interface)
-    return own + tuple(item for kind, count in counts.items() for item in numbered(kind, count))
+    return own + tuple(item for kind, count in counts.items() for item in numbered_labels(kind, count))
 
 
-def admitted(system: LinearSystem) -> tuple:
+def symmetric_partition(system: LinearSystem) -> tuple:
     """Interior and interface, stiffness and mass, which a reduction takes for symmetric: NaN if traced and not so.
 
-    Raises: ValueError, if concrete, as `symmetric.check_symmetric`.
+    Raises: ValueError, if concrete, as `require_symmetric.check_symmetric`.
     """
     inner, outer = partition(system.num_rows, system.interface)
-    return inner, outer, *symmetric(stiffness=system.stiffness, mass=system.mass)
+    return inner, outer, *require_symmetric(stiffness=system.stiffness, mass=system.mass)
 
 
 def check_num_modes(num: int, available: int) -> None:
@@ -178,6 +178,6 @@ def check_num_modes(num: int, available: int) -> None:
         raise ValueError(f"num_modes = {num}: the component has {available} such modes")
 
 
-def numbered(kind: str, count: int) -> tuple[str, ...]:
+def numbered_labels(kind: str, count: int) -> tuple[str, ...]:
     """Labels `kind 0`, `kind 1`, ..."""
     return tuple(f"{kind} {k}" for k in range(count))

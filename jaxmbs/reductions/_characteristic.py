@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from ..linear._system import LinearSystem
 from ..vibration._modes import Modes, stable_modes
-from ._base import AbstractReduction, Reduced, check_num_modes, explicit, numbered, project
+from ._base import AbstractReduction, Reduced, check_num_modes, interface_first, numbered_labels, project
 
 
 def characteristic_modes(system: LinearSystem, num: int) -> Modes:
@@ -39,8 +39,8 @@ class Characteristic(AbstractReduction):
     num_modes: int = eqx.field(static=True)
 
     def of(self, system: LinearSystem) -> Reduced:
-        system, b = explicit(system), system.num_interface
+        system, b = interface_first(system), system.num_interface
         shapes = characteristic_modes(system, self.num_modes).shapes
         E = jax.scipy.linalg.block_diag(shapes, jnp.eye(system.num_rows - b, dtype=shapes.dtype))
-        labels = (*numbered("characteristic", self.num_modes), *system.coordinates[b:])
+        labels = (*numbered_labels("characteristic", self.num_modes), *system.coordinates[b:])
         return project(system, E, labels, self.num_modes)

@@ -8,9 +8,9 @@ from ..blocksparse import BlockMatrix
 from ..linear._condensation import interface_basis, partition
 from ..linear._system import LinearSystem
 from ..vibration._modes import Modes, natural_modes
-from ._base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
-from ._craig_bampton_blocks import in_blocks
-from ._craig_bampton_scipy import by_scipy
+from ._base import AbstractReduction, Reduced, check_num_modes, project, reduced_labels, symmetric_partition
+from ._craig_bampton_blocks import craig_bampton_blocks
+from ._craig_bampton_scipy import craig_bampton_scipy
 
 
 class CraigBampton(AbstractReduction):
@@ -38,23 +38,23 @@ class CraigBampton(AbstractReduction):
 
     def of(self, system: LinearSystem) -> Reduced:
         if isinstance(system.stiffness, BlockMatrix):
-            return in_blocks(system, self.num_modes, self.chunk)
+            return craig_bampton_blocks(system, self.num_modes, self.chunk)
         if scipy.sparse.issparse(system.stiffness):
-            return by_scipy(system, self.num_modes)
-        inner, _, K, M = admitted(system)
+            return craig_bampton_scipy(system, self.num_modes)
+        inner, _, K, M = symmetric_partition(system)
         if len(inner) == 0:
             raise ValueError("the interface is all of the component and leaves nothing to reduce: take Physical()")
-        system = system.changed(stiffness=K, mass=M)
+        system = system.replace(stiffness=K, mass=M)
         T = interface_basis(K, system.interface)
         normal = jnp.zeros((len(K), self.num_modes), T.dtype)
         normal = normal.at[inner].set(fixed_interface_modes(system, self.num_modes).shapes)
-        labels = labelled(system, normal=self.num_modes)
+        labels = reduced_labels(system, normal=self.num_modes)
         return project(system, jnp.concatenate([T, normal], axis=1), labels)
 
 
 def fixed_interface_modes(system: LinearSystem, num_modes: int) -> Modes:
     """The lowest modes of the interior with the interface held, shapes (interior, num_modes)."""
-    system = system.dense()
+    system = system.to_dense()
     inner, _ = partition(system.num_rows, system.interface)
     check_num_modes(num_modes, len(inner))
     K, M = (A[inner][:, inner] for A in (system.stiffness, system.mass))

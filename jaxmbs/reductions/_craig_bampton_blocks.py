@@ -10,14 +10,14 @@ from jax import lax
 from ..blocksparse import analyse, factor, solve
 from ..checks import is_concrete
 from ..fem._assembly import hold
-from ..linear._condensation import check_held, partition
-from ..linear._symmetric import UNSYMMETRIC
+from ..linear._condensation import check_nonsingular, partition
+from ..linear._symmetric import ASYMMETRY_TOLERANCE
 from ..linear._system import LinearSystem
 from ..vibration._lanczos import lowest_modes
-from ._base import Reduced, check_num_modes, labelled
+from ._base import Reduced, check_num_modes, reduced_labels
 
 
-def in_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Reduced:
+def craig_bampton_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Reduced:
     """Craig and Bampton's reduction of block matrices, rows `size * block + direction` (a block is a node).
 
     Derivatives of first order with respect to the matrices, forward and reverse, solve by the same factor.
@@ -30,7 +30,7 @@ def in_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Reduced:
     check_num_modes(num_modes, int(pattern.sizes.sum()) - k)
     _check_symmetric(stiffness=stiffness, mass=mass)
     held = np.isin(np.arange(n * b), outer).reshape(n, b)
-    plan = analyse(pattern, positions=_places(system))
+    plan = analyse(pattern, positions=_block_positions(system))
     K = factor(hold(stiffness, held, True), "cholesky", plan)
     free = jnp.asarray(~held, dtype)[:, :, None]
 
@@ -42,25 +42,25 @@ def in_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Reduced:
 
     rows = np.full(-(-k // chunk) * chunk, n * b)
     rows[:k] = outer
-    T, inertia, static = (_flat(Y, k) for Y in lax.map(columns, jnp.asarray(rows.reshape(-1, chunk))))
-    check_held(T, "the interface")
+    T, inertia, static = (_flatten_chunks(Y, k) for Y in lax.map(columns, jnp.asarray(rows.reshape(-1, chunk))))
+    check_nonsingular(T, "the interface")
     shapes = jnp.zeros((n * b, 0), dtype)
     if num_modes:
         shapes = lowest_modes(K, hold(mass, held, False), num_modes).shapes
     basis = jnp.concatenate([T, shapes], axis=1)
     coupling, zero = inertia.T @ shapes, jnp.zeros((k, num_modes), dtype)
-    own = _projected(stiffness, shapes)  # not the squared frequencies, whose derivatives miss how a group splits
+    own = _project(stiffness, shapes)  # not the squared frequencies, whose derivatives miss how a group splits
     return Reduced(
         system,
         basis,
-        mass=jnp.block([[_even(T.T @ inertia), coupling], [coupling.T, jnp.eye(num_modes, dtype=dtype)]]),
+        mass=jnp.block([[_symmetric_part(T.T @ inertia), coupling], [coupling.T, jnp.eye(num_modes, dtype=dtype)]]),
         stiffness=jnp.block([[static, zero], [zero.T, own]]),
-        damping=None if damping is None else _projected(damping, basis),
-        coordinates=labelled(system, normal=num_modes),
+        damping=None if damping is None else _project(damping, basis),
+        coordinates=reduced_labels(system, normal=num_modes),
     )
 
 
-def _places(system):
+def _block_positions(system):
     """Positions of the blocks for a better order of elimination, where they are known; None else."""
     b = system.stiffness.pattern.size
     at = {name: i for i, name in enumerate(system.nodes)}
@@ -83,19 +83,19 @@ def _check_symmetric(**matrices):
     for name, matrix in matrices.items():
         if not is_concrete(matrix.diagonal):
             continue
-        if not matrix.is_symmetric or matrix.asymmetry > UNSYMMETRIC:
+        if not matrix.is_symmetric or matrix.asymmetry > ASYMMETRY_TOLERANCE:
             raise ValueError(f"the {name} is unsymmetric")
 
 
-def _projected(matrix, basis):
+def _project(matrix, basis):
     n, b = matrix.pattern.shape
-    return _even(basis.T @ (matrix @ basis.reshape(n, b, -1)).reshape(n * b, -1))
+    return _symmetric_part(basis.T @ (matrix @ basis.reshape(n, b, -1)).reshape(n * b, -1))
 
 
-def _even(A):
+def _symmetric_part(A):
     return (A + A.T) / 2
 
 
-def _flat(Y, k):
+def _flatten_chunks(Y, k):
     """(chunks, ..., columns) -> (rows, k)."""
     return jnp.moveaxis(Y.reshape(len(Y), -1, Y.shape[-1]), 0, 1).reshape(-1, len(Y) * Y.shape[-1])[:, :k]

@@ -5,12 +5,12 @@ import numpy as np
 import scipy.sparse.linalg
 
 from ..linear._condensation import partition
-from ..linear._symmetric import UNSYMMETRIC
+from ..linear._symmetric import ASYMMETRY_TOLERANCE
 from ..linear._system import LinearSystem
-from ._base import Reduced, check_num_modes, labelled
+from ._base import Reduced, check_num_modes, reduced_labels
 
 
-def by_scipy(system: LinearSystem, num_modes: int) -> Reduced:
+def craig_bampton_scipy(system: LinearSystem, num_modes: int) -> Reduced:
     """Craig and Bampton's reduction: one factorisation, shift-invert Lanczos for the modes.
 
     One solve and one dense column of the basis for each interface coordinate.
@@ -39,14 +39,14 @@ def by_scipy(system: LinearSystem, num_modes: int) -> Reduced:
         values, shapes = scipy.sparse.linalg.eigsh(K_NN, num_modes, M_NN, sigma=0.0, OPinv=inverse, v0=start)
         basis[inner, b:] = shapes[:, np.argsort(values)]
     M, K, C = (None if A is None else jnp.asarray(basis.T @ (A @ basis)) for A in (M, K, system.damping))
-    labels = labelled(system, normal=num_modes)
+    labels = reduced_labels(system, normal=num_modes)
     return Reduced(system, jnp.asarray(basis), mass=M, stiffness=K, damping=C, coordinates=labels)
 
 
 def _check_symmetric(**matrices):
     for name, A in matrices.items():
         part = abs(A - A.T).max() / max(abs(A).max(), 1e-300)
-        if part > UNSYMMETRIC:
+        if part > ASYMMETRY_TOLERANCE:
             raise ValueError(f"the {name} is unsymmetric by {part:.1g} of its largest entry")
 
 

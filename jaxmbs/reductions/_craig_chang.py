@@ -9,9 +9,9 @@ from ..linear._condensation import interface_basis, partition
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..vibration._modes import stable_modes
-from ._base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
-from ._hurty import supports
-from ._mixed import explicit_interface
+from ._base import AbstractReduction, Reduced, check_num_modes, project, reduced_labels, symmetric_partition
+from ._hurty import determinate_rows
+from ._mixed import make_interface_explicit
 
 
 class CraigChang(AbstractReduction):
@@ -34,10 +34,10 @@ class CraigChang(AbstractReduction):
     determinate: tuple | None = eqx.field(static=True, default=None)
 
     def of(self, system: LinearSystem) -> Reduced:
-        system = system.dense()
-        inner, outer, K, M = admitted(system)
-        system = system.changed(stiffness=K, mass=M)
-        held = supports(system, self.determinate)
+        system = system.to_dense()
+        inner, outer, K, M = symmetric_partition(system)
+        system = system.replace(stiffness=K, mass=M)
+        held = determinate_rows(system, self.determinate)
         n, b, d = len(K), len(outer), len(held)
         check_num_modes(self.num_modes + d, len(inner))
         rigid = interface_basis(K, held)
@@ -46,10 +46,10 @@ class CraigChang(AbstractReduction):
         elastic = stable_modes(K=K, M=M, num=self.num_modes + d, num_rigid=d).shapes[:, d:]
         order = jnp.concatenate([outer, inner])
         columns = [A[order] for A in (attachment, jnp.concatenate([rigid, elastic], axis=1))]
-        moved, (shapes,) = explicit_interface(columns[0], columns[1:], b)
+        moved, (shapes,) = make_interface_explicit(columns[0], columns[1:], b)
         basis = jnp.zeros((n, b + d + self.num_modes), moved.dtype)
         basis = basis.at[order].set(jnp.concatenate([moved, shapes], axis=1))
-        return project(system, basis, labelled(system, rigid=d, normal=self.num_modes))
+        return project(system, basis, reduced_labels(system, rigid=d, normal=self.num_modes))
 
 
 def inertia_relief(stiffness, mass, loads, determinate: Sequence[int], rigid):

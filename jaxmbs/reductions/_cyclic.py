@@ -10,18 +10,18 @@ import numpy as np
 from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
-from ..linear._labels import spoken
+from ..linear._labels import format_label
 from ..linear._system import LinearSystem
 from ._base import AbstractReduction
-from ._placement import CLOSE, turning
+from ._placement import POSITION_TOLERANCE, coordinate_rotation
 from ._symmetry_subspace import SymmetrySubspace
 
 
-def _pairs(faces: Mapping | tuple) -> tuple:
+def _as_pairs(faces: Mapping | tuple) -> tuple:
     return tuple((str(a), str(b)) for a, b in (faces.items() if isinstance(faces, Mapping) else faces))
 
 
-def _names(nodes: Any) -> tuple:
+def _as_tuple(nodes: Any) -> tuple:
     return tuple(nodes)
 
 
@@ -51,12 +51,12 @@ class Cyclic(AbstractReduction):
 
     num_sectors: int = eqx.field(static=True)
     harmonic: int = eqx.field(static=True)
-    faces: tuple = eqx.field(static=True, converter=_pairs)
+    faces: tuple = eqx.field(static=True, converter=_as_pairs)
     axis: str = eqx.field(static=True, default="z")
-    centre: tuple = eqx.field(static=True, default=(), converter=_names)
+    centre: tuple = eqx.field(static=True, default=(), converter=_as_tuple)
 
     def of(self, system: LinearSystem) -> SymmetrySubspace:
-        system = system.dense()
+        system = system.to_dense()
         self._check(system)
         N, h = self.num_sectors, self.harmonic
         single = 2 * h % N == 0
@@ -65,13 +65,13 @@ class Cyclic(AbstractReduction):
         if not single:
             first, m = num_interface, len(labels)
             order = np.r_[0:first, m : m + first, first:m, m + first : 2 * m]
-            labels = [f"{spoken(label)} {part}" for part in ("cos", "sin") for label in labels]
+            labels = [f"{format_label(label)} {part}" for part in ("cos", "sin") for label in labels]
             real, labels = [A[:, order] for A in real], [labels[k] for k in order]
             num_interface *= 2
         cosine, sine = (jnp.asarray(A, system.dtype) for A in real)
         angles = 2 * np.pi * h / N * np.arange(N)
         copies = np.cos(angles)[:, None, None] * real[0] - np.sin(angles)[:, None, None] * real[1]
-        turns = np.stack([rotation(self.axis, 2 * np.pi * k / N) for k in range(N)])
+        turns = np.stack([axis_rotation(self.axis, 2 * np.pi * k / N) for k in range(N)])
         matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
         return SymmetrySubspace(
             system,
@@ -92,7 +92,7 @@ class Cyclic(AbstractReduction):
         The far face does what the near one does, turned and a step later; a centre what all sectors can do.
         """
         angle = 2 * np.pi / self.num_sectors
-        step, turn = np.exp(1j * self.harmonic * angle), rotation(self.axis, angle)
+        step, turn = np.exp(1j * self.harmonic * angle), axis_rotation(self.axis, angle)
         step = step.real if 2 * self.harmonic % self.num_sectors == 0 else step
         near, far = (np.array(system.rows(*side), int) for side in zip(*self.faces, strict=True))
         centre = np.array(system.rows(*self.centre), int)
@@ -101,7 +101,9 @@ class Cyclic(AbstractReduction):
         own = np.array(interface + [i for i in own if i not in set(interface)], int)
         Z = np.zeros((system.num_rows, len(own)), type(step))
         Z[own, np.arange(len(own))] = 1.0
-        turned, shared = (turning([system.coordinates[i] for i in rows], turn)[0] for rows in (near, centre))
+        turned, shared = (
+            coordinate_rotation([system.coordinates[i] for i in rows], turn)[0] for rows in (near, centre)
+        )
         Z[far] = step * turned @ Z[near]
         free = _null_space(np.eye(len(centre)) - step * shared)
         wide = np.zeros((system.num_rows, free.shape[1]), Z.dtype)
@@ -128,26 +130,28 @@ class Cyclic(AbstractReduction):
         for a, b in self.faces:
             near, far = ([system.coordinates[i][1] for i in system.rows(node)] for node in (a, b))
             faults += [] if near == far else [f"{a!r} and {b!r} differ in their coordinates"]
-        faults += self._apart(system)
+        faults += self._meeting_faults(system)
         if faults:
             raise ModelError(faults)
 
-    def _apart(self, system):
+    def _meeting_faults(self, system):
         """Faults of nodes that do not meet after the turn, where their places are known."""
         if system.positions is None or not is_concrete(system.positions):
             return []
         places = dict(zip(system.nodes, np.asarray(system.positions), strict=True))
-        turn = rotation(self.axis, 2 * np.pi / self.num_sectors)
+        turn = axis_rotation(self.axis, 2 * np.pi / self.num_sectors)
         size = max((np.max(np.abs(place)) for place in places.values()), default=0.0)
         meets = [*self.faces, *((str(node), str(node)) for node in self.centre)]
         return [
             f"turned by 1/{self.num_sectors} about {self.axis}, {a!r} does not come to {b!r}"
             for a, b in meets
-            if a in places and b in places and np.max(np.abs(turn @ places[a] - places[b])) > CLOSE * size
+            if a in places
+            and b in places
+            and np.max(np.abs(turn @ places[a] - places[b])) > POSITION_TOLERANCE * size
         ]
 
 
-def rotation(axis: str, angle: float) -> np.ndarray:
+def axis_rotation(axis: str, angle: float) -> np.ndarray:
     """(3, 3) right-handed about x, y or z."""
     k = DIRECTIONS.index(axis)
     i, j = (k + 1) % 3, (k + 2) % 3
@@ -161,6 +165,6 @@ def _null_space(A):
     if A.size == 0:
         return A
     _, s, Vh = np.linalg.svd(A)
-    free = Vh[np.sum(s > CLOSE) :].conj().T
+    free = Vh[np.sum(s > POSITION_TOLERANCE) :].conj().T
     largest = free[np.argmax(np.abs(free), axis=0), np.arange(free.shape[1])]
     return free * (np.abs(largest) / largest)

@@ -2,7 +2,7 @@
 
 from ..linear._condensation import interface_basis
 from ..linear._system import LinearSystem
-from ._base import AbstractReduction, Reduced, admitted, labelled, project
+from ._base import AbstractReduction, Reduced, project, reduced_labels, symmetric_partition
 
 
 class Guyan(AbstractReduction):
@@ -15,7 +15,7 @@ class Guyan(AbstractReduction):
     """
 
     def of(self, system: LinearSystem) -> Reduced:
-        system = system.dense()
-        *_, K, M = admitted(system)
-        system = system.changed(stiffness=K, mass=M)
-        return project(system, interface_basis(K, system.interface), labelled(system))
+        system = system.to_dense()
+        *_, K, M = symmetric_partition(system)
+        system = system.replace(stiffness=K, mass=M)
+        return project(system, interface_basis(K, system.interface), reduced_labels(system))

@@ -14,7 +14,7 @@ from ..linear._system import LinearSystem
 from ..typing import CoordinateLike
 from ._base import AbstractReduction, Reduced
 from ._craig_bampton import CraigBampton
-from ._work import VirtualMotions
+from ._virtual_work import VirtualMotions
 
 
 def determinate_coordinates(system: LinearSystem) -> tuple[int, ...]:
@@ -65,7 +65,7 @@ class Hurty(AbstractReduction):
 
     def of(self, system: LinearSystem) -> Reduced:
         self.connection(system)
-        return CraigBampton(self.num_modes).of(system.dense())
+        return CraigBampton(self.num_modes).of(system.to_dense())
 
     def connection(self, system: LinearSystem) -> Float[Array, "b b"]:
         """`phi = [[RR 0], [CR CC]]` (b, b): interface displacements `u = phi (rigid, constraint)`.
@@ -73,8 +73,8 @@ class Hurty(AbstractReduction):
         Rows are in the order of the interface.  RR = CC = 1, and CR is what a rigid motion does at the redundant
         bonds, so that it costs no stiffness.  Source: S1 (14), (20).
         """
-        system = system.dense()
-        rigid, outer = supports(system, self.determinate), system.interface
+        system = system.to_dense()
+        rigid, outer = determinate_rows(system, self.determinate), system.interface
         redundant = tuple(c for c in outer if c not in rigid)
         d, b = len(rigid), len(outer)
         inner, _ = partition(system.num_rows, rigid)
@@ -86,14 +86,14 @@ class Hurty(AbstractReduction):
 
     def motions(self, system: LinearSystem) -> VirtualMotions:
         """Rigid, constraint and normal motions of all coordinates, with what works on them.  Source: S1 (14)-(20)."""
-        system = system.dense()
-        b, d = system.num_interface, len(supports(system, self.determinate))
+        system = system.to_dense()
+        b, d = system.num_interface, len(determinate_rows(system, self.determinate))
         basis = CraigBampton(self.num_modes).of(system).basis
         shapes = jnp.concatenate([basis[:, :b] @ self.connection(system), basis[:, b:]], axis=1)
         return VirtualMotions(shapes, (d, b - d, self.num_modes), system.interface)
 
 
-def supports(system: LinearSystem, determinate: Iterable[CoordinateLike] | None) -> tuple[int, ...]:
+def determinate_rows(system: LinearSystem, determinate: Iterable[CoordinateLike] | None) -> tuple[int, ...]:
     """Rows of the determinate coordinates, those given or `determinate_coordinates`.  Raises: ValueError."""
     if determinate is None:
         return determinate_coordinates(system)

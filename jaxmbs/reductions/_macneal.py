@@ -7,8 +7,8 @@ import numpy as np
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..vibration._modes import stable_modes
-from ._base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
-from ._mixed import attachment_modes, count_rigid, explicit_interface
+from ._base import AbstractReduction, Reduced, check_num_modes, project, reduced_labels, symmetric_partition
+from ._mixed import attachment_modes, count_rigid, make_interface_explicit
 
 
 class MacNeal(AbstractReduction):
@@ -32,9 +32,9 @@ class MacNeal(AbstractReduction):
     num_rigid: int | None = eqx.field(static=True, default=None)
 
     def of(self, system: LinearSystem) -> Reduced:
-        system, num = system.dense(), self.num_modes
-        inner, outer, K, M = admitted(system)
-        system = system.changed(stiffness=K, mass=M)
+        system, num = system.to_dense(), self.num_modes
+        inner, outer, K, M = symmetric_partition(system)
+        system = system.replace(stiffness=K, mass=M)
         rigid = count_rigid(K, M) if self.num_rigid is None else self.num_rigid
         check_num_modes(num, len(inner))
         b, modes = len(outer), stable_modes(K=K, M=M, num=num, num_rigid=rigid)
@@ -44,13 +44,13 @@ class MacNeal(AbstractReduction):
         own = elastic.T @ K @ elastic  # diagonal; its derivatives see how a group of equal values splits
         residual = residual - elastic @ square.solve(own, elastic.T @ loads)
         order = np.concatenate([outer, inner])
-        moved, (shapes,) = explicit_interface(residual[order], (modes.shapes[order],), b)
+        moved, (shapes,) = make_interface_explicit(residual[order], (modes.shapes[order],), b)
         basis = jnp.zeros((len(order), b + num), moved.dtype)
         basis = basis.at[order].set(jnp.concatenate([moved, shapes], axis=1))
-        labels = labelled(system, rigid=rigid, normal=num - rigid)
+        labels = reduced_labels(system, rigid=rigid, normal=num - rigid)
         whole = project(system, basis, labels, massless=range(b))
 
         def of_modes(A):
             return jnp.zeros_like(whole.mass).at[b:, b:].set(modes.shapes.T @ A @ modes.shapes)
 
-        return whole.changed(mass=of_modes(M), damping=None if system.damping is None else of_modes(system.damping))
+        return whole.replace(mass=of_modes(M), damping=None if system.damping is None else of_modes(system.damping))

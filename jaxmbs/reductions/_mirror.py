@@ -12,11 +12,11 @@ from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..typing import CoordinateLike
 from ._base import AbstractReduction
-from ._placement import CLOSE
+from ._placement import POSITION_TOLERANCE
 from ._symmetry_subspace import SymmetrySubspace
 
 
-def _names(nodes: Iterable[CoordinateLike] | None) -> tuple | None:
+def _as_tuple(nodes: Iterable[CoordinateLike] | None) -> tuple | None:
     return None if nodes is None else tuple(nodes)
 
 
@@ -44,15 +44,15 @@ class Mirror(AbstractReduction):
     keeps_all = True
 
     normal: str = eqx.field(static=True)
-    nodes: tuple | None = eqx.field(static=True, default=None, converter=_names)
+    nodes: tuple | None = eqx.field(static=True, default=None, converter=_as_tuple)
     antisymmetric: bool = eqx.field(static=True, default=False)
 
     def of(self, system: LinearSystem) -> SymmetrySubspace:
-        system = system.dense()
+        system = system.to_dense()
         if self.normal not in DIRECTIONS[:3]:
             raise ModelError([f"the normal {self.normal!r} is none of {', '.join(DIRECTIONS[:3])}"])
         plane = system.interface if self.nodes is None else system.rows(*self.nodes)
-        _check(system, plane, self.normal, self.nodes is None and not plane)
+        _check_plane(system, plane, self.normal, self.nodes is None and not plane)
         image, family = image_signs(system, self.normal), -1.0 if self.antisymmetric else 1.0
         gone = {i for i in plane if image[i] != family}
         interface = [i for i in system.interface if i not in gone]
@@ -78,7 +78,7 @@ def image_signs(system: LinearSystem, normal: str) -> np.ndarray:
     return np.array([-1.0 if direction in flipped else 1.0 for _, direction in system.coordinates])
 
 
-def _check(system, plane, normal, unsaid):
+def _check_plane(system, plane, normal, unsaid):
     bare = [system.label(i) for i in plane if not system.coordinates[i][1]]
     faults = [f"coordinates on the plane have directions, {', '.join(bare[:5])} has none"] if bare else []
     faults += ["no node is on the plane: name them, make them the interface, or say nodes=()"] if unsaid else []
@@ -87,7 +87,7 @@ def _check(system, plane, normal, unsaid):
         places = np.asarray(system.positions)[[system.nodes.index(node) for node in nodes]]
         size = max(float(np.ptp(np.asarray(system.positions))), 1e-300)
         apart = np.abs(places[:, DIRECTIONS.index(normal)] - np.median(places[:, DIRECTIONS.index(normal)]))
-        off = [node for node, gap in zip(nodes, apart, strict=True) if gap > CLOSE * size]
+        off = [node for node, gap in zip(nodes, apart, strict=True) if gap > POSITION_TOLERANCE * size]
         faults += [f"nodes {', '.join(off[:5])} are not in one plane across {normal} with the others"] if off else []
     if faults:
         raise ModelError(faults)

@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
-from ..elements._base import optional
-from ..linear._condensation import check_held
+from ..elements._base import as_optional_real
+from ..linear._condensation import check_nonsingular
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..vibration._modes import stable_modes
-from ._base import AbstractReduction, Reduced, admitted, check_num_modes, labelled, project
+from ._base import AbstractReduction, Reduced, check_num_modes, project, reduced_labels, symmetric_partition
 
 
 class Mixed(AbstractReduction):
@@ -36,13 +36,13 @@ class Mixed(AbstractReduction):
 
     num_modes: int = eqx.field(static=True)
     fixed: tuple = eqx.field(static=True, default=())
-    load: Float[Array, "c c"] | None = eqx.field(converter=optional, default=None)
+    load: Float[Array, "c c"] | None = eqx.field(converter=as_optional_real, default=None)
     num_rigid: int | None = eqx.field(static=True, default=None)
 
     def of(self, system: LinearSystem) -> Reduced:
-        system = system.dense()
-        inner, outer, stiffness, mass = admitted(system)
-        system = system.changed(stiffness=stiffness, mass=mass)
+        system = system.to_dense()
+        inner, outer, stiffness, mass = symmetric_partition(system)
+        system = system.replace(stiffness=stiffness, mass=mass)
         held = np.asarray(system.rows(*self.fixed), int)
         if not np.all(np.isin(held, outer)):
             stray = ", ".join(system.label(i) for i in np.setdiff1d(held, outer))
@@ -60,12 +60,12 @@ class Mixed(AbstractReduction):
         loads = jnp.eye(len(rest), dtype=K.dtype)[:, : len(loose)]
         loads = jnp.concatenate([loads, -stiffness[rest][:, held]], axis=1)
         static = attachment_modes(K, M, loads, modes[:, :rigid])
-        moved, shapes = explicit_interface(static[:, : len(loose)], (static[:, len(loose) :], modes), len(loose))
-        basis = _basis(len(stiffness), outer, held, rest, moved, *shapes)
-        return project(system, basis, labelled(system, rigid=rigid, normal=self.num_modes - rigid))
+        moved, shapes = make_interface_explicit(static[:, : len(loose)], (static[:, len(loose) :], modes), len(loose))
+        basis = _assemble_basis(len(stiffness), outer, held, rest, moved, *shapes)
+        return project(system, basis, reduced_labels(system, rigid=rigid, normal=self.num_modes - rigid))
 
 
-def _basis(n, outer, held, rest, moved, at_held, modes):
+def _assemble_basis(n, outer, held, rest, moved, at_held, modes):
     """Columns of the interface in its order, loose and held ones as they come, then the modes."""
     b, fixed = len(outer), np.array([int(np.flatnonzero(outer == c)[0]) for c in held], int)
     loose = np.flatnonzero(~np.isin(outer, held))
@@ -84,11 +84,11 @@ def attachment_modes(stiffness, mass, loads, rigid):
     carried = mass @ rigid
     saddle = jnp.block([[stiffness, carried], [carried.T, jnp.zeros((d, d), stiffness.dtype)]])
     solution = square.solve(saddle, jnp.concatenate([loads, jnp.zeros((d, loads.shape[1]), loads.dtype)]))[:n]
-    check_held(solution, "the fixed interface")
+    check_nonsingular(solution, "the fixed interface")
     return solution
 
 
-def explicit_interface(attachment, others, c):
+def make_interface_explicit(attachment, others, c):
     """Columns of attachment modes and of others, combined so that the first c rows are the identity and zero."""
     moved = square.solve(attachment[:c].T, attachment.T).T
     return moved, [shapes - moved @ shapes[:c] for shapes in others]

@@ -9,18 +9,18 @@ import numpy as np
 from ..checks import is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
-from ..linear._labels import spoken
+from ..linear._labels import format_label
 from ..linear._system import LinearSystem
 from ..typing import ArrayLike
 from ._base import Reduced
 
-Same = TypeVar("Same", bound=LinearSystem)
+SystemT = TypeVar("Same", bound=LinearSystem)
 
 #: Axes of a turn must be orthogonal, and places meet, up to this.
-CLOSE = 1e-6
+POSITION_TOLERANCE = 1e-6
 
 
-def rotated(system: Same, axes: ArrayLike) -> Same:
+def rotate(system: SystemT, axes: ArrayLike) -> SystemT:
     """The same system turned or mirrored about the origin: what was at r is at `axes @ r`, and moves `axes @ u`.
 
     A rotation is an axial vector: of a mirror image it is `-axes @ theta`.  The way back of what was reduced leads to
@@ -31,8 +31,8 @@ def rotated(system: Same, axes: ArrayLike) -> Same:
     Raises: ModelError for axes that are not, and for nodes without the directions that the turn would give them.
     Source: S1 (3), section 5.
     """
-    system = system.dense()
-    E, mixed = turning(system.coordinates, axes)
+    system = system.to_dense()
+    E, mixed = coordinate_rotation(system.coordinates, axes)
     E = jnp.asarray(E, system.dtype)
     light = set(system.massless)
     changes: dict[str, Any] = {
@@ -44,17 +44,19 @@ def rotated(system: Same, axes: ArrayLike) -> Same:
     if isinstance(system, Reduced):
         changes["basis"] = system.basis @ E.T
     massless = tuple(i for i in system.massless if light.issuperset(np.flatnonzero(mixed[i]).tolist()))
-    return system.changed(massless=massless, **changes)
+    return system.replace(massless=massless, **changes)
 
 
-def turning(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarray]:
+def coordinate_rotation(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarray]:
     """E (n, n) with `x = E x_own` for coordinates that turn with `axes`; which of them may mix (n, n).
 
-    NumPy's where the axes are.  Raises: as `rotated`.
+    NumPy's where the axes are.  Raises: as `rotate`.
     """
     xp: Any = np if is_concrete(axes) else jnp
     axes = xp.asarray(axes)
-    if axes.shape != (3, 3) or (is_concrete(axes) and not np.allclose(axes @ axes.T, np.eye(3), rtol=0, atol=CLOSE)):
+    if axes.shape != (3, 3) or (
+        is_concrete(axes) and not np.allclose(axes @ axes.T, np.eye(3), rtol=0, atol=POSITION_TOLERANCE)
+    ):
         raise ModelError(["axes to turn by must be (3, 3) of unit rows, square to each other"])
     number = {node: k for k, node in enumerate(dict.fromkeys(node for node, _ in labels))}
     node = np.array([number[name] for name, _ in labels], int)
@@ -64,9 +66,11 @@ def turning(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarr
     six = xp.block([[axes, zero], [zero, spin]])
     E = xp.where(alike, six[along[:, None], along[None]], np.eye(len(labels), dtype=axes.dtype))
     lost = (
-        np.abs(np.sum(E * E, axis=0) - 1) > CLOSE if is_concrete(axes) else (along >= 0) & (np.sum(alike, axis=1) < 3)
+        np.abs(np.sum(E * E, axis=0) - 1) > POSITION_TOLERANCE
+        if is_concrete(axes)
+        else (along >= 0) & (np.sum(alike, axis=1) < 3)
     )
     if np.any(lost):
-        named = ", ".join(spoken(label) for label, gone in zip(labels, lost, strict=True) if gone)
+        named = ", ".join(format_label(label) for label, gone in zip(labels, lost, strict=True) if gone)
         raise ModelError([f"turned, {named} would move in directions that the node does not have"])
     return E, alike | np.eye(len(labels), dtype=bool)

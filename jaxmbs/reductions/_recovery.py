@@ -11,14 +11,14 @@ from jax import lax
 from jaxtyping import Array
 
 from ..linear._condensation import interface_basis, partition
-from ..linear._storage import inexact
+from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..typing import AnyArray, CoordinateLike
 from ._craig_chang import inertia_relief
 
 
-def harmonic(amplitudes: AnyArray, omega: AnyArray) -> tuple[AnyArray, Array, Array]:
+def harmonic_amplitudes(amplitudes: AnyArray, omega: AnyArray) -> tuple[AnyArray, Array, Array]:
     """Displacement, velocity, acceleration amplitudes of (frequencies, n) at omega (frequencies,) [rad/s]."""
     rate = lax.complex(jnp.zeros_like(omega), omega)[:, None]
     return amplitudes, rate * amplitudes, rate**2 * amplitudes
@@ -37,8 +37,8 @@ def mode_acceleration(
 
     What modes were left out then acts statically.  Source: S1 (31).
     """
-    x, (inner, outer) = _coordinates(system, x), partition(system.num_rows, system.interface)
-    force = _inertial(system, x_ddot, load, x_dot)[..., inner]
+    x, (inner, outer) = _check_coordinates(system, x), partition(system.num_rows, system.interface)
+    force = _residual_forces(system, x_ddot, load, x_dot)[..., inner]
     dtype = np.result_type(x.dtype, force.dtype)
     x, force = x.astype(dtype), force.astype(dtype)
     K_NN = system.stiffness[inner][:, inner].astype(dtype)
@@ -61,8 +61,8 @@ def mode_acceleration_free(
 
     Source: S1 (31).
     """
-    held, force = system.rows(*determinate), _inertial(system, x_ddot, load, x_dot)
-    x = _coordinates(system, x)
+    held, force = system.rows(*determinate), _residual_forces(system, x_ddot, load, x_dot)
+    x = _check_coordinates(system, x)
     dtype = np.result_type(x.dtype, force.dtype)
     x, force = x.astype(dtype), force.astype(dtype)
     R = interface_basis(system.stiffness, held).astype(dtype)
@@ -79,31 +79,31 @@ def interface_forces(
 
     As good as x: take x of `mode_acceleration`, whose arguments these are.  Source: S1 (3), (30).
     """
-    x, (_, outer) = _coordinates(system, x), partition(system.num_rows, system.interface)
-    return x @ system.stiffness[outer].T.astype(x.dtype) - _inertial(system, x_ddot, load, x_dot)[..., outer]
+    x, (_, outer) = _check_coordinates(system, x), partition(system.num_rows, system.interface)
+    return x @ system.stiffness[outer].T.astype(x.dtype) - _residual_forces(system, x_ddot, load, x_dot)[..., outer]
 
 
-def _coordinates(system, x):
+def _check_coordinates(system, x):
     """x as numbers that are not whole.  Raises: ValueError for another number of coordinates."""
     if x.shape[-1:] != (system.num_rows,):
         raise ValueError(f"displacements have shape {x.shape}, not (..., {system.num_rows})")
-    return inexact(x)
+    return as_inexact(x)
 
 
 def element_loads(element_stiffness: AnyArray, element_map: AnyArray, x: AnyArray) -> AnyArray:
     """`F_e = k_e T_e x` (..., m) of an element with stiffness (m, m) and map (m, n).  Source: S1 (30)."""
-    x, k_T = inexact(x), element_stiffness @ element_map
+    x, k_T = as_inexact(x), element_stiffness @ element_map
     dtype = np.result_type(x.dtype, k_T.dtype)
     return x.astype(dtype) @ k_T.T.astype(dtype)
 
 
-def _inertial(system, x_ddot, load, x_dot):
+def _residual_forces(system, x_ddot, load, x_dot):
     """`F - M x'' - C x'`."""
-    x_ddot = inexact(x_ddot)
+    x_ddot = as_inexact(x_ddot)
     force = -(x_ddot @ system.mass.T.astype(x_ddot.dtype))
     parts = [] if load is None else [load]
     if system.damping is not None and x_dot is not None:
-        x_dot = inexact(x_dot)
+        x_dot = as_inexact(x_dot)
         parts.append(-(x_dot @ system.damping.T.astype(x_dot.dtype)))
     dtype = np.result_type(force.dtype, *(part.dtype for part in parts))
     return sum((part.astype(dtype) for part in parts), force.astype(dtype))

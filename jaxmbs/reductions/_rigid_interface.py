@@ -15,7 +15,7 @@ from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike, RowsLike
-from ._base import Reduced, numbered, project
+from ._base import Reduced, numbered_labels, project
 
 
 def rigid_body_motions(positions: AnyArray, reference: ArrayLike, rotations: bool = True) -> Float[Array, "n 6"]:
@@ -95,14 +95,14 @@ def averaged_transformation(
     return W.at[others, k + np.arange(len(others))].set(1.0)
 
 
-def on_interface(system: LinearSystem, W: AnyArray, num: int) -> Reduced:
+def transform_interface(system: LinearSystem, W: AnyArray, num: int) -> Reduced:
     """The component in the coordinates `x = W y`, the first `num` its interface, the others "inner 0", "inner 1", ...
 
     `reduce(on_interface(s, W, 6), CraigBampton(20))` is Craig and Bampton's on a rigid or averaged interface.
     """
     W = jnp.asarray(W)
-    made = project(system, W, (*numbered("interface", num), *numbered("inner", W.shape[1] - num)), num)
-    return made.within(system) if isinstance(system, Reduced) else made
+    made = project(system, W, (*numbered_labels("interface", num), *numbered_labels("inner", W.shape[1] - num)), num)
+    return made.chain_to(system) if isinstance(system, Reduced) else made
 
 
 def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: ArrayLike | None = None) -> Reduced:
@@ -130,5 +130,5 @@ def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: Array
     places = {name: place} | {n: p for n, p in zip(s.nodes, s.positions, strict=True) if n not in nodes}
     M, K, C = (None if A is None else W.T @ A @ W for A in (s.mass, s.stiffness, s.damping))
     made = Reduced(s, W, mass=M, stiffness=K, damping=C, coordinates=labels, positions=places)
-    made = made.within(s) if isinstance(s, Reduced) else made
+    made = made.chain_to(s) if isinstance(s, Reduced) else made
     return made.with_interface(name, *(s.coordinates[i] for i in s.interface if i in set(kept)))

@@ -3,7 +3,7 @@
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ..elements._base import optional
+from ..elements._base import as_optional_real
 from ..linear._system import LinearSystem
 from ._base import AbstractReduction, Reduced
 from ._mixed import Mixed
@@ -22,7 +22,7 @@ class Rubin(AbstractReduction):
     """
 
     num_modes: int = eqx.field(static=True)
-    load: Float[Array, "c c"] | None = eqx.field(converter=optional, default=None)
+    load: Float[Array, "c c"] | None = eqx.field(converter=as_optional_real, default=None)
     num_rigid: int | None = eqx.field(static=True, default=None)
 
     def of(self, system: LinearSystem) -> Reduced:

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from ..linear._storage import inexact
+from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..typing import AnyArray
 from ._base import Reduced
@@ -18,7 +18,7 @@ class SymmetrySubspace(Reduced):
     A linear system whose coordinates, forces and reactions are those of the first part; what acts on it by name acts
     on the others too, as the family has it.  What is joined has to be of the same family.  Motions of different
     families have nothing to do with each other: all families together are the structure, any forces on it are shared
-    out to them by `gathered`, and its motion is the sum of their `parts`.
+    out to them by `gather_forces`, and its motion is the sum of their `part_displacements`.
 
     Attributes:
         copies: (parts, n, r), displacements of all coordinates of every part, in its own axes, which are turned or
@@ -44,27 +44,27 @@ class SymmetrySubspace(Reduced):
         super().__init__(whole, copies[0], num_interface, **options)
         self.copies, self.axes, self.share = copies, axes, share
 
-    def parts(self, rho: AnyArray) -> Array:
+    def part_displacements(self, rho: AnyArray) -> Array:
         """Displacements (..., parts, n) of all parts, each in its own axes, from reduced ones (..., r).
 
         Source: S1 (5), section 5.
         """
-        rho = inexact(rho)
+        rho = as_inexact(rho)
         return jnp.einsum("pnr,...r->...pn", self.copies.astype(rho.dtype), rho)
 
-    def gathered(self, forces: AnyArray) -> Array:
+    def gather_forces(self, forces: AnyArray) -> Array:
         """The family's part (..., r) in forces (..., parts, n) on all parts, each in its own axes.
 
         Source: S1 (18), section 5.
         """
-        forces = inexact(forces)
+        forces = as_inexact(forces)
         return self.share * jnp.einsum("pnr,...pn->...r", self.copies.astype(forces.dtype), forces)
 
-    def within(self, whole: Reduced) -> "SymmetrySubspace":
+    def chain_to(self, whole: Reduced) -> "SymmetrySubspace":
         """As of `Reduced`; the images of what is of a family itself are all told, the first one's first."""
         outer, axes, share = whole.basis[None], jnp.eye(3, dtype=self.axes.dtype)[None], self.share
         if isinstance(whole, SymmetrySubspace):
             outer, axes, share = whole.copies, whole.axes, whole.share * share
         copies = jnp.einsum("anm,bmr->banr", outer, self.copies).reshape(-1, outer.shape[1], self.copies.shape[2])
         axes = jnp.einsum("bij,ajk->baik", self.axes, axes).reshape(-1, 3, 3)
-        return self.changed(basis=copies[0], copies=copies, axes=axes, share=share, whole=whole.whole)
+        return self.replace(basis=copies[0], copies=copies, axes=axes, share=share, whole=whole.whole)

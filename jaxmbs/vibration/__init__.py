@@ -27,8 +27,8 @@ from ._modal_equations import ModalMotion, base_load, modal_motion, oscillations
 from ._modal_response import modal_response
 from ._mode_shapes import effective_masses, mac, mode_ratios, participation, track_modes
 from ._modes import Modes, natural_modes
-from ._questions import equilibrium, frequency_response, modes
 from ._receptance import modal_receptance, receptance, transmissibility, viscous_receptance
+from ._system_analysis import frequency_response, modes
 from ._transfer_matrix import modal_transfer_matrix, transfer_matrix
 from ._transient import simulate
 
@@ -48,7 +48,6 @@ __all__ = [
     "dense_response",
     "direct_response",
     "effective_masses",
-    "equilibrium",
     "frequency_response",
     "gain_from_mobility",
     "generalised_stiffness",

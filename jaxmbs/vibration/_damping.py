@@ -8,7 +8,7 @@ from jax import lax
 from jaxtyping import Array, Bool, Complex
 
 from ..checks import is_concrete
-from ..elements._base import number
+from ..elements._base import as_real
 from ..linear._storage import Matrix
 from ..linear._symmetric import check_mass, check_symmetric
 from ..math import _square as square
@@ -50,7 +50,7 @@ def modal_damping(*, K: AnyArray, M: AnyArray, ratios: ArrayLike) -> Array:
     Raises: ValueError for negative stiffness, whose modes have no damping ratio, if concrete; else NaN.
     Source: S1 (40).
     """
-    K, M = number(K), number(M)
+    K, M = as_real(K), as_real(M)
     modes = lax.stop_gradient(stable_modes(K=K, M=M))
     moving = (~modes.is_rigid).astype(K.dtype) + 0.0 * modes.shapes[0]  # NaN where it is unstable
     return M @ spectral(_modal_rate, K, M, as_dtype(ratios, K.dtype), moving) @ M

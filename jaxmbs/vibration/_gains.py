@@ -34,12 +34,12 @@ def mobility_from_gain(gain: Number | complex, total_mass: Number, omega: Number
 
     The force is that of the whole mass M moving with the reference.  Source: S1 (44).
     """
-    return gain * _beside(gain, omega / generalised_stiffness(total_mass, omega))
+    return gain * _match_dtype(gain, omega / generalised_stiffness(total_mass, omega))
 
 
 def gain_from_mobility(mobility: Number | complex, total_mass: Number, omega: Number) -> Number | complex:
     """`k_g = kbar B / w_C` at a mode omega [rad/s]: the inverse of `mobility_from_gain`.  Source: S1 (45)."""
-    return mobility * _beside(mobility, generalised_stiffness(total_mass, omega) / omega)
+    return mobility * _match_dtype(mobility, generalised_stiffness(total_mass, omega) / omega)
 
 
 def generalised_stiffness(total_mass: Number, omega: Number) -> Number:
@@ -47,7 +47,7 @@ def generalised_stiffness(total_mass: Number, omega: Number) -> Number:
     return total_mass * omega**2
 
 
-def _beside(value, factor):
+def _match_dtype(value, factor):
     """A real factor in the type of complex arrays."""
     return jnp.asarray(factor, value.dtype) if hasattr(value, "dtype") and jnp.iscomplexobj(value) else factor
 

@@ -67,7 +67,7 @@ def harmonic_response(
 
     Raises: UnknownNameError; ValueError for forces that do not fit.  Source: S1 (3), (40)-(41).
     """
-    system = system if isinstance(system.stiffness, BlockMatrix) else system.dense()
+    system = system if isinstance(system.stiffness, BlockMatrix) else system.to_dense()
     complex_type = np.result_type(system.dtype, np.complex64)
     omega, loss = (jnp.asarray(value, np.finfo(complex_type).dtype) for value in (omega, loss))
     load = system.load(forces).astype(complex_type)

@@ -14,7 +14,7 @@ from ..runtime import lapack
 from ._modes import Modes
 
 #: Vectors of a block: the largest group of equal values that is surely found whole.
-WIDTH = 8
+BLOCK_WIDTH = 8
 
 
 def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 30) -> Modes:
@@ -34,7 +34,7 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
     Returns: shapes (blocks * size, num).  Source: S1 (33)-(37).
     """
     _check_size(mass, num)
-    values, X = _lowest(num, sweeps, stiffness, mass)
+    values, X = _block_lanczos(num, sweeps, stiffness, mass)
     return Modes(values, X.reshape(-1, num), jnp.zeros(num, bool))
 
 
@@ -42,21 +42,21 @@ def _check_size(mass, num):
     """The blocks of vectors must fit in the space of what has mass, or they find shapes that are none."""
     if is_concrete(mass.diagonal):
         heavy = np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
-        if heavy < num + WIDTH:
+        if heavy < num + BLOCK_WIDTH:
             raise ValueError(f"{heavy} coordinates with mass are too few for block matrices: make them dense")
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))
-def _lowest(num, sweeps, K, M):
+def _block_lanczos(num, sweeps, K, M):
     n, b = M.pattern.shape
     dtype = M.diagonal.dtype
-    width = min(WIDTH, n * b)
+    width = min(BLOCK_WIDTH, n * b)
     keep, depth = num + width, 2 + 2 * num // width
     tolerance = max(10 * jnp.finfo(dtype).eps ** (2 / 3), 1e4 * jnp.finfo(dtype).eps)
 
     def grow(d, state):
         X, spaces = state
-        X, MX = _orthonormal(M, X, *spaces[:2])
+        X, MX = _orthonormalise(M, X, *spaces[:2])
         blocks = X, MX, solve(K, MX)
         at = lambda space, block: lax.dynamic_update_slice(space, block, (0, 0, keep + d * width))  # noqa: E731
         return blocks[2], tuple(at(*pair) for pair in zip(spaces, blocks, strict=True))
@@ -65,14 +65,14 @@ def _lowest(num, sweeps, K, M):
         X, kept, *_, count = state
         spaces = tuple(jnp.concatenate([A, jnp.zeros((n, b, depth * width), dtype)], axis=2) for A in kept)
         X, (V, MV, Z) = lax.fori_loop(0, depth, grow, (X, spaces))
-        H = _dots(MV, Z)
+        H = _inner_products(MV, Z)
         inverse, Y = lapack.eigh((H + H.T) / 2)
         inverse, Y = inverse[::-1][:num], Y[:, ::-1][:, :keep]
         kept = tuple(A @ Y for A in (V, MV, Z))
         AX = kept[2][:, :, :num]
         miss = AX - kept[0][:, :, :num] * inverse[None, None, :]
         error = jnp.sqrt(jnp.max(jnp.sum(miss**2, (0, 1)) / jnp.sum(AX**2, (0, 1))))
-        return X - V @ _dots(MV, X), kept, 1 / inverse, error, count + 1
+        return X - V @ _inner_products(MV, X), kept, 1 / inverse, error, count + 1
 
     X = solve(K, M @ jax.random.normal(jax.random.key(0), (n, b, width), dtype))
     start = (X, (jnp.zeros((n, b, keep), dtype),) * 3, jnp.zeros(num, dtype), jnp.ones((), dtype), 0)
@@ -80,52 +80,52 @@ def _lowest(num, sweeps, K, M):
     return jnp.where(state[3] <= tolerance, state[2], jnp.nan), state[1][0][:, :, :num]
 
 
-def _orthonormal(M, X, V, MV):
+def _orthonormalise(M, X, V, MV):
     """X made M-orthonormal, and to the columns V; those that add nothing become zero.  And M X."""
     eps = jnp.finfo(X.dtype).eps
     size = jnp.sqrt(jnp.sum(X**2, (0, 1)))
     X = X / jnp.where(size > 0, size, 1.0)[None, None, :]
-    C = _dots(MV, X)
+    C = _inner_products(MV, X)
     X = X - V @ C
     MX = M @ X
-    whole = jnp.max(jnp.sum(C**2, 0) + jnp.diagonal(_dots(X, MX)))
-    X, MX = _normalised(X, MX, (100 * eps) ** 2 * whole)
-    C = _dots(MV, X)
-    return _normalised(X - V @ C, MX - MV @ C, jnp.zeros_like(whole))
+    whole = jnp.max(jnp.sum(C**2, 0) + jnp.diagonal(_inner_products(X, MX)))
+    X, MX = _normalise(X, MX, (100 * eps) ** 2 * whole)
+    C = _inner_products(MV, X)
+    return _normalise(X - V @ C, MX - MV @ C, jnp.zeros_like(whole))
 
 
-def _normalised(X, MX, least):
-    G = _dots(X, MX)
+def _normalise(X, MX, least):
+    G = _inner_products(X, MX)
     values, U = lapack.eigh((G + G.T) / 2)
     kept = values > jnp.maximum(least, 100 * jnp.finfo(X.dtype).eps * values[-1])
     U = jnp.where(kept[None], U / jnp.sqrt(jnp.where(kept, values, 1.0))[None], 0.0)
     return X @ U, MX @ U
 
 
-def _dots(A, B):
+def _inner_products(A, B):
     return A.reshape(-1, A.shape[2]).T @ B.reshape(-1, B.shape[2])
 
 
-@_lowest.defjvp
-def _lowest_jvp(num, sweeps, primals, tangents):
+@_block_lanczos.defjvp
+def _block_lanczos_jvp(num, sweeps, primals, tangents):
     (K, M), (K_dot, M_dot) = primals, tangents
-    values, X = _lowest(num, sweeps, K, M)
+    values, X = _block_lanczos(num, sweeps, K, M)
     change = M_dot @ X
     R = K_dot.matrix @ X - change * values[None, None, :]
-    P, Q = _dots(X, R), _dots(X, change)
+    P, Q = _inner_products(X, R), _inner_products(X, change)
     together = same(values)
     gap = jnp.where(together, 1.0, values[None, :] - values[:, None])
     kept = X @ jnp.where(together, -0.5 * Q, P / gap)
-    flat = of_groups(values, X.reshape(-1, num), (kept - _rest(K, M, values, X, R)).reshape(-1, num))
+    flat = of_groups(values, X.reshape(-1, num), (kept - _solve_in_complement(K, M, values, X, R)).reshape(-1, num))
     return (values, X), (jnp.diagonal(P), flat.reshape(X.shape))
 
 
-def _rest(K, M, values, X, right):
+def _solve_in_complement(K, M, values, X, right):
     """Y among the other modes with `K Y - M Y diag(values) = right`, by preconditioned conjugate gradients."""
     K, M, values, X = lax.stop_gradient((K, M, values, X))
     MX = M @ X
-    outside = lambda Y: Y - X @ _dots(MX, Y)  # noqa: E731
-    balanced = lambda B: B - MX @ _dots(X, B)  # noqa: E731
+    outside = lambda Y: Y - X @ _inner_products(MX, Y)  # noqa: E731
+    balanced = lambda B: B - MX @ _inner_products(X, B)  # noqa: E731
     inner = lambda A, B: jnp.sum(A * B, (0, 1), keepdims=True)  # noqa: E731
 
     def apply(Y):

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..forces import AbstractScalarLaw
-from ..linear._massless import condensed
+from ..linear._massless import condense_massless
 from ..linear._system import LinearSystem
 from ..runtime import as_array
 from ..typing import AnyArray, ScalarLike
@@ -94,7 +94,7 @@ class LinearMotion(eqx.Module):
         """
         if self.ratios is None:
             return self.displacement, self.velocity, self.acceleration
-        whole = condensed(system.dense(), damped=False)
-        K, M, velocity = whole.system.stiffness, whole.system.mass, whole.start(self.velocity)
+        whole = condense_massless(system.to_dense(), damped=False)
+        K, M, velocity = whole.system.stiffness, whole.system.mass, whole.heavy_part(self.velocity)
         lag = whole.expand(modal_lag(K=K, M=M, ratios=self.ratios, velocity=velocity))
         return self.displacement + lag, None, self.acceleration

@@ -57,7 +57,7 @@ def track_modes(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Mo
     """
     if reference.shapes.shape[1] > modes.shapes.shape[1]:
         raise ValueError(f"{reference.shapes.shape[1]} modes cannot be found among {modes.shapes.shape[1]}")
-    moved = modes.part(_best_pairs(lax.stop_gradient(mac(reference.shapes, modes.shapes, M))))
+    moved = modes.select(_best_pairs(lax.stop_gradient(mac(reference.shapes, modes.shapes, M))))
     measured = moved.shapes if M is None else M @ moved.shapes
     alike = lax.stop_gradient(jnp.where(same(moved.values), measured.T @ reference.shapes, 0.0))
     least = jnp.finfo(alike.dtype).eps ** 0.5 * jnp.eye(

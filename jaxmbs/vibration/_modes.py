@@ -12,16 +12,16 @@ from jaxtyping import Array, Complex, Float, Inexact, Int
 
 from ..checks import is_concrete, place_of
 from ..linear._condensation import interface_basis
-from ..linear._labels import label
+from ..linear._labels import parse_label
 from ..linear._rigid_flags import rigid_flags
-from ..linear._symmetric import check_mass, symmetric
+from ..linear._symmetric import check_mass, require_symmetric
 from ..math._eigen import eigh, same
 from ..runtime import jit
 from ..tables import format_number, table_repr
 from ..typing import AnyArray, CoordinateLike, ScalarLike
 
 
-def _told(modes):
+def _table_rows(modes):
     """Every mode in a row, a pair of conjugates in one."""
     hertz, ratios = np.asarray(modes.frequencies), np.asarray(modes.damping_ratios)
     rigid, unstable = np.asarray(modes.is_rigid), np.asarray(modes.is_unstable)
@@ -67,7 +67,7 @@ class Modes(eqx.Module):
     rounding: Float[Array, " m"] | None = None
     coordinates: tuple[str, ...] = eqx.field(static=True, default=())
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_table_rows)
 
     @property
     def is_complex(self) -> bool:
@@ -134,7 +134,7 @@ class Modes(eqx.Module):
         rows = (
             list(self.coordinates or map(str, range(len(shapes))))
             if coordinates is None
-            else [" ".join(filter(None, label(c))) for c in coordinates]
+            else [" ".join(filter(None, parse_label(c))) for c in coordinates]
         )
         data = {
             "frequency": ("mode", np.asarray(self.frequencies), {"units": "Hz"}),
@@ -159,8 +159,8 @@ class Modes(eqx.Module):
         """How many modes are rigid; not under tracing."""
         return int(np.sum(np.asarray(self.is_rigid)))
 
-    def part(self, selection: slice | AnyArray) -> "Modes":
-        """Some of the modes: `modes.part(slice(modes.num_rigid, None))` the elastic ones."""
+    def select(self, selection: slice | AnyArray) -> "Modes":
+        """Some of the modes: `modes.select(slice(modes.num_rigid, None))` the elastic ones."""
         roots, left, rounding = (None if a is None else a[selection] for a in (self.roots, self.left, self.rounding))
         chosen = self.values[selection], self.shapes[:, selection], self.is_rigid[selection]
         return Modes(*chosen, roots, left, rounding, self.coordinates)
@@ -195,7 +195,7 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
 
     Args:
         K, M: (n, n), M positive definite.
-        num: how many (default all); with `complete` it should not cut a group.
+        num: how many (default all); with `complete_group` it should not cut a group.
         num_rigid: how many are rigid, if known: those of the smallest values; else see `rigid_flags`.
 
     Negative stiffness is no error here: see `Modes.is_unstable`.
@@ -205,7 +205,7 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
     the modes of unsymmetric ones are NaN).
     Source: S1 (33)-(37).
     """
-    K, M = symmetric(stiffness=K, mass=M)
+    K, M = require_symmetric(stiffness=K, mass=M)
     if len(K) == 0:
         raise ValueError("there are no coordinates, and so no modes: the stiffness is of shape (0, 0)")
     if num is not None and not 0 <= num <= len(K):
@@ -217,7 +217,7 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
         rigid = rigid_flags(K, values, shapes)
     else:
         rigid = jnp.argsort(jnp.argsort(jnp.abs(values))) < num_rigid
-    return Modes(values, shapes, rigid).part(slice(0, num))
+    return Modes(values, shapes, rigid).select(slice(0, num))
 
 
 @jit
@@ -250,7 +250,7 @@ def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid:
     elif np.any(np.asarray(unstable)):
         count, least = int(np.sum(np.asarray(unstable))), float(modes.values[0])
         raise ValueError(f"the stiffness is negative: {count} unstable modes, the first of value {least:.3g} 1/s^2")
-    return modes.part(slice(0, num))
+    return modes.select(slice(0, num))
 
 
 def _check_finite(values):
@@ -258,7 +258,7 @@ def _check_finite(values):
         raise ValueError("the mass matrix is not positive definite")
 
 
-def complete(values: AnyArray, num: int) -> int:
+def complete_group(values: AnyArray, num: int) -> int:
     """The smallest number >= num of lowest modes that cuts no group of equal values; not under tracing."""
     values = np.asarray(values)
     with jax.ensure_compile_time_eval():

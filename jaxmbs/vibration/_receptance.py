@@ -10,9 +10,9 @@ from jax import lax
 from jaxtyping import Array, Complex
 
 from ..checks import is_concrete, refuse_complex
-from ..elements._base import number
+from ..elements._base import as_real
 from ..linear._condensation import interface_basis, partition
-from ..linear._symmetric import check_mass, symmetric
+from ..linear._symmetric import check_mass, require_symmetric
 from ..math import _square as square
 from ..math._eigen import eig, eigh, spectral
 from ..runtime import as_dtype
@@ -55,10 +55,10 @@ def receptance(
     matrices give NaN.
     Source: S1 (40), (41).
     """
-    stiffness, mass = symmetric(stiffness=K, mass=M)
+    stiffness, mass = require_symmetric(stiffness=K, mass=M)
     check_mass(M)
-    K, M, C, values, X = _modal(stiffness, mass, C, num)
-    outputs, loads = _rows(out, K), _rows(into, K, True)
+    K, M, C, values, X = _modal_matrices(stiffness, mass, C, num)
+    outputs, loads = _unit_rows(out, K), _unit_rows(into, K, True)
     rows, right = outputs @ X, X.T @ loads
     rate = jnp.zeros_like(values) if C is None else lax.stop_gradient(jnp.diagonal(C))
     inertia = lax.stop_gradient(jnp.diagonal(M))
@@ -77,11 +77,11 @@ def receptance(
     found = lax.map(at, jnp.asarray(omega, K.dtype), batch_size=chunk)
     if num is None or residual:
         return found
-    static = spectral(_discarded, stiffness, mass, _flags(stiffness, num))
+    static = spectral(_residual_flexibility, stiffness, mass, _retained_flags(stiffness, num))
     return found - (outputs @ static @ loads).astype(dtype)[None] / lax.complex(jnp.ones_like(loss), loss)
 
 
-def _rows(places, like, columns=False):
+def _unit_rows(places, like, columns=False):
     """Unit rows (k, n), or columns (n, k), of coordinates; matrices as they are. Raises: ValueError."""
     if np.ndim(places) == 2:
         return jnp.asarray(places, like.dtype)
@@ -92,27 +92,27 @@ def _rows(places, like, columns=False):
     return rows.T if columns else rows
 
 
-def _modal(stiffness, mass, damping, num):
+def _modal_matrices(stiffness, mass, damping, num):
     """K, M, C in the modes, which are held constant: their motion is in what leaves the diagonal."""
     values, X = lax.stop_gradient(eigh(stiffness, mass))
     if num is not None:
-        P = spectral(_kept, stiffness, mass, _flags(stiffness, num)) @ mass
+        P = spectral(_retained_projector, stiffness, mass, _retained_flags(stiffness, num)) @ mass
         mass, damping = (None if A is None else P.T @ A @ P for A in (mass, damping))
     K, M, C = (None if A is None else X.T @ A @ X for A in (stiffness, mass, damping))
     _check_uncoupled(C)
     return K, M, C, values, X
 
 
-def _flags(stiffness, num):
+def _retained_flags(stiffness, num):
     """1 for the lowest modes, 0 for the others."""
     return (jnp.arange(len(stiffness)) < num).astype(stiffness.dtype)
 
 
-def _kept(values, flag):
+def _retained_projector(values, flag):
     return flag * jnp.ones_like(values)
 
 
-def _discarded(values, flag):
+def _residual_flexibility(values, flag):
     return (1.0 - flag) / (flag + (1.0 - flag) * values)
 
 
@@ -144,7 +144,7 @@ def viscous_receptance(
     solved directly.  Source: S1 (39), (40).
     """
     check_mass(M)
-    loads, outputs = _rows(into, K, True), _rows(out, K)
+    loads, outputs = _unit_rows(into, K, True), _unit_rows(out, K)
     matrices = K, M, C
     roots, shapes, left = _complex_modes(*lax.stop_gradient((K, C, M)))
     right, outputs = loads.astype(roots.dtype), outputs.astype(roots.dtype)
@@ -190,7 +190,7 @@ def modal_receptance(
 
     Returns: (frequencies, outputs, inputs).  Source: S1 (40), (43).
     """
-    natural, omega = number(natural), number(omega)
+    natural, omega = as_real(natural), as_real(omega)
     w, wk = omega[:, None], natural[None, :]
     eta = jnp.broadcast_to(as_dtype(ratios, natural.dtype), (len(omega), len(natural)))
     m = jnp.broadcast_to(as_dtype(modal_masses, natural.dtype), natural.shape)[None]

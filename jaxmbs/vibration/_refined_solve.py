@@ -12,7 +12,7 @@ from ..math._spd import refined
 from ..runtime import lazy_where
 
 #: What may be left over, of the sizes of its terms, in units of rounding times the root of their number.
-ROUNDING = 64.0
+RESIDUAL_FACTOR = 64.0
 
 
 def solve(Z, right):
@@ -35,7 +35,7 @@ def checked_solve(matrices, factors, right, inverse, transposed=None):
     fixed, numbers = lax.stop_gradient((tuple(matrices), tuple(factors)))
 
     def by(inverse, matrices):
-        return lambda _, r: _repaired(inverse, matrices, numbers, r)
+        return lambda _, r: _refine_and_check(inverse, matrices, numbers, r)
 
     return lax.custom_linear_solve(
         lambda v: _apply(matrices, factors, v),
@@ -56,7 +56,7 @@ def _real_product(A, v):
     return lax.complex(both[:, : v.shape[1]], both[:, v.shape[1] :])
 
 
-def _repaired(inverse, matrices, factors, right):
+def _refine_and_check(inverse, matrices, factors, right):
     v = refined(inverse, lambda v: _apply(matrices, factors, v), right, 1)
     miss = jnp.abs(right - _apply(matrices, factors, v))
     pairs = [(jnp.abs(f), jnp.abs(A)) for f, A in zip(factors, matrices, strict=True)]
@@ -64,7 +64,7 @@ def _repaired(inverse, matrices, factors, right):
     # A row over the root of its own stiffness is in one unit whatever the row's: the root of an energy.
     own = sum(f * jnp.diagonal(A) for f, A in pairs)
     unit = jnp.where(own > 0, lax.rsqrt(jnp.where(own > 0, own, 1.0)), 1.0)[:, None]
-    allowed = ROUNDING * jnp.finfo(miss.dtype).eps * len(right) ** 0.5
+    allowed = RESIDUAL_FACTOR * jnp.finfo(miss.dtype).eps * len(right) ** 0.5
     good = jnp.max(miss * unit, axis=0) <= allowed * jnp.max(terms * unit, axis=0)  # not where there is a NaN
     return lazy_where(jnp.all(good), v, _direct_solution, right, tuple(factors), tuple(matrices))
 

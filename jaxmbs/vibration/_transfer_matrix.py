@@ -37,7 +37,7 @@ def transfer_matrix(
     Raises: ValueError for points that are not in a row.  Source: S1 (39)-(40), B(lambda) between them.
     """
     dtype = np.result_type(K.dtype, np.complex64)
-    points = _points(s, dtype)
+    points = _check_points(s, dtype)
     one = jnp.eye(len(K), dtype=dtype)
     rows, load = (one if A is None else A.astype(dtype) for A in (out, into))
 
@@ -68,22 +68,22 @@ def modal_transfer_matrix(
     if modes.is_complex and modes.left is None:
         raise ValueError("these complex modes have no left vectors: take those of complex_modes, or transfer_matrix")
     dtype = np.result_type(modes.shapes.dtype, np.complex64)
-    s = _points(s, dtype)[:, None]
+    s = _check_points(s, dtype)[:, None]
     left = modes.shapes.T if modes.left is None else modes.left
     over = s**2 + modes.values[None].astype(dtype) if modes.roots is None else s - modes.roots[None]
-    shapes = modes.shapes if out is None else modes.shapes[_rows(out, len(modes.shapes))]
-    left = left if into is None else left[:, _rows(into, len(modes.shapes))]
+    shapes = modes.shapes if out is None else modes.shapes[_check_rows(out, len(modes.shapes))]
+    left = left if into is None else left[:, _check_rows(into, len(modes.shapes))]
     return jnp.einsum("ik,wk,kj->wij", shapes.astype(dtype), 1 / over.astype(dtype), left.astype(dtype))
 
 
-def _rows(numbers, size):
+def _check_rows(numbers, size):
     rows = np.asarray(numbers, int)
     if np.any((rows < 0) | (rows >= size)):
         raise ValueError(f"coordinates {rows.tolist()} must be some of 0 ... {size - 1}")
     return rows
 
 
-def _points(s, dtype):
+def _check_points(s, dtype):
     s = jnp.asarray(s, dtype)
     if s.ndim != 1:
         raise ValueError(f"s has shape {s.shape}, not (points,)")

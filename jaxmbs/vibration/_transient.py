@@ -10,7 +10,7 @@ import numpy as np
 
 from ..checks import any_concrete, is_concrete
 from ..errors import SimulationError
-from ..linear._massless import condensed
+from ..linear._massless import condense_massless
 from ..linear._static_response import StaticResponse
 from ..linear._system import LinearSystem
 from ..math._interpolation import interval
@@ -60,13 +60,13 @@ def simulate(
     Raises: ValueError for what does not fit, links and damping on rows without mass too, by name; UnknownNameError;
     SimulationError.  Source: S1 (3), (9)-(12).
     """
-    system, ts = system.dense(), as_dtype(ts, system.dtype)
+    system, ts = system.to_dense(), as_dtype(ts, system.dtype)
     forces = None if isinstance(forces, Mapping) and not forces else forces
     _check(system, ts, gradient)
     for name, value in {"rtol": rtol, "atol": atol}.items():
         if value is not None and (np.iscomplexobj(value) or any_concrete(lambda x: ~np.isfinite(x) | (x < 0), value)):
             raise ValueError(f"{name}={value} must be finite and not negative")
-    whole = condensed(system, damped=not (isinstance(solver, Modal) and solver.ratios is not None))
+    whole = condense_massless(system, damped=not (isinstance(solver, Modal) and solver.ratios is not None))
     if whole.light:
         _check_light(system, whole, links, forces, ts)
     if isinstance(solver, Modal):
@@ -120,7 +120,7 @@ def _integrate(system, whole, ts, forces, links, start, tolerances, options):
         given = system, whole, ts, forces, links, start
         system, whole, ts, forces, links, start = reverse_only(given, FORWARD_MODE)
     K, C, M = whole.system.stiffness, whole.system.damping, whole.system.mass
-    start = tuple(map(whole.start, start))
+    start = tuple(map(whole.heavy_part, start))
     rows = _rows(system, links)[:, np.array(whole.heavy, int)]
     C = jnp.zeros_like(K) if C is None else C
     solved = lapack.solve_positive(M, jnp.concatenate([K, C, rows.T, jnp.eye(len(M), dtype=M.dtype)], axis=1))

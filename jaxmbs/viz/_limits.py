@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coupling._limits import truncation_shortfall
+from ..coupling._limit_loads import truncation_shortfall
 from ..palette import COLORS
 from ..typing import ArrayLike
 from ._canvas import axes, finish

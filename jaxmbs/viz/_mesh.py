@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..checks import no_such
-from ..coupling._network import Network
+from ..coupling._network import ComponentNetwork
 from ..elements._hexahedron import FACES
 from ..errors import ModelError, UnknownNameError
 from ..fem._structure import Structure
@@ -114,7 +114,7 @@ def moving_meshes(system: LinearSystem, x: Any, structures: Any = None) -> dict[
 
     Raises: ModelError without positions; UnknownNameError for a component that is not there.
     """
-    if isinstance(system, Network):
+    if isinstance(system, ComponentNetwork):
         given = dict(structures or {})
         wrong = [no_such("component", name, system.names) for name in given if name not in system.names]
         if wrong:

@@ -325,4 +325,4 @@ def test_modes_of_a_linear_system_are_found_by_name():
     chain = mbs.LinearSystem(mass=np.eye(3), stiffness=np.diag([3.0, 2.0, 1.0]), coordinates=["a x", "a y", "b x"])
     modes = mbs.modes(chain)
     np.testing.assert_allclose(np.abs(modes.at("a")), [[0, 0, 1], [0, 1, 0]], atol=1e-12)
-    np.testing.assert_allclose(np.abs(modes.part(slice(0, 1)).at("b x")), [[1]], atol=1e-12)
+    np.testing.assert_allclose(np.abs(modes.select(slice(0, 1)).at("b x")), [[1]], atol=1e-12)

@@ -25,7 +25,7 @@ def right_hand_side(pattern, columns=(), dtype=float, seed=1):
 @jax.jit
 def dense_solution(A, right):
     n, b = A.pattern.shape
-    full = A.dense() + jnp.diag(jnp.asarray(A.pattern.padding.ravel(), A.diagonal.dtype))
+    full = A.to_dense() + jnp.diag(jnp.asarray(A.pattern.padding.ravel(), A.diagonal.dtype))
     return jnp.linalg.solve(full, right.reshape(n * b, -1)).reshape(right.shape)
 
 
@@ -67,7 +67,7 @@ def test_every_kind_in_every_precision(kind, dtype):
     assert x.dtype == dtype
     np.testing.assert_allclose(x, dense_solution(A, right), atol=TOLERANCE[dtype])
     np.testing.assert_allclose(transposed, dense_solution(A.T, right), atol=TOLERANCE[dtype])
-    expected = np.linalg.slogdet(np.asarray(A.dense()))
+    expected = np.linalg.slogdet(np.asarray(A.to_dense()))
     np.testing.assert_allclose(sign, expected[0], atol=TOLERANCE[dtype])
     np.testing.assert_allclose(log, expected[1], rtol=TOLERANCE[dtype])
 
@@ -143,7 +143,7 @@ def test_blocks_of_different_sizes():
     for kind in ("cholesky", "ldl", "lu"):
         A, right = matrix(pattern, kind), right_hand_side(pattern)
         used = ~pattern.padding.ravel()
-        dense = np.asarray(A.dense())[np.ix_(used, used)]
+        dense = np.asarray(A.to_dense())[np.ix_(used, used)]
         x, log = jax.jit(lambda A, right, kind=kind: _solution_and_log(bs.factor(A, kind), right))(A, right)
         np.testing.assert_allclose(
             np.asarray(x).ravel()[used], np.linalg.solve(dense, right.ravel()[used]), atol=1e-13
@@ -166,7 +166,7 @@ def test_inertia_counts_the_frequencies_below():
     K = bs.BlockMatrix(pattern, 2.0 * jnp.ones((n, 1, 1)), -jnp.ones((n - 1, 1, 1)))
     identity = bs.BlockMatrix(pattern, jnp.ones((n, 1, 1)), jnp.zeros((n - 1, 1, 1)))
     exact = 4 * np.sin(np.arange(1, n + 1) * np.pi / (2 * (n + 1))) ** 2
-    count = jax.jit(lambda shift: bs.inertia(bs.factor(K + -shift * identity, "ldl")))
+    count = jax.jit(lambda shift: bs.matrix_inertia(bs.factor(K + -shift * identity, "ldl")))
     for shift in (0.0, 0.5, 2.1, 3.3, 5.0):
         below = int(np.sum(exact < shift))
         assert tuple(map(int, count(shift))) == (n - below, below)
@@ -237,7 +237,7 @@ def test_derivatives_of_the_log_determinant(kind, small):
         return bs.log_determinant(bs.factor(A + s * direction, kind))[1]
 
     def theirs(s):
-        return jnp.linalg.slogdet((A + s * direction).dense())[1]
+        return jnp.linalg.slogdet((A + s * direction).to_dense())[1]
 
     for derivative in (jax.grad, jax.jacfwd, jax.hessian):
         np.testing.assert_allclose(jax.jit(derivative(ours))(0.1), jax.jit(derivative(theirs))(0.1), rtol=1e-10)
@@ -301,7 +301,7 @@ def test_assembly_of_elements_sums_what_they_share():
     for (i, j), each in zip(pairs, k, strict=True):
         rows = np.r_[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
         dense[np.ix_(rows, rows)] += each
-    np.testing.assert_allclose(bs.assemble(pattern, pairs, elements).dense(), dense, atol=1e-14)
+    np.testing.assert_allclose(bs.assemble(pattern, pairs, elements).to_dense(), dense, atol=1e-14)
     with pytest.raises(ValueError, match="couples blocks 0 and 2"):
         bs.assemble(pattern, [(0, 2)], elements[:1])
 
@@ -332,7 +332,7 @@ def test_a_matrix_that_is_not_definite_is_told():
         (lambda: bs.factor(matrix(bs.Pattern(2, 2, [(0, 1)])), "qr"), "kind must be one of cholesky, ldl, lu"),
         (lambda: bs.factor(matrix(bs.Pattern(2, 2, [(0, 1)]), "lu")), "use 'lu'"),
         (
-            lambda: jax.jit(lambda A: bs.inertia(bs.factor(A, "lu")))(matrix(bs.Pattern(2, 2, []), "lu")),
+            lambda: jax.jit(lambda A: bs.matrix_inertia(bs.factor(A, "lu")))(matrix(bs.Pattern(2, 2, []), "lu")),
             "factor(matrix, 'ldl')",
         ),
         (lambda: matrix(bs.Pattern(2, 2, [])) + matrix(bs.Pattern(3, 2, [])), "different patterns"),
@@ -367,7 +367,7 @@ def test_unsymmetric_diagonal_blocks(kind):
 
     for found, matrix_ in zip(forth_and_back(spoilt), (spoilt, spoilt.T), strict=True):
         np.testing.assert_allclose(found, dense_solution(matrix_, right), atol=1e-13)
-    np.testing.assert_allclose(spoilt.T.dense(), spoilt.dense().T)
+    np.testing.assert_allclose(spoilt.T.to_dense(), spoilt.to_dense().T)
 
 
 def test_unsymmetric_elements_are_told():

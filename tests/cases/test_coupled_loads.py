@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.coupling import connect, reactions, rigid
-from jaxmbs.coupling._primal import interface_reactions
+from jaxmbs.coupling import connect, reactions, rigid_bond
+from jaxmbs.coupling._primal_assembly import interface_reactions
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.io import read_op4
@@ -72,7 +72,7 @@ def coupled(payload, carrier):
     """Joined at four nodes; the payload's second one has its own frame, whose x y z are the world's y z x."""
     own = np.arange(24).reshape(4, 2, 3)
     own[1] = own[1][:, [1, 2, 0]]
-    bolts = rigid(("payload", range(24)), ("carrier", own.ravel().tolist()))
+    bolts = rigid_bond(("payload", range(24)), ("carrier", own.ravel().tolist()))
     return connect({"carrier": carrier, "payload": payload}, {"bolts": bolts})
 
 
@@ -98,7 +98,7 @@ def test_net_interface_force_of_three_load_cases(carrier, coupled):
         ts = 2 / event["sr"] * np.arange(len(force))
         load = jnp.zeros((len(force), carrier.num_rows)).at[:, rows].set(force[:, None] * share[None])
         motion = simulate(coupled, ts=ts, forces={"carrier": load}, solver=Modal(0.02, 58, static_start=True))
-        shares = [None if s is None else s.T for s in coupled.shares(motion.forces[0])]
+        shares = [None if s is None else s.T for s in coupled.component_forces(motion.forces[0])]
         found = interface_reactions(coupled, motion.displacement.T, motion.acceleration.T, None, shares).forces[1]
         np.testing.assert_allclose(jnp.max(jnp.sum(found[np.array(AXIAL)], axis=0)), expected, rtol=1e-6)
         loads = reactions(coupled, motion)  # with the payload's share of the damping

@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.elements import Rod
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.reductions import CraigBampton, reduce
@@ -36,7 +36,7 @@ def assemblies(parts):
     """Joined in few coordinates and in all, and their frequencies."""
     reduced = [reduce(p, CraigBampton(7)) for p in parts]
     whole = list(parts)
-    joined = [connect({"a": a, "b": b}, {"seam": rigid("a", "b")}) for a, b in (reduced, whole)]
+    joined = [connect({"a": a, "b": b}, {"seam": rigid_bond("a", "b")}) for a, b in (reduced, whole)]
     return joined, [modes(assembly, 17, damped=False).frequencies for assembly in joined]
 
 

@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg
 import scipy.signal
 
-from jaxmbs.coupling._limits import (
+from jaxmbs.coupling._limit_loads import (
     combine_modal_maxima,
     cqc_correlation,
     equivalent_impulse,
@@ -17,7 +17,7 @@ from jaxmbs.coupling._limits import (
     peak_response,
     truncation_shortfall,
 )
-from jaxmbs.coupling._primal import join
+from jaxmbs.coupling._primal_assembly import join
 from jaxmbs.reductions import CraigBampton, reduce
 from jaxmbs.vibration import modes as modes_of
 from jaxmbs.vibration._modal_equations import modal_motion
@@ -135,7 +135,7 @@ def cases():
         pairs = modal_pairs(w, modes.shapes[3:], load)
         joined = join((component(K, M, (3,)), load), ((0,), (0,)))
         system = modes_of(joined)
-        push = joined.gathered((joined.components[0].generalised(jnp.zeros(4).at[0].set(1.0)), None))
+        push = joined.gather_forces((joined.components[0].generalised_forces(jnp.zeros(4).at[0].set(1.0)), None))
         own = jnp.sqrt(jnp.diagonal(load.stiffness)[1:])
         alike = tuple(cqc_correlation(v, jnp.full(len(v), RATIO)) for v in (w, own))
         t = STEP * jnp.arange(2000.0)
@@ -146,7 +146,7 @@ def cases():
             peak = jax.vmap(lambda w, drive: peak_response(w, drive * pulse, STEP))(w, modes.shapes[0])
             J = equivalent_impulse(w, peak)
             q = modal_motion(system.omega, RATIO, pulse[:, None] * (system.shapes.T @ push)[None], STEP)
-            truth = jnp.max(jnp.abs(joined.part(system.shapes @ q.displacement.T)[1][1:]), axis=1)
+            truth = jnp.max(jnp.abs(joined.component_coordinates(system.shapes @ q.displacement.T)[1][1:]), axis=1)
             sums = [limit_loads(jnp.eye(3), pairs.peaks(J), how) for how in ("abs", "srss")]
             signed = pairs.peaks(J) * pairs.signs(modes.shapes[0] * J)
             sums.append(limit_loads(jnp.eye(3), signed, "cqc", correlation=alike))

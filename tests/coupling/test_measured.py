@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import MeasuredNetwork, bushing, connect, hinge, rigid
+from jaxmbs.coupling import MeasuredNetwork, bushing, connect, hinge, rigid_bond
 from jaxmbs.errors import ModelError, UnknownNameError
 from jaxmbs.linear import TransferFunctions
 from jaxmbs.reductions import CraigBampton, reduce
@@ -17,7 +17,7 @@ from tests.coupling.test_network import AXES, DAMPING, MASS, PARTS, STIFFNESS
 
 OMEGA = np.array([30.0, 110.0, 250.0])
 BONDS = {
-    "bolts": rigid("stage.foot"),
+    "bolts": rigid_bond("stage.foot"),
     "mount": bushing("stage.top", "mast.root", stiffness=STIFFNESS, damping=DAMPING, mass=MASS, axes=AXES),
     "pin": hinge("mast.end", "panel.hinge", free="ry", axes=AXES),
     "stay": hinge("panel.far", free="rx ry rz"),
@@ -49,7 +49,7 @@ def test_a_measured_mass_on_a_modelled_spring():
     spring = mbs.LinearSystem(
         mass=jnp.array([[n]]), stiffness=jnp.array([[k]]), coordinates=["foot x"], interface=["foot x"]
     )
-    net = connect({"mass": mass, "spring": spring}, {"glue": rigid("mass.top x", "spring.foot x")})
+    net = connect({"mass": mass, "spring": spring}, {"glue": rigid_bond("mass.top x", "spring.foot x")})
     found = mbs.frequency_response(net, omega, into=["spring.foot x"], out=["mass.top x"])
     H = 1 / (k - (m + n) * omega**2)
     np.testing.assert_allclose(found.values[:, 0, 0], H, rtol=1e-10)
@@ -88,7 +88,7 @@ def test_two_measured_ones_and_one_direction():
     slide = mbs.linearise(system, mbs.State.at(system))
     arms = {name: measured(name, "root", "end", "middle x") for name in ("mast",)}
     arms["mast"] = arms["mast"].at(None, ["end z", "middle x", "root x"])
-    bonds = {"tie": rigid("mast.end z", "slide.slide")}
+    bonds = {"tie": rigid_bond("mast.end z", "slide.slide")}
     asked = {"into": ["slide.slide"], "out": ["mast.root y", "slide.slide"]}
     found = mbs.frequency_response(connect(arms | {"slide": slide}, bonds), OMEGA[1:2], **asked, loss=0.02)
     whole = connect({"mast": models()["mast"], "slide": slide}, bonds)
@@ -105,7 +105,7 @@ def test_gradient_by_a_model_beside_a_measurement(rig):
     @jax.jit
     @jax.value_and_grad
     def level(scale):
-        stage = models()["stage"].changed(stiffness=scale * models()["stage"].stiffness)
+        stage = models()["stage"].replace(stiffness=scale * models()["stage"].stiffness)
         net = connect({"stage": stage, "mast": rig}, {n: BONDS[n] for n in ("bolts", "mount")})
         found = mbs.frequency_response(net, OMEGA, into=["mast.middle x"], out=["stage.knee x"])
         return jnp.sum(jnp.abs(found.values) ** 2) * 1e12
@@ -137,9 +137,9 @@ def test_what_cannot_be_asked_is_told(rig):
     one_way = TransferFunctions(OMEGA, rig.values[:, :, :5], rig.outputs, rig.inputs[:5])
     other = TransferFunctions(OMEGA + 1.0, rig.values, rig.outputs, rig.inputs)
     for parts, bond, told in (
-        ({"a": one_way}, rigid("a.root"), None),
-        ({"a": one_way}, rigid("a.end"), "interface of 'a': there is no coordinate or node 'end'"),
-        ({"a": rig, "b": other}, rigid("a.end", "b.end"), "at different frequencies"),
+        ({"a": one_way}, rigid_bond("a.root"), None),
+        ({"a": one_way}, rigid_bond("a.end"), "interface of 'a': there is no coordinate or node 'end'"),
+        ({"a": rig, "b": other}, rigid_bond("a.end", "b.end"), "at different frequencies"),
     ):
         if told is None:
             assert len(connect(parts, {"bond": bond}).ties[0][1].labels) == 5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import bushing, connect, hinge, rigid
+from jaxmbs.coupling import bushing, connect, hinge, rigid_bond
 from jaxmbs.elements import Beam, PointMass
 from jaxmbs.errors import ModelError
 from jaxmbs.fem import Structure, assemble
@@ -46,7 +46,7 @@ def network(stiffness, axes):
         "panel": PARTS["panel"],
     }
     bonds = {
-        "bolts": rigid("stage.foot"),
+        "bolts": rigid_bond("stage.foot"),
         "mount": bushing("stage.top", "mast.root", stiffness=stiffness, damping=DAMPING, mass=MASS, axes=axes),
         "pin": hinge("mast.end", "panel.hinge", free="ry", axes=axes),
         "stay": hinge(("panel", "far"), free="rx ry rz"),
@@ -127,7 +127,7 @@ def test_amplitudes_are_those_of_the_transfer_functions():
     loads = mbs.reactions(net, found)
     assert loads.ok and loads["bolts"].force.shape == (2, 3)
     sheet = assemble(Structure(*GIRDER), blocks=True)
-    one, other = (mbs.vibration.harmonic_response(s, omega, {"b x": push}, 0.1) for s in (sheet, sheet.dense()))
+    one, other = (mbs.vibration.harmonic_response(s, omega, {"b x": push}, 0.1) for s in (sheet, sheet.to_dense()))
     np.testing.assert_allclose(one.displacement, other.displacement, rtol=1e-9)
     with pytest.raises(ValueError, match="frequencies first"):
         mbs.vibration.harmonic_response(net, omega, {"panel.edge z": np.ones(3)})
@@ -164,7 +164,7 @@ def test_gradient_and_batch_by_a_mount():
 def test_loads_of_a_network_that_nothing_holds():
     """Pushed through the middle of two equal parts, the first takes half: inertia relief."""
     half = {"a": PARTS["mast"], "b": PARTS["mast"]}
-    net = connect(half, {"weld": rigid("a.root", "b.root")})
+    net = connect(half, {"weld": rigid_bond("a.root", "b.root")})
     push = np.array([0.0, 5.0, 0.0])
     rest = mbs.equilibrium(net, {"a.root": np.r_[push, np.zeros(3)]}, free=True)
     found = mbs.reactions(net, rest)
@@ -179,7 +179,7 @@ def test_determinate_and_redundant_bonds_by_name():
     assert report.labels["pin"] == ("x", "y", "z", "rx", "rz")
     assert not any(any(flags) for flags in report.determinate.values())
     half = component(*beam(4), (0, 1, 8, 9))
-    bonds = {"wall": rigid(("a", (0, 1))), "weld": rigid(("a", (2, 3)), ("b", (0, 1)))}
+    bonds = {"wall": rigid_bond(("a", (0, 1))), "weld": rigid_bond(("a", (2, 3)), ("b", (0, 1)))}
     report = connect({"a": half, "b": half}, bonds).determinacy()
     assert (report.redundant, report.free_motions) == (0, 0)
     assert all(all(flags) for flags in report.determinate.values())
@@ -193,17 +193,17 @@ def test_determinate_and_redundant_bonds_by_name():
 
 WRONG = [
     ({"b.c": bushing("stage.foot", stiffness=np.ones(6))}, "bond 'b.c': a name without a dot"),
-    ({"b": rigid("nothing")}, "bond 'b': there is no component 'nothing'"),
-    ({"b": rigid(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no coordinate or node 'tip'"),
-    ({"b": rigid(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
-    ({"b": rigid(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
+    ({"b": rigid_bond("nothing")}, "bond 'b': there is no component 'nothing'"),
+    ({"b": rigid_bond(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no coordinate or node 'tip'"),
+    ({"b": rigid_bond(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
+    ({"b": rigid_bond(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
     ({"b": hinge(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),
     ({"b": bushing(("stage", "foot"), stiffness=(1.0, 2.0, 3.0))}, "bond 'b': stiffness of 3 directions for 6"),
-    ({"b": rigid("ground", ("stage", "foot"))}, "bond 'b': its first end is the ground"),
-    ({"stage": rigid(("stage", "foot"))}, "bond 'stage': a component has that name"),
-    ({"b": rigid("stage"), "c": rigid(("stage", "foot"))}, "bond 'c': other bonds tie its ends already"),
+    ({"b": rigid_bond("ground", ("stage", "foot"))}, "bond 'b': its first end is the ground"),
+    ({"stage": rigid_bond(("stage", "foot"))}, "bond 'stage': a component has that name"),
+    ({"b": rigid_bond("stage"), "c": rigid_bond(("stage", "foot"))}, "bond 'c': other bonds tie its ends already"),
     (
-        {"b": rigid(("stage", "foot")), "c": hinge(("stage", "foot"), ("mast", "root"), free="x", axes=AXES)},
+        {"b": rigid_bond(("stage", "foot")), "c": hinge(("stage", "foot"), ("mast", "root"), free="x", axes=AXES)},
         "bond 'c' has axes: b must not join the same coordinates",
     ),
 ]
@@ -220,7 +220,7 @@ def test_faults(bonds, said):
 def test_ends_by_coordinate():
     """A prop under one coordinate, by its name."""
     by_name, by_number = (
-        connect({"stage": PARTS["stage"]}, {"prop": rigid(end)}) for end in ("stage.top y", ("stage", (13,)))
+        connect({"stage": PARTS["stage"]}, {"prop": rigid_bond(end)}) for end in ("stage.top y", ("stage", (13,)))
     )
     np.testing.assert_array_equal(by_name.stiffness, by_number.stiffness)
     assert by_name.bonds[0][1].labels == ("y",)
@@ -228,30 +228,30 @@ def test_ends_by_coordinate():
 
 def test_joined_nodes_must_be_at_one_place():
     """Told by name, with the distance and the way out; a prop may stand on what is below it."""
-    parts = {"stage": PARTS["stage"], "mast": PARTS["mast"].moved((0.0, 0.0, 0.5))}
-    bolts = {"bolts": rigid("stage.top", "mast.root")}
+    parts = {"stage": PARTS["stage"], "mast": PARTS["mast"].translate((0.0, 0.0, 0.5))}
+    bolts = {"bolts": rigid_bond("stage.top", "mast.root")}
     with pytest.raises(ModelError) as error:
         connect(parts, bolts)
     told = str(error.value)
     assert "bond 'bolts': stage.top and mast.root are 0.5 apart" in told
-    assert "`mast.moved((0, 0, -0.5))`" in told and "places=False" in told
-    net = connect(parts | {"mast": parts["mast"].moved((0, 0, -0.5))}, bolts)
+    assert "`mast.translate((0, 0, -0.5))`" in told and "places=False" in told
+    net = connect(parts | {"mast": parts["mast"].translate((0, 0, -0.5))}, bolts)
     np.testing.assert_allclose(net.stiffness, connect(parts, bolts, places=False).stiffness)
-    assert connect(parts, {"prop": rigid("stage.top z", "mast.root z")}).num_rows == 35
-    for bond in (rigid("stage.top y", "mast.root y"), bushing("stage.top", "mast.root", stiffness=[1.0] * 6)):
+    assert connect(parts, {"prop": rigid_bond("stage.top z", "mast.root z")}).num_rows == 35
+    for bond in (rigid_bond("stage.top y", "mast.root y"), bushing("stage.top", "mast.root", stiffness=[1.0] * 6)):
         with pytest.raises(ModelError, match="0.5 apart"):
             connect(parts, {"b": bond})
     tilted = hinge("stage.top", "mast.root", free="x y rx ry rz", axes=np.diag([1.0, -1.0, -1.0]))
     assert connect(parts, {"b": tilted}).num_rows == 35
-    jax.eval_shape(lambda z: connect(parts | {"mast": PARTS["mast"].moved(z)}, bolts).stiffness, np.zeros(3))
+    jax.eval_shape(lambda z: connect(parts | {"mast": PARTS["mast"].translate(z)}, bolts).stiffness, np.zeros(3))
     with pytest.raises(ModelError, match="no positions cannot be moved"):
-        component(*beam(2), (0, 1)).moved((1, 0, 0))
+        component(*beam(2), (0, 1)).translate((1, 0, 0))
 
 
 def test_wrong_numbers_and_names():
     with pytest.raises(ValueError, match="differ in shape"):
         bushing("a", "b", stiffness=np.eye(3), damping=np.eye(2))
-    net = connect({"a": component(*beam(2), (0, 1))}, {"wall": rigid("a")})
+    net = connect({"a": component(*beam(2), (0, 1))}, {"wall": rigid_bond("a")})
     with pytest.raises(ValueError, match="no component 'c'"):
         net.load({"c": jnp.zeros(6)})
     with pytest.raises(ValueError, match="singular: a motion without strain is left"):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import RigidBody, bushing, connect, hinge, rigid
+from jaxmbs.coupling import RigidBody, bushing, connect, hinge, rigid_bond
 from jaxmbs.errors import ModelError, UnknownNameError
-from jaxmbs.reductions import rotated
+from jaxmbs.reductions import rotate
 from tests.coupling.test_network import AXES, PARTS
 
 A, B, MASS, WEIGHT = 0.4, 0.3, 120.0, 120.0 * 9.81
@@ -149,7 +149,7 @@ def test_a_flap_on_two_bearings_and_a_spring():
 
 def test_traced_bonds_that_hold_twice_give_no_number():
     """What is refused where places are known is NaN where they are traced."""
-    bonds = {"a": hinge("flap.left", free="rx ry rz"), "b": rigid("flap.right y")}
+    bonds = {"a": hinge("flap.left", free="rx ry rz"), "b": rigid_bond("flap.right y")}
     with pytest.raises(ModelError, match="bond 'b': other rigid bonds hold its rigid body already in y"):
         connect({"flap": RigidBody(mass=1.0, points=HINGE)}, bonds)
 
@@ -187,9 +187,9 @@ def assembled():
         "can": RigidBody(points={"ear": POINTS["arm"]}, **CAN),
     }
     bonds = {
-        "bolts": rigid("stage.foot"),
-        "upper": rigid("box.top", "stage.top"),
-        "lower": rigid("stage.knee", "box.knee"),
+        "bolts": rigid_bond("stage.foot"),
+        "upper": rigid_bond("box.top", "stage.top"),
+        "lower": rigid_bond("stage.knee", "box.knee"),
         "hinge": hinge("can.ear", "box.arm", free="ry", axes=AXES),
         "mount": bushing("box.lug", "mast.root", stiffness=SOFT, axes=AXES),
         "stay": hinge("mast.end", free="rx ry rz"),
@@ -293,23 +293,23 @@ def test_turned_and_moved_bodies():
     block = RigidBody(mass=MASS, com=(0.1, 0.0, 0.2), inertia=INERTIA, points=FEET)
     mounts = {name: bushing(("block", [(name, d) for d in "xyz"]), stiffness=[2e5] * 3) for name in FEET}
     exact = mbs.modes(connect({"block": block}, mounts)).omega
-    for other in (rotated(block, AXES), block.moved((1.0, 2.0, 3.0))):
+    for other in (rotate(block, AXES), block.translate((1.0, 2.0, 3.0))):
         np.testing.assert_allclose(mbs.modes(connect({"block": other}, mounts)).omega, exact, rtol=1e-9)
-    np.testing.assert_allclose(rotated(block, AXES).outputs("foot1 z")[0][0, :3], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(rotate(block, AXES).outputs("foot1 z")[0][0, :3], [0, 0, 1], atol=1e-12)
 
 
 def test_a_rigid_body_beside_measured_components():
     """A stage known by transfer functions at its nodes, a box on two of them."""
     omega = np.array([50.0, 200.0])
     nodes = ["top", "knee"]
-    clamped = connect({"own": PARTS["stage"]}, {"clamp": rigid("own.foot")})
+    clamped = connect({"own": PARTS["stage"]}, {"clamp": rigid_bond("own.foot")})
     own = mbs.frequency_response(clamped, omega, into=[f"own.{n}" for n in nodes], out=[f"own.{n}" for n in nodes])
     labels = [label.partition(".")[2] for label in own.outputs]
     stage = mbs.linear.TransferFunctions(omega, own.values, labels, labels)
     box = RigidBody(points=POINTS, **BOX)
-    bolts = {"upper": rigid("stage.top", "box.top"), "lower": rigid("stage.knee", "box.knee")}
+    bolts = {"upper": rigid_bond("stage.top", "box.top"), "lower": rigid_bond("stage.knee", "box.knee")}
     net = connect({"stage": stage, "box": box}, bolts)
-    model = connect({"stage": PARTS["stage"], "box": box}, bolts | {"clamp": rigid("stage.foot")})
+    model = connect({"stage": PARTS["stage"], "box": box}, bolts | {"clamp": rigid_bond("stage.foot")})
     asked = {"into": ["box.arm x"], "out": ["stage.knee y", "box.com z"]}
     found, exact = (mbs.frequency_response(one, omega, **asked).values for one in (net, model))
     np.testing.assert_allclose(found, exact, rtol=1e-6)
@@ -321,7 +321,7 @@ def test_two_welded_bodies_share_a_push_by_mass():
         "one": RigidBody(mass=1.0, inertia=0.1, points={"face": (1.0, 0.0, 0.0)}),
         "two": RigidBody(mass=2.0, com=(1.5, 0.0, 0.0), inertia=0.2, points={"face": (1.0, 0.0, 0.0)}),
     }
-    net = connect(parts, {"weld": rigid("one.face", "two.face")})
+    net = connect(parts, {"weld": rigid_bond("one.face", "two.face")})
     report = mbs.check(net)
     np.testing.assert_allclose(report.centre, [1.0, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(np.diag(report.central_inertia), [0.3, 1.8, 1.8], rtol=1e-12)
@@ -359,14 +359,17 @@ def test_a_rigid_link_without_mass():
 
 BODY = RigidBody(mass=1.0, points={"a": (0, 0, 0), "b": (1, 0, 0), "c": (0, 1, 0)})
 FAULTS = {
-    "no node": ({"m": rigid("box.d")}, "bond 'm': interface of 'box': there is no coordinate or node 'd'"),
-    "centre": ({"m": rigid("box.com z")}, "bond 'm': interface of 'box': there is no coordinate or node 'com z'"),
+    "no node": ({"m": rigid_bond("box.d")}, "bond 'm': interface of 'box': there is no coordinate or node 'd'"),
+    "centre": (
+        {"m": rigid_bond("box.com z")},
+        "bond 'm': interface of 'box': there is no coordinate or node 'com z'",
+    ),
     "twice": (
-        {"m": rigid("box.a"), "n": rigid("box.b")},
+        {"m": rigid_bond("box.a"), "n": rigid_bond("box.b")},
         "bond 'n': other rigid bonds hold its rigid body already in x",
     ),
-    "all": ({"m": rigid("box.a")}, "the bonds hold every component, nothing is left that could move"),
-    "apart": ({"m": rigid("box.b", "other.a")}, "box.b and other.a are 1 apart"),
+    "all": ({"m": rigid_bond("box.a")}, "the bonds hold every component, nothing is left that could move"),
+    "apart": ({"m": rigid_bond("box.b", "other.a")}, "box.b and other.a are 1 apart"),
     "in line": (
         {"m": hinge("box.a", free="rx ry rz"), "n": hinge("box.b", free="y z rx ry rz")},
         "bond 'n': other rigid bonds hold its rigid body already in x",

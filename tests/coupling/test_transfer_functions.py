@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs import experiment
+from jaxmbs import coupling
 from jaxmbs.coupling._transfer_functions import independent_pairs, signed_interface
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment import decouple
@@ -15,7 +15,7 @@ from jaxmbs.vibration import dense_response
 from tests.structural_matrices import chain
 
 OMEGA = jnp.array([0.3, 1.4, 2.9])
-couple, interface_forces = eqx.filter_jit(experiment.couple), eqx.filter_jit(experiment.interface_forces)
+couple, interface_forces = eqx.filter_jit(coupling.couple_transfer), eqx.filter_jit(coupling.coupling_forces)
 
 
 @eqx.filter_jit
@@ -108,7 +108,7 @@ def test_measured_rings_and_single_precision():
     """`regular` keeps no more singular values than the pairs have; single precision and a batch of designs."""
     exact = couple(parts(), TREE).values
     np.testing.assert_allclose(couple(parts(), RING, rcond=1e-14).values, exact, rtol=1e-8, atol=1e-10)
-    single = {n: Y.replace(Y.values.astype(jnp.complex64)) for n, Y in parts().items()}
+    single = {n: Y.with_values(Y.values.astype(jnp.complex64)) for n, Y in parts().items()}
     np.testing.assert_allclose(couple(single, RING).values, exact, rtol=2e-3, atol=1e-5)
     batch = jax.jit(jax.vmap(lambda t: couple(parts(t), RING).values))(jnp.array([1.0, 1.3]))
     np.testing.assert_allclose(batch[1], couple(parts(1.3), TREE).values, rtol=1e-9, atol=1e-12)

@@ -13,12 +13,12 @@ from jaxmbs.fem import (
     Structure,
     assemble_dense,
     body_load,
-    collect,
     element_forces,
     element_stresses,
+    gather_rows,
     line_load,
     nodal_load,
-    spread,
+    scatter_rows,
 )
 
 E, G, A, IY, IZ, J, RHO = 2e11, 8e10, 1e-3, 2e-7, 1e-7, 3e-7, 7800.0
@@ -30,7 +30,7 @@ matrices = jax.jit(assemble_dense)
 def static(structure, loads):
     """Displacements (nodes, 6) under the loads (functions of the structure)."""
     load = sum(f(structure) for f in loads)
-    return spread(structure, jnp.linalg.solve(assemble_dense(structure)[0], collect(structure, load)))
+    return scatter_rows(structure, jnp.linalg.solve(assemble_dense(structure)[0], gather_rows(structure, load)))
 
 
 def frequencies(K, M):
@@ -187,8 +187,8 @@ def test_gradients_and_batches_of_a_cantilever(cantilever):
     def tip(young, length):
         beam = Beam(young, G, A, IY, IZ, J, reference=Y)
         moved = Structure(nodes * length, {"beam": (beam, [(0, 1), (1, 2), (2, 3)])}, {0: "all"})
-        load = collect(moved, nodal_load(moved, {"3": {"y": 1.0}}))
-        return spread(moved, jnp.linalg.solve(assemble_dense(moved)[0], load))[3, 1]
+        load = gather_rows(moved, nodal_load(moved, {"3": {"y": 1.0}}))
+        return scatter_rows(moved, jnp.linalg.solve(assemble_dense(moved)[0], load))[3, 1]
 
     lengths = jnp.array([1.0, 1.5, 2.0])
     value, slope = jax.jit(jax.vmap(jax.value_and_grad(tip, (0, 1)), (None, 0)))(jnp.asarray(E), lengths)

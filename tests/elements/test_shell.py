@@ -12,11 +12,11 @@ from jaxmbs.fem import (
     Structure,
     assemble_dense,
     body_load,
-    collect,
     element_stresses,
+    gather_rows,
     nodal_load,
     pressure_load,
-    spread,
+    scatter_rows,
 )
 
 SHELLS = {"triangle": Triangle, "quadrilateral": Quadrilateral}
@@ -24,18 +24,18 @@ SHELLS = {"triangle": Triangle, "quadrilateral": Quadrilateral}
 
 @jax.jit
 def solve(structure, load):
-    return spread(structure, jnp.linalg.solve(assemble_dense(structure)[0], collect(structure, load)))
+    return scatter_rows(structure, jnp.linalg.solve(assemble_dense(structure)[0], gather_rows(structure, load)))
 
 
 @partial(jax.jit, static_argnames="inner")
 def patch(structure, u, inner):
     """Displacements with those of the boundary given, and the stresses."""
     K = assemble_dense(structure)[0]
-    x, rows = collect(structure, u), structure.index.table[np.array(inner)].ravel()
+    x, rows = gather_rows(structure, u), structure.index.table[np.array(inner)].ravel()
     rows = rows[rows >= 0]
     x = x.at[rows].set(0.0)
     x = x.at[rows].set(-jnp.linalg.solve(K[np.ix_(rows, rows)], (K @ x)[rows]))
-    return spread(structure, x), element_stresses(structure, x)["p"]
+    return scatter_rows(structure, x), element_stresses(structure, x)["p"]
 
 
 PLATE = [[0, 0], [0.24, 0], [0.24, 0.12], [0, 0.12], [0.04, 0.02], [0.18, 0.03], [0.16, 0.08], [0.08, 0.08]]

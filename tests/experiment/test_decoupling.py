@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from jaxmbs.coupling import _transfer_functions as transfer_functions
-from jaxmbs.coupling._uncoupled_transfer import uncoupled
+from jaxmbs.coupling._regularised_inverse import regularised_inverse
+from jaxmbs.coupling._uncoupled_transfer import uncoupled_transfer
 from jaxmbs.errors import ModelError
 from jaxmbs.experiment import _decoupling as decoupling
 from jaxmbs.experiment._rig import free_response, measured_stiffness, remove_stiffness
-from jaxmbs.experiment._virtual import flexible_channels, rigid_channels, virtual_point
+from jaxmbs.experiment._virtual_point import flexible_channels, rigid_channels, virtual_point
 from jaxmbs.linear._transfer import TransferFunctions
-from jaxmbs.math._regularised_inverse import regular_inverse
 from jaxmbs.reductions import CraigBampton, reduce
 from jaxmbs.vibration import frequency_response
 from jaxmbs.vibration._direct_response import dense_response
@@ -21,7 +21,8 @@ from tests.structural_matrices import chain, component
 
 OMEGA = np.linspace(2.0, 60.0, 23)
 couple, interface_forces, decouple = (
-    eqx.filter_jit(f) for f in (transfer_functions.couple, transfer_functions.interface_forces, decoupling.decouple)
+    eqx.filter_jit(f)
+    for f in (transfer_functions.couple_transfer, transfer_functions.coupling_forces, decoupling.decouple)
 )
 
 
@@ -109,7 +110,7 @@ def test_truncation_and_damping_fight_noise():
 
     def noisy(tf):
         shape = tf.values.shape
-        return tf.replace(tf.values * (1 + 1e-3 * (r.normal(size=shape) + 1j * r.normal(size=shape))))
+        return tf.with_values(tf.values * (1 + 1e-3 * (r.normal(size=shape) + 1j * r.normal(size=shape))))
 
     seen, fixture = noisy(AB), noisy(B)
 
@@ -130,7 +131,9 @@ def test_weights_know_the_worse_sensors():
 
     def noisy(tf):
         scale = np.array([size[c] for c in tf.outputs])[None, :, None] * np.abs(tf.values).mean()
-        return tf.replace(tf.values + scale * (r.normal(size=tf.values.shape) + 1j * r.normal(size=tf.values.shape)))
+        return tf.with_values(
+            tf.values + scale * (r.normal(size=tf.values.shape) + 1j * r.normal(size=tf.values.shape))
+        )
 
     seen, fixture = noisy(AB), noisy(B)
 
@@ -211,11 +214,11 @@ def test_virtual_point():
     close(found.transfer.values, six)
     assert found.transfer.outputs == ("p x", "p y", "p z", "p rx", "p ry", "p rz")
     assert np.all(found.motion_residual < 1e-10) and np.all(found.force_residual < 1e-10)
-    bent = virtual_point(measured.replace(measured.values.at[:, 2].mul(1.3)), point, sensors, impacts)
+    bent = virtual_point(measured.with_values(measured.values.at[:, 2].mul(1.3)), point, sensors, impacts)
     assert np.all(np.max(bent.motion_residual, axis=1) > 0.01)
     weights = r.uniform(0.2, 3.0, 9)
     seen = measured.values.at[:, 2].mul(1.3)
-    weighed = virtual_point(measured.replace(seen), point, sensors, impacts, weights=weights).transfer.values
+    weighed = virtual_point(measured.with_values(seen), point, sensors, impacts, weights=weights).transfer.values
     root = np.sqrt(weights)[:, None]
     motion = np.linalg.lstsq(root * Ru, root * np.asarray(seen).transpose(1, 0, 2).reshape(9, -1), rcond=None)[0]
     motion = motion.reshape(6, len(OMEGA), 10).transpose(1, 0, 2)
@@ -248,7 +251,7 @@ def test_gradient_of_decoupling_and_of_truncation():
     """Size of the recovered component by every entry of the assembled one, against differences; also truncated."""
 
     def size(rank, motions, values):
-        free = decouple(AB.replace(values), B, motions, rank=rank)
+        free = decouple(AB.with_values(values), B, motions, rank=rank)
         return jnp.sum(jnp.abs(free.values[:, 0, 1]) ** 2) * 1e6
 
     r = np.random.default_rng(2)
@@ -270,7 +273,7 @@ def test_gradient_of_decoupling_and_of_truncation():
 def test_regular_inverse_and_its_derivative(shape, rank, noise):
     r = np.random.default_rng(4)
     A, dA = (r.normal(size=shape) + 1j * r.normal(size=shape) for _ in range(2))
-    f = lambda t: regular_inverse(A + t * dA, rank=rank, noise=noise + t)  # noqa: E731
+    f = lambda t: regularised_inverse(A + t * dA, rank=rank, noise=noise + t)  # noqa: E731
     U, s, Vh = np.linalg.svd(A, full_matrices=False)
     g = s / (s**2 + noise**2) * (np.arange(len(s)) < (rank or 9))
     close(f(0.0), (Vh.conj().T * g) @ U.conj().T)
@@ -279,7 +282,7 @@ def test_regular_inverse_and_its_derivative(shape, rank, noise):
 
 
 def test_repeated_singular_values_have_a_derivative():
-    change = jax.jvp(lambda A: regular_inverse(A), (jnp.eye(3) * 2,), (jnp.ones((3, 3)),))[1]
+    change = jax.jvp(lambda A: regularised_inverse(A), (jnp.eye(3) * 2,), (jnp.ones((3, 3)),))[1]
     close(change, -np.ones((3, 3)) / 4)
 
 
@@ -318,8 +321,8 @@ def _short():
         (lambda: A.at(["x"]), "no output 'x'"),
         (lambda: couple({"A": A, "B": B}, [("A d", "B x")]), "no channel 'B x'"),
         (lambda: couple(A, [("a", "a")]), "joined to itself"),
-        (lambda: uncoupled({"A": A, "B": _short()}), "5 frequencies"),
-        (lambda: uncoupled({"A": A, "B": B.to("mobility")}), "'B' is a mobility"),
+        (lambda: uncoupled_transfer({"A": A, "B": _short()}), "5 frequencies"),
+        (lambda: uncoupled_transfer({"A": A, "B": B.to("mobility")}), "'B' is a mobility"),
         (lambda: decouple(AB, B, list("d"), list("de")), "fewer than 2 forces"),
         (lambda: decouple(AB, B, [("d", "x")]), "no output 'x'"),
         (lambda: remove_stiffness(A, ["b"], np.eye(2)), "1 channels need"),

@@ -10,7 +10,7 @@ from jax import lax
 from scipy.optimize import brentq
 
 from jaxmbs.errors import ModelError
-from jaxmbs.experiment import check_suspension, free_response, nonlinearity, swept_amplitudes
+from jaxmbs.experiment import check_suspension, free_response, nonlinearity, sweep_amplitudes
 from jaxmbs.linear import LinearSystem
 
 MASSES, SPRING, DAMPER = np.array([2.0, 1.0]), 900.0, 4.0
@@ -59,7 +59,7 @@ def measured(cubic):
         start = -2 * LAST * STEPS - 1 + STEPS * PERIODS
         phase = phase + 2 * jnp.pi * (start % STEPS) / STEPS
         middle = [LAST * STEPS]
-        Z = jax.vmap(jax.vmap(lambda s: swept_amplitudes(s, phase, middle, LAST * STEPS)[0]))(signals)
+        Z = jax.vmap(jax.vmap(lambda s: sweep_amplitudes(s, phase, middle, LAST * STEPS)[0]))(signals)
         drive = jnp.broadcast_to(jnp.asarray(LEVELS, complex)[None], Z.shape[:2])
         by_level = [free_response(Z[:, i, :2, None], drive[:, i, None, None], Z[:, i, 2:, None]) for i in range(3)]
         return jnp.stack([found.receptance for found in by_level])

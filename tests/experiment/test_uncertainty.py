@@ -9,12 +9,12 @@ from jax import lax
 
 from jaxmbs.experiment._decoupling import decouple
 from jaxmbs.experiment._rig import free_response, remove_stiffness
-from jaxmbs.experiment._sine_sweep import sweep_phase, swept_amplitudes, swept_variance
+from jaxmbs.experiment._sine_sweep import sweep_amplitudes, sweep_phase, sweep_variance
 from jaxmbs.experiment._uncertainty import (
+    add_noise,
     coherence_variance,
     mean_of_repeats,
     noise_variance,
-    noisy,
     propagate,
     propagate_scalar,
 )
@@ -60,12 +60,12 @@ def test_amplitudes_of_a_known_sweep():
     amplitude = jnp.asarray(A)[:, None] + jnp.asarray(B)[:, None] * t.astype(complex)[None]
     signals = jnp.real(amplitude * jnp.exp(1j * phase.astype(complex))[None]) + 0.7
     at = [300, 1500, 3600]
-    np.testing.assert_allclose(swept_amplitudes(signals, phase, at, 200), amplitude[:, np.array(at)].T, rtol=1e-9)
+    np.testing.assert_allclose(sweep_amplitudes(signals, phase, at, 200), amplitude[:, np.array(at)].T, rtol=1e-9)
     noise = 0.1 * jax.random.normal(jax.random.key(0), (300, 4000))
-    found = swept_amplitudes(noise, phase, [1500], 200)
-    np.testing.assert_allclose(jnp.mean(jnp.abs(found) ** 2), swept_variance(0.1, 200), rtol=0.25)
+    found = sweep_amplitudes(noise, phase, [1500], 200)
+    np.testing.assert_allclose(jnp.mean(jnp.abs(found) ** 2), sweep_variance(0.1, 200), rtol=0.25)
     with pytest.raises(ValueError, match="at least 200 samples"):
-        swept_amplitudes(signals, phase, [100], 200)
+        sweep_amplitudes(signals, phase, [100], 200)
 
 
 @pytest.mark.slow
@@ -85,7 +85,7 @@ def test_sweep_on_a_soft_suspension():
         support = -SOFT * x[:, np.array(ENDS)] - LEAK * x[:, N + np.array(ENDS)]
         signals = jnp.concatenate([x[:, :N], force, support], axis=1)
         flat = signals.reshape(len(t), -1).T
-        Z = swept_amplitudes(flat, phase, centres, 120).reshape(len(centres), N + 4, 2)
+        Z = sweep_amplitudes(flat, phase, centres, 120).reshape(len(centres), N + 4, 2)
         B = free_response(Z[:, :N], Z[:, N : N + 2], Z[:, N + 2 :]).receptance
         held = free_response(Z[:, :N], Z[:, N : N + 2]).receptance
         w = np.asarray(omega)[centres]
@@ -132,7 +132,7 @@ def test_error_bars_of_the_free_structure():
     variance = noise_variance(clean, 0.01, 1e-6)
     found, predicted = jax.jit(lambda v: propagate(recovered, v, variance))(clean)
     np.testing.assert_allclose(found, free(omega), rtol=1e-9, atol=1e-12)
-    samples = jax.jit(jax.vmap(lambda key: recovered(noisy(key, clean, variance))))(
+    samples = jax.jit(jax.vmap(lambda key: recovered(add_noise(key, clean, variance))))(
         jax.random.split(jax.random.key(1), 400)
     )
     ratio = np.mean(np.abs(samples - found[None]) ** 2, axis=0) / predicted
@@ -158,7 +158,7 @@ def test_error_bars_of_a_number():
 
     value, predicted = jax.jit(lambda v: propagate_scalar(peak, v, variance))(clean)
     keys = jax.random.split(jax.random.key(3), 400)
-    samples = jax.jit(jax.vmap(lambda key: peak(noisy(key, clean, variance))))(keys)
+    samples = jax.jit(jax.vmap(lambda key: peak(add_noise(key, clean, variance))))(keys)
     np.testing.assert_allclose(np.var(samples), predicted, rtol=0.3)
     assert abs(np.mean(samples) - value) < np.sqrt(predicted)
 
@@ -173,12 +173,12 @@ def test_error_bars_through_decoupling_and_a_known_rig():
     rig = TransferFunctions(omega, np.ones((9, 1, 1)) / (300.0 - 0.2j * omega[:, None, None]), ["a"], ["a"])
     variance = noise_variance(on_rig.values, 0.003)
     for f in (
-        lambda v: decouple(on_rig.replace(v), rig, ["a"], rank=1).values[:, :3, 1:],
-        lambda v: remove_stiffness(on_rig.replace(v), ["a", "d"], 300.0 * np.eye(2)).values,
+        lambda v: decouple(on_rig.with_values(v), rig, ["a"], rank=1).values[:, :3, 1:],
+        lambda v: remove_stiffness(on_rig.with_values(v), ["a", "d"], 300.0 * np.eye(2)).values,
     ):
         found, predicted = jax.jit(lambda v, f=f: propagate(f, v, variance))(on_rig.values)
         keys = jax.random.split(jax.random.key(2), 400)
-        samples = jax.jit(jax.vmap(lambda key, f=f: f(noisy(key, on_rig.values, variance))))(keys)
+        samples = jax.jit(jax.vmap(lambda key, f=f: f(add_noise(key, on_rig.values, variance))))(keys)
         ratio = np.mean(np.abs(samples - found[None]) ** 2, axis=0) / predicted
         assert 0.9 < ratio.mean() < 1.15
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.elements import Beam, GroundSpring, Rod, Spring
-from jaxmbs.fem import Structure, collect, element_forces, element_stresses, histories, spread
+from jaxmbs.fem import Structure, element_forces, element_stresses, gather_rows, recover_history, scatter_rows
 
 YOUNG, AREA, LENGTH = 3.0, 0.2, np.sqrt(2.0) * 1.5
 PLACES = {"a": (0.0, 0.0, 0.0), "b": (1.5, 1.5, 0.0), "c": (2.0, 0.0, 0.0)}
@@ -53,12 +53,12 @@ def test_every_force_in_closed_form(seed):
 def test_times_and_cases_come_first():
     """Rows or nodes, any axes before them, complex amplitudes: each instant as it is alone."""
     u = np.random.default_rng(5).standard_normal((2, 4, 3, 6))
-    x = collect(STRUCTURE, u)
+    x = gather_rows(STRUCTURE, u)
     assert x.shape == (2, 4, STRUCTURE.index.num_rows)
-    np.testing.assert_array_equal(collect(STRUCTURE, spread(STRUCTURE, x)), x)
+    np.testing.assert_array_equal(gather_rows(STRUCTURE, scatter_rows(STRUCTURE, x)), x)
     for recover in (element_forces, element_stresses):
         found = recover(STRUCTURE, x)
-        for other in (recover(STRUCTURE, spread(STRUCTURE, x)), histories(recover, STRUCTURE, x)):
+        for other in (recover(STRUCTURE, scatter_rows(STRUCTURE, x)), recover_history(recover, STRUCTURE, x)):
             for name in found:
                 np.testing.assert_allclose(found[name], other[name], rtol=1e-12, atol=1e-12)
         one = recover(STRUCTURE, x[1, 2])
@@ -70,4 +70,4 @@ def test_times_and_cases_come_first():
         with pytest.raises(ValueError, match="has the shape"):
             element_forces(STRUCTURE, jnp.asarray(wrong))
     with pytest.raises(ValueError, match="has the shape"):
-        spread(STRUCTURE, jnp.ones((2, 17)))
+        scatter_rows(STRUCTURE, jnp.ones((2, 17)))

@@ -13,14 +13,14 @@ from jaxmbs.fem import (
     assemble_blocks,
     assemble_dense,
     body_load,
-    collect,
     element_forces,
     element_matrices,
+    gather_rows,
     line_load,
     nodal_load,
     node_pattern,
     pressure_load,
-    spread,
+    scatter_rows,
 )
 from jaxmbs.linear import rigid_motions
 
@@ -46,7 +46,7 @@ def mixed():
 @jax.jit
 def both(structure):
     dense, blocks = assemble_dense(structure), assemble_blocks(structure)
-    return dense, [b.dense() for b in blocks]
+    return dense, [b.to_dense() for b in blocks]
 
 
 def test_block_form_is_the_dense_form():
@@ -71,7 +71,7 @@ def test_single_precision():
     single = jax.tree.map(lambda leaf: leaf.astype(jnp.float32), mixed())
     (K,) = assemble_blocks(single, ("stiffness",))
     assert K.diagonal.dtype == jnp.float32
-    np.testing.assert_allclose(K.dense(), both(mixed())[1][0], atol=2e-5)
+    np.testing.assert_allclose(K.to_dense(), both(mixed())[1][0], atol=2e-5)
 
 
 FRAME = {"a": (0.0, 0, 0), "b": (1.0, 0, 0), "c": (0.9, 0.1, 1.0), "d": (0.1, 0.9, 1.1), "e": (0.5, 0.4, 1.6)}
@@ -96,9 +96,9 @@ def test_block_solve_gradient_and_batch():
         s = frame(young, positions)
         load = tip + body_load(s, (0.0, 0.0, -0.1))
         if block:
-            free = spread(s, collect(s, load))
+            free = scatter_rows(s, gather_rows(s, load))
             return jnp.sum(free * bs.solve_once(assemble_blocks(s, ("stiffness",))[0], free, plan=plan))
-        f = collect(s, load)
+        f = gather_rows(s, load)
         return f @ jnp.linalg.solve(assemble_dense(s, ("stiffness",))[0], f)
 
     young = jnp.array([2.0, 3.0, 5.0])
@@ -118,14 +118,14 @@ def test_reactions_of_elements_balance():
     """At every free node the elements' forces, as `k_e x`, add up to the load; all of them balance as a whole."""
     structure = mixed()
     load = nodal_load(structure, {"side": {"z": -1.0}})
-    x = jnp.linalg.solve(both(structure)[0][0], collect(structure, load))
-    u = np.asarray(spread(structure, x))
+    x = jnp.linalg.solve(both(structure)[0][0], gather_rows(structure, load))
+    u = np.asarray(scatter_rows(structure, x))
     total = np.zeros((7, 6))
     for name, group in structure.groups.items():
         k, c = group.element.num_nodes, group.element.coordinates
         for row, matrix in zip(group.nodes, np.asarray(element_matrices(structure, name)), strict=True):
             total[list(row), :c] += (matrix @ u[list(row), :c].ravel()).reshape(k, c)
-    np.testing.assert_allclose(collect(structure, total), collect(structure, load), atol=1e-12)
+    np.testing.assert_allclose(gather_rows(structure, total), gather_rows(structure, load), atol=1e-12)
     motions = np.asarray(rigid_motions(structure.positions)).reshape(42, 6)
     np.testing.assert_allclose(motions.T @ total.ravel(), 0.0, atol=1e-12)
     forces = element_forces(structure, x)
@@ -228,6 +228,6 @@ def test_wrong_questions():
     with pytest.raises(ValueError, match="'q' is none of"):
         nodal_load(structure, {"0": {"q": 1.0}})
     with pytest.raises(ValueError, match="8 nodes need values"):
-        collect(structure, np.zeros((7, 6)))
+        gather_rows(structure, np.zeros((7, 6)))
     with pytest.raises(KeyError, match="nowhere"):
         nodal_load(structure, {"nowhere": {"x": 1.0}})

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.elements import PointMass
-from jaxmbs.fem import Structure, assemble, body_load, collect
+from jaxmbs.fem import Structure, assemble, body_load, gather_rows
 from jaxmbs.flexible import carried_loads, mass_properties
 from jaxmbs.flexible._floating_frame import rigid_basis
 from jaxmbs.linear import LinearSystem, check
@@ -78,8 +78,8 @@ def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
     pair = {"piece0": component, "piece1": component}
     loads = carried_loads(system, state, pair, {"wrist": ("piece1", LAST)})
     one = component.with_interface("0", LAST)
-    bonds = {"hub": rigid("piece0.0"), "weld": rigid("piece1.0", f"piece0.{LAST}")}
-    net = connect({"piece0": one, "piece1": one.moved((LENGTH, 0.0, 0.0))}, bonds)
+    bonds = {"hub": rigid_bond("piece0.0"), "weld": rigid_bond("piece1.0", f"piece0.{LAST}")}
+    net = connect({"piece0": one, "piece1": one.translate((LENGTH, 0.0, 0.0))}, bonds)
     found, reactions = mbs.reactions(net, mbs.equilibrium(net, loads)), mbs.reactions(system, state, frame="joint")
     assert found.ok
     for name, bond in found.items():
@@ -96,7 +96,7 @@ def test_at_rest_the_load_is_the_weight():
     b.joint("clamp", mbs.Weld(), "ground", "part")
     system = b.build()
     load = carried_loads(system, mbs.State.at(system), {"part": component})["part"]
-    wanted = collect(structure, body_load(structure, jnp.array([0.0, 0.0, -9.81])))
+    wanted = gather_rows(structure, body_load(structure, jnp.array([0.0, 0.0, -9.81])))
     np.testing.assert_allclose(load, wanted, atol=1e-12)
 
 

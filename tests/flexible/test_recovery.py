@@ -63,7 +63,7 @@ def test_a_reduction_after_rigid_nodes_leads_all_the_way_back(body):
     assert small.whole == structure.labels
     tip = np.zeros(small.num_rows)
     tip[list(small.rows("tip z"))] = 1.0
-    moved = fem.spread(structure, small.expand(tip))
+    moved = fem.scatter_rows(structure, small.expand(tip))
     np.testing.assert_allclose(moved[[structure.node(name) for name in TIP], 2], 1.0)
 
 
@@ -80,7 +80,7 @@ def test_it_bends_in_a_scene(body):
     decode = lambda text, *shape: np.frombuffer(base64.b64decode(text), "<f4").reshape(shape)  # noqa: E731
     m, n = frame.shapes.shape[1], structure.num_nodes
     moved = np.einsum("m,mnc->nc", decode(mesh["amplitudes"], 1, m)[0], decode(mesh["basis"], m, n, 3))
-    wanted = np.asarray(fem.spread(structure, held_by_hand(structure)))[:, :3]
+    wanted = np.asarray(fem.scatter_rows(structure, held_by_hand(structure)))[:, :3]
     np.testing.assert_allclose(moved, wanted, atol=1e-6)
     assert data["stages"][0]["bodies"][mesh["body"]] == "arm.hub"
     hub = decode(mesh["rest"], n, 3)[[structure.node(name) for name in HUB]]

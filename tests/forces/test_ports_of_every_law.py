@@ -405,12 +405,12 @@ def test_struts_by_virtual_power(system, answers, name):
         np.abs(answers["reactions"][f"{name}.pin"].force), [*np.abs(pull), 0.0], rtol=1e-7, atol=1e-9
     )
 
-    def generalised(q):
+    def generalised_forces(q):
         length, _, arm = strut(q)
         return effort(name, length, 0.0, T) * arm
 
     K = (shares.elastic + shares.antagonistic + shares.sources)[i, i]
-    np.testing.assert_allclose(K, -slope(generalised, q), rtol=1e-7, atol=1e-6)
+    np.testing.assert_allclose(K, -slope(generalised_forces, q), rtol=1e-7, atol=1e-6)
     curvature = -slope(lambda x: stored(name, x), length)
     np.testing.assert_allclose(shares.elastic[i, i], curvature * arm**2, rtol=1e-7, atol=1e-7)
 

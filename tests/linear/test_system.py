@@ -226,7 +226,7 @@ def test_sparse_matrix_as_blocks(even):
     A = (A + A.T if even else A) + 10 * scipy.sparse.eye(30)
     blocks, one = block_matrices(A, scipy.sparse.eye(30), size=3)
     assert blocks.is_symmetric is even
-    np.testing.assert_array_equal((blocks + 2.0 * one).dense(), A.toarray() + 2 * np.eye(30))
+    np.testing.assert_array_equal((blocks + 2.0 * one).to_dense(), A.toarray() + 2 * np.eye(30))
     b = rng.normal(size=(10, 3))
     np.testing.assert_allclose(blocks @ jnp.asarray(b), (A @ b.ravel()).reshape(10, 3), atol=1e-13)
     with pytest.raises(ValueError, match="blocks of 7"):

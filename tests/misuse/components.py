@@ -56,7 +56,7 @@ CASES = {
             )
         ),
     ),
-    "reductions.rotated": case(lambda z: call(z.free_beam, np.eye(3)[[1, 2, 0]])),
+    "reductions.rotate": case(lambda z: call(z.free_beam, np.eye(3)[[1, 2, 0]])),
     "reductions.virtual_work": case(
         lambda z: call(z.chain, z.x, np.ones(1), {"b": 1.0}), "system nan inside: the work of forces that are given"
     ),
@@ -67,7 +67,9 @@ CASES = {
         lambda z: call(_component()), "system nan inside: LinearSystem refuses it before"
     ),
     "reductions.support_motions": case(lambda z: call(_component(), ("0",))),
-    "reductions.on_interface": case(lambda z: call(_component(), np.eye(4), 2), "W shape: any number of coordinates"),
+    "reductions.transform_interface": case(
+        lambda z: call(_component(), np.eye(4), 2), "W shape: any number of coordinates"
+    ),
     "reductions.rigid_node": case(
         lambda z: call(z.free_beam, "hub", ["b"], np.zeros(3)), "name name: names are free"
     ),
@@ -80,7 +82,9 @@ CASES = {
         lambda z: call(6, (0, 1, 2), np.array([[1.0, 1.0, 1.0]]), (0,)), "size huge: as large"
     ),
     "reductions.element_loads": case(lambda z: call(z.K, z.C, z.x), "element_stiffness shape: refused"),
-    "reductions.harmonic": case(lambda z: call(z.values[0], z.omega), "amplitudes shape: any number of coordinates"),
+    "reductions.harmonic_amplitudes": case(
+        lambda z: call(z.values[0], z.omega), "amplitudes shape: any number of coordinates"
+    ),
     "reductions.mode_acceleration": case(
         lambda z: call(z.chain, z.x, z.x, z.x, z.x), "x nan: of x only the interface counts", "x inf: likewise"
     ),
@@ -92,8 +96,8 @@ CASES = {
     ),
     "reductions.force_errors": case(lambda z: call(z.chain, z.x, z.x, z.x), "* complex: amplitudes may be"),
     "reductions.frequency_errors": case(lambda z: call(z.chain, z.small, 2)),
-    "reductions.num_modes_up_to": case(lambda z: call(z.chain, 0.25, 2.0), positive="frequency factor"),
-    "coupling.rigid": case(lambda z: call("one.a", "two.a"), "* name: connect refuses it"),
+    "reductions.num_modes_below": case(lambda z: call(z.chain, 0.25, 2.0), positive="frequency factor"),
+    "coupling.rigid_bond": case(lambda z: call("one.a", "two.a"), "* name: connect refuses it"),
     "coupling.hinge": case(
         lambda z: call("one.a", "two.a", free="x", axes=np.eye(3)),
         "* name: connect refuses it",
@@ -111,7 +115,7 @@ CASES = {
     ),
     "coupling.Bond": case(lambda z: call((("one", "a"), ("two", "a"))), "ends *: made by rigid, joint and bushing"),
     "coupling.connect": case(
-        lambda z: call({"one": z.chain, "two": z.chain}, {"bolt": coupling.rigid("one.a", "two.a")}),
+        lambda z: call({"one": z.chain, "two": z.chain}, {"bolt": coupling.rigid_bond("one.a", "two.a")}),
         "components name: the bond names what is missing",
         "bonds name: names of bonds are free",
     ),
@@ -157,7 +161,7 @@ CASES = {
         positive="coherence averages",
     ),
     "experiment.noise_variance": case(lambda z: call(z.values, 0.25, 0.5), "values shape: any number of channels"),
-    "experiment.noisy": case(
+    "experiment.add_noise": case(
         lambda z: call(jax.random.key(0), z.values, np.ones(z.values.shape)), positive="variance"
     ),
     "experiment.mean_of_repeats": case(lambda z: call(z.values), "samples shape: any number of them"),
@@ -166,14 +170,14 @@ CASES = {
     "experiment.propagate_scalar": case(
         lambda z: call(lambda B: jnp.sum(jnp.abs(B)), z.values, np.ones(z.values.shape)), positive="variance"
     ),
-    "experiment.regular_inverse": case(
+    "coupling.regularised_inverse": case(
         lambda z: call(z.values, 2, 0.0, 0.0, np.ones(2)), "A shape: any number of rows and columns", positive="rcond"
     ),
-    "experiment.uncoupled": case(
+    "coupling.uncoupled_transfer": case(
         lambda z: call({"one": z.measured, "two": z.measured}), "parts name: names are free"
     ),
-    "experiment.couple": case(lambda z: call({"one": z.measured, "two": z.measured}, [("one p", "two p")])),
-    "experiment.interface_forces": case(
+    "coupling.couple_transfer": case(lambda z: call({"one": z.measured, "two": z.measured}, [("one p", "two p")])),
+    "coupling.coupling_forces": case(
         lambda z: call({"one": z.measured, "two": z.measured}, [("one p", "two p")], np.eye(1))
     ),
     "experiment.decouple": case(lambda z: call(z.measured, z.measured.at(["p"], ["p"]), ["p"])),
@@ -188,12 +192,12 @@ CASES = {
         "* swapped: numbers or arrays of them",
         "duration inf: a limit that exists",
     ),
-    "experiment.swept_amplitudes": case(
+    "experiment.sweep_amplitudes": case(
         lambda z: call(np.cos(np.linspace(0.0, 20.0, 41))[None], np.linspace(0.0, 20.0, 41), [20], 8),
         "signals inf: outside of the window",
         "* shape: refused with other lengths",
     ),
-    "experiment.swept_variance": case(
+    "experiment.sweep_variance": case(
         lambda z: call(0.5, 8), "noise shape: any number of channels", "width huge: ok", "* swapped: as many samples"
     ),
     "experiment.rigid_channels": case(lambda z: call(list(z.table.values()), np.zeros(3))),

@@ -27,7 +27,7 @@ CASES = {
         "num *: simulate refuses it",
         "* swapped: simulate refuses it",
     ),
-    "experiment.TransferFunctions": case(
+    "linear.TransferFunctions": case(
         lambda z: call(z.omega, z.values, ["p", "q"], ["p", "q"]),
         "values nan: gaps in what was measured",
         "values inf: shows in whatever is asked",
@@ -128,7 +128,7 @@ CASES = {
     "vibration.lowest_modes": case(lambda z: call(_factor(z.long_blocks[0]), z.long_blocks[1], 2)),
     "linear.rigid_motions": case(lambda z: call(z.x[:, :3], np.array([1.0, 2.0, 3.0]))),
     "linear.static_response": case(lambda z: call(K=z.K, load=z.x)),
-    "vibration.equilibrium": case(lambda z: call(z.chain, {"b": 1.0}), "forces shape: any number of cases"),
+    "linear.equilibrium": case(lambda z: call(z.chain, {"b": 1.0}), "forces shape: any number of cases"),
     "vibration.modes": case(lambda z: call(z.chain, 2)),
     "vibration.frequency_response": case(
         lambda z: call(z.chain, z.omega, ["a"], ["d"], "direct", 0.25), f"omega shape: {ANY}"

@@ -33,17 +33,17 @@ CASES = {
     "fem.nodal_load": case(
         lambda z: call(z.structure, {"c": {"z": -1.0}}), "structure nan inside: loads do not depend on its numbers"
     ),
-    "fem.collect": case(
+    "fem.gather_rows": case(
         lambda z: call(z.structure, np.ones((3, 6))), "structure nan inside: places do not depend on its numbers"
     ),
-    "fem.spread": case(
+    "fem.scatter_rows": case(
         lambda z: call(z.structure, np.ones(12)), "structure nan inside: places do not depend on its numbers"
     ),
     "fem.element_forces": of_structure(
         np.ones(12), {"beams": np.array([0.0, 0.0, -8.0])}, np.array([0.0, 0.0, -8.0])
     ),
     "fem.element_stresses": of_structure(np.ones(12), {"beams": np.array([0.0, 0.0, -8.0])}),
-    "fem.histories": case(lambda z: call(fem.element_forces, z.structure, np.ones((2, 12)))),
+    "fem.recover_history": case(lambda z: call(fem.element_forces, z.structure, np.ones((2, 12)))),
     "blocksparse.Pattern": case(
         lambda z: call(4, 2, [(0, 1), (1, 2)], ["a", "b", "c", "d"], [2, 2, 2, 1]),
         "size huge: as large",
@@ -65,7 +65,7 @@ CASES = {
     "blocksparse.analyse": case(lambda z: call(z.pattern, None, None, np.ones((4, 3)), (3,)), "* *: of an order"),
     "blocksparse.assemble": case(lambda z: call(z.pattern, [[0, 1], [1, 2], [2, 3]], BLOCK[:, :, :, None, None])),
     "blocksparse.factor": case(lambda z: call(z.blocks[0], "ldl")),
-    "blocksparse.inertia": case(lambda z: call(z.factor)),
+    "blocksparse.matrix_inertia": case(lambda z: call(z.factor)),
     "blocksparse.is_finite": case(lambda z: call(z.factor), "factor nan inside: the answer is false"),
     "blocksparse.log_determinant": case(lambda z: call(z.factor)),
     "blocksparse.solve": case(lambda z: call(z.factor, np.ones((4, 1)))),

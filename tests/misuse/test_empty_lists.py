@@ -22,9 +22,12 @@ class Nothing:
         self.motion = mbs.simulate(self.system, self.state, ts=[0.15, 0.2, 0.3])
         self.linear, self.ts = beam(), np.array([0.0, 0.1, 0.2])
         self.lin = mbs.linearise(self.system, self.state, inputs=[], outputs=[])
-        self.net = mbs.coupling.connect({"a": beam(), "b": beam()}, {"bolt": mbs.coupling.rigid("a.foot", "b.foot")})
+        self.net = mbs.coupling.connect(
+            {"a": beam(), "b": beam()}, {"bolt": mbs.coupling.rigid_bond("a.foot", "b.foot")}
+        )
         self.beside = mbs.coupling.connect(
-            {"a": beam(), "b": beam(), "c": beam().with_interface()}, {"bolt": mbs.coupling.rigid("a.foot", "b.foot")}
+            {"a": beam(), "b": beam(), "c": beam().with_interface()},
+            {"bolt": mbs.coupling.rigid_bond("a.foot", "b.foot")},
         )
         self.alone = mbs.coupling.connect({"a": beam()}, {})
         self.bonds = mbs.statics.Bonds.from_arrays(["a"], {"weld": ("ground", "a")}, np.zeros((1, 3)))

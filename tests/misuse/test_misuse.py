@@ -21,14 +21,14 @@ EXEMPT = {
     "answers, made by the library": """
         analysis.Equilibrium analysis.Linearisation analysis.StateSpace analysis.Stiffness coupling.BaseMotion
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
-        coupling.MeasuredNetwork coupling.ModalPairs coupling.Network batching.Batch design.History
-        design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.Coordinates
+        coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
+        design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
         fem.Group flexible.FloatingFrame kinematics.Kic kinematics.SecondKic linear.Check
         vibration.HarmonicResponse vibration.LinearMotion vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
         motion.Peak motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions
         statics.ReactionFamily statics.ReactionMatrix statics.Redundancy blocksparse.Factor blocksparse.Plan
-        jaxmbs.Status experiment.Suspension vibration.ResonanceGains
+        jaxmbs.Status experiment.SuspensionCheck vibration.ResonanceGains
         reductions.SymmetrySubspace reductions.VirtualMotions design.Front design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh
@@ -61,23 +61,23 @@ LONG = """
     vibration.simulate flexible.interface_loads vibration.oscillations vibration.transfer_matrix
     coupling.peak_response vibration.resonance_gains reductions.MacNeal reductions.averaged_transformation
     reductions.mode_acceleration_free reductions.Mixed vibration.harmonic_response vibration.frequency_response
-    experiment.swept_amplitudes flexible.displacements flexible.floating_frame dynamics.spring_kic_second
+    experiment.sweep_amplitudes flexible.displacements flexible.floating_frame dynamics.spring_kic_second
     flexible.ElasticBody vibration.complex_modes kinematics.point_kic flexible.deformations
-    reductions.on_interface analysis.modes analysis.linearise joints.FramePath analysis.equilibrium
+    reductions.transform_interface analysis.modes analysis.linearise joints.FramePath analysis.equilibrium
     dynamics.gyristor_field_direct dynamics.hamiltonian reductions.mode_acceleration reductions.virtual_work
     blocksparse.factor bondgraph.bond_powers kinematics.kic_second_vector dynamics.state_equations
     vibration.dense_response motion.simulate reductions.Rubin dynamics.hamiltonian_slopes
     experiment.virtual_point jaxmbs.simulate jaxmbs.equilibrium fem.element_forces jaxmbs.modes
     blocksparse.solve_once fem.element_stresses elements.Beam elements.Quadrilateral analysis.stiffness
-    kinematics.kic_second blocksparse.solve dynamics.spring_displacement fem.histories
+    kinematics.kic_second blocksparse.solve dynamics.spring_displacement fem.recover_history
     experiment.check_suspension flexible.carried_loads bondgraph.junction_residual dynamics.gyristor_field
-    dynamics.acceleration vibration.modal_response reaction.reactions blocksparse.inertia elements.Triangle
+    dynamics.acceleration vibration.modal_response reaction.reactions blocksparse.matrix_inertia elements.Triangle
     vibration.natural_modes bondgraph.graph_state_equations coupling.limit_loads vibration.modal_transfer_matrix
     coupling.modal_pairs analysis.frequency_response kinematics.internal_kic_second reaction.reaction_bonds
-    experiment.regular_inverse kinematics.internal_kic_second_printed experiment.couple design.Limit
+    coupling.regularised_inverse kinematics.internal_kic_second_printed coupling.couple_transfer design.Limit
     reductions.force_errors coupling.reactions fem.body_load fem.pressure_load coupling.cqc_correlation
     forces.Spline experiment.coherence_variance linear.static_response fem.line_load experiment.rigid_channels
-    vibration.equilibrium experiment.decouple
+    linear.equilibrium experiment.decouple
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime", "jaxmbs.ode"}  # rooms for the library itself

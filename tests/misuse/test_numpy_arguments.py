@@ -31,14 +31,14 @@ CALLS = {
     "mobility": lambda K, M, C, w, x: vibration.mobility(x[:2, :1, None].astype(complex), w),
     "mode_acceleration": lambda K, M, C, w, x: reductions.mode_acceleration(WHOLE, x, 2 * x, 3 * x, x),
     "interface_forces": lambda K, M, C, w, x: reductions.interface_forces(WHOLE, x, 2 * x, 3 * x, x),
-    "harmonic": lambda K, M, C, w, x: reductions.harmonic(x[:2].astype(complex), w)[2],
+    "harmonic": lambda K, M, C, w, x: reductions.harmonic_amplitudes(x[:2].astype(complex), w)[2],
     "element_loads": lambda K, M, C, w, x: reductions.element_loads(K, C, x),
     "averaged_motion": lambda K, M, C, w, x: reductions.averaged_motion(POINTS, (0.0, 0.0, 0.0), K[0] + 2, False),
-    "on_interface": lambda K, M, C, w, x: reductions.on_interface(WHOLE, M[:, ::-1], 1).mass,
+    "on_interface": lambda K, M, C, w, x: reductions.transform_interface(WHOLE, M[:, ::-1], 1).mass,
     "kic_rate": lambda K, M, C, w, x: mbs.kinematics.kic_rate(x[:1, :, None], w[:1]),
     "inertia.box": lambda K, M, C, w, x: mbs.inertia.box(2.0, x[1]),
     "inertia.turned": lambda K, M, C, w, x: mbs.inertia.turned(M + 1.0, M),
-    "swept_amplitudes": lambda K, M, C, w, x: experiment.swept_amplitudes(
+    "swept_amplitudes": lambda K, M, C, w, x: experiment.sweep_amplitudes(
         x.T.repeat(9, 1), x[:, 0].repeat(9), [15], 9
     ),
 }

@@ -98,7 +98,7 @@ class Zoo:
     @cached_property
     def network(self):
         parts = {"one": self.chain, "two": self.chain}
-        return coupling.connect(parts, {"bolt": coupling.rigid("one.a", "two.a")})
+        return coupling.connect(parts, {"bolt": coupling.rigid_bond("one.a", "two.a")})
 
     # elements
     nodes = {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (2.0, 0.0, 0.0)}

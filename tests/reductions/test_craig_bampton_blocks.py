@@ -35,7 +35,7 @@ def reduced(stretch, dense):
     K, M = matrices(stretch)
     C = K * 1e-3 + M * 0.2
     if dense:
-        return reduce(component(*(A.dense() for A in (K, M)), ROWS, C.dense()), CraigBampton(NUM))
+        return reduce(component(*(A.to_dense() for A in (K, M)), ROWS, C.to_dense()), CraigBampton(NUM))
     return reduce(component(K, M, ROWS, C), CraigBampton(NUM, chunk=8))
 
 
@@ -59,7 +59,7 @@ def test_a_short_bar_in_blocks_is_its_dense_reduction():
     K, M = assemble_blocks(Structure(nodes, {"b": (Hexahedron(70.0, 0.3, 2.7), bricks)}))
     rows = [int(3 * i + d) for i in index[0].ravel() for d in range(3)]
     blocks = reduce(component(K, M, rows), CraigBampton(2))
-    dense = reduce(component(K.dense(), M.dense(), rows), CraigBampton(2))
+    dense = reduce(component(K.to_dense(), M.to_dense(), rows), CraigBampton(2))
     np.testing.assert_allclose(blocks.basis[:, :12], dense.basis[:, :12], atol=1e-9)
     np.testing.assert_allclose(jnp.abs(blocks.mass), jnp.abs(dense.mass), atol=1e-8)  # signs of modes are free
     np.testing.assert_allclose(blocks.stiffness, dense.stiffness, atol=1e-8 * 70)
@@ -132,7 +132,7 @@ def test_every_shape_has_its_derivative_where_values_differ():
 @pytest.mark.slow
 def test_lowest_modes_in_single_precision_and_where_they_do_not_converge():
     K, M = held_matrices(jnp.asarray(1.2))
-    exact = natural_modes(K=K.dense(), M=M.dense(), num=NUM).frequencies
+    exact = natural_modes(K=K.to_dense(), M=M.to_dense(), num=NUM).frequencies
     K, M = K.astype(jnp.float32), M.astype(jnp.float32)
     modes = jax.jit(lambda K, M, sweeps: lowest_modes(bs.factor(K), M, NUM, sweeps), static_argnums=2)
     found = modes(K, M, 20)

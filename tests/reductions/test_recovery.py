@@ -7,25 +7,25 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.coupling._primal import interface_reactions, join
+from jaxmbs.coupling._primal_assembly import interface_reactions, join
 from jaxmbs.elements import Beam
-from jaxmbs.fem import Structure, assemble_dense, element_forces, element_stresses, histories
+from jaxmbs.fem import Structure, assemble_dense, element_forces, element_stresses, recover_history
 from jaxmbs.reductions import (
     Characteristic,
     CraigBampton,
     Unreduced,
     averaged_motion,
     averaged_transformation,
-    on_interface,
     reduce,
     rigid_body_motions,
     rigid_transformation,
+    transform_interface,
 )
-from jaxmbs.reductions._accuracy import force_errors, frequency_errors, num_modes_up_to
-from jaxmbs.reductions._base import numbered, project
+from jaxmbs.reductions._accuracy import force_errors, frequency_errors, num_modes_below
+from jaxmbs.reductions._base import numbered_labels, project
 from jaxmbs.reductions._recovery import (
     element_loads,
-    harmonic,
+    harmonic_amplitudes,
     interface_forces,
     mode_acceleration,
     mode_acceleration_free,
@@ -46,14 +46,14 @@ LOAD = jnp.zeros((2, 22)).at[:, TIP].set(1.0)
 def harmonic_case(num_modes, held=True):
     """Amplitudes by the reduced and by the whole beam, base held or free, tip loaded at two frequencies."""
     shapes = modes_of(K, M, num_modes).shapes
-    free = project(component(K, M, ()), shapes, numbered("normal", num_modes))
+    free = project(component(K, M, ()), shapes, numbered_labels("normal", num_modes))
     reduced = held_modes(K, M, BASE, num_modes) if held else free
     keep = slice(2, None) if held else slice(None)
 
     def solve(K, M, F):
         return jnp.stack([jnp.linalg.solve(K - w**2 * M, F[i]) for i, w in enumerate(OMEGA)])
 
-    F = reduced.generalised(LOAD)[:, keep]
+    F = reduced.generalised_forces(LOAD)[:, keep]
     rho = solve(reduced.stiffness[keep, keep], reduced.mass[keep, keep], F)
     x = solve(K[keep, keep], M[keep, keep], LOAD[:, keep])
     if held:
@@ -70,9 +70,9 @@ def forces(x, x_ddot):
 def test_mode_acceleration_beats_mode_displacement():
     """Base reactions with three modes: 5 % off by displacement, 0.3 % by acceleration."""
     reduced, rho, exact = harmonic_case(3)
-    x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
+    x, _, x_ddot = harmonic_amplitudes(reduced.expand(rho), OMEGA)
     better = mode_acceleration(BEAM, x, x_ddot, LOAD)
-    true = forces(exact, harmonic(exact, OMEGA)[2])
+    true = forces(exact, harmonic_amplitudes(exact, OMEGA)[2])
     errors = [np.max(np.abs(forces(y, x_ddot) / true - 1)) for y in (x, better)]
     assert errors[0] > 0.05
     assert errors[1] < 5e-3
@@ -87,10 +87,10 @@ def test_mode_acceleration_beats_mode_displacement():
 @pytest.mark.slow
 def test_bond_reactions_are_those_of_mode_acceleration():
     reduced, rho, _ = harmonic_case(3)
-    x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
+    x, _, x_ddot = harmonic_amplitudes(reduced.expand(rho), OMEGA)
     assembly = join((reduced,), ((-1, -1),))
-    xi, _, xi_ddot = harmonic(rho[:, 2:], OMEGA)
-    found = interface_reactions(assembly, xi.T, xi_ddot.T, None, (reduced.generalised(LOAD).T,))
+    xi, _, xi_ddot = harmonic_amplitudes(rho[:, 2:], OMEGA)
+    found = interface_reactions(assembly, xi.T, xi_ddot.T, None, (reduced.generalised_forces(LOAD).T,))
     better = mode_acceleration(BEAM, x, x_ddot, LOAD)
     np.testing.assert_allclose(found.forces[0].T, forces(better, x_ddot), rtol=1e-8)
 
@@ -99,7 +99,7 @@ def test_bond_reactions_are_those_of_mode_acceleration():
 def test_free_component_by_inertia_relief():
     """Five modes, two of them rigid: shape and curvature at the root of the loaded element."""
     reduced, rho, exact = harmonic_case(5, held=False)
-    x, _, x_ddot = harmonic(reduced.expand(rho), OMEGA)
+    x, _, x_ddot = harmonic_amplitudes(reduced.expand(rho), OMEGA)
     better = mode_acceleration_free(BEAM, (0, 20), x, x_ddot, LOAD)
     k = beam_element(jnp.asarray(1.0), jnp.asarray(1.0), jnp.asarray(0.1))[0]
     T = jnp.eye(22)[16:20]
@@ -169,7 +169,7 @@ def test_number_of_modes_up_to_a_frequency():
     interface = (0, 1, 20, 21)
     exact = np.asarray(modes_of(K, M).frequencies)
     limit = float(exact[5])
-    num = num_modes_up_to(component(K, M, interface), limit, 1.5)
+    num = num_modes_below(component(K, M, interface), limit, 1.5)
     assert 3 <= num <= 8
     reduced = held_modes(K, M, interface, num)
     found = modes_of(reduced.stiffness, reduced.mass).frequencies
@@ -219,7 +219,7 @@ def test_rigid_and_averaged_interfaces():
         W = rigid_transformation(15, interface, motions)
         V = averaged_transformation(15, interface, rows, (0, 1, 2, 4, 5, 8))
         whole = component(K, M, interface)
-        rigid, averaged = (reduce(on_interface(whole, A, 6), CraigBampton(n)) for A, n in ((W, 3), (V, 9)))
+        rigid, averaged = (reduce(transform_interface(whole, A, 6), CraigBampton(n)) for A, n in ((W, 3), (V, 9)))
         return motions, rows, rigid, averaged
 
     motions, rows, rigid, averaged = made(K, M, jnp.asarray(NODES))
@@ -259,16 +259,16 @@ def test_stresses_of_elements_over_frequencies_and_times():
         return jnp.stack([jnp.linalg.solve(K - v**2 * M, F[i]) for i, v in enumerate(w)])
 
     exact = jnp.zeros((2, 14)).at[:, 2:].set(solve(K[2:, 2:], M[2:, 2:], load[:, 2:]))
-    own = reduced.generalised(load)[:, 2:]
+    own = reduced.generalised_forces(load)[:, 2:]
     rho = jnp.zeros((2, 5)).at[:, 2:].set(solve(reduced.stiffness[2:, 2:], reduced.mass[2:, 2:], own))
     phase = jnp.exp(0.3j)
-    x, _, x_ddot = harmonic(phase * reduced.expand(rho).astype(complex), w)
+    x, _, x_ddot = harmonic_amplitudes(phase * reduced.expand(rho).astype(complex), w)
     better = mode_acceleration(component(K, M, (0, 1)), x, x_ddot, phase * load.astype(complex))
     motions = jnp.stack([x, better, phase * exact.astype(complex)])
-    stresses = histories(element_stresses, structure, motions)["beam"]
+    stresses = recover_history(element_stresses, structure, motions)["beam"]
     assert stresses.shape == (3, 2, 6, 2)
     off, less = (np.max(np.abs(stresses[k, :, 0, 0] / stresses[2, :, 0, 0] - 1)) for k in (0, 1))
     assert off > 0.01 and less < 1e-4
-    np.testing.assert_allclose(histories(element_stresses, structure, motions.real)["beam"], stresses.real)
-    moments = histories(element_forces, structure, motions.real)["beam"][..., 5]
+    np.testing.assert_allclose(recover_history(element_stresses, structure, motions.real)["beam"], stresses.real)
+    moments = recover_history(element_forces, structure, motions.real)["beam"][..., 5]
     np.testing.assert_allclose(stresses[..., 0].real, moments * 0.1 / 0.2, rtol=1e-9, atol=1e-12)

@@ -6,7 +6,7 @@ import pytest
 import scipy.sparse
 
 from jaxmbs import blocksparse as bs
-from jaxmbs.coupling import bushing, connect, hinge, rigid
+from jaxmbs.coupling import bushing, connect, hinge, rigid_bond
 from jaxmbs.errors import ModelError
 from jaxmbs.linear import LinearSystem
 from jaxmbs.reductions import CraigBampton, Hurty, reduce
@@ -78,4 +78,4 @@ def test_determinate_coordinates_that_do_not_hold():
 def test_redundancy_of_negative_interfaces():
     part = component(jnp.diag(jnp.array([-1.0, 2.0])), jnp.eye(2), (0, 1))
     with pytest.raises(ValueError, match="interface is negative"):
-        connect({"part": part}, {"wall": rigid("part")}).determinacy()
+        connect({"part": part}, {"wall": rigid_bond("part")}).determinacy()

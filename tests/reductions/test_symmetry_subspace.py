@@ -10,12 +10,12 @@ import scipy.linalg
 import scipy.spatial
 
 import jaxmbs as mbs
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.elements import DIRECTIONS, Beam
 from jaxmbs.errors import ModelError
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.linear import LinearSystem
-from jaxmbs.reductions import CraigBampton, Cyclic, Mirror, reduce, rotated
+from jaxmbs.reductions import CraigBampton, Cyclic, Mirror, reduce, rotate
 from jaxmbs.vibration import modes
 
 ACROSS_X = np.diag([-1.0, 1.0, 1.0])
@@ -68,7 +68,7 @@ def check_statics(families, part, whole, seed=0):
         f[directions] = load[rows] = random.normal(size=len(rows))
     answer, given = 0.0, shared_out(forces, part, families[0].axes)
     for family in families:
-        answer = answer + family.parts(jnp.linalg.solve(family.stiffness, family.gathered(given)))
+        answer = answer + family.part_displacements(jnp.linalg.solve(family.stiffness, family.gather_forces(given)))
     x, found = np.linalg.solve(whole.stiffness, load), by_place(answer, part, families[0].axes)
     for place, rows, directions in in_six(whole):
         if rows:
@@ -116,7 +116,7 @@ def test_two_families_are_the_portal():
 
 def test_mirror_image_joined_to_the_half():
     part, whole = half(), portal()
-    net = connect({"left": part, "right": rotated(part, ACROSS_X)}, {"middle": rigid("left.p", "right.p")})
+    net = connect({"left": part, "right": rotate(part, ACROSS_X)}, {"middle": rigid_bond("left.p", "right.p")})
     np.testing.assert_allclose(squared([net]), squared([whole]), rtol=1e-8)
 
 
@@ -127,7 +127,7 @@ def test_subsystems_of_one_family_joined():
     nets = [
         connect(
             {"column": reduce(column, Mirror("x", (), anti)), "girder": reduce(girder, Mirror("x", ["p"], anti))},
-            {"corner": rigid("column.b", "girder.b")},
+            {"corner": rigid_bond("column.b", "girder.b")},
         )
         for anti in (False, True)
     ]
@@ -315,7 +315,7 @@ def test_a_ring_of_masses_in_closed_form():
         found = modes(family)
         np.testing.assert_allclose(found.values, (g + 2 * k * (1 - np.cos(2 * np.pi * h / N))) / m, rtol=1e-12)
         assert len(found.values) == (1 if h in (0, 3) else 2)
-    motion = reduce(part, Cyclic(N, 1, {"left": "right"})).parts(jnp.array([1.0, 0.0]))
+    motion = reduce(part, Cyclic(N, 1, {"left": "right"})).part_displacements(jnp.array([1.0, 0.0]))
     np.testing.assert_allclose(motion[:, 0], np.cos(2 * np.pi * np.arange(N) / N), atol=1e-12)
     np.testing.assert_allclose(motion[:, 1], np.roll(motion[:, 0], -1), atol=1e-12)
 
@@ -332,7 +332,9 @@ def test_a_reduced_sector_has_its_way_back():
     for family, straight in zip(families, exact, strict=True):
         load = np.zeros((N, part.num_rows))
         load[1, part.rows("tip")] = [0.3, -1.0, 2.0]
-        moved = [f.parts(jnp.linalg.solve(f.stiffness, f.gathered(load))) for f in (family, straight)]
+        moved = [
+            f.part_displacements(jnp.linalg.solve(f.stiffness, f.gather_forces(load))) for f in (family, straight)
+        ]
         np.testing.assert_allclose(*moved, rtol=1e-7, atol=1e-9)
 
 
@@ -340,13 +342,13 @@ def test_a_reduced_sector_has_its_way_back():
 def test_a_turned_sector_is_one_made_in_its_new_place():
     """Matrices and places by NumPy; of a reduced one the interface turns, and the way back leads to the old axes."""
     Q, part = scipy.spatial.transform.Rotation.from_rotvec([0.3, -0.5, 0.9]).as_matrix(), sector(5)
-    whole, E = rotated(part, Q), np.kron(np.eye(6), Q)
+    whole, E = rotate(part, Q), np.kron(np.eye(6), Q)
     np.testing.assert_allclose(whole.stiffness, E @ np.asarray(part.stiffness) @ E.T, atol=1e-12)
     np.testing.assert_allclose(whole.positions, np.asarray(part.positions) @ Q.T, atol=1e-12)
     small = reduce(part.with_interface("low", "high", "low+", "high+", "hub"), CraigBampton(2))
     rho = np.random.default_rng(0).normal(size=17)
     there = np.r_[E[:15, :15] @ rho[:15], rho[15:]]
-    again = rotated(small, Q)
+    again = rotate(small, Q)
     np.testing.assert_allclose(again.expand(there), small.expand(rho), atol=1e-12)
     np.testing.assert_allclose(there @ again.stiffness @ there, rho @ np.asarray(small.stiffness) @ rho, rtol=1e-9)
 
@@ -364,9 +366,9 @@ def test_a_turned_sector_is_one_made_in_its_new_place():
         (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "low+"}, axis="r")), "axis 'r' is none of"),
         (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "high+"})), "'low' does not come to 'high\\+'"),
         (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "low+ x"})), "differ in their coordinates"),
-        (lambda: rotated(half(), np.eye(3) * 2), "square to each other"),
+        (lambda: rotate(half(), np.eye(3) * 2), "square to each other"),
         (
-            lambda: rotated(LinearSystem(mass=np.eye(1), stiffness=np.eye(1), coordinates=["a x"]), about_z(0.3)),
+            lambda: rotate(LinearSystem(mass=np.eye(1), stiffness=np.eye(1), coordinates=["a x"]), about_z(0.3)),
             "a x",
         ),
     ],

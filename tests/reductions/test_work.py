@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.reductions import Hurty, reduce, virtual_work
 from tests.structural_matrices import beam, component
 
@@ -65,7 +65,7 @@ def test_generalised_forces_do_the_same_work():
     """`dW = sum P d rho` (15)-(16) along rigid, constraint and normal motions; P by the shapes that statics gives."""
     needed, R, f = moving()
     rho = np.random.default_rng(3).normal(size=7)
-    P = np.asarray(MOTIONS.generalised(R, f))
+    P = np.asarray(MOTIONS.generalised_forces(R, f))
     np.testing.assert_allclose(P @ rho, works(MOTIONS.shapes @ rho, R, f)[0], rtol=1e-10)
     along = np.arange(7) / 6
     rigid_motions = np.zeros((N, 2))
@@ -85,13 +85,13 @@ def test_generalised_forces_do_the_same_work():
 def test_which_bonds_work_along_which_motions():
     """`phi~` (14), (20): the normal motions move no bond, the constraint motions no determinate one."""
     rho = np.random.default_rng(4).normal(size=(2, 7))
-    u = MOTIONS.bonds(jnp.asarray(rho))
+    u = MOTIONS.bond_displacements(jnp.asarray(rho))
     phi = np.zeros((4, 7))  # bonds in the order w1, w0, slope 0, slope 1
     phi[0, 1] = phi[1, 0] = phi[2, 2] = phi[3, 3] = 1.0
     phi[2:, :2] = [-1.0, 1.0]
     np.testing.assert_allclose(u, rho @ phi.T, atol=1e-10)
     np.testing.assert_allclose(
-        MOTIONS.generalised(np.array([1.0, 2.0, 3.0, 4.0])), phi.T @ [1.0, 2, 3, 4], atol=1e-10
+        MOTIONS.generalised_forces(np.array([1.0, 2.0, 3.0, 4.0])), phi.T @ [1.0, 2, 3, 4], atol=1e-10
     )
 
 
@@ -101,11 +101,11 @@ def test_a_beam_on_two_supports_under_its_weight():
     weight = np.zeros(N)
     for e in range(6):
         weight[2 * e : 2 * e + 4] += q * h * np.array([1 / 2, h / 12, 1 / 2, -h / 12])
-    np.testing.assert_allclose(MOTIONS.generalised(forces=weight)[:2], [q / 2, q / 2], rtol=1e-9)
+    np.testing.assert_allclose(MOTIONS.generalised_forces(forces=weight)[:2], [q / 2, q / 2], rtol=1e-9)
     R = np.array([-q / 2, -q / 2, 0.0, 0.0])
-    np.testing.assert_allclose(MOTIONS.generalised(R, weight)[:2], 0.0, atol=1e-9)
+    np.testing.assert_allclose(MOTIONS.generalised_forces(R, weight)[:2], 0.0, atol=1e-9)
     np.testing.assert_allclose(
-        MOTIONS.generalised(R, weight)[2:4], [q / 12, -q / 12], rtol=1e-8
+        MOTIONS.generalised_forces(R, weight)[2:4], [q / 12, -q / 12], rtol=1e-8
     )  # clamped ends' moments
 
 
@@ -114,7 +114,7 @@ def test_bonds_of_a_network_do_no_work_together():
     """S1 (25): what the weld takes from one component it gives to the other, along any motion that keeps it whole."""
     clamped = component(*beam(6, fixed=2), (10, 11))
     free = component(jnp.asarray(K), jnp.asarray(M), (0, 1))
-    net = connect({"a": clamped, "b": free}, {"weld": rigid("a", "b")})
+    net = connect({"a": clamped, "b": free}, {"weld": rigid_bond("a", "b")})
     weld = mbs.reactions(net, mbs.equilibrium(net, {"b.12": 2.0}))["weld"]
     np.testing.assert_allclose(weld.on_first, [2.0, 2.0], rtol=1e-7)  # the tip load and its moment
     moved = net.expand(jnp.asarray(np.random.default_rng(5).normal(size=net.num_rows)))
@@ -128,14 +128,14 @@ def test_whole_numbers_and_single_precision():
     ones = np.ones(N, int)
     for f in (BEAM_REDUCED.expand, MOTIONS.bonds):
         np.testing.assert_allclose(f(np.arange(7)), f(np.arange(7.0)), rtol=1e-12)
-    for f in (BEAM_REDUCED.generalised, lambda load: MOTIONS.generalised(forces=load)):
+    for f in (BEAM_REDUCED.generalised_forces, lambda load: MOTIONS.generalised_forces(forces=load)):
         np.testing.assert_allclose(f(ones), f(1.0 * ones), rtol=1e-12)
     np.testing.assert_allclose(virtual_work(BEAM, ones, ones[:4], 2 * ones), 4 + 28)
-    low = MOTIONS.generalised(np.ones(4, np.float32), np.ones(N, np.float32))
+    low = MOTIONS.generalised_forces(np.ones(4, np.float32), np.ones(N, np.float32))
     assert low.dtype == np.float32
-    np.testing.assert_allclose(low, MOTIONS.generalised(np.ones(4), np.ones(N)), rtol=1e-4, atol=1e-4)
-    both = MOTIONS.generalised(np.ones((3, 4)), 1j * np.ones(N))
-    apart = (np.asarray(MOTIONS.generalised(a, b)) for a, b in ((np.ones(4), 0.0), (0.0, np.ones(N))))
+    np.testing.assert_allclose(low, MOTIONS.generalised_forces(np.ones(4), np.ones(N)), rtol=1e-4, atol=1e-4)
+    both = MOTIONS.generalised_forces(np.ones((3, 4)), 1j * np.ones(N))
+    apart = (np.asarray(MOTIONS.generalised_forces(a, b)) for a, b in ((np.ones(4), 0.0), (0.0, np.ones(N))))
     np.testing.assert_allclose(both[2], next(apart) + 1j * next(apart), rtol=1e-12)
 
 
@@ -146,11 +146,11 @@ def test_gradient_and_batches():
     def forces(t):
         stiff = jnp.asarray(K).at[:6, :6].multiply(t)
         made = METHOD.motions(component(stiff, jnp.asarray(M), BONDS))
-        P = jax.vmap(made.generalised)(jnp.stack([R, 2 * R]), jnp.stack([f, f]))
+        P = jax.vmap(made.generalised_forces)(jnp.stack([R, 2 * R]), jnp.stack([f, f]))
         return P[:, :4]  # normal shapes have any sign
 
     value, slope = (jax.jit(g)(1.0) for g in (forces, jax.jacfwd(forces)))
-    np.testing.assert_allclose(value[0], MOTIONS.generalised(R, f)[:4], rtol=1e-8)
+    np.testing.assert_allclose(value[0], MOTIONS.generalised_forces(R, f)[:4], rtol=1e-8)
     step = 1e-5
     plus, minus = (jax.jit(forces)(1.0 + s) for s in (step, -step))
     np.testing.assert_allclose(slope, (plus - minus) / (2 * step), rtol=1e-5, atol=1e-6)

@@ -10,10 +10,10 @@ import numpy as np
 import jaxmbs as mbs
 from jaxmbs import blocksparse as bs
 from jaxmbs import reductions, vibration
+from jaxmbs.coupling._regularised_inverse import regularised_inverse
 from jaxmbs.linear._static_response import static_response
 from jaxmbs.math import _square as square
 from jaxmbs.math._interpolation import spline_slopes
-from jaxmbs.math._regularised_inverse import regular_inverse
 from jaxmbs.vibration._damping import complex_modes
 from jaxmbs.vibration._lanczos import lowest_modes
 from jaxmbs.vibration._modal_equations import modal_motion
@@ -125,7 +125,7 @@ WITH = {
     "complex_modes": (lambda t: complex_modes(K=K, C=C, M=M * (1.0 + t)), GENERAL),
     "static_response": (lambda t: static_response(K=LARGE * (1.0 + t), load=jnp.ones(len(LARGE))), SOLVE),
     "block modes": (block_modes, {"syevd"}),
-    "inertia": (lambda t: bs.inertia(bs.factor(block_matrix(t), "ldl")), {"syevd"}),
+    "inertia": (lambda t: bs.matrix_inertia(bs.factor(block_matrix(t), "ldl")), {"syevd"}),
     "guyan": (lambda t: reduced(reductions.Guyan(), t, (0, 1, 16, 17)), DEFINITE),
     "craig_bampton": (
         lambda t: reduced(reductions.CraigBampton(4), t),
@@ -146,7 +146,7 @@ WITH = {
         lambda t: vibration.viscous_receptance(K=K * (1.0 + t), M=M, omega=OMEGA, out=(0,), into=(0,), C=C),
         GENERAL,
     ),
-    "regular_inverse": (lambda t: regular_inverse(measured(t), rank=2), {"gesdd"}),
+    "regular_inverse": (lambda t: regularised_inverse(measured(t), rank=2), {"gesdd"}),
     "gradient of natural_modes": (
         jax.grad(lambda t: jnp.sum(natural_modes(K=LARGE, M=LARGE_MASS * (1.0 + t)).values)),
         VALUES,

@@ -40,7 +40,7 @@ def response():
 def test_every_frequency_against_a_dense_solve(response, chunk):
     K, M, load, omega, solve = response
     x = solve(K, M, chunk)
-    k, m = np.asarray(K.dense()), np.asarray(M.dense())
+    k, m = np.asarray(K.to_dense()), np.asarray(M.to_dense())
     for i in (0, 11, 36):
         w = float(omega[i])
         np.testing.assert_allclose(x[i, :, 0], np.linalg.solve(k * (1 + 0.01j * w) - w**2 * m, load[:, 0]), rtol=1e-9)

@@ -15,7 +15,7 @@ from jaxmbs.vibration._damping import (
     structural_damping,
 )
 from jaxmbs.vibration._mode_shapes import effective_masses, mac, mode_ratios, participation, track_modes
-from jaxmbs.vibration._modes import Modes, complete, natural_modes
+from jaxmbs.vibration._modes import Modes, complete_group, natural_modes
 from tests.structural_matrices import beam, chain, double_cross, kw
 
 CANTILEVER = [1.87510407, 4.69409113, 7.85475744, 10.99554073]
@@ -40,7 +40,7 @@ def test_beam(fixed, expected):
     """S1: beta L of the first four modes to 1e-7; two rigid modes apart."""
     modes = natural_modes(**kw(beam(110, fixed=fixed)))
     assert modes.num_rigid == 2 - fixed
-    elastic = modes.part(slice(modes.num_rigid, modes.num_rigid + 4))
+    elastic = modes.select(slice(modes.num_rigid, modes.num_rigid + 4))
     np.testing.assert_allclose(jnp.sqrt(elastic.omega), expected, rtol=1e-7)
 
 
@@ -73,7 +73,7 @@ def test_double_cross(centre_held, split):
     sizes = [1, *split] * 2
     np.testing.assert_allclose(modes.frequencies[:16], [11.336, *[17.709] * 7, 45.345, *[57.390] * 7], rtol=0.01)
     np.testing.assert_array_equal(modes.groups[:16], np.repeat(np.arange(len(sizes)), sizes))
-    assert complete(modes.values, 4) == 8
+    assert complete_group(modes.values, 4) == 8
 
     @jax.jit
     def sums(scales):
@@ -114,7 +114,7 @@ def test_tracking_turns_modes_of_equal_frequency():
     mixed = Modes(found.values, pairs.reshape(12, 12), found.is_rigid)
     np.testing.assert_allclose(track_modes(reference, mixed, jnp.kron(I, M)).shapes, reference.shapes, atol=1e-7)
     with pytest.raises(ValueError, match="12 modes cannot be found among 4"):
-        track_modes(reference, found.part(slice(0, 4)))
+        track_modes(reference, found.select(slice(0, 4)))
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ import scipy.sparse
 
 import jaxmbs as mbs
 from jaxmbs import blocksparse as bs
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.linear import LinearSystem
@@ -83,7 +83,7 @@ def test_modes_in_every_storage():
         np.testing.assert_allclose(mbs.modes(system, 3).frequencies, exact, rtol=1e-9)
     system, omega = LinearSystem(mass=blocks[1], stiffness=blocks[0]), jnp.array([0.3, 0.9])
     found = mbs.frequency_response(system, omega, into=["11"], out=["0", "5"], loss=0.1)
-    other = mbs.frequency_response(system.dense(), omega, into=["11"], out=["0", "5"], loss=0.1)
+    other = mbs.frequency_response(system.to_dense(), omega, into=["11"], out=["0", "5"], loss=0.1)
     np.testing.assert_allclose(found.values, other.values, rtol=1e-9)
     with pytest.raises(ValueError, match="as many as asked"):
         mbs.modes(system)
@@ -123,7 +123,7 @@ def test_names_of_what_was_reduced():
     @jax.jit
     def level(scale):
         whole = mast()
-        whole = whole.changed(stiffness=scale * whole.stiffness)
+        whole = whole.replace(stiffness=scale * whole.stiffness)
         found = mbs.frequency_response(reduce(whole, CraigBampton(18)), omega, into=["tip x"], out=["knee x"])
         exact = mbs.frequency_response(whole, omega, into=["tip x"], out=["knee x"])
         return jnp.sum(jnp.abs(found.values)) / jnp.sum(jnp.abs(exact.values))
@@ -147,6 +147,6 @@ def test_front_door():
     assert "bob" in mbs.check(system)
     lin = mbs.linearise(system, rest.state)
     spring = LinearSystem(mass=np.eye(1), stiffness=np.eye(1), interface=[0], coordinates=["end"])
-    both = connect({"pendulum": lin.system, "absorber": spring}, {"tie": rigid("pendulum.pin", "absorber.end")})
+    both = connect({"pendulum": lin.system, "absorber": spring}, {"tie": rigid_bond("pendulum.pin", "absorber.end")})
     np.testing.assert_allclose(mbs.modes(both, damped=False).omega, np.sqrt((9.81 + 1) / 2), rtol=1e-9)
     assert mbs.check(mast(())).grounded == "free"

@@ -48,7 +48,7 @@ def test_one_mass_in_closed_form():
     expected = 1 / (m * (POINTS - r[0]) * (POINTS - r[1]))
     np.testing.assert_allclose(direct[:, 0, 0], expected, rtol=1e-12)
     np.testing.assert_allclose(summed[:, 0, 0], expected, rtol=1e-10)
-    alone = modal_transfer_matrix(modes.part(slice(0, 1)), POINTS)[:, 0, 0] * (POINTS - r[0])
+    alone = modal_transfer_matrix(modes.select(slice(0, 1)), POINTS)[:, 0, 0] * (POINTS - r[0])
     np.testing.assert_allclose(alone, 1 / (m * (r[0] - r[1])), rtol=1e-10)
 
 

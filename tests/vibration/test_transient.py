@@ -11,7 +11,7 @@ import scipy.integrate
 from jaxtyping import Array
 
 import jaxmbs as mbs
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.errors import ModelError, SimulationError, UnknownNameError
 from jaxmbs.forces import AbstractScalarLaw, BumpStop
 from jaxmbs.linear import LinearSystem
@@ -24,7 +24,7 @@ RISE, TIP = 1e-3, 6
 PUSH = np.where(TIMES < 0.6, np.sin(np.pi * TIMES / 0.6), 0.0)
 GAP, STOP, HARD = 0.02, 3e4, 40.0
 P = jnp.array([GAP, HARD, 1.0, 0.2])
-PAIRS = {"weld": rigid("a", "b"), "free": rigid("b", "c")}
+PAIRS = {"weld": rigid_bond("a", "b"), "free": rigid_bond("b", "c")}
 
 
 class Hardening(AbstractScalarLaw):
@@ -41,8 +41,8 @@ def network(EI, modes=6, damper=P[3]):
     foot = component(jnp.array([[30.0]]), jnp.array([[0.5]]), (0,), jnp.reshape(damper, (1, 1)))
     beams = {"left": beam(3, EI), "right": beam(3, 1.7)}
     parts = {name: reduce(component(K, M, (0, 1), RISE * K), CraigBampton(modes)) for name, (K, M) in beams.items()}
-    bonds = {f"{name} root": rigid((name, [0]), "foot") for name in beams}
-    return connect({"foot": foot} | parts, bonds | {f"{name} slope": rigid((name, [1])) for name in beams})
+    bonds = {f"{name} root": rigid_bond((name, [0]), "foot") for name in beams}
+    return connect({"foot": foot} | parts, bonds | {f"{name} slope": rigid_bond((name, [1])) for name in beams})
 
 
 def links(gap, hard):

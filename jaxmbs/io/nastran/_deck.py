@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 
 from ...elements import DIRECTIONS
-from ...elements._base import number
+from ...elements._base import as_real
 from ...fem import Group, Structure, assemble, assemble_dense
 from ...linear import LinearSystem
-from ...linear._storage import inexact
+from ...linear._storage import as_inexact
 from ...typing import AnyArray, Convertible
 from ._coordinates import Coordinates
 from ._groups import AbstractCards, Numbers
@@ -37,11 +37,11 @@ class Deck(eqx.Module):
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    positions: Convertible[Float[Array, "nodes 3"]] = eqx.field(converter=number)
+    positions: Convertible[Float[Array, "nodes 3"]] = eqx.field(converter=as_real)
     materials: dict[str, Any]
     properties: dict[str, Any]
     elements: dict[str, AbstractCards]
-    mass: Convertible[Float[Array, ""]] = eqx.field(converter=number)
+    mass: Convertible[Float[Array, ""]] = eqx.field(converter=as_real)
     coordinates: Coordinates
     fixed: tuple[tuple[int, int], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)
@@ -82,10 +82,10 @@ class Deck(eqx.Module):
         structure = self.structure
         if self.coordinates.plain:
             found = assemble(structure, interface, blocks)
-            return found if blocks else found.changed(massless=self.massless)
+            return found if blocks else found.replace(massless=self.massless)
         if blocks:
             raise ValueError("block matrices need a deck without ties and without supports in turned frames")
-        damped = any(group.element.damps for group in structure.groups.values())
+        damped = any(group.element.has_damping for group in structure.groups.values())
         kinds = ("stiffness", "mass", *(["damping"] if damped else []))
         motions = self.coordinates.motions(self.positions)
         found = assemble_dense(structure, kinds)
@@ -100,7 +100,7 @@ class Deck(eqx.Module):
 
         Raises: ValueError for x of another size.
         """
-        x = inexact(x)
+        x = as_inexact(x)
         if x.shape[-1:] != (len(self.coordinates.free),):
             raise ValueError(f"displacements have shape {x.shape}, not (..., {len(self.coordinates.free)})")
         apart = set(self.coordinates.others)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...elements import AbstractElement, Beam, Hexahedron, Quadrilateral, Rod, Triangle
-from ...elements._base import number, optional
+from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 
 
@@ -57,9 +57,9 @@ class Bars(AbstractCards):
     """
 
     property: str = eqx.field(static=True)
-    vectors: Convertible[Float[Array, "elements 3"]] = eqx.field(converter=number)
+    vectors: Convertible[Float[Array, "elements 3"]] = eqx.field(converter=as_real)
     third: tuple[int, ...] = eqx.field(static=True)
-    offsets: Convertible[Float[Array, "elements 2 3"] | None] = eqx.field(converter=optional)
+    offsets: Convertible[Float[Array, "elements 2 3"] | None] = eqx.field(converter=as_optional_real)
     releases: tuple[str, ...] = eqx.field(static=True)
     polar: bool = eqx.field(static=True)
 

@@ -30,8 +30,8 @@ def nodal_sums(deck: Context, elements: Groups, numbers: Numbers) -> Nodal:
     found, faults = Nodal(np.zeros(count, int), *np.zeros((2, count, 2, 3, 3))), []
     for name, own in elements.items():
         element, nodes = own.element(numbers), np.array(own.nodes)
-        bad = np.nonzero(element.misplaced(deck.positions[nodes]))[0]
-        faults += [f"{name.split()[0]} {own.ids[k]}: {element.misplacement}" for k in bad[:50]]
+        bad = np.nonzero(element.is_degenerate(deck.positions[nodes]))[0]
+        faults += [f"{name.split()[0]} {own.ids[k]}: {element.degeneracy}" for k in bad[:50]]
         if faults:
             continue
         np.maximum.at(found.sizes, nodes.ravel(), element.coordinates)

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...elements import AbstractElement, GroundSpring, PointMass, Spring
-from ...elements._base import number, optional
-from ...elements._parts import along
+from ...elements._base import as_optional_real, as_real
+from ...elements._shared_matrices import axes_along
 from ...typing import Convertible
 from ._groups import AbstractCards, Numbers
 
@@ -21,9 +21,9 @@ class Masses(AbstractCards):
             offset in basic axes; or None.
     """
 
-    mass: Convertible[Float[Array, " elements"]] = eqx.field(converter=number)
-    offset: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=optional)
-    inertia: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=optional)
+    mass: Convertible[Float[Array, " elements"]] = eqx.field(converter=as_real)
+    offset: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=as_optional_real)
+    inertia: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=as_optional_real)
 
     def element(self, numbers: Numbers) -> AbstractElement:
         """Point masses."""
@@ -57,13 +57,13 @@ class ScalarSpring(AbstractElement):
         what: "stiffness", "mass" or "damping".
     """
 
-    rate: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
-    ends: Convertible[Float[Array, "... k 6"]] = eqx.field(converter=number)
+    rate: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    ends: Convertible[Float[Array, "... k 6"]] = eqx.field(converter=as_real)
     what: str = eqx.field(static=True, default="stiffness")
 
     num_nodes = 2
     force_labels = ("force",)
-    nonnegative = ()
+    nonnegative_fields = ()
 
     def _row(self):
         return jnp.concatenate([self.ends[0], *(-end for end in self.ends[1:])])
@@ -74,7 +74,7 @@ class ScalarSpring(AbstractElement):
         return self.rate * jnp.outer(self._row(), self._row())
 
     @property
-    def damps(self) -> bool:
+    def has_damping(self) -> bool:
         """Whether it is a damper."""
         return self.what == "damping"
 
@@ -94,7 +94,7 @@ class ScalarSpring(AbstractElement):
         """Force of a spring on its first end, reversed; zero of others."""
         return ((self._row() @ u.reshape(-1)) * (self.rate if self.what == "stiffness" else 0.0 * self.rate))[None]
 
-    def misplaced(self, nodes: np.ndarray) -> np.ndarray:
+    def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """Never: its nodes may lie at one point."""
         return np.zeros(len(nodes), bool)
 
@@ -115,8 +115,8 @@ class ScalarSprings(AbstractCards):
     """
 
     property: str = eqx.field(static=True)
-    rate: Convertible[Float[Array, " elements"] | None] = eqx.field(converter=optional)
-    ends: Convertible[Float[Array, "elements k 6"]] = eqx.field(converter=number)
+    rate: Convertible[Float[Array, " elements"] | None] = eqx.field(converter=as_optional_real)
+    ends: Convertible[Float[Array, "elements k 6"]] = eqx.field(converter=as_real)
     what: str = eqx.field(static=True)
 
     def element(self, numbers: Numbers) -> AbstractElement:
@@ -155,9 +155,9 @@ class Bushes(AbstractCards):
     """
 
     property: str = eqx.field(static=True)
-    axes: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=optional)
-    vectors: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=optional)
-    place: Convertible[Float[Array, " elements"]] = eqx.field(converter=number)
+    axes: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=as_optional_real)
+    vectors: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=as_optional_real)
+    place: Convertible[Float[Array, " elements"]] = eqx.field(converter=as_real)
 
     def element(self, numbers: Numbers) -> AbstractElement:
         """Springs of six directions, between two nodes or to ground."""
@@ -170,7 +170,7 @@ class Bushes(AbstractCards):
         if self.axes is not None:
             return self.axes
         ends = numbers.positions[np.array(self.nodes)]
-        return jax.vmap(along)(ends[:, 1] - ends[:, 0], self.vectors)
+        return jax.vmap(axes_along)(ends[:, 1] - ends[:, 0], self.vectors)
 
     def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
         """The axes along which it is stiff."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ...elements._base import number, optional
+from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 from ._cards import Card, positive
 
@@ -19,8 +19,8 @@ class Bush(eqx.Module):
         stiffness: (6,) [N/m, N m/rad]; damping: (6,) [N s/m, N m s/rad], or None.
     """
 
-    stiffness: Convertible[Float[Array, "6"]] = eqx.field(converter=number)
-    damping: Convertible[Float[Array, "6"] | None] = eqx.field(converter=optional)
+    stiffness: Convertible[Float[Array, "6"]] = eqx.field(converter=as_real)
+    damping: Convertible[Float[Array, "6"] | None] = eqx.field(converter=as_optional_real)
 
 
 class ScalarProperty(eqx.Module):
@@ -30,7 +30,7 @@ class ScalarProperty(eqx.Module):
         stiffness: [N/m or N m/rad].
     """
 
-    stiffness: Scalar = eqx.field(converter=number)
+    stiffness: Scalar = eqx.field(converter=as_real)
 
 
 class ScalarMass(eqx.Module):
@@ -40,7 +40,7 @@ class ScalarMass(eqx.Module):
         mass: [kg or kg m^2].
     """
 
-    mass: Scalar = eqx.field(converter=number)
+    mass: Scalar = eqx.field(converter=as_real)
 
 
 class ScalarDamper(eqx.Module):
@@ -50,7 +50,7 @@ class ScalarDamper(eqx.Module):
         damping: [N s/m or N m s/rad].
     """
 
-    damping: Scalar = eqx.field(converter=number)
+    damping: Scalar = eqx.field(converter=as_real)
 
 
 def bush(card: Card, note: Callable[[str], None]) -> Bush:

@@ -6,7 +6,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from ...elements._base import number, optional
+from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 from ._cards import NEEDED, Card, positive
 from ._point_properties import bush, scalar, scalar_damper, scalar_mass
@@ -26,10 +26,10 @@ class Material(eqx.Module):
             PARAM WTMASS makes masses of.
     """
 
-    young: Scalar = eqx.field(converter=number)
-    shear_modulus: OptionalScalar = eqx.field(converter=optional)
-    poisson: OptionalScalar = eqx.field(converter=optional)
-    density: Scalar = eqx.field(converter=number)
+    young: Scalar = eqx.field(converter=as_real)
+    shear_modulus: OptionalScalar = eqx.field(converter=as_optional_real)
+    poisson: OptionalScalar = eqx.field(converter=as_optional_real)
+    density: Scalar = eqx.field(converter=as_real)
 
     @property
     def shear(self) -> Array:
@@ -55,12 +55,12 @@ class Section(eqx.Module):
         material: name, "MAT1 3".
     """
 
-    area: Scalar = eqx.field(converter=number)
-    inertia_1: Scalar = eqx.field(converter=number)
-    inertia_2: Scalar = eqx.field(converter=number)
-    torsion: Scalar = eqx.field(converter=number)
-    line_mass: Scalar = eqx.field(converter=number)
-    shear: Convertible[Float[Array, "2"] | None] = eqx.field(converter=optional)
+    area: Scalar = eqx.field(converter=as_real)
+    inertia_1: Scalar = eqx.field(converter=as_real)
+    inertia_2: Scalar = eqx.field(converter=as_real)
+    torsion: Scalar = eqx.field(converter=as_real)
+    line_mass: Scalar = eqx.field(converter=as_real)
+    shear: Convertible[Float[Array, "2"] | None] = eqx.field(converter=as_optional_real)
     material: str = eqx.field(static=True)
 
 
@@ -73,9 +73,9 @@ class Plate(eqx.Module):
         material: name, "MAT1 3".
     """
 
-    thickness: Scalar = eqx.field(converter=number)
-    area_mass: Scalar = eqx.field(converter=number)
-    shear_factor: Scalar = eqx.field(converter=number)
+    thickness: Scalar = eqx.field(converter=as_real)
+    area_mass: Scalar = eqx.field(converter=as_real)
+    shear_factor: Scalar = eqx.field(converter=as_real)
     is_thin: bool = eqx.field(static=True)
     material: str = eqx.field(static=True)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ...elements import DIRECTIONS
-from ...elements._base import number
+from ...elements._base import as_real
 from ...errors import ModelError
 from ._cards import Card, cards
 from ._connections import Groups, bars, conrods, plates, rods, solids
@@ -113,7 +113,7 @@ def read_nastran(
 
 def _deck(deck, elements, tied, on_hold, settings, ignored):
     elements = lumped(elements) if settings["masses"] == "lumped" else elements
-    numbers = Numbers(number(deck.positions), deck.materials, deck.properties, number(settings["WTMASS"]))
+    numbers = Numbers(as_real(deck.positions), deck.materials, deck.properties, as_real(settings["WTMASS"]))
     nodal = nodal_sums(deck, elements, numbers)
     for tie in tied.values():
         for n, d in tie.pairs if isinstance(tie, Combined) else ():

@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...elements._base import number
-from ...elements._parts import carried
+from ...elements._base import as_real
+from ...elements._shared_matrices import rigid_arm
 from ...typing import AnyArray, Convertible
 
 Pair = tuple[int, int]  # place of a node, direction 0 to 5
@@ -73,7 +73,7 @@ class Mean(AbstractTie):
     reference: int = eqx.field(static=True)
     directions: tuple[int, ...] = eqx.field(static=True)
     averaged: tuple[Pair, ...] = eqx.field(static=True)
-    weights: Convertible[Float[Array, " terms"]] = eqx.field(converter=number)
+    weights: Convertible[Float[Array, " terms"]] = eqx.field(converter=as_real)
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
@@ -128,7 +128,7 @@ class Combined(AbstractTie):
     """
 
     terms: tuple[Pair, ...] = eqx.field(static=True)
-    factors: Convertible[Float[Array, " terms"]] = eqx.field(converter=number)
+    factors: Convertible[Float[Array, " terms"]] = eqx.field(converter=as_real)
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
@@ -144,7 +144,7 @@ def _motions(pairs, master, positions, axes):
     """(pairs, 6): motions of directions of nodes, in their own axes, by rigid ones of a node, in basic axes."""
     nodes = tuple(dict.fromkeys(node for node, _ in pairs))
     arms = positions[np.array(nodes)] - positions[master][None]
-    full = _twice(axes(nodes)) @ jax.vmap(carried)(arms)
+    full = _twice(axes(nodes)) @ jax.vmap(rigid_arm)(arms)
     place = {node: k for k, node in enumerate(nodes)}
     return full[np.array([place[node] for node, _ in pairs]), np.array([d for _, d in pairs])]
 

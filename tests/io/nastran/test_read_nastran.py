@@ -244,7 +244,7 @@ def test_deck_answers_the_questions_of_a_structure(tmp_path):
     np.testing.assert_allclose(rest.displacement[system.rows("GRID 5 y")[0]], 7.0 * 8 / (3 * 2e11 * 2e-7), rtol=1e-8)
     forces = fem.element_forces(model.structure, model.displacements(rest.displacement))["CBAR 1"]
     np.testing.assert_allclose(forces[0, [1, 5]], [-7.0, -14.0], rtol=1e-8)
-    blocks = model.assemble(blocks=True).dense()
+    blocks = model.assemble(blocks=True).to_dense()
     rows = np.array(blocks.rows(*[system.label(k) for k in range(system.num_rows)]))
     np.testing.assert_allclose(np.asarray(blocks.stiffness)[np.ix_(rows, rows)], system.stiffness, rtol=1e-12)
     assert model.elements["CBAR 1"].ids == (1, 2, 3, 4)

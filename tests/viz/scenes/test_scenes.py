@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from jaxmbs import fem, viz
-from jaxmbs.coupling import connect, rigid
+from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.reaction import JointReaction, Reactions
 from jaxmbs.viz._mesh import moving_meshes
 from jaxmbs.viz.scenes._geometry import tracks
@@ -215,7 +215,7 @@ def test_a_mode_of_a_structure_swings():
     moved = np.einsum("tm,mvc->tvc", numbers(mesh["amplitudes"], len(mode.ts), m), basis)
     assert m == 1  # a natural mode is one shape
     for k in (0, 7):
-        wanted = np.asarray(fem.spread(structure, mode.displacement[k]))[:, :3]
+        wanted = np.asarray(fem.scatter_rows(structure, mode.displacement[k]))[:, :3]
         assert np.allclose(moved[k], wanted, atol=1e-6)
     assert np.isclose(mesh["largest"], 0.08 * 0.5, rtol=1e-6)  # 8 % of the length
     assert data["clock"].endswith(" Hz")
@@ -256,7 +256,7 @@ def chain(start):
 
 def test_a_mode_of_a_network_swings():
     """Five masses in a row, free: the shapes are cosines, both components move alike where they meet."""
-    net = connect({"left": chain(0.0), "right": chain(2.0)}, {"weld": rigid("left.n2", "right.n0")})
+    net = connect({"left": chain(0.0), "right": chain(2.0)}, {"weld": rigid_bond("left.n2", "right.n0")})
     mode = viz.animate_mode(net, mbs.modes(net), 1)
     left, right = moving_meshes(net, mode.displacement).values()
     assert [len(mesh.bars) for mesh, _ in (left, right)] == [2, 2]

@@ -12,21 +12,21 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from ..errors import UnknownNameError
-from ..linear._labels import label, rows_of, spoken
+from ..linear._labels import find_rows, format_label, parse_label
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
 from ..typing import ArrayLike
 from ..vibration._direct_response import dynamic_stiffness
-from ..vibration._questions import frequency_response as response_of
+from ..vibration._system_analysis import frequency_response as response_of
+from ._bond_loads import BondLoad, BondLoads
 from ._bonds import Bond
-from ._loads import BondLoad, BondLoads
 from ._rigid_body import RigidBody
-from ._ties import Channels, Ties, component_of
-from ._transfer_functions import couple, interface_forces, with_stiffness
-from ._uncoupled_transfer import block_diagonal, check_alike
+from ._ties import Channels, Ties, split_component
+from ._transfer_functions import add_stiffness, couple_transfer, coupling_forces
+from ._uncoupled_transfer import block_diagonal, check_compatible
 
 
-class _Joined(NamedTuple):
+class _CoupledTransfer(NamedTuple):
     """Transfer functions with the bushings and without the rigid bonds, with all, what these are, names asked."""
 
     apart: TransferFunctions
@@ -56,7 +56,7 @@ class MeasuredNetwork(eqx.Module):
         self.components = {
             name: c.to("receptance") if isinstance(c, TransferFunctions) else c for name, c in components.items()
         }
-        check_alike(self.measured)
+        check_compatible(self.measured)
         self.bonds, self.ties = dict(bonds), tuple(ties.items())
 
     @property
@@ -83,12 +83,12 @@ class MeasuredNetwork(eqx.Module):
             omega: (frequencies,) [rad/s], all or some of those measured.
             into, out: channels "rig.foot z" of measured components; of linear systems as of a `Network`.
             loss: loss factor of the stiffness of linear systems and bushings.
-            regular: `rank`, `rcond`, `noise`, `weights` of `experiment.regular_inverse`, for noisy interfaces.
+            regular: `rank`, `rcond`, `noise`, `weights` of `coupling.regularised_inverse`, for noisy interfaces.
 
         Raises: UnknownNameError; ValueError for frequencies that were not measured.
         Source: S1 (1)-(3), (40)-(41).
         """
-        found = self._joined(omega, into, out, loss, regular)
+        found = self._couple_components(omega, into, out, loss, regular)
         return found.together.at(*found.asked)
 
     def reactions(self, response: TransferFunctions, loss: ArrayLike = 0.0, **regular: Any) -> BondLoads:
@@ -100,12 +100,12 @@ class MeasuredNetwork(eqx.Module):
         tie, relative to the largest motion there: rounding but for an inverse that drops noise.
         Source: S1 (1)-(2), (25).
         """
-        found = self._joined(response.omega, response.inputs, (), loss, regular)
+        found = self._couple_components(response.omega, response.inputs, (), loss, regular)
         columns = found.together.columns(found.asked[1])
         rigid = iter(())
         residual = jnp.zeros((), self.omega.dtype)
         if found.pairs:
-            forces = interface_forces(found.apart, found.pairs, **regular)[:, :, columns]
+            forces = coupling_forces(found.apart, found.pairs, **regular)[:, :, columns]
             rigid = iter(jnp.moveaxis(forces, 1, 0))
             residual = _largest_gap(found.together, found.pairs)
         bonds = {}
@@ -123,7 +123,7 @@ class MeasuredNetwork(eqx.Module):
             bonds[name] = BondLoad(first, second, ties.labels)
         return BondLoads(bonds, residual)
 
-    def _joined(self, omega, into, out, loss, regular):
+    def _couple_components(self, omega, into, out, loss, regular):
         places = self._places(omega)
         omega, loss = self.omega[places], jnp.asarray(loss, self.omega.dtype)
         asked = self._channels(out, "outputs"), self._channels(into, "inputs")
@@ -133,21 +133,19 @@ class MeasuredNetwork(eqx.Module):
         for name, c in self.components.items():
             sides = [list(dict.fromkeys(own for n, own in (*side, *tied) if n == name)) for side in asked]
             if any(sides):
-                parts[name] = _receptances(c, places, omega, loss, *sides)
-        Y, pairs, bushings = block_diagonal(_alike(parts), "."), [], {}
+                parts[name] = _component_receptance(c, places, omega, loss, *sides)
+        Y, pairs, bushings = block_diagonal(_unify_dtypes(parts), "."), [], {}
         for name, ties in self.ties:
             Y, ends = self._ends(Y, name, ties)
             element = self.bonds[name].element
             if element is None:
                 pairs += [(ends[0][k], ends[1][k] if ends[1] else None) for k in ties.kept]
             else:
-                bushings[name] = [*ends[0], *ends[1]], _impedance(element, omega, loss).astype(Y.values.dtype)
+                bushings[name] = [*ends[0], *ends[1]], _bushing_impedance(element, omega, loss).astype(Y.values.dtype)
         for channels, Z in bushings.values():
-            Y = with_stiffness(
-                Y, channels, Z[:, : len(channels), : len(channels)]
-            )  # a second end in the ground rests
+            Y = add_stiffness(Y, channels, Z[:, : len(channels), : len(channels)])  # a second end in the ground rests
         names = [[".".join(channel) for channel in side] for side in asked]
-        return _Joined(Y, couple(Y, pairs, **regular) if pairs else Y, pairs, bushings, names)
+        return _CoupledTransfer(Y, couple_transfer(Y, pairs, **regular) if pairs else Y, pairs, bushings, names)
 
     def _ends(self, Y, name, ties):
         """The channels of a bond's ends, in its axes if it has such: these are added."""
@@ -156,7 +154,7 @@ class MeasuredNetwork(eqx.Module):
         for side, end in enumerate(ends):
             if end and bond.axes is not None:
                 ends[side] = [f"{name}.{side}.{k}" for k in range(len(end))]  # no component bears the name of a bond
-                Y = _turned(Y, end, ends[side], bond.axes)
+                Y = _append_resolved_channels(Y, end, ends[side], bond.axes)
         return Y, ends
 
     def _places(self, omega):
@@ -182,49 +180,49 @@ class MeasuredNetwork(eqx.Module):
         """(component, channel) of names, all directions of a node among them."""
         found = []
         for name in names:
-            component, own = component_of(name, self.components)
+            component, own = split_component(name, self.components)
             c = self.components[component]
             if isinstance(c, LinearSystem):
                 found += [(component, channel) for channel in c.outputs(own)[1]]
                 continue
             faults, channels = [], getattr(c, side)
-            rows = rows_of([own], [label(channel) for channel in channels], faults)
+            rows = find_rows([own], [parse_label(channel) for channel in channels], faults)
             if faults:
                 raise UnknownNameError(f"{side} of {component!r}: {faults[0]}")
             found += [(component, channels[row]) for row in rows]
         return found
 
 
-def channels_of(measured: TransferFunctions) -> Channels:
+def bond_channels(measured: TransferFunctions) -> Channels:
     """What bonds may tie: the channels that are driven and measured at one place."""
-    return Channels(tuple(label(name) for name in _collocated(measured)))
+    return Channels(tuple(parse_label(name) for name in _collocated_channels(measured)))
 
 
 def channel_name(component, k: int) -> str:
     """Of the interface coordinate number k."""
     if isinstance(component, TransferFunctions):
-        return _collocated(component)[k]
+        return _collocated_channels(component)[k]
     own = component.channels if isinstance(component, RigidBody) else component
-    return spoken(own.coordinates[own.interface[k]])
+    return format_label(own.coordinates[own.interface[k]])
 
 
-def _collocated(measured):
+def _collocated_channels(measured):
     return [name for name in measured.outputs if name in measured.inputs]
 
 
-def _receptances(c, places, omega, loss, rows, columns):
+def _component_receptance(c, places, omega, loss, rows, columns):
     if isinstance(c, TransferFunctions):
         some = TransferFunctions(omega, c.values[places], c.outputs, c.inputs)
         return some.at(rows, columns)
     return response_of(c, omega, into=columns, out=rows, loss=loss)
 
 
-def _alike(parts):
+def _unify_dtypes(parts):
     dtype = np.result_type(*(part.values.dtype for part in parts.values()))
-    return {name: part.replace(part.values.astype(dtype)) for name, part in parts.items()}
+    return {name: part.with_values(part.values.astype(dtype)) for name, part in parts.items()}
 
 
-def _turned(Y, names, own, axes):
+def _append_resolved_channels(Y, names, own, axes):
     """With channels of a node's x y z (rx ry rz) resolved in axes."""
     turn = jnp.kron(jnp.eye(len(names) // 3), jnp.asarray(axes)).astype(Y.values.dtype)
     values = jnp.concatenate([Y.values, turn @ Y.values[:, Y.rows(names)]], axis=1)
@@ -232,7 +230,7 @@ def _turned(Y, names, own, axes):
     return TransferFunctions(Y.omega, values, [*Y.outputs, *own], [*Y.inputs, *own])
 
 
-def _impedance(element, omega, loss):
+def _bushing_impedance(element, omega, loss):
     """(frequencies, 2 k, 2 k) of a bushing."""
     K = element.stiffness.astype(np.result_type(element.dtype, np.complex64))
     K = K * lax.complex(jnp.ones_like(loss), loss).astype(K.dtype)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
-from ..linear._storage import inexact
+from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..typing import AnyArray, ArrayLike
 
@@ -26,15 +26,15 @@ class VirtualMotions(eqx.Module):
     counts: tuple[int, int, int] = eqx.field(static=True)
     interface: tuple[int, ...] = eqx.field(static=True)
 
-    def bonds(self, rho: AnyArray) -> Array:
+    def bond_displacements(self, rho: AnyArray) -> Array:
         """Displacements (..., b) of the bonds, `u~ = phi~ rho` of (..., r), in the order of the interface.
 
         Source: S1 (14), (20).
         """
-        rho = inexact(rho)
+        rho = as_inexact(rho)
         return jnp.matmul(rho, self._at_bonds().T.astype(rho.dtype))
 
-    def generalised(self, reactions: ArrayLike = 0.0, forces: ArrayLike = 0.0) -> Array:
+    def generalised_forces(self, reactions: ArrayLike = 0.0, forces: ArrayLike = 0.0) -> Array:
         """What does the work of bonds (..., b) and loads (..., n) along rho: `P = phi~^T R + F` (..., r).
 
         Args: reactions: what the bonds put on the component, in the order of its interface; forces: loads on all
@@ -42,7 +42,7 @@ class VirtualMotions(eqx.Module):
 
         Source: S1 (15)-(19).
         """
-        parts = [(inexact(a), A) for a, A in ((reactions, self._at_bonds()), (forces, self.shapes)) if np.ndim(a)]
+        parts = [(as_inexact(a), A) for a, A in ((reactions, self._at_bonds()), (forces, self.shapes)) if np.ndim(a)]
         dtype = np.result_type(*(a.dtype for a, _ in parts)) if parts else self.shapes.dtype
         found = [jnp.matmul(a.astype(dtype), A.astype(dtype)) for a, A in parts]
         shape = np.broadcast_shapes(self.shapes.shape[1:], *(P.shape for P in found))
@@ -69,19 +69,19 @@ def virtual_work(
 
     Raises: ValueError for reactions that are not one for each interface coordinate.  Source: S1 (13), (16), (25).
     """
-    displacement = inexact(displacement)
+    displacement = as_inexact(displacement)
     work = jnp.zeros(displacement.shape[:-1], displacement.dtype)
     if forces is not None:
-        work = _along(displacement, inexact(system.load(forces)))
+        work = _work_along(displacement, as_inexact(system.load(forces)))
     if reactions is not None:
-        reactions = inexact(reactions)
+        reactions = as_inexact(reactions)
         if reactions.shape[-1:] != (system.num_interface,):
             raise ValueError(f"reactions have shape {reactions.shape}, not (..., {system.num_interface})")
-        work = work + _along(displacement[..., np.array(system.interface, int)], reactions)
+        work = work + _work_along(displacement[..., np.array(system.interface, int)], reactions)
     return work
 
 
-def _along(displacement, force):
+def _work_along(displacement, force):
     dtype = np.result_type(displacement.dtype, force.dtype)
     shape = np.broadcast_shapes(displacement.shape, force.shape)
     u, f = (jnp.broadcast_to(a, shape).astype(dtype) for a in (displacement, force))

@@ -138,9 +138,9 @@ def combine_modal_maxima(
     if how == "abs":
         return jnp.sum(jnp.abs(moved), axis=0)
     if how == "srss":
-        return _root(jnp.sum(moved**2, axis=0))
+        return _safe_sqrt(jnp.sum(moved**2, axis=0))
     if how == "cqc" and correlation is not None:
-        return _root(jnp.sum(moved * jnp.tensordot(correlation, moved, axes=1), axis=0))
+        return _safe_sqrt(jnp.sum(moved * jnp.tensordot(correlation, moved, axes=1), axis=0))
     raise ValueError(f'how = {how!r}: one of "abs", "srss", "cqc" (with a correlation)')
 
 
@@ -212,6 +212,6 @@ def truncation_shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
     return Shortfall(count / len(quotient), jnp.max(short, axis=0), mean, quotient)
 
 
-def _root(square):
+def _safe_sqrt(square):
     none = square <= 0  # false for NaN, which must not count as no load
     return jnp.where(none, 0.0, jnp.sqrt(jnp.where(none, 1.0, square)))

@@ -82,8 +82,8 @@ def virtual_point(
     few = [f"{len(p)} {what}" for what, p in (("sensors", sensors), ("impacts", impacts)) if len(p) < kept]
     if few:
         raise ModelError([f"{count} are too few for {kept} coordinates" for count in few])
-    R, Rf = (_channels(list(p.values()), point, motions) for p in (sensors, impacts))
-    faults = [fault for what, M in (("sensors", R), ("impacts", Rf)) for fault in _open_directions(what, M)]
+    R, Rf = (_channel_matrix(list(p.values()), point, motions) for p in (sensors, impacts))
+    faults = [fault for what, M in (("sensors", R), ("impacts", Rf)) for fault in _rank_faults(what, M)]
     if faults:
         raise ModelError(faults)
     weighted = R if weights is None else R * jnp.asarray(weights, R.dtype)[:, None]
@@ -107,23 +107,25 @@ def virtual_point(
     )
     moved, driven = Y[:, rows], Y[:, :, columns]
     return VirtualPoint(
-        transfer, _share(moved - R @ (T @ moved), moved, 1), _share(driven - (driven @ Tf.T) @ Rf.T, driven, 2)
+        transfer,
+        _residual_share(moved - R @ (T @ moved), moved, 1),
+        _residual_share(driven - (driven @ Tf.T) @ Rf.T, driven, 2),
     )
 
 
-def _channels(places, point, motions):
+def _channel_matrix(places, point, motions):
     R = rigid_channels(places, point)
     more = [flexible_channels(places, point, motion).astype(R.dtype)[:, None] for motion in motions.values()]
     return jnp.concatenate([R, *more], axis=1)
 
 
-def _share(rest, whole, axis):
+def _residual_share(rest, whole, axis):
     rest, whole = (jnp.sum(jnp.abs(a) ** 2, axis=axis) for a in (rest, whole))
     share = rest / jnp.where(whole > 0, whole, 1.0)
     return jnp.where(share > 0, jnp.sqrt(jnp.where(share > 0, share, 1.0)), 0.0)
 
 
-def _open_directions(what, R):
+def _rank_faults(what, R):
     """Faults of concrete places; lengths are measured by the largest arm, traced ones cannot be looked at."""
     if not is_concrete(R):
         return []

@@ -28,7 +28,7 @@ def block_matrices(
     parts = [_triplets(matrix, size) for matrix in matrices]
     pairs = np.concatenate([np.stack([i, j], axis=1)[i != j] for i, j, _ in parts])
     pattern = Pattern(n // size, size, pairs, names)
-    return tuple(_placed(pattern, *part) for part in parts)
+    return tuple(_build_block_matrix(pattern, *part) for part in parts)
 
 
 def _triplets(matrix, size):
@@ -38,7 +38,7 @@ def _triplets(matrix, size):
     return np.repeat(np.arange(len(blocks.indptr) - 1), np.diff(blocks.indptr)), blocks.indices, values
 
 
-def _placed(pattern, i, j, values):
+def _build_block_matrix(pattern, i, j, values):
     n, b = pattern.shape
     diagonal = np.zeros((n, b, b), values.dtype)
     diagonal[i[i == j]] = values[i == j]

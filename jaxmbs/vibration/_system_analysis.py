@@ -1,7 +1,7 @@
 """Questions to linear systems: modes, frequency response, rest."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import jax.numpy as jnp
@@ -9,12 +9,9 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix, factor
-from ..checks import is_concrete
 from ..errors import ModelError
-from ..linear._labels import spoken
-from ..linear._massless import condensed
-from ..linear._rigid_motions import rigid_rows
-from ..linear._static_response import StaticResponse, static_response
+from ..linear._labels import format_label
+from ..linear._massless import condense_massless
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
 from ..typing import ArrayLike, CoordinateLike
@@ -41,16 +38,16 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
     damped = system.damping is not None if damped is None else damped
     if num is not None and not 0 <= num <= system.num_rows:
         raise ValueError(f"num = {num}: there are {system.num_rows} modes")
-    names = tuple(map(spoken, system.coordinates))
+    names = tuple(map(format_label, system.coordinates))
     if isinstance(system.stiffness, BlockMatrix):
         if damped or num is None:
             raise ValueError("block matrices have natural modes, as many as asked: modes(system, num, damped=False)")
         found = lowest_modes(factor(system.stiffness), system.mass, num)
         return dataclasses.replace(found, coordinates=names)
-    whole = condensed(system.dense(), damped=damped)
+    whole = condense_massless(system.to_dense(), damped=damped)
     K, M, C = whole.system.stiffness, whole.system.mass, whole.system.damping
     if damped and C is not None:
-        found = complex_modes(K=K, C=C, M=M).part(slice(0, None if num is None else 2 * num))
+        found = complex_modes(K=K, C=C, M=M).select(slice(0, None if num is None else 2 * num))
     else:
         found = natural_modes(K=K, M=M, num=num)
     if whole.light:
@@ -86,19 +83,21 @@ def frequency_response(
         raise ModelError([f"method {method!r} is neither direct nor modal"])
     (out, outputs), (into, inputs) = system.outputs(*out), system.outputs(*into)
     if isinstance(system.stiffness, BlockMatrix):
-        return TransferFunctions(omega, _of_blocks(system, omega, into, out, loss, options), outputs, inputs)
-    system = system.dense()
+        return TransferFunctions(
+            omega, _block_frequency_response(system, omega, into, out, loss, options), outputs, inputs
+        )
+    system = system.to_dense()
     matrices = {"K": system.stiffness, "M": system.mass, "C": system.damping, "loss": loss, "omega": omega}
     if method == "modal":
-        values = _through_modes(system, matrices, out, into.T, options)
+        values = _modal_frequency_response(system, matrices, out, into.T, options)
     else:
         values = dense_response(**matrices, out=out, load=into.T, **options)
     return TransferFunctions(omega, values, outputs, inputs)
 
 
-def _through_modes(system, matrices, out, load, options):
+def _modal_frequency_response(system, matrices, out, load, options):
     """Receptances by the modes of the rows with mass, and what the loads of the others do there directly."""
-    whole = condensed(system)
+    whole = condense_massless(system)
     if whole.basis is None or whole.stiffness is None:
         return receptance(**matrices, out=out, into=load, **options)
     own, T, light = whole.system, whole.basis, np.array(whole.light)
@@ -112,7 +111,7 @@ def _through_modes(system, matrices, out, load, options):
     return values + dense_response(**matrices | zero | {"C": C}, out=at, load=on)
 
 
-def _of_blocks(system, omega, into, out, loss, options):
+def _block_frequency_response(system, omega, into, out, loss, options):
     K, loss = system.stiffness, jnp.asarray(loss, system.dtype)
     complex_type = np.result_type(system.dtype, np.complex64)
     K = K.astype(complex_type) * lax.complex(jnp.ones_like(loss), loss)
@@ -123,22 +122,3 @@ def _of_blocks(system, omega, into, out, loss, options):
         return rows @ x.reshape(rows.shape[1], -1)
 
     return direct_response(K=K, M=system.mass, C=system.damping, load=load, omega=omega, select=select, **options)
-
-
-def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse:
-    """Rest under forces, `K x = f`; of a free structure the steady acceleration that they cause.
-
-    Args:
-        forces: by name as `LinearSystem.load` takes them, or (..., n): any number of cases.
-        free: the inertia of its rigid motions, known by the positions of its nodes, balances the forces.
-
-    Raises: ValueError for a stiffness, if concrete, that is singular; UnknownNameError; ModelError where positions
-    are missing.  Source: S1 (3), (30).
-    """
-    system, rigid = system.dense(), None
-    if free:
-        rigid = rigid_rows(system)
-        if is_concrete(rigid):
-            rigid = rigid[:, np.any(np.asarray(rigid) != 0, axis=0)]
-    found = static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
-    return dataclasses.replace(found, forces=(forces,))

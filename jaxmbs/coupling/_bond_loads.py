@@ -111,7 +111,7 @@ class Determinacy:
         return "\n".join(lines)
 
 
-def by_bond(bonds, rows: np.ndarray | Array, forces: Array, residual: Array, rounding: Array) -> BondLoads:
+def bond_loads(bonds, rows: np.ndarray | Array, forces: Array, residual: Array, rounding: Array) -> BondLoads:
     """Loads of the ties from the forces on the components, `B^T f = r`: no tie closes a ring, so B has full rank.
 
     Args: bonds: `(name, Ties)`; rows: B (ties, interface coordinates of all components); forces: r, times last.

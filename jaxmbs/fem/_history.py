@@ -11,7 +11,7 @@ from ._structure import Structure
 
 
 @jit
-def histories(recover: Callable, structure: Structure, x: AnyArray) -> dict[str, Array]:
+def recover_history(recover: Callable, structure: Structure, x: AnyArray) -> dict[str, Array]:
     """`element_forces` or `element_stresses` of many displacements: (..., elements, labels) by group.
 
     Args: x: (..., rows) of the dense matrices over times or cases, or complex amplitudes over frequencies.

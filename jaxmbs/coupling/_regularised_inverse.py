@@ -10,7 +10,7 @@ from ..runtime import lapack
 from ..typing import ArrayLike
 
 
-def regular_inverse(
+def regularised_inverse(
     A: ArrayLike,
     rank: int | None = None,
     rcond: ArrayLike = 0.0,

@@ -8,7 +8,7 @@ from ..math._linalg import skew
 from ..math._spd import spd_solve
 
 
-def along(axis, reference=None):
+def axes_along(axis, reference=None):
     """Rows x, y, z (3, 3) of axes whose x lies along `axis`; y lies in the plane of `axis` and `reference`."""
     x = axis / jnp.linalg.norm(axis)
     if reference is None:  # any direction across: the coordinate axis that is farthest from x
@@ -18,25 +18,25 @@ def along(axis, reference=None):
     return jnp.stack([x, jnp.cross(z, x), z])
 
 
-def across(first, second, x):
+def axes_across(first, second, x):
     """Rows x, y, z (3, 3) of axes with z along `first` x `second`; `x` lies across it."""
     z = jnp.cross(first, second)
     z, x = z / jnp.linalg.norm(z), x / jnp.linalg.norm(x)
     return jnp.stack([x, jnp.cross(z, x), z])
 
 
-def carried(arm):
+def rigid_arm(arm):
     """(6, 6): displacement and rotation of a point at `arm` (3,) from a node, rigidly carried by it."""
     one, zero = jnp.eye(3, dtype=arm.dtype), jnp.zeros((3, 3), arm.dtype)
     return jnp.block([[one, -skew(arm)], [zero, one]])
 
 
-def turned(axes):
+def axes_transformation(axes):
     """(6, 6): displacement and rotation resolved in `axes`, rows x, y, z (3, 3)."""
     return jax.scipy.linalg.block_diag(axes, axes)
 
 
-def condensed(K, keep: int):
+def condense(K, keep: int):
     """Stiffness of the first `keep` coordinates, the others being free. Source: S1 (6)."""
     inner = K[keep:, :keep]
     return K[:keep, :keep] - inner.T @ spd_solve(K[keep:, keep:], inner)
@@ -65,7 +65,7 @@ def inverse_jacobian(slopes, nodes):
     return inverse / det[:, None, None], det
 
 
-def gauss(points: int, dimensions: int):
+def gauss_points(points: int, dimensions: int):
     """Points (q, dimensions) and weights (q,) on [-1, 1]^dimensions."""
     x, w = np.polynomial.legendre.leggauss(points)
     grids = np.meshgrid(*[x] * dimensions, indexing="ij")

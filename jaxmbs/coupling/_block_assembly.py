@@ -15,10 +15,10 @@ from jaxtyping import Array, Inexact
 from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
 from ..linear._system import LinearSystem
 from ..math import _square as square
-from ..reductions._base import explicit
+from ..reductions._base import interface_first
 from ..runtime import as_dtype
 from ..typing import ArrayLike
-from ._dual import impedance
+from ._self_stresses import impedance
 
 
 class Components(eqx.Module):
@@ -52,7 +52,7 @@ class Components(eqx.Module):
 
         Raises: ValueError for components of different shapes.  Source: S1 (1)-(3), (19), (41).
         """
-        parts = [explicit(c) for c in components]
+        parts = [interface_first(c) for c in components]
         if len({(c.num_interface, c.num_rows) for c in parts}) > 1:
             raise ValueError("components of one group have the same numbers of interface and inner coordinates")
         matrices = jnp.stack([impedance(c, omega) for c in parts])
@@ -113,19 +113,19 @@ def coupled_response(
     nodes, size = load.shape
     pattern = interface_pattern(groups, nodes, size) if plan is None else plan.pattern
     condensed = [_condense(group, size) for group in groups]
-    matrix, right = _zero(pattern, condensed[0][0].dtype), as_dtype(load, condensed[0][0].dtype)
+    matrix, right = _zero_matrix(pattern, condensed[0][0].dtype), as_dtype(load, condensed[0][0].dtype)
     for group, (stiffness, force, _, _) in zip(groups, condensed, strict=True):
-        matrix = matrix + _assembled(pattern, group, stiffness)
-        right = _add(group, right, force)
+        matrix = matrix + _assemble(pattern, group, stiffness)
+        right = _add_at_nodes(group, right, force)
     x = solve(factor(matrix, kind, plan), right)
     internal, reactions = [], []
     sums = -load.astype(x.dtype)
     for group, (stiffness, force, modes, fixed) in zip(groups, condensed, strict=True):
-        u = _at_nodes(group, x)
+        u = _take_at_nodes(group, x)
         internal.append(jnp.einsum("smi,si->sm", modes, u.reshape(len(u), -1)) + fixed)
         reaction = jnp.einsum("sij,sj->si", stiffness, u.reshape(len(u), -1)).reshape(u.shape) - force
         reactions.append(reaction)
-        sums = _add(group, sums, reaction)
+        sums = _add_at_nodes(group, sums, reaction)
     largest = jnp.max(jnp.stack([jnp.max(jnp.abs(r)) for r in reactions]))
     residual = jnp.max(jnp.abs(sums)) / jnp.where(largest > 0, largest, 1.0)
     return CoupledResponse(x, tuple(internal), tuple(reactions), residual)
@@ -143,19 +143,19 @@ def _condense(group, size):
     return stiffness, force.reshape(len(K), -1, size), modes, fixed
 
 
-def _zero(pattern, dtype):
+def _zero_matrix(pattern, dtype):
     b = pattern.size
     return BlockMatrix(
         pattern, jnp.zeros((pattern.num_blocks, b, b), dtype), jnp.zeros((pattern.num_edges, b, b), dtype)
     )
 
 
-def _assembled(pattern, group, stiffness):
+def _assemble(pattern, group, stiffness):
     """Element assembly; a fixed place adds to no node."""
     nodes, b = np.array(group.nodes), pattern.size
     s, k = nodes.shape
     blocks = stiffness.reshape(s, k, b, k, b).transpose(0, 1, 3, 2, 4)
-    matrix = _zero(pattern, stiffness.dtype)
+    matrix = _zero_matrix(pattern, stiffness.dtype)
     for held in np.unique(nodes < 0, axis=0):
         rows, free = np.nonzero(np.all((nodes < 0) == held, axis=1))[0], np.nonzero(~held)[0]
         if len(free):
@@ -164,12 +164,12 @@ def _assembled(pattern, group, stiffness):
     return matrix
 
 
-def _add(group, total, forces):
+def _add_at_nodes(group, total, forces):
     nodes = np.array(group.nodes)
     padded = jnp.concatenate([total, jnp.zeros((1, total.shape[1]), total.dtype)])
     return padded.at[np.where(nodes < 0, len(total), nodes)].add(forces)[:-1]
 
 
-def _at_nodes(group, x):
+def _take_at_nodes(group, x):
     nodes = np.array(group.nodes)
     return jnp.concatenate([x, jnp.zeros((1, x.shape[1]), x.dtype)])[np.where(nodes < 0, len(x), nodes)]

@@ -8,14 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..elements._base import number
+from ..elements._base import as_real
 from ..linear._system import LinearSystem
-from ..reductions._base import Reduced, explicit
+from ..reductions._base import Reduced, interface_first
 from ..runtime import jit
 from ..typing import ArrayLike
 
 #: How many roundings of its terms a sum of forces may differ by.
-ROUNDING = 16.0
+ROUNDING_FACTOR = 16.0
 
 
 class Assembly(LinearSystem):
@@ -47,24 +47,24 @@ class Assembly(LinearSystem):
         """How many joined coordinates there are before some follow from rigid bodies."""
         return self.num_rows if self.transformation is None else len(self.transformation)
 
-    def part(self, xi: ArrayLike) -> tuple[Array, ...]:
+    def component_coordinates(self, xi: ArrayLike) -> tuple[Array, ...]:
         """`rho_c = beta_c xi` of every component, (r_c, ...).  Source: S1 (7), (11), (21)-(24)."""
         xi = jnp.asarray(xi)
         if self.transformation is not None:
-            xi = _times(self.transformation, xi)
+            xi = _matmul(self.transformation, xi)
         padded = jnp.concatenate([xi, jnp.zeros_like(xi[:1])])
         return tuple(padded[np.array(p)] for p in self.places)
 
-    def gathered(self, shares: Sequence) -> Array:
+    def gather_forces(self, shares: Sequence) -> Array:
         """`Q = sum beta_c^T Q_c` (N, ...) of generalised forces on the components (r_c, ...), None for none.
 
         Source: S1 (18), (21)-(25).
         """
         joined = _sum(self.places, shares, self.num_joined)
-        return joined if self.transformation is None else _times(self.transformation.T, joined)
+        return joined if self.transformation is None else _matmul(self.transformation.T, joined)
 
 
-class Reactions(eqx.Module):
+class InterfaceReactions(eqx.Module):
     """Forces of the bonds on every component, and whether they balance.
 
     Attributes:
@@ -88,12 +88,12 @@ def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) ->
 
     Raises: ValueError for a wrong count, or numbers that are not 0, 1, 2, ...  Source: S1 (1)-(3), (9)-(12).
     """
-    parts = tuple(map(explicit, components))
-    places, labels = joint_places(parts, joints)
-    return Assembly(**joined(parts, places, labels), components=parts, places=places)
+    parts = tuple(map(interface_first, components))
+    places, labels = joint_coordinates(parts, joints)
+    return Assembly(**joined_system(parts, places, labels), components=parts, places=places)
 
 
-def joined(parts: Sequence[Reduced], places, labels) -> dict:
+def joined_system(parts: Sequence[Reduced], places, labels) -> dict:
     """What makes a `LinearSystem` of components on common coordinates.  Source: S1 (9)-(12)."""
     matrices = {
         kind: _assemble(places, [getattr(c, kind) for c in parts], len(labels))
@@ -113,7 +113,7 @@ def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
 
     Raises: ValueError for matrices of different sizes.
     """
-    stiffness, damping, mass = (None if A is None else _square(A) for A in (stiffness, damping, mass))
+    stiffness, damping, mass = (None if A is None else _as_square_matrix(A) for A in (stiffness, damping, mass))
     shapes = {A.shape for A in (stiffness, damping, mass) if A is not None}
     if len(shapes) > 1:
         raise ValueError(f"stiffness, damping and mass of a bond differ in shape: {sorted(shapes)}")
@@ -124,7 +124,9 @@ def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
     return LinearSystem(mass=M, stiffness=K, damping=C, interface=b, massless=b if mass is None else ())
 
 
-def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Sequence | None = None) -> Reactions:
+def interface_reactions(
+    assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Sequence | None = None
+) -> InterfaceReactions:
     """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - Q`.
 
     Args:
@@ -134,7 +136,8 @@ def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Se
     With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (17)-(25).
     """
     motions = [
-        assembly.part(x) if x is not None else (None,) * len(assembly.components) for x in (xi, xi_dot, xi_ddot)
+        assembly.component_coordinates(x) if x is not None else (None,) * len(assembly.components)
+        for x in (xi, xi_dot, xi_ddot)
     ]
     found, sizes = [], []
     for c, rho, rho_dot, rho_ddot, given in zip(
@@ -143,12 +146,12 @@ def interface_reactions(assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Se
         terms = [(c.stiffness, rho), (c.mass, rho_ddot), (c.damping, rho_dot)]
         terms = [(A[: c.num_interface], x) for A, x in terms if A is not None and x is not None]
         load = 0.0 if given is None else given[: c.num_interface].astype(rho.dtype)
-        found.append(sum(_times(A, x) for A, x in terms) - load)
-        sizes.append(sum(_times(jnp.abs(A), jnp.abs(x)) for A, x in terms) + jnp.abs(load))
-    return balanced(assembly, found, sizes)
+        found.append(sum(_matmul(A, x) for A, x in terms) - load)
+        sizes.append(sum(_matmul(jnp.abs(A), jnp.abs(x)) for A, x in terms) + jnp.abs(load))
+    return balance_reactions(assembly, found, sizes)
 
 
-def balanced(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None) -> Reactions:
+def balance_reactions(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None) -> InterfaceReactions:
     """Reactions from the forces (b_c, ...) on each component, and their sums at the joints.
 
     Args: sizes: of the terms that make them up, likewise; default: themselves.
@@ -160,22 +163,22 @@ def balanced(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None
     largest, eps = jnp.where(largest > 0, largest, 1.0), jnp.finfo(largest.dtype).eps
     T = assembly.transformation
     pairs = ((forces, T), (sizes, None if T is None else jnp.abs(T)))
-    gaps = (jnp.max(jnp.abs(_at_joints(assembly, *pair)), initial=0.0) for pair in pairs)
+    gaps = (jnp.max(jnp.abs(_sum_at_joints(assembly, *pair)), initial=0.0) for pair in pairs)
     residual, rounding = (gap / largest for gap in gaps)
-    return Reactions(tuple(forces), residual, ROUNDING * eps * rounding)
+    return InterfaceReactions(tuple(forces), residual, ROUNDING_FACTOR * eps * rounding)
 
 
-def _at_joints(assembly, parts, T):
+def _sum_at_joints(assembly, parts, T):
     """Sums (N, ...) over the components of what is at their interfaces (b_c, ...); T: the transformation."""
     padded = [
         jnp.zeros_like(f, shape=(len(p), *f.shape[1:])).at[: len(f)].set(f)
         for f, p in zip(parts, assembly.places, strict=True)
     ]
     joined = _sum(assembly.places, padded, assembly.num_joined)
-    return joined if T is None else _times(T.T, joined)
+    return joined if T is None else _matmul(T.T, joined)
 
 
-def joint_places(components: Sequence[Reduced], joints: Sequence[Sequence[int]]):
+def joint_coordinates(components: Sequence[Reduced], joints: Sequence[Sequence[int]]):
     """Places of every component's coordinates in the joined ones, and their labels; ValueErrors of `join`."""
     if len(joints) != len(components):
         raise ValueError(f"{len(components)} components, but joints of {len(joints)}")
@@ -213,10 +216,10 @@ def _sum(places, parts, size):
     return total[:-1]
 
 
-def _square(value):
-    value = number(value)
+def _as_square_matrix(value):
+    value = as_real(value)
     return jnp.diag(value) if value.ndim == 1 else value
 
 
-def _times(A, x):
+def _matmul(A, x):
     return A.astype(x.dtype) @ x
