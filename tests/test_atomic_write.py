@@ -59,8 +59,16 @@ def test_a_writer_that_fails_keeps_the_good_file(name, tmp_path, monkeypatch):
     assert path.read_bytes() != b"good" and os.listdir(tmp_path) == ["file.json"]
 
 
+@pytest.fixture
+def interruptible():
+    """Interrupts raise, in a process too that was started in the background, where shells have them ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_signals_leave_no_half_file(number, tmp_path):
+def test_signals_leave_no_half_file(number, tmp_path, interruptible):
     path = tmp_path / "file"
     with pytest.raises((SystemExit, KeyboardInterrupt)), whole_path(path) as part:
         part.write_text("half")

@@ -27,6 +27,7 @@ PACKAGES = {
     "published_decks": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
+LONG += ("cold_start",)
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures")
 
 

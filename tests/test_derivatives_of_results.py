@@ -75,7 +75,7 @@ QUESTIONS = {
     "peak at the end": lambda x, mode: peak_of(x, mode, lambda s: s.coordinates[0]),
     "reactions": lambda x, mode: mbs.reactions(*started(x)),
 }
-MARKS = {name: pytest.mark.long for name in QUESTIONS} | {"motion to an event": pytest.mark.slow, "modes": ()}
+MARKS = {name: pytest.mark.long for name in QUESTIONS} | {"modes": pytest.mark.slow}
 
 
 def peak_of(x, mode, quantity):

@@ -71,7 +71,7 @@ def test_slopes_by_place_are_those_of_the_world():
         np.testing.assert_allclose(forward[:, k], (ahead - behind) / 2e-5, atol=2e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_motion_far_out_takes_the_steps_of_home():
     system = satellite()
     motions = [mbs.simulate(system, moved(system, d), ts=[0.0, 2.0]) for d in (0.0, 1e4)]
@@ -118,7 +118,7 @@ def branches(heavy):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_light_branch_keeps_its_digits_beside_a_heavy_one():
     """All refers to the crane, 36 m away from an arm of 0.1 m: (36 / 0.1)^2 roundings, and none of ten tonnes."""
     alone, beside = branches(False), branches(True)

@@ -171,7 +171,7 @@ def test_free_symmetric_top(started, motion):
         np.testing.assert_allclose(mbs.rotation(system, one, "top"), R.as_matrix(), atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_everything_keeps_its_energy_and_its_constraints(motion):
     """The motor's torque works on the gears; its power is in the account."""
     diagnostics = motion.diagnostics

@@ -84,6 +84,7 @@ def test_modes_by_mass_inertia_and_centre():
         np.testing.assert_allclose(slope[k], (total(p + h) - total(p - h)) / 2e-5, rtol=1e-4, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_dropped_block_swings_on_its_mounts():
     """Its own weight from rest: `z = -(m g / 4 k) (1 - cos w t)`; what a mount bears then is `-k z`."""
     block = RigidBody(mass=MASS, inertia=INERTIA, points=FEET)
@@ -125,6 +126,7 @@ def answers(com, points):
     return jnp.stack([values[0], *(loads[name].on_first[..., -1 if name == "spring" else 2] for name in loads)])
 
 
+@pytest.mark.slow
 def test_a_flap_on_two_bearings_and_a_spring():
     """`w^2 = k l^2 / (I_y + m d^2)`; loads by levers; known and traced places, and slopes by them."""
     com = np.array([0.7, 0.1, 0.2])
@@ -244,6 +246,7 @@ def dense_model():
     return moved, forces
 
 
+@pytest.mark.slow
 def test_every_bond_of_rigid_bodies_against_a_dense_model():
     """Bolted, hinged about a turned axis and on a bushing, harmonically shaken; with known and with traced places."""
     push = {"can.com": PUSH[:1], "box.arm": PUSH[1:2], "mast.middle": PUSH[2:]}
@@ -272,6 +275,7 @@ def test_every_bond_of_rigid_bodies_against_a_dense_model():
     assert "com" in repr(RigidBody(points=POINTS, **BOX)) and "box" in repr(net)
 
 
+@pytest.mark.slow
 def test_the_block_of_a_mechanism():
     """The same block on the same bushings in a `SystemBuilder`, its centre off the middle."""
     com, feet = (0.1, -0.05, 0.2), {**FEET, "foot1": (A, B, 0.1)}
@@ -298,6 +302,7 @@ def test_turned_and_moved_bodies():
     np.testing.assert_allclose(rotate(block, AXES).outputs("foot1 z")[0][0, :3], [0, 0, 1], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_rigid_body_beside_measured_components():
     """A stage known by transfer functions at its nodes, a box on two of them."""
     omega = np.array([50.0, 200.0])

@@ -68,7 +68,7 @@ def test_amplitudes_of_a_known_sweep():
         sweep_amplitudes(signals, phase, [100], 200)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sweep_on_a_soft_suspension():
     """Sweeps up and down in and out of phase: the free structure comes back, also where the suspension still acts."""
     rate, duration = 200.0, 300.0

@@ -87,6 +87,7 @@ def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
         np.testing.assert_allclose(bond.on_first, wanted, atol=1e-8 * np.abs(wanted).max())
 
 
+@pytest.mark.slow
 def test_at_rest_the_load_is_the_weight():
     structure = piece()
     component = assembled()

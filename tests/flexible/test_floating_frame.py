@@ -231,7 +231,7 @@ def test_stiffness_of_a_bent_body_by_its_parts():
     np.testing.assert_allclose(mbs.dynamics.potential_energy(system, state), bent(phi) @ K @ bent(phi) / 2, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_component_known_by_its_reduced_matrices_alone():
     """Interface and modal coordinates only, as delivered by a partner: small vibrations are those of the full one."""
     full = elastic_beam(elements=4, num_modes=3)

@@ -35,6 +35,7 @@ def test_estimate_against_the_frequencies_of_blades(blade, speed):
     np.testing.assert_allclose(estimate, exact, rtol=0.25)
 
 
+@pytest.mark.slow
 def test_a_fast_blade_is_said(blade):
     """By `linearise`, `modes` and `simulate`, with the body's name; not within a trace, where the field says it."""
     fast, slow = spinning(blade, 2.0), spinning(blade, 0.25)
@@ -55,6 +56,7 @@ def test_a_fast_blade_is_said(blade):
     )
 
 
+@pytest.mark.slow
 def test_a_blade_cut_in_four_is_fast_for_none_of_its_parts():
     """Each part is sixteen times as stiff for its length: the estimate falls by 4^4."""
     whole, cut = (chain_of_beams(n, mbs.Revolute("z"), num_modes=0, elements=1)[0] for n in (1, 4))

@@ -162,7 +162,7 @@ def slider_truth(angle):
     return -lean - angle, 0.3 * np.cos(angle) + np.cos(lean)
 
 
-@pytest.mark.parametrize("signal", SIGNALS)
+@pytest.mark.parametrize("signal", [pytest.param(s, marks=[pytest.mark.slow] * (s != "function")) for s in SIGNALS])
 def test_a_search_begins_where_the_drive_is(signal):
     """The others are guessed exactly; from a crank at zero five of these closed on the other branch."""
     first = slider_crank(SIGNALS[signal](jnp.asarray(1.0)))
@@ -194,6 +194,7 @@ def test_driven_slides_begin_where_they_are_driven_and_guesses_come_first():
     np.testing.assert_allclose(driven.coordinates(state)["S"], slider_truth(0.5 * np.pi)[1], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_drives_are_followed_in_time():
     system = slider_crank(lambda t: 3.0 * t)
     rest = mbs.State.at(system, t=0.1, guess={"B": -0.4, "S": 1.2})

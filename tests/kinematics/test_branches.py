@@ -62,6 +62,7 @@ def test_a_whole_turn_stays_on_the_branch(bars, rest):
         np.testing.assert_array_equal(mbs.kinematics.branch(bars, states, ["A"]), states.branch)
 
 
+@pytest.mark.slow
 def test_gradients_along_a_branch(bars, rest):
     def followed(angle):
         return bars.coordinates(mbs.State.at(bars, A=angle, near=rest))["D"]
@@ -195,6 +196,7 @@ def rssr_rocker(angle, sign, length=1.4):
     return np.arctan2(c[2], c[1]) + sign * np.arccos(level / np.hypot(c[1], c[2]))
 
 
+@pytest.mark.slow
 def test_a_spatial_loop_with_a_second_freedom():
     system, turn, signs = rssr(), np.linspace(0.3, 0.3 + 2.0 * np.pi, 31), []
     for sign in (1.0, -1.0):
@@ -218,6 +220,7 @@ def test_a_spatial_loop_with_a_second_freedom():
     np.testing.assert_allclose(off(by_length(1.5), rssr_rocker(2.0, -1.0, 1.5)), 0.0, atol=1e-9)  # of another design
 
 
+@pytest.mark.slow
 def test_cut_joints_and_held_ones_are_followed():
     """A five-bar of two freedoms: its cut joint goes to an angle while another joint stays."""
     b = mbs.SystemBuilder()
@@ -289,6 +292,7 @@ def test_wrong_near_is_refused(bars, rest):
         mbs.kinematics.states_along(bars, "crank", TURN, rest)
 
 
+@pytest.mark.slow
 def test_a_batch_says_where_the_branch_changes(bars, rest):
     guess = {name: float(bars.coordinates(rest)[name]) for name in "BD"}
 

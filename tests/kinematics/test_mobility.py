@@ -89,7 +89,7 @@ def test_answers_on_the_freedoms_of_the_state(drawn_flat):
     assert mbs.kinematics.kic(drawn_flat, state).internal.shape == (6, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:state. the mechanism has mobility")
 def test_traced_answers_are_not_those_of_another_pose(drawn_flat, for_work):
     """Shapes are those of the build within a trace: NaN on the wrong one, right on one made for the pose."""
@@ -102,6 +102,7 @@ def test_traced_answers_are_not_those_of_another_pose(drawn_flat, for_work):
     assert np.isnan(jax.jit(lambda: mbs.kinematics.kic(drawn_flat, state).internal)()).all()
 
 
+@pytest.mark.slow
 def test_build_at_a_pose_of_use(for_work):
     assert for_work.topology.mobility == 1
     with warnings.catch_warnings():
@@ -123,6 +124,7 @@ def test_gradient_of_a_frequency_at_the_pose_of_use(for_work):
     np.testing.assert_allclose(jax.grad(first)(RATE), difference, rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:state. the mechanism has mobility")
 def test_driven_lift_is_solved_not_integrated():
     """Its drive takes the one freedom that it has at work; the branch that the drawing leads to has another."""
@@ -182,6 +184,7 @@ def test_singular_pose_keeps_its_answer_and_says_so():
     assert mbs.linearise(system, upright).mass.shape == (1, 1)
 
 
+@pytest.mark.slow
 def test_independent_set_that_is_singular_at_the_state():
     """A slider-crank at its dead centre: the slider does not determine the crank there, the crank does the slider."""
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))

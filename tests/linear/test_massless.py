@@ -72,6 +72,7 @@ def test_complex_modes_where_damping_is_proportional_to_stiffness():
     assert mbs.modes(bare, damped=False).roots is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 1.0])
 @pytest.mark.parametrize("loss", [0.0, 0.05])
 def test_frequency_response_in_modes_is_the_direct_one(damping, loss):
@@ -110,6 +111,7 @@ def test_no_mass_says_so_by_name_and_never_nan():
             wrong()
 
 
+@pytest.mark.slow
 def test_motion_by_steps_in_modes_and_by_the_exponential():
     """Forces on rows with and without mass that grow straight: displacements against the exponential of SciPy."""
     K, M, C = matrices(damping=1.0)

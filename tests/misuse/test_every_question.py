@@ -132,10 +132,14 @@ NO_ANSWER = {
 }
 
 
-SLOW = ("free", "clamped", "driven")
+SLOW, LONG = ("massless", "pendulum", "driven"), ("free", "clamped")
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in MODELS])
+def _marked(name):
+    return pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW) + [pytest.mark.long] * (name in LONG))
+
+
+@pytest.mark.parametrize("name", [_marked(name) for name in MODELS])
 def test_every_question_has_an_answer(name):
     """All are asked, so that one report has every fault."""
     faults, refused, (system, state) = [], 0, model(name)
@@ -154,7 +158,9 @@ def test_every_question_has_an_answer(name):
     assert not faults, faults
 
 
-@pytest.mark.parametrize("name", ["welded", "pendulum", "driven"])
+@pytest.mark.parametrize(
+    "name", ["welded", *(pytest.param(n, marks=pytest.mark.slow) for n in ("pendulum", "driven"))]
+)
 def test_every_question_takes_a_motion(name):
     """The answers for a motion are those for its states, one by one, in front the axis of times; or it says in words
     that it takes one state."""

@@ -44,10 +44,10 @@ CALLS = {
 }
 
 
-SLOW = ("transmissibility", "modal_motion", "receptance", "swept_amplitudes", "dense_response")
+LONG = ("transmissibility", "modal_motion", "receptance", "swept_amplitudes", "dense_response")
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in CALLS])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in CALLS])
 def test_answers_of_both_kinds_of_arrays(name):
     given = K, M, C, OMEGA, X
     found, expected = CALLS[name](*given), CALLS[name](*map(jnp.asarray, given))

@@ -24,7 +24,9 @@ def motion(system, state, ts):
     return mbs.simulate(system, state, ts=ts, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["swing", "loop"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("swing", marks=pytest.mark.long), pytest.param("loop", marks=pytest.mark.slow)]
+)
 def test_states_between_fall_with_the_sixth_power(name, request):
     system, state = request.getfixturevalue("swing") if name == "swing" else looped()
     start, halves = state.t, []
@@ -43,6 +45,7 @@ def looped():
     return system, four_bar_state(system)
 
 
+@pytest.mark.slow
 def test_states_by_number_and_their_ends(swing):
     system, state = swing
     ts = np.array([0.1, 0.2, 0.3])
@@ -64,6 +67,7 @@ def test_states_by_number_and_their_ends(swing):
     assert np.isnan(jax.jit(lambda t: saved.at(system, t).coordinates)(0.31)).all()
 
 
+@pytest.mark.slow
 def test_the_slope_by_the_time_is_the_rate(swing):
     system, state = swing
     saved = motion(system, state, np.arange(0.0, 0.41, 0.05))

@@ -19,15 +19,9 @@ def chain_state(system):
 MODELS = {"tree": (chain, chain_state), "loop": (lambda: four_bar(LENGTHS), begin)}
 
 
-def _cases():
-    """Trees by Gauss's rule are slow, the others long."""
-    for model in MODELS:
-        for solver in (mbs.motion.Gauss4, mbs.motion.ImplicitMidpoint):
-            mark = pytest.mark.slow if (model, solver) == ("tree", mbs.motion.Gauss4) else pytest.mark.long
-            yield pytest.param(model, solver, marks=mark, id=f"{model}-{solver.__name__}")
-
-
-@pytest.mark.parametrize("model, solver", list(_cases()))
+@pytest.mark.long
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("solver", [mbs.motion.Gauss4, mbs.motion.ImplicitMidpoint])
 def test_product_of_variation_and_adjoint(model, solver):
     build, start = MODELS[model]
     system = build()

@@ -25,7 +25,7 @@ def shaft(drives=(), springs=(), swap=False):
 
 
 @pytest.mark.parametrize(
-    "swap", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.slow)]
+    "swap", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.long)]
 )
 def test_two_drives_share_weight_and_torque(swap):
     system, loads = shaft(drives=("front", "back"), swap=swap)

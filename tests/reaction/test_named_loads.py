@@ -71,6 +71,7 @@ def loads_and_sums(rotors, **options):
     return loads, sums
 
 
+@pytest.mark.slow
 def test_the_sums_close_over_all_laws_couplers_rows_and_drives(rotors):
     system, state = rotors
     loads, sums = loads_and_sums(rotors)
@@ -93,6 +94,7 @@ def test_the_sums_close_over_all_laws_couplers_rows_and_drives(rotors):
     assert abs(loads["friction driven"].effort[0] - loads["friction driven"].total_effort[0]) > 1.0
 
 
+@pytest.mark.slow
 def test_actuators_in_place_of_the_drives(rotors):
     """The second of each pair is the actuator: the first, whose drive is off, is turned by what ties them."""
     system, state = rotors

@@ -241,7 +241,7 @@ def test_rigid_and_averaged_interfaces():
     np.testing.assert_allclose(modes_of(whole.stiffness, whole.mass).values[6:], exact, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_stresses_of_elements_over_frequencies_and_times():
     """Stress at the root of a shaken beam by three modes: 1.5 % off by displacement, 1e-5 by acceleration.
 

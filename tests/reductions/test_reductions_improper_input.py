@@ -44,7 +44,7 @@ def test_sparse_matrices(num):
         )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_block_matrices():
     pattern = bs.Pattern(6, 2, [(i, i + 1) for i in range(5)])
     K = bs.BlockMatrix(pattern, jnp.tile(4 * jnp.eye(2), (6, 1, 1)), jnp.tile(-jnp.eye(2), (5, 1, 1)))

@@ -56,7 +56,7 @@ def test_far_fewer_operations_than_gauss():
     assert ours < gauss / 20 and ours < 2.2 * shorter
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_usual_rounds_suffice(monkeypatch):
     """Cut off after three rounds, the ladder of 120 bodies has its reactions to all digits."""
     bonds, loads = ladder(60), np.random.default_rng(0).normal(size=(120, 6))

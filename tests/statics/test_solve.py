@@ -218,7 +218,7 @@ def test_redundancy_by_projection_is_that_of_the_decomposition():
     assert np.linalg.matrix_rank(both, tol=1e-6) == dense.redundant
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_redundancy_of_many_loops():
     """Each loop of the ladder leaves four of six open: no moment about either pin, so none across their distance."""
     found = redundancy(ladder(104))
@@ -241,6 +241,7 @@ def test_vmap_over_loads_and_positions():
     assert found["bond 2"].force.shape == (3, 3)
 
 
+@pytest.mark.slow
 def test_single_precision():
     single, double = (random_bonds("all of them", seed=3, dtype=dtype) for dtype in (np.float32, np.float64))
     loads = random_loads(double)

@@ -67,7 +67,7 @@ def test_gradient_without_loads_is_finite(problem):
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(both(idle)))
 
 
-@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_planar_loop_in_space_by_its_lengths(order):
     """Redundant at every length: the undetermined reactions have first and second derivatives too."""
 

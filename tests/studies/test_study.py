@@ -284,9 +284,7 @@ def killed(path, kills, seed):
             return written
 
 
-@pytest.mark.parametrize(
-    "kills", [pytest.param(10, marks=pytest.mark.slow), pytest.param(50, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("kills", [pytest.param(3, marks=pytest.mark.slow), pytest.param(50, marks=pytest.mark.long)])
 def test_killed_and_continued(tmp_path, kills):
     """Same numbers, nothing lost and no chunk twice but the one in hand."""
     path = tmp_path / "study"
@@ -302,7 +300,7 @@ def test_killed_and_continued(tmp_path, kills):
     assert not np.any(continued["status"].values == mbs.Status.NOT_RUN)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_workers_of_dask(tmp_path):
     """Chunks on two workers, of which one is killed: the same numbers."""
     distributed = pytest.importorskip("distributed")

@@ -2,6 +2,7 @@
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 import scipy.linalg
 
 from jaxmbs.vibration import complex_modes, transmissibility
@@ -21,6 +22,7 @@ def test_free_motion_of_two_masses_from_complex_modes():
         np.testing.assert_allclose(modes.acceleration(amplitudes, t), moved[2:], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_transmissibility_of_a_mass_on_a_spring_and_damper():
     """`(k + i w c) / (k + i w c - m w^2)`, above and below the resonance."""
     k, c, m, w = 5.0, 0.3, 2.0, np.array([0.5, 1.6, 4.0])

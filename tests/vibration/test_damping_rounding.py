@@ -44,6 +44,7 @@ def test_a_little_damping_is_seen(kind, ratio):
         np.testing.assert_allclose(modes.roots.real[elastic], -damping / 2, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_damping_that_is_rounding_keeps_its_derivative():
     """At no damping the ratio is zero, its slope `1 / (2 w)`."""
     K, M = jnp.diag(jnp.array([1.0, 9.0])), jnp.eye(2)
@@ -61,6 +62,7 @@ def test_pairs_stay_side_by_side(scale):
     np.testing.assert_allclose(modes.omega[::2], scale * np.array([2, 2, 2, 3.0]), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_hanging_pendulum_is_stable_and_a_standing_one_is_not():
     """Three links without damping: their roots have real parts of 1e-16; stood on its end each link falls."""
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))

@@ -36,7 +36,7 @@ def response():
     return K, M, np.asarray(load), omega, solve
 
 
-@pytest.mark.parametrize("chunk", [5, 37])
+@pytest.mark.parametrize("chunk", [pytest.param(5, marks=pytest.mark.slow), 37])
 def test_every_frequency_against_a_dense_solve(response, chunk):
     K, M, load, omega, solve = response
     x = solve(K, M, chunk)

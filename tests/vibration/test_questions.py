@@ -106,7 +106,7 @@ def test_a_structure_in_blocks():
         mbs.modes(mast(blocks=True), 17)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_coordinates_without_mass_are_condensed():
     """MacNeal's interface has no mass: its modes are those of the free chain, nearly."""
     K, M = chain(8, ends=1)

@@ -241,7 +241,7 @@ def test_building_of_slicot():
             refused()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_space_station_of_slicot():
     """135 modes of 0.5 % damping, three inputs and three velocities: published magnitudes to 1e-8, both ways."""
     frequencies, into, out, omega, magnitude = (

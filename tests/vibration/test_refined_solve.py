@@ -118,7 +118,7 @@ def coupling():
     return K, M, jnp.diag(jnp.array([0.4, 0.0, 0.1, 0.9]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_damping_that_couples_the_modes_under_tracing():
     """The direct solution, with its derivatives; concrete it is refused as before."""
     K, M, C = coupling()
@@ -167,7 +167,13 @@ def refined(Z, right):
     return x.astype(complex)
 
 
-@pytest.mark.parametrize("way", ["direct", *(pytest.param(w, marks=pytest.mark.slow) for w in ("modal", "viscous"))])
+@pytest.mark.parametrize(
+    "way",
+    [
+        pytest.param("direct", marks=pytest.mark.slow),
+        *(pytest.param(w, marks=pytest.mark.long) for w in ("modal", "viscous")),
+    ],
+)
 def test_a_beam_of_many_states(way):
     """A cantilever of 174 elements: digits as far as half a rounding of its entries lets them, some times over."""
     K, M = beam(174, fixed=2)

@@ -201,7 +201,7 @@ def _resistance(w):
 
 
 of_models = pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long if name == "blade" else pytest.mark.slow) for name in MODELS]
+    "name", [pytest.param(name, marks=pytest.mark.slow if name == "loop" else pytest.mark.long) for name in MODELS]
 )
 
 

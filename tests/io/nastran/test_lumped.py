@@ -119,7 +119,7 @@ def plate(n, mid3):
     return text + "".join(f"SPC1,1,4,{node}\n" for node in np.ravel(sides[1][1]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_plates_without_shear(tmp_path):
     """A blank MID3: the frequency goes to Kirchhoff's, with MID3 to Mindlin's, 3 % lower, without rotary inertia."""
     E, nu, t, rho = 2e11, 0.3, 0.1, 7850.0
@@ -135,6 +135,7 @@ def test_plates_without_shear(tmp_path):
     assert not any("shear" in note for note in deck(plate(4, "1"), tmp_path).notes)
 
 
+@pytest.mark.slow
 def test_a_lumped_deck_answers(tmp_path):
     """Modes of a cantilever with rotations that have no mass, beside the closed form."""
     text = BAR + "".join(f"GRID,{k + 1},,{0.05 * k},0.,0.\n" for k in range(21))

@@ -89,7 +89,11 @@ def test_half_of_the_truss_on_its_interface(theirs):
 
 
 @pytest.mark.parametrize(
-    "case", ["4", *(pytest.param(case, marks=pytest.mark.slow) for case in ("1", "3", "um_1", "um_2", "um_3"))]
+    "case",
+    [
+        pytest.param("4", marks=pytest.mark.slow),
+        *(pytest.param(case, marks=pytest.mark.long) for case in ("1", "3", "um_1", "um_2", "um_3")),
+    ],
 )
 def test_rbe3_against_nastran(case, theirs, tmp_path):
     """The matrix of dependent by independent directions, nodes in nine nested coordinate systems of all kinds."""
@@ -312,6 +316,7 @@ def test_springs_and_bushes(tmp_path):
     np.testing.assert_allclose(found.stiffness, np.diag([70.0, 90.0, 80.0]), atol=1e-12)  # x along y, y along z
 
 
+@pytest.mark.slow
 def test_places_in_coordinate_systems(tmp_path):
     """CORD1S on three nodes, one of which stands in a cylindrical system behind it in the deck; GRDSET; by hand."""
     text = "GRID,4,1,2.,90.,90.\nCORD1S,1,1,2,3\nGRID,1,5,1.,90.,0.\nGRID,2,,0.,1.,3.\nGRID,3,,7.,1.,0.\n"

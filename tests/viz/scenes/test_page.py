@@ -14,7 +14,7 @@ from tests.viz.machines import made_up_loads, plate, turning_four_bar
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 REFERENCE = Path(__file__).parent / "four_bar_scene.png"
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(BROWSER is None, reason="needs a browser")]
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="needs a browser")
 
 _OPTIONS = (
     "--headless=new --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
@@ -46,6 +46,7 @@ def page(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_it_plays(page):
     """Without a time in the address it runs from the start; a busy machine draws few pictures."""
     for lasting in (2_500, 10_000, 40_000):
@@ -56,11 +57,13 @@ def test_it_plays(page):
     raise AssertionError(f"it stands at {ready.group(1)} s")
 
 
+@pytest.mark.slow
 def test_the_address_sets_the_time(page):
     dom = ask(page, ["--dump-dom"], address="#t=1.5")
     assert 'data-ready="1.5"' in dom and "1.50 s" in dom
 
 
+@pytest.mark.long
 def test_it_shows_the_pose_asked_for(page, tmp_path):
     """The same picture as the one that was looked at, and another one at another time."""
     found = photographed(page, tmp_path / "a.png", "#t=1.5")
@@ -73,6 +76,7 @@ def test_it_shows_the_pose_asked_for(page, tmp_path):
     assert len(np.unique(np.round(found.reshape(-1, 3), 1), axis=0)) > 20  # not blank
 
 
+@pytest.mark.long
 def test_a_mesh_bends(tmp_path):
     structure = plate()
     clamped = fem.assemble(structure)
