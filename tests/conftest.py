@@ -2,22 +2,10 @@
 
 import collections
 import gc
-import importlib.metadata
 import os
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
-_SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
-_JAX_VERSION = tuple(int(part) for part in importlib.metadata.version("jax").split(".")[:2])
-if _JAX_VERSION < (0, 12) and _SMALL_LOOPS not in os.environ.get("XLA_FLAGS", ""):
-    # Small loops as one kernel (docs/start/sharp-bits.md); the others make compilation half as long, and runs slower.
-    _flags = f"--xla_backend_extra_options={_SMALL_LOOPS}=100000000,xla_cpu_disable_loop_unrolling"
-    # Two workers have two cores: a program is compiled in one piece by one thread.
-    os.environ["XLA_FLAGS"] = (
-        f"{os.environ.get('XLA_FLAGS', '')} {_flags} --xla_cpu_use_fusion_emitters=false"
-        " --xla_cpu_enable_concurrency_optimized_scheduler=false --xla_backend_optimization_level=0"
-        " --xla_cpu_parallel_codegen_split_count=1"
-    )
 
 import jax
 import pytest
@@ -33,16 +21,39 @@ jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
+AS_USERS = ("long", "user")  # run the programs that users run, without any flag of ours
+KINDS = ("slow", "long", "user")
+_SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
+
+
 def pytest_configure(config):
+    chosen = config.option.markexpr
+    if chosen not in AS_USERS:
+        _compile_cheaply()
     # Types and shapes are checked in the quick tests; the checks make tracing an eighth longer.
-    if config.option.markexpr not in ("slow", "long"):
+    if chosen not in KINDS:
         install_import_hook("jaxmbs", "beartype.beartype")
 
 
+def _compile_cheaply():
+    """Set XLA_FLAGS, which XLA reads at its first program, so that compilation takes half as long."""
+    given = os.environ.get("XLA_FLAGS", "")
+    if _SMALL_LOOPS in given or jax.__version_info__ >= (0, 12):
+        return
+    os.environ["XLA_FLAGS"] = (
+        # Small loops as one kernel (docs/start/sharp-bits.md); the others halve compilation, and make runs slower.
+        f"{given} --xla_backend_extra_options={_SMALL_LOOPS}=100000000,xla_cpu_disable_loop_unrolling"
+        " --xla_cpu_use_fusion_emitters=false --xla_cpu_enable_concurrency_optimized_scheduler=false"
+        " --xla_backend_optimization_level=0"
+        # Two workers have two cores: a program is compiled in one piece by one thread.
+        " --xla_cpu_parallel_codegen_split_count=1"
+    )
+
+
 def pytest_collection_modifyitems(items):
-    both = [item.nodeid for item in items if item.get_closest_marker("slow") and item.get_closest_marker("long")]
-    if both:
-        raise pytest.UsageError(f"a long test is never also slow: {', '.join(both)}")
+    several = [item.nodeid for item in items if sum(item.get_closest_marker(k) is not None for k in KINDS) > 1]
+    if several:
+        raise pytest.UsageError(f"a test has one of the marks {', '.join(KINDS)}: {', '.join(several)}")
 
 
 MOST_MAPS = 25_000  # Linux gives a process 65 530 memory maps and ends one that asks for more; a program has 3 to 100

@@ -15,8 +15,8 @@ from tests.zoo import SPECIMENS, of_all
 from tests.zoo.probes import fields, variations
 
 LOOP = SPECIMENS["spatial_loop"]
-of_free_motions = of_all(without=("drive", "rolling"), quick=("tree",), slow=("spatial_loop",))
-of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=("spatial_loop",))
+of_free_motions = of_all(without=("drive", "rolling"), quick=("tree",), slow=("four_bar", "floating"))
+of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=("four_bar",))
 
 
 @of_free_motions
@@ -27,7 +27,7 @@ def test_inertia_field_is_the_projected_mass_matrix(specimen):
     np.testing.assert_allclose(0.5 * of.phi_dot @ of.I_star @ of.phi_dot, of.kinetic, rtol=1e-10)
 
 
-@of_all(without=("drive", "rolling", "ball"))
+@of_all(without=("drive", "rolling", "ball"), quick=("tree",), slow=("four_bar",))
 def test_gyristor_fields_differ_and_their_efforts_agree(specimen):
     """Where coordinates are integrals of their velocities; with one of them there is but one field."""
     of = fields(specimen)

@@ -1,7 +1,7 @@
 """The zoo: eight mechanisms with a state each.  What must hold of every mechanism is asked of every specimen.
 
 `@of_all()` hands a test the specimens; `probes` has what tests ask of them, a compiled program per room whose answers
-all tests of a process share.  A few specimens stand in the quick tests, others in the slow and the long ones.
+all tests of a process share.  A tree and a loop stand in the quick tests, the others in the slow ones.
 """
 
 import functools
@@ -49,11 +49,12 @@ SPECIMENS = _specimens(
 )
 
 
-QUICK, SLOW = ("tree", "spatial_loop"), ("driven", "rolling", "elastic")
+QUICK = ("tree", "four_bar")
+SLOW = ("chain", "floating", "spatial_loop", "driven", "rolling", "elastic")
 
 
 def of_all(*, without=(), quick=QUICK, slow=SLOW):
-    """Parametrises a test by the specimens but those of some kinds; what is neither quick nor slow is marked long."""
+    """Parametrise a test by the specimens but those of some kinds; those neither quick nor slow are marked long."""
     chosen = [s for s in SPECIMENS.values() if not s.kinds & set(without)]
     marks = {
         name: [] if name in quick else [pytest.mark.slow] if name in slow else [pytest.mark.long]

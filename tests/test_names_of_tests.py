@@ -1,0 +1,61 @@
+"""A test file bears the name of the file that it tests, or stands in a folder of tests that cross the rooms."""
+
+from pathlib import Path
+
+TESTS = Path(__file__).parent
+PACKAGE = TESTS.parent / "jaxmbs"
+CROSSING = ("cases", "adversary", "zoo", "misuse")  # published numbers, hostile models, every mechanism, wrong use
+ALLOWED = {  # tests of more than one room, or of what is no module
+    "test_architecture": "floors, cycles and sizes of the whole package",
+    "test_benchmarks": "the folder benchmarks",
+    "test_catalogue": "docs/catalogue.md",
+    "test_derivatives_of_results": "every field of every result",
+    "test_equations": "jaxmbs/EQUATIONS.md",
+    "test_gradients": "derivatives through assembly, motion and reactions together",
+    "test_manual": "the pages of docs",
+    "test_mutations": "benchmarks/mutants.toml",
+    "test_names_of_tests": "this folder",
+    "test_notebook_of_designs": "notebook 13",
+    "test_notebooks": "the notebooks",
+    "test_program_size": "programs of the main verbs",
+    "test_public_faces": "the `__all__` of every room",
+    "test_user_programs": "programs of every kind, compiled without flags",
+    "test_wheel": "the built package",
+    "test_words": "names and docstrings of the whole package",
+    "viz/test_gallery": "the pictures of docs/guide/pictures.md",
+}
+
+
+def files(folder=TESTS):
+    return sorted(p.relative_to(folder).with_suffix("") for p in folder.rglob("test_*.py"))
+
+
+def subject(test):
+    """The module, room or room within a room that the test bears the name of, or None."""
+    name, room = test.name.removeprefix("test_"), PACKAGE / test.parent
+    modules = {path.stem.lstrip("_"): path for path in room.glob("*.py")}
+    modules |= {path.parent.name: path for path in room.glob("*/__init__.py")}
+    modules |= {room.name: room / "__init__.py"} if test.parent.name and room.is_dir() else {}
+    words = name.split("_")
+    borne = (modules.get("_".join(words[:k])) for k in range(len(words), 0, -1))
+    return next(filter(None, borne), None)
+
+
+def crosses(test):
+    return test.parts[0] in CROSSING
+
+
+def test_every_file_bears_the_name_of_what_it_tests():
+    lost = [str(t) for t in files() if not crosses(t) and str(t) not in ALLOWED and subject(t) is None]
+    assert not lost, f"name these after the file they test, or give a reason in ALLOWED: {lost}"
+
+
+def test_every_exception_is_needed():
+    names = {str(t): t for t in files()}
+    assert not {name for name in ALLOWED if name not in names or subject(names[name]) is not None}
+    assert all((TESTS / folder).is_dir() for folder in CROSSING)
+
+
+def test_a_lost_name_is_noticed():
+    assert subject(Path("motion/test_levels")) is None and subject(Path("dynamics/paper/test_kic")) is None
+    assert subject(Path("motion/test_options_forward_mode")).name == "_options.py"
