@@ -15,6 +15,8 @@ ALLOWED = {  # tests of more than one room, or of what is no module
     "test_manual": "the pages of docs",
     "test_mutations": "benchmarks/mutants.toml",
     "test_names_of_tests": "this folder",
+    "test_names": "questions by names that are not there",
+    "test_old_traps": "conventions of all public functions",
     "test_notebook_of_designs": "notebook 13",
     "test_notebooks": "the notebooks",
     "test_program_size": "programs of the main verbs",

@@ -17,11 +17,12 @@ from jaxmbs.fem import Structure, assemble
 from jaxmbs.kinematics._poses import coordinate_rate
 from tests.zoo import SPECIMENS
 
-pytestmark = pytest.mark.user
 TIMES, DESIGN, STEP = np.array([0.02, 0.05]), np.array([1.1, 0.9]), 1e-5
 KINDS = ("tree", "floating", "four_bar", "driven", "rolling", "elastic")
+LONG = ("floating", "rolling", "elastic")  # of gradients
 
 
+@pytest.mark.user
 def test_no_flag_of_the_tests_is_set():
     assert "small_while_loop" not in os.environ.get("XLA_FLAGS", "")
     assert "backend_optimization_level" not in os.environ.get("XLA_FLAGS", "")
@@ -33,6 +34,7 @@ def scaled(system, scale):
     return eqx.tree_at(places, system, (system.mass * scale[0], system.com * scale[1]))
 
 
+@pytest.mark.user
 @pytest.mark.parametrize("name", KINDS)
 def test_a_motion_is_that_of_scipy(name):
     """Of the accelerations of `forward_dynamics`, by Dormand and Prince's pair of order 8 in SciPy."""
@@ -51,7 +53,9 @@ def test_a_motion_is_that_of_scipy(name):
     np.testing.assert_allclose(found, truth, atol=2e-7 * np.abs(truth).max())
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.user) for name in KINDS]
+)
 def test_a_gradient_is_that_of_differences_in_a_batch(name):
     """Of the end of a motion and its reactions, mixed to one number; the batch holds the design itself too."""
     system, state = SPECIMENS[name].system, SPECIMENS[name].state
@@ -77,7 +81,8 @@ def test_a_gradient_is_that_of_differences_in_a_batch(name):
 def mast(thickness):
     """A clamped mast of four beams with a mass at its tip."""
     nodes = {f"n{k}": (0.0, 0.0, 0.5 * k) for k in range(5)}
-    beam = Beam(2.1e11, 8.1e10, 0.01 * thickness, 8e-6 * thickness**3, 8e-6 * thickness**3, 1.6e-5, density=7850.0)
+    inertias = jnp.array([5e-6, 8e-6]) * thickness**3
+    beam = Beam(2.1e11, 8.1e10, 0.01 * thickness, *inertias, 1.3e-5, density=7850.0, reference=(1.0, 0.0, 0.0))
     parts = {"mast": (beam, [(f"n{k}", f"n{k + 1}") for k in range(4)]), "tip": (PointMass(40.0), [("n4",)])}
     return assemble(Structure(nodes, parts, held={"n0": "all"}))
 
@@ -96,6 +101,7 @@ def answers(thickness):
     }
 
 
+@pytest.mark.user
 def test_a_structure():
     """Frequencies by SciPy, the deflection of a cantilever, and slopes of all answers by a batch."""
     system, found = mast(1.0), mbs.jit(answers)(jnp.asarray(1.0))
