@@ -7,8 +7,8 @@ sys.path[:0] = [str(Path(__file__).parent / "_ext"), str(Path(__file__).parent.p
 
 project = "jaxmbs"
 author = "the jaxmbs authors"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "faces"]
-exclude_patterns = ["_ext", "_build"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "faces", "scenes"]
+exclude_patterns = ["_ext", "_build", "scenes"]
 html_theme = "furo"
 html_title = "jaxmbs"
 html_static_path = []
