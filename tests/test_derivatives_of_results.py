@@ -38,7 +38,7 @@ def slide(x, like=None):
     b.body("bead", mass=x[0])
     b.joint("x", mbs.Prismatic("x"), "ground", "carriage")
     b.joint("y", mbs.Prismatic("y"), "carriage", "bead")
-    b.constraint("circle", mbs.joints.Rows(circle))
+    b.constraint("circle", mbs.joints.PositionRows(circle))
     b.force("oil", mbs.SpringDamper(stiffness=1.0, damping=x[1]), joint="x")
     return b.build(like=like)
 

@@ -211,7 +211,7 @@ def test_a_joint_is_known_by_what_it_says_not_by_its_name():
         return b.build()
 
     assert towards_the_ground(Hinge("y")).topology.joint_names == ("pin",)
-    with pytest.raises(mbs.ModelError, match="points towards the ground"):
+    with pytest.raises(mbs.ModelError, match="from its outer to its inner body"):
         towards_the_ground(Revolute())
 
 

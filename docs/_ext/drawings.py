@@ -191,7 +191,7 @@ JOINTS = {
     "Revolute": revolute,
     "RollingDisk": rolling_disk,
     "RollingSphere": rolling_sphere,
-    "Rows": rows,
+    "PositionRows": rows,
     "Screw": screw,
     "Spherical": spherical,
     "Universal": universal,

@@ -16,12 +16,12 @@ from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import at_state, configuration
 from ..kinematics._kic import independent_columns, velocity_map
 from ..kinematics._kic_second import along_independent
-from ..kinematics._mobility import is_determined, system_at
+from ..kinematics._mobility import is_determined, with_mobility_at
 from ..kinematics._poses import node_parameters, normalise, step_coordinates
 from ..kinematics._state import State
 from ..math import _square as square
 from ..math._nan import nan_where
-from ..model._entry_points import check_one
+from ..model._entry_points import check_single_state
 from ..model._system import System
 from ..ode._linear_solver import SquareSolver
 from ..runtime import jit, lapack
@@ -71,7 +71,7 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
         ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`).
         SimulationError: no equilibrium was found.
     """
-    check_one(system, state)
+    check_single_state(system, state)
     moving = tuple(moving)
     result = _equilibrium_on_sets(system, state, moving)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
@@ -90,7 +90,7 @@ def _equilibrium_on_sets(system, state, moving):
             fits = is_determined(here, result.state.coordinates, result.state.t) if here.has_constraints else True
             return eqx.tree_at(lambda r: r.ok, result, result.ok & fits)
         state = result.state
-        if system_at(here, state) is here:
+        if with_mobility_at(here, state) is here:
             return result
     return eqx.tree_at(lambda r: r.ok, result, jnp.zeros_like(result.ok))
 

@@ -23,14 +23,14 @@ from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import at_state, configuration, node_accelerations, with_velocities
 from ..kinematics._kic import independent_columns, motion_map, position_map, velocity_map
-from ..kinematics._mobility import system_at, where_determined
+from ..kinematics._mobility import nan_unless_determined, with_mobility_at
 from ..kinematics._poses import coordinate_rate
 from ..kinematics._state import State
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
-from ..model._entry_points import check_one
+from ..model._entry_points import check_single_state
 from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import jit
@@ -122,7 +122,7 @@ def linearise(
 
     Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
-    check_one(system, state)
+    check_single_state(system, state)
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
     system = system_at(system, state)
@@ -134,7 +134,7 @@ def linearise(
         outputs = _CoordinateOutput(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
     found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
     warn_of_stiffening(found.stiffening)
-    found = where_determined(system, state, found)
+    found = nan_unless_determined(system, state, found)
     names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
     return dataclasses.replace(found, names=names, position_names=position_names)
 

@@ -15,7 +15,7 @@ from ..dynamics.paper._ports import projected_gravity_effort
 from ..kinematics._configuration import Configuration, at_rest, at_state, node_motion
 from ..kinematics._kic import velocity_map
 from ..kinematics._kic_second import along_independent
-from ..kinematics._mobility import at_independent
+from ..kinematics._mobility import independent_state_function
 from ..kinematics._state import State
 from ..model._system import System
 
@@ -41,7 +41,7 @@ class Stiffness(eqx.Module):
         return self.elastic + self.antagonistic + self.gravity + self.sources
 
 
-@at_independent
+@independent_state_function
 def stiffness(system: System, state: State) -> Stiffness:
     """Local stiffness at a state, velocities taken as zero.
 

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import is_concrete
-from ..kinematics._assembly import assembled
+from ..kinematics._assembly import assemble_in_trace
 from ..kinematics._configuration import at_state
 from ..kinematics._kic import velocity_map
-from ..kinematics._mobility import system_at
+from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics._state import State
-from ..model._entry_points import check_fits, check_system
+from ..model._entry_points import check_state, check_system
 from ..model._system import System
 from ..runtime import jit
 from ._elastic import NUM_RIGID, elastic_names
@@ -47,8 +47,8 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
     """
     check_system(system)
     if state is not None:
-        check_fits(system, state)
-        system = system_at(system, state)
+        check_state(system, state)
+        system = with_mobility_at(system, state)
     graph = build_view(system, view)
     if not is_concrete(system, state):
         return graph
@@ -82,7 +82,7 @@ def _step_along_freedoms(system, state, move):
     if not system.has_constraints:
         return psi
     free = jnp.ones(top.num_velocities, psi.dtype)
-    return assembled(system, psi, state.velocities, state.t, free, free)[0]
+    return assemble_in_trace(system, psi, state.velocities, state.t, free, free)[0]
 
 
 @jit(compile="quick")

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..kinematics._mobility import at_independent
+from ..kinematics._mobility import independent_state_function
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
 from ..math._spd import spd_solve

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from ..dynamics._newton_euler import accelerations
 from ..kinematics import _constraints as constraints
-from ..kinematics._mobility import system_at
+from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate, node_parameters
 from ..kinematics._state import State
 from ..model._entry_points import states_of
@@ -163,6 +163,6 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
     with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
     """
     states = states_of(system, motion)
-    system = system_at(system, states)
+    system = with_mobility_at(system, states)
     graph, batched = build_view(system, view), states.coordinates.ndim == 2
     return BondPowers(*_propagate_all(system, graph, *_all_values(system, states, batched), batched), graph)

@@ -1,4 +1,4 @@
-"""From declarations and a spanning tree to the `System` pytree."""
+"""Assembly of the `System` pytree from declarations and a spanning tree."""
 
 import jax
 import jax.numpy as jnp
@@ -11,23 +11,23 @@ from ..forces._ports import JointPort, port_of
 from ..forces._signals import as_signal
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
 from ..model._pose import Pose
-from ..model._rows import CoupledJoints, Drive, UserRows, UserVelocityRows
+from ..model._rows import CoupledJoints, Drive, UserPositionRows, UserVelocityRows
 from ..model._system import ClosureGroup, ForceGroup, System
 from ..model._topology import JointRecord, Topology
 from ..model._tree import Tree
 from ..model.inertia import as_matrix
 from ..runtime import KnownFunction, as_array
 from ._arrays import after, joint_poses, pair, stack, stacked, tree_arrays
-from ._declarations import GROUND, Model, resolve
+from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
-from ._spanning import SpanningTree
+from ._spanning_tree import SpanningTree
 from ._user_rows import shape_faults
 
 _SIZES = ("num_coordinates", "num_velocities")
 
 
-class _Frames:
-    """Growing list of frames: name, body and pose in body axes."""
+class _FrameList:
+    """List of frames: names, bodies and poses in body axes."""
 
     def __init__(self):
         self.names, self.bodies, self.poses = [], [], []
@@ -46,9 +46,9 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
     poses = joint_poses(bodies, joints, named)
     in_node, placements, leads = tree_arrays(*tree[:4], joints, poses)
     index = {GROUND: -1, **{name: k for k, name in enumerate(order)}}
-    nodes, body_node = _nodes(order, parent, via, joints, index)
+    nodes, body_node = _node_rows(order, parent, via, joints, index)
 
-    frames = _Frames()
+    frames = _FrameList()
     for name in (GROUND, *order):
         frames.add(name, name, pair(Pose()))
     for frame in named.values():
@@ -60,7 +60,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         )
         for name, j in joints.items()
     }
-    records = _records(joints, joint_frames, nodes, cuts, index)
+    records = _joint_records(joints, joint_frames, nodes, cuts, index)
     record = {r.name: r for r in records}
     force_groups = _force_groups(model.forces, frames, record, bodies, named)
     closures, rows, row_names, slip_rows = _constraint_groups(
@@ -88,30 +88,32 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
     return System(
         topology=topology,
         gravity=model.gravity,
-        mass=_numbers([bodies[b].mass for b in order]),
-        com=_numbers([bodies[b].com for b in order]),
-        inertia=_numbers([as_matrix(bodies[b].inertia) for b in order]),
+        mass=_stack_numbers([bodies[b].mass for b in order]),
+        com=_stack_numbers([bodies[b].com for b in order]),
+        inertia=_stack_numbers([as_matrix(bodies[b].inertia) for b in order]),
         body_pose=stacked([in_node[b] for b in order]),
         placement=stacked(placements),
-        lead=_numbers(leads) if leads else jnp.zeros(0),
+        lead=_stack_numbers(leads) if leads else jnp.zeros(0),
         frames=stacked([after(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]),
         forces=force_groups,
         closures=closures,
         rows=rows,
-        elastic=elastic_groups(_group(elastic_items(model.elastic, index, record))),
+        elastic=elastic_groups(_group_by_structure(elastic_items(model.elastic, index, record))),
     )
 
 
-def _numbers(values):
-    """Numbers of bodies or nodes, one row each; a point may be a tuple with traced entries."""
-    return stack([_traced(v) if isinstance(v, tuple | list) and not is_concrete(v) else v for v in values], float)
+def _stack_numbers(values):
+    """Array of the numbers of bodies or nodes, one row each; a point may be a tuple with traced entries."""
+    return stack(
+        [_stack_traced(v) if isinstance(v, tuple | list) and not is_concrete(v) else v for v in values], float
+    )
 
 
-def _traced(point):
+def _stack_traced(point):
     return jnp.stack([jnp.asarray(x, float) for x in point])
 
 
-def _nodes(order, parent, via, joints, index):
+def _node_rows(order, parent, via, joints, index):
     """Rows (parent node, kind, joint, coordinate) of the node tree, and the last node of every body."""
     nodes, last, coordinate = [], {GROUND: -1}, 0
     for body in order:
@@ -125,7 +127,7 @@ def _nodes(order, parent, via, joints, index):
     return nodes, tuple(last[b] for b in order)
 
 
-def _records(joints, joint_frames, nodes, cuts, index):
+def _joint_records(joints, joint_frames, nodes, cuts, index):
     """A `JointRecord` per declared joint."""
     records = []
     for name, joint in joints.items():
@@ -150,7 +152,7 @@ def _records(joints, joint_frames, nodes, cuts, index):
     return tuple(records)
 
 
-def _group(items):
+def _group_by_structure(items):
     """Items (name, law, first, second, extra) of equal structure, their arrays stacked."""
     groups: dict = {}
     for item in items:
@@ -172,17 +174,17 @@ def _force_groups(forces, frames, record, bodies, named):
         ends = force.between if force.between is not None else (() if force.on is None else (force.on, force.on))
         places = []
         for side, reference in zip("ab", ends, strict=False):
-            body, pose = resolve(reference, bodies, named)
+            body, pose = resolve_frame(reference, bodies, named)
             places.append(frames.add(f"{force.name}.{side}", body, pair(pose)))
         items.append((force.name, force.law, *(places or (0, 0)), port_of(force.law)))
     return tuple(
         ForceGroup(names=names, port=port, first=first, second=second, law=law)
-        for port, names, law, first, second, _ in _group(items)
+        for port, names, law, first, second, _ in _group_by_structure(items)
     )
 
 
 def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named):
-    """Closure groups, coordinate rows, the joint or constraint of each row, and which rows are of velocity alone."""
+    """Closure groups, coordinate rows, the joint or constraint of each row, and the numbers of nonholonomic rows."""
     items = [(name, joints[name].kind, *record[name].frames, "closure") for name in cuts]
     rows = [
         Drive(name, (record[name].first_velocity,), (record[name].first_coordinate,), as_signal(j.drive))
@@ -193,19 +195,23 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
         if isinstance(item.law, AbstractClosure):
             ends = []
             for side, reference in zip("ab", item.between, strict=True):
-                body, pose = resolve(reference, bodies, named)
+                body, pose = resolve_frame(reference, bodies, named)
                 ends.append(frames.add(f"{item.name}.{side}", body, pair(pose)))
-            items.append((item.name, _as_pytree(item.law), *ends, "closure"))
+            items.append((item.name, _with_signals(item.law), *ends, "closure"))
         elif isinstance(item.law, Coupler):
             mine = [record[n] for n in item.law.joints]
             columns = tuple(r.first_velocity for r in mine)
-            rows.append(CoupledJoints(item.name, columns, tuple(r.first_coordinate for r in mine), _known(item.law)))
+            rows.append(
+                CoupledJoints(
+                    item.name, columns, tuple(r.first_coordinate for r in mine), _with_known_function(item.law)
+                )
+            )
         else:
-            kind = UserVelocityRows if isinstance(item.law, VelocityRows) else UserRows
+            kind = UserVelocityRows if isinstance(item.law, VelocityRows) else UserPositionRows
             rows.append(kind(item.name, (), (), type(item.law)(as_function(item.law.function))))
-    rows.sort(key=lambda row: row.restricts_velocity_alone)
+    rows.sort(key=lambda row: row.is_nonholonomic)
     groups, names, slips = [], [], []
-    for _, group_names, kind, first, second, members in _group(items):
+    for _, group_names, kind, first, second, members in _group_by_structure(items):
         basis = stack([member[1].basis() for member in members])
         groups.append(ClosureGroup(group_names, first, second, kind, basis))
         for name in group_names:
@@ -218,19 +224,19 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
     for row in rows:
         size = _num_rows(row, *neutral)
         names += [row.name] * size
-        slips += range(len(names) - size, len(names)) if row.restricts_velocity_alone else ()
+        slips += range(len(names) - size, len(names)) if row.is_nonholonomic else ()
     return tuple(groups), tuple(rows), tuple(names), tuple(slips)
 
 
-def _known(coupler):
-    """The coupler, its function equal to others of the same content."""
+def _with_known_function(coupler):
+    """The coupler with a function that compares equal to others of the same content."""
     if coupler.function is None:
         return coupler
     coefficients = dict(zip(coupler.joints, coupler.coefficients, strict=True))
     return Coupler(coefficients, coupler.offset, KnownFunction(coupler.function))
 
 
-def _as_pytree(law):
+def _with_signals(law):
     """A constraint between frames whose functions of time are signals."""
     if not isinstance(law, FramePath):
         return law

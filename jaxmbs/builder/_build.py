@@ -1,4 +1,4 @@
-"""From a declared model to a `System`: spanning tree, bodies split where loops need it, mobility."""
+"""Build of a `System` from a declared model: spanning tree, bodies split where loops need it, mobility."""
 
 import dataclasses
 import functools
@@ -16,34 +16,36 @@ from ..model._system import System
 from ._arrays import reference_poses
 from ._assemble_system import assemble_system
 from ._declarations import Body, Joint, Model
-from ._mobility import analysed, check_numbers
-from ._spanning import spanning_tree
+from ._mobility import analyse_mobility, check_closure_and_inertia
+from ._spanning_tree import spanning_tree
 from ._user_rows import row_faults
 from ._validation import system_law_faults
 
 
-def built(model: Model, like: System | None, independent: Iterable[str] | None, cut: set[str], guess) -> System:
+def build_system(
+    model: Model, like: System | None, independent: Iterable[str] | None, cut: set[str], guess
+) -> System:
     """The system of a model without faults; see `SystemBuilder.build`."""
     guess = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None} | guess
     model = dataclasses.replace(model, bodies=dict(model.bodies), joints=dict(model.joints))
-    system = assemble_system(model, _tree(model, cut), guess)
+    system = assemble_system(model, _cut_loops(model, cut), guess)
     found = system_law_faults(model.forces.values(), system.topology)
     if found:
         raise ModelError(found)
     if like is not None:
-        return _take_over(system, like)
+        return _with_mobility_like(system, like)
     if found := row_faults(system):
         raise ModelError(found)
     traced = not is_concrete(system)
     if traced and system.has_constraints:
         raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
     _warn_single_precision()
-    return system if traced else analysed(system, independent)
+    return system if traced else analyse_mobility(system, independent)
 
 
-def _tree(model, cut):
-    """The spanning tree; bodies whose every joint must keep its coordinate are split in the model."""
-    keep = _kept(model)
+def _cut_loops(model, cut):
+    """Spanning tree of a model; a loop whose joints must all keep their coordinates is cut inside a body."""
+    keep = _joints_in_tree(model)
     tree = spanning_tree(model.bodies, model.joints, keep, cut)
     split = [name for name in tree.cuts if name in keep]
     if split:
@@ -55,8 +57,8 @@ def _tree(model, cut):
     return tree
 
 
-def _kept(model):
-    """Joints that must keep their coordinate: they carry a law, a drive or a coupler, or an elastic body."""
+def _joints_in_tree(model):
+    """Names of the joints that must keep their coordinate, for a law, a drive, a coupler or an elastic body."""
     names = {n for e in model.elastic.values() for n in e.joints}
     names |= {f.joint for f in model.forces.values() if f.joint is not None}
     names |= {j.name for j in model.joints.values() if j.drive is not None}
@@ -93,14 +95,16 @@ def _warn_single_precision():
         )
 
 
-def _take_over(system, like):
-    """The system with the mobility of `like`; what concrete numbers can show, closed loops and inertia, is asked."""
+def _with_mobility_like(system, like):
+    """The system with the mobility of `like`; closed loops and inertia are checked where its numbers are concrete."""
     guess = system.topology.guess or like.topology.guess
     system = dataclasses.replace(system, topology=dataclasses.replace(system.topology, guess=guess))
     if system.topology != dataclasses.replace(like.topology, analysis=None, guess=guess):
-        raise ModelError(["build(like=system): the topology differs from that of `like` (names, joints or order)"])
+        raise ModelError(
+            ["build(like=system): the topology differs; names, joints and their order must be those of `like`"]
+        )
     if like.topology.analysis is None:
         return system
     if is_concrete(system):
-        check_numbers(system)
+        check_closure_and_inertia(system)
     return with_mobility(system, like.topology.analysis, like.length)

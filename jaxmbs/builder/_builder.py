@@ -9,17 +9,17 @@ from ..errors import ModelError
 from ..forces._base import AbstractLaw
 from ..joints import Coupler
 from ..joints._base import AbstractJoint
-from ..joints._closures import AbstractClosure, Rows, VelocityRows
+from ..joints._closures import AbstractClosure, PositionRows, VelocityRows
 from ..model._elastic import ElasticBody
 from ..model._pose import Pose
 from ..model._system import System
 from ..runtime import as_array, follow_precision
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
-from ._build import built
-from ._elastic import Elastic, elastic_faults
+from ._build import build_system
+from ._elastic import ElasticDeclaration, elastic_faults
 from ._links import link_parts
-from ._locate import located
+from ._references import resolve_references
 from ._validation import cut_faults, guess_faults, model_faults
 
 
@@ -36,7 +36,7 @@ class SystemBuilder:
 
     @property
     def declared(self) -> declared.Model:
-        """All that was declared, by name; to be read, not changed."""
+        """All declarations, by name; to be read, not changed."""
         return self._model
 
     def __repr__(self) -> str:
@@ -54,7 +54,7 @@ class SystemBuilder:
             table[item.name] = item
 
     def _placed(self, where, position, rotation):
-        """A pose in the reference pose, None where none is given; what is none is a fault."""
+        """World pose in the reference pose, None where none is given; an invalid one is recorded as a fault."""
         if position is None and rotation is None:
             return None
         try:
@@ -112,7 +112,7 @@ class SystemBuilder:
         self._faults += found
         if found:
             return
-        item = Elastic(name, body, motions)
+        item = ElasticDeclaration(name, body, motions)
         bodies, joints = item.parts(self._placed(f"elastic body {name!r}", position, rotation))
         for part in bodies:
             self._add("body", self._model.bodies, part)
@@ -213,16 +213,16 @@ class SystemBuilder:
     def constraint(
         self,
         name: str,
-        law: WordedError[AbstractClosure | Coupler | VelocityRows | Rows],
+        law: WordedError[AbstractClosure | Coupler | VelocityRows | PositionRows],
         between: tuple | list | None = None,
     ) -> None:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine`, or a `FramePath` in time between
-        two frames, `Coupler` of joint coordinates, or `Rows` of the user."""
+        two frames, `Coupler` of joint coordinates, or `PositionRows` of the user."""
         self._add("constraint", self._model.constraints, declared.Constraint(name, law, between))
 
     def faults(self) -> list[str]:
-        """Every fault of the model so far, one sentence each."""
-        return self._faults + model_faults(located(self._model))
+        """Faults of the model so far, one sentence each."""
+        return self._faults + model_faults(resolve_references(self._model))
 
     def build(
         self,
@@ -231,7 +231,7 @@ class SystemBuilder:
         cut: Iterable[str] | None = None,
         guess: Mapping[str, Any] | None = None,
     ) -> System:
-        """The system.
+        """Build the system.
 
         Args:
             like: a concrete build of the same topology, whose freedoms and independent set are taken over; needed
@@ -239,15 +239,15 @@ class SystemBuilder:
             independent: joint names whose velocities are the independent ones of the KIC (default: by pivoting).
             cut: joint names to cut (default: those that close a loop in the order declared).
             guess: joint name -> coordinate of a pose of use, beside and before the guesses of the joints themselves.
-                Freedoms, the independent set and what statics leaves open are counted at the closed pose nearest to
-                it, and searches of `State.at` begin there; by default at the reference pose, all coordinates zero.
+                Freedoms, the independent set and undetermined reactions are counted at the closed pose nearest to it,
+                and searches of `State.at` begin there; by default at the reference pose, all coordinates zero.
 
         Raises: ModelError with every fault of the model.
         """
         follow_precision()
         cut = tuple(cut or ())
-        model, guess = located(self._model), dict(guess or {})
+        model, guess = resolve_references(self._model), dict(guess or {})
         found = self._faults + model_faults(model) + cut_faults(model, cut) + guess_faults(model, guess)
         if found:
             raise ModelError(found)
-        return built(model, like, independent, set(cut), guess)
+        return build_system(model, like, independent, set(cut), guess)

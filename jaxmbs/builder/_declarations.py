@@ -1,6 +1,6 @@
-"""What the user declares, before it becomes a system.
+"""Declarations of a model: bodies, frames, joints, forces and constraints, before they become a system.
 
-`Annotated[Any, kind]`: what of another kind is declared is refused in words, by `validation`, and not as a type;
+`Annotated[Any, kind]`: a declaration of another kind is refused by a message of `_validation`, not by a type error;
 model files read the kind.
 """
 
@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from jax import Array
 
 from ..forces._base import AbstractLaw
-from ..joints import Coupler, Rows, VelocityRows
+from ..joints import Coupler, PositionRows, VelocityRows
 from ..joints._base import AbstractJoint
 from ..model._pose import Pose
 from ..typing import ArrayLike, FrameLike
@@ -23,7 +23,7 @@ GROUND = "ground"
 class Body:
     """A rigid body as declared; pose is its world pose in the reference pose, or None.
 
-    `any_inertia`: whether its principal inertias may break A + B >= C.
+    `any_inertia`: True if its principal inertias may violate A + B >= C.
     """
 
     name: str
@@ -79,13 +79,13 @@ class Constraint:
     """Rows between two frames, joint coordinates, or given by the user."""
 
     name: str
-    law: Annotated[Any, AbstractJoint | Coupler | Rows | VelocityRows]
+    law: Annotated[Any, AbstractJoint | Coupler | PositionRows | VelocityRows]
     between: Annotated[Any, tuple | list | None]
 
 
 @dataclass
 class Model:
-    """All that is declared, by name."""
+    """All declarations of a model, by name."""
 
     gravity: Array
     bodies: dict[str, Body] = field(default_factory=dict)
@@ -103,7 +103,7 @@ def as_pose(value) -> Pose:
     return value if isinstance(value, Pose) else Pose(value)
 
 
-def resolve(reference, bodies, frames) -> tuple[str, Pose]:
+def resolve_frame(reference, bodies, frames) -> tuple[str, Pose]:
     """Body name and pose in body axes of a reference: a body or frame name, or (body, point | Pose).
 
     Raises: KeyError with the unknown name.

@@ -12,7 +12,7 @@ MODES = "modes"
 
 
 @dataclass
-class Elastic:
+class ElasticDeclaration:
     """An elastic body as declared; `motions`: joints by interface that restrict its motion on the first one."""
 
     name: str
@@ -21,34 +21,34 @@ class Elastic:
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """Bodies of its interfaces."""
+        """Names of the bodies at its interfaces."""
         return tuple(f"{self.name}.{interface}" for interface in self.body.interfaces)
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Joints of its other interfaces and its modes."""
+        """Names of the joints of its other interfaces and of its modes."""
         return self.interfaces[1:] + ((f"{self.name}.{MODES}",) if self.body.num_modes else ())
 
     def parts(self, pose):
-        """Bodies and joints that carry it."""
+        """Declarations of its bodies, one at each interface, and of their joints."""
         first, *others = self.interfaces
-        bodies, joints = [_massless(first, pose)], []
+        bodies, joints = [_massless_body(first, pose)], []
         for name, short, place in zip(others, self.body.interfaces[1:], self.body.places, strict=True):
-            bodies.append(_massless(name))
+            bodies.append(_massless_body(name))
             joints.append(Joint(name, self.motions.get(short, Free()), first, name, place, None, None))
         if self.body.num_modes:
             name = f"{self.name}.{MODES}"
-            bodies.append(_massless(name))
+            bodies.append(_massless_body(name))
             joints.append(Joint(name, Modal(self.body.num_modes), first, name, None, None, None))
         return bodies, joints
 
 
-def _massless(name, pose=None):
+def _massless_body(name, pose=None):
     return Body(name, 0.0, (0.0, 0.0, 0.0), 0.0, pose)
 
 
 def elastic_faults(name, body, motions) -> list[str]:
-    """What is wrong with an elastic body before its parts are made."""
+    """Faults of the declaration of an elastic body."""
     where = f"elastic body {name!r}"
     if not isinstance(body, ElasticBody):
         return [f"{where}: it must be an ElasticBody (see jaxmbs.flexible.floating_frame), got {type(body).__name__}"]
@@ -64,7 +64,7 @@ def elastic_faults(name, body, motions) -> list[str]:
 
 
 def entry_faults(elastic, joints) -> list[str]:
-    """Elastic bodies that the ground reaches first at another interface than their first."""
+    """Faults of elastic bodies that the ground reaches first at another interface than their first."""
     inside = {body: item for item in elastic.values() for body in item.interfaces}
     neighbours: dict = {}
     for joint in joints:

@@ -1,4 +1,4 @@
-"""Links drawn by their points: bodies whose frame is the world's in the reference pose, a frame at each point."""
+"""Links given by points: bodies whose frame is the world frame in the reference pose, with a frame at each point."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -25,15 +25,15 @@ def link_parts(name, mass, com, inertia, plane, points: Mapping) -> tuple[Body, 
         raise ValueError(f"plane must be one of {', '.join(_PLANES)}, got {plane!r}")
     if not points:
         raise ValueError(f"it has no points: give them by name, as in b.link({name!r}, A=(0, 0), B=(1, 0))")
-    places = {point: _in_space(point, place, plane) for point, place in points.items()}
-    center, unit = _bars(list(places.items()))
-    com = center if com is None else _in_space("com", com, plane)
+    places = {point: _space_point(point, place, plane) for point, place in points.items()}
+    center, unit = _outline_bars(list(places.items()))
+    com = center if com is None else _space_point("com", com, plane)
     inertia = mass * unit if inertia is None else inertia
     frames = [Frame(f"{name}.{point}", name, Pose(place)) for point, place in places.items()]
     return Body(name, mass, com, inertia, Pose()), frames
 
 
-def _in_space(name, place, plane):
+def _space_point(name, place, plane):
     """A point (3,) of two numbers in the plane, or of three."""
     numbers = [as_array(x) for x in place] if isinstance(place, tuple | list) or np.ndim(place) == 1 else []
     if len(numbers) not in (2, 3) or any(x.shape != () for x in numbers):
@@ -45,7 +45,7 @@ def _in_space(name, place, plane):
     return (np.stack if is_concrete(numbers) else jnp.stack)(numbers)
 
 
-def _bars(places):
+def _outline_bars(places):
     """Centre of mass and inertia of 1 kg in thin bars along the outline, from point to point and back."""
     closed = [*places, places[0]] if len(places) > 2 else places
     bars = []

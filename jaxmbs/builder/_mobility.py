@@ -6,28 +6,28 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..errors import AssemblyError, ModelError
-from ..joints._base import HALF_TURN
-from ..kinematics._host_rows import evaluate, moved
-from ..kinematics._mobility import mobility_of, spaces_of, with_mobility
+from ..joints._base import HALF_TURN_RESIDUAL
+from ..kinematics._host_rows import evaluate_rows, step_on_host
+from ..kinematics._mobility import mobility_of, row_spaces, with_mobility
 from ..kinematics._poses import neutral_coordinates
 from ..kinematics._rank import constraint_spaces
 from ..kinematics._state import State
 from ..model._system import System
 
-_POSES = 4
+_NUM_POSES = 4
 _STEP = 0.3  # between poses, about [rad]: beyond rounding, and near enough to close again
-_NEAR = 0.05  # the same about a pose of use, whose branch is to be kept
+_STEP_NEAR_GUESS = 0.05  # the same about a pose of use, whose branch is to be kept
 _SEED = 7  # of the poses looked at: any, but the same in every build, so that a model has one answer
-_CLOSED = {8: 1e-9, 4: 1e-4}  # residuals that count as closed
-_HALF_TURN_OFF = 1e-4  # relative: about a degree
-_INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
+_CLOSED_RESIDUAL = {8: 1e-9, 4: 1e-4}  # residuals that count as closed
+_HALF_TURN_MARGIN = 1e-4  # relative: about a degree
+_ZERO_INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
 
 
-def _precision():
+def _float_type():
     return jnp.result_type(float)
 
 
-def analysed(system: System, independent=None) -> System:
+def analyse_mobility(system: System, independent=None) -> System:
     """A concrete system with its characteristic length and its mobility: the largest rank near the pose of use, or
     near the reference pose where no guess says which pose that is.
 
@@ -35,55 +35,55 @@ def analysed(system: System, independent=None) -> System:
     independent set does not determine the motion.
     """
     top, random = system.topology, np.random.default_rng(_SEED)
-    psi, t = neutral_coordinates(top).astype(_precision()), np.zeros((), _precision())
-    x = evaluate(system, psi, t).positions
+    psi, t = neutral_coordinates(top).astype(_float_type()), np.zeros((), _float_type())
+    x = evaluate_rows(system, psi, t).positions
     length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
     system, weight = with_mobility(system, None, length), np.where(top.spins > 0, 1.0, length)
-    psi = _pose_of_use(system) if top.guess else _close(system, psi, t, weight, random)
+    psi = _pose_from_guess(system) if top.guess else _close_loops(system, psi, t, weight, random)
     best, fault, stresses = None, None, []
-    for _ in range(_POSES):
-        rows = evaluate(system, psi, t)
-        spaces = rank, Z, _ = spaces_of(system, rows)
+    for _ in range(_NUM_POSES):
+        rows = evaluate_rows(system, psi, t)
+        spaces = rank, Z, _ = row_spaces(system, rows)
         found = _inertia_fault(top, rows.M, Z, weight)
         if best is None or rank > best[1][0]:
             best, fault, stresses = (rows, spaces), found, []
         elif rank == best[1][0]:  # one pose with inertia will do
             fault = fault and found
         if rank == best[1][0]:
-            stresses.append(spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[2])
+            stresses.append(row_spaces(system, rows._replace(A=rows.A[top.position_rows]))[2])
         if not top.num_rows and fault is None:
             break
-        psi = _elsewhere(system, psi, t, Z, weight, random)
+        psi = _another_pose(system, psi, t, Z, weight, random)
     if fault:
         raise ModelError([fault])
     found = mobility_of(system, *best, independent)
-    return with_mobility(system, dataclasses.replace(found, turning_rows=_turning(stresses)))
+    return with_mobility(system, dataclasses.replace(found, pose_dependent_rows=_pose_dependent_rows(stresses)))
 
 
-def _turning(stresses):
+def _pose_dependent_rows(stresses):
     """Rows whose part in the null spaces of the rows' transpose (rows, k), one at each pose, is not the same."""
     parts = [Y @ Y.T for Y in stresses]
     change = np.max([np.abs(part - parts[0]).max(1, initial=0.0) for part in parts], axis=0)
     return tuple(int(k) for k in np.nonzero(change > 1e-3)[0])  # of one
 
 
-def check_numbers(system: System) -> None:
+def check_closure_and_inertia(system: System) -> None:
     """ModelError if the loops of a concrete system cannot be closed, or a joint can move without inertia."""
     top, random = system.topology, np.random.default_rng(_SEED)
-    weight, t = np.ones(top.num_velocities), np.zeros((), _precision())
-    psi = neutral_coordinates(top).astype(_precision())
-    psi, fault = _pose_of_use(system) if top.guess else _close(system, psi, t, weight, random), None
-    for _ in range(_POSES):
-        rows = evaluate(system, psi, t)
+    weight, t = np.ones(top.num_velocities), np.zeros((), _float_type())
+    psi = neutral_coordinates(top).astype(_float_type())
+    psi, fault = _pose_from_guess(system) if top.guess else _close_loops(system, psi, t, weight, random), None
+    for _ in range(_NUM_POSES):
+        rows = evaluate_rows(system, psi, t)
         Z = constraint_spaces(rows.A, 1.0)[1]
         fault = _inertia_fault(top, rows.M, Z, weight)
         if fault is None:
             return
-        psi = _elsewhere(system, psi, t, Z, weight, random)
+        psi = _another_pose(system, psi, t, Z, weight, random)
     raise ModelError([fault])
 
 
-def _pose_of_use(system):
+def _pose_from_guess(system):
     """Coordinates of the pose that the guesses of the model lead to."""
     try:
         return np.asarray(State.at(system).coordinates)
@@ -91,11 +91,11 @@ def _pose_of_use(system):
         raise ModelError([f"guess: {error}"]) from error
 
 
-def _elsewhere(system, psi, t, Z, weight, random):
+def _another_pose(system, psi, t, Z, weight, random):
     """Another closed pose, along the motions Z."""
-    step = _NEAR if system.topology.guess else _STEP
+    step = _STEP_NEAR_GUESS if system.topology.guess else _STEP
     move = weight * (Z @ random.normal(size=Z.shape[1]) * step)
-    found, error = _newton(system, moved(system.topology, psi, move), t, weight)
+    found, error = _newton(system, step_on_host(system.topology, psi, move), t, weight)
     return found if np.isfinite(error) else psi
 
 
@@ -106,7 +106,7 @@ def _newton(system, psi, t, weight, iterations=60):
     residuals of 1e-12, a thousandth of what counts as closed.
     """
     top, damping = system.topology, 1e-3
-    f, A, *_ = evaluate(system, psi, t)
+    f, A, *_ = evaluate_rows(system, psi, t)
     for _ in range(iterations):
         cost = float(np.dot(f, f))
         if not np.isfinite(cost) or cost < 1e-24 or not np.all(np.isfinite(A)):
@@ -118,8 +118,8 @@ def _newton(system, psi, t, weight, iterations=60):
                 np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
             )[0]
         )
-        trial = moved(top, psi, step)
-        g, B, *_ = evaluate(system, trial, t)
+        trial = step_on_host(top, psi, step)
+        g, B, *_ = evaluate_rows(system, trial, t)
         if float(np.dot(g, g)) < cost:
             psi, f, A, damping = trial, g, B, max(damping * 0.05, 1e-15)
         else:
@@ -129,19 +129,19 @@ def _newton(system, psi, t, weight, iterations=60):
     return psi, float(np.max(np.abs(f), initial=0.0)) if np.all(np.isfinite(A)) else np.inf
 
 
-def _close(system, psi, t, weight, random):
+def _close_loops(system, psi, t, weight, random):
     """An assembled pose near the neutral one; ModelError when none is found."""
     top = system.topology
     if not top.num_rows:
         return psi
     start = psi
-    _refuse_half_turns(system, evaluate(system, psi, t).f)
+    _refuse_half_turns(system, evaluate_rows(system, psi, t).f)
     for _ in range(25):
         found, error = _newton(system, psi, t, weight)
-        if error < _CLOSED[_precision().itemsize]:
+        if error < _CLOSED_RESIDUAL[_float_type().itemsize]:
             return found
-        psi = moved(top, start, weight * random.normal(size=top.num_velocities))
-    rows, least = evaluate(system, found, t), _CLOSED[_precision().itemsize]
+        psi = step_on_host(top, start, weight * random.normal(size=top.num_velocities))
+    rows, least = evaluate_rows(system, found, t), _CLOSED_RESIDUAL[_float_type().itemsize]
     f, steep = np.abs(rows.f), ~np.all(np.isfinite(rows.A), axis=1)
     if np.any(steep):
         names = ", ".join(repr(name) for name in sorted({top.row_joint[k] for k in np.nonzero(steep)[0]}))
@@ -164,8 +164,8 @@ def _refuse_half_turns(system, f):
         rows = f[first : first + len(group.names) * len(turns)].reshape(len(group.names), len(turns))
         first += rows.size
         for name, angle in zip(group.names, np.linalg.norm(rows[:, turns], axis=1), strict=True):
-            if angle > HALF_TURN * (1.0 - _HALF_TURN_OFF):
-                turn = np.rad2deg(np.arccos(1.0 - min(angle, HALF_TURN) / 2.0))
+            if angle > HALF_TURN_RESIDUAL * (1.0 - _HALF_TURN_MARGIN):
+                turn = np.rad2deg(np.arccos(1.0 - min(angle, HALF_TURN_RESIDUAL) / 2.0))
                 faults.append(
                     f"joint {name!r}: in the reference pose its frames are half a turn ({turn:.4f} degrees) from "
                     "closed; turn one of them by half a turn (rotation of parent_frame or child_frame)"
@@ -180,7 +180,7 @@ def _inertia_fault(top, M, Z, weight):
     if reduced.size == 0:
         return None
     values, vectors = np.linalg.eigh(reduced)
-    if values[0] > _INERTIA[_precision().itemsize] * max(values[-1], 1e-300) and values[-1] > 0:
+    if values[0] > _ZERO_INERTIA[_float_type().itemsize] * max(values[-1], 1e-300) and values[-1] > 0:
         return None
     mode = np.abs(Z @ vectors[:, 0])
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})

@@ -1,4 +1,4 @@
-"""Functions of the user for constraint rows, tried out at some states before anything relies on them."""
+"""Checks of user functions for constraint rows: evaluated at some random states before they are relied on."""
 
 from typing import NamedTuple
 
@@ -9,18 +9,18 @@ from jax import Array
 
 from ..checks import is_concrete
 from ..kinematics._poses import coordinate_rate
-from ..model._rows import CoordinateRows, CoupledJoints, UserRows, UserVelocityRows
+from ..model._rows import CoordinateRows, CoupledJoints, UserPositionRows, UserVelocityRows
 from ..model._system import System
 from ..runtime import jit
 from ..typing import AnyArray
 
-_STATES = 6
+_NUM_STATES = 6
 _SEED = 11  # any, but the same in every build
-_AFFINE = {8: 1e-8, 4: 1e-3}  # relative: what counts as affine, by precision
+_AFFINE_TOLERANCE = {8: 1e-8, 4: 1e-3}  # relative: what counts as affine, by precision
 
 
-class _Tried(NamedTuple):
-    """Of a row at states (states, k): at velocities, at rest, the slope along velocities; that along coordinates."""
+class _RowSamples(NamedTuple):
+    """Samples (states, k) of a row: at velocities, at rest, slopes along velocities and along coordinates."""
 
     moving: AnyArray
     rest: AnyArray
@@ -29,11 +29,11 @@ class _Tried(NamedTuple):
 
 
 def shape_faults(row: CoordinateRows, psi: Array, u: Array) -> list[str]:
-    """Messages on what the function of a row takes and returns, which need no numbers."""
+    """Faults of the arguments and the returned shape of a row's function, found without numbers."""
     if isinstance(row, UserVelocityRows):
         returned, takes = row.law.function, "coordinates (nq,), velocities (nv,), t"
         given: tuple = (psi, u)
-    elif isinstance(row, UserRows):
+    elif isinstance(row, UserPositionRows):
         returned, takes, given = row.law.function, "coordinates (nq,), t", (psi,)
     elif isinstance(row, CoupledJoints) and row.law.function is not None:
         q = psi[np.asarray(row.coordinates)]
@@ -56,32 +56,32 @@ def shape_faults(row: CoordinateRows, psi: Array, u: Array) -> list[str]:
 
 
 def row_faults(system: System) -> list[str]:
-    """Messages on rows of the user that are not affine in the velocities, or depend on nothing that moves.
+    """Faults of user rows that are not affine in the velocities, or do not depend on anything that moves.
 
     The library takes velocity rows as `A u = -f_t`, with A from their slope at rest: what is not affine would be
-    dropped.  Rows with traced numbers cannot be looked at.
+    dropped.  Rows with traced numbers cannot be checked.
     """
-    rows = [row for row in system.rows if isinstance(row, UserRows | UserVelocityRows | CoupledJoints)]
+    rows = [row for row in system.rows if isinstance(row, UserPositionRows | UserVelocityRows | CoupledJoints)]
     rows = [row for row in rows if is_concrete(row)]
     if not rows or not system.topology.num_velocities:
         return []
     random, top, found = np.random.default_rng(_SEED), system.topology, []
     dtype = jnp.result_type(float)
-    psi, u = (random.normal(size=(_STATES, n)).astype(dtype) for n in (top.num_coordinates, top.num_velocities))
-    t = np.linspace(0.0, 1.0, _STATES).astype(dtype)
+    psi, u = (random.normal(size=(_NUM_STATES, n)).astype(dtype) for n in (top.num_coordinates, top.num_velocities))
+    t = np.linspace(0.0, 1.0, _NUM_STATES).astype(dtype)
     for row in rows:
-        tried = _Tried(*map(np.asarray, _try(row, top, psi, u, t)))
-        found += _velocity_faults(row, tried) if row.restricts_velocity_alone else _position_faults(row, tried)
+        tried = _RowSamples(*map(np.asarray, _sample_row(row, top, psi, u, t)))
+        found += _velocity_faults(row, tried) if row.is_nonholonomic else _position_faults(row, tried)
     return found
 
 
 @jit(compile="quick")
-def _try(row, top, psi, u, t):
+def _sample_row(row, top, psi, u, t):
     def at(psi, u, t):
         rate = coordinate_rate(top, psi, u)
         along = jax.jvp(lambda psi: row.residual(psi, t), (psi,), (rate,))[1]
         rest, slope = jax.jvp(lambda u: row.slip(psi, u, t), (jnp.zeros_like(u),), (u,))
-        return _Tried(row.slip(psi, u, t), rest, slope, along)
+        return _RowSamples(row.slip(psi, u, t), rest, slope, along)
 
     return jax.vmap(at)(psi, u, t)
 
@@ -89,22 +89,24 @@ def _try(row, top, psi, u, t):
 def _velocity_faults(row, tried):
     gap = np.abs(tried.moving - tried.rest - tried.slope)
     size = np.abs(tried.moving) + np.abs(tried.rest) + np.abs(tried.slope)
-    bent = np.flatnonzero((gap > _AFFINE[gap.dtype.itemsize] * size).any(0))  # false where something is not finite
+    bent = np.flatnonzero(
+        (gap > _AFFINE_TOLERANCE[gap.dtype.itemsize] * size).any(0)
+    )  # false where something is not finite
     if bent.size:
         return [
             f"constraint {row.name!r}: row {', '.join(map(str, bent))} of its VelocityRows is not affine in the "
             "velocities, `a(q, t) . u + b(q, t)`, as every row must be: a product, a square or an absolute value of "
             "velocities would be dropped; give a row that is linear in them, or a force law"
         ]
-    return _idle(row, tried.slope, "velocities")
+    return _slope_faults(row, tried.slope, "velocities")
 
 
 def _position_faults(row, tried):
-    return _idle(row, tried.along, "coordinates")
+    return _slope_faults(row, tried.along, "coordinates")
 
 
-def _idle(row, slope, of):
-    """Rows that restrict nothing at any of the states."""
+def _slope_faults(row, slope, of):
+    """Faults of rows that have no slope at any of the states."""
     idle = np.flatnonzero((slope == 0.0).all(0))
     if not idle.size:
         return []

@@ -8,13 +8,13 @@ from ..checks import any_concrete, faults_if, is_concrete, no_such
 from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import as_signal
-from ..joints import AbstractClosure, AbstractJoint, Coupler, Rows, VelocityRows
-from ._declarations import GROUND, Model, as_pose, resolve
+from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
+from ._declarations import GROUND, Model, as_pose, resolve_frame
 from ._elastic import entry_faults
 
 
 def model_faults(model: Model) -> list[str]:
-    """Every fault of a model, one sentence each."""
+    """Faults of a model, one sentence each."""
     bodies, frames, joints, found = model.bodies, model.frames, model.joints, []
     if not bodies:
         found.append("the model has no bodies")
@@ -27,7 +27,9 @@ def model_faults(model: Model) -> list[str]:
         found += body_faults(body)
     for frame in frames.values():
         if frame.body in frames:
-            found.append(f"frame {frame.name!r}: the frames that carry it go round in a circle")
+            found.append(
+                f"frame {frame.name!r}: the frames that carry it form a circle; attach one of them to a body"
+            )
         elif frame.body != GROUND and frame.body not in bodies:
             found.append(f"frame {frame.name!r}: {no_such('body or frame', frame.body, [*bodies, *frames])}")
     for joint in joints.values():
@@ -40,29 +42,31 @@ def model_faults(model: Model) -> list[str]:
 
 
 def _name_faults(model):
-    """Names that two things have, or that the library keeps; the builder's verbs refuse them, files may have them."""
+    """Faults of duplicate or reserved names, which model files may have; the builder refuses them."""
     places = {"body": model.bodies, "frame": model.frames}
     found = [f"{what} 'ground': the name is taken" for what, table in places.items() if GROUND in table]
     found += [f"frame {name!r}: a body has this name" for name in model.frames if name in model.bodies]
     found += [f"constraint {name!r}: a joint has this name" for name in model.constraints if name in model.joints]
     if "drives" in model.forces:
-        found.append("force 'drives': the account of work keeps that name for driven joints")
+        found.append("force 'drives': this name is reserved for the work of driven joints; choose another")
     return found
 
 
 def cut_faults(model: Model, cut) -> list[str]:
-    """Joints to cut that do not exist; elastic bodies that the others reach by a wrong interface."""
+    """Faults of the joints to cut, and of elastic bodies that the others then reach by a wrong interface."""
     found = [f"cut: {no_such('joint', name, model.joints)}" for name in cut if name not in model.joints]
     return found + entry_faults(model.elastic, [j for name, j in model.joints.items() if name not in cut])
 
 
 def guess_faults(model: Model, guess) -> list[str]:
-    """Guesses of joints that do not exist, or of what is no number; traced ones, which no search can begin at."""
+    """Faults of guesses: unknown joints, values that are no finite numbers, traced values."""
     found = [f"guess: {no_such('joint', name, model.joints)}" for name in guess if name not in model.joints]
     own = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None}
     for name, value in {**own, **guess}.items():
         if not is_concrete(value):
-            found.append(f"joint {name!r}: its guess is traced; it must be a number, as the pose counted at is fixed")
+            found.append(
+                f"joint {name!r}: its guess is traced; it must be concrete: mobility is counted at a fixed pose"
+            )
         elif not _is_finite(value):
             found.append(f"joint {name!r}: its guess must be finite real numbers, got {value!r}")
     return found
@@ -76,12 +80,12 @@ def _is_finite(value):
 
 
 def body_faults(body) -> list[str]:
-    """Mass, centre of mass and inertia of one body."""
+    """Faults of the mass, centre of mass and inertia of one body."""
     return mass_faults(f"body {body.name!r}", body)
 
 
 def mass_faults(where: str, body) -> list[str]:
-    """The same of anything that has them, and `any_inertia`; where: the beginning of each message."""
+    """Faults of an object with mass, com, inertia and `any_inertia`; where: the beginning of each message."""
     found = []
     if np.shape(body.mass) != ():
         found.append(f"{where}: mass must be one number, got shape {np.shape(body.mass)}")
@@ -120,7 +124,7 @@ def _inertia_faults(where, body):
 
 
 def joint_faults(joint, bodies, frames) -> list[str]:
-    """Names, frames and kind of one joint."""
+    """Faults of the names, frames and kind of one joint."""
     where, found = f"joint {joint.name!r}", []
     if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
         return [f"{where}: its kind must be a joint such as Revolute(axis='z'), got {joint.kind!r}"]
@@ -156,7 +160,7 @@ def joint_faults(joint, bodies, frames) -> list[str]:
 
 
 def _end_faults(where, end, body, bodies, frames):
-    """What is wrong with a body that was to be found by its name or by a frame."""
+    """Faults of an end of a joint, which is given by the name of a body or of a frame."""
     if isinstance(body, str) and (body == GROUND or body in bodies):
         return []
     if isinstance(body, str) and body in frames:
@@ -169,7 +173,7 @@ def _end_faults(where, end, body, bodies, frames):
 
 
 def _drive_faults(drive):
-    """What is wrong with a function of time: its numbers, or what one call of it says."""
+    """Faults of a function of time: of its numbers, and those that one abstract call shows."""
     try:
         signal = as_signal(drive)
         shape = jax.eval_shape(signal, jnp.zeros(())).shape
@@ -180,7 +184,7 @@ def _drive_faults(drive):
 
 
 def _place_faults(where, place):
-    """What is wrong with None, a point or a pose."""
+    """Faults of a place: None, a point or a pose."""
     try:
         return [f"{where}: {fault}" for fault in as_pose(place).faults()]
     except (TypeError, ValueError) as error:
@@ -188,7 +192,7 @@ def _place_faults(where, place):
 
 
 def _has_one_coordinate(joint):
-    """Whether it has; joints of no valid kind are reported elsewhere and pass."""
+    """True if a joint has one coordinate; joints of an invalid kind are reported elsewhere and pass."""
     if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
         return True
     return len(joint.kind.nodes) == 1 and joint.kind.nodes[0].kind != "ball"
@@ -196,7 +200,7 @@ def _has_one_coordinate(joint):
 
 def _reference_faults(where, reference, bodies, frames):
     try:
-        faults = resolve(reference, bodies, frames)[1].faults()
+        faults = resolve_frame(reference, bodies, frames)[1].faults()
     except KeyError as error:
         return [f"{where}: {no_such('body or frame', error.args[0], [GROUND, *bodies, *frames])}"]
     except (TypeError, ValueError):
@@ -205,7 +209,7 @@ def _reference_faults(where, reference, bodies, frames):
 
 
 def force_faults(force, bodies, frames, joints) -> list[str]:
-    """Law, port and references of one force element."""
+    """Faults of the law, port and references of one force element."""
     where, law, found = f"force {force.name!r}", force.law, []
     given = [p for p in ("between", "joint", "on") if getattr(force, p) is not None]
     if isinstance(law, AbstractScalarLaw):
@@ -226,7 +230,7 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
             found.append(f"{where}: {no_such('joint', force.joint, joints)}")
         elif not _has_one_coordinate(joints[force.joint]):
             found.append(
-                f"{where}: joint {force.joint!r} has not exactly one coordinate; use a Bushing between frames"
+                f"{where}: joint {force.joint!r} does not have exactly one coordinate; use a Bushing between frames"
             )
     references = force.between if force.between is not None else ([force.on] if force.on is not None else [])
     if force.between is not None and len(force.between) != 2:
@@ -234,16 +238,20 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
     for reference in references:
         found += _reference_faults(where, reference, bodies, frames)
     if force.between is not None and not found:
-        first, second = (resolve(reference, bodies, frames)[0] for reference in references)
+        first, second = (resolve_frame(reference, bodies, frames)[0] for reference in references)
         if first == second:
-            found.append(f"{where}: both frames lie on {first!r}, so they never move apart and nothing is felt")
+            found.append(
+                f"{where}: both frames are on {first!r}, so their distance is constant and the force has no "
+                "effect; give frames on two "
+                "bodies"
+            )
         if isinstance(law, AbstractScalarLaw):
             found += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
     return found + [f"{where}: {fault}" for fault in law.faults() or _effort_faults(law, force.joint is not None)]
 
 
 def _effort_faults(law, on_joint) -> list[str]:
-    """What one call of the law says; laws of the whole system are called when its size is known."""
+    """Faults that one abstract call of the law shows; laws of the whole system are called when its size is known."""
     port = JointPort() if on_joint else port_of(law)
     if port.num_flows is None:
         return []
@@ -253,7 +261,7 @@ def _effort_faults(law, on_joint) -> list[str]:
 
 
 def call_faults(law, port, displacement, size) -> list[str]:
-    """What is wrong with the effort (size,) that a law gives, seen by its shape alone."""
+    """Faults of the effort (size,) that a law returns, found by its shape alone."""
     try:
         found = jax.eval_shape(lambda: port.effort(law, displacement, jnp.zeros(size), jnp.zeros(()))).shape
     except Exception as error:  # noqa: BLE001 - the user's own code
@@ -262,14 +270,14 @@ def call_faults(law, port, displacement, size) -> list[str]:
 
 
 def system_law_faults(forces, topology) -> list[str]:
-    """What one call of every law of the whole system says."""
+    """Faults that one abstract call of every law of the whole system shows."""
     laws = [force for force in forces if isinstance(force.law, AbstractSystemLaw)]
     call = lambda law: call_faults(law, SystemPort(), (jnp.zeros(topology.num_coordinates),), topology.num_velocities)  # noqa: E731
     return [f"force {force.name!r}: {fault}" for force in laws for fault in call(force.law)]
 
 
 def constraint_faults(item, bodies, frames, joints) -> list[str]:
-    """Law and references of one constraint."""
+    """Faults of the law and references of one constraint."""
     where, law = f"constraint {item.name!r}", item.law
     if isinstance(law, AbstractClosure):
         if item.between is None or len(item.between) != 2:
@@ -278,12 +286,12 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
     elif isinstance(law, Coupler):
         found = [f"{where}: {no_such('joint', name, joints)}" for name in law.joints if name not in joints]
         found += [
-            f"{where}: joint {name!r} has not exactly one coordinate"
+            f"{where}: joint {name!r} does not have exactly one coordinate"
             for name in law.joints
             if name in joints and not _has_one_coordinate(joints[name])
         ]
-    elif isinstance(law, (Rows, VelocityRows)):
+    elif isinstance(law, (PositionRows, VelocityRows)):
         found = []
     else:
-        return [f"{where}: {law!r} is not a constraint such as Distance(...), Coupler(...) or Rows(...)"]
+        return [f"{where}: {law!r} is not a constraint such as Distance(...), Coupler(...) or PositionRows(...)"]
     return found + [f"{where}: {fault}" for fault in law.faults()]

@@ -12,7 +12,7 @@ from jax import Array
 
 from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
 from ..kinematics._poses import frame_twists
-from ..kinematics._wrench_targets import nodes
+from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
 from ._bodies import bodies_of, total
 from ._loads import Loads
@@ -44,7 +44,7 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
 
     Args: found: a list that takes what acts, group by group.
     """
-    owners = owners or nodes(system)
+    owners = owners or node_targets(system)
     loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
     for group in system.forces:
         port = group.port

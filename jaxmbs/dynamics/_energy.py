@@ -4,7 +4,7 @@ import jax.numpy as jnp
 
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._state import State
-from ..model._entry_points import question
+from ..model._entry_points import state_function
 from ..model._system import System
 from ..typing import Scalar
 from ._bodies import bodies_of, total
@@ -21,7 +21,7 @@ def _energies_of_state(system, state):
     return energies(system, with_velocities(system, at_state(system, state), state.velocities))
 
 
-@question
+@state_function
 def kinetic_energy(system: System, state: State) -> Scalar:
     """Kinetic energy [J] of a state: the energy `1/2 p.I*^-1 p` and the coenergy `1/2 phi_dot.I* phi_dot` alike.
 
@@ -31,7 +31,7 @@ def kinetic_energy(system: System, state: State) -> Scalar:
     return _energies_of_state(system, state)[0]
 
 
-@question
+@state_function
 def potential_energy(system: System, state: State) -> Scalar:
     """Potential energy [J] of gravity (zero at the world origin) and of all springs."""
     return _energies_of_state(system, state)[1]

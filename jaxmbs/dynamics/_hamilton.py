@@ -20,7 +20,14 @@ from ..kinematics._configuration import (
 )
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._kic import velocity_map
-from ..kinematics._poses import coordinate_rate, first_place, joint_twists, node_inertias, node_poses, referred
+from ..kinematics._poses import (
+    coordinate_rate,
+    first_body_position,
+    joint_twists,
+    node_inertias,
+    node_poses,
+    shift_origin,
+)
 from ..kinematics._tree import solve, subtrees
 from ..math._linalg import saddle_solve
 from ..math._spatial import cross_motion, dot, momentum
@@ -50,7 +57,7 @@ def tree_state_rate(topology: Topology, P, psi, p, gravity):
     Source: S2 (42)-(43).
     """
     W = node_poses(topology, P, psi)
-    W = referred(W, first_place(topology, W))
+    W = shift_origin(W, first_body_position(topology, W))
     S, J = joint_twists(topology, P, W), node_inertias(P, W)
     u = solve(topology.nodes, S, J, p)
     V = node_motion(topology, S, u)

@@ -12,9 +12,9 @@ from ..kinematics._configuration import VelocityKinematics, at_state, node_accel
 from ..kinematics._elastic import mass_matrix as inertia_matrix
 from ..kinematics._state import State
 from ..kinematics._tree import solve
-from ..kinematics._wrench_targets import nodes
+from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import saddle_solve
-from ..model._entry_points import question
+from ..model._entry_points import state_function
 from ..model._system import System
 from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
@@ -26,7 +26,9 @@ def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads
     """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and the loads of
     its force elements, on nodes (nodes, 6) and columns (nv,)."""
     F, Q = loads
-    return on_columns(system, at, inverse_dynamics_loads(system, at, V_dot, u_dot, nodes(system)) - Loads(F)) - Q
+    return (
+        on_columns(system, at, inverse_dynamics_loads(system, at, V_dot, u_dot, node_targets(system)) - Loads(F)) - Q
+    )
 
 
 def accelerations(system: System, at: VelocityKinematics, method="dense", loads=None):
@@ -64,7 +66,7 @@ def _velocity_kinematics(system, state):
     return with_velocities(system, at_state(system, state), state.velocities)
 
 
-@question
+@state_function
 def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"], Float[Array, " rows"]]:
     """Accelerations and constraint multipliers of a state.
 
@@ -75,7 +77,7 @@ def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"],
     return accelerations(system, _velocity_kinematics(system, state))[:2]
 
 
-@question
+@state_function
 def mass_matrix(system: System, state: State) -> Float[Array, "nv nv"]:
     """Mass matrix (nv, nv) of the tree of rigid and elastic bodies, all loops cut.
 

@@ -144,7 +144,7 @@ def row_kinds(system: System) -> RowKinds:
     for row in system.rows:
         if isinstance(row, Drive):
             driven[at] = row.columns[0]
-        if not row.restricts_velocity_alone:
+        if not row.is_nonholonomic:
             at += sum(name == row.name for name in top.row_joint)
     others = np.setdiff1d(np.arange(first, top.num_rows), list(driven))
     return RowKinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))

@@ -37,7 +37,7 @@ class Beam(AbstractElement):
     beam at its ends [N], then moments [N m], of the first end, then of the second, positive along local axes: in
     tension Fx2 is positive, Fx1 negative.  Stresses [Pa]: tension positive.
 
-    With `shear` it is Timoshenko's beam with rotary inertia, without it Euler-Bernoulli's with neither.
+    With `shear` it is Timoshenko's beam with spins inertia, without it Euler-Bernoulli's with neither.
     Source: Przemieniecki, Theory of matrix structural analysis (1968), 5.6; Friedman and Kosmatka, Comput. Struct. 47
     (1993) 473-481 for the mass.
 

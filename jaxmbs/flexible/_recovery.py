@@ -11,7 +11,7 @@ from ..dynamics._elastic import inverse_dynamics_load
 from ..dynamics._newton_euler import accelerations
 from ..errors import UnknownNameError
 from ..kinematics._configuration import at_state, node_accelerations, with_velocities
-from ..kinematics._elastic import elastic_state, flow_rate, gathered
+from ..kinematics._elastic import elastic_state, flow_rate, interface_rates
 from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
 from ..model._entry_points import states_of

@@ -11,7 +11,7 @@ from jaxtyping import Array
 
 from ..checks import is_concrete
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
-from ..kinematics._elastic import gathered
+from ..kinematics._elastic import interface_rates
 from ..kinematics._state import HasStates, State
 from ..model._entry_points import states_of
 from ..model._system import System
@@ -46,7 +46,9 @@ def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
 
 def squared_spins(system: System, at: VelocityKinematics) -> tuple[Array, ...]:
     """Squared angular speeds (bodies,) of the floating frames, by group of elastic bodies."""
-    return tuple(jnp.sum(gathered(system, group, at.V, at.u)[0][:, 0, :3] ** 2, axis=-1) for group in system.elastic)
+    return tuple(
+        jnp.sum(interface_rates(system, group, at.V, at.u)[0][:, 0, :3] ** 2, axis=-1) for group in system.elastic
+    )
 
 
 def stiffening_errors(system: System, spins: tuple[Array, ...]) -> dict[str, Array]:

@@ -6,7 +6,7 @@ from ._closures import Coupler as Coupler
 from ._closures import Distance as Distance
 from ._closures import PointOnLine as PointOnLine
 from ._closures import PointOnPlane as PointOnPlane
-from ._closures import Rows as Rows
+from ._closures import PositionRows as PositionRows
 from ._closures import VelocityRows as VelocityRows
 from ._cylindrical import Cylindrical as Cylindrical
 from ._frame_path import FramePath as FramePath
@@ -37,11 +37,11 @@ __all__ = [
     "Planar",
     "PointOnLine",
     "PointOnPlane",
+    "PositionRows",
     "Prismatic",
     "Revolute",
     "RollingDisk",
     "RollingSphere",
-    "Rows",
     "Screw",
     "Spherical",
     "Universal",

@@ -1,4 +1,4 @@
-"""What a joint is: a run of simple joints for the tree, and closure rows for the cut of a loop."""
+"""Base of joints: a run of simple joints for the tree, and closure rows for the cut of a loop."""
 
 from typing import ClassVar, NamedTuple
 
@@ -29,13 +29,13 @@ class AbstractJoint(eqx.Module):
     rows that vanish while the joint is closed, from the child frame's rotation R (3, 3) and displacement d (3,) in
     the canonical axes of the parent frame.  Kinds that roll or slide add `num_slips` rows `slip(R, d, omega, v)`,
     speeds that vanish though no coordinate does.  `labels` names the coordinates, `row_units` gives each row's unit,
-    closure rows before slips.  `is_reversible`: whether the run of nodes with its axis turned round is the same joint
-    walked from child to parent, so that the tree may take it either way.  `may_depend_on_time`: whether the rows
+    closure rows before slips.  `is_reversible`: True if the run of nodes with its axis reversed is the same joint
+    traversed from child to parent, so that the tree may have it either way.  `may_depend_on_time`: True if the rows
     are those of `closure_at`, which follow a path in time.
 
     Coordinates are those of the child frame in the parent frame, positive along the axis or right-handed about it,
     and zero (a quaternion one) where the two frames agree: the zero pose of a mechanism is drawn by its frames alone.
-    A joint walked from child to parent keeps its sign.
+    A joint traversed from child to parent keeps its sign.
     """
 
     nodes: ClassVar[tuple[Node, ...]] = ()
@@ -72,7 +72,7 @@ class AbstractJoint(eqx.Module):
         raise NotImplementedError(f"{type(self).__name__} has no slips")
 
     def faults(self) -> list[str]:
-        """What is wrong with concrete values; empty when traced."""
+        """Faults of concrete values, one sentence each; none when traced."""
         return []
 
 
@@ -91,50 +91,51 @@ def axis_vector(axis):
 
 
 def axis_faults(axis) -> list[str]:
-    """A zero or non-finite axis, when its values are known."""
+    """Faults of an axis: zero or not finite, when its values are concrete."""
     if not is_concrete(axis):
         return []
     length = np.linalg.norm(np.asarray(axis))
     return [] if np.isfinite(length) and length > 1e-12 else ["its axis has no direction (zero or not finite)"]
 
 
-#: What `half_turns` amounts to half a turn off.
-HALF_TURN = 4.0
-_LOST = 1e-15  # 1 + cosine: less is half a turn, and the sine has no direction left
+#: Length of `half_angle_tangents` at half a turn: 2 (1 - cosine).
+HALF_TURN_RESIDUAL = 4.0
+_HALF_TURN_ROUNDING = 1e-15  # 1 + cosine at rounding: this is half a turn, and the sine has lost its direction
 
 
-def half_turns(sine, cosine):
+def half_angle_tangents(sine, cosine):
     """Twice the tangent of half an angle along `sine` (n,), a vector of that length, given its cosine ().
 
     Beyond a quarter turn 2 (1 - cosine): finite, rising up to half a turn, and not zero there, where the sine is.
     """
     some = np.eye(1, sine.shape[0], dtype=sine.dtype)[0]
-    sine = jnp.where(1.0 + cosine < _LOST, some, sine)
+    sine = jnp.where(1.0 + cosine < _HALF_TURN_ROUNDING, some, sine)
     held = lax.stop_gradient(sine)
-    return _stretch(cosine, jnp.dot(held, held)) * sine
+    return _half_angle_factor(cosine, jnp.dot(held, held)) * sine
 
 
 @jax.custom_jvp
-def _stretch(cosine, square):
-    """What `half_turns` multiplies the sine by, the root of `square`."""
+def _half_angle_factor(cosine, square):
+    """Factor by which `half_angle_tangents` multiplies the sine, the root of `square`."""
     return jnp.where(cosine < 0.0, 2.0 * (1.0 - cosine) * lax.rsqrt(square), 2.0 / (1.0 + cosine))
 
 
-@_stretch.defjvp
-def _stretch_jvp(primals, tangents):
+@_half_angle_factor.defjvp
+def _half_angle_factor_jvp(primals, tangents):
     # by the cosine alone, of which the sine is a function: few operations, and none that overflows where it is zero
     cosine, square = primals
-    stretch, above = _stretch(cosine, square), jnp.maximum(1.0 + cosine, _LOST)
+    stretch, above = _half_angle_factor(cosine, square), jnp.maximum(1.0 + cosine, _HALF_TURN_ROUNDING)
     return stretch, -stretch * tangents[0] / jnp.where(cosine < 0.0, above * (1.0 - cosine), above)
 
 
-def parallel(R):
-    """Two rows that vanish when the child's z lies along the parent's z, and only then: see `half_turns`."""
+def parallel_rows(R):
+    """Two rows that vanish when the child's z lies along the parent's z, and only then: see `half_angle_tangents`."""
     z = R[:, 2]
-    return half_turns(z[:2], z[2])
+    return half_angle_tangents(z[:2], z[2])
 
 
-def aligned(R):
-    """Three rows that vanish when the rotation R is the identity, and only then: its axis, see `half_turns`."""
+def alignment_rows(R):
+    """Three rows that vanish when the rotation R is the identity, and only then; along its axis, by
+    `half_angle_tangents`."""
     skew = jnp.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    return half_turns(skew / 2.0, (jnp.trace(R) - 1.0) / 2.0)
+    return half_angle_tangents(skew / 2.0, (jnp.trace(R) - 1.0) / 2.0)

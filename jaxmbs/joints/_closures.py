@@ -125,7 +125,7 @@ class VelocityRows(eqx.Module):
         return []
 
 
-class Rows(eqx.Module):
+class PositionRows(eqx.Module):
     """Holonomic rows given by the user: `function(coordinates (nq,), t) -> (m,)`, zero when satisfied.
 
     Coordinates are in the order of those of a `State`; a row has the unit that the function gives it, and its sign.

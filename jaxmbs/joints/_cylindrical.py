@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
 from ..typing import Convertible, Matrix3
-from ._base import AbstractJoint, Node, axis_faults, axis_vector, parallel
+from ._base import AbstractJoint, Node, axis_faults, axis_vector, parallel_rows
 
 
 class Cylindrical(AbstractJoint):
@@ -27,7 +27,7 @@ class Cylindrical(AbstractJoint):
         return axis_basis(self.axis)
 
     def closure(self, R: Array, d: Array) -> Array:
-        return jnp.concatenate([d[:2], parallel(R)])
+        return jnp.concatenate([d[:2], parallel_rows(R)])
 
     def faults(self) -> list[str]:
         return axis_faults(self.axis)

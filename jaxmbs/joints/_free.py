@@ -4,7 +4,7 @@ from ._base import AbstractJoint, Node
 
 
 class Free(AbstractJoint):
-    """All motions.
+    """Joint that restricts nothing.
 
     Coordinates: position x, y, z [m] of the child frame in the parent frame, positive along the parent's axes, then
     its quaternion (w, x, y, z), (1, 0, 0, 0) where the frames agree.  Velocities: rates of the position [m/s] in

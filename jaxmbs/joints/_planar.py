@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
 from ..typing import Convertible, Matrix3
-from ._base import AbstractJoint, Node, axis_faults, axis_vector, parallel
+from ._base import AbstractJoint, Node, axis_faults, axis_vector, parallel_rows
 
 
 class Planar(AbstractJoint):
@@ -28,7 +28,7 @@ class Planar(AbstractJoint):
         return axis_basis(self.normal)
 
     def closure(self, R: Array, d: Array) -> Array:
-        return jnp.concatenate([d[2:], parallel(R)])
+        return jnp.concatenate([d[2:], parallel_rows(R)])
 
     def faults(self) -> list[str]:
         return axis_faults(self.normal)

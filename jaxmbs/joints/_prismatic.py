@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
 from ..typing import Convertible, Matrix3
-from ._base import AbstractJoint, Node, aligned, axis_faults, axis_vector
+from ._base import AbstractJoint, Node, alignment_rows, axis_faults, axis_vector
 
 
 class Prismatic(AbstractJoint):
@@ -29,7 +29,7 @@ class Prismatic(AbstractJoint):
         return axis_basis(self.axis)
 
     def closure(self, R: Array, d: Array) -> Array:
-        return jnp.concatenate([d[:2], aligned(R)])
+        return jnp.concatenate([d[:2], alignment_rows(R)])
 
     def faults(self) -> list[str]:
         return axis_faults(self.axis)

@@ -1,6 +1,6 @@
-"""Contacts that roll or cut: rows of position for the touch, rows of velocity for the grip (nonholonomic).
+"""Rolling contacts and blades: rows of position for contact, rows of velocity for no slip (nonholonomic).
 
-The contact force of each comes out of `reactions` under the constraint's name, on the body of frame B.
+`reactions` gives the contact force of each under the constraint's name, on the body of frame B.
 """
 
 from typing import ClassVar
@@ -75,7 +75,7 @@ class RollingDisk(AbstractRolling):
     def contact(self, R: Array) -> Array:
         axle = R @ (self.axle / jnp.sqrt(jnp.sum(self.axle**2)))
         down = axle * axle[2] - jnp.eye(3)[2]
-        # a disk that lies flat touches everywhere: its slope there is bounded, not its place
+        # a disk that lies flat touches everywhere: 1e-12, of the sine squared, bounds the derivative there
         return self.radius * down / jnp.sqrt(jnp.maximum(1.0 - axle[2] ** 2, 1e-12))
 
     def faults(self) -> list[str]:

@@ -9,7 +9,7 @@ from ..checks import is_concrete
 from ..math._rotation import axis_basis
 from ..runtime import as_array
 from ..typing import Convertible, Matrix3, Scalar
-from ._base import AbstractJoint, Node, axis_faults, axis_vector, half_turns, parallel
+from ._base import AbstractJoint, Node, axis_faults, axis_vector, half_angle_tangents, parallel_rows
 
 
 class Screw(AbstractJoint):
@@ -38,7 +38,7 @@ class Screw(AbstractJoint):
         angle = d[2] / self.pitch
         sine = R[0, 0] * jnp.sin(angle) - R[1, 0] * jnp.cos(angle)
         cosine = R[0, 0] * jnp.cos(angle) + R[1, 0] * jnp.sin(angle)
-        return jnp.concatenate([d[:2], self.pitch * half_turns(sine[None], cosine), parallel(R)])
+        return jnp.concatenate([d[:2], self.pitch * half_angle_tangents(sine[None], cosine), parallel_rows(R)])
 
     def faults(self) -> list[str]:
         flat = is_concrete(self.pitch) and not (np.isfinite(self.pitch) and abs(self.pitch) > 0)

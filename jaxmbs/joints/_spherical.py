@@ -7,7 +7,7 @@ from ._base import AbstractJoint, Node
 
 
 class Spherical(AbstractJoint):
-    """All rotations about a common point.
+    """Joint that leaves all rotations about a common point free.
 
     Coordinates: quaternion (w, x, y, z) of the child frame in the parent frame, without unit, (1, 0, 0, 0) where they
     agree, its angle right-handed about (x, y, z).  Velocities: angular velocity [rad/s] of the child in the parent,

@@ -3,11 +3,11 @@
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ._base import AbstractJoint, aligned
+from ._base import AbstractJoint, alignment_rows
 
 
 class Weld(AbstractJoint):
-    """The two frames agree; its reaction is the load carried between the two parts.
+    """Rigid connection: the two frames coincide; its reaction is the load transmitted between the two parts.
 
     Coordinates: none, and no velocity.
     """
@@ -16,4 +16,4 @@ class Weld(AbstractJoint):
     is_reversible = True
 
     def closure(self, R: Array, d: Array) -> Array:
-        return jnp.concatenate([d, aligned(R)])
+        return jnp.concatenate([d, alignment_rows(R)])

@@ -12,7 +12,7 @@ from ._kic_second import (
     kic_second_vector,
     point_kic,
 )
-from ._mobility import count_mobility, system_at
+from ._mobility import count_mobility, with_mobility_at
 from ._points import angular_velocity, jacobian, position, rotation, velocity
 from ._state import State
 from ._state_sweep import branch, states_along
@@ -42,6 +42,6 @@ __all__ = [
     "right_product",
     "rotation",
     "states_along",
-    "system_at",
     "velocity",
+    "with_mobility_at",
 ]

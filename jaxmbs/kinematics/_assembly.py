@@ -29,7 +29,7 @@ def metric_matrix(system: System):
     return metric(system)[:, None] * np.eye(system.topology.num_velocities)
 
 
-def linearised(system: System, P, psi, t, free):
+def linearise_rows(system: System, P, psi, t, free):
     """Residual of the positions (rows,) and its Jacobian (rows, nv) in the free columns."""
     at = configuration(system, P, psi, t, inertias=False)
     f, A = constraints.residual_and_jacobian(system, at)
@@ -41,12 +41,12 @@ def newton_step(system: System, P, psi, t, free):
 
     Columns with free (nv,) = 0 stay.
     """
-    f, A = linearised(system, P, psi, t, free)
-    delta = _least_step(system, A, -f)
+    f, A = linearise_rows(system, P, psi, t, free)
+    delta = _least_norm_step(system, A, -f)
     return step_coordinates(system.topology, psi, delta), jnp.max(jnp.abs(f), initial=0.0)
 
 
-def _least_step(system, A, gap):
+def _least_norm_step(system, A, gap):
     """The step (nv,) of least size in `metric` with `A step = gap` (rows of positions,)."""
     rows = jax.tree.map(lambda x: x[system.topology.position_rows], constraints.row_scale(system))
     return saddle_solve(metric_matrix(system), A, jnp.zeros(A.shape[1], A.dtype), gap, rows)[0]
@@ -62,7 +62,7 @@ def _levenberg_marquardt(system, P, psi, t, free):
 
     def look(carry):
         k, trial, damping, _, best = carry
-        f, A = linearised(system, P, trial, t, free)
+        f, A = linearise_rows(system, P, trial, t, free)
         found, (_, _, _, value) = (trial, f, A, jnp.dot(f, f)), best
         better = found[-1] < value
         stuck = better & (value - found[-1] < 1e-6 * value)  # at the bottom, and open: what cannot close ends here
@@ -83,7 +83,7 @@ def _levenberg_marquardt(system, P, psi, t, free):
     return lax.while_loop(running, look, (0, psi, number(1e-2), jnp.asarray(True), nothing))[4][0]
 
 
-def assemble(system: System, P, psi, t, free, search: bool = True):
+def assemble_coordinates(system: System, P, psi, t, free, search: bool = True):
     """Coordinates (nq,) on the constraint manifold near psi; columns with free (nv,) = 0 are held.
 
     Without a search psi is there already.  First and second derivatives with respect to parameters, held coordinates
@@ -91,29 +91,29 @@ def assemble(system: System, P, psi, t, free, search: bool = True):
     """
     if not system.has_constraints:
         return psi
-    return normalise(system.topology, _closed(system, P, psi, t, free, search))
+    return normalise(system.topology, _closed_coordinates(system, P, psi, t, free, search))
 
 
 @eqx.filter_custom_jvp
-def _closed(system, P, psi, t, free, search):
+def _closed_coordinates(system, P, psi, t, free, search):
     return _levenberg_marquardt(system, P, psi, t, free) if search else psi
 
 
-@_closed.def_jvp
-def _closed_jvp(primals, tangents):
+@_closed_coordinates.def_jvp
+def _closed_coordinates_jvp(primals, tangents):
     """Where psi and all else move the rows, the least step that closes them again is added to the motion of psi."""
     system, _, _, _, free, _ = primals
-    found = _closed(*primals)
+    found = _closed_coordinates(*primals)
     at = (system, primals[1], found, primals[3])
 
     def rows(system, P, psi, t):
-        return linearised(system, P, psi, t, free)
+        return linearise_rows(system, P, psi, t, free)
 
     (_, A), (f_dot, _) = eqx.filter_jvp(rows, at, tangents[:4])
     psi_dot = jnp.zeros_like(found) if tangents[2] is None else tangents[2]
     if f_dot is None:  # nothing that moves the rows is differentiated
         return found, psi_dot
-    step = _least_step(system, A, -f_dot)
+    step = _least_norm_step(system, A, -f_dot)
     return found, psi_dot + coordinate_rate(system.topology, found, step)
 
 
@@ -133,10 +133,10 @@ def _nearest_velocities(system, A, f_t, u, free):
 
 
 @jit(compile="quick")
-def assembled(system: System, psi, u, t, free_position, free_velocity, search: bool = True):
+def assemble_in_trace(system: System, psi, u, t, free_position, free_velocity, search: bool = True):
     """(coordinates, velocities, position residual, velocity residual, rows) from guesses; see `State.at`."""
     P = node_parameters(system)
-    psi = assemble(system, P, psi, t, free_position, search)
+    psi = assemble_coordinates(system, P, psi, t, free_position, search)
     at = configuration(system, P, psi, t, inertias=False)
     (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
     if system.has_constraints:

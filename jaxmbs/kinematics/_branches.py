@@ -18,18 +18,21 @@ from ..model._system import System
 from . import _closures as closures
 from ._constraints import rows_are_lengths
 
-_SINGULAR = {8: 1e-7, 4: 1e-4}  # relative pivots up to which a pose counts as singular: states close to some 1e-10
+_SINGULAR_PIVOT = {
+    8: 1e-7,
+    4: 1e-4,
+}  # relative pivots up to which a pose counts as singular: states close to some 1e-10
 _SEED = 3  # of the combinations of redundant rows: any, but always the same
 
 
-class Blocks(NamedTuple):
+class LoopBlocks(NamedTuple):
     """Blocks of coupled loops, in an order in which each is determined by its rows once those before it are.
 
     Attributes:
         columns: (n,) velocity columns that depend on the held ones, block by block.
         block: (n,) the number of the block of each.
         combine: (n, position rows) that makes as many rows of redundant ones as there are columns.
-        steady: (blocks,) false where what is redundant turns with the pose, so that no combination is good at all.
+        steady: (blocks,) false where the redundancy depends on the pose, so that no fixed combination is valid.
     """
 
     columns: np.ndarray
@@ -44,7 +47,7 @@ def branch_signs(system: System, A, held: Sequence[int] = ()):
     Args: held: velocity columns whose coordinates are given.
     """
     top = system.topology
-    columns, block, combine, steady = blocks(system, held)
+    columns, block, combine, steady = loop_blocks(system, held)
     xp = np if isinstance(A, np.ndarray) else jnp
     length = np.asarray(system.length) if xp is np else system.length
     unit = xp.where(rows_are_lengths(system)[top.position_rows], 1.0 / length, 1.0)
@@ -52,28 +55,28 @@ def branch_signs(system: System, A, held: Sequence[int] = ()):
     scaled = unit.astype(A.dtype)[:, None] * A[top.position_rows][:, columns] * size.astype(A.dtype)[None]
     inside = block[:, None] == block[None]  # what the columns of blocks before do has no part in a sign
     square = xp.where(inside, combine.astype(A.dtype) @ scaled, 0.0).astype(A.dtype)
-    return xp.where(steady, determinant_signs(square, block, _SINGULAR[A.dtype.itemsize]), 0.0).astype(A.dtype)
+    return xp.where(steady, determinant_signs(square, block, _SINGULAR_PIVOT[A.dtype.itemsize]), 0.0).astype(A.dtype)
 
 
-def blocks(system: System, held: Sequence[int] = ()) -> Blocks:
+def loop_blocks(system: System, held: Sequence[int] = ()) -> LoopBlocks:
     """The blocks of coupled loops that determine the columns which are not held, from the structure alone.
 
     Drives of joints make no block.
     """
-    top, touched = system.topology, rows_by_column(system)
-    wanted = touched.any(0) & ~np.isin(np.arange(top.num_velocities), _independent(top, held))
+    top, touched = system.topology, row_dependence(system)
+    wanted = touched.any(0) & ~np.isin(np.arange(top.num_velocities), _independent_columns(top, held))
     driven = {row.name for row in system.rows if isinstance(row, Drive)}
     names, random = np.array(top.row_joint, str)[top.position_rows], np.random.default_rng(_SEED)
-    turns = np.isin(np.arange(len(touched)), top.analysis.turning_rows if top.analysis else ())
+    turns = np.isin(np.arange(len(touched)), top.analysis.pose_dependent_rows if top.analysis else ())
     parts: list[tuple] = []
-    for columns, rows in _in_turn(touched & wanted, names, dict(top.analysis.ranks if top.analysis else ())):
+    for columns, rows in _ordered_blocks(touched & wanted, names, dict(top.analysis.ranks if top.analysis else ())):
         if driven.issuperset(names[rows]):
             continue
         combine = np.zeros((len(columns), len(touched)))
         square = len(rows) == len(columns)
-        combine[:, rows] = np.eye(len(rows)) if square else _directions(random, len(columns), len(rows))
+        combine[:, rows] = np.eye(len(rows)) if square else _random_combinations(random, len(columns), len(rows))
         parts.append((columns, combine, not np.any(turns[rows])))
-    return Blocks(
+    return LoopBlocks(
         np.concatenate([np.zeros(0, int), *(part[0] for part in parts)]),
         np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts]),
         np.concatenate([np.zeros((0, len(touched))), *(part[1] for part in parts)]),
@@ -81,11 +84,13 @@ def blocks(system: System, held: Sequence[int] = ()) -> Blocks:
     )
 
 
-def _in_turn(open_columns, names, ranks):
-    """(columns, rows) of blocks: joints whose rows determine by themselves what is still open there, one after the
-    other; what is left falls apart into what is coupled.
+def _ordered_blocks(open_columns, names, ranks):
+    """Columns and rows of the blocks, in an order of solution.
 
-    Args: open_columns (rows, nv): whether a row depends on a column that is to be found; names: of the rows; ranks:
+    First joints whose rows alone determine the columns still open there, one by one; the rest is split into coupled
+    blocks.
+
+    Args: open_columns (rows, nv): True where a row depends on an unknown column; names: of the rows; ranks:
     of the rows of a name.
     """
     open_columns, left = open_columns.copy(), dict(ranks)
@@ -99,26 +104,26 @@ def _in_turn(open_columns, names, ranks):
         yield columns, np.nonzero(open_columns[:, columns].any(1) & ~others)[0]
         open_columns[:, columns] = False
     columns = np.nonzero(open_columns.any(0))[0]
-    number, block = components(open_columns[:, columns])
+    number, block = coupled_blocks(open_columns[:, columns])
     for k in range(number):
         mine = columns[block == k]
         yield mine, np.nonzero(open_columns[:, mine].any(1))[0]
 
 
-def components(touched):
+def coupled_blocks(touched):
     """(number of blocks, block (columns,) of each column): columns that share a row (rows, columns) are in one."""
     if not touched.shape[1]:
         return 0, np.zeros(0, int)
     return connected_components(touched.T.astype(int) @ touched.astype(int), directed=False)
 
 
-def _directions(random, n, m):
+def _random_combinations(random, n, m):
     """Random rows (n, m), orthonormal as far as there are enough."""
     return np.linalg.qr(random.normal(size=(m, max(n, m))))[0][:n] if n <= m else random.normal(size=(n, m))
 
 
-def rows_by_column(system: System) -> np.ndarray:
-    """Whether a position row may change with a velocity column: (position rows, nv), from the structure alone."""
+def row_dependence(system: System) -> np.ndarray:
+    """Boolean matrix (position rows, nv): True where a row may depend on a column, from the structure alone."""
     top = system.topology
     parts = [np.zeros((0, top.num_velocities), bool)]
     for group in system.closures:
@@ -131,15 +136,15 @@ def rows_by_column(system: System) -> np.ndarray:
     return np.concatenate(parts)[top.position_rows]
 
 
-def _independent(top, held):
+def _independent_columns(top, held):
     """As many columns as there are freedoms of position, the held ones first: each is matched to an independent one
     that moves it."""
     if top.analysis is None:
         return tuple(held)
-    moved_by, taken = top.analysis.moved_by, {}
+    dependencies, taken = top.analysis.dependencies, {}
 
     def place(column, tried):
-        for k in moved_by[column] if moved_by else ():
+        for k in dependencies[column] if dependencies else ():
             if k not in tried:
                 tried.add(k)
                 if k not in taken or place(taken[k], tried):

@@ -1,4 +1,9 @@
-"""Rows of cut joints and two-frame constraints, group by group: residuals, directions, wrenches along them."""
+"""Rows of cut joints and two-frame constraints, group by group: residuals, directions, wrenches along them.
+
+Frame A is on the parent, frame B on the child.  Twists of B relative to A are in world axes, about the world origin:
+(omega, velocity of the point of B at the origin).  A row's direction is its derivative by that twist; multipliers
+times directions are wrenches (moment about the world origin, force) on the body of B, their negatives on that of A.
+"""
 
 import dataclasses
 import functools
@@ -19,21 +24,21 @@ from ._wrench_targets import WrenchTargets
 At = TypeVar("At", bound=Configuration)
 
 
-def _relative(basis, a, b):
-    """Canonical axes of frame A, and the pose of frame B in them."""
+def _relative_pose(basis, a, b):
+    """Axes of frame A in the canonical order of the joint, and the pose of frame B in them."""
     (R_a, x_a), (R_b, x_b) = a, b
     axes = R_a @ basis
     return axes, axes.T @ R_b @ basis, axes.T @ (x_b - x_a)
 
 
-def _rows(kind, basis, a, b, t):
-    _, R, d = _relative(basis, a, b)
+def _position_rows(kind, basis, a, b, t):
+    _, R, d = _relative_pose(basis, a, b)
     return kind.closure_at(R, d, t)
 
 
 def _row_rates(kind, basis, a, b, t, twist):
     """Rows of position (k,), and rates of all rows while B moves with the world `twist` relative to A, time held."""
-    axes, R, d = _relative(basis, a, b)
+    axes, R, d = _relative_pose(basis, a, b)
     omega, v = axes.T @ twist[:3], axes.T @ (twist[3:] + skew(twist[:3]) @ b[1])
     rows, rates = jnp.zeros(0, d.dtype), []
     if kind.num_rows > kind.num_slips:
@@ -44,29 +49,29 @@ def _row_rates(kind, basis, a, b, t, twist):
     return rows, jnp.concatenate(rates)
 
 
-def _directions(kind, basis, a, b, t):
+def _element_directions(kind, basis, a, b, t):
     along = lambda twist: _row_rates(kind, basis, a, b, t, twist)  # noqa: E731
     return jax.vmap(along, out_axes=(None, 1))(np.eye(6, dtype=basis.dtype))
 
 
-_IN_GROUP = (0, 0, 0, 0, None)  # axes of kind, basis, frames A and B, time
+_GROUP_AXES = (0, 0, 0, 0, None)  # axes of kind, basis, frames A and B, time
 
 
-def _ends(group: ClosureGroup, *arrays):
+def _frame_poses(group: ClosureGroup, *arrays):
     """The arrays at the elements' frames A, and at their frames B."""
     return tuple(tuple(gather_static(x, end) for x in arrays) for end in (group.first, group.second))
 
 
 def _group_rows(group, R, x, t):
     """Rows (elements, k) of a group."""
-    a, b = _ends(group, R, x)
-    return jax.vmap(_rows, _IN_GROUP)(group.kind, group.basis, a, b, t)
+    a, b = _frame_poses(group, R, x)
+    return jax.vmap(_position_rows, _GROUP_AXES)(group.kind, group.basis, a, b, t)
 
 
-def _linear_rows(group, R, x, t):
+def _rows_and_directions(group, R, x, t):
     """Rows of position (elements, k) of a group, and `closure_directions`."""
-    a, b = _ends(group, R, x)
-    return jax.vmap(_directions, _IN_GROUP)(group.kind, group.basis, a, b, t)
+    a, b = _frame_poses(group, R, x)
+    return jax.vmap(_element_directions, _GROUP_AXES)(group.kind, group.basis, a, b, t)
 
 
 def closure_directions(group: ClosureGroup, R, x, t):
@@ -74,7 +79,7 @@ def closure_directions(group: ClosureGroup, R, x, t):
 
     Its transpose turns multipliers into the wrench (moment about the world origin, force) on frame B's body.
     """
-    return _linear_rows(group, R, x, t)[1]
+    return _rows_and_directions(group, R, x, t)[1]
 
 
 def directions(system: System, at: Configuration):
@@ -86,7 +91,7 @@ def directions(system: System, at: Configuration):
 
 def residual_and_directions(system: System, at: At) -> tuple[list[Array], At]:
     """`residual`, and the configuration with the directions that were evaluated with it, without their rates."""
-    found = [_linear_rows(group, at.R, at.x, at.t) for group in system.closures]
+    found = [_rows_and_directions(group, at.R, at.x, at.t) for group in system.closures]
     values = ClosureDirections(tuple(D for _, D in found), None)
     return [rows.reshape(-1) for rows, _ in found], dataclasses.replace(at, directions=values)
 
@@ -106,7 +111,7 @@ def wrenches(system: System, directions, multipliers):
     return found
 
 
-def sum_on(owners: WrenchTargets, system: System, wrenches):
+def accumulate_wrenches(owners: WrenchTargets, system: System, wrenches):
     """Wrenches of all elements on their owners (n, 6): plus on that of B, minus on that of A."""
     both = jnp.concatenate([*wrenches, *(-wrench for wrench in wrenches)])
     ends = [end for side in ("second", "first") for group in system.closures for end in getattr(group, side)]
@@ -120,11 +125,11 @@ def with_directions(system: System, at: At) -> At:
         return tuple(closure_directions(group, R, x, t) for group in system.closures)
 
     values, along = jax.linearize(of_frames, at.R, at.x, at.t)
-    rates = Partial(_in_time, along, at.t)  # a pytree, so that configurations pass through `vmap` and `jit`
+    rates = Partial(_rates_in_time, along, at.t)  # a pytree, so that configurations pass through `vmap` and `jit`
     return dataclasses.replace(at, directions=ClosureDirections(values, rates))
 
 
-def _in_time(along, t, R_dot, x_dot):
+def _rates_in_time(along, t, R_dot, x_dot):
     return along(R_dot, x_dot, jnp.ones_like(t))
 
 
@@ -135,8 +140,8 @@ def direction_rates(at: Configuration, R_dot, x_dot):
 
 
 def time_rates(system: System, at: Configuration, frame_rates=None):
-    """(rows,) rates of all closures' rows at rest, those of paths in time; or, with the rates (R_dot, x_dot) of the
-    frames, what these rates change by as time goes on."""
+    """Rates (rows,) of all closures' rows at rest, nonzero for paths in time; with the rates (R_dot, x_dot) of the
+    frames, the time derivatives of these rates along the motion."""
 
     def rate(group, R, x, t):
         return jax.jvp(lambda t: _group_rows(group, R, x, t), (t,), (jnp.ones_like(t),))[1].reshape(-1)
@@ -154,7 +159,7 @@ def time_rates(system: System, at: Configuration, frame_rates=None):
 
 
 def residual(system: System, at: Configuration):
-    """Residuals of every group with rows of position, in one unit for each: lengths [m], tangents of half angles."""
+    """Residuals of every group with rows of position: lengths [m] and twice the tangents of half angles."""
     return [
         _group_rows(group, at.R, at.x, at.t).reshape(-1)
         for group in system.closures

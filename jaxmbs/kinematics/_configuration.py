@@ -1,7 +1,8 @@
-"""A mechanism at a place, and in motion there: what one walk of the tree finds, for every question asked of it.
+"""Position and velocity kinematics: what one pass over the tree evaluates, for every function of a state.
 
-World axes.  Positions, twists, wrenches and inertias refer to an `origin`: a point of the system that stands still in
-every derivative.  Far from the world origin `m r^2` would swamp the inertias.
+World axes.  Positions, twists, wrenches and inertias refer to an `origin`, a point of the system that is constant in
+every derivative: far from the world origin, m r^2 would swamp the inertias about centres of mass.
+Twists are (omega, velocity of the point at the origin), wrenches (moment about the origin, force).
 """
 
 import dataclasses
@@ -14,7 +15,15 @@ from jaxtyping import Array
 
 from ..math._spatial import cross_motion, scale
 from ..model._system import System
-from ._poses import first_place, frame_poses, joint_twists, node_inertias, node_parameters, node_poses, referred
+from ._poses import (
+    first_body_position,
+    frame_poses,
+    joint_twists,
+    node_inertias,
+    node_parameters,
+    node_poses,
+    shift_origin,
+)
 from ._tree import ancestors
 
 
@@ -25,7 +34,7 @@ class ClosureDirections(NamedTuple):
         values: (elements, rows, 6) of every group, the derivative of each row with respect to a world twist of frame
             B relative to frame A; the transpose turns multipliers into wrenches on the body of frame B.
         rates: function of the rates (R_dot, x_dot) of the frames that gives the rates of `values` in time;
-            None where nobody asks for them.
+            None where they are not needed.
     """
 
     values: tuple[Array, ...]
@@ -33,11 +42,11 @@ class ClosureDirections(NamedTuple):
 
 
 class Configuration(eqx.Module):
-    """Where a mechanism is.
+    """Position kinematics of a mechanism at a time and coordinates.
 
     Attributes:
         t: time; psi: coordinates (nq,); P: `node_parameters` (nodes, 23).
-        W: node poses (nodes, 12); S: joint twists (nodes, 6); J: node inertias (nodes, 10), None where nobody asks.
+        W: node poses (nodes, 12); S: joint twists (nodes, 6); J: node inertias (nodes, 10), None if not needed.
         R, x: rotations (frames, 3, 3) and positions (frames, 3) of the frames; origin: (3,) in the world.
         directions: of the rows of the closures, None until `closures.with_directions` has evaluated them.
     """
@@ -62,10 +71,10 @@ class VelocityKinematics(Configuration):
 
 
 def configuration(system: System, P, psi, t, inertias=True, origin=None) -> Configuration:
-    """The walk of the tree at coordinates psi (nq,), about `origin` (default: where the first body is)."""
+    """Position kinematics at coordinates psi (nq,); `origin` is by default the position of the first body."""
     W = node_poses(system.topology, P, psi)
-    origin = first_place(system.topology, W) if origin is None else origin
-    W = referred(W, origin)
+    origin = first_body_position(system.topology, W) if origin is None else origin
+    W = shift_origin(W, origin)
     R, x = frame_poses(system, W, origin)
     J = node_inertias(P, W) if inertias else None
     return Configuration(t, psi, P, W, joint_twists(system.topology, P, W), R, x, origin, J, None)
@@ -77,21 +86,21 @@ def at_state(system: System, state, inertias=True) -> Configuration:
 
 
 def at_coordinates(system: System, at: Configuration, psi) -> Configuration:
-    """The same at other coordinates."""
+    """Position kinematics at other coordinates, with the same parameters and time."""
     return configuration(system, at.P, psi, at.t, at.J is not None)
 
 
 def with_velocities(system: System, at: Configuration, u) -> VelocityKinematics:
     """The configuration at velocities u (nv,)."""
-    return _with(at, u, node_motion(system.topology, at.S, u))
+    return _velocity_kinematics(at, u, node_motion(system.topology, at.S, u))
 
 
 def at_rest(system: System, at: Configuration) -> VelocityKinematics:
     """The configuration at rest."""
-    return _with(at, jnp.zeros(system.topology.num_velocities, at.psi.dtype), jnp.zeros_like(at.S))
+    return _velocity_kinematics(at, jnp.zeros(system.topology.num_velocities, at.psi.dtype), jnp.zeros_like(at.S))
 
 
-def _with(at, u, V):
+def _velocity_kinematics(at, u, V):
     return VelocityKinematics(*(getattr(at, field.name) for field in dataclasses.fields(Configuration)), u, V)
 
 

@@ -2,7 +2,7 @@
 
 Row order: cut joints and two-frame constraints group by group, then drives, couplers and user rows.  Rows of velocity
 alone (rolling, blades; nonholonomic) stand among them in A but not in f: `topology.position_rows` picks the others;
-f_t is what a row amounts to at rest.
+f_t is the value of a velocity row at rest.
 """
 
 import jax
@@ -18,22 +18,22 @@ from . import _closures as closures
 from . import _coordinate_rows as coordinate_rows
 from ._configuration import Configuration, VelocityKinematics
 from ._poses import coordinate_rate, frame_twists
-from ._wrench_targets import nodes
+from ._wrench_targets import node_targets
 
 
 def residual(system: System, at: Configuration):
     """f(psi, t), shape (rows,): lengths [m], tangents of half angles, coordinates.  Source: S2 (1)-(2)."""
-    return _all_rows(system, at, closures.residual(system, at))
+    return _concatenate_rows(system, at, closures.residual(system, at))
 
 
 def residual_and_jacobian(system: System, at: Configuration):
-    """`residual` (position rows,) and `jacobian` (rows, nv), the frames of the loops looked at once."""
+    """`residual` (position rows,) and `jacobian` (rows, nv), with one evaluation of the closures."""
     parts, at = closures.residual_and_directions(system, at)
-    return _all_rows(system, at, parts), jacobian(system, at)
+    return _concatenate_rows(system, at, parts), jacobian(system, at)
 
 
-def _all_rows(system, at, parts):
-    """Those of the loops, then those of coordinates."""
+def _concatenate_rows(system, at, parts):
+    """Rows of the loops, then those of coordinates, as one vector."""
     if system.rows:
         parts = [*parts, coordinate_rows.residual(system, at.psi, at.t)]
     return jnp.concatenate(parts) if parts else jnp.zeros(0, at.psi.dtype)
@@ -49,7 +49,7 @@ def jacobian(system: System, at: Configuration):
 
 
 def row_scale(system: System) -> RowScale:
-    """Brings lengths to multiples of the characteristic length, angles and others as they are; rows by element."""
+    """Scale of the rows: lengths in units of the characteristic length, others unchanged; rows by element."""
     unit = jnp.where(rows_are_lengths(system), 1.0 / system.length, 1.0)
     return RowScale(
         lax.stop_gradient(unit), np.unique(np.array(system.topology.row_joint, str), return_inverse=True)[1]
@@ -57,7 +57,7 @@ def row_scale(system: System) -> RowScale:
 
 
 def rows_are_lengths(system: System) -> np.ndarray:
-    """Whether each row (rows,) is a length [m]; else an angle, or what the user's row is in."""
+    """Boolean mask (rows,) of the rows that are lengths [m]; others are angles, or in the unit of the user's row."""
     top = system.topology
     units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
     for row in system.rows:
@@ -76,7 +76,7 @@ def time_rate(system: System, at: Configuration):
 
 
 def _frame_rates(system, at):
-    """Twists of the frames' carriers (frames, 6), and the rates of R and x they make."""
+    """Twists (frames, 6) of the nodes that carry the frames, and the rates of R and x that they give."""
     carried = frame_twists(system, at.V)
     spin = jax.vmap(skew)(carried[:, :3])
     return carried, jnp.einsum("fij,fjk->fik", spin, at.R), carried[:, 3:] + jnp.einsum("fij,fj->fi", spin, at.x)
@@ -105,17 +105,17 @@ def acceleration_bias(system: System, at: VelocityKinematics, V_dot):
         def row_speed(psi, t):
             return coordinate_rows.rates(system, psi, t, at.u) + coordinate_rows.time_rates(system, psi, t)
 
-        parts.append(jax.jvp(row_speed, (at.psi, at.t), _rates(system, at))[1])
+        parts.append(jax.jvp(row_speed, (at.psi, at.t), _coordinate_and_time_rates(system, at))[1])
     return -jnp.concatenate([jnp.zeros(0, at.psi.dtype), *parts])
 
 
-def _rates(system, at):
+def _coordinate_and_time_rates(system, at):
     """Rates of (psi, t)."""
     return coordinate_rate(system.topology, at.psi, at.u), jnp.ones_like(at.t)
 
 
 def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma):
-    """What the multipliers sigma (rows,) of the momentum do to its rate: `A_dot^T sigma` in three parts.
+    """Rate `A_dot^T sigma` of the constraint momentum with multipliers sigma (rows,), in three parts.
 
     Args: at: `closures.with_directions`.
 
@@ -127,12 +127,14 @@ def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma):
         _, R_dot, x_dot = _frame_rates(system, at)
 
         def on_nodes(directions):
-            return closures.sum_on(nodes(system), system, closures.wrenches(system, directions, sigma))
+            return closures.accumulate_wrenches(
+                node_targets(system), system, closures.wrenches(system, directions, sigma)
+            )
 
         wrenches = on_nodes(closures.directions(system, at))
         rates = on_nodes(closures.direction_rates(at, R_dot, x_dot))
     part = jnp.zeros_like(at.u)
     if system.rows:
         efforts = lambda psi, t: coordinate_rows.efforts(system, psi, t, sigma)  # noqa: E731
-        part = jax.jvp(efforts, (at.psi, at.t), _rates(system, at))[1]
+        part = jax.jvp(efforts, (at.psi, at.t), _coordinate_and_time_rates(system, at))[1]
     return wrenches, rates, part

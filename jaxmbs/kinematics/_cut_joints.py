@@ -1,4 +1,4 @@
-"""Values of joints that were cut: while a state is looked for, a row holds each where it is wanted.
+"""Prescribed values of cut joints: during assembly an extra constraint row prescribes each value.
 
 A cut joint has no coordinate in the tree, but its frames have the same angle or distance between them.
 """
@@ -10,13 +10,13 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..joints._base import AbstractJoint, half_turns
+from ..joints._base import AbstractJoint, half_angle_tangents
 from ..joints._closures import AbstractClosure
 from ..model._system import ClosureGroup, System
 
 
 class CutJointValue(AbstractClosure):
-    """The angle or the distance about canonical z stays at `value` [rad or m]."""
+    """Row that prescribes the angle about canonical z, or the distance along it, as `value` [rad or m]."""
 
     value: Float[Array, "..."]
     turns: bool = eqx.field(static=True)
@@ -30,14 +30,14 @@ class CutJointValue(AbstractClosure):
             return (d[2] - self.value)[None]
         cosine, sine = jnp.cos(self.value), jnp.sin(self.value)
         turned = R[1, 0] * cosine - R[0, 0] * sine
-        return half_turns(turned[None], R[0, 0] * cosine + R[1, 0] * sine)
+        return half_angle_tangents(turned[None], R[0, 0] * cosine + R[1, 0] * sine)
 
 
 def with_cut_values(system: System, values: Mapping[str, Array]) -> System:
-    """The system with rows that hold cut joints at values (), each of those for which `can_prescribe` is true."""
+    """The system with rows that prescribe values () of cut joints, of those for which `can_prescribe` is true."""
     top, groups = system.topology, []
     for name, value in values.items():
-        group, k = _closure_of(system, name)
+        group, k = _find_closure(system, name)
         kind = CutJointValue(
             jnp.reshape(jnp.asarray(value, group.basis.dtype), (1,)), group.kind.nodes[0].kind != "prismatic"
         )
@@ -52,11 +52,11 @@ def with_cut_values(system: System, values: Mapping[str, Array]) -> System:
 
 
 def can_prescribe(system: System, name: str) -> bool:
-    """Whether a cut joint has one angle or distance."""
-    kind: AbstractJoint = _closure_of(system, name)[0].kind
+    """True if a cut joint has exactly one angle or distance."""
+    kind: AbstractJoint = _find_closure(system, name)[0].kind
     return len(kind.nodes) == 1 and kind.nodes[0].kind != "ball"
 
 
-def _closure_of(system, name):
+def _find_closure(system, name):
     """The group of a cut joint and its place there."""
     return next((group, group.names.index(name)) for group in system.closures if name in group.names)

@@ -30,7 +30,7 @@ def elastic_state(system: System, group: ElasticGroup, at: VelocityKinematics) -
     """Motion of the bodies of a group."""
     frames = np.array(group.frames)
     R, x, modal = at.R[frames], at.x[frames], at.psi[np.array(group.coordinates, int)]
-    twists, rates = gathered(system, group, at.V, at.u)
+    twists, rates = interface_rates(system, group, at.V, at.u)
 
     def of_body(body, R, x, V, modal, rates):
         q = body.deformations(R, x, modal)
@@ -39,26 +39,26 @@ def elastic_state(system: System, group: ElasticGroup, at: VelocityKinematics) -
     return jax.vmap(of_body)(group.body, R, x, twists, modal, rates)
 
 
-def gathered(system: System, group: ElasticGroup, V, u):
+def interface_rates(system: System, group: ElasticGroup, V, u):
     """Twists, or their rates, of the interfaces (bodies, interfaces, 6) and modal parts of u (bodies, modes)."""
     node = np.asarray(system.topology.frame_node)[np.array(group.frames)]
     return jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])[node], u[np.array(group.columns, int)]
 
 
-def on_interfaces(body, R, x, q, load):
+def interface_loads(body, R, x, q, load):
     """Wrenches (interfaces, 6) about the world origin and modal parts (modes,) of a load (6 + m,) on the flow."""
     at_rest = jnp.zeros((len(x), 6), load.dtype), jnp.zeros(body.num_modes, load.dtype)
     return jax.linear_transpose(lambda V, rates: body.flow(R, x, q, V, rates), *at_rest)(load)
 
 
-def along_motion(s: ElasticState):
+def pose_rates(s: ElasticState):
     """Rates of (R, x, q)."""
     return skew(s.V[0, :3]) @ s.R, s.V[:, 3:] + jnp.cross(s.V[:, :3], s.x), s.flow[6:]
 
 
 def flow_rate(body, s: ElasticState, V_dot, rates_dot):
     """Rate of the flow (6 + m,) at rates V_dot (interfaces, 6) of the twists and accelerations of the modes."""
-    moving = (*along_motion(s), V_dot, rates_dot)
+    moving = (*pose_rates(s), V_dot, rates_dot)
     return jax.jvp(body.flow, (s.R, s.x, s.q, s.V, s.rates), moving)[1]
 
 

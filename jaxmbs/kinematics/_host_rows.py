@@ -1,4 +1,4 @@
-"""The rows of a concrete system at a pose, for searches on the host: one program for `build` and `State.at`."""
+"""Constraint rows of a concrete system for searches on the host: one program for `build` and `State.at`."""
 
 import dataclasses
 from typing import NamedTuple
@@ -16,9 +16,9 @@ from ._poses import node_parameters, step_coordinates
 from ._reaction_map import reaction_map
 
 
-class Rows(NamedTuple):
-    """At a pose, in NumPy: residual f, Jacobian A, what remains of the rows at rest f_t, the map of the multipliers
-    to reactions, the mass matrix M, and the frames' positions (frames, 3)."""
+class RowEvaluation(NamedTuple):
+    """Constraint rows at a pose, in NumPy: residual f, Jacobian A, rates f_t of the rows at rest, the map from the
+    multipliers to reactions, the mass matrix M, and the frames' positions (frames, 3)."""
 
     f: np.ndarray
     A: np.ndarray
@@ -29,30 +29,31 @@ class Rows(NamedTuple):
 
 
 @jit(compile="quick")
-def _evaluate(system: System, psi, t):
+def _evaluation_program(system: System, psi, t):
     at = configuration(system, node_parameters(system), psi, t)
     (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
-    return Rows(f, A, f_t, reaction_map(system, at), mass_matrix(system, at), at.x)
+    return RowEvaluation(f, A, f_t, reaction_map(system, at), mass_matrix(system, at), at.x)
 
 
-def evaluate(system: System, psi, t) -> Rows:
-    """The rows of a concrete system; its force elements and whether its mobility is known make no other program."""
+def evaluate_rows(system: System, psi, t) -> RowEvaluation:
+    """Constraint rows of a concrete system; force elements and mobility are stripped so that they do not trigger
+    recompilation."""
     bare = dataclasses.replace(
         system, topology=dataclasses.replace(system.topology, analysis=None, guess=()), forces=()
     )
-    return Rows(*map(np.asarray, _evaluate(bare, psi, t)))
+    return RowEvaluation(*map(np.asarray, _evaluation_program(bare, psi, t)))
 
 
-def on_host(*trees) -> bool:
-    """Whether all numbers of the trees are known, and no trace would take up what is done with them."""
+def runs_on_host(*trees) -> bool:
+    """True if all numbers of the trees are concrete and no trace is active that would record operations on them."""
     return not_tracing() and is_concrete(trees)
 
 
-_stepped = jit(compile="quick")(step_coordinates)
+_step_program = jit(compile="quick")(step_coordinates)
 
 
-def moved(topology, psi, delta):
+def step_on_host(topology, psi, delta):
     """`psi (+) delta` on the host."""
     if topology.is_simple:
         return (psi + delta).astype(psi.dtype)
-    return np.asarray(_stepped(topology, jnp.asarray(psi), jnp.asarray(delta, psi.dtype)))
+    return np.asarray(_step_program(topology, jnp.asarray(psi), jnp.asarray(delta, psi.dtype)))

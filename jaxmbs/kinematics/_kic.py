@@ -14,7 +14,7 @@ from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from . import _constraints as constraints
 from ._configuration import Configuration, at_state
-from ._mobility import at_independent, dependent_columns, independent_columns
+from ._mobility import dependent_columns, independent_columns, independent_state_function
 from ._state import State
 
 
@@ -83,7 +83,7 @@ class Kic(eqx.Module):
     dependent: tuple[int, ...] = eqx.field(static=True)
 
 
-@at_independent
+@independent_state_function
 def internal_kic(system: System, state: State) -> Float[Array, "M N"]:
     """Gi (M, N): rates of the dependent velocities per independent one.
 
@@ -106,7 +106,7 @@ def body_kic(system: System, at: Configuration, Gamma):
     return jnp.einsum("bnk,ni->bki", J, Gamma)
 
 
-@at_independent
+@independent_state_function
 def kic(system: System, state: State) -> Kic:
     """First-order KIC of a state, internal and of every body.
 

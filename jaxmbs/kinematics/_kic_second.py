@@ -17,7 +17,7 @@ from ..typing import AnyArray, FrameLike
 from . import _constraints as constraints
 from ._configuration import Configuration, at_coordinates, at_state
 from ._kic import body_kic, dependent_columns, independent_columns, velocity_map
-from ._mobility import at_independent
+from ._mobility import independent_state_function
 from ._points import jacobian
 from ._poses import step_coordinates
 from ._state import State
@@ -42,7 +42,7 @@ def velocity_map_second(system: System, at: Configuration):
     return along_independent(system, at, lambda at: velocity_map(system, at)[0])
 
 
-@at_independent
+@independent_state_function
 def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N): `q_ddot = Gi phi_ddot + phi_dot^T . Hi . phi_dot`, by `jax.jacfwd` of Gi along (1, Gi).
 
@@ -52,7 +52,7 @@ def internal_kic_second(system: System, state: State) -> Float[Array, "M N N"]:
     return velocity_map_second(system, at_state(system, state, inertias=False))[dependent_columns(system)]
 
 
-@at_independent
+@independent_state_function
 def internal_kic_second_printed(system: System, state: State) -> Float[Array, "M N N"]:
     """Hi (M, N, N) as printed, `-(df/dq)^-1 (+) {f_pp + f_pq . Gi + Gi^T . f_qp + Gi^T . f_qq . Gi}`.
 
@@ -126,7 +126,7 @@ def body_kic_second_vector(system: System, at: Configuration):
     return jax.vmap(at_com)(X, dX, com)
 
 
-@at_independent
+@independent_state_function
 def kic_second(system: System, state: State) -> SecondKic:
     """Second-order KIC of a state, internal and of every body at its centre of mass, world axes, by `jax.jacfwd` of
     the first-order ones.
@@ -138,7 +138,7 @@ def kic_second(system: System, state: State) -> SecondKic:
     return _by_name(system, at, body_kic_second(system, at))
 
 
-@at_independent
+@independent_state_function
 def kic_second_vector(system: System, state: State) -> SecondKic:
     """The same as `kic_second` in the vector form of the paper: axes turned by the bodies that carry them.
 
@@ -157,7 +157,7 @@ def _by_name(system, at, second):
     )
 
 
-@at_independent
+@independent_state_function
 def point_kic(system: System, state: State, frame: FrameLike) -> tuple[Float[Array, "6 N"], Float[Array, "N 6 N"]]:
     """First- and second-order KIC of a frame's origin or point: G (6, N) and H (N, 6, N), world axes.
 

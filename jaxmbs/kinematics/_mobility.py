@@ -1,7 +1,7 @@
-"""Mobility at a pose: independent set, redundancy and what statics leaves open there; on the host.
+"""Mobility at a pose: independent set, redundancy and statically undetermined reactions, counted on the host.
 
-All of it belongs to a pose, not to a mechanism: a lift drawn flat has another mobility than at work.  `build` counts
-at one pose; `system_at` counts again at the state of a question where that pose differs.
+All of it belongs to a pose, not to a mechanism: a scissor lift drawn flat has another mobility than when it works.
+`build` counts at one pose; `with_mobility_at` counts again at a state where that pose differs.
 """
 
 import dataclasses
@@ -17,42 +17,43 @@ import scipy.linalg
 
 from ..checks import no_such
 from ..errors import ModelError
-from ..model._entry_points import check_fits, question, states_of
+from ..model._entry_points import check_state, state_function, states_of
 from ..model._system import System
 from ..model._topology import Mobility, Topology
 from ..runtime import as_array, jit
 from . import _constraints as constraints
 from . import _reaction_map as reaction_map
 from ._configuration import configuration
-from ._host_rows import Rows, evaluate, on_host
+from ._host_rows import RowEvaluation, evaluate_rows, runs_on_host
 from ._poses import node_parameters
 from ._rank import column_weights, constraint_rank, constraint_spaces
 
-_SINGULAR = 1e-6  # a set that moves less than this with some null vector of unit length does not determine it
+_SINGULAR_MOTION = 1e-6  # a set that moves less than this with some null vector of unit length does not determine it
 Function = TypeVar("Function", bound=Callable)
 
 
 def count_mobility(system: System, state: Any) -> Mobility:
     """Freedoms, redundancy and independent set at one concrete State, see `Mobility`.
 
-    Raises: as `check_fits`; TypeError within a trace and for several states; ValueError where it is not finite.
+    Raises: as `check_state`; TypeError within a trace and for several states; ValueError where it is not finite.
     """
-    check_fits(system, state)
-    if not on_host(system, state) or state.coordinates.ndim != 1:
+    check_state(system, state)
+    if not runs_on_host(system, state) or state.coordinates.ndim != 1:
         raise TypeError("the mobility is counted at one known state, outside of jit, vmap and derivatives")
     if not np.isfinite(state.coordinates).all():
         raise ValueError(f"the mobility is counted at a state of finite coordinates, got {state.coordinates}")
     return _mobility_at(system, np.asarray(state.coordinates), np.asarray(state.t))
 
 
-def system_at(system: System, state: Any) -> System:
-    """The system with the mobility of a concrete State: its own where that holds there too, else one counted there.
+def with_mobility_at(system: System, state: Any) -> System:
+    """The system with the mobility of a concrete State: that of the build where it is valid there, else one counted
+    there.
 
     Of several states, as of a motion, the first counts, and only where its rank is higher than that of the build: it
-    may be a singular one.  Within a trace the system is answered as it is: there shapes are those of the build.
+    may be a singular one.  Within a trace the system is returned unchanged: shapes are those of the build there.
     """
     own, several = system.topology.analysis, state.coordinates.ndim > 1
-    if not system.has_constraints or own is None or not on_host(system, state):
+    if not system.has_constraints or own is None or not runs_on_host(system, state):
         return system
     psi, t = (np.asarray(x) for x in (state.coordinates, state.t))
     if several:
@@ -66,24 +67,26 @@ def system_at(system: System, state: Any) -> System:
     return system if fits else with_mobility(system, found)  # the same program where only marks differ
 
 
-def at_independent(function: Function) -> Function:
-    """A `question` whose answer is on the independent velocities: those of the state it is about."""
-    asked = question(function)
+def independent_state_function(function: Function) -> Function:
+    """A `state_function` whose result refers to the independent velocities: those counted at its state."""
+    asked = state_function(function)
 
     @functools.wraps(function)
     def ask(system, state, *args, **kwargs):
         state = states_of(system, state)
-        system = system_at(system, state)
-        return where_determined(system, state, asked(system, state, *args, **kwargs))
+        system = with_mobility_at(system, state)
+        return nan_unless_determined(system, state, asked(system, state, *args, **kwargs))
 
     return ask  # type: ignore[return-value]
 
 
-def where_determined(system: System, state, answer):
-    """The answer of a traced question, NaN where the independent set of the build does not determine the motion at
-    the state; shapes cannot follow the state there.  The answer as it is for a concrete state, which `system_at` met.
+def nan_unless_determined(system: System, state, answer):
+    """A traced result, NaN where the independent set of the build does not determine the motion at the state.
+
+    Shapes cannot depend on the state in a trace.  Results for concrete states are unchanged: `with_mobility_at` has
+    counted there.
     """
-    if not system.has_constraints or on_host(system, state) or state.coordinates.ndim != 1:
+    if not system.has_constraints or runs_on_host(system, state) or state.coordinates.ndim != 1:
         return answer
     fits = is_determined(system, state.coordinates, state.t)
     numbers = lambda x: eqx.is_inexact_array(x) and x.size > 0  # noqa: E731
@@ -92,7 +95,7 @@ def where_determined(system: System, state, answer):
 
 @jit(compile="quick")
 def is_determined(system: System, psi, t):
-    """Whether the freedoms at coordinates psi are as many as the independent velocities, and determined by them."""
+    """True if the independent velocities determine the motion at coordinates psi, and are as many as its freedoms."""
     at = configuration(system, node_parameters(system), psi, t, inertias=False)
     A, chosen = constraints.jacobian(system, at), independent_columns(system)
     pick = np.eye(A.shape[1], dtype=A.dtype)[chosen]
@@ -102,21 +105,21 @@ def is_determined(system: System, psi, t):
 
 
 def _mobility_at(system: System, psi, t) -> Mobility:
-    """`Mobility` at coordinates psi (nq,) and time t; the independent set that the system has stays where it can."""
-    rows = evaluate(system, psi, t)
+    """`Mobility` at coordinates psi (nq,) and time t; the system's own independent set is kept where it is valid."""
+    rows = evaluate_rows(system, psi, t)
     broken = np.array(system.topology.row_joint)[~np.isfinite(rows.A).all(1)]
     if broken.size:
         raise ValueError(f"the constraint rows of {', '.join(dict.fromkeys(broken))} are not finite at this state")
-    return mobility_of(system, rows, spaces_of(system, rows))
+    return mobility_of(system, rows, row_spaces(system, rows))
 
 
-def spaces_of(system: System, rows: Rows):
-    """`constraint_spaces` of the rows that `evaluate` gave."""
+def row_spaces(system: System, rows: RowEvaluation):
+    """`constraint_spaces` of the rows that `evaluate_rows` gave."""
     return constraint_spaces(rows.A * np.asarray(column_weights(system))[None], float(system.length))
 
 
-def mobility_of(system: System, rows: Rows, spaces, wanted: Iterable[str] | None = None) -> Mobility:
-    """`Mobility` from the rows at a pose and their `spaces_of`.
+def mobility_of(system: System, rows: RowEvaluation, spaces, wanted: Iterable[str] | None = None) -> Mobility:
+    """`Mobility` from the rows at a pose and their `row_spaces`.
 
     Args: wanted: joints whose velocities are to be the independent ones.
 
@@ -124,31 +127,39 @@ def mobility_of(system: System, rows: Rows, spaces, wanted: Iterable[str] | None
     """
     top, (rank, Z, Y) = system.topology, spaces
     old = top.analysis or Mobility(0, 0, 0, ())
-    chosen = _nearest_set(Z, old.independent) if wanted is None else _wanted_set(top, Z, tuple(wanted))
+    chosen = (
+        _nearest_independent_set(Z, old.independent)
+        if wanted is None
+        else _requested_independent_set(top, Z, tuple(wanted))
+    )
     positions = chosen
     if top.slip_rows:
-        Z = spaces_of(system, rows._replace(A=rows.A[top.position_rows]))[1]
-        positions = _nearest_set(Z, chosen)
-    undetermined, names = _undetermined(reaction_map.carriers(system), rows.reactions, Y, float(system.length))
-    names += tuple(name for name in _sharing_rows(system, Y) if name not in names)
+        Z = row_spaces(system, rows._replace(A=rows.A[top.position_rows]))[1]
+        positions = _nearest_independent_set(Z, chosen)
+    undetermined, names = _undetermined_components(
+        reaction_map.carriers(system), rows.reactions, Y, float(system.length)
+    )
+    names += tuple(name for name in _self_stressed_rows(system, Y) if name not in names)
     counted = rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions
-    return Mobility(*counted, _moved_by(Z, positions), old.turning_rows, _ranks(system, rows))
+    return Mobility(
+        *counted, _column_dependencies(Z, positions), old.pose_dependent_rows, _ranks_by_name(system, rows)
+    )
 
 
-def _moved_by(Z, positions):
-    """Which of the independent columns (by their place there) move each column, of the null space Z of the rows."""
+def _column_dependencies(Z, positions):
+    """Independent columns, by their place in the set, on which each column depends; Z: null space of the rows."""
     if Z.shape[0] == Z.shape[1]:  # a tree
         return ()
     share = np.abs(np.linalg.lstsq(Z[list(positions)].T, Z.T, rcond=None)[0].T)
     return tuple(tuple(int(k) for k in np.nonzero(row > 1e-6)[0]) for row in share)
 
 
-def _ranks(system, rows):
-    """The rank of the position rows of each name."""
+def _ranks_by_name(system, rows):
+    """Rank of the position rows of each joint or constraint by itself."""
     names = np.array(system.topology.row_joint, str)[system.topology.position_rows]
     A = rows.A[system.topology.position_rows]
     return tuple(
-        (str(name), spaces_of(system, rows._replace(A=A[names == name]))[0]) for name in dict.fromkeys(names)
+        (str(name), row_spaces(system, rows._replace(A=A[names == name]))[0]) for name in dict.fromkeys(names)
     )
 
 
@@ -169,13 +180,13 @@ def with_mobility(system: System, found: Mobility | None, length=None) -> System
     return system if length is None else dataclasses.replace(system, length=as_array(length))
 
 
-def _nearest_set(Z, columns):
+def _nearest_independent_set(Z, columns):
     """Velocity columns that determine every motion of the null space Z: of the given ones those that do so well,
     completed by pivoting."""
     kept: tuple[int, ...] = ()
     if columns:
         R, pivots = scipy.linalg.qr(Z[list(columns)].T, pivoting=True, mode="r")
-        well = np.abs(np.diagonal(R)) > _SINGULAR
+        well = np.abs(np.diagonal(R)) > _SINGULAR_MOTION
         kept = tuple(columns[k] for k, good in zip(pivots, well, strict=False) if good)
     missing = Z.shape[1] - len(kept)
     known = np.linalg.qr(Z[list(kept)].T)[0] if kept else np.zeros((Z.shape[1], 0))
@@ -184,7 +195,7 @@ def _nearest_set(Z, columns):
     return columns if set(found) == set(columns) else found
 
 
-def _wanted_set(top: Topology, Z, wanted):
+def _requested_independent_set(top: Topology, Z, wanted):
     """Velocity columns of the user's joints."""
     unknown = [n for n in wanted if n not in top.joint_index]
     if unknown:
@@ -201,7 +212,7 @@ def _wanted_set(top: Topology, Z, wanted):
     return tuple(columns)
 
 
-def _undetermined(carriers, B, Y, length):
+def _undetermined_components(carriers, B, Y, length):
     """Reaction components that a self-stress of redundant rows changes, and the carriers they belong to."""
     if Y.shape[1] == 0:
         return tuple((False,) * 6 for _ in carriers), ()
@@ -211,7 +222,7 @@ def _undetermined(carriers, B, Y, length):
     return flags, tuple(name for (name, *_), row in zip(carriers, flags, strict=True) if any(row))
 
 
-def _sharing_rows(system, Y):
+def _self_stressed_rows(system, Y):
     """Names of couplers, drives and rows of the user that are in self-stresses Y (rows, redundant)."""
     own, shares = {row.name for row in system.rows}, np.abs(Y).max(axis=1, initial=0.0) > 1e-6
     return dict.fromkeys(

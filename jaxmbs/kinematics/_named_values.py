@@ -1,4 +1,4 @@
-"""What a user says of a state: coordinates and velocities by the name of the joint, put in their places."""
+"""Parse joint coordinates and velocities given by name into a request for a state."""
 
 import warnings
 from typing import Any, NamedTuple
@@ -14,15 +14,15 @@ from ._cut_joints import can_prescribe
 from ._poses import neutral_coordinates
 
 
-class Request(NamedTuple):
-    """The state that a user asks for.
+class StateRequest(NamedTuple):
+    """A requested state.
 
     Attributes:
-        coordinates, velocities, t: (nq,), (nv,), (); those given, of the others what a search begins with.
+        coordinates, velocities, t: (nq,), (nv,), (); the given entries; all others are starting values of the search.
         held: velocity columns whose coordinates are given; `held_rates` those whose velocities are.
         cuts: values () of cut joints by name; `cut_guesses` what their search begins with.
-        drives: rows whose joints begin where they are driven to.
-        has_guess: whether the user or the model gave any for joints in the tree.
+        drives: rows whose joints start at the values of their drives.
+        has_guess: True if the user or the model gave guesses for joints in the tree.
     """
 
     system: System
@@ -44,42 +44,44 @@ class Request(NamedTuple):
     def free(self) -> tuple[np.ndarray, np.ndarray]:
         """One for columns that are found, zero for those given, of coordinates and of velocities (nv,)."""
         top, dtype = self.system.topology, self.coordinates.dtype
-        return free_columns(top, self.held, dtype), free_columns(top, self.held_rates, dtype)
+        return free_column_mask(top, self.held, dtype), free_column_mask(top, self.held_rates, dtype)
 
 
-def request(system: System, values, velocities, guess, t) -> Request:
-    """What is asked for, checked.  Raises: ModelError with all faults."""
+def parse_request(system: System, values, velocities, guess, t) -> StateRequest:
+    """A checked request from values by name.  Raises: ModelError with all faults."""
     top, faults, own = system.topology, [], set(guess or {})
     guess = {**{name: np.squeeze(x) for name, x in top.guess}, **(guess or {})}
     precision = jnp.result_type(float)
-    (guess, cut_guesses), (values, cuts) = (split_cuts(system, given, faults) for given in (guess, values or {}))
-    psi = placed(top, neutral_coordinates(top).astype(precision), guess, "coordinates", faults)
-    psi = placed(top, psi, values, "coordinates", faults)
-    u = placed(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
+    (guess, cut_guesses), (values, cuts) = (
+        split_cut_values(system, given, faults) for given in (guess, values or {})
+    )
+    psi = set_joint_values(top, neutral_coordinates(top).astype(precision), guess, "coordinates", faults)
+    psi = set_joint_values(top, psi, values, "coordinates", faults)
+    u = set_joint_values(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
     if np.shape(t) != () or isinstance(t, str) or any_concrete(lambda t: ~np.isfinite(t), t):
         faults.append(f"state: t must be one finite time, got {t!r}")
     if faults:
         raise ModelError(faults)
     drives = tuple(row for row in system.rows if isinstance(row, Drive) and row.name not in {*own, *values})
-    held, rates = (columns_of(top, given) for given in (values, velocities or {}))
-    return Request(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess))
+    held, rates = (velocity_columns(top, given) for given in (values, velocities or {}))
+    return StateRequest(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess))
 
 
-def split_cuts(system, values, faults):
-    """Values of the joints in the tree, and those () of cut joints with one coordinate; faults are collected."""
+def split_cut_values(system, values, faults):
+    """Values of joints in the tree, and those () of cut joints with one coordinate; faults are collected."""
     top = system.topology
     cut = [name for name in values if name in top.joint_index and top.joints[top.joint_index[name]].is_cut]
     own, cut = {}, [name for name in cut if can_prescribe(system, name)]
     for name in cut:
-        if _is_no_number(values[name]) or np.shape(values[name]) not in ((), (1,)):
+        if _is_not_real(values[name]) or np.shape(values[name]) not in ((), (1,)):
             faults.append(f"state: joint {name!r} takes one finite number, got {values[name]!r}")
         else:
             own[name] = jnp.reshape(jnp.asarray(values[name], float), ())
     return {name: value for name, value in values.items() if name not in cut}, own
 
 
-def placed(top, array, values, part, faults):
-    """`array` with the named joints' entries set; faults are collected."""
+def set_joint_values(top, array, values, part, faults):
+    """`array` with the entries of the named joints set; faults are collected."""
     for name, value in values.items():
         if name not in top.joint_index:
             faults.append(f"state: {no_such('joint', name, top.joint_names)}")
@@ -89,19 +91,19 @@ def placed(top, array, values, part, faults):
         if joint.is_cut:
             faults.append(
                 f"state: joint {name!r} closes a loop and takes no {part}; give those of others in the loop, or cut "
-                f"one of them: build(cut=[...]) with one of {', '.join(_loop_of(top, joint))}"
+                f"one of them: build(cut=[...]) with one of {', '.join(_joints_of_loop(top, joint))}"
             )
             continue
         if isinstance(value, str):
             faults.append(f"state: joint {name!r} takes numbers, got the text {value!r}")
             continue
-        if _is_no_number(value):
+        if _is_not_real(value):
             faults.append(f"state: joint {name!r} takes finite real numbers, got {value!r}")
             continue
         host = is_concrete(array, value)
         value = np.asarray(value, array.dtype) if host else jnp.asarray(value, float)
         size = where.stop - where.start
-        _notice_degrees(name, joint, value, part)
+        _warn_about_degrees(name, joint, value, part)
         if value.shape not in (((), (1,)) if size == 1 else ((size,),)):
             faults.append(f"state: joint {name!r} takes {size} {part}, got shape {value.shape}")
             continue
@@ -113,19 +115,19 @@ def placed(top, array, values, part, faults):
     return array
 
 
-def _is_no_number(value):
-    """Whether it is a text or complex, or known and not finite."""
+def _is_not_real(value):
+    """True for text, complex numbers, and concrete numbers that are not finite."""
     return isinstance(value, str) or np.iscomplexobj(value) or any_concrete(lambda x: ~np.isfinite(x), value)
 
 
-def _loop_of(top, joint):
+def _joints_of_loop(top, joint):
     """Names of the joints between the ends of a cut joint, in the tree."""
     ends = [set(np.nonzero(top.bodies.path[body])[0]) if body >= 0 else set() for body in (joint.parent, joint.child)]
     return [top.joints[top.body_joint[k]].name for k in sorted(ends[0] ^ ends[1])]
 
 
-def _notice_degrees(name, joint, value, part):
-    """A warning for an angle of more than two turns: it may be in degrees."""
+def _warn_about_degrees(name, joint, value, part):
+    """Warn of an angle of more than two turns: it may be in degrees."""
     turns = joint.kind == "Revolute" and part == "coordinates" and is_concrete(value)
     if turns and np.any(np.abs(value) > 4.0 * np.pi):
         angle = float(np.max(np.abs(value)))
@@ -133,21 +135,21 @@ def _notice_degrees(name, joint, value, part):
         warnings.warn(f"{text}; angles are in radians, not degrees", stacklevel=4)
 
 
-def columns_of(top, names):
+def velocity_columns(top, names):
     """Velocity columns of joints in the tree."""
     joints = [top.joints[top.joint_index[name]] for name in names]
     return tuple(k for joint in joints for k in range(joint.velocities.start, joint.velocities.stop))
 
 
-def free_columns(top, columns, dtype):
-    """1 for every column (nv,), 0 for some."""
+def free_column_mask(top, columns, dtype):
+    """Mask (nv,) that is 1 for every column but the given ones."""
     free = np.ones(top.num_velocities, dtype)
     free[list(columns)] = 0.0
     return free
 
 
-def coordinates_of(top, columns):
-    """Whether each coordinate (nq,) belongs to one of the velocity columns."""
+def coordinate_mask(top, columns):
+    """Boolean mask (nq,) of the coordinates that belong to the given velocity columns."""
     mine, balls = np.zeros(top.num_coordinates, bool), set(top.balls)
     for k in columns:
         first = top.node_coordinate[k]

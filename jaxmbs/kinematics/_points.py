@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import no_such
 from ..errors import UnknownNameError
-from ..model._entry_points import question
+from ..model._entry_points import state_function
 from ..model._system import System
 from ..runtime import as_array
 from ..typing import FrameLike, Matrix3, Vector3
@@ -17,8 +17,8 @@ from ._poses import coordinate_rate, node_parameters, node_poses
 from ._state import State
 
 
-def locate(system: System, frame):
-    """Node, position and rotation in node axes of a frame reference: a frame or body name, or (name, point).
+def resolve_frame(system: System, frame):
+    """Node, position and rotation in node axes of a frame given by name, body name, or (name, point).
 
     Raises: UnknownNameError.
     """
@@ -31,18 +31,18 @@ def locate(system: System, frame):
     index = top.frame_index[name]
     position, rotation = system.frames.position[index], system.frames.rotation[index]
     if point is not None:
-        position = position + rotation @ _point(name, point)
+        position = position + rotation @ _as_point(name, point)
     return top.frame_node[index], position, rotation
 
 
-def _point(name, point):
+def _as_point(name, point):
     point = as_array(point)
     if point.shape != (3,):
         raise ValueError(f"a point of {name!r} needs three numbers, got shape {point.shape}")
     return point
 
 
-def _pose(system, P, psi, place):
+def _world_pose(system, P, psi, place):
     node, position, rotation = place
     if node < 0:
         return rotation, position
@@ -51,25 +51,25 @@ def _pose(system, P, psi, place):
     return R @ rotation, w[9:] + R @ position
 
 
-@question
+@state_function
 def position(system: System, state: State, frame: FrameLike) -> Vector3:
     """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
-    return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[1]
+    return _world_pose(system, node_parameters(system), state.coordinates, resolve_frame(system, frame))[1]
 
 
-@question
+@state_function
 def rotation(system: System, state: State, frame: FrameLike) -> Matrix3:
     """World rotation (3, 3) of a frame."""
-    return _pose(system, node_parameters(system), state.coordinates, locate(system, frame))[0]
+    return _world_pose(system, node_parameters(system), state.coordinates, resolve_frame(system, frame))[0]
 
 
-@question
+@state_function
 def velocity(system: System, state: State, frame: FrameLike) -> Vector3:
     """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
     return (jacobian(system, state, frame) @ state.velocities)[:3]
 
 
-@question
+@state_function
 def angular_velocity(system: System, state: State, frame: FrameLike) -> Vector3:
     """Angular velocity (3,) [rad/s] of a frame, world axes."""
     return (jacobian(system, state, frame) @ state.velocities)[3:]
@@ -86,13 +86,13 @@ def point_acceleration(system: System, state, frame, rates):
     return bias + jacobian(system, state, frame) @ rates
 
 
-@question
+@state_function
 def jacobian(system: System, state: State, frame: FrameLike) -> Float[Array, "6 nv"]:
     """Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity, world axes, per velocity.
 
     Source: S2 (11)-(12), (14)-(15) with every joint independent.
     """
-    P, place = node_parameters(system), locate(system, frame)
+    P, place = node_parameters(system), resolve_frame(system, frame)
     at = configuration(system, P, state.coordinates, state.t, inertias=False)
-    point = _pose(system, P, state.coordinates, place)[1] - at.origin
+    point = _world_pose(system, P, state.coordinates, place)[1] - at.origin
     return jnp.roll(point_jacobian(system, at.S, place[0], point), 3, axis=0)

@@ -25,7 +25,7 @@ from ._tree import poses
 CYCLE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def per_node(values, x):
+def broadcast_nodes(values, x):
     """Static numbers per node as an array that multiplies (nodes[, batch]) arrays like `x`."""
     return jnp.asarray(values, x.dtype).reshape((-1,) + (1,) * (x.ndim - 1))
 
@@ -39,7 +39,7 @@ def node_parameters(system: System):
     inertia = jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
     node = np.asarray(top.body_node)
     if not np.array_equal(node, np.arange(n)):
-        mass, com, inertia = _combine(n, np.where(node < 0, n, node), system.mass, com, inertia)
+        mass, com, inertia = _combine_welded_bodies(n, np.where(node < 0, n, node), system.mass, com, inertia)
     else:
         mass = system.mass
     upper = inertia.reshape(n, 9)[:, TRIANGLE]
@@ -48,7 +48,7 @@ def node_parameters(system: System):
     return jnp.concatenate(columns, axis=1)
 
 
-def _combine(n, node, mass, com, inertia):
+def _combine_welded_bodies(n, node, mass, com, inertia):
     """Mass, centre of mass and inertia of the bodies welded to each of `n` nodes (index n is the ground)."""
 
     def total(x):
@@ -68,9 +68,9 @@ def local_transforms(topology: Topology, P, psi):
     simple = topology.is_simple
     start = np.asarray(topology.node_coordinate)
     q = psi if simple else psi[start]
-    angle = q if all(topology.turns) else q * per_node(topology.turns, q)
+    angle = q if all(topology.turns) else q * broadcast_nodes(topology.turns, q)
     turning, x = rows(turned(R, angle)), jnp.broadcast_to(x, (*x.shape[:2], *q.shape[1:]))
-    if topology.advances:
+    if topology.has_translations:
         x = x + scale(P[:, 2:9:3], P[:, 12] * q)
     local = jnp.concatenate([turning, x], axis=1)
     if simple:
@@ -82,7 +82,7 @@ def local_transforms(topology: Topology, P, psi):
     return local.at[first].set(jnp.concatenate([ball, position], axis=1))
 
 
-def match_batch(P, psi):
+def append_batch_axes(P, psi):
     """Parameters with as many trailing batch axes as the coordinates."""
     missing = psi.ndim - (P.ndim - 1)
     return P.reshape(P.shape + (1,) * missing) if missing > 0 else P
@@ -90,20 +90,20 @@ def match_batch(P, psi):
 
 def node_poses(topology: Topology, P, psi):
     """World pose (nodes, 12, ...) of every node; Source: S2 (1), the tree of links."""
-    local = local_transforms(topology, match_batch(P, psi), psi)
+    local = local_transforms(topology, append_batch_axes(P, psi), psi)
     return poses(topology.nodes, fusion_barrier(local))  # else its derivative is computed many times over
 
 
 def joint_twists(topology: Topology, P, W):
     """World twist (nodes, 6, ...) of a unit rate of each column, about the world origin.  Source: S2 (11), (14)."""
-    z, X, lead = W[:, 2:9:3], W[:, 9:], match_batch(P, W[:, 0])[:, 12]
-    turn = None if all(topology.spins) else per_node(topology.spins, W[:, 0])
+    z, X, lead = W[:, 2:9:3], W[:, 9:], append_batch_axes(P, W[:, 0])[:, 12]
+    turn = None if all(topology.spins) else broadcast_nodes(topology.spins, W[:, 0])
     return screw_twists(z, X, turn, jnp.broadcast_to(lead, W[:, 0].shape))
 
 
 def node_inertias(P, W):
     """World inertia (nodes, 10, ...) of every node about the world origin."""
-    P = match_batch(P, W[:, 0])
+    P = append_batch_axes(P, W[:, 0])
     return world_inertia(W, P[:, 13:14], P[:, 14:17], P[:, 17:23])
 
 
@@ -158,13 +158,13 @@ def _scatter_simple(topology, into, values):
     return into.at[coordinates].set(values[columns], unique_indices=True)
 
 
-def first_place(topology: Topology, W):
+def first_body_position(topology: Topology, W):
     """World position (3, ...) of the first body that moves, a constant to derivatives."""
     nodes = [node for node in topology.body_node if node >= 0]
     return lax.stop_gradient(W[nodes[0], 9:]) if nodes else jnp.zeros(3, W.dtype)
 
 
-def referred(W, origin):
+def shift_origin(W, origin):
     """Poses W (nodes, 12, ...) with positions from `origin` (3, ...)."""
     return jnp.concatenate([W[:, :9], W[:, 9:] - origin[None]], axis=1)
 

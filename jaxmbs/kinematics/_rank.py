@@ -1,4 +1,4 @@
-"""Rank of the constraint rows at a pose, of concrete rows and within a trace: the one place that decides it."""
+"""Rank of the constraint rows at a pose, of concrete rows and within a trace."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -7,7 +7,10 @@ from jax import lax
 from ..checks import is_concrete
 from ..model._system import System
 
-_NONE = {8: 1e-7, 4: 1e-3}  # singular values, or pivots, that count as zero, by precision
+_RANK_TOLERANCE = {
+    8: 1e-7,
+    4: 1e-3,
+}  # singular values or pivots, relative, that count as zero: about the root of rounding
 
 
 def column_weights(system: System):
@@ -33,18 +36,22 @@ def constraint_rank(system: System, A):
     if isinstance(A, np.ndarray):
         return constraint_spaces(A * np.asarray(column_weights(system))[None], float(system.length))[0]
     A = lax.stop_gradient(A * jnp.asarray(column_weights(system), A.dtype)[None])
-    return _eliminated_rank(A, lax.stop_gradient(system.length))
+    return _rank_by_elimination(A, lax.stop_gradient(system.length))
 
 
 def _threshold(A, length, largest):
-    """Rows are of the size of 1 (angles) or of the model's length [m]; where all cancel, rounding is no rank."""
+    """Threshold of rank, relative to the largest value or 1e-3 of the size of a row, if that is larger.
+
+    Rows have the size of 1 (angles) or of the model's length [m]; where all of them nearly cancel, rounding must not
+    count as rank.
+    """
     floor = 1e-3 * (np if isinstance(length, float) else jnp).minimum(1.0, length)
-    return _NONE[A.dtype.itemsize] * (np if isinstance(length, float) else jnp).maximum(largest, floor)
+    return _RANK_TOLERANCE[A.dtype.itemsize] * (np if isinstance(length, float) else jnp).maximum(largest, floor)
 
 
-def _eliminated_rank(A, length):
-    """Pivots of a Gaussian elimination with complete pivoting that are no rounding: cheaper to compile than singular
-    values, and the same under `vmap`."""
+def _rank_by_elimination(A, length):
+    """Number of pivots above rounding in a Gaussian elimination with complete pivoting: cheaper to compile than
+    singular values, and the same under `vmap`."""
     if not min(A.shape):
         return jnp.zeros((), int)
     least, places = _threshold(A, length, jnp.max(jnp.abs(A))), np.arange(A.size).reshape(A.shape)

@@ -1,4 +1,4 @@
-"""Which joints and constraints carry the wrenches of the loops' rows.
+"""Reactions of joints and two-frame constraints per unit multiplier of the loops' rows.
 
 Source: S1 (27)-(28), the homogeneous family of the loops.
 """
@@ -15,7 +15,7 @@ from ._configuration import Configuration
 
 
 def carriers(system: System):
-    """(name, frames A and B) of all that carries reactions: every joint, then every two-frame constraint."""
+    """Names and frames A and B of all that carry reactions: every joint, then every two-frame constraint."""
     top = system.topology
     elements = [e for g in system.closures for e in zip(g.names, g.first, g.second, strict=True)]
     return [(j.name, *j.frames) for j in top.joints] + [e for e in elements if e[0] not in top.joint_index]

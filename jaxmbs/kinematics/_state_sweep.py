@@ -1,4 +1,4 @@
-"""Questions about branches: the sign of a state's, and states along a coordinate on one of them."""
+"""Branches of states: their signs, and states along a coordinate on one branch."""
 
 import warnings
 from collections.abc import Sequence
@@ -12,20 +12,20 @@ from jaxtyping import Array, Float
 
 from ..checks import place_of
 from ..errors import ModelError
-from ..model._entry_points import check_fits
+from ..model._entry_points import check_state
 from ..model._system import System
 from ..runtime import as_array, jit
 from ..typing import ArrayLike
-from ._assembled_state import closed_at, constant
+from ._assembled_state import close_state, stop_gradients
+from ._branch_following import first_branch_point, follow_branch
 from ._branches import branch_signs
 from ._configuration import configuration
 from ._constraints import jacobian
-from ._continuation import at_rest, follow
 from ._cut_joints import with_cut_values as holding
-from ._host_rows import on_host
-from ._named_values import columns_of, coordinates_of, request
+from ._host_rows import runs_on_host
+from ._named_values import coordinate_mask, parse_request, velocity_columns
 from ._poses import node_parameters
-from ._state import State, made
+from ._state import State, make_state
 
 
 def branch(system: System, state: State, held: Sequence[str] = ()) -> Float[Array, "... blocks"]:
@@ -45,8 +45,10 @@ def branch(system: System, state: State, held: Sequence[str] = ()) -> Float[Arra
 
     Raises: UnknownNameError; ModelError for the state of another system.
     """
-    check_fits(system, state)
-    return _branch(system, state.coordinates, state.t, columns_of(system.topology, _names(system, held)))
+    check_state(system, state)
+    return _branch_of_states(
+        system, state.coordinates, state.t, velocity_columns(system.topology, _joint_names(system, held))
+    )
 
 
 def states_along(
@@ -76,26 +78,26 @@ def states_along(
 
     Raises: ModelError for names, sizes or values that do not fit, UnknownNameError.
     """
-    check_fits(system, start)
+    check_state(system, start)
     values = as_array(values)
     faults = [] if values.ndim == 1 else [f"states_along: values of {joint!r} must be (n,), got shape {values.shape}"]
     faults += [f"states_along: start must be one state, got {start.t.shape}"] if start.t.shape else []
     if faults:
         raise ModelError(faults)
     here = system.coordinates(start)
-    fixed = {name: here[name] for name in _names(system, held) if name in here and name != joint}
-    asked = request(system, {**fixed, joint: values[0] if len(values) else 0.0}, velocities, None, start.t)
+    fixed = {name: here[name] for name in _joint_names(system, held) if name in here and name != joint}
+    asked = parse_request(system, {**fixed, joint: values[0] if len(values) else 0.0}, velocities, None, start.t)
     psi, u, t = (jnp.asarray(x, values.dtype) for x in asked.numbers[:3])
-    begin = at_rest(start.coordinates.astype(values.dtype), t, len(u))
-    states = made(system, _along(system, joint, values, psi, u, begin, asked.held, asked.held_rates))
-    if on_host(states):
-        _notice(joint, values, states)
+    begin = first_branch_point(start.coordinates.astype(values.dtype), t, len(u))
+    states = make_state(system, _states_on_branch(system, joint, values, psi, u, begin, asked.held, asked.held_rates))
+    if runs_on_host(states):
+        _warn_about_branch(joint, values, states)
     return states
 
 
 @jit(compile="quick")
-def _along(system, joint, values, psi, u, begin, columns, rate_columns):
-    """What is found at each of the values."""
+def _states_on_branch(system, joint, values, psi, u, begin, columns, rate_columns):
+    """Assembled states at each of the values, followed from one to the next."""
     top = system.topology
     record = top.joints[top.joint_index[joint]]
 
@@ -103,25 +105,25 @@ def _along(system, joint, values, psi, u, begin, columns, rate_columns):
         cuts = {joint: value} if record.is_cut else {}
         return cuts, psi if cuts else psi.at[record.first_coordinate].set(value)
 
-    fixed, P, goal, begin, stops = constant((system, node_parameters(system), psi, begin, values))
+    fixed, P, goal, begin, stops = stop_gradients((system, node_parameters(system), psi, begin, values))
 
     def step(place, value):
         cuts, psi = target(goal, value)
-        place, _ = follow(holding(fixed, cuts) if cuts else fixed, P, place, psi, begin.t, columns)
+        place, _ = follow_branch(holding(fixed, cuts) if cuts else fixed, P, place, psi, begin.t, columns)
         return place, place.psi
 
     found = lax.scan(step, begin, stops)[1]
 
     def close(value, found):
         cuts, here = target(psi, value)
-        here = jnp.where(coordinates_of(top, columns), here, found)
-        return closed_at(system, here, u, begin.t, columns, rate_columns, cuts, search=False)
+        here = jnp.where(coordinate_mask(top, columns), here, found)
+        return close_state(system, here, u, begin.t, columns, rate_columns, cuts, search=False)
 
     return jax.vmap(close)(values, found)
 
 
 @jit(compile="quick")
-def _branch(system, psi, t, columns):
+def _branch_of_states(system, psi, t, columns):
     def signs(psi, t):
         at = configuration(system, node_parameters(system), psi, t, inertias=False)
         return branch_signs(system, jacobian(system, at), columns)
@@ -131,7 +133,7 @@ def _branch(system, psi, t, columns):
     return signs(psi, t)
 
 
-def _names(system, held):
+def _joint_names(system, held):
     """Names of joints of the system, one or several.  Raises: UnknownNameError."""
     names = [held] if isinstance(held, str) else list(held)
     for name in names:
@@ -139,8 +141,8 @@ def _names(system, held):
     return names
 
 
-def _notice(joint, values, states):
-    """A warning where the branch ends or its sign changes."""
+def _warn_about_branch(joint, values, states):
+    """Warn where the branch ends or its sign changes."""
     ok, values, signs = np.asarray(states.ok), np.asarray(values), np.asarray(states.branch)
     if not np.all(ok):
         k = int(np.argmin(ok))

@@ -1,4 +1,4 @@
-"""The four primitives that know the kinematic tree: poses, ancestor sums, subtree sums and the solve.
+"""Recursions over the kinematic tree: poses, ancestor sums, subtree sums and the solve with the mass matrix.
 
 All else is algebra per body.  Arrays are (nodes, components[, batch]) with any batch axes LAST, in depth-first order.
 One executor serves chains and trees: `lax.scan` over nodes, with a carry on chains and a stack indexed by depth on
@@ -35,7 +35,7 @@ _IDENTITY = np.r_[np.eye(3).ravel(), np.zeros(3)]
 _ROW, _COLUMN = (np.array(index) for index in zip(*components.UPPER, strict=True))
 
 
-def _walk_down(tree: Tree, step, x, start):
+def _scan_down(tree: Tree, step, x, start):
     """From the root to the leaves: `step(state of the parent, x_k) -> (state, output)`; returns the outputs."""
     if tree.is_chain:
         return lax.scan(step, start, x)[1]
@@ -49,12 +49,13 @@ def _walk_down(tree: Tree, step, x, start):
     return lax.scan(visit, stack, (jnp.asarray(tree.depth), x))[1]
 
 
-def _walk_up(tree: Tree, step, x, zero):
+def _scan_up(tree: Tree, step, x, zero):
     """From the leaves to the root: `step(sum of the children's states, x_k) -> (state, output)`."""
     if tree.is_chain:
         return lax.scan(step, zero, x, reverse=True)[1]
 
-    # Depth first, a node's last child comes first: it overwrites what an earlier branch left at its depth.
+    # Depth first and in reverse, a node's last child comes first: it overwrites the sum of an earlier branch at its
+    # depth.
     inner = tree.end > np.arange(tree.size) + 1
     later = tree.end < np.append(tree.end, tree.size)[tree.parent_or_size]
 
@@ -72,7 +73,7 @@ def _walk_up(tree: Tree, step, x, zero):
 
 # ---------------------------------------------------------------------------------------------------------- sums
 def _sum_ancestors(tree, x):
-    return _walk_down(tree, lambda c, y: (c + y, c + y), x, jnp.zeros(x.shape[1:], x.dtype))
+    return _scan_down(tree, lambda c, y: (c + y, c + y), x, jnp.zeros(x.shape[1:], x.dtype))
 
 
 def _sum_subtrees(tree, x):
@@ -87,32 +88,32 @@ def _sum_subtrees(tree, x):
         total = goes_on * below + y
         return total, total
 
-    along = lax.scan(step, zero, (jnp.asarray(tree.goes_on, x.dtype), x), reverse=True)[1]
+    along = lax.scan(step, zero, (jnp.asarray(tree.continues_chain, x.dtype), x), reverse=True)[1]
     return along + jnp.tensordot(jnp.asarray(tree.hanging, x.dtype), gather_static(along, tree.starts), 1)
 
 
-def _is_few(tree, x):
+def _is_small(tree, x):
     return tree.size <= tuning.TREE_SUM_PRODUCT and x.ndim == 2 and is_on("tree_sums")
 
 
-def _less_parent(tree, y):
+def _subtract_parents(tree, y):
     return y - gather_static(jnp.concatenate([y, jnp.zeros_like(y[:1])]), tree.parent_or_size)
 
 
 def ancestors(tree: Tree, x):
     """Sum of the rows of `x` over each node and all nodes above it; (nodes, ...)."""
-    if _is_few(tree, x):
+    if _is_small(tree, x):
         return constant_product(tree.path, x)
     return lax.custom_linear_solve(
-        partial(_less_parent, tree), x, lambda _, b: _sum_ancestors(tree, b), lambda _, b: _sum_subtrees(tree, b)
+        partial(_subtract_parents, tree), x, lambda _, b: _sum_ancestors(tree, b), lambda _, b: _sum_subtrees(tree, b)
     )
 
 
 def subtrees(tree: Tree, x):
     """Sum of the rows of `x` over each node and all nodes below it; the transpose of `ancestors`."""
-    if _is_few(tree, x):
+    if _is_small(tree, x):
         return constant_product(tree.path.T, x)
-    less_children = jax.linear_transpose(partial(_less_parent, tree), x)
+    less_children = jax.linear_transpose(partial(_subtract_parents, tree), x)
     return lax.custom_linear_solve(
         lambda y: less_children(y)[0], x, lambda _, b: _sum_subtrees(tree, b), lambda _, b: _sum_ancestors(tree, b)
     )
@@ -132,7 +133,7 @@ def poses(tree: Tree, local):
     start = jnp.broadcast_to(
         jnp.asarray(_IDENTITY, local.dtype).reshape((12,) + (1,) * (local.ndim - 2)), local.shape[1:]
     )
-    return _walk_down(tree, step, local, start)
+    return _scan_down(tree, step, local, start)
 
 
 @poses.defjvp
@@ -147,7 +148,9 @@ def _poses_jvp(tree, primals, tangents):
 
 
 # --------------------------------------------------------------------------------------------------------- solve
-# What two results of a step share stands behind a barrier: XLA would compute it anew in the loop of each of them.
+# The articulated-body algorithm (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7) in world axes, for
+# momenta in place of efforts.  A value that two results of a step share is behind a barrier: XLA would compute it
+# anew in the loop of each of them.
 def _factor(tree, S, J):
     """Articulated inertias, leaf to root: (U, 1/D) of each node, U = A S, D = S . U."""
     matrix = components.pack(components.symmetric_matrix(components.unpack(J)))
@@ -160,7 +163,7 @@ def _factor(tree, S, J):
         return A - U[_ROW] * (U * inverse[None])[_COLUMN], (U, inverse)
 
     zero = jnp.zeros((21, *S.shape[2:]), S.dtype)
-    return _walk_up(tree, step, (S, matrix), zero)
+    return _scan_up(tree, step, (S, matrix), zero)
 
 
 def _substitute(tree, S, factors, p):
@@ -178,8 +181,8 @@ def _substitute(tree, S, factors, p):
         return above + s * rate[None], rate
 
     zero = jnp.zeros((6, *S.shape[2:]), S.dtype)
-    u = _walk_up(tree, up, (S, U, inverse, p), zero)
-    return _walk_down(tree, down, (S, U, inverse[:, None], u[:, None]), zero)
+    u = _scan_up(tree, up, (S, U, inverse, p), zero)
+    return _scan_down(tree, down, (S, U, inverse[:, None], u[:, None]), zero)
 
 
 def apply_mass(tree: Tree, S, J, x):

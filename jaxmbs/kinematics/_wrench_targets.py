@@ -1,4 +1,4 @@
-"""What wrenches are summed on: nodes of the tree, each with all bodies welded to it, or single bodies."""
+"""Targets of wrenches: nodes of the tree, each with all bodies welded to it, or single bodies."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,30 +12,36 @@ from ..runtime import gather_static, segment_sum_static
 
 
 class WrenchTargets(NamedTuple):
-    """Owner of every frame (frames,), -1 for the ground; their number; and `masses(at, V_dot)`: their inertias
-    (number, 10), twists and rates of twists (number, 6), from the rates V_dot (nodes, 6) of the nodes."""
+    """Nodes or bodies on which wrenches are accumulated.
+
+    Attributes:
+        of_frame: target (frames,) of every frame, -1 for the ground.
+        number: of targets.
+        masses: function (at, V_dot) of the rates V_dot (nodes, 6) of the nodes' twists that gives the targets'
+            inertias (number, 10), twists and rates of twists (number, 6).
+    """
 
     of_frame: np.ndarray
     number: int
     masses: Callable
 
     def collect(self, frames, wrenches):
-        """Wrenches (n, 6) on frames (n,) summed on their owners (number, 6)."""
+        """Sums (number, 6) of wrenches (n, 6) on frames (n,) by target."""
         return segment_sum_static(wrenches, self.of_frame[np.asarray(frames)] % (self.number + 1), self.number)
 
 
-def nodes(system: System) -> WrenchTargets:
+def node_targets(system: System) -> WrenchTargets:
     """The nodes of the tree."""
     top = system.topology
     return WrenchTargets(np.asarray(top.frame_node), top.nodes.size, lambda at, V_dot: (at.J, at.V, V_dot))
 
 
-def single_bodies(system: System) -> WrenchTargets:
+def body_targets(system: System) -> WrenchTargets:
     """The bodies, welded ones too."""
     top = system.topology
     own, node = slice(1, top.bodies.size + 1), np.asarray(top.body_node, int)
     if np.array_equal(node, np.arange(top.nodes.size)):
-        return nodes(system)._replace(of_frame=np.asarray(top.frame_body))
+        return node_targets(system)._replace(of_frame=np.asarray(top.frame_body))
 
     def masses(at, V_dot):
         inertia = system.inertia.reshape(-1, 9)[:, TRIANGLE]

@@ -1,4 +1,4 @@
-"""A system in words: what `system.describe()` prints and a notebook shows."""
+"""Text that describes a system, for `system.describe()` and notebooks."""
 
 from ..tables import aligned, as_html
 from ._rows import coupled_names
@@ -6,7 +6,7 @@ from ._rows import coupled_names
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 
-def _rows(topology):
+def _joint_rows(topology):
     bodies = ("ground", *topology.body_names)
     for index, joint in enumerate(topology.joints):
         undetermined = topology.analysis.undetermined[index] if topology.analysis else ()
@@ -20,7 +20,7 @@ def _rows(topology):
         )
 
 
-def _lines(topology):
+def _heading_lines(topology):
     lines = [
         f"{len(topology.body_names)} bodies, {len(topology.joints)} joints, "
         f"{len(topology.cut_joints)} loops, {topology.num_rows} constraint rows"
@@ -31,17 +31,17 @@ def _lines(topology):
         lines.append(f"freedoms of position: {len(found.independent_positions)} (rolling restricts velocities only)")
     if found is not None and found.redundant:
         lines.append(
-            f"redundant constraints: {found.redundant}; reactions that statics cannot determine in: "
+            f"redundant constraints: {found.redundant}; statics does not determine all reactions of: "
             + ", ".join(found.redundant_names)
         )
     return lines
 
 
-def _of_couplers(topology, rows):
-    """A line for each coupler that ties several joints."""
+def _coupler_lines(topology, rows):
+    """Lines on couplers, one for each that connects several joints."""
     tied = {row.name: coupled_names(topology, row) for row in rows if row.columns}
     return [
-        f"{name} couples coordinates: the bearings of {', '.join(joints)} carry no forces of its contact"
+        f"{name} couples coordinates: reactions of {', '.join(joints)} do not include its contact forces"
         for name, joints in tied.items()
         if joints
     ]
@@ -51,8 +51,8 @@ _HEAD = ("joint", "kind", "parent -> child", "coordinates", "undetermined reacti
 
 
 def summary(topology) -> str:
-    """One line: how many bodies, joints and freedoms."""
-    return f"{_lines(topology)[0]}, mobility {topology.mobility}"
+    """One line with the number of bodies, joints and freedoms."""
+    return f"{_heading_lines(topology)[0]}, mobility {topology.mobility}"
 
 
 def describe(topology, built=None, rows=()) -> str:
@@ -60,12 +60,12 @@ def describe(topology, built=None, rows=()) -> str:
 
     Args: built: the `Mobility` of its build, where the topology has that of a state; rows: of couplers and drives.
     """
-    lines = _lines(topology) + _of_couplers(topology, rows)
+    lines = _heading_lines(topology) + _coupler_lines(topology, rows)
     if built is not None and built.mobility != topology.mobility:
         lines[1] += f" at this state, {built.mobility} at the pose of the build"
-    return "\n".join([*lines, "", aligned([_HEAD, *_rows(topology)], left=len(_HEAD))])
+    return "\n".join([*lines, "", aligned([_HEAD, *_joint_rows(topology)], left=len(_HEAD))])
 
 
 def describe_html(topology, rows=()) -> str:
     """The same as an HTML table, for notebooks."""
-    return as_html(_lines(topology) + _of_couplers(topology, rows), [_HEAD, *_rows(topology)])
+    return as_html(_heading_lines(topology) + _coupler_lines(topology, rows), [_HEAD, *_joint_rows(topology)])

@@ -1,4 +1,4 @@
-"""`question`: what every public function of a system and a state shares: the state must fit, and it runs compiled."""
+"""Entry points: public functions of a system and a state are compiled, check the state and map over motions."""
 
 import functools
 import math
@@ -17,16 +17,16 @@ from ..runtime import as_array, jit, map_chunked
 Function = TypeVar("Function", bound=Callable)
 
 
-def question(function: Function) -> Function:
-    """A compiled function f(system, state, ...) that refuses the state of another system before it is traced.
+def state_function(function: Function) -> Function:
+    """Compile f(system, state, ...) as a public function, which refuses the state of another system.
 
-    Of a motion, or of states with leading axes, the answers have those axes in front.
+    For a motion, or states with leading axes, results have those axes in front.
     """
     compiled = jit(function)
 
     @functools.wraps(function)
     def along(system, states, *args, **kwargs):
-        return over_states(lambda state: function(system, state, *args, **kwargs), states)
+        return map_states(lambda state: function(system, state, *args, **kwargs), states)
 
     compiled_along = jit(along)
 
@@ -38,8 +38,8 @@ def question(function: Function) -> Function:
     return ask  # type: ignore[return-value]
 
 
-def over_states(function: Callable, states, *rates) -> PyTree:
-    """`function(state, *rates)` of one state, or of every one of states with leading axes, as the rates (..., nv)."""
+def map_states(function: Callable, states, *rates) -> PyTree:
+    """Map `function(state, *rates)` over the leading axes of states and of rates (..., nv), if they have any."""
     lead = states.t.shape
     if not lead:
         return function(states, *rates)
@@ -49,14 +49,14 @@ def over_states(function: Callable, states, *rates) -> PyTree:
 
 
 def check_system(system) -> None:
-    """TypeError for what is no mechanism; ModelError for one built in another precision than JAX has now."""
+    """Raises: TypeError for what is no mechanism; ModelError for one built in another precision than JAX has now."""
     if not hasattr(system, "topology"):
         raise TypeError(f"a System is needed, as SystemBuilder.build() makes it, not a {type(system).__name__}")
     check_precision(system.gravity)
 
 
 def check_precision(numbers) -> None:
-    """ModelError for numbers in double precision where JAX is switched to single: it would mix both, and fail."""
+    """Raises: ModelError for numbers in double precision where JAX is in single precision: mixed types would fail."""
     if getattr(numbers, "dtype", None) == np.float64 and jnp.result_type(float) == np.float32:
         raise ModelError(
             [
@@ -66,12 +66,12 @@ def check_precision(numbers) -> None:
         )
 
 
-def check_fits(system, state) -> None:
-    """ModelError unless a state (or states with leading axes) has the coordinates of the system.
+def check_state(system, state) -> None:
+    """Check that a state, or states with leading axes, has the coordinates of the system.
 
-    States that were made for a system remember its joints; of one written down by hand only the sizes are known.
+    States made for a system have the layout of its joints; of one made by hand only the sizes are known.
 
-    Raises: TypeError for what is no system or no state.
+    Raises: ModelError for the state of another system; TypeError for what is no system or no state.
     """
     if hasattr(state, "topology"):
         raise TypeError(f"the system comes first, and the state after it; got a {type(system).__name__} and a System")
@@ -81,26 +81,30 @@ def check_fits(system, state) -> None:
         raise TypeError(f"a State is needed, as State.at(system, ...) makes it, not a {type(state).__name__}{hint}")
     top = system.topology
     if state.structure is not None and state.structure != top.structure:
-        raise ModelError([f"the state belongs to another system: it has {_list(state)}, this one {_list(top)}"])
+        raise ModelError(
+            [f"the state belongs to another system: it has {_list_joints(state)}, this one {_list_joints(top)}"]
+        )
     for part, size in (("coordinates", top.num_coordinates), ("velocities", top.num_velocities)):
         shape = getattr(state, part).shape
         if not shape or shape[-1] != size:
-            raise ModelError([f"the state has {part} of shape {shape}; this system has {size}, of {_list(top)}"])
+            raise ModelError(
+                [f"the state has {part} of shape {shape}; this system has {size}, of {_list_joints(top)}"]
+            )
 
 
-def check_one(system, state) -> None:
-    """As `check_fits`, of a question about one state.  Raises: ValueError for states with leading axes."""
-    check_fits(system, state)
+def check_single_state(system, state) -> None:
+    """Check a state as `check_state` does.  Raises: ValueError also for states with leading axes."""
+    check_state(system, state)
     if state.t.ndim:
         raise ValueError(
-            f"this is asked of one state, and there are states with axes {state.t.shape}: take one, or jax.vmap"
+            f"this function takes one state, got states with axes {state.t.shape}: take one of them, or use jax.vmap"
         )
 
 
 def states_of(system, motion):
-    """The states of a motion, or a State as it is, that fit the system.  Raises: as `check_fits`."""
+    """The states of a motion, or a State as it is, that fit the system.  Raises: as `check_state`."""
     states = getattr(motion, "states", motion)
-    check_fits(system, states)
+    check_state(system, states)
     return states
 
 
@@ -110,14 +114,14 @@ def rates_of(system, states, rates, what: str):
     Raises: ValueError unless there is one for every velocity of the states; UnknownNameError.
     """
     shape = states.velocities.shape
-    rates = _stacked(system, shape, rates, what) if isinstance(rates, Mapping) else as_array(rates)
+    rates = _concatenate_joints(system, shape, rates, what) if isinstance(rates, Mapping) else as_array(rates)
     if rates.shape != shape:
         raise ValueError(f"{what}: shape {rates.shape}, not {shape} as that of the velocities")
     return rates
 
 
-def _stacked(system, shape, rates, what):
-    """One array from the rates by joint."""
+def _concatenate_joints(system, shape, rates, what):
+    """Rates by joint as one array."""
     moving = {name: size for name, _, _, size in system.topology.structure}
     for name in rates:
         place_of("joint with velocities", name, moving)
@@ -134,8 +138,8 @@ def _stacked(system, shape, rates, what):
     return jnp.concatenate(parts, axis=-1)
 
 
-def _list(owner) -> str:
-    """The joints with coordinates, in words."""
+def _list_joints(owner) -> str:
+    """Text that lists the joints with coordinates."""
     names = [f"{name} ({kind})" for name, kind, *_ in owner.structure]
     shown = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
     return f"the joints {shown}" if names else "no joints"

@@ -30,11 +30,11 @@ class Pose(eqx.Module):
             )
 
     def faults(self) -> list[str]:
-        """What is wrong with the numbers of one pose, where they are known."""
+        """Faults of the numbers of one pose, where they are concrete."""
         return faults_if(
-            (self.position.shape != (3,) or self.rotation.shape != (3, 3), "it is many poses, not one"),
+            (self.position.shape != (3,) or self.rotation.shape != (3, 3), "it is a stack of poses, not one pose"),
             (any_concrete(lambda x: ~np.isfinite(x), self.position), "its point is not finite"),
-            (self.rotation.ndim == 2 and not are_axes(self.rotation), "its rotation is no rotation matrix"),
+            (self.rotation.ndim == 2 and not are_axes(self.rotation), "its rotation is not a rotation matrix"),
         )
 
     def __matmul__(self, other: "Pose") -> "Pose":

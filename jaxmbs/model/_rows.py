@@ -1,7 +1,7 @@
 """Constraint rows on coordinates and velocities: driven joints, couplers, the user's functions.
 
-Rows between frames are `ClosureGroup`s.  A new kind of row says its residual, or its slip if it restricts velocities
-alone, and whether it may depend on time; rates and efforts follow from those by differentiation.
+Rows between frames are `ClosureGroup`s.  A new kind of row defines its residual, or its slip if it is nonholonomic,
+and `may_depend_on_time`; rates and efforts follow by differentiation.
 """
 
 from typing import Any, ClassVar
@@ -13,39 +13,42 @@ import numpy as np
 
 
 class CoordinateRows(eqx.Module):
-    """Rows of one item; `columns` are the velocity columns it reads, `coordinates` theirs (all of them: empty)."""
+    """Rows of one item; `columns` are the velocities it depends on, `coordinates` theirs; empty stands for all.
+
+    `is_nonholonomic`: True if the rows restrict velocities alone.
+    """
 
     name: str = eqx.field(static=True)
     columns: tuple[int, ...] = eqx.field(static=True)
     coordinates: tuple[int, ...] = eqx.field(static=True)
     law: Any
 
-    restricts_velocity_alone: ClassVar[bool] = False
+    is_nonholonomic: ClassVar[bool] = False
     may_depend_on_time: ClassVar[bool] = True
 
     def depends_on_time(self, psi, u, t) -> bool:
-        """Whether the rows read the time, by their traced code."""
+        """True if the traced code of the rows reads the time."""
         traced = jax.make_jaxpr(lambda t: (self.residual(psi, t), self.slip(psi, u, t)))(t).jaxpr
         return any(traced.invars[0] is x for equation in traced.eqns for x in equation.invars)
 
     def residual(self, psi, t):
-        """(k,) zero where the coordinates psi (nq,) keep the rows."""
+        """Residual (k,), zero where the coordinates psi (nq,) satisfy the rows."""
         return jnp.zeros(0, psi.dtype)
 
     def slip(self, psi, u, t):
-        """(k,) zero where the velocities u (nv,) keep rows of velocity alone."""
+        """Slip (k,), zero where the velocities u (nv,) satisfy nonholonomic rows."""
         return jnp.zeros(0, psi.dtype)
 
 
 class Drive(CoordinateRows):
-    """A joint's coordinate follows a signal of time."""
+    """Row of a drive: a joint's coordinate is a function of time."""
 
     def residual(self, psi, t):
         return psi[np.asarray(self.coordinates)] - jnp.reshape(self.law(t), (1,))
 
 
 class CoupledJoints(CoordinateRows):
-    """A `Coupler` between the coordinates of joints."""
+    """Row of a `Coupler` between the coordinates of joints."""
 
     may_depend_on_time: ClassVar[bool] = False
 
@@ -53,26 +56,26 @@ class CoupledJoints(CoordinateRows):
         return self.law.rows(psi[np.asarray(self.coordinates)])
 
 
-class UserRows(CoordinateRows):
-    """The user's function of all coordinates and time."""
+class UserPositionRows(CoordinateRows):
+    """Rows of the user's function of all coordinates and time."""
 
     def residual(self, psi, t):
         return jnp.atleast_1d(self.law.function(psi, t))
 
 
 class UserVelocityRows(CoordinateRows):
-    """The user's function of coordinates, velocities and time, linear in the velocities."""
+    """Rows of the user's function of coordinates, velocities and time, affine in the velocities."""
 
-    restricts_velocity_alone: ClassVar[bool] = True
+    is_nonholonomic: ClassVar[bool] = True
 
     def slip(self, psi, u, t):
         return self.law.rows(psi, u, t)
 
 
-def joints_tied(topology, by_column):
-    """The joints (joints,) bool that a row ties and those between them on the tree; none where it ties one alone.
+def coupled_joint_mask(topology, by_column):
+    """Boolean mask (joints,) of the joints that a row couples and those between them; none for a single one.
 
-    These carry what touches in a coupler: teeth, threads, cams.  Args: by_column (nv,) bool: velocities it looks at.
+    These carry the contact forces of a coupler: teeth, threads, cams.  Args: by_column (nv,): mask of its velocities.
     """
     joints = len(topology.joints)
     joint_of = np.arange(joints)[:, None] == np.array(topology.node_joint, int)[None]
@@ -86,6 +89,6 @@ def joints_tied(topology, by_column):
 
 
 def coupled_names(topology, row: CoordinateRows) -> tuple[str, ...]:
-    """Names of `joints_tied` by a row that says its columns."""
-    tied = joints_tied(topology, np.isin(np.arange(topology.num_velocities), row.columns))
+    """Names of the joints of `coupled_joint_mask`, of a row that has `columns`."""
+    tied = coupled_joint_mask(topology, np.isin(np.arange(topology.num_velocities), row.columns))
     return tuple(joint.name for joint, each in zip(topology.joints, tied, strict=True) if each)

@@ -12,7 +12,7 @@ from ..runtime import as_array
 from ..typing import ArrayLike
 from ._describe import describe, describe_html, summary
 from ._elastic import ElasticGroup
-from ._entry_points import check_fits
+from ._entry_points import check_state
 from ._pose import Pose
 from ._rows import CoordinateRows
 from ._topology import Topology
@@ -21,7 +21,7 @@ from ._topology import Topology
 class ForceGroup(eqx.Module):
     """Force elements of one law on one kind of port, their parameters stacked.
 
-    `port` is of `forces.ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate.
+    `port` is one of `forces._ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -42,7 +42,7 @@ class ClosureGroup(eqx.Module):
 
 
 class System(eqx.Module):
-    """A mechanism.  Built by `SystemBuilder`; questions are asked of it by functions `f(system, state, ...)`.
+    """A mechanism, built by `SystemBuilder` and evaluated by functions `f(system, state, ...)`.
 
     Leaves: gravity (3,) [m/s^2]; per body mass [kg], com [m] and inertia [kg m^2] about it in body axes, and the
     body's pose in its node; per node (simple joint) its placement in the parent node and its lead [m/rad]; per frame
@@ -67,7 +67,7 @@ class System(eqx.Module):
 
     @property
     def has_constraints(self) -> bool:
-        """Whether constraint rows (loops, drives, couplers, ...) restrict the tree."""
+        """True if constraint rows (loops, drives, couplers, ...) restrict the tree."""
         return self.topology.num_rows > 0
 
     @property
@@ -77,17 +77,17 @@ class System(eqx.Module):
 
     @property
     def is_rigid_tree(self) -> bool:
-        """Whether no row restricts the tree and no body deforms: it is solved body by body, without a matrix."""
+        """True if no row restricts the tree and no body deforms: it is solved body by body, without a matrix."""
         return not self.has_constraints and not self.elastic
 
     def coordinates(self, state: Any) -> dict:
         """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
-        check_fits(self, state)
+        check_state(self, state)
         return _by_joint(self.topology, state.coordinates, lambda j: j.coordinates)
 
     def velocities(self, state: Any) -> dict:
         """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
-        check_fits(self, state)
+        check_state(self, state)
         return _by_joint(self.topology, state.velocities, lambda j: j.velocities)
 
     def by_joint(self, values: ArrayLike) -> dict:
@@ -121,7 +121,7 @@ class System(eqx.Module):
         """
         if state is None:
             return describe(self.topology, rows=self.rows)
-        check_fits(self, state)
+        check_state(self, state)
         return describe(state.topology_at(self), self.topology.analysis, self.rows)
 
     def __repr__(self) -> str:

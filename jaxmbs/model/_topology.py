@@ -44,9 +44,9 @@ class Mobility:
     per joint, then per two-frame constraint, the reaction components (force x y z, moment x y z, its own axes) that
     statics cannot determine; `redundant_names` are theirs, and of couplers and drives that share.  `independent` are
     the velocity columns of the KIC; `independent_positions` adds those that only rows of velocity restrict;
-    `moved_by` says of every velocity column which of these (by their place there) move it, and is empty where no row
-    restricts positions.  `turning_rows` are the position rows (by their place among them) whose redundancy turns with
-    the pose: three parallel cranks.
+    `dependencies` are, of every velocity column, the columns of that set (by their place there) on which it depends;
+    empty where no row restricts positions.  `pose_dependent_rows` are the position rows (by their place among them)
+    whose redundancy depends on the pose, as that of three parallel cranks.
     `ranks` are those of the position rows of each joint or constraint by itself.
     """
 
@@ -57,8 +57,8 @@ class Mobility:
     undetermined: tuple[tuple[bool, ...], ...] = ()
     redundant_names: tuple[str, ...] = ()
     independent_positions: tuple[int, ...] = ()
-    moved_by: tuple[tuple[int, ...], ...] = ()
-    turning_rows: tuple[int, ...] = ()
+    dependencies: tuple[tuple[int, ...], ...] = ()
+    pose_dependent_rows: tuple[int, ...] = ()
     ranks: tuple[tuple[str, int], ...] = ()
 
     @property
@@ -108,7 +108,7 @@ class Topology:
 
     @cached_property
     def quaternion_joints(self) -> tuple[str, ...]:
-        """Names of the joints whose velocities are no rates of their coordinates."""
+        """Names of the joints whose velocities are not the rates of their coordinates."""
         names = (
             self.joints[j].name for j, kind in zip(self.node_joint, self.node_kind, strict=True) if kind == "ball"
         )
@@ -116,7 +116,7 @@ class Topology:
 
     @cached_property
     def structure(self) -> tuple:
-        """(joint, kind, coordinates, velocities) in tree order, what a state of the system is laid out by."""
+        """Layout of a state: (joint, kind, coordinates, velocities) in tree order."""
         moving = [j for j in self.joints if j.num_velocities]
         moving.sort(key=lambda j: j.first_velocity)
         return tuple((j.name, j.kind, j.num_coordinates, j.num_velocities) for j in moving)
@@ -154,22 +154,22 @@ class Topology:
 
     @cached_property
     def is_simple(self) -> bool:
-        """Every coordinate is the integral of one velocity: no quaternions."""
+        """True if every coordinate is the integral of one velocity: there are no quaternions."""
         return len(self.balls) == 0
 
     @cached_property
     def spins(self) -> np.ndarray:
-        """1 where the node's column turns (revolute, screw, ball), 0 where it slides; S2 (11) alpha."""
+        """Array (nodes,): 1 where the column is a rotation (revolute, screw, ball), 0 for a slide; S2 (11) alpha."""
         return np.array([kind != "prismatic" for kind in self.node_kind], float)
 
     @cached_property
     def turns(self) -> np.ndarray:
-        """1 where the node's own coordinate is an angle about z."""
+        """Array (nodes,): 1 where the node's own coordinate is an angle about z."""
         return np.array([kind in ("revolute", "screw") for kind in self.node_kind], float)
 
     @cached_property
-    def advances(self) -> bool:
-        """Whether some node moves along its z: a slide or a screw."""
+    def has_translations(self) -> bool:
+        """True if some node moves along its z: a slide or a screw."""
         return any(kind in ("prismatic", "screw") for kind in self.node_kind)
 
     @cached_property

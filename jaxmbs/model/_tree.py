@@ -46,18 +46,18 @@ class Tree:
         return (j[None, :] <= j[:, None]) & (j[:, None] < self.end[None, :])
 
     @cached_property
-    def goes_on(self) -> np.ndarray:
-        """(size,) bool: the next node hangs on this one, so that both belong to one chain."""
+    def continues_chain(self) -> np.ndarray:
+        """Boolean mask (size,) of the nodes whose next node is their child, so that both belong to one chain."""
         return np.array([k + 1 < self.size and self.parent[k + 1] == k for k in range(self.size)])
 
     @cached_property
     def starts(self) -> np.ndarray:
-        """First nodes of the chains that hang on a node that goes on without them."""
+        """First nodes of the chains that branch off from a node whose own chain continues."""
         return np.array([k for k in range(1, self.size) if self.parent[k] != k - 1], int)
 
     @cached_property
     def hanging(self) -> np.ndarray:
-        """(size, starts) bool: the chain that begins at the start hangs on the node or further out."""
+        """Boolean matrix (size, starts): True where the chain of that start is outward of the node."""
         return self.path[self.starts].T & (self.starts[None, :] != np.arange(self.size)[:, None])
 
     @cached_property

@@ -25,7 +25,7 @@ def point() -> Matrix3:
 def rod(mass: ScalarLike, length: ScalarLike, axis: Axis = "x") -> Matrix3:
     """Inertia of a thin straight rod along `axis`."""
     _check(mass=mass, length=length)
-    return _symmetric(0.0, mass * length**2 / 12, axis)
+    return _axisymmetric(0.0, mass * length**2 / 12, axis)
 
 
 def box(mass: ScalarLike, size: Sequence[ScalarLike] | AnyArray) -> Matrix3:
@@ -33,7 +33,7 @@ def box(mass: ScalarLike, size: Sequence[ScalarLike] | AnyArray) -> Matrix3:
     if len(size) != 3:
         raise ValueError(f"a box has three edges, got {len(size)}")
     _check(mass=mass, x=size[0], y=size[1], z=size[2])
-    xp, mass, *size = _arrays(mass, *size)
+    xp, mass, *size = _as_arrays(mass, *size)
     squares = xp.stack([edge**2 for edge in size])
     return as_array(xp.diag(xp.sum(squares) - squares) * (mass / 12))
 
@@ -49,7 +49,7 @@ def tube(
     """Inertia of a hollow cylinder; equal radii make a thin shell without end caps."""
     _check(mass=mass, inner_radius=inner_radius, outer_radius=outer_radius, length=length)
     squares = inner_radius**2 + outer_radius**2
-    return _symmetric(mass * squares / 2, mass * (squares / 4 + length**2 / 12), axis)
+    return _axisymmetric(mass * squares / 2, mass * (squares / 4 + length**2 / 12), axis)
 
 
 def sphere(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
@@ -64,11 +64,11 @@ def spherical_shell(mass: ScalarLike, radius: ScalarLike) -> Matrix3:
     return as_array(np.eye(3) * (mass * radius**2 * (2 / 3)))
 
 
-def turned(inertia: ArrayLike, rotation: ArrayLike) -> Matrix3:
+def rotate(inertia: ArrayLike, rotation: ArrayLike) -> Matrix3:
     """Inertia in other axes: `rotation` takes components in the axes of `inertia` to the new ones."""
     rotation = jnp.asarray(rotation)
     if not are_axes(rotation):
-        raise ValueError("the rotation is no rotation matrix")
+        raise ValueError("the rotation is not a rotation matrix")
     return rotation @ as_matrix(inertia) @ rotation.T
 
 
@@ -91,11 +91,11 @@ def combine(parts: Iterable[tuple]) -> dict[str, Array]:
         raise ValueError("combine needs at least one part")
     if any(m.shape != () or c.shape != (3,) for m, c, _ in parts):
         raise ValueError("each part is (mass, centre of three numbers, inertia)")
-    xp, *numbers = _arrays(*(number for part in parts for number in part))
+    xp, *numbers = _as_arrays(*(number for part in parts for number in part))
     parts = list(zip(numbers[0::3], numbers[1::3], numbers[2::3], strict=True))
     mass = sum(m for m, _, _ in parts)
     com = sum(m * c for m, c, _ in parts) / mass
-    inertia = sum(inertia + m * _offset(xp, c - com) for m, c, inertia in parts)
+    inertia = sum(inertia + m * _parallel_axis_term(xp, c - com) for m, c, inertia in parts)
     return {"mass": as_array(mass), "com": as_array(com), "inertia": as_array(inertia)}
 
 
@@ -106,14 +106,14 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
         ValueError: for any other shape.
     """
     refuse_complex(inertia)
-    xp, inertia = _arrays(inertia)
+    xp, inertia = _as_arrays(inertia)
     if inertia.shape not in ((), (3,), (3, 3)):
         raise ValueError(f"an inertia is 0, (3,) or (3, 3), not of shape {inertia.shape}")
     return as_array(xp.diag(inertia * xp.ones(3)) if inertia.ndim < 2 else inertia)
 
 
 def _check(mass, **lengths):
-    """ValueError for numbers that are known and cannot be; the mass of a hole is negative."""
+    """Raises: ValueError for concrete numbers that are invalid; the mass of a hole may be negative."""
     for name, value in {"mass": mass, **lengths}.items():
         refuse_complex(value)
         if (
@@ -126,19 +126,19 @@ def _check(mass, **lengths):
             )
 
 
-def _symmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:
+def _axisymmetric(axial: ScalarLike, transverse: ScalarLike, axis: Axis) -> Matrix3:
     direction = axis_vector(axis)
-    _, axial, transverse, direction = _arrays(axial, transverse, direction)
+    _, axial, transverse, direction = _as_arrays(axial, transverse, direction)
     outer = direction[:, None] * direction[None]
     return as_array(transverse * np.eye(3) + (axial - transverse) * outer)
 
 
-def _arrays(*numbers) -> tuple:
-    """What computes with these numbers, and they as its arrays: NumPy where all are known, which compiles nothing."""
+def _as_arrays(*numbers) -> tuple:
+    """NumPy or jax.numpy and the numbers as its arrays: NumPy where all are concrete, which compiles nothing."""
     xp = np if is_concrete(numbers) else jnp
     return xp, *(xp.asarray(number, float) for number in numbers)
 
 
-def _offset(xp, c) -> AnyArray:
+def _parallel_axis_term(xp, c) -> AnyArray:
     """Inertia of a unit point mass at c."""
     return xp.dot(c, c) * np.eye(3) - xp.outer(c, c)

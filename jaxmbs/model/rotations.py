@@ -1,4 +1,4 @@
-"""Rotations as matrices, quaternions, rotation vectors, an axis with an angle: from one to another.
+"""Conversions between rotation matrices, quaternions, rotation vectors, and an axis with an angle.
 
 A matrix (..., 3, 3) takes components in the turned axes to components in the fixed ones, as those of `rotation=` and
 of `rotation(system, state, frame)` do.  A quaternion (..., 4) is (w, x, y, z), as the coordinates of `Spherical` and
@@ -17,14 +17,14 @@ from ..math import _rotation as single
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis
 
-_NO_LENGTH = 1e-12
+_ZERO_LENGTH = 1e-12  # of a quaternion: shorter ones have no direction beyond rounding
 
 
 def from_quaternion(quaternion: ArrayLike) -> Float[Array, "... 3 3"]:
     """Matrix of a quaternion (..., 4), w first, of any length but zero."""
     q = _numbers("a quaternion", quaternion, (4,))
-    if any_concrete(lambda q: np.linalg.norm(q, axis=-1) < _NO_LENGTH, q):
-        raise ValueError("a quaternion of no length is no rotation")
+    if any_concrete(lambda q: np.linalg.norm(q, axis=-1) < _ZERO_LENGTH, q):
+        raise ValueError("a quaternion of length zero is not a rotation")
     return jnp.vectorize(single.quaternion_matrix, signature="(q)->(i,j)")(q)
 
 
@@ -55,7 +55,7 @@ def to_vector(rotation: ArrayLike) -> Float[Array, "... 3"]:
 def _matrix(rotation):
     matrix = _numbers("a rotation", rotation, (3, 3))
     if not are_axes(matrix):
-        raise ValueError("it is no rotation matrix, whose rows are unit vectors, square to each other, right-handed")
+        raise ValueError("it is not a rotation matrix: its rows must be unit vectors, at right angles, right-handed")
     return matrix
 
 

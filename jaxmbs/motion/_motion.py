@@ -12,7 +12,7 @@ from ..checks import any_concrete, is_concrete
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
 from ..math._nan import nan_where
-from ..model._entry_points import check_fits
+from ..model._entry_points import check_state
 from ..model._system import System
 from ..runtime import as_array, jit
 from ..status import Status, succeeded
@@ -116,7 +116,7 @@ class Motion(eqx.Module):
         Raises: ValueError for a batch of motions, and for times beyond the saved ones; where those are traced the
         state is NaN.
         """
-        check_fits(system, self.states)
+        check_state(system, self.states)
         if self.ts.ndim != 1:
             raise ValueError(f"one motion has states at a time, use jax.vmap; the times have shape {self.ts.shape}")
         t, last = as_array(t), jnp.sum(jnp.isfinite(self.ts), dtype=jnp.int32) - 1

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
-from ..model._entry_points import check_fits
+from ..model._entry_points import check_state
 from ..model._system import System
 from ..ode._loop import stop_gradients
 from ._interpolation import between, knots_of
@@ -47,7 +47,7 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
     """
     if motion.ts.ndim != 1:
         raise ValueError(f"peak takes one motion, use jax.vmap for many; the times have shape {motion.ts.shape}")
-    check_fits(system, motion.states)
+    check_state(system, motion.states)
     values = jax.vmap(quantity)(motion.states)
     shape, values = values.shape[1:], values.reshape(values.shape[0], -1)
     used = jnp.isfinite(motion.ts)  # after an event nothing is saved

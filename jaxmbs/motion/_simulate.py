@@ -13,9 +13,9 @@ from ..checks import is_concrete
 from ..errors import SimulationError
 from ..flexible._stiffening import warn_of_stiffening
 from ..kinematics._configuration import at_state
-from ..kinematics._mobility import system_at
+from ..kinematics._mobility import with_mobility_at
 from ..kinematics._state import State
-from ..model._entry_points import check_one
+from ..model._entry_points import check_single_state
 from ..model._system import System
 from ..ode._adjoint import integrate_with_adjoint
 from ..ode._loop import OdeProblem, integrate, rows_for, stop_gradients
@@ -82,11 +82,11 @@ def simulate(
         ValueError: contradictory options.  TypeError: an event that is no function to one number.
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
-    check_one(system, state)
+    check_single_state(system, state)
     if formulation is None and _is_prescribed(system, state):
         formulation = Prescribed
     if formulation in ("independent", Independent):
-        system = system_at(system, state)
+        system = with_mobility_at(system, state)
     check_event(event, state)
     solver, formulation = choose(solver, controller, dt, rtol, atol, gradient, formulation)
     t0 = state.t

@@ -8,7 +8,7 @@ from ..analysis._linearise import linearise
 from ..dynamics._efforts import element_efforts, element_flows
 from ..kinematics._configuration import at_coordinates, at_state, with_velocities
 from ..kinematics._kic import velocity_map
-from ..kinematics._mobility import system_at
+from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate
 from ..kinematics._state import State
 from ..model._system import System
@@ -21,7 +21,7 @@ _LIGHT = 1e-6  # of the largest inertia of the independent velocities: hardly an
 
 def fastest_motion(system: System, state: State, step: float) -> str:
     """The fastest motion beside the mean step [s]: its rate, its joints, the force element behind it, what to do."""
-    system = system_at(system, state)
+    system = with_mobility_at(system, state)
     if not system.topology.mobility or not np.isfinite(state.velocities).all():
         return ""
     found = linearise(system, state)

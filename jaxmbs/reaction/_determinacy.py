@@ -10,7 +10,7 @@ from jax import Array, lax
 
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics
-from ..kinematics._coupled_joints import acting_rows, coupled_joints
+from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
 from ..kinematics._reaction_map import carriers
 from ..model._system import System
 from ..runtime import gather_static
@@ -34,7 +34,7 @@ def joint_determinacy(system: System, at: VelocityKinematics, stresses, placed: 
          (carriers, 6) to forces and moments (carriers, 3) in the axes asked.
     """
     number, dtype = len(carriers(system)), at.u.dtype
-    acting, size = acting_rows(system), jnp.zeros((0, number, 6), dtype)
+    acting, size = couplers_and_user_rows(system), jnp.zeros((0, number, 6), dtype)
     if system.closures:
         none = jnp.zeros((system.topology.bodies.size, 6), dtype)
         y = constraints.row_scale(system).unit[None] * stresses

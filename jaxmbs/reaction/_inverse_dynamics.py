@@ -19,7 +19,7 @@ from ..kinematics._assembly import metric
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._state import HasStates, State
 from ..math._linalg import RowScale, relative, saddle_solve
-from ..model._entry_points import over_states, rates_of, states_of
+from ..model._entry_points import map_states, rates_of, states_of
 from ..model._system import System
 from ..runtime import jit, map_chunked
 from ..typing import ArrayLike
@@ -105,7 +105,7 @@ def _all_tree_efforts(system, states, acceleration):
         at = with_velocities(system, at_state(system, state), state.velocities)
         return tree_efforts(system, at, acceleration)
 
-    return over_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
+    return map_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
 
 
 def tree_efforts(system: System, at: VelocityKinematics, acceleration, loads=None):

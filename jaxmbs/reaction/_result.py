@@ -188,7 +188,7 @@ class Reactions(eqx.Module):
         return self._found("drive or actuator", name, self.drives)
 
     def row(self, name: str) -> RowLoad:
-        """What a `Coupler`, `Rows` or `VelocityRows` does, by its name.  Raises: UnknownNameError."""
+        """What a `Coupler`, `PositionRows` or `VelocityRows` does, by its name.  Raises: UnknownNameError."""
         return self._found("coupler or rows", name, self.rows)
 
     def __iter__(self):

@@ -23,7 +23,7 @@ from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
-from ..kinematics._wrench_targets import single_bodies
+from ..kinematics._wrench_targets import body_targets
 from ..model._entry_points import rates_of, states_of
 from ..model._system import System
 from ..runtime import as_dtype, gather_static, jit, map_chunked, segment_sum_static
@@ -40,7 +40,7 @@ from ._wrenches import joint_wrenches, wrenches_at_frames
 
 
 def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
-    owners, acting = single_bodies(system), []
+    owners, acting = body_targets(system), []
     at = with_velocities(system, configuration(system, P, state.coordinates, state.t), state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
     solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)

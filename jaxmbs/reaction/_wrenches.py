@@ -10,7 +10,7 @@ from jax import Array
 from ..kinematics import _closures as closures
 from ..kinematics._configuration import Configuration
 from ..kinematics._tree import subtrees
-from ..kinematics._wrench_targets import single_bodies
+from ..kinematics._wrench_targets import body_targets
 from ..math._linalg import skew
 from ..model._system import System
 from ..runtime import gather_static
@@ -48,7 +48,7 @@ def _closure_wrenches(system, at, multipliers):
     if not system.closures:
         return jnp.zeros((system.topology.bodies.size, 6), multipliers.dtype), jnp.zeros((0, 6), multipliers.dtype)
     each = closures.wrenches(system, closures.directions(system, at), multipliers)
-    return closures.sum_on(single_bodies(system), system, each), jnp.concatenate(each)
+    return closures.accumulate_wrenches(body_targets(system), system, each), jnp.concatenate(each)
 
 
 def wrenches_at_frames(wrench, R, x, axes, sign):

@@ -10,7 +10,7 @@ from ..analysis._linearise import independent_positions
 from ..errors import ModelError
 from ..kinematics._configuration import at_state
 from ..kinematics._kic import position_map, velocity_map
-from ..kinematics._mobility import system_at
+from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import step_coordinates
 from ..kinematics._state import State
 from ..linear._system import LinearSystem
@@ -63,7 +63,7 @@ def animate_mode(
     phase = np.exp(2j * np.pi * np.linspace(0.0, 1.0, frames))
     shape, frequency = np.asarray(modes.shapes)[:, number], omega / (2 * np.pi)
     if isinstance(system, System):
-        system = system if state is None else system_at(system, state)
+        system = system if state is None else with_mobility_at(system, state)
         shape = _of_positions(system, state, shape)
     waves = np.real(phase[:, None] * _aligned(shape))
     if isinstance(system, System):

@@ -103,7 +103,7 @@ def disk_laid_flat():
 
 RAISING = [
     (cannot_be_assembled, mbs.AssemblyError, "cannot be assembled.*\n.*C"),
-    (held_rates_contradict, mbs.AssemblyError, "velocities held contradict.*\n.*C"),
+    (held_rates_contradict, mbs.AssemblyError, "given velocities contradict.*\n.*C"),
     (loop_that_never_closes, mbs.ModelError, "cannot be closed.*C"),
     (branch_without_inertia, mbs.ModelError, "needle moves no inertia"),
     (point_mass_spun_about_itself, mbs.ModelError, "spin moves no inertia"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics._assembly import assemble
+from jaxmbs.kinematics._assembly import assemble_coordinates
 from jaxmbs.kinematics._kic import independent_columns
 from jaxmbs.kinematics._poses import node_parameters
 from tests.cases import models
@@ -41,7 +41,7 @@ def test_total_is_the_hessian_on_the_constraint_manifold():
     P, free = node_parameters(system), jnp.ones(3).at[column].set(0.0)
 
     def energy(x):
-        psi = assemble(system, P, state.coordinates.at[column].add(x), state.t, free)
+        psi = assemble_coordinates(system, P, state.coordinates.at[column].add(x), state.t, free)
         return mbs.dynamics.potential_energy(system, mbs.State(state.t, psi, state.velocities))
 
     K = mbs.stiffness(system, state)

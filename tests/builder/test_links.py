@@ -73,7 +73,7 @@ def test_frames_that_carry_each_other_are_named():
     b = two_bodies("arm", "hand")
     b.frame("one", on="two")
     b.frame("two", on="one")
-    with pytest.raises(mbs.ModelError, match="frame 'one': the frames that carry it go round in a circle"):
+    with pytest.raises(mbs.ModelError, match="frame 'one': the frames that carry it form a circle"):
         b.build()
 
 

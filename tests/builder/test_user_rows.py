@@ -28,16 +28,19 @@ AFFINE = {
     "driven": lambda q, u, t: jnp.array([(1.0 + t) * u[2] - jnp.cos(t) * q[0] ** 2]),
 }
 NO_ROWS = {
-    "whole numbers": (mbs.joints.Rows(lambda q, t: jnp.array([1, 2])), "real numbers.*int"),
-    "complex": (mbs.joints.Rows(lambda q, t: jnp.asarray(q[:1], complex)), "real numbers.*complex"),
-    "nothing": (mbs.joints.Rows(lambda q, t: None), "real numbers.*NoneType"),
+    "whole numbers": (mbs.joints.PositionRows(lambda q, t: jnp.array([1, 2])), "real numbers.*int"),
+    "complex": (mbs.joints.PositionRows(lambda q, t: jnp.asarray(q[:1], complex)), "real numbers.*complex"),
+    "nothing": (mbs.joints.PositionRows(lambda q, t: None), "real numbers.*NoneType"),
     "a list": (mbs.joints.VelocityRows(lambda q, u, t: [u[0]]), "real numbers.*list"),
-    "a matrix": (mbs.joints.Rows(lambda q, t: jnp.outer(q, q)), r"not \(6, 6\)"),
+    "a matrix": (mbs.joints.PositionRows(lambda q, t: jnp.outer(q, q)), r"not \(6, 6\)"),
     "an empty array": (mbs.joints.VelocityRows(lambda q, u, t: u[:0]), r"not \(0,\)"),
-    "an error of its own": (mbs.joints.Rows(lambda q, t: q[0] + q["x"]), "cannot be evaluated: TypeError"),
+    "an error of its own": (mbs.joints.PositionRows(lambda q, t: q[0] + q["x"]), "cannot be evaluated: TypeError"),
     "fewer arguments": (mbs.joints.VelocityRows(lambda q, u: u[:1]), "cannot be evaluated: TypeError"),
     "no velocity": (mbs.joints.VelocityRows(lambda q, u, t: q[:1]), "no slope by the velocities"),
-    "no coordinate": (mbs.joints.Rows(lambda q, t: jnp.array([t, q[0]])), "row 0 .* no slope by the coordinates"),
+    "no coordinate": (
+        mbs.joints.PositionRows(lambda q, t: jnp.array([t, q[0]])),
+        "row 0 .* no slope by the coordinates",
+    ),
 }
 
 

@@ -309,7 +309,7 @@ def car_axis():
 
     b.force("left_spring", mbs.SpringDamper(stiffness=1.0, free_length=0.5), between=("ground", "left"))
     b.force("right_spring", mbs.forces.GeneralisedEffort(right_spring))
-    b.constraint("closure", mbs.joints.Rows(closure))
+    b.constraint("closure", mbs.joints.PositionRows(closure))
     return b.build()
 
 

@@ -49,7 +49,7 @@ def declare():
     b.body("bead", mass=0.5)
     b.joint("along", mbs.Prismatic(axis="x"), "ground", "carrier")
     b.joint("up", mbs.Prismatic(axis="z"), "carrier", "bead")
-    b.constraint("parabola", mbs.joints.Rows(_parabola))
+    b.constraint("parabola", mbs.joints.PositionRows(_parabola))
     return b
 
 

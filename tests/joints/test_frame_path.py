@@ -182,5 +182,5 @@ def test_improper_paths_are_said_in_one_report():
     with pytest.raises(mbs.ModelError) as raised:
         b.build()
     text = str(raised.value)
-    for part in ("'rr'", "leads nothing", "rz are held without rotation", "gives shape ()"):
+    for part in ("'rr'", "prescribes nothing", "rz have no path: give rotation=", "gives shape ()"):
         assert part in text, text

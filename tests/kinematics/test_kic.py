@@ -10,7 +10,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.kinematics import _kic as first
 from jaxmbs.kinematics import _kic_second as second
-from jaxmbs.kinematics._assembly import assemble
+from jaxmbs.kinematics._assembly import assemble_coordinates
 from jaxmbs.kinematics._poses import node_parameters
 
 from ..mechanisms import OnCart, slopes
@@ -25,7 +25,7 @@ def moved(system, state, phi):
     chosen = np.asarray(first.independent_columns(system))
     free = jnp.ones(system.topology.num_velocities).at[chosen].set(0.0)
     psi = state.coordinates.at[chosen].set(phi)
-    return assemble(system, node_parameters(system), psi, state.t, free)
+    return assemble_coordinates(system, node_parameters(system), psi, state.t, free)
 
 
 def phi_of(system, state):

@@ -97,7 +97,7 @@ def test_traced_answers_are_not_those_of_another_pose(drawn_flat, for_work):
     state = at_work(drawn_flat)
     assert np.isnan(ask(drawn_flat, state)).all()
     assert not jax.jit(lambda: mbs.linearise(drawn_flat, state).ok)()
-    here = kinematics.system_at(drawn_flat, state)
+    here = kinematics.with_mobility_at(drawn_flat, state)
     np.testing.assert_allclose(ask(here, state), ask(for_work, at_work(for_work)), rtol=1e-9)
     assert np.isnan(jax.jit(lambda: mbs.kinematics.kic(drawn_flat, state).internal)()).all()
 

@@ -41,7 +41,7 @@ CASES = {
         lambda z: call(np.ones((3, 5, 4)), np.ones((4, 2))), "matrix shape: any number of columns"
     ),
     "kinematics.count_mobility": of_state(),
-    "kinematics.system_at": of_state(f"state nan inside: {NO_NUMBER}"),
+    "kinematics.with_mobility_at": of_state(f"state nan inside: {NO_NUMBER}"),
     "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
     "kinematics.branch": case(
         lambda z: call(z.bars, z.state, ["A"]),

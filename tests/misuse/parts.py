@@ -120,8 +120,8 @@ CASES = {
     "joints.Distance": tie(lambda z: call(0.5), positive="length"),
     "joints.FramePath": tie(
         lambda z: call(np.array([0.5, 0.25, 0.0]), np.array([0.0, 0.0, 0.5]), ("x", "rz")),
-        "position none: held without it",
-        "rotation none: held without it",
+        "position none: no path for it",
+        "rotation none: no path for it",
         "hold none: all of them",
     ),
     "joints.PointOnPlane": tie(lambda z: call()),
@@ -132,7 +132,7 @@ CASES = {
     "joints.Coupler": case(
         lambda z: call({"shoulder": 1.0, "wrist": 2.0}, 0.5, lambda a, b: a - b), through=_through(_coupled)
     ),
-    "joints.Rows": case(lambda z: call(lambda psi, t: psi[0] - psi[1]), through=_through(_coupled)),
+    "joints.PositionRows": case(lambda z: call(lambda psi, t: psi[0] - psi[1]), through=_through(_coupled)),
     "joints.VelocityRows": case(lambda z: call(lambda psi, u, t: u[0] - u[1]), through=_through(_coupled)),
     "forces.SpringDamper": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25), positive="damping"),
     "forces.Bushing": case(

@@ -170,7 +170,7 @@ def test_every_question_takes_a_motion(name):
         if question in OF_NONE or (name, question) in NO_ANSWER:
             continue
         if question in OF_ONE:
-            with pytest.raises(ValueError, match="asked of one state"):
+            with pytest.raises(ValueError, match="takes one state"):
                 ask(system, motion.states)
             continue
         try:

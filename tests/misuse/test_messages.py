@@ -106,7 +106,7 @@ PLACES = {
     ),
     "at": (lambda: placed(at=(0, -1)), "joint 'knee', at: a point needs three numbers"),
     "frame": (lambda: framed(position=(0, -1)), "frame 'eye': a point needs three numbers"),
-    "rotation": (lambda: framed(rotation=2 * np.eye(3)), "frame 'eye': its rotation is no rotation matrix"),
+    "rotation": (lambda: framed(rotation=2 * np.eye(3)), "frame 'eye': its rotation is not a rotation matrix"),
     "size": (lambda: framed(rotation=np.eye(2)), r"frame 'eye': a rotation is a matrix of shape \(3, 3\)"),
     "force": (lambda: pushed((0, 1)), r"force 'push': \('bob', \(0, 1\)\) is not"),
 }

@@ -61,7 +61,7 @@ def test_sphere_and_shell(solid):
 def test_slanted_axis_is_a_turned_inertia():
     turn = Rotation.from_rotvec([0.3, -0.5, 0.9]).as_matrix()
     slanted = inertia.cylinder(2.0, 0.1, 0.6, axis=tuple(turn[:, 2]))
-    expected = inertia.turned(inertia.cylinder(2.0, 0.1, 0.6), jnp.array(turn))
+    expected = inertia.rotate(inertia.cylinder(2.0, 0.1, 0.6), jnp.array(turn))
     np.testing.assert_allclose(slanted, expected, atol=1e-15)
 
 

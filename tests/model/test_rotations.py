@@ -79,13 +79,13 @@ def test_a_ball_takes_the_quaternion_of_a_rotation():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: rotations.from_quaternion(np.zeros(4)), "no length"),
+        (lambda: rotations.from_quaternion(np.zeros(4)), "length zero"),
         (lambda: rotations.from_quaternion(np.ones(3)), r"\(..., 4\), not \(3,\)"),
         (lambda: rotations.from_vector([0.0, np.nan, 0.0]), "finite"),
         (lambda: rotations.from_axis_angle((0, 0, 0), 1.0), "no direction"),
         (lambda: rotations.from_axis_angle("w", 1.0), "not one of x, y, z"),
-        (lambda: rotations.to_quaternion(2.0 * np.eye(3)), "no rotation matrix"),
-        (lambda: rotations.to_vector(np.diag([1.0, 1.0, -1.0])), "no rotation matrix"),
+        (lambda: rotations.to_quaternion(2.0 * np.eye(3)), "not a rotation matrix"),
+        (lambda: rotations.to_vector(np.diag([1.0, 1.0, -1.0])), "not a rotation matrix"),
         (lambda: rotations.to_vector(np.ones(9)), r"\(..., 3, 3\)"),
         (lambda: mbs.Pose((0, 0, 0), (1, 0, 0, 0)), "mbs.rotations"),
     ],

@@ -52,7 +52,7 @@ def growing_gear(stiffness, like=None):
     for name, axis, mass in (("near", "x", 2.0), ("far", "y", 1.5)):
         b.body(name, mass=mass, inertia=0.1)
         b.joint(name, mbs.Prismatic(axis), "ground", name)
-    b.constraint("gear", mbs.joints.Rows(stretched))
+    b.constraint("gear", mbs.joints.PositionRows(stretched))
     b.force("spring", mbs.SpringDamper(stiffness, 0.2), joint="far")
     system = b.build(like=like)
     return system, mbs.State.at(system, far=0.3, velocities={"far": 1.0})

@@ -45,7 +45,7 @@ def rotors():
             b.force(f"grease of {kind} {k}", mbs.SpringDamper(damping=0.3), joint=f"{kind} {k}")
     b.constraint("coupler", mbs.Coupler({"coupler 1": 20.0, "coupler 2": 60.0}))
     b.constraint("slip", mbs.joints.VelocityRows(geared))
-    b.constraint("rows", mbs.joints.Rows(tied))
+    b.constraint("rows", mbs.joints.PositionRows(tied))
     b.force("everywhere", mbs.forces.GeneralisedEffort(on_every_joint))
     b.force("wind", mbs.Torque((0.0, 0.0, 0.7)), on="spring_damper driven")
     system = b.build()

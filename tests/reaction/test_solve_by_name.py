@@ -98,7 +98,9 @@ def test_loads_of_named_rows(kind):
         b.joint(name, PIN, "ground", name)
     b.force("motor", mbs.Torque((0.0, 0.0, 6.0)), on="pinion")
     law = (
-        mbs.Coupler({"pinion": 1.0, "wheel": -2.0}) if kind == "coupler" else mbs.joints.Rows(Tooth(jnp.asarray(2.0)))
+        mbs.Coupler({"pinion": 1.0, "wheel": -2.0})
+        if kind == "coupler"
+        else mbs.joints.PositionRows(Tooth(jnp.asarray(2.0)))
     )
     b.constraint("gear", law)
     system = b.build()

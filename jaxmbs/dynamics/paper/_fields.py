@@ -12,11 +12,11 @@ from ...errors import ModelError
 from ...kinematics._configuration import Configuration, at_coordinates, at_state, configuration, with_velocities
 from ...kinematics._kic import body_kic, dependent_columns, independent_columns, velocity_map
 from ...kinematics._kic_second import along_independent
-from ...kinematics._mobility import at_independent, system_at
+from ...kinematics._mobility import independent_state_function, with_mobility_at
 from ...kinematics._poses import body_frame, coordinate_rate
 from ...kinematics._state import State
 from ...math._spd import spd_solve
-from ...model._entry_points import check_fits
+from ...model._entry_points import check_state
 from ...model._system import System
 from ...runtime import as_array
 from .._elastic import require_rigid
@@ -87,7 +87,7 @@ def _inertia_field(system, at):
     return _field(system, at, G, G)
 
 
-@at_independent
+@independent_state_function
 def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
     """I* (N, N) = sum over bodies `m G_t^T G_t + G_r^T I G_r` (printed with one G_r in the mass term).
 
@@ -96,7 +96,7 @@ def inertia_field(system: System, state: State) -> Float[Array, "N N"]:
     return _inertia_field(system, _rigid_configuration(system, state))
 
 
-@at_independent
+@independent_state_function
 def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
     """GR (N, N) = sum over bodies `m Gt_dot^T G_t + Gr_dot^T I G_r`, along the motion, drives included.
 
@@ -107,7 +107,7 @@ def gyristor_field(system: System, state: State) -> Float[Array, "N N"]:
     return _field(system, at, G_dot, G)
 
 
-@at_independent
+@independent_state_function
 def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
     """GR~ (N, N), second form: row k is `1/2 phi_dot^T P*_k` with `P*_kij = dI*_ij/dphi_k` (print drops the 1/2).
 
@@ -124,11 +124,11 @@ def gyristor_field_direct(system: System, state: State) -> Float[Array, "N N"]:
 
 def independent_rates(system: System, state: State) -> Float[Array, " N"]:
     """phi_dot (N,): velocities of the independent columns."""
-    check_fits(system, state)
-    return state.velocities[independent_columns(system_at(system, state))]
+    check_state(system, state)
+    return state.velocities[independent_columns(with_mobility_at(system, state))]
 
 
-@at_independent
+@independent_state_function
 def generalised_momentum(system: System, state: State) -> Float[Array, " N"]:
     """p (N,) = sum over bodies `G_t^T m v + G_r^T I omega` of the total velocities.  Source: S2 (30)-(34)."""
     at = _rigid_configuration(system, state)
@@ -163,7 +163,7 @@ def _twist_of_rates(system, at, rates):
     return jnp.concatenate([omega, velocity], axis=1)
 
 
-@at_independent
+@independent_state_function
 def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
     """(p_dot, phi_dot, q_dot) of the paper at a state, drives included.
 

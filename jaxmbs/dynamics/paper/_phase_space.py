@@ -11,7 +11,7 @@ from ...kinematics._configuration import Configuration, at_state
 from ...kinematics._elastic import mass_matrix
 from ...kinematics._kic import independent_columns, velocity_map
 from ...kinematics._kic_second import along_independent
-from ...kinematics._mobility import at_independent
+from ...kinematics._mobility import independent_state_function
 from ...kinematics._state import State
 from ...math._spd import spd_solve
 from ...model._system import System
@@ -20,7 +20,7 @@ from ...typing import ArrayLike, Scalar
 from ._fields import require_holonomic_coordinates
 
 
-@at_independent
+@independent_state_function
 def hamiltonian(system: System, state: State, momenta: ArrayLike | None = None) -> Scalar:
     """`H = 1/2 (p - c).I*^-1 (p - c) - T0` [J] at the coordinates and time of a state, dependent ones following.
 
@@ -36,7 +36,7 @@ def hamiltonian(system: System, state: State, momenta: ArrayLike | None = None) 
     return _hamiltonian_at(system, at, _momenta(system, at, state, momenta))
 
 
-@at_independent
+@independent_state_function
 def hamiltonian_slopes(
     system: System, state: State, momenta: ArrayLike | None = None
 ) -> tuple[Float[Array, " N"], Float[Array, " N"]]:

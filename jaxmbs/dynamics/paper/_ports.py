@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from ...kinematics._configuration import Configuration, VelocityKinematics, at_rest, at_state, with_velocities
 from ...kinematics._kic import velocity_map
-from ...kinematics._mobility import at_independent
+from ...kinematics._mobility import independent_state_function
 from ...kinematics._state import State
 from ...model._system import System
 from .._bodies import bodies_of, total
@@ -34,14 +34,14 @@ def projected_gravity_effort(system: System, at: Configuration, Gamma):
     return total(bodies.weight(system, at, Gamma) for bodies in bodies_of(system))
 
 
-@at_independent
+@independent_state_function
 def compliance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_C (N,) = -dV/dphi of all springs, `-sum K_i G_C^T dq_C`.  Source: S2 (56)-(59), (62)-(64), (67)."""
     at, Gamma = _configuration_and_map(system, state)
     return Gamma.T @ conservative_efforts(system, at)(at)
 
 
-@at_independent
+@independent_state_function
 def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_R (N,): the part of the elements' efforts that the velocities make, `-R phi_dot` for dampers.
 
@@ -52,7 +52,7 @@ def resistance_effort(system: System, state: State) -> Float[Array, " N"]:
     return Gamma.T @ (_element_efforts(system, at) - _element_efforts(system, at_rest(system, at)))
 
 
-@at_independent
+@independent_state_function
 def resistance_field(system: System, state: State) -> Float[Array, "N N"]:
     """R (N, N) = `sum G_R^T R_i G_R`, the derivative of -e_R by phi_dot; as unsymmetric as the elements are.
 
@@ -67,20 +67,20 @@ def projected_resistance_field(system: System, at: Configuration, Gamma, u):
     return -Gamma.T @ jax.jacfwd(lambda u: _element_efforts(system, with_velocities(system, at, u)))(u) @ Gamma
 
 
-@at_independent
+@independent_state_function
 def gravity_effort(system: System, state: State) -> Float[Array, " N"]:
     """e_G (N,) = `sum m_k G_t^T g`.  Source: S2 (75)."""
     return projected_gravity_effort(system, *_configuration_and_map(system, state))
 
 
-@at_independent
+@independent_state_function
 def source_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q* (N,): what the elements exert at rest beside their stored energy: loads, motors.  Source: S2 (76)."""
     at, Gamma = _configuration_and_map(system, state)
     return Gamma.T @ source_efforts(system, at)
 
 
-@at_independent
+@independent_state_function
 def total_effort(system: System, state: State) -> Float[Array, " N"]:
     """Q (N,) = `Q* + e_C + e_R + e_G` on the independent velocities.  Source: S2 (76)."""
     at, Gamma = _configuration_and_map(system, state)

@@ -10,15 +10,15 @@ from ...checks import negative
 from ...kinematics._configuration import at_state
 from ...kinematics._kic import velocity_map
 from ...kinematics._kic_second import point_kic
-from ...kinematics._mobility import at_independent
-from ...kinematics._points import jacobian, locate, position
+from ...kinematics._mobility import independent_state_function
+from ...kinematics._points import jacobian, position, resolve_frame
 from ...kinematics._state import State
 from ...math._linalg import direction, safe_norm
 from ...model._system import System
 from ...typing import FrameLike, ScalarLike, Vector3
 
 
-@at_independent
+@independent_state_function
 def spring_vector(
     system: System, state: State, frame_a: FrameLike, frame_b: FrameLike
 ) -> tuple[Vector3, Float[Array, "3 N"]]:
@@ -27,14 +27,14 @@ def spring_vector(
     Raises: UnknownNameError.  Source: S2 (56)-(57), (61)-(63).
     """
     for frame in (frame_a, frame_b):
-        locate(system, frame)
+        resolve_frame(system, frame)
     ends = [jacobian(system, state, frame)[:3] for frame in (frame_a, frame_b)]
     q_C = position(system, state, frame_b) - position(system, state, frame_a)
     Gamma = velocity_map(system, at_state(system, state, inertias=False))[0]
     return q_C, (ends[1] - ends[0]) @ Gamma
 
 
-@at_independent
+@independent_state_function
 def spring_displacement(
     system: System, state: State, frame_a: FrameLike, frame_b: FrameLike, free_length: ScalarLike
 ) -> tuple[Vector3, Float[Array, "3 N"]]:
@@ -54,7 +54,7 @@ def spring_displacement(
     return q_C - free_length * n, G_C + turned * (G_hat - G_C)
 
 
-@at_independent
+@independent_state_function
 def spring_kic(system: System, state: State, frame_a: FrameLike, frame_b: FrameLike) -> Float[Array, "3 N"]:
     """`G_C = n d|q_C|/dphi` (3, N): what of `G_hat` is along the spring; `e_C = -K G_C^T dq_C`.
 
@@ -65,7 +65,7 @@ def spring_kic(system: System, state: State, frame_a: FrameLike, frame_b: FrameL
     return jnp.outer(n, n @ G_hat)
 
 
-@at_independent
+@independent_state_function
 def spring_kic_second(system: System, state: State, frame_a: FrameLike, frame_b: FrameLike) -> Float[Array, "N 3 N"]:
     """The tensor `{dG_C/dphi}` (N, 3, N): plane l, column n is `d G_C[:, l] / dphi_n`, from second-order KIC.
 

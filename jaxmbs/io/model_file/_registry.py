@@ -10,7 +10,7 @@ from typing import Any
 
 from ... import design, elements, fem, flexible, forces, joints, linear, model, reductions
 from ...builder import _declarations as declarations
-from ...builder._elastic import Elastic
+from ...builder._elastic import ElasticDeclaration
 from ...model._elastic import ElasticBody
 from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
@@ -28,7 +28,7 @@ ROWS = {
     "joints": declarations.Joint,
     "forces": declarations.Force,
     "constraints": declarations.Constraint,
-    "elastic": Elastic,
+    "elastic": ElasticDeclaration,
 }
 _registered: dict[str, Any] = {}
 

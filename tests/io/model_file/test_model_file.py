@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import jaxmbs as mbs
 from jaxmbs import elements, fem, forces, joints, linear, reductions
 from jaxmbs.builder._assemble_system import assemble_system
-from jaxmbs.builder._build import _tree
+from jaxmbs.builder._build import _cut_loops
 from tests import random_systems as rs
 from tests.elements.test_elements import CASES
 from tests.forces import test_applied as test_loads
@@ -42,7 +42,7 @@ MORE = {
     "tool": mbs.joints.FramePath(mbs.forces.Spline([0.0, 1.0, 2.0], np.eye(3)), (0.0, 0.0, 0.1), ("x", "y", "rz")),
     "coupler": mbs.Coupler({"a": 1.0, "b": -0.7}, 0.1),
     "cam": mbs.Coupler({"a": 1.0, "b": 0.0}, function=gearing),
-    "rows": mbs.joints.Rows(gearing),
+    "rows": mbs.joints.PositionRows(gearing),
     "slips": mbs.joints.VelocityRows(rolled),
     "partial": mbs.Actuator(jax.tree_util.Partial(test_scalar_laws.torque_curve, jnp.array(2.0))),
     "cyclic": reductions.Cyclic(12, 2, {"left": "right"}),
@@ -149,7 +149,7 @@ def check_one(tmp_path, seed, kinds, name):
     if builder.faults():
         return  # a name that is taken
     other = again(builder, tmp_path)
-    systems = [assemble_system(b.declared, _tree(b.declared, set())) for b in (builder, other)]
+    systems = [assemble_system(b.declared, _cut_loops(b.declared, set())) for b in (builder, other)]
     assert same(*systems) and systems[0].topology == systems[1].topology
 
 
@@ -184,7 +184,7 @@ def test_an_elastic_body_comes_back(tmp_path):
     b.elastic("arm", Zoo().frame.body, motions={"b": mbs.Prismatic("z")}, position=(0.1, 0.2, 0.3))
     b.joint("pin", mbs.Revolute("y"), "ground", "arm.a")
     other = again(b, tmp_path)
-    assert same(*(assemble_system(x.declared, _tree(x.declared, set())) for x in (b, other)))
+    assert same(*(assemble_system(x.declared, _cut_loops(x.declared, set())) for x in (b, other)))
 
 
 def test_a_file_keeps_the_schema(tmp_path):

@@ -121,7 +121,7 @@ def plate(n, mid3):
 
 @pytest.mark.long
 def test_plates_without_shear(tmp_path):
-    """A blank MID3: the frequency goes to Kirchhoff's, with MID3 to Mindlin's, 3 % lower, without rotary inertia."""
+    """A blank MID3: the frequency goes to Kirchhoff's, with MID3 to Mindlin's, 3 % lower, without spins inertia."""
     E, nu, t, rho = 2e11, 0.3, 0.1, 7850.0
     D = E * t**3 / (12 * (1 - nu**2))
     thin = 2 * np.pi**2 * np.sqrt(D / (rho * t))

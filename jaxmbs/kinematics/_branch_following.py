@@ -1,7 +1,8 @@
-"""Coordinates followed along a branch, from closed loops to other values of the held coordinates and of time.
+"""Branch following: from closed loops to other values of the given coordinates and of time, on the same branch.
 
-In steps so short that the next pose is not mistaken for one of another branch: predicted by the last step, corrected
-by Newton's method, and made again, shorter, where the corrections do not shrink or the branch's sign changes.
+A predictor-corrector method with controlled step length (Allgower and Georg, Numerical Continuation Methods, 1990):
+a secant predictor, damped Newton corrections, and a step repeated at a quarter of its length where the corrections do
+not contract or the sign of the branch changes.
 """
 
 from typing import NamedTuple
@@ -15,26 +16,28 @@ from ..math._determinant import determinant_signs
 from ..math._rotation import quaternion_log, quaternion_product
 from ..math._spd import spd_inverse
 from ..model._system import System
-from ._assembly import linearised
-from ._branches import components, rows_by_column
+from ._assembly import linearise_rows
+from ._branches import coupled_blocks, row_dependence
 from ._constraints import row_scale
 from ._poses import simple_columns, step_coordinates
 
-_REACH = 0.2  # the longest step, in rad or characteristic lengths: a curve of that radius leaves it by a tenth
-_CORRECTION = 0.1  # the largest correction of a prediction
-_AIM = 0.03  # the correction that steps are made for; it grows with the square of the step
-_SHRINKS = 0.8  # of a correction to the one before: one half at a singular pose, next to nothing elsewhere
-_ROUGH = 1e-4  # the last correction of a step on the way; the next step mends what it leaves
-_FINE = {8: 1e-10, 4: 1e-5}  # that of the last step
-_CLOSED = {8: 1e-13, 4: 1e-6}  # residuals at rounding
+_LONGEST_STEP = 0.2  # the longest step, in rad or characteristic lengths: a curve of that radius leaves it by a tenth
+_LARGEST_CORRECTION = 0.1  # the largest correction of a prediction
+_WANTED_CORRECTION = 0.03  # the correction that steps are made for; it grows with the square of the step
+_CONTRACTION = 0.8  # of a correction to the one before: one half at a singular pose, next to nothing elsewhere
+_PATH_TOLERANCE = 1e-4  # the last correction of a step on the way; the next step mends what it leaves
+_END_TOLERANCE = {8: 1e-10, 4: 1e-5}  # that of the last step
+_ROUNDING_RESIDUAL = {8: 1e-13, 4: 1e-6}  # residuals at rounding
 _DAMPING = {8: 1e-13, 4: 1e-6}  # of motions that neither rows nor held values determine
-_SIGN = 1e-6  # of such motions in the determinant that compares two poses
-_CROSSING = 1e-4  # a step so short that changes the sign passes a crossing of branches, as a flat parallelogram's
-_SHORTEST = 1e-8  # share of the way; shorter steps say that the branch has ended
-_PASSES = 3000  # evaluations of the rows; a whole turn takes some two hundred
+_SIGN_DAMPING = 1e-6  # of such motions in the determinant that compares two poses
+_CROSSING_LENGTH = (
+    1e-4  # a step so short that changes the sign passes a crossing of branches, as a flat parallelogram's
+)
+_SHORTEST_SHARE = 1e-8  # share of the way; shorter steps say that the branch has ended
+_MAX_PASSES = 3000  # evaluations of the rows; a whole turn takes some two hundred
 
 
-class Place(NamedTuple):
+class BranchPoint(NamedTuple):
     """Coordinates psi (nq,) that close the loops at a time t (); with the last motion `along` (nv + 1,) of the held
     columns and time the free ones moved by `slope` (nv,)."""
 
@@ -44,7 +47,7 @@ class Place(NamedTuple):
     along: Array
 
 
-class _Way(NamedTuple):
+class _Path(NamedTuple):
     """The way from a place to held coordinates and a time: `motion` (nv,) and `duration` ().
 
     `free` (nv,) is one for columns that are found; `unit` (position rows,) and `size` (nv,) bring rows and columns to
@@ -53,7 +56,7 @@ class _Way(NamedTuple):
 
     system: System
     P: Array
-    place: Place
+    place: BranchPoint
     motion: Array
     duration: Array
     free: Array
@@ -62,7 +65,7 @@ class _Way(NamedTuple):
     block: np.ndarray
 
 
-class _Step(NamedTuple):
+class _PathStep(NamedTuple):
     """A step from `psi`, where the scaled rows are `rows`, to `trial`; the free columns move by `gone` up to there.
 
     `share` () of the way lies behind it, `length` () is its own; `slope` (nv,) is how the free columns move along the
@@ -82,12 +85,12 @@ class _Step(NamedTuple):
     opening: Array
 
 
-def at_rest(psi, t, num_velocities: int) -> Place:
+def first_branch_point(psi, t, num_velocities: int) -> BranchPoint:
     """A place with no step before it."""
-    return Place(psi, t, jnp.zeros(num_velocities, psi.dtype), jnp.zeros(num_velocities + 1, psi.dtype))
+    return BranchPoint(psi, t, jnp.zeros(num_velocities, psi.dtype), jnp.zeros(num_velocities + 1, psi.dtype))
 
 
-def follow(system: System, P, place: Place, psi, t, held: tuple[int, ...]) -> tuple[Place, Array]:
+def follow_branch(system: System, P, place: BranchPoint, psi, t, held: tuple[int, ...]) -> tuple[BranchPoint, Array]:
     """The place on the same branch with the held columns at their values in psi (nq,) and the time t (), and the
     share () of the way that could be gone; less than one, and coordinates NaN, where the branch ends before.
 
@@ -96,45 +99,47 @@ def follow(system: System, P, place: Place, psi, t, held: tuple[int, ...]) -> tu
     top = system.topology
     free = np.ones(top.num_velocities, psi.dtype)
     free[list(held)] = 0.0
-    motion = (1.0 - free) * _difference(top, place.psi, psi)
+    motion = (1.0 - free) * _coordinate_difference(top, place.psi, psi)
     size = jnp.where(np.asarray(top.spins) > 0, 1.0, system.length).astype(psi.dtype)
     unit = row_scale(system).unit[top.position_rows].astype(psi.dtype)
-    block = components(rows_by_column(system) & (free > 0))[1]
-    way = _Way(system, P, place, motion, t - place.t, jnp.asarray(free, psi.dtype), unit, size, block)
+    block = coupled_blocks(row_dependence(system) & (free > 0))[1]
+    way = _Path(system, P, place, motion, t - place.t, jnp.asarray(free, psi.dtype), unit, size, block)
 
     def goes_on(step):
-        return (step.share < 1.0) & (step.passes < _PASSES) & ((step.passes == 0) | (step.length > _SHORTEST))
+        return (
+            (step.share < 1.0) & (step.passes < _MAX_PASSES) & ((step.passes == 0) | (step.length > _SHORTEST_SHARE))
+        )
 
-    step = lax.while_loop(goes_on, lambda step: _advance(way, step), _beginning(way))
+    step = lax.while_loop(goes_on, lambda step: _correct_step(way, step), _first_step(way))
     arrived = jnp.where(step.share >= 1.0, 1.0, jnp.nan).astype(psi.dtype)
-    return Place(step.psi * arrived, t, step.slope, jnp.append(motion, way.duration)), step.share
+    return BranchPoint(step.psi * arrived, t, step.slope, jnp.append(motion, way.duration)), step.share
 
 
-def _beginning(way):
+def _first_step(way):
     """A step of no length, which finds the rows where the way begins."""
     place, along = way.place, jnp.append(way.motion, way.duration)
     before = jnp.dot(place.along, place.along)
     slope = jnp.dot(place.along, along) / jnp.where(before > 0.0, before, 1.0) * place.slope
     number = lambda x: jnp.full((), x, along.dtype)  # noqa: E731
     rows, still = jnp.zeros((len(way.unit), len(way.size)), along.dtype), jnp.zeros_like(way.motion)
-    return _Step(
+    return _PathStep(
         0, number(0), number(0), place.psi, rows, slope, place.psi, still, number(0), number(jnp.inf), rows[:, 0]
     )
 
 
-def _advance(way, step):
+def _correct_step(way, step):
     """One correction of the trial, and the next step where it was the last one."""
     precision, end = way.motion.dtype.itemsize, step.share + step.length
-    is_last = end > 1.0 - _SHORTEST
-    f, A = linearised(way.system, way.P, step.trial, way.place.t + end * way.duration, way.free)
+    is_last = end > 1.0 - _SHORTEST_SHARE
+    f, A = linearise_rows(way.system, way.P, step.trial, way.place.t + end * way.duration, way.free)
     opening = jnp.where(step.passes == 0, f, step.opening)
     rows, gap = way.unit[:, None] * A * way.size[None], way.unit * (f - (1.0 - end) * opening)
     eye = np.eye(len(way.size), dtype=A.dtype)
     turn = -(spd_inverse(rows.T @ rows + _DAMPING[precision] * eye) @ (rows.T @ gap))
     change, is_first = jnp.max(jnp.abs(turn)), jnp.isinf(step.last)
-    shrinks = jnp.where(is_first, change <= _CORRECTION, change <= _SHRINKS * step.last)
-    enough = jnp.where(is_last, _FINE[precision], _ROUGH)
-    closed = (shrinks & (change <= enough)) | (jnp.max(jnp.abs(gap), initial=0.0) <= _CLOSED[precision])
+    shrinks = jnp.where(is_first, change <= _LARGEST_CORRECTION, change <= _CONTRACTION * step.last)
+    enough = jnp.where(is_last, _END_TOLERANCE[precision], _PATH_TOLERANCE)
+    closed = (shrinks & (change <= enough)) | (jnp.max(jnp.abs(gap), initial=0.0) <= _ROUNDING_RESIDUAL[precision])
     delta = way.size * turn
     step = step._replace(
         passes=step.passes + 1,
@@ -144,48 +149,48 @@ def _advance(way, step):
         last=change,
         opening=opening,
     )
-    ends = closed & _keeps_branch(way, step, rows)
-    forward, back = _forward(way, step, jnp.where(is_last, 1.0, end), rows), _back(way, step)
+    ends = closed & _is_on_branch(way, step, rows)
+    forward, back = _next_step(way, step, jnp.where(is_last, 1.0, end), rows), _shorter_step(way, step)
     goes_on = ~closed & shrinks
-    return _choose(ends, forward, _choose(goes_on, step, back))
+    return _select_step(ends, forward, _select_step(goes_on, step, back))
 
 
-def _choose(condition, one, other):
-    return _Step(*(jnp.where(condition, x, y) for x, y in zip(one, other, strict=True)))
+def _select_step(condition, one, other):
+    return _PathStep(*(jnp.where(condition, x, y) for x, y in zip(one, other, strict=True)))
 
 
-def _keeps_branch(way, step, rows):
-    """Whether the trial is on the branch of the beginning: the rows' determinant has the same sign in each block.
+def _is_on_branch(way, step, rows):
+    """True if the trial is on the branch of the start: the rows' determinant has the same sign in each block.
 
     Or the step is so short that branches cross there, and went as predicted.
     """
-    pairs = step.rows.T @ rows + _SIGN * np.eye(len(way.size), dtype=rows.dtype)
+    pairs = step.rows.T @ rows + _SIGN_DAMPING * np.eye(len(way.size), dtype=rows.dtype)
     same = jnp.all(determinant_signs(pairs, way.block, 0.0) > 0)
     length = jnp.max(jnp.abs(step.gone / way.size))
-    return same | ((length <= _CROSSING) & (step.first <= _CORRECTION * length))
+    return same | ((length <= _CROSSING_LENGTH) & (step.first <= _LARGEST_CORRECTION * length))
 
 
-def _forward(way, step, share, rows):
+def _next_step(way, step, share, rows):
     """The step after this one, longer or shorter as its correction was."""
     is_start = step.length == 0.0
     slope = jnp.where(is_start, step.slope, step.gone / jnp.where(is_start, 1.0, step.length))
-    grows = jnp.clip(jnp.sqrt(_AIM / jnp.maximum(step.first, 1e-30)), 0.5, 2.0)
-    longest = _REACH / jnp.maximum(jnp.max(jnp.abs((way.motion + slope) / way.size)), _REACH)
+    grows = jnp.clip(jnp.sqrt(_WANTED_CORRECTION / jnp.maximum(step.first, 1e-30)), 0.5, 2.0)
+    longest = _LONGEST_STEP / jnp.maximum(jnp.max(jnp.abs((way.motion + slope) / way.size)), _LONGEST_STEP)
     length = jnp.minimum(jnp.where(is_start, longest, jnp.minimum(grows * step.length, longest)), 1.0 - share)
-    return _again(way, step._replace(share=share, psi=step.trial, rows=rows, slope=slope), length)
+    return _predict_step(way, step._replace(share=share, psi=step.trial, rows=rows, slope=slope), length)
 
 
-def _back(way, step):
+def _shorter_step(way, step):
     """The same step, a quarter as long."""
-    return _again(way, step, 0.25 * step.length)
+    return _predict_step(way, step, 0.25 * step.length)
 
 
-def _again(way, step, length):
+def _predict_step(way, step, length):
     trial = step_coordinates(way.system.topology, step.psi, length * (way.motion + step.slope))
     return step._replace(length=length, trial=trial, gone=length * step.slope, last=jnp.full_like(step.last, jnp.inf))
 
 
-def _difference(topology, start, end):
+def _coordinate_difference(topology, start, end):
     """The motion (nv,) that leads from coordinates to others: differences, of balls the least turn."""
     columns, coordinates = simple_columns(topology)
     motion = jnp.zeros(topology.num_velocities, end.dtype).at[columns].set((end - start)[coordinates])

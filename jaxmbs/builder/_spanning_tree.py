@@ -1,4 +1,4 @@
-"""From the graph of bodies and joints to a spanning tree and its cuts."""
+"""Spanning tree of the graph of bodies and joints, and the joints that are cut."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from ._declarations import GROUND, Joint
 
 
 class SpanningTree(NamedTuple):
-    """Bodies in depth-first order; parent and joint of each; joints walked from child to parent; joints cut."""
+    """Bodies in depth-first order; parent and joint of each; joints traversed from child to parent; cut joints."""
 
     order: list[str]
     parent: dict[str, str]
@@ -24,7 +24,7 @@ def spanning_tree(bodies, joints: dict[str, Joint], keep: set[str], cut: set[str
     and those that would close a loop are the cuts.  Joints are then directed away from the ground.
 
     Raises:
-        ModelError: bodies that no joint connects to the ground; joints that cannot be walked backwards.
+        ModelError: bodies that no joint connects to the ground; joints that cannot be traversed from child to parent.
     """
     group = {name: name for name in (GROUND, *bodies)}
 
@@ -50,9 +50,10 @@ def spanning_tree(bodies, joints: dict[str, Joint], keep: set[str], cut: set[str
         for name in bodies
         if find(name) != find(GROUND)
     ]
-    parent, via, backwards = _directed(joints, neighbours)
+    parent, via, backwards = _direct_joints(joints, neighbours)
     faults += [
-        f"joint {name!r} ({type(joints[name].kind).__name__}) points towards the ground: swap its parent and child"
+        f"joint {name!r} ({type(joints[name].kind).__name__}) is declared from its outer to its inner body: swap its "
+        "parent and child"
         for name in backwards
         if not joints[name].kind.is_reversible
     ]
@@ -63,8 +64,9 @@ def spanning_tree(bodies, joints: dict[str, Joint], keep: set[str], cut: set[str
     return SpanningTree(order, parent, via, backwards, [n for n in joints if n in set(cuts)])
 
 
-def _directed(joints, neighbours):
-    """Breadth first from the ground: parent body, parent joint of each body, joints walked backwards."""
+def _direct_joints(joints, neighbours):
+    """Direct the joints away from the ground, breadth first: parent body and parent joint of each body, joints
+    traversed from child to parent."""
     parent, via, backwards, queue = {GROUND: None}, {}, set(), [GROUND]
     for body in queue:
         for name in neighbours[body]:
