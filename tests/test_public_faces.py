@@ -48,12 +48,12 @@ FACES = {
         Kic SecondKic State angular_velocity branch constraint_jacobian constraint_residual count_mobility
         internal_kic internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second
         kic_second_vector left_product plane_mix point_kic position quadratic right_product rotation
-        states_along with_mobility_at velocity
+        states_along velocity with_mobility_at
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Planar PointOnLine
-        PointOnPlane PositionRows Prismatic Revolute RollingDisk RollingSphere Screw Spherical Universal VelocityRows
-        Weld
+        PointOnPlane PositionRows Prismatic Revolute RollingDisk RollingSphere Screw Spherical Universal
+        VelocityRows Weld
     """,
     "jaxmbs.elements": """
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle

@@ -84,7 +84,7 @@ def _equilibrium_on_sets(system, state, moving):
     """The equilibrium on the freedoms of the state, and once more from where it was found if these are others there:
     a linkage that starts straight leaves a singular pose."""
     for _ in range(_MAX_SETS):
-        here = system_at(system, state)
+        here = with_mobility_at(system, state)
         result = _equilibrium(here, state, _columns(here, moving))
         if not is_concrete(result):
             fits = is_determined(here, result.state.coordinates, result.state.t) if here.has_constraints else True

@@ -125,7 +125,7 @@ def linearise(
     check_single_state(system, state)
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
-    system = system_at(system, state)
+    system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
     accelerations = forward_dynamics(system, state)[0]
     system = release_drives(system, driven, state)

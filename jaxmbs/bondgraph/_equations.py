@@ -15,7 +15,7 @@ from ._values import graph_values
 from ._views import build_view
 
 
-@at_independent
+@independent_state_function
 def graph_state_equations(system: System, state: State, view: str = "hamiltonian") -> tuple[Array, Array, Array]:
     """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
 

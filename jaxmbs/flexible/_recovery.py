@@ -136,7 +136,7 @@ def _body_motion(system, group, index, frame, state):
     a, *_ = accelerations(system, at)
     V_dot = node_accelerations(system.topology, at, a)
     body, s = _take_body(group, index, elastic_state(system, group, at))
-    rate = flow_rate(body, s, *_take_body(group, index, gathered(system, group, V_dot, a))[1])
+    rate = flow_rate(body, s, *_take_body(group, index, interface_rates(system, group, V_dot, a))[1])
     component = frame.system
 
     def nodal_momenta(q, flow):

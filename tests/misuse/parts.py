@@ -193,7 +193,7 @@ CASES = {
     "inertia.tube": case(lambda z: call(2.0, 1.0, 2.0, 3.0, AXIS), positive="inner_radius outer_radius length"),
     "inertia.sphere": case(lambda z: call(2.0, 1.0), positive="radius"),
     "inertia.spherical_shell": case(lambda z: call(2.0, 1.0), positive="radius"),
-    "inertia.turned": case(lambda z: call(np.array([1.0, 2.0, 2.0]), np.eye(3)[[1, 2, 0]])),
+    "inertia.rotate": case(lambda z: call(np.array([1.0, 2.0, 2.0]), np.eye(3)[[1, 2, 0]])),
     "inertia.as_matrix": case(lambda z: call(np.array([1.0, 2.0, 2.0]))),
     "inertia.combine": case(lambda z: call([(2.0, np.array([1.0, 0.0, 0.0]), 0.0), (1.0, np.zeros(3), np.eye(3))])),
     "inertia.point": case(lambda z: call()),

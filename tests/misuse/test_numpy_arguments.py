@@ -37,7 +37,7 @@ CALLS = {
     "on_interface": lambda K, M, C, w, x: reductions.transform_interface(WHOLE, M[:, ::-1], 1).mass,
     "kic_rate": lambda K, M, C, w, x: mbs.kinematics.kic_rate(x[:1, :, None], w[:1]),
     "inertia.box": lambda K, M, C, w, x: mbs.inertia.box(2.0, x[1]),
-    "inertia.turned": lambda K, M, C, w, x: mbs.inertia.turned(M + 1.0, M),
+    "inertia.rotate": lambda K, M, C, w, x: mbs.inertia.rotate(M + 1.0, M),
     "swept_amplitudes": lambda K, M, C, w, x: experiment.sweep_amplitudes(
         x.T.repeat(9, 1), x[:, 0].repeat(9), [15], 9
     ),
