@@ -17,6 +17,7 @@ NAMES = (
     "elastic_bodies",
     "batch_of_motions",
     "cold_start",
+    "compiler_tricks",
     "saved_times",
     "imported_models",
     "wishbone_limits",

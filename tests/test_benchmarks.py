@@ -21,6 +21,7 @@ PACKAGES = {
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
     "cold_start": (),
+    "compiler_tricks": (),
     "saved_times": (),
     "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),

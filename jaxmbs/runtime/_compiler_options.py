@@ -22,6 +22,8 @@ _QUICK = {**_FULL, "xla_backend_optimization_level": 0}
 _OFTEN = {**_FULL, "xla_backend_optimization_level": 3}
 #: The option that each of these tricks sets.
 OPTIONS = dict(zip(("fusion_emitters", "ynn_fusion", "codegen_split", "optimization_level"), _FULL, strict=True))
+#: Releases of JAX from which on XLA has an option no more.
+GONE = {"xla_cpu_use_fusion_emitters": (0, 12)}
 #: The option of XLA_FLAGS for loops that become one kernel, in bytes of what a loop carries.
 SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 _SMALL_LOOPS_SINCE = (0, 12)  # releases of JAX that make all small loops one kernel by themselves
