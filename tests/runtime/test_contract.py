@@ -37,6 +37,8 @@ from jaxmbs.runtime._small_call import _CALLS, MARKING, is_marked
 from jaxmbs.runtime._small_products import expand_small_products
 from jaxmbs.runtime._tricks import OFF
 
+pytestmark = pytest.mark.usefixtures("tricks_on")
+
 X = jnp.array([0.3, 1.2])
 STATES = {trick.name: trick for trick in trick_states()}
 

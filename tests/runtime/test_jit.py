@@ -10,6 +10,8 @@ from jaxmbs.runtime import _compiler_options as options
 from jaxmbs.runtime import _jit as module
 from jaxmbs.runtime._compiler_options import compiler_options
 
+pytestmark = pytest.mark.usefixtures("tricks_on")
+
 X = jnp.array([0.3, 1.2])
 
 

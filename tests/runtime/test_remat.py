@@ -9,6 +9,8 @@ from jax import lax
 from jaxmbs.math._spd import spd_solve
 from jaxmbs.runtime import remat, save_factor, tuning
 
+pytestmark = pytest.mark.usefixtures("tricks_on")
+
 
 def test_a_solution_is_not_looked_for_again():
     def value(x):

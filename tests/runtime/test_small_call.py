@@ -17,6 +17,8 @@ from jaxmbs.runtime import jit, without_tricks
 from jaxmbs.runtime._small_call import MARKING, should_mark, small_call
 from tests.zoo.mechanisms import four_bar, four_bar_state
 
+pytestmark = pytest.mark.usefixtures("tricks_on")
+
 X = jnp.array([0.3, 1.2])
 MARK = "xla_cpu_small_call"
 
