@@ -29,7 +29,7 @@ import jaxmbs as mbs
 from jaxmbs import elements, fem, forces, viz
 from jaxmbs.coupling import connect, equivalent_impulse, limit_loads, modal_pairs, peak_response, rigid_bond
 from jaxmbs.reductions import CraigBampton, reduce
-from jaxmbs.vibration import Link, Modal
+from jaxmbs.vibration import CoordinateLaw, ModalSuperposition
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -96,7 +96,7 @@ pulse = np.where(t < 0.06, np.sin(np.pi * t / 0.06), 0.0)
 
 def bolt_loads(net, pulse):
     gust = {f"stage.{MIDDLE} x": 5000.0 * pulse}
-    return mbs.reactions(net, mbs.simulate(net, ts=t, forces=gust, solver=Modal()))["bolts"]
+    return mbs.reactions(net, mbs.simulate(net, ts=t, forces=gust, solver=ModalSuperposition()))["bolts"]
 
 
 bolt = bolt_loads(net, jnp.asarray(pulse))
@@ -127,7 +127,9 @@ def both(pulse):
     peaks = jax.vmap(lambda w, f: peak_response(w, f * pulse, step))(alone.omega, drive)
     impulses = equivalent_impulse(alone.omega, peaks)
     limits = [limit_loads(jnp.abs(recovery), pairs.peaks(impulses), how) for how in ("abs", "srss")]
-    motion = mbs.simulate(net, ts=t, forces={f"stage.{MIDDLE} x": 5000.0 * pulse}, solver=Modal(ratios=0.0))
+    motion = mbs.simulate(
+        net, ts=t, forces={f"stage.{MIDDLE} x": 5000.0 * pulse}, solver=ModalSuperposition(ratios=0.0)
+    )
     truth = jnp.max(jnp.abs(motion.displacement @ own_modes.T @ recovery.T), axis=0)
     return truth, *limits
 
@@ -160,16 +162,16 @@ both_ends, _ = net.outputs(arm, top)
 count = 300 if FAST else 1000
 gust = {f"stage.{MIDDLE} x": 5000.0 * pulse[:count]}
 fig, ax = plt.subplots(figsize=(7, 3), layout="constrained")
-links = ()
+laws = ()
 for label in ("free", "with stops"):
-    motion = mbs.simulate(net, ts=t[:count], forces=gust, links=links)
+    motion = mbs.simulate(net, ts=t[:count], forces=gust, laws=laws)
     on_instrument, on_stage = both_ends @ motion.displacement.T
     swing = on_instrument - on_stage
     ax.plot(t[:count], 1e3 * swing, lw=0.8, label=label)
     moment = mbs.reactions(net, motion)["bolts"].moment[:, 1]
     print(f"{label:11s} highest moment in the interface {float(jnp.max(jnp.abs(moment))):6.1f} N m")
     half = float(jnp.max(jnp.abs(swing))) / 2
-    links = (Link(forces.BumpStop(1e10, -half, half), {arm: 1.0, top: -1.0}),)
+    laws = (CoordinateLaw(forces.BumpStop(1e10, -half, half), {arm: 1.0, top: -1.0}),)
 ax.set_xlabel("time [s]")
 ax.set_ylabel("arm on the stage [mm]")
 ax.legend(frameon=False)

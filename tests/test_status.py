@@ -24,7 +24,7 @@ def pendulum():
         ({"ts": [np.nan, 1.0]}, "ts must be finite"),
         ({"t1": np.nan}, "t1=nan"),
         ({"t1": np.inf}, "t1=inf"),
-        ({"t1": -1.0}, "not before the state's time"),
+        ({"t1": -1.0}, "not before the start of the motion"),
     ],
 )
 def test_times_that_are_known_are_asked_first(times, text):

@@ -1,6 +1,5 @@
 """Accounts of a motion: energies, work, residuals of the saved states, and the result code."""
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,20 +11,19 @@ from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics
 from ..kinematics._state import State
 from ..math._nan import nan_slope_where, nan_where
+from ..ode._integrate import masked, status_of
 from ..status import Status, succeeded
 from ._formulation import is_rheonomic
 from ._motion import Diagnostics
 
-CLOSED = 1e-6  # largest residual of constraints that count as met
-_OFF = 0.1  # energy that is missing, of all that was exchanged
-_ROUNDING = 1e-6  # and of the largest energy there is: a system at rest exchanges none
-_CODES = {
-    "successful": Status.SUCCESS,
-    "event_occurred": Status.EVENT,
-    "max_steps_reached": Status.MAX_STEPS,
-    "dt_min_reached": Status.STEP_SIZE,
-    "nonfinite_input": Status.NOT_FINITE,
-}
+#: Largest residual [m, rad] of constraints that count as satisfied: a thousand times the default tolerance of a step,
+#: a thousandth of what a drawing's tolerance is in a mechanism of a metre.
+CLOSED = 1e-6
+#: Missing energy that fails a motion, of all that was exchanged: a motion that loses a tenth of its energy without a
+#: damper answers another question; one at coarse tolerances loses a hundredth.
+_MISSING_ENERGY = 0.1
+#: and of the largest energy there is, as a system at rest exchanges none.
+_ENERGY_ROUNDING = 1e-6
 
 
 def gap(system, at: Configuration):
@@ -47,9 +45,9 @@ def observe(system, at: VelocityKinematics):
     return kinetic, potential, jnp.max(jnp.abs(f), initial=0.0), jnp.max(jnp.abs(speed)), spins
 
 
-def diagnose(system, observed, work, walk) -> Diagnostics:
+def diagnose(system, observed, work, final) -> Diagnostics:
     """Diagnostics from what was observed at the start and at the saved times (1 + T,), the work account (T, n)
-    and the walk."""
+    and the loop after its last step."""
     kinetic, potential, drift, speed, spins = observed
     total = kinetic + potential
     names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
@@ -60,8 +58,8 @@ def diagnose(system, observed, work, walk) -> Diagnostics:
         energy_residual=total[1:] - total[0] - jnp.sum(work, axis=1),
         constraint_drift=drift[1:],
         velocity_drift=speed[1:],
-        num_steps=walk.tried.astype(int),
-        num_rejected=walk.rejected.astype(int),
+        num_steps=final.tried.astype(int),
+        num_rejected=final.rejected.astype(int),
         stiffening={name: x[1:] for name, x in stiffening_errors(system, spins).items()},
     )
 
@@ -69,41 +67,39 @@ def diagnose(system, observed, work, walk) -> Diagnostics:
 def result_code(result, states, diagnostics, observed, ended, open_at_start, ts):
     """Result code (): the integrator's, overruled by states or times asked for (T,) that are not finite, states that
     break the constraints or the energy account; and which of the saved times are lost: all from the first bad one."""
-    code = jnp.asarray(Status.FAILED)
-    for name, value in _CODES.items():
-        code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
+    code = status_of(result)
     finite = jnp.all(jnp.isfinite(states.coordinates), axis=1) & jnp.all(jnp.isfinite(states.velocities), axis=1)
-    speed = 1.0 + jnp.max(jnp.abs(_counted(states.velocities)), initial=0.0)
-    drift, velocity_drift = (_counted(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
+    speed = 1.0 + jnp.max(jnp.abs(_zero_for_nan(states.velocities)), initial=0.0)
+    drift, velocity_drift = (_zero_for_nan(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
     broken = (drift > CLOSED) | (velocity_drift > CLOSED * speed)
     code = jnp.where(succeeded(code) & jnp.any(broken & ~ended), Status.INCONSISTENT, code)
-    code = jnp.where(succeeded(code) & _is_off(diagnostics, observed, ended), Status.ENERGY, code)
+    code = jnp.where(succeeded(code) & _is_energy_missing(diagnostics, observed, ended), Status.ENERGY, code)
     code = jnp.where(jnp.any(~finite & ~ended) | ~jnp.all(jnp.isfinite(ts)), Status.NOT_FINITE, code)
     code = jnp.where(open_at_start <= CLOSED, code, Status.NOT_ASSEMBLED)
     bad = ended | broken | ~finite | (code == Status.NOT_ASSEMBLED)
     return code, (jnp.cumsum(bad) > 0) & ~succeeded(code) & (code != Status.ENERGY)
 
 
-def _counted(x):
-    """x with zero for what is not a number."""
+def _zero_for_nan(x):
+    """x with zeros in place of NaN."""
     return jnp.where(jnp.isnan(x), 0.0, x)
 
 
-def _is_off(diagnostics, observed, ended):
-    """Whether energy is missing: more than a tenth of what was exchanged, and more than rounding."""
-    kinetic, potential = (_counted(x) for x in observed[:2])
-    work = sum((jnp.abs(_counted(w)) for w in diagnostics.work.values()), jnp.zeros_like(kinetic[1:]))
+def _is_energy_missing(diagnostics, observed, ended):
+    """True () if energy is missing: more than a tenth of what was exchanged, and more than rounding."""
+    kinetic, potential = (_zero_for_nan(x) for x in observed[:2])
+    work = sum((jnp.abs(_zero_for_nan(w)) for w in diagnostics.work.values()), jnp.zeros_like(kinetic[1:]))
     exchanged = jnp.max(kinetic) + jnp.max(jnp.abs(potential - potential[0])) + jnp.max(work, initial=0.0)
     largest = jnp.max(kinetic) + jnp.max(jnp.abs(potential))
-    missing = jnp.where(ended, 0.0, jnp.abs(_counted(diagnostics.energy_residual)))
-    return jnp.max(missing, initial=0.0) > _OFF * exchanged + _ROUNDING * largest
+    missing = jnp.where(ended, 0.0, jnp.abs(_zero_for_nan(diagnostics.energy_residual)))
+    return jnp.max(missing, initial=0.0) > _MISSING_ENERGY * exchanged + _ENERGY_ROUNDING * largest
 
 
 def mask_failed(ended, lost, kept, states, diagnostics, end):
     """States and accounts (T, ...) with NaN at the times after an end and at those that are lost, which have no
     derivative; nor has the end () unless it is `kept`."""
 
-    def spoil(x):
+    def with_nan(x):
         return nan_where(lost, masked(ended & ~lost, x, jnp.nan))
 
     def at(state, change):
@@ -111,13 +107,7 @@ def mask_failed(ended, lost, kept, states, diagnostics, end):
         return State(state.t, *parts, state.residual, state.structure)
 
     accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
-    spoiled = jax.tree.map(spoil, accounts)
+    changed = jax.tree.map(with_nan, accounts)
     places = lambda d: (d.kinetic, d.potential, d.work, d.energy_residual)  # noqa: E731
     end = at(end, lambda x: nan_slope_where(~kept, x))
-    return at(states, spoil), eqx.tree_at(places, diagnostics, spoiled), end
-
-
-def masked(mask, x, value):
-    """x with the entries of its first axis where `mask` holds replaced by `value`."""
-    mask = mask.reshape(mask.shape + (1,) * (x.ndim - 1))
-    return jnp.where(mask, jnp.broadcast_to(jnp.asarray(value, x.dtype), x.shape), x)
+    return at(states, with_nan), eqx.tree_at(places, diagnostics, changed), end

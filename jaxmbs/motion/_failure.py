@@ -1,35 +1,31 @@
-"""Which joints a failed motion points at, in words; on the host, for the message of an error."""
+"""The likely cause of a failed motion, in words; on the host, for the message of an error."""
 
 import numpy as np
 
 from ..kinematics._constraint_rows import constraint_jacobian, constraint_residual
 from ..model._system import System
+from ..ode._failure import describe_end, mean_step
 from ..status import Status
 from ._motion import Motion
-from ._stiffest_mode import fastest_motion
+from ._stiffest_mode import describe_stiffest_mode
 
-_OPEN = 1e-6  # residual that counts as open
-_SINGULAR = 1e-4  # singular value over the largest that counts as lost
+_OPEN = 1e-6  # residual [m, rad] that counts as open: that of `_accounts.CLOSED`
+_SINGULAR = 1e-4  # singular value of unit rows, over the largest: joint axes parallel to a ten-thousandth of a radian
+_SHARE = 0.1  # entry of a unit singular vector above which a joint has part in the lost rank
 
 
 def explain(system: System, motion: Motion, t0: float) -> str:
-    """The status of one failed motion with its time, and what stands behind it there: joints whose constraints are
-    open or singular, or the fastest motion where steps ran out.
+    """The end of one failed motion and its likely cause: joints whose constraints are open or singular there, or the
+    stiffest mode where steps ran out.
 
     Args: t0: the time of its start [s].
     """
-    text = f"the motion failed: {motion.status}"
-    end = motion.end
+    end, num_steps = motion.end, motion.diagnostics.num_steps
+    text = describe_end(motion.status, t0, end.t, _saved(motion), num_steps)
     if np.ndim(end.t):
         return text
-    text += f"; it reached t = {float(end.t):.6g} s"
-    saved = _saved(motion)
-    if len(saved):
-        text += f", last saved state at t = {saved[-1]:.4g} s"
     if motion.status in (Status.MAX_STEPS, Status.STEP_SIZE):
-        taken = max(int(motion.diagnostics.num_steps), 1)
-        step = (float(end.t) - t0) / taken
-        text += f", by {taken} steps of {step:.2g} s in the mean" + fastest_motion(system, end, step)
+        text += describe_stiffest_mode(system, end, mean_step(t0, end.t, num_steps))
     if not (system.has_constraints and np.isfinite(end.coordinates).all()):
         return text
     open_rows, singular = _open(system, end), _singular(system, end)
@@ -64,4 +60,4 @@ def _singular(system, state):
     U, s, _ = np.linalg.svd(A, full_matrices=False)
     lost = [k for k in range(min(top.analysis.rank, len(s))) if s[k] < _SINGULAR * s[0]]
     share = np.max(np.abs(U[:, lost]), axis=1, initial=0.0)
-    return list(dict.fromkeys(name for name, x in zip(top.row_joint, share, strict=True) if x > 0.1))
+    return list(dict.fromkeys(name for name, x in zip(top.row_joint, share, strict=True) if x > _SHARE))

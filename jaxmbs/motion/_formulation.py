@@ -1,6 +1,5 @@
-"""What is integrated: the second half of the state beside the coordinates, its rate, and the way back to velocities.
-
-A formulation says how velocities become its second half and back, and its rate; projection onto the rows is common.
+"""Formulations of the equations of motion: the second half of the state beside the coordinates, its rate and its way
+back to velocities.  The projection onto the constraint rows is common to all.
 """
 
 import abc
@@ -18,17 +17,33 @@ from ..kinematics._assembly import metric_matrix, newton_step
 from ..kinematics._configuration import Configuration, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._poses import normalise, step_coordinates
+from ..kinematics._state import State
 from ..math._linalg import saddle_solve
 from ..model._system import System
+from ..ode._problem import Projection
 from ..runtime import gather_static, remat
 from ..typing import ScalarLike
+from ._saved_step import SavedStep
 
-_ROUNDING = {8: 1e-11, 4: 1e-5}  # residuals [m, rad] that say nothing about convergence
+#: Residuals [m, rad] by the size of a number [bytes] that are rounding of lengths up to a hundred metres: they do not
+#: tell whether a Newton step converges.
+_ROUNDING = {8: 1e-11, 4: 1e-5}
+#: A Newton step that leaves more than this part of the residual has not converged: near a solution it leaves the
+#: square, so a tenth is what a step from a tenth of the radius of convergence leaves.
+_CONVERGING = 0.1
+#: Least scale of a component of the second half, of the largest: components of smaller inertia are not told apart.
+_LEAST_SCALE = 1e-9
 
 
 class Rates(NamedTuple):
-    """Of the coordinates (nq,) and of the second half; powers of the force elements, velocities u (nv,), and the
-    multipliers of the accelerations; powers and multipliers None where the rates do not need them."""
+    """Rates of the state and what was found on the way.
+
+    Attributes:
+        psi, second: rates of the coordinates (nq,) and of the second half.
+        powers: of the force elements, None where the rates do not need them.
+        u: velocities (nv,).
+        multipliers: of the accelerations, None where the rates do not need them.
+    """
 
     psi: Array
     second: Array
@@ -38,11 +53,13 @@ class Rates(NamedTuple):
 
 
 class Formulation(eqx.Module):
-    """Arguments of the vector field: the system, its tree parameters and the scale of the second half.
+    """Equations of motion of the first order in (coordinates, second half divided by its scale, work).
 
     Attributes:
-        keeps_momenta: whether the second half is projected together with the coordinates.
-        follows_rows: whether the rows alone give the coordinates; error control then looks at them and the work.
+        system, P: the system and its tree parameters.
+        scale: of the second half.
+        keeps_momenta: project the second half together with the coordinates.
+        follows_rows: the constraint rows alone give the coordinates; error control then looks at them and the work.
     """
 
     system: System
@@ -56,7 +73,7 @@ class Formulation(eqx.Module):
     def begin(cls, system: System, at: Configuration, u: Array) -> tuple["Formulation", Array]:
         """The problem and the scaled second half of its state."""
         second, scale = cls.start(system, at, u)
-        scale = lax.stop_gradient(jnp.maximum(scale, 1e-9 * jnp.max(scale, initial=0.0)))
+        scale = lax.stop_gradient(jnp.maximum(scale, _LEAST_SCALE * jnp.max(scale, initial=0.0)))
         return cls(system, at.P, scale), second / scale
 
     @classmethod
@@ -101,29 +118,39 @@ class Formulation(eqx.Module):
             powers = jnp.concatenate([powers, drive[None]])
         return psi_dot, rate / self.scale, powers
 
-    def project(self, t: ScalarLike, y: tuple) -> tuple[tuple, Array, tuple | None]:
-        """Positions and velocities back on the constraints, quaternions of unit length; how far that moved each
-        coordinate (nq,); and (coordinates, velocities, work) where the second half is projected."""
+    def state_at(self, t: Array, y: tuple) -> State:
+        """The state of (psi, scaled second half, work), which an event is a function of."""
+        psi, p = y[0], y[1]
+        return State(t, psi, self.velocities(t, psi, p), structure=self.system.topology.structure)
+
+    def project(self, t: Array, y: tuple) -> Projection:
+        """Positions and velocities back on the constraints, quaternions of unit length."""
         before, p, work = y
         if self.keeps_momenta:
-            psi, p, u, closes = self._closed(t, before, p)
+            psi, p, u, converged = self._project_both(t, before, p)
         else:
-            (psi, closes), u = self.project_position(t, before), None
-        moved = jnp.where(closes, jnp.abs(psi - before), jnp.inf)
-        return (psi, p, work), moved, None if u is None else (psi, u, work)
+            (psi, converged), u = self.project_position(t, before), None
+        correction = jnp.where(converged, jnp.abs(psi - before), jnp.inf)
+        return Projection((psi, p, work), correction, None if u is None else tuple(SavedStep(psi, u, work)))
 
-    def _closed(self, t, psi, p):
-        """`project_position`, and the second half of the state for velocities that keep the rows, and those.
+    def _project_both(self, t, psi, p):
+        """(coordinates, second half, velocities) on the constraints, and True if the first Newton step converged.
 
-        One scan: the third pass solves for velocities with the masses where two before it solve for steps with the
-        metric, so that the walk and the solver are compiled once.
+        One scan of three passes, so that kinematics and solver are compiled once.  Each solves the saddle system
+
+            [K  A^T] [u]   [m]
+            [A   0 ] [l] = [g]
+
+        The first two are Newton steps of the positions: K is the metric of the coordinates, A the rows of positions
+        alone, m = 0, g minus their residual, and u the step.  The last one projects the velocities: K is the mass
+        matrix, A all rows, m the momentum, g minus their rates in time, and u the velocities nearest in energy.
         """
         system, P, rows = self.system, self.P, constraints.row_scale(self.system)
         weight, is_position = metric_matrix(system), np.zeros((len(rows.block), 1), bool)
         is_position[system.topology.position_rows] = True
         row_of = np.where(is_position[:, 0], np.cumsum(is_position) - 1, is_position.sum())  # the last one is zero
 
-        def once(psi, last):
+        def one_pass(psi, last):
             at = configuration(system, P, psi, t)
             (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
             momentum = self.momenta_of(at, p * self.scale)
@@ -136,30 +163,30 @@ class Formulation(eqx.Module):
             return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then, u)
 
         # to keep all that a pass makes costs more, compiled and run
-        psi, (gaps, then, u) = lax.scan(remat(once), psi, np.array([False, False, True]))
-        return psi, then[2], u[2], _nearly_closed(gaps)
+        psi, (gaps, then, u) = lax.scan(remat(one_pass), psi, np.array([False, False, True]))
+        return psi, then[2], u[2], _has_converged(gaps)
 
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
-        """Two Newton steps onto the loops, quaternions of unit length; and whether the first one nearly closed them:
-        it does not where the mechanism is locked, however near it is."""
-        closes = jnp.asarray(True)
+        """Coordinates after two Newton steps onto the constraints, quaternions of unit length; and True if the first
+        step converged."""
+        converged = jnp.asarray(True)
         if self.system.has_constraints:
             free = jnp.ones(self.system.topology.num_velocities, psi.dtype)
             psi, gaps = lax.scan(lambda q, _: newton_step(self.system, self.P, q, t, free), psi, length=2)
-            closes = _nearly_closed(gaps)
-        return normalise(self.system.topology, psi), closes
+            converged = _has_converged(gaps)
+        return normalise(self.system.topology, psi), converged
 
 
-def _nearly_closed(gaps):
-    """Whether the first of two steps nearly closed the rows: it does not where the mechanism is locked."""
-    return gaps[1] <= 0.1 * gaps[0] + _ROUNDING[gaps.dtype.itemsize]
+def _has_converged(gaps):
+    """True if the first of two Newton steps nearly closed the rows; where the mechanism is locked it never does."""
+    return gaps[1] <= _CONVERGING * gaps[0] + _ROUNDING[gaps.dtype.itemsize]
 
 
 def is_rheonomic(system: System) -> bool:
-    """Whether some row may depend on time."""
+    """True if some constraint row may depend on time."""
     return bool(system.paths) or any(row.may_depend_on_time for row in system.rows)
 
 
 def num_powers(system: System) -> int:
-    """Entries of the work account: one per force element, one for all drives."""
+    """Number of entries of the work account: one per force element, one for all drives."""
     return sum(len(group.names) for group in (*system.forces, *system.elastic)) + int(is_rheonomic(system))

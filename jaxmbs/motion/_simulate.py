@@ -1,4 +1,4 @@
-"""`simulate`: Hamilton's equations by diffrax's steps, with projection, accounts and a result code."""
+"""`simulate` of mechanisms: a formulation integrated with projection, and the motion's accounts and result code."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,6 +7,7 @@ import diffrax
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+import optimistix
 from jax import lax
 
 from ..checks import is_concrete
@@ -17,9 +18,11 @@ from ..kinematics._mobility import with_mobility_at
 from ..kinematics._state import State
 from ..model._entry_points import check_single_state
 from ..model._system import System
-from ..ode._adjoint import integrate_with_adjoint
-from ..ode._loop import OdeProblem, integrate, rows_for, stop_gradients
-from ..runtime import FORWARD_MODE, as_array, jit, reverse_only
+from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
+from ..ode._loop import stop_gradients
+from ..ode._options import check_event, check_options, make_options
+from ..ode._save_times import save_times, valid_times
+from ..runtime import as_array, jit
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
@@ -27,10 +30,13 @@ from ._failure import explain
 from ._formulation import Formulation, num_powers
 from ._formulations import Independent, Prescribed, Velocity
 from ._motion import Motion
-from ._options import EARLY, check_event, choose, fixed_steps, save_times, step_sizes, with_tolerances
-from ._result import attach_time_derivative, crossing, motion_of, shown, state_at
+from ._options import choose_formulation
+from ._result import motion_of
+from ._saved_step import SavedStep, with_saved_steps
 
-_TRIALS = 200  # steps made again, at most, for an event among fixed ones
+#: Default absolute tolerance of a step by the size of a number [bytes], of coordinates and velocities [m, rad, s]:
+#: they are near one, so it is that of the relative tolerance; in single precision a few ten roundings.
+ATOL = {8: 1e-9, 4: 3e-6}
 
 
 def simulate(
@@ -41,8 +47,8 @@ def simulate(
     dt: ArrayLike | None = None,
     solver: Any = None,
     controller: Any = None,
-    rtol: ArrayLike = 1e-9,
-    atol: ArrayLike = 1e-9,
+    rtol: ArrayLike | None = None,
+    atol: ArrayLike | None = None,
     gradient: Any = "reverse",
     formulation: str | type[Formulation] | None = None,
     event: WordedError[Callable | None] = None,
@@ -87,18 +93,27 @@ def simulate(
         formulation = Prescribed
     if formulation in ("independent", Independent):
         system = with_mobility_at(system, state)
-    check_event(event, state)
-    solver, formulation = choose(solver, controller, dt, rtol, atol, gradient, formulation)
-    t0 = state.t
+    check_event(event, state, "s.coordinates[0]")
+    solver = diffrax.Dopri8() if solver is None else solver
+    chosen = choose_formulation(formulation, solver, dt)
+    check_options(solver, controller, dt, rtol, atol, gradient)
+    t0, dtype = state.t, state.coordinates.dtype
     ts = save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else as_array(t1)
-    steps = fixed_steps(t0, t1, dt)
-    max_steps = max_steps if steps is None else steps + (2 if event is None else _TRIALS)
-    numbers = [None if x is None else as_array(x) for x in (dt, rtol, atol)]
-    numbers = (*numbers, as_array(max_steps, np.int32))  # arrays: with another number no new program
-    lands = dt is None and not interpolate and not formulation.follows_rows
-    options = (gradient, formulation, lands, bool(progress), rows_for(max_steps))
-    motion = _integrate(system, state, ts, t1, numbers, solver, controller, event, options)
+    options = make_options(
+        solver,
+        controller,
+        span=(t0, t1),
+        dt=dt,
+        rtol=rtol,
+        atol=ATOL[dtype.itemsize] if atol is None else atol,
+        gradient=gradient,
+        max_steps=max_steps,
+        lands_on_times=not interpolate and not chosen.follows_rows,
+        progress=bool(progress),
+        has_event=event is not None,
+    )
+    motion = _integrate(system, state, ts, t1, chosen, event, options)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)
@@ -106,62 +121,46 @@ def simulate(
 
 
 def _is_prescribed(system, state):
-    """Whether no freedom is left, at the pose of the build or at the start; one that lost rank there is singular."""
+    """True if no freedom is left at the pose of the build or at the start; a pose that lost rank is singular."""
     freedoms = system.topology.mobility
     gained = int(state.rank_change) if state.rank_change.ndim == 0 and is_concrete(state.rank_change) else 0
     return freedoms - max(gained, 0) <= 0
 
 
 @jit
-def _integrate(system, state, ts, t1, numbers, solver, controller, event, options):
-    gradient, formulation, lands, progress, rows = options
-    dt, rtol, atol, max_steps = numbers
+def _integrate(system, state, ts, t1, formulation, event, options):
     at = at_state(system, state)
-    problem, p0 = formulation.begin(system, at, state.velocities)
-    y0 = (state.coordinates, p0, jnp.zeros(num_powers(system), p0.dtype))
+    equations, p0 = formulation.begin(system, at, state.velocities)
+    no_work = jnp.zeros(num_powers(system), p0.dtype)
     open_at_start = lax.stop_gradient(jnp.maximum(state.residual, gap(system, at)))
-    fit = (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
-    rising = jnp.all(ts[1:] >= ts[:-1]) & (ts[0] >= state.t - EARLY) & (ts[-1] <= t1)
-    ts = jnp.where(rising, ts, jnp.nan)  # traced times that are no times
-    fit = fit & jnp.all(jnp.isfinite(state.velocities)) & jnp.all(jnp.isfinite(ts)) & jnp.isfinite(t1)
-    span, t0, times = stop_gradients((t1 - state.t, state.t, ts))
-    end, times = jnp.where(fit, t0 + span, t0), jnp.where(fit, times, t0)  # a march of no steps
-    sizes = step_sizes(formulation, controller, dt, *stop_gradients((rtol, atol)), span)
-    march = OdeProblem(
-        stop_gradients(with_tolerances(solver, sizes)),
-        stop_gradients(sizes),
-        times,
-        end,
-        max_steps,
-        _rate,
-        close=_close if system.has_constraints else None,
-        shows=system.has_constraints and formulation.keeps_momenta and lands and event is None,
-        watched=formulation.follows_rows,
-        crossing=None if event is None else crossing,
-        lands=lands,
-        meter=diffrax.TqdmProgressMeter() if progress else diffrax.NoProgressMeter(),
-        rows=rows,
-    )
+    ts, valid = valid_times(ts, state.t, t1)
+    valid = valid & (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
+    valid = valid & jnp.all(jnp.isfinite(state.velocities))
     if event is not None:
-        event = eqx.filter_closure_convert(event, state_at(system, state.t, state.coordinates, state.velocities))
-    args, first = (problem, event), stop_gradients(1e-3 * span if dt is None else dt)
-    y0 = attach_time_derivative(y0, 2.0 * t0 - state.t, t0, problem)  # a later start: what flows for less time
-    if gradient == "reverse":
-        walk = integrate_with_adjoint(reverse_only((y0, args), FORWARD_MODE), march, t0, first)
-    else:
-        walk = integrate(march, y0, t0, first, args)
-    if march.shows:  # velocities are saved: the rows of another formulation
-        args, still = (Velocity(system, at.P, jnp.ones_like(p0)), event), jnp.zeros(num_powers(system), p0.dtype)
-        y0 = attach_time_derivative((state.coordinates, state.velocities, still), 2.0 * t0 - state.t, t0, args[0])
-        walk = shown(walk, y0, times <= t0, walk.t > t0)
-    return motion_of(args, state, y0, walk, (ts, t1), open_at_start, lands)
+        event = eqx.filter_closure_convert(event, _state_of(system, state))
+    args = Arguments(equations, event)
+    problem, final, y0 = integrate_equations(
+        args,
+        (state.coordinates, p0, no_work),
+        (state.t, ts, t1),
+        valid,
+        options,
+        has_projection=system.has_constraints,
+        saves_projection=system.has_constraints
+        and formulation.keeps_momenta
+        and options.lands_on_times
+        and event is None,
+        projection_is_error=formulation.follows_rows,
+        norm=optimistix.rms_norm if formulation.follows_rows else None,
+    )
+    if problem.saves_projection:  # rows of velocities, which need no formulation to be read
+        args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0)), event), stop_gradients(state.t)
+        start = (state.coordinates, state.velocities, no_work)
+        y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
+        final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)
+    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times)
 
 
-@jit
-def _rate(t, y, args):
-    return args[0].rate(t, y)
-
-
-@jit
-def _close(t, y, args):
-    return args[0].project(t, y)
+def _state_of(system, state):
+    """The state as one of the system: one written by hand does not know the joints."""
+    return State(state.t, state.coordinates, state.velocities, structure=system.topology.structure)

@@ -1,4 +1,4 @@
-"""Why a motion needs so many steps: the fastest motion at a state and what makes it, in words; on the host."""
+"""The stiffest mode at a state and its cause, in words: why a motion needs so many steps; on the host."""
 
 import jax
 import jax.numpy as jnp
@@ -14,13 +14,16 @@ from ..kinematics._state import State
 from ..model._system import System
 from ..runtime import jit
 
-_STABLE = 1.5  # radians of the fastest motion in a step: accuracy alone asks explicit methods for less
-_APART = 100.0  # times the slowest motion: faster ones make the others wait
-_LIGHT = 1e-6  # of the largest inertia of the independent velocities: hardly any
+#: Rate times mean step [rad] above which stability bounds the step of explicit methods, not accuracy: their
+#: regions of stability end at 2.8 to 6, and accuracy asks for less than this.
+_STABILITY_BOUND = 1.5
+_STIFFNESS_RATIO = 100.0  # of the fastest and the slowest mode, from which a stiff solver pays
+_LIGHT = 1e-6  # of the largest inertia of the independent velocities: a body that was given no mass
+_NAMED = 0.1  # of the largest entry of a shape: joints that move less are not named
 
 
-def fastest_motion(system: System, state: State, step: float) -> str:
-    """The fastest motion beside the mean step [s]: its rate, its joints, the force element behind it, what to do."""
+def describe_stiffest_mode(system: System, state: State, step: float) -> str:
+    """The stiffest mode beside the mean step [s]: its rate, its joints, the force element that causes it, advice."""
     system = with_mobility_at(system, state)
     if not system.topology.mobility or not np.isfinite(state.velocities).all():
         return ""
@@ -32,18 +35,16 @@ def fastest_motion(system: System, state: State, step: float) -> str:
     if not rate > 0.0 or not np.any(shape):
         return ""
     shape = shape / np.max(np.abs(shape))
-    names = [name for name, x in zip(found.names, shape, strict=True) if abs(x) > 0.1]
+    names = [name for name, x in zip(found.names, shape, strict=True) if abs(x) > _NAMED]
     cause = _element(system, state, jnp.asarray(shape, found.mass.dtype), rate)
-    text = f"; the fastest motion there, of {', '.join(names)}, has a rate of {rate:.3g} 1/s"
-    text += f", made by force {cause!r}" if cause else ""
+    text = f"; the stiffest mode there, of {', '.join(names)}, has a rate of {rate:.3g} 1/s"
+    text += f", caused by force {cause!r}" if cause else ""
     inertia, M = shape @ np.asarray(found.mass) @ shape, np.diagonal(found.mass)
     if inertia < _LIGHT * np.max(M):
         text += f", and moves hardly any inertia ({inertia:.2g}): give the bodies there mass, or weld them"
-    if rate * step > _STABLE or rate > _APART * np.min(rates[rates > 1e-9 * rate]):
-        return (
-            text
-            + "; take a stiff solver (solver=diffrax.Kvaerno5()) or fixed steps (dt=, mbs.motion.ImplicitMidpoint())"
-        )
+    if rate * step > _STABILITY_BOUND or rate > _STIFFNESS_RATIO * np.min(rates[rates > 1e-9 * rate]):
+        text += "; take a stiff solver (solver=diffrax.Kvaerno5())"
+        return text + " or fixed steps (dt=, mbs.motion.ImplicitMidpoint())"
     return text + "; raise max_steps, or rtol and atol"
 
 

@@ -1,8 +1,9 @@
-"""Reverse derivatives of a march: exact for the steps that were taken, their times held.
+"""Discrete adjoint of the integration loop: exact for the steps that were taken, their times without derivatives.
 
 The start of every accepted step is logged, with the stages of explicit Runge-Kutta methods.  When the log is full it
 keeps every second one, then every fourth; from each of those the steps up to the next are taken once more before they
-are pulled back.  So memory is bounded by two logs of `march.rows` steps, whatever the length of the motion.
+are differentiated.  So memory is bounded by two logs of `problem.checkpoints` steps, whatever the length of the
+motion (checkpointing on two levels; Griewank and Walther, Evaluating Derivatives, 2008, chapter 12, has the theory).
 """
 
 import functools
@@ -14,15 +15,20 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from ..runtime import Packing, any_lane, small_call
-from ._loop import LoopState, OdeProblem, attempt_step, begin, ended, first_of_duplicates, integrate, set_row
-from ._step_vjp import first_memory, has_stages, memory_of, step_vjp
-
+from ..runtime import Packing, any_lane, small_call, tuning
+from ._diffrax_internals import has_explicit_stages
+from ._loop import attempt_step, begin, finish, first_of_duplicates, integrate, set_row
+from ._problem import LoopState, OdeProblem
+from ._step_vjp import first_memory, memory_of, step_vjp
 
 class CheckpointBuffer(eqx.Module):
-    """Rows (rows + 1, numbers) of the accepted steps with a number that is a multiple of `stride`; number -1: free.
+    """The log: rows (size + 1, ...) of the accepted steps whose number is a multiple of `stride`.
 
-    Rows are packed into vectors.  The last one takes what is not kept.
+    Rows are packed into vectors; the extra last row is scratch space for discarded writes.
+
+    Attributes:
+        numbers: of the steps, -1 for a free row.
+        count: of the accepted steps so far.
     """
 
     rows: Array
@@ -36,8 +42,8 @@ class CheckpointBuffer(eqx.Module):
         rows, numbers = jnp.zeros((size + 1, packing.size), packing.dtype), jnp.full(size + 1, -1, jnp.int32)
         return cls(rows, numbers, jnp.ones((), jnp.int32), jnp.zeros((), jnp.int32), packing)
 
-    def noted(self, row, keep):
-        """The log after a step that is in it if `keep`."""
+    def with_step(self, row, keep):
+        """The log after an attempted step, which is logged if it was accepted (`keep`)."""
         size = self.numbers.size - 1
         stride = jnp.where(keep & (self.count == size * self.stride), 2 * self.stride, self.stride)
         free = jnp.where(self.count < size, self.count, _first(self.numbers[:-1] % stride != 0))
@@ -48,7 +54,7 @@ class CheckpointBuffer(eqx.Module):
         )
 
     def at(self, number):
-        """The row of a step that is in the log."""
+        """The row of a logged step."""
         slot = jnp.where(self.stride == 1, jnp.maximum(number, 0), _first(self.numbers[:-1] == number))
         return _row(self.rows, slot)
 
@@ -61,138 +67,152 @@ def _row(rows, index):
     return lax.dynamic_index_in_dim(rows, index, keepdims=False, allow_negative_indices=False)
 
 
-def _step(march: OdeProblem, walk: LoopState, dense):
-    """What is logged of a step: the walk before it, and the inside of a method with stages."""
-    before = walk.t, walk.t_next, walk.y, walk.memory, walk.saved, walk.hunt
-    return before, dense if has_stages(march.solver) else None
+def _log_entry(problem: OdeProblem, state: LoopState, dense):
+    """The log's row of a step: the loop's state before it, and the dense output of a method with explicit stages."""
+    before = state.t, state.t_next, state.y, state.memory, state.saved, state.bracket
+    return before, dense if has_explicit_stages(problem.solver) else None
 
 
-def _packing(march, y0, t0, dt0, args):
-    """Of the rows that are logged on a march."""
+def _packing(problem, y0, t0, dt0, args):
+    """The packing of the log's rows."""
 
     def row():
-        walk = begin(march, y0, t0, dt0, args)
-        return _step(march, walk, attempt_step(march, walk, args)[2])
+        state = begin(problem, y0, t0, dt0, args)
+        return _log_entry(problem, state, attempt_step(problem, state, args)[2])
 
     return Packing(jax.eval_shape(row), t0.dtype)
 
 
-def _from(before) -> LoopState:
-    """The walk that was logged, to be taken up again; it saves nothing."""
-    t, t_next, y, memory, saved, hunt = before
+def _resume(before) -> LoopState:
+    """The loop's state that was logged, to continue from; it saves nothing."""
+    t, t_next, y, memory, saved, bracket = before
     zero = jnp.zeros_like(saved)
     result = jax.tree.map(jnp.asarray, diffrax.RESULTS.successful)
-    return LoopState(t, t_next, y, memory, result, zero, zero, saved, None, None, hunt, None)
+    return LoopState(t, t_next, y, memory, result, zero, zero, saved, None, None, bracket, None)
 
 
 @eqx.filter_custom_vjp
-def integrate_with_adjoint(start, march: OdeProblem, t0, dt0) -> LoopState:
-    """`integrate` from start = (y0, args), with a reverse derivative by them."""
+def integrate_with_adjoint(start, problem: OdeProblem, t0, dt0) -> LoopState:
+    """`integrate` from start = (y0, args), with reverse derivatives by them."""
     y0, args = start
-    return integrate(march, y0, t0, dt0, args)
+    return integrate(problem, y0, t0, dt0, args)
 
 
 @integrate_with_adjoint.def_fwd
-def _forward(perturbed, start, march, t0, dt0):
+def _forward(perturbed, start, problem, t0, dt0):
     del perturbed
     y0, args = start
-    first = begin(march, y0, t0, dt0, args)
-    packing = _packing(march, y0, t0, dt0, args)
+    first = begin(problem, y0, t0, dt0, args)
+    packing = _packing(problem, y0, t0, dt0, args)
 
     def body(carry):
-        walk, log = carry
-        after, keep, dense = attempt_step(march, walk, args)
-        return after, log.noted(packing.pack(_step(march, walk, dense)), keep)
+        state, log = carry
+        after, keep, dense = attempt_step(problem, state, args)
+        return after, log.with_step(packing.pack(_log_entry(problem, state, dense)), keep)
 
-    running = lambda carry: any_lane(carry[0].is_running(march))  # noqa: E731
+    running = lambda carry: any_lane(carry[0].is_running(problem))  # noqa: E731
     steps = functools.partial(lax.while_loop, running, body)
-    walk, log = small_call(steps)((first, CheckpointBuffer.empty(packing, march.rows)))
-    walk = ended(march, walk)
-    return walk, (log, walk.t, first.saved, walk.saved)
+    state, log = small_call(steps)((first, CheckpointBuffer.empty(packing, problem.checkpoints)))
+    state = finish(problem, state)
+    return state, (log, state.t, first.saved, state.saved)
 
 
 @integrate_with_adjoint.def_bwd
-def _backward(kept, bars, perturbed, start, march, t0, dt0):
+def _backward(kept, bars, perturbed, start, problem, t0, dt0):
     (log, t_end, skipped, saved), (y0, args) = kept, start
     moving = jax.tree.map(lambda x, p: p and eqx.is_inexact_array(x), args, perturbed[1])
     moving, fixed = eqx.partition(args, moving)
-    packing, numbers = log.packing, Packing(moving, t0.dtype)
+    small, large = eqx.partition(moving, lambda x: x.size <= tuning.PACKED_COTANGENT)
+    packing, numbers = log.packing, Packing(small, t0.dtype)
 
-    def args_of(vector):
-        return eqx.combine(numbers.unpack(vector), fixed)
+    def args_of(moving):
+        return eqx.combine(numbers.unpack(moving[0]), moving[1], fixed)
 
-    moving = numbers.pack(moving)
-    y_bar, shown_bar = _filled(bars.y, y0), _filled(bars.shown, y0) if march.shows else None
-    ys_bar = _filled(bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size, *y.shape)), y0))
-    ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of_duplicates(march)].add(ys), ys_bar)
+    moving = numbers.pack(small), large
+    y_bar, projected_bar = (
+        _with_zeros(bars.y, y0),
+        _with_zeros(bars.projected, y0) if problem.saves_projection else None,
+    )
+    ys_bar = _with_zeros(
+        bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (problem.times.size, *y.shape)), y0)
+    )
+    ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of_duplicates(problem)].add(ys), ys_bar)
     last = jnp.where(log.count > 0, (log.count - 1) // log.stride, -1)
 
     def segment(carry):
         number, end, pieces, bars = carry
         row = log.at(number * log.stride)
         start = packing.unpack(row)[0]
-        pieces, count = _again(march, args, packing, row, jnp.where(number >= 0, end, start[0]), pieces, log.stride)
+        pieces, count = _repeat_steps(
+            problem, args, packing, row, jnp.where(number >= 0, end, start[0]), pieces, log.stride
+        )
         count = jnp.where(number >= 0, count, 0)
 
         def one(carry):
             k, bars = carry
             row = packing.unpack(_row(pieces, jnp.maximum(k, 0)))
-            found = step_vjp(march, args_of, moving, row, bars, ys_bar)
+            found = step_vjp(problem, args_of, moving, row, bars, ys_bar)
             counts = (k >= 0) & (is_used | (row[0][4] <= last_used))
             return k - 1, jax.tree.map(lambda new, old: jnp.where(counts, new, old), found, bars)
 
         bars = lax.while_loop(lambda carry: any_lane(carry[0] >= 0), one, (count - 1, bars))[1]
         return number - 1, start[0], pieces, bars
 
-    memory = jax.tree.map(jnp.zeros_like, memory_of(march, packing.unpack(log.rows[0])[0][3]))
+    memory = jax.tree.map(jnp.zeros_like, memory_of(problem, packing.unpack(log.rows[0])[0][3]))
     # steps after the last state that is used are left out: one that is not finite would make NaN of zeros
-    index = jnp.arange(march.times.size, dtype=jnp.int32)
-    is_used, last_used = _any((y_bar, shown_bar)), jnp.max(jnp.where(_used(ys_bar), index, -1))
-    begun = (last, t_end, jnp.zeros_like(log.rows), (jnp.zeros_like(moving), y_bar, memory, shown_bar))
-    bars = lax.while_loop(lambda carry: any_lane(carry[0] >= 0), segment, begun)[3]
-    moving_bar, y_bar = first_memory(march, y0, t0, dt0, args_of, moving, bars[:3])
-    rest = (index < skipped) | (index >= saved)  # they are the start: saved before the first step, or never
+    index = jnp.arange(problem.times.size, dtype=jnp.int32)
+    is_used, last_used = _any_nonzero((y_bar, projected_bar)), jnp.max(jnp.where(_rows_in_use(ys_bar), index, -1))
+    first = (
+        last,
+        t_end,
+        jnp.zeros_like(log.rows),
+        (jax.tree.map(jnp.zeros_like, moving), y_bar, memory, projected_bar),
+    )
+    bars = lax.while_loop(lambda carry: any_lane(carry[0] >= 0), segment, first)[3]
+    moving_bar, y_bar = first_memory(problem, y0, t0, dt0, args_of, moving, bars[:3])
+    is_start = (index < skipped) | (index >= saved)  # rows of the start: saved before the first step, or never
 
-    def with_rest(y_bar, ys_bar):
-        return y_bar + jnp.sum(jnp.where(rest.reshape(-1, *[1] * (ys_bar.ndim - 1)), ys_bar, 0.0), axis=0)
+    def with_start_rows(y_bar, ys_bar):
+        return y_bar + jnp.sum(jnp.where(is_start.reshape(-1, *[1] * (ys_bar.ndim - 1)), ys_bar, 0.0), axis=0)
 
-    return jax.tree.map(with_rest, y_bar, ys_bar), numbers.unpack(moving_bar)
+    return jax.tree.map(with_start_rows, y_bar, ys_bar), eqx.combine(numbers.unpack(moving_bar[0]), moving_bar[1])
 
 
-def _again(march, args, packing, row, end, pieces, stride):
-    """(rows of the steps from a logged one to the time `end`, their number); a step that is logged itself is taken
-    over."""
+def _repeat_steps(problem, args, packing, row, end, pieces, stride):
+    """Rows of the steps from a logged one to the time `end`, and their number; the logged step itself is copied."""
     start, pieces = packing.unpack(row)[0], set_row(pieces, jnp.zeros((), jnp.int32), row)
-    to = lax.stop_gradient(jnp.where(stride > 1, end, start[0]))  # rows have derivatives, times none
+    to = lax.stop_gradient(jnp.where(stride > 1, end, start[0]))  # rows have derivatives, times have none
     shorter = eqx.tree_at(
         lambda m: (m.t1, m.max_steps, m.meter),
-        march,
-        (to, jnp.asarray(jnp.iinfo(march.max_steps.dtype).max, march.max_steps.dtype), diffrax.NoProgressMeter()),
+        problem,
+        (to, jnp.asarray(jnp.iinfo(problem.max_steps.dtype).max, problem.max_steps.dtype), diffrax.NoProgressMeter()),
     )
 
     def body(carry):
-        walk, pieces, count = carry
-        after, keep, dense = attempt_step(shorter, walk, args)
-        pieces = set_row(pieces, jnp.where(keep, count, march.rows), packing.pack(_step(march, walk, dense)))
+        state, pieces, count = carry
+        after, keep, dense = attempt_step(shorter, state, args)
+        pieces = set_row(
+            pieces, jnp.where(keep, count, problem.checkpoints), packing.pack(_log_entry(problem, state, dense))
+        )
         return after, pieces, jnp.where(keep, count + 1, count)
 
-    carry = _from(start), pieces, jnp.zeros_like(stride)
+    carry = _resume(start), pieces, jnp.zeros_like(stride)
     _, pieces, count = lax.while_loop(lambda carry: any_lane(carry[0].is_running(shorter)), body, carry)
     return pieces, jnp.where(stride > 1, count, 1)
 
 
-def _used(ys_bar):
-    """(T,) whether a saved state has a cotangent."""
-    return jax.vmap(_any)(ys_bar)
+def _rows_in_use(ys_bar):
+    """True (T,) for saved states with a cotangent other than zero."""
+    return jax.vmap(_any_nonzero)(ys_bar)
 
 
-def _any(bars):
-    """Whether some number is not zero."""
+def _any_nonzero(bars):
+    """True if some number is not zero."""
     return jnp.any(jnp.stack([jnp.any(x != 0.0) for x in jax.tree.leaves(bars)]))
 
 
-def _filled(bars, like):
-    """Cotangents, zeros where there are none."""
+def _with_zeros(bars, like):
+    """Cotangents, with zeros where there are none."""
     found = [jnp.zeros_like(x) if bar is None else bar for x, bar in zip(*map(_leaves, (like, bars)), strict=True)]
     return jax.tree.unflatten(jax.tree.structure(like), found)
 

@@ -1,12 +1,12 @@
-"""A motion step by step: diffrax's solvers and step sizes in a loop of the library.
+"""ODE integration loop: diffrax's solvers and step-size controllers without `diffeqsolve`.
 
 `diffrax.diffeqsolve` accepts the same steps.  Its loop serves any term, save and adjoint, and compiles several times
-as long; this one knows ordinary differential equations only.  Its adjoint is in `march_adjoint`.
+as long; this one integrates ordinary differential equations only, and projects, brackets events and logs steps for an
+exact adjoint (`_adjoint`) on the way.
 """
 
 import functools
-import math
-from collections.abc import Callable
+from typing import Any, TypeVar
 
 import diffrax
 import equinox as eqx
@@ -17,268 +17,199 @@ from jax import lax
 from jaxtyping import Array, PyTree
 
 from ..runtime import any_lane, small_call
-from . import _event as hunting
-from ._implicit_step import is_diagonally_implicit
+from ._diffrax_internals import is_diagonally_implicit
+from ._event import locate_event, start_bracket
 from ._implicit_step import step as implicit_step
+from ._problem import LoopState, OdeProblem, Projection
 
-#: A `close` that moves a coordinate further than this [rad or m] has left its branch.
-_FAR = 0.3
+#: Largest correction of a coordinate by the projection [rad or m].  A larger one means another assembly branch: two
+#: branches of a loop are a radian or a link length apart, and steps of small error are corrected by far less.
+_BRANCH_DISTANCE = 0.3
+#: A step that ends so many roundings before the end of the motion is stretched to it, as in diffrax's `_clip_to_end`:
+#: the step that would be left is too short for its rate to be told from rounding.
+_END_ROUNDINGS = 100.0
 
-
-class OdeProblem(eqx.Module):
-    """What is integrated, and how.  Its numbers carry no derivatives: whoever asks for those by times adds them.
-
-    Attributes:
-        solver, controller: of diffrax.
-        times: (T,) to save, sorted; those up to the start get the start.
-        t1: the end; max_steps: bound on the steps tried.
-        rate: (t, y, args) -> the rate of y.
-        close: (t, y, args) -> (y, how far its first part moved, what is shown of it) at the end of every step.  A
-            first-same-as-last stage is stale once y has moved, so the next step starts as after a jump.
-        shows: whether what `close` shows is saved in place of y, whose structure it has; not of the start.
-        watched: `moved` counts as error of the step: one that would end on another branch is made again, shorter;
-            where steps are fixed it ends the motion.
-        crossing: (t, y, args) -> value whose change of sign ends the motion; so does one that is not a number.
-        lands: whether steps end on `times`; otherwise their states are interpolated.
-        rows: steps that the adjoint logs; it serves motions of up to their square.
-    """
-
-    solver: diffrax.AbstractSolver
-    controller: diffrax.AbstractStepSizeController
-    times: Array
-    t1: Array
-    max_steps: Array
-    rate: Callable = eqx.field(static=True)
-    close: Callable | None = eqx.field(static=True, default=None)
-    shows: bool = eqx.field(static=True, default=False)
-    watched: bool = eqx.field(static=True, default=False)
-    crossing: Callable | None = eqx.field(static=True, default=None)
-    lands: bool = eqx.field(static=True, default=True)
-    meter: diffrax.AbstractProgressMeter = diffrax.NoProgressMeter()
-    rows: int = eqx.field(static=True, default=512)
-    after: Array | None = None  # (T,) how many times are passed with each: found here
-
-    def __post_init__(self):
-        self.solver = with_scan(self.solver, "lax")
-        self.after = jnp.searchsorted(self.times, self.times, side="right")
-
-    @property
-    def term(self):
-        return diffrax.ODETerm(self.rate)
+Tree = TypeVar("Tree")
 
 
-class LoopState(eqx.Module):
-    """Where a march stands: y at t, the end of the step to try next, and what is saved so far.
-
-    Attributes:
-        memory: of the solver, of the controller, and whether y jumped.
-        saved: how many of the times are passed; ys: (T, ...) or None, on the way (T + 1, ...): the last row takes
-            what is not kept; shown: of y, None where y itself is saved; hunt: for the event; meter: of progress.
-    """
-
-    t: Array
-    t_next: Array
-    y: PyTree
-    memory: PyTree
-    result: PyTree
-    tried: Array
-    rejected: Array
-    saved: Array
-    ys: PyTree
-    shown: PyTree
-    hunt: hunting.EventBracket | None
-    meter: PyTree
-
-    def is_running(self, march: OdeProblem):
-        """Whether steps are left to take: false for NaN."""
-        return (self.t < march.t1) & diffrax.is_successful(self.result) & (self.tried < march.max_steps)
-
-
-def rows_for(steps: int) -> int:
-    """Rows that the log of a march of so many steps needs: a power of two, so that few programs differ by it."""
-    return max(512, 1 << math.ceil(math.log2(max(steps, 1)) / 2))
-
-
-def with_scan(solver, kind):
-    """The solver with its loop over stages of a kind: "lax" has forward derivatives, "checkpointed" reverse."""
-    if not hasattr(solver, "scan_kind"):
-        return solver
-    return eqx.tree_at(lambda s: s.scan_kind, solver, kind, is_leaf=lambda x: x is None)
-
-
-def stop_gradients(tree):
-    """The same numbers, without derivatives."""
+def stop_gradients(tree: Tree) -> Tree:
+    """The same numbers without derivatives."""
     return jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_inexact_array(x) else x, tree)
 
 
-def integrate(march: OdeProblem, y0, t0, dt0, args) -> LoopState:
-    """The end of the march from y0 at t0; dt0: the first step."""
-    # lanes that are done wait: were this their own condition, every step would copy what all of them saved
-    running = lambda walk: any_lane(walk.is_running(march))  # noqa: E731
-    steps = functools.partial(lax.while_loop, running, lambda walk: attempt_step(march, walk, args)[0])
-    return ended(march, small_call(steps)(begin(march, y0, t0, dt0, args)))
+def integrate(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTree) -> LoopState:
+    """Integrate from y0 at t0 to the end; dt0 is the first step."""
+    # under vmap, iterate until every batch element is done: a batched condition would copy all saved rows each step
+    running = lambda state: any_lane(state.is_running(problem))  # noqa: E731
+    steps = functools.partial(lax.while_loop, running, lambda state: attempt_step(problem, state, args)[0])
+    return finish(problem, small_call(steps)(begin(problem, y0, t0, dt0, args)))
 
 
-def begin(march: OdeProblem, y0, t0, dt0, args) -> LoopState:
-    """Before the first step."""
-    solver, term = march.solver, march.term
+def begin(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTree) -> LoopState:
+    """The loop's state before the first step."""
+    solver, term = problem.solver, problem.term
     order = solver.error_order(term)
-    t_next, control = march.controller.init(term, t0, march.t1, stop_gradients(y0), dt0, args, solver.func, order)
-    saved = jnp.searchsorted(march.times, t0, side="right")
-    t_next = _clipped(march, t0, jnp.minimum(t_next, march.t1), jnp.asarray(True), saved)
+    t_next, control = problem.controller.init(term, t0, problem.t1, stop_gradients(y0), dt0, args, solver.func, order)
+    saved = jnp.searchsorted(problem.times, t0, side="right")
+    t_next = _clip_step(problem, t0, jnp.minimum(t_next, problem.t1), jnp.asarray(True), saved)
     memory = solver.init(term, t0, t_next, y0, args), control, False
-    ys = jax.tree.map(lambda y: jnp.broadcast_to(y[None], (march.times.size + 1, *y.shape)), y0)
-    seen = None if march.crossing is None else hunting.begun(stop_gradients(march.crossing(t0, y0, args)))
+    ys = jax.tree.map(lambda y: jnp.broadcast_to(y[None], (problem.times.size + 1, *y.shape)), y0)
+    bracket = None if problem.event is None else start_bracket(stop_gradients(problem.event(t0, y0, args)))
     zero = jnp.zeros((), jnp.int32)
-    shown = y0 if march.shows else None
-    walk = LoopState(
-        t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, shown, seen, march.meter.init()
-    )
-    return jax.tree.map(lambda x: lax.convert_element_type(x, jnp.result_type(x)), walk)
+    projected, meter = y0 if problem.saves_projection else None, problem.meter.init()
+    state = LoopState(t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, projected, bracket, meter)
+    return jax.tree.map(lambda x: lax.convert_element_type(x, jnp.result_type(x)), state)
 
 
-def ended(march: OdeProblem, walk: LoopState) -> LoopState:
-    """After the last step: the result code, and times saved twice."""
-    march.meter.close(walk.meter)
-    short = diffrax.is_successful(walk.result) & (walk.t < march.t1)
-    result = RESULTS.where(short, RESULTS.max_steps_reached, walk.result)
-    ys = jax.tree.map(lambda ys: ys[first_of_duplicates(march)], walk.ys)
-    return eqx.tree_at(lambda w: (w.result, w.ys), walk, (result, ys))
+def finish(problem: OdeProblem, state: LoopState) -> LoopState:
+    """The loop's state after the last step, with its result code and the rows of times that occur twice."""
+    problem.meter.close(state.meter)
+    short = diffrax.is_successful(state.result) & (state.t < problem.t1)
+    result = RESULTS.where(short, RESULTS.max_steps_reached, state.result)
+    ys = jax.tree.map(lambda ys: ys[first_of_duplicates(problem)], state.ys)
+    return eqx.tree_at(lambda w: (w.result, w.ys), state, (result, ys))
 
 
-def first_of_duplicates(march: OdeProblem):
-    """(T,) the place of the first of equal times: only that one is filled."""
-    return jnp.searchsorted(march.times, march.times, side="left")
+def first_of_duplicates(problem: OdeProblem) -> Array:
+    """Index (T,) of the first of equal times; only that row is filled."""
+    return jnp.searchsorted(problem.times, problem.times, side="left")
 
 
-def attempt_step(march: OdeProblem, walk: LoopState, args):
-    """One step tried: (the walk after it, whether it was accepted, what the solver says of its inside)."""
-    running, (state, control, jumped) = walk.is_running(march), walk.memory
-    t, t1 = walk.t, walk.t_next
-    y1, error, dense, new_state, failed = solver_step(march, t, t1, walk.y, args, state, jumped)
-    y1, shown, error, failed = _apply_projection(march, t1, y1, error, args, failed)
+def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[LoopState, Array, PyTree]:
+    """One attempted step: (the loop's state after it, True if it was accepted, the solver's dense output)."""
+    running, (solver_state, control, jumped) = state.is_running(problem), state.memory
+    t, t1 = state.t, state.t_next
+    y1, error, dense, new_state, failed = solver_step(problem, t, t1, state.y, args, solver_state, jumped)
+    y1, saved_y, error, failed = _apply_projection(problem, t1, y1, error, args, failed)
     error = jax.tree.map(lambda e: jnp.where(jnp.isnan(e), jnp.inf, e), error)
 
-    order = march.solver.error_order(march.term)
-    keep, start, t_next, jump, new_control, refused = march.controller.adapt_step_size(
-        t, t1, *stop_gradients((walk.y, y1)), args, stop_gradients(error), order, control
+    order = problem.solver.error_order(problem.term)
+    keep, start, t_next, jump, new_control, refused = problem.controller.adapt_step_size(
+        t, t1, *stop_gradients((state.y, y1)), args, stop_gradients(error), order, control
     )
-    keep, found, lost, aim, seen = _hunted(march, walk, running & keep, y1, args)
+    keep, found, lost, aim, bracket = _locate_event(problem, state, running & keep, y1, args)
     failed = RESULTS.where(keep, failed, RESULTS.successful)
     failed = RESULTS.where(diffrax.is_okay(failed), refused, failed)
     failed = RESULTS.where(lost & diffrax.is_okay(failed), RESULTS.nonfinite_input, failed)
     failed = RESULTS.where(found & diffrax.is_okay(failed), RESULTS.event_occurred, failed)
 
-    saved, ys = _saved(march, walk, keep, shown if march.shows else y1, dense)
-    start = jnp.where(keep, jnp.minimum(start, march.t1), t)
-    t_next = _clipped(march, start, jnp.minimum(t_next, aim), keep, saved)
+    saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
+    start = jnp.where(keep, jnp.minimum(start, problem.t1), t)
+    t_next = _clip_step(problem, start, jnp.minimum(t_next, aim), keep, saved)
     after = LoopState(
         t=start,
-        t_next=_chosen(running, t_next, t1),
-        y=_chosen(keep, y1, walk.y),
-        memory=(_chosen(keep, new_state, state), _chosen(running, new_control, control), _chosen(keep, jump, jumped)),
-        result=RESULTS.where(running, failed, walk.result),
-        tried=_counted(walk.tried, running),
-        rejected=_counted(walk.rejected, running & ~keep),
+        t_next=_select(running, t_next, t1),
+        y=_select(keep, y1, state.y),
+        memory=(
+            _select(keep, new_state, solver_state),
+            _select(running, new_control, control),
+            _select(keep, jump, jumped),
+        ),
+        result=RESULTS.where(running, failed, state.result),
+        tried=_increment_if(state.tried, running),
+        rejected=_increment_if(state.rejected, running & ~keep),
         saved=saved,
         ys=ys,
-        shown=None if walk.shown is None else _chosen(keep, shown, walk.shown),
-        hunt=seen,
-        meter=_progress(march, walk, start),
+        projected=None if state.projected is None else _select(keep, saved_y, state.projected),
+        bracket=bracket,
+        meter=_update_meter(problem, state, start),
     )
     return after, keep, dense
 
 
-def _progress(march, walk, t):
-    """The meter at the time t."""
-    if isinstance(march.meter, diffrax.NoProgressMeter):
-        return walk.meter
-    done, span = t - march.times[0], march.t1 - march.times[0]
-    return march.meter.step(walk.meter, jnp.where(span > 0.0, done / jnp.where(span > 0.0, span, 1.0), 1.0))
+def _update_meter(problem, state, t):
+    """State of the progress meter at the time t."""
+    if isinstance(problem.meter, diffrax.NoProgressMeter):
+        return state.meter
+    done, span = t - problem.times[0], problem.t1 - problem.times[0]
+    return problem.meter.step(state.meter, jnp.where(span > 0.0, done / jnp.where(span > 0.0, span, 1.0), 1.0))
 
 
-def solver_step(march: OdeProblem, t, t1, y, args, state, jumped):
-    """The solver's step: (y, error, inside, its memory, result)."""
-    jumped = jumped if march.close is None else jumped | True
-    if is_diagonally_implicit(march.solver):
-        return implicit_step((y, args), (t, t1), march.solver, march.term, state, jumped)
-    return march.solver.step(march.term, t, t1, y, args, state, jumped)
+def solver_step(
+    problem: OdeProblem, t: Array, t1: Array, y: PyTree, args: PyTree, solver_state: Any, jumped: Any
+) -> Any:
+    """The solver's step: (y, error, dense output, its memory, result)."""
+    jumped = jumped if problem.project is None else jumped | True
+    if is_diagonally_implicit(problem.solver):
+        return implicit_step((y, args), (t, t1), problem.solver, problem.term, solver_state, jumped)
+    return problem.solver.step(problem.term, t, t1, y, args, solver_state, jumped)
 
 
-def _apply_projection(march, t1, y1, error, args, failed):
-    """The end of a step after `close`, and what is shown of it."""
-    if march.close is None:
+def _apply_projection(problem, t1, y1, error, args, failed):
+    """The end of a step after the projection, and what is saved of it."""
+    if problem.project is None:
         return y1, None, error, failed
-    y1, moved, shown = march.close(t1, y1, args)
-    if march.watched:
+    projection: Projection = problem.project(t1, y1, args)
+    correction = projection.correction
+    if problem.projection_is_error:
         if error is not None:
-            error = (jnp.maximum(jnp.abs(error[0]), moved), *error[1:])
-        near = jnp.max(moved, initial=0.0) < _FAR  # false for NaN
+            error = (jnp.maximum(jnp.abs(error[0]), correction), *error[1:])
+        near = jnp.max(correction, initial=0.0) < _BRANCH_DISTANCE  # false for NaN
         lost = RESULTS.where(near, RESULTS.successful, RESULTS.nonlinear_divergence)
         failed = RESULTS.where(diffrax.is_okay(failed), lost, failed)
-    return y1, shown, error, failed
+    return projection.y, projection.saved, error, failed
 
 
-def _hunted(march, walk, keep, y1, args):
-    """As `hunt.hunted`, of the event."""
-    if march.crossing is None:
+def _locate_event(problem, state, keep, y1, args):
+    """`locate_event` of the problem's event, where it has one."""
+    if problem.event is None:
         return keep, jnp.asarray(False), jnp.asarray(False), jnp.inf, None
-    return hunting.locate_event(
-        walk.hunt, walk.t, walk.t_next, stop_gradients(march.crossing(walk.t_next, y1, args)), keep
-    )
+    value = stop_gradients(problem.event(state.t_next, y1, args))
+    return locate_event(state.bracket, state.t, state.t_next, value, keep)
 
 
-def _clipped(march, t, t_next, keep, saved):
-    """The end of the next step: not beyond the end of the march, nor the next time to save if it is to land there.
+def _clip_step(problem, t, t_next, keep, saved):
+    """The end of the next step: not beyond the end of the motion, nor beyond the next time to save if it lands there.
 
-    The last hundred roundings before the end belong to the step; one made again takes half of what is left."""
-    last = march.t1 - 100.0 * jnp.spacing(march.t1)
-    end = jnp.where(keep, march.t1, t + 0.5 * (march.t1 - t))
+    A step that comes within rounding of the end is stretched to it; one that is retried takes half of what is left.
+    """
+    last = problem.t1 - _END_ROUNDINGS * jnp.spacing(problem.t1)
+    end = jnp.where(keep, problem.t1, t + 0.5 * (problem.t1 - t))
     t_next = jnp.where(t_next > last, end, t_next)
-    return jnp.minimum(t_next, next_save_time(march, saved)) if march.lands else t_next
+    return jnp.minimum(t_next, next_save_time(problem, saved)) if problem.lands_on_times else t_next
 
 
-def next_save_time(march: OdeProblem, saved):
+def next_save_time(problem: OdeProblem, saved: Array) -> Array:
     """The next time to save; infinite after the last."""
-    return jnp.where(saved < march.times.size, march.times[saved], jnp.inf)
+    return jnp.where(saved < problem.times.size, problem.times[saved], jnp.inf)
 
 
-def _saved(march, walk, keep, y1, dense):
-    """(times passed, ys) after a step that ends with y1."""
-    if walk.ys is None:
-        passed = jnp.searchsorted(march.times, walk.t_next, side="right")
-        return jnp.where(keep, passed, walk.saved), None
-    if march.lands:
-        hit = keep & (next_save_time(march, walk.saved) <= walk.t_next)
-        ys = set_row(walk.ys, jnp.where(hit, walk.saved, march.times.size), y1)
-        return jnp.where(hit, march.after[walk.saved], walk.saved), ys
+def _save(problem, state, keep, y1, dense):
+    """(number of times passed, ys) after a step that ends with y1."""
+    if state.ys is None:
+        passed = jnp.searchsorted(problem.times, state.t_next, side="right")
+        return jnp.where(keep, passed, state.saved), None
+    if problem.lands_on_times:
+        hit = keep & (next_save_time(problem, state.saved) <= state.t_next)
+        ys = set_row(state.ys, jnp.where(hit, state.saved, problem.times.size), y1)
+        return jnp.where(hit, problem.num_passed[state.saved], state.saved), ys
 
     def left(carry):
-        return keep & (next_save_time(march, carry[0]) <= walk.t_next)
+        return keep & (next_save_time(problem, carry[0]) <= state.t_next)
 
     def save(carry):
         saved, ys = carry
-        y = interpolated(march, walk.t, walk.t_next, y1, dense, march.times[saved])
-        return _counted(saved, left(carry)), set_row(ys, jnp.where(left(carry), saved, march.times.size), y)
+        y = interpolate(problem, state.t, state.t_next, y1, dense, problem.times[saved])
+        return _increment_if(saved, left(carry)), set_row(ys, jnp.where(left(carry), saved, problem.times.size), y)
 
-    return lax.while_loop(lambda carry: any_lane(left(carry)), save, (walk.saved, walk.ys))
+    return lax.while_loop(lambda carry: any_lane(left(carry)), save, (state.saved, state.ys))
 
 
-def interpolated(march: OdeProblem, t0, t1, y1, dense, t):
-    """The state at a time t of a step, that of its end after `close`."""
-    inside = march.solver.interpolation_cls(t0=t0, t1=t1, **dense).evaluate(t)
+def interpolate(problem: OdeProblem, t0: Array, t1: Array, y1: PyTree, dense: Any, t: Array) -> PyTree:
+    """The state at a time t of a step; at its end the projected one."""
+    inside = problem.solver.interpolation_cls(t0=t0, t1=t1, **dense).evaluate(t)
     return jax.tree.map(lambda end, y: jnp.where(t == t1, end, y), y1, inside)
 
 
-def set_row(ys, index, y):
-    """y in its place among the rows ys."""
+def set_row(ys: PyTree, index: Array, y: PyTree) -> PyTree:
+    """The rows ys with y as row `index`."""
     update = functools.partial(lax.dynamic_update_index_in_dim, axis=0, allow_negative_indices=False)
     return jax.tree.map(lambda ys, y: update(ys, y, index), ys, y)
 
 
-def _counted(number, more):
-    return jnp.where(more, number + 1, number)
+def _increment_if(number, condition):
+    return jnp.where(condition, number + 1, number)
 
 
-def _chosen(condition, new, old):
+def _select(condition, new, old):
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), new, old)

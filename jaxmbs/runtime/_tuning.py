@@ -23,6 +23,10 @@ TREE_SUM_PRODUCT = 12
 # ------------------------------------------------------------------------------------------- programs of the compiler
 #: Numbers of a matrix factor that a gradient saves in place of computing it again (`trajectory_gradient.py`).
 SAVED_FACTOR = 2048
+#: Numbers of an argument whose cotangent the adjoint of a motion packs into one vector with others.  Packing spares
+#: operations on many small arrays and copies large ones: packed, the gradient of a structure of 60 coordinates takes
+#: 2.4 times as long (a linear transient of 400 steps; mechanisms have small arguments only).
+PACKED_COTANGENT = 1024
 #: Multiplications of a batched product that is expanded to a sum (`batch_of_motions.py`: a tenth at 128 to 512).
 EXPANDED_PRODUCT = 512
 #: Entries of a matrix whose products are left to XLA's library, on several threads: a loop with one of them is not

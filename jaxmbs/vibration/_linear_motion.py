@@ -1,27 +1,30 @@
-"""Motion of a linear system: what starts it, what drives it, and what `simulate` returns."""
+"""Motion of a linear system: its state, laws between coordinates, and the result of `simulate`."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
 
 from ..forces import AbstractScalarLaw
 from ..linear._massless import condense_massless
 from ..linear._system import LinearSystem
 from ..runtime import as_array
+from ..status import Status, succeeded
 from ..typing import AnyArray, ScalarLike
 from ._damping import modal_lag
 
 
-class Link(eqx.Module):
-    """A law of forces on `x = sum coefficient * displacement` of coordinates by name.
+class CoordinateLaw(eqx.Module):
+    """A force law on `x = sum coefficient * displacement` of coordinates by name.
 
-    `Link(BumpStop(k, upper=gap), {"wing.tip z": 1.0, "store.nose z": -1.0})` is a stop between two components of a
-    network, `Link(law, {"tip z": 1.0})` one to the ground.
+    `CoordinateLaw(BumpStop(k, upper=gap), {"wing.tip z": 1.0, "store.nose z": -1.0})` is a stop between two
+    components of a network, `CoordinateLaw(law, {"tip z": 1.0})` a law between a coordinate and the ground.
 
     Attributes:
-        law: `jaxmbs.forces`' scalar laws, or one of your own: the effort along increasing x.
+        law: a scalar law of `jaxmbs.forces`, or a custom one: the effort along increasing x.
         coefficients: (k,), by name.
 
     Raises: ValueError without a coordinate, or for coefficients that are no numbers; TypeError for what is no law.
@@ -33,13 +36,13 @@ class Link(eqx.Module):
 
     def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]) -> None:
         if not row:
-            raise ValueError("a link needs at least one coordinate")
+            raise ValueError("a CoordinateLaw needs at least one coordinate")
         if not isinstance(law, AbstractScalarLaw):
-            raise TypeError(f"the law of a link is a scalar law such as BumpStop(...), got {law!r}")
+            raise TypeError(f"the law of a CoordinateLaw is a scalar law such as BumpStop(...), got {law!r}")
         self.law, self.names = law, tuple(row)
         self.coefficients = jnp.stack([as_array(value) for value in row.values()])
         if self.coefficients.ndim != 1:
-            raise ValueError(f"coefficients of a link are numbers, got shapes {self.coefficients.shape[1:]}")
+            raise ValueError(f"coefficients of a CoordinateLaw are numbers, got shapes {self.coefficients.shape[1:]}")
 
     def forces(self, efforts: AnyArray) -> dict[str | tuple, Array]:
         """Forces (...) by name of efforts (...)."""
@@ -48,13 +51,13 @@ class Link(eqx.Module):
         }
 
 
-class Modal(eqx.Module):
+class ModalSuperposition(eqx.Module):
     """The motion in natural modes, in place of an integrator: exact for loads that are straight between samples.
 
     Attributes:
         ratios: damping of the modes, one number or one for each; None takes the system's own damping matrix, which
             must not couple the modes.
-        num: modes that move; those above follow the load statically.  It cuts no group of equal frequencies.
+        num: modes that move; those above follow the load statically.  It must not part equal frequencies.
         static_start: elastic modes start at rest in balance with the first load.
 
     Derivatives are those of `modal_response`.  Source: S1 (30)-(31), (42)-(43).
@@ -65,32 +68,58 @@ class Modal(eqx.Module):
     static_start: bool = eqx.field(static=True, default=False)
 
 
+class LinearState(NamedTuple):
+    """A linear system at a time t () [s]: displacement and velocity, each (n,)."""
+
+    t: Array
+    displacement: Array
+    velocity: Array
+
+
 class LinearMotion(eqx.Module):
-    """A motion of a linear system; `system.expand(motion.displacement)` is that of what was reduced or joined.
+    """A motion of a linear system; `system.expand(motion.displacement)` is that of the reduced or joined components.
+
+    Of a motion that failed the rows before are kept; those after it are NaN, and so is every derivative that follows
+    from them.
 
     Attributes:
-        ts: (T,) [s].
+        ts: (T,) [s]; with an event one more than asked for.
         displacement, velocity, acceleration: (T, n).
-        efforts: (T, links) of the laws.
-        forces: what was put on the system at these times, those of the links after those given.
-        ok: () whether the motion came to its end.
-        ratios: damping of the natural modes, where `Modal(ratios)` took it in place of the system's own.
+        efforts: (T, laws) of the laws between coordinates.
+        forces: on the system at these times, those of the laws after those given.
+        result: () the code of its `status`.
+        end: the state that the integrator reached, that of the event if it ended the motion.
+        num_steps, num_rejected: of the integrator (), zero in modes.
+        ratios: damping of the natural modes, where `ModalSuperposition(ratios)` took it in place of the system's own.
     """
 
     ts: Float[Array, " T"]
     displacement: Float[Array, "T n"]
     velocity: Float[Array, "T n"]
     acceleration: Float[Array, "T n"]
-    efforts: Float[Array, "T links"]
+    efforts: Float[Array, "T laws"]
     forces: tuple
-    ok: Bool[Array, ""]
+    result: Int[Array, ""]
+    end: LinearState
+    num_steps: Int[Array, ""]
+    num_rejected: Int[Array, ""]
     ratios: Float[Array, "..."] | None = None
 
-    def terms(self, system: LinearSystem) -> tuple:
-        """What stiffness, damping (None: nothing) and mass of the system's parts act on, each (T, n).
+    @property
+    def status(self) -> Status:
+        """How the motion ended, `str` of it in words (one concrete motion)."""
+        return Status(int(np.asarray(self.result)))
 
-        A part has a share of the damping by ratios as it has one of the stiffness: such damping is inside of the
-        parts, so that it does not hold them back in space.
+    @property
+    def ok(self) -> Bool[Array, ""]:
+        """True if the motion ended as asked (traceable)."""
+        return succeeded(self.result)
+
+    def terms(self, system: LinearSystem) -> tuple:
+        """Factors (T, n) of the stiffness, the damping (None: no force) and the mass of the system's components.
+
+        Damping by ratios is shared out to the components as their stiffness is: it acts inside of them and does not
+        hold them back in space.
         """
         if self.ratios is None:
             return self.displacement, self.velocity, self.acceleration

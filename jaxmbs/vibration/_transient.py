@@ -1,221 +1,232 @@
-"""Motion of linear systems under loads, and laws between their coordinates that are not linear: gaps, stops."""
+"""Transient response: motion of linear systems under loads and under nonlinear laws such as gaps and stops."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import any_concrete, is_concrete
+from ..checks import is_concrete
 from ..errors import SimulationError
 from ..linear._massless import condense_massless
 from ..linear._static_response import StaticResponse
 from ..linear._system import LinearSystem
-from ..math._interpolation import interval
-from ..runtime import FORWARD_MODE, as_dtype, jit, lapack, reverse_only
-from ..typing import AnyArray, ArrayLike
-from ._linear_motion import LinearMotion, Link, Modal
+from ..math._nan import nan_slope_where, nan_where
+from ..ode._failure import describe_end
+from ..ode._integrate import Arguments, end_of_motion, integrate_equations, masked, saved_rows, status_of
+from ..ode._options import check_event, check_options, make_options
+from ..ode._save_times import save_times, valid_times
+from ..runtime import as_dtype, jit
+from ..status import Status, succeeded
+from ..typing import AnyArray, ArrayLike, WordedError
+from ._linear_equations import LinearEquations, coefficient_rows, forces_at, load_function, sampled_load
+from ._linear_motion import CoordinateLaw, LinearMotion, LinearState, ModalSuperposition
 from ._modal_response import modal_response
 
-_ADJOINTS = {
-    "reverse": diffrax.RecursiveCheckpointAdjoint,
-    "forward": diffrax.ForwardMode,
-    "both": diffrax.DirectAdjoint,
-}
+#: Default absolute tolerance of a step by the size of a number [bytes]: displacements of structures are three decades
+#: smaller than those of mechanisms; in single precision likewise.
+ATOL = {8: 1e-12, 4: 6e-6}
 
 
 def simulate(
     system: LinearSystem,
-    start: StaticResponse | tuple | None = None,
+    start: StaticResponse | LinearState | tuple | None = None,
+    t1: ArrayLike | None = None,
+    ts: ArrayLike | None = None,
     *,
-    ts: ArrayLike,
     forces: Mapping | Callable | AnyArray | None = None,
-    links: Sequence[Link] = (),
+    laws: Sequence[CoordinateLaw] = (),
+    dt: ArrayLike | None = None,
     solver: Any = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    gradient: str = "reverse",
+    controller: Any = None,
+    rtol: ArrayLike | None = None,
+    atol: ArrayLike | None = None,
+    gradient: Any = "reverse",
+    event: WordedError[Callable | None] = None,
+    interpolate: bool = False,
     max_steps: int = 100_000,
+    progress: bool = False,
     throw: bool = True,
 ) -> LinearMotion:
-    """Motion of a linear system, of a network of components too, under loads and laws of any kind.
+    """Motion of a linear system, also of a network of components, under loads and laws between its coordinates.
 
     Args:
-        start: `(displacement, velocity)`, each (n,), or what `equilibrium` found; default at rest.
-        ts: times to save (T,), increasing [s]; the first is the start.
+        start: `(displacement, velocity)`, each (n,) or None for zero, the result of `equilibrium`, or the `end` of
+            another motion, whose time is then the start; default at rest.
+        t1: end time [s] (default: the last of `ts`).
+        ts: times to save (T,), increasing (default: 101 equal steps to t1); the first is the start unless
+            `start` has a time; where only t1 is given the start is at 0.  They have derivatives.
         forces: as `LinearSystem.load` takes them, each (T, ...), straight between the times; or a function of time
             that gives such without the axis of times.
-        links: laws between coordinates.
-        solver: of diffrax, default Dopri8; `diffrax.Kvaerno5()` where frequencies of no interest are high.  Or
-            `Modal(...)`, without links: no error of integration and far cheaper, at equal steps of time.
-        rtol, atol: of each step, default the root and the 3/4 power of the rounding.
-        gradient: "reverse", "forward" or "both".
-        throw: raise where the integrator does not come to the end, if concrete; else see `ok`.
+        laws: laws between coordinates.
+        dt: fixed step [s]; without it steps adapt to rtol, atol (displacements and velocities).
+        solver: of diffrax, default Dopri8; `diffrax.Kvaerno5()` where frequencies of no interest are high; at fixed
+            steps `Gauss4()`, `ImplicitMidpoint()` or `SemiImplicitEuler()`.  Without laws `ModalSuperposition(...)`,
+            at equal steps of time: no error of integration and far cheaper.
+        controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
+        rtol: of each step, default 1e-9 (3e-4 in single precision), as for mechanisms.
+        atol: of each step, default 1e-12 (6e-6 in single precision): less than for mechanisms, as displacements of
+            structures are smaller.
+        gradient: derivative mode, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
+        event: function of a `LinearState` to one number whose zero crossing ends the motion, as for mechanisms: the
+            state there is saved too, so the motion has one entry more (unused entries: times inf, numbers nan).
+        interpolate: let steps pass over saved times, whose states come from the solver's interpolation; by default
+            steps land on them, so that they meet every kink of sampled forces.
+        max_steps: bound on the integrator's steps.
+        progress: show a progress bar.
+        throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
 
     Rows without mass are condensed, which is exact, and put back: they follow the others and the loads on them
-    statically, their rates the others alone; of a start their part is what follows.
+    statically, their rates the others alone; so their part of a start is not used.
 
-    Raises: ValueError for what does not fit, links and damping on rows without mass too, by name; UnknownNameError;
-    SimulationError.  Source: S1 (3), (9)-(12).
+    Raises: ValueError for what does not fit, laws and damping on rows without mass too, by name; UnknownNameError;
+    TypeError for an event that is no function to one number; SimulationError: the motion failed; carries what was
+    computed as `.motion`.  Source: S1 (3), (9)-(12).
     """
-    system, ts = system.to_dense(), as_dtype(ts, system.dtype)
+    system, laws = system.to_dense(), tuple(laws)
     forces = None if isinstance(forces, Mapping) and not forces else forces
-    _check(system, ts, gradient)
-    for name, value in {"rtol": rtol, "atol": atol}.items():
-        if value is not None and (np.iscomplexobj(value) or any_concrete(lambda x: ~np.isfinite(x) | (x < 0), value)):
-            raise ValueError(f"{name}={value} must be finite and not negative")
-    whole = condense_massless(system, damped=not (isinstance(solver, Modal) and solver.ratios is not None))
-    if whole.light:
-        _check_light(system, whole, links, forces, ts)
-    if isinstance(solver, Modal):
-        return _in_modes(system, whole, start, ts, forces, links, solver)
-    eps = jnp.finfo(ts.dtype).eps
-    tolerances = (float(eps**0.5) if rtol is None else rtol, float(eps**0.75) if atol is None else atol)
-    options = (diffrax.Dopri8() if solver is None else solver, gradient, max_steps)
-    motion = _integrate(system, whole, ts, forces, tuple(links), _state(system, start), tolerances, options)
-    if throw and is_concrete(motion.ok) and not np.all(np.asarray(motion.ok)):
-        raise SimulationError(
-            f"no end after {max_steps} steps: reduce the components further, or try solver=diffrax.Kvaerno5()", motion
-        )
+    modal = isinstance(solver, ModalSuperposition)
+    solver = diffrax.Dopri8() if solver is None else solver
+    check_options(diffrax.Dopri8() if modal else solver, controller, dt, rtol, atol, gradient)
+    t0, x0 = _start(system, start, ts)
+    ts = save_times(t0, t1, ts, system.dtype)
+    t1 = ts[-1] if t1 is None else as_dtype(t1, ts.dtype)
+    if forces is not None and not callable(forces):
+        _check_samples(t0, ts, t1)
+    condensation = condense_massless(system, damped=not (modal and solver.ratios is not None))
+    if condensation.light:
+        _check_light(system, condensation, laws, forces, ts)
+    if modal:
+        if start is not None or laws or callable(forces) or forces is None:
+            raise ValueError("ModalSuperposition moves a system from rest under sampled forces, without laws")
+        if not (dt is None and controller is None and event is None):
+            raise ValueError("ModalSuperposition takes no steps: leave out dt, controller and event")
+        return _in_modes(system, condensation, ts, forces, solver)
+    check_event(event, LinearState(t0, *x0), "s.displacement[0]")
+    options = make_options(
+        solver,
+        controller,
+        span=(t0, t1),
+        dt=dt,
+        rtol=rtol,
+        atol=ATOL[system.dtype.itemsize] if atol is None else atol,
+        gradient=gradient,
+        max_steps=max_steps,
+        lands_on_times=not interpolate,
+        progress=bool(progress),
+        has_event=event is not None,
+        dtype=ts.dtype,
+    )
+    motion = _integrate(system, condensation, LinearState(t0, *x0), ts, t1, forces, laws, event, options)
+    if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
+        raise SimulationError(_explain(motion, float(np.asarray(t0))), motion)
     return motion
 
 
-def _in_modes(system, whole, start, ts, forces, links, modal):
-    if start is not None or links or callable(forces) or forces is None:
-        raise ValueError("Modal() moves a system from rest under sampled forces, without links")
-    if is_concrete(ts) and not np.allclose(np.diff(np.asarray(ts)), float(ts[1] - ts[0]), rtol=1e-6):
-        raise ValueError("Modal() needs equal steps of time")
-    load = _sampled(system, forces, ts)
-    own = whole.system
-    damping, ratios = (own.damping, 0.0) if modal.ratios is None else (None, modal.ratios)
-    matrices = {"K": own.stiffness, "M": own.mass, "C": damping}
-    options = {"num": modal.num, "static_start": modal.static_start}
-    x, *rates = modal_response(**matrices, load=whole.load(load), step=ts[1] - ts[0], ratios=ratios, **options)
-    found = whole.expand(x, load), *map(whole.expand, rates)
-    none = jnp.zeros((len(ts), 0), load.dtype)
-    given = None if modal.ratios is None else jnp.asarray(ratios, system.dtype)
-    return LinearMotion(ts, *found, none, (forces,), jnp.array(True), given)
+def _explain(motion, t0):
+    finite = np.isfinite(np.asarray(motion.displacement)).all(-1) & np.isfinite(np.asarray(motion.ts))
+    saved = np.asarray(motion.ts)[finite]
+    text = describe_end(motion.status, t0, motion.end.t, saved, motion.num_steps)
+    if motion.status in (Status.MAX_STEPS, Status.STEP_SIZE):
+        text += "; reduce the components further, or take a stiff solver (solver=diffrax.Kvaerno5())"
+    return text
 
 
-def _state(system, start):
-    zero = jnp.zeros(system.num_rows, system.dtype)
+def _start(system, start, ts):
+    """Time of the start, and displacement and velocity (n,) there."""
+    zero, first = jnp.zeros(system.num_rows, system.dtype), 0.0
+    if ts is not None:
+        times = as_dtype(ts, system.dtype)
+        first = times[0] if times.ndim == 1 and len(times) else 0.0
+    first = as_dtype(first, system.dtype)
     if start is None:
-        return zero, zero
+        return first, (zero, zero)
     if isinstance(start, StaticResponse):
-        return start.displacement, zero
+        return first, (start.displacement, zero)
+    if isinstance(start, LinearState):
+        first, start = as_dtype(start.t, system.dtype), start[1:]
     if len(start) != 2:
         raise ValueError(f"start is (displacement, velocity), got {len(start)} parts")
-    start = tuple(zero if a is None else as_dtype(a, system.dtype) for a in start)
-    if any(a.shape != zero.shape for a in start):
-        raise ValueError(f"start has parts of shapes {[a.shape for a in start]}, not ({system.num_rows},)")
-    return start
+    parts = tuple(zero if a is None else as_dtype(a, system.dtype) for a in start)
+    if any(a.shape != zero.shape for a in parts):
+        raise ValueError(f"start has parts of shapes {[a.shape for a in parts]}, not ({system.num_rows},)")
+    return first, parts
 
 
 @jit
-def _integrate(system, whole, ts, forces, links, start, tolerances, options):
-    solver, gradient, max_steps = options
-    if gradient == "reverse":
-        given = system, whole, ts, forces, links, start
-        system, whole, ts, forces, links, start = reverse_only(given, FORWARD_MODE)
-    K, C, M = whole.system.stiffness, whole.system.damping, whole.system.mass
-    start = tuple(map(whole.heavy_part, start))
-    rows = _rows(system, links)[:, np.array(whole.heavy, int)]
-    C = jnp.zeros_like(K) if C is None else C
-    solved = lapack.solve_positive(M, jnp.concatenate([K, C, rows.T, jnp.eye(len(M), dtype=M.dtype)], axis=1))
-    parts = jnp.split(solved, np.cumsum([len(M), len(M), len(rows)]), axis=1)
-
-    def rate(t, state, args):
-        (by_x, by_v, by_effort, by_force), rows, laws, load = args
-        x, v = state
-        a = -(by_x @ x) - by_v @ v + by_effort @ _efforts(laws, rows @ x, rows @ v, t)
-        return v, a if load is None else a + by_force @ whole.load(load(t))
-
-    laws = jax.tree.map(lambda a: a.astype(M.dtype) if hasattr(a, "astype") else a, [link.law for link in links])
-    args = (parts, rows, laws, _load(system, ts, forces))
-    control = diffrax.PIDController(rtol=tolerances[0], atol=tolerances[1])
-    solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(rate),
-        solver,
-        ts[0],
-        ts[-1],
-        1e-3 * (ts[1] - ts[0]),
-        start,
-        args,
-        saveat=diffrax.SaveAt(ts=ts),
-        stepsize_controller=diffrax.ClipStepSizeController(control, step_ts=ts),
-        adjoint=_ADJOINTS[gradient](),
-        max_steps=max_steps,
-        throw=False,
+def _integrate(system, condensation, start, ts, t1, forces, laws, event, options):
+    ts, valid = valid_times(ts, start.t, t1)
+    equations = LinearEquations.of(system, condensation, laws, load_function(system, ts, forces))
+    if event is not None:
+        event = eqx.filter_closure_convert(event, start)
+    args = Arguments(equations, event)
+    y0 = (*map(condensation.heavy_part, start[1:]), jnp.zeros(0, system.dtype))
+    _, final, y0 = integrate_equations(args, y0, (start.t, ts, t1), valid, options)
+    t_end, y_end, _ = end_of_motion(final, y0, t1, args)
+    times, (x, v, _), beyond = saved_rows(final, ts, (t_end, y_end), args)
+    lost = ~(jnp.all(jnp.isfinite(x), axis=1) & jnp.all(jnp.isfinite(v), axis=1))
+    # rows that are not saved, or not finite, are evaluated at the end: what they would be harms no derivative
+    at, x, v = (masked(beyond | lost, a, end) for a, end in zip((times, x, v), (t_end, *y_end[:2]), strict=True))
+    a, efforts = jax.vmap(equations.acceleration)(at, x, v), jax.vmap(equations.efforts)(at, x, v)
+    loads = jax.vmap(equations.load)(at) if condensation.light and equations.load is not None else None
+    given = (
+        () if forces is None else (forces if event is None and not callable(forces) else forces_at(at, ts, forces),)
     )
-    x, v = solution.ys
-    a = jax.vmap(lambda t, *state: rate(t, state, args)[1])(ts, x, v)
-    efforts = jax.vmap(lambda t, x, v: _efforts(args[2], rows @ x, rows @ v, t))(ts, x, v)
-    loads = jax.vmap(args[3])(ts) if whole.light and args[3] is not None else None
-    x, v, a = whole.expand(x, loads), whole.expand(v), whole.expand(a)
-    given = jax.vmap(forces)(ts) if callable(forces) else forces
-    total = [] if given is None else [given]
-    total += [link.forces(effort) for link, effort in zip(links, efforts.T, strict=True)]
-    return LinearMotion(ts, x, v, a, efforts, tuple(total), solution.result == diffrax.RESULTS.successful)
+    given += tuple(law.forces(effort) for law, effort in zip(laws, efforts.T, strict=True))
+
+    code = status_of(final.result)
+    code = jnp.where(jnp.any(lost & ~beyond) | ~jnp.all(jnp.isfinite(ts)), Status.NOT_FINITE, code)
+    failed = (jnp.cumsum(beyond | lost) > 0) & ~succeeded(code)
+    rows = (condensation.expand(x, loads), condensation.expand(v), condensation.expand(a), efforts)
+    rows = tuple(nan_where(failed, masked(beyond & ~failed, row, jnp.nan)) for row in rows)
+    end = equations.state_at(t_end, y_end)
+    end = LinearState(t_end, *(nan_slope_where(~succeeded(code), part) for part in end[1:]))
+    counts = final.tried.astype(int), final.rejected.astype(int)
+    return LinearMotion(ts if event is None else times, *rows, given, code, end, *counts)
 
 
-def _efforts(laws, x, v, t):
-    found = [law.effort(x[k], v[k], t) for k, law in enumerate(laws)]
-    return jnp.stack([jnp.asarray(e, x.dtype) for e in found]) if found else jnp.zeros_like(x)
+def _in_modes(system, condensation, ts, forces, modal):
+    """The motion by superposition of natural modes."""
+    if is_concrete(ts) and not np.allclose(np.diff(np.asarray(ts)), float(ts[1] - ts[0]), rtol=1e-6):
+        raise ValueError("ModalSuperposition needs equal steps of time")
+    load = sampled_load(system, ts, forces)
+    heavy = condensation.system
+    damping, ratios = (heavy.damping, 0.0) if modal.ratios is None else (None, modal.ratios)
+    matrices = {"K": heavy.stiffness, "M": heavy.mass, "C": damping}
+    options = {"num": modal.num, "static_start": modal.static_start}
+    moved = modal_response(**matrices, load=condensation.load(load), step=ts[1] - ts[0], ratios=ratios, **options)
+    rows = condensation.expand(moved[0], load), *map(condensation.expand, moved[1:])
+    none, zero = jnp.zeros((len(ts), 0), load.dtype), jnp.zeros((), int)
+    given = None if modal.ratios is None else jnp.asarray(ratios, system.dtype)
+    end = LinearState(ts[-1], rows[0][-1], rows[1][-1])
+    return LinearMotion(ts, *rows, none, (forces,), jnp.asarray(int(Status.SUCCESS)), end, zero, zero, given)
 
 
-def _load(system, ts, forces):
-    """The loads (n,) as a function of time, or None."""
-    if forces is None:
-        return None
-    if callable(forces):
-        return lambda t: system.load(forces(t))
-    samples = _sampled(system, forces, ts)
-
-    def at(t):
-        i = interval(ts, t)
-        share = (t - ts[i]) / (ts[i + 1] - ts[i])
-        return samples[i] + share * (samples[i + 1] - samples[i])
-
-    return at
+def _check_samples(t0, ts, t1):
+    """Raises: ValueError, if concrete, for times that sampled forces cannot be interpolated between."""
+    if len(ts) < 2 or (is_concrete(ts) and np.any(np.diff(np.asarray(ts)) <= 0)):
+        raise ValueError("sampled forces need two or more times, and ts must increase without repetition")
+    if is_concrete(t0, ts, t1) and not (ts[0] == t0 and ts[-1] == t1):
+        raise ValueError(
+            f"forces are sampled from {float(ts[0])} to {float(ts[-1])} s, the motion is from {float(t0)} to "
+            f"{float(t1)} s: give them as a function of time"
+        )
 
 
-def _sampled(system, forces, ts):
-    load = system.load(forces)
-    if load.shape != (len(ts), system.num_rows):
-        raise ValueError(f"forces make loads of shape {load.shape}, not ({len(ts)}, {system.num_rows}): times first")
-    return load
-
-
-def _check(system, ts, gradient):
-    if gradient not in _ADJOINTS:
-        raise ValueError(f"gradient={gradient!r} must be one of {', '.join(_ADJOINTS)}")
-    if ts.ndim != 1 or len(ts) < 2:
-        raise ValueError(f"ts must be a list of two or more times, got shape {ts.shape}")
-    if is_concrete(ts) and not np.all(np.isfinite(np.asarray(ts))):
-        raise ValueError("ts must be finite times")
-    if is_concrete(ts) and np.any(np.diff(np.asarray(ts)) <= 0):
-        raise ValueError("ts must increase")
-
-
-def _rows(system, links):
-    """(links, n) coefficients of the links by coordinate."""
-    rows = [system.load(link.forces(jnp.ones((), system.dtype))) for link in links]
-    return jnp.stack(rows) if rows else jnp.zeros((0, system.num_rows), system.dtype)
-
-
-def _check_light(system, whole, links, forces, ts):
+def _check_light(system, condensation, laws, forces, ts):
     """Raises: ValueError for what acts on rows without mass and is no static load, by name, if concrete."""
-    light = np.array(whole.light)
-    rows = _rows(system, links)[:, light]
+    light = np.array(condensation.light)
+    rows = coefficient_rows(system, laws)[:, light]
     touched = np.any(np.asarray(rows) != 0, axis=0) if is_concrete(rows) else np.zeros(len(light), bool)
     if np.any(touched):
         names = ", ".join(system.label(k) for k in light[touched])
         raise ValueError(
-            f"links act on {names}, which have no mass: give them some, or take Rubin in place of MacNeal"
+            f"laws act on {names}, which have no mass: give them some, or take Rubin in place of MacNeal"
         )
-    load = None if system.damping is None or forces is None else _load(system, ts, forces)
+    load = None if system.damping is None or forces is None else load_function(system, ts, forces)
     if load is None or not is_concrete(system.damping, ts):
         return
     loaded = jax.vmap(load)(ts)[:, light]

@@ -9,7 +9,7 @@ import scipy.linalg
 import jaxmbs as mbs
 from jaxmbs.forces import SpringDamper
 from jaxmbs.reductions import CraigBampton, CraigChang, Guyan, Hurty, MacNeal, Mixed, Rubin, reduce
-from jaxmbs.vibration import Link, Modal
+from jaxmbs.vibration import CoordinateLaw, ModalSuperposition
 
 N, LIGHT = 7, [1, 4, 5]
 HEAVY = [k for k in range(N) if k not in LIGHT]
@@ -125,18 +125,18 @@ def test_motion_by_steps_in_modes_and_by_the_exponential():
     A[:4, 4:8], A[4:8, :4], A[4:8, 4:8] = np.eye(4), -np.linalg.solve(m, k), -np.linalg.solve(m, c)
     A[4:8, 8], A[8, 9] = np.linalg.solve(m, T.T @ force[-1] / ts[-1]), 1.0
     x = np.array([T @ (scipy.linalg.expm(A * t) @ np.eye(10)[9])[:4] for t in ts])
-    for solver in (None, Modal()):
+    for solver in (None, ModalSuperposition()):
         motion = mbs.simulate(s, ts=ts, forces=force, solver=solver, **({} if solver else {"rtol": 1e-10}))
         np.testing.assert_allclose(motion.displacement, x, atol=1e-8)
         balance = motion.displacement @ K + motion.velocity @ C + motion.acceleration @ M - force
         np.testing.assert_allclose(balance, 0.0, atol=1e-7)
     undamped, push = system(), force + np.outer(ts, np.eye(N)[4])
-    for solver in (None, Modal(ratios=0.02)):
+    for solver in (None, ModalSuperposition(ratios=0.02)):
         motion = mbs.simulate(undamped, ts=ts, forces=push, solver=solver)
         x, load = np.asarray(motion.displacement), push[:, LIGHT]
         np.testing.assert_allclose(x @ K[:, LIGHT], load, atol=1e-9)  # statics of the massless rows
-    with pytest.raises(ValueError, match="links act on node4 x, which have no mass"):
-        mbs.simulate(undamped, ts=ts, links=[Link(SpringDamper(1.0), {"node4 x": 1.0})])
+    with pytest.raises(ValueError, match="laws act on node4 x, which have no mass"):
+        mbs.simulate(undamped, ts=ts, laws=[CoordinateLaw(SpringDamper(1.0), {"node4 x": 1.0})])
     with pytest.raises(ValueError, match="loads act on node4 x, which have damping and no mass"):
         mbs.simulate(s, ts=ts, forces=push)
 

@@ -17,11 +17,11 @@ CASES = {
         "* complex: matrices may be",
         "damping nan: refused",
     ),
-    "vibration.Link": case(
+    "vibration.CoordinateLaw": case(
         lambda z: call(mbs.SpringDamper(2.0), {"a": 1.0}),
         "row name: simulate refuses it",
     ),
-    "vibration.Modal": case(
+    "vibration.ModalSuperposition": case(
         lambda z: call(0.25, 2),
         "ratios *: simulate refuses it",
         "num *: simulate refuses it",

@@ -33,7 +33,10 @@ class Unusable:
     "options, message",
     [
         ({"t1": 1.0, "gradient": "backsolve"}, "gradient='backsolve' must be one of reverse, forward"),
-        ({"t1": 1.0, "gradient": diffrax.BacksolveAdjoint()}, "BacksolveAdjoint differentiates the unprojected flow"),
+        (
+            {"t1": 1.0, "gradient": diffrax.BacksolveAdjoint()},
+            "motion without its projection",
+        ),
         ({"t1": 1.0, "solver": "RK4"}, "solver must be a diffrax solver"),
         ({"t1": 1.0, "solver": Unusable()}, "solver must be a diffrax solver"),
         ({"t1": 1.0, "formulation": "lagrange"}, "formulation='lagrange' must be one of canonical, independent"),
@@ -46,7 +49,7 @@ class Unusable:
         ({"t1": 1.0, "dt": -0.1}, "dt must be positive, got -0.1"),
         ({}, "give t1= .* or ts="),
         ({"ts": [0.0, 0.5, 0.2]}, "ts must increase"),
-        ({"ts": [-1.0, 0.5]}, "ts must increase and start at or after the state's time 0"),
+        ({"ts": [-1.0, 0.5]}, "ts must increase and start at or after the start of the motion at 0"),
         ({"ts": []}, "ts must be a list of times, got shape"),
         ({"ts": [[0.0, 1.0]]}, "ts must be a list of times, got shape"),
     ],

@@ -9,7 +9,8 @@ import optimistix
 import pytest
 
 from jaxmbs.ode._adjoint import integrate_with_adjoint
-from jaxmbs.ode._loop import OdeProblem, integrate
+from jaxmbs.ode._loop import integrate
+from jaxmbs.ode._problem import OdeProblem
 
 START = (jnp.array([1.0, 0.2]), jnp.array([-0.3]))
 TIMES = jnp.array([0.0, 0.3, 0.3, 0.7, 1.1, 1.6])
@@ -72,16 +73,16 @@ def controller(dt):
     return diffrax.ConstantStepSize() if dt else diffrax.PIDController(rtol=1e-5, atol=1e-6, pcoeff=0.2, icoeff=0.4)
 
 
-def march(solver, dt=None, lands=True, **options):
+def problem(solver, dt=None, lands=True, **options):
     lands = lands and dt is None
     return OdeProblem(
-        solver, controller(dt), TIMES, TIMES[-1], jnp.asarray(4096, jnp.int32), rate, lands=lands, **options
+        solver, controller(dt), TIMES, TIMES[-1], jnp.asarray(4096, jnp.int32), rate, lands_on_times=lands, **options
     )
 
 
-def ours(way, args, y0, march, dt=None):
+def ours(way, args, y0, problem, dt=None):
     t0, first = jnp.zeros(()), jnp.asarray(dt or 0.01)
-    return way((y0, args), march, t0, first) if way is integrate_with_adjoint else way(march, y0, t0, first, args)
+    return way((y0, args), problem, t0, first) if way is integrate_with_adjoint else way(problem, y0, t0, first, args)
 
 
 def theirs(solver, dt, lands, args, y0):
@@ -101,7 +102,7 @@ def loss(ys):
 
 @pytest.mark.parametrize("solver, dt, lands", [*cases()], ids=name)
 def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
-    found = jax.jit(lambda: ours(integrate, STIFFNESS, START, march(solver, dt, lands), dt))()
+    found = jax.jit(lambda: ours(integrate, STIFFNESS, START, problem(solver, dt, lands), dt))()
     wanted = jax.jit(lambda: theirs(solver, dt, lands, STIFFNESS, START))()
     assert int(found.tried) == int(wanted.stats["num_steps"]) > 4
     assert int(found.rejected) == int(wanted.stats["num_rejected_steps"])
@@ -109,8 +110,8 @@ def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
     for ours_, theirs_ in zip(found.ys, wanted.ys, strict=True):
         np.testing.assert_allclose(ours_, theirs_, rtol=0.0, atol=1e-10)
 
-    back = jax.jit(jax.grad(lambda x: loss(ours(integrate_with_adjoint, *x, march(solver, dt, lands), dt).ys)))
-    forth = jax.jit(jax.jacfwd(lambda x: loss(ours(integrate, *x, march(solver, dt, lands), dt).ys)))
+    back = jax.jit(jax.grad(lambda x: loss(ours(integrate_with_adjoint, *x, problem(solver, dt, lands), dt).ys)))
+    forth = jax.jit(jax.jacfwd(lambda x: loss(ours(integrate, *x, problem(solver, dt, lands), dt).ys)))
     for a, b in zip(*map(jax.tree.leaves, (back((STIFFNESS, START)), forth((STIFFNESS, START)))), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-10)
     if isinstance(solver, diffrax.AbstractERK | diffrax.AbstractImplicitSolver):
@@ -126,10 +127,12 @@ def test_a_full_log_takes_steps_again(solver, lands):
     """With few rows for many steps; one by one and side by side, with ends of their own."""
 
     def gradient(rows):
-        return jax.grad(lambda x: loss(ours(integrate_with_adjoint, *x, march(solver, None, lands, rows=rows)).ys))
+        return jax.grad(
+            lambda x: loss(ours(integrate_with_adjoint, *x, problem(solver, None, lands, checkpoints=rows)).ys)
+        )
 
     roomy, tight = (jax.jit(gradient(rows))((STIFFNESS, START)) for rows in (512, 16))
-    assert 40 < int(ours(integrate, STIFFNESS, START, march(solver, None, lands)).tried) < 256
+    assert 40 < int(ours(integrate, STIFFNESS, START, problem(solver, None, lands)).tried) < 256
     many = jnp.stack([STIFFNESS, 2.0 * STIFFNESS])
     lanes = jax.jit(jax.vmap(lambda k: gradient(16)((k, START))))(many)
     for a, b, c in zip(*map(jax.tree.leaves, (roomy, tight, lanes)), strict=True):
@@ -140,7 +143,7 @@ def test_a_full_log_takes_steps_again(solver, lands):
 @pytest.mark.slow
 def test_second_derivatives_forward_over_reverse():
     def value(way):
-        return lambda k: loss(ours(way, k, START, march(diffrax.Tsit5())).ys)
+        return lambda k: loss(ours(way, k, START, problem(diffrax.Tsit5())).ys)
 
     twice = jax.jit(jax.jacfwd(jax.jacfwd(value(integrate))))(STIFFNESS)
     mixed = jax.jit(jax.jacfwd(jax.jacrev(value(integrate_with_adjoint))))(STIFFNESS)
@@ -150,9 +153,9 @@ def test_second_derivatives_forward_over_reverse():
 
 @pytest.mark.slow
 def test_too_few_steps_and_nothing_to_do():
-    short = eqx.tree_at(lambda m: m.max_steps, march(diffrax.Tsit5()), jnp.asarray(7, jnp.int32))
-    walk = ours(integrate, STIFFNESS, START, short)
-    assert walk.result == diffrax.RESULTS.max_steps_reached and int(walk.tried) == 7 and int(walk.saved) < 6
+    short = eqx.tree_at(lambda m: m.max_steps, problem(diffrax.Tsit5()), jnp.asarray(7, jnp.int32))
+    state = ours(integrate, STIFFNESS, START, short)
+    assert state.result == diffrax.RESULTS.max_steps_reached and int(state.tried) == 7 and int(state.saved) < 6
     still = eqx.tree_at(lambda m: (m.t1, m.times), short, (jnp.zeros(()), 0.0 * TIMES))
     value = lambda y0: loss(ours(integrate_with_adjoint, STIFFNESS, y0, still).ys)  # noqa: E731
     for found, wanted in zip(  # noqa: B905
@@ -179,13 +182,13 @@ def test_an_event_ends_a_march_beside_the_zero(falls):
         TIMES[-1],
         jnp.asarray(4096, jnp.int32),
         swing,
-        crossing=crossing,
-        lands=False,
+        event=crossing,
+        lands_on_times=False,
     )
-    walk = integrate(one, (jnp.array([1.0, 0.0]),), jnp.zeros(()), jnp.asarray(0.01), None)
+    state = integrate(one, (jnp.array([1.0, 0.0]),), jnp.zeros(()), jnp.asarray(0.01), None)
     if falls:
-        assert walk.result == diffrax.RESULTS.event_occurred
-        np.testing.assert_allclose(walk.t, np.arccos(0.4) / 2, atol=1e-6)
-        assert int(walk.saved) == 3 and int(walk.rejected) < 12
+        assert state.result == diffrax.RESULTS.event_occurred
+        np.testing.assert_allclose(state.t, np.arccos(0.4) / 2, atol=1e-6)
+        assert int(state.saved) == 3 and int(state.rejected) < 12
     else:
-        assert diffrax.is_successful(walk.result) and walk.t == TIMES[-1]
+        assert diffrax.is_successful(state.result) and state.t == TIMES[-1]

@@ -1,0 +1,201 @@
+"""Integration of the equations of either noun by checked options, and what its end and its saved rows are."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optimistix
+from jax import Array, lax
+from jaxtyping import PyTree
+
+from ..math._nan import value_where
+from ..runtime import FORWARD_MODE, jit, reverse_only
+from ..status import Status
+from ._adjoint import integrate_with_adjoint
+from ._loop import integrate, stop_gradients
+from ._options import Options, with_tolerances
+from ._problem import LoopState, OdeProblem, Projection
+
+_STATUS_OF_RESULT = {
+    "successful": Status.SUCCESS,
+    "event_occurred": Status.EVENT,
+    "max_steps_reached": Status.MAX_STEPS,
+    "dt_min_reached": Status.STEP_SIZE,
+    "nonfinite_input": Status.NOT_FINITE,
+}
+#: First adaptive step and least one, of the whole time.  The controller finds the right size within four steps of the
+#: first, by its factor of at most ten each; below the least a time of its end cannot be told from its start.
+_FIRST_STEP, _LEAST_STEP = 1e-3, 1e-13
+
+
+class Equations(Protocol):
+    """Equations of motion of the first order in y = (positions, second half, quadratures)."""
+
+    def rate(self, t: Array, y: PyTree) -> PyTree:
+        """The rate of y."""
+
+    def project(self, t: Array, y: PyTree) -> Projection:
+        """y on the constraints."""
+
+    def state_at(self, t: Array, y: PyTree) -> Any:
+        """The state that an event is a function of."""
+
+
+class Arguments(NamedTuple):
+    """Arguments of the vector field: the equations, and the event or None."""
+
+    equations: Any
+    event: Callable | None = None
+
+
+@jit
+def _rate(t, y, args):
+    return args.equations.rate(t, y)
+
+
+@jit
+def _project(t, y, args):
+    return args.equations.project(t, y)
+
+
+def _event(t, y, args):
+    """The event's value ()."""
+    return args.event(args.equations.state_at(t, y))
+
+
+def integrate_equations(
+    args: Arguments,
+    y0: PyTree,
+    times: tuple[Array, Array, Array],
+    valid: Array,
+    options: Options,
+    *,
+    has_projection: bool = False,
+    saves_projection: bool = False,
+    projection_is_error: bool = False,
+    norm: Callable | None = None,
+) -> tuple[OdeProblem, LoopState, PyTree]:
+    """Integrate the equations from y0.
+
+    Args:
+        times: the start (), those to save (T,), the end (); y0 and the rows that are saved have derivatives by them.
+        valid: () where it does not hold, no step is taken.
+        norm: of the scaled error of a step, default the root mean square over positions and second half.
+
+    Returns: the problem, the loop's final state, and y0 with its derivative by the start.
+    """
+    t0, ts, t1 = times
+    span, start, save = stop_gradients((t1 - t0, t0, ts))
+    end, save = jnp.where(valid, start + span, start), jnp.where(valid, save, start)
+    controller = stop_gradients(_controller(options, span, norm))
+    problem = OdeProblem(
+        stop_gradients(with_tolerances(options.solver, controller)),
+        controller,
+        save,
+        end,
+        options.max_steps,
+        _rate,
+        project=_project if has_projection else None,
+        saves_projection=saves_projection,
+        projection_is_error=projection_is_error,
+        event=None if args.event is None else _event,
+        lands_on_times=options.lands_on_times,
+        meter=diffrax.TqdmProgressMeter() if options.progress else diffrax.NoProgressMeter(),
+        checkpoints=options.checkpoints,
+    )
+    first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
+    # a later start: what flows for less time
+    y0 = attach_time_derivative(y0, 2.0 * start - t0, start, args.equations)
+    if options.gradient == "reverse":
+        state = integrate_with_adjoint(reverse_only((y0, args), FORWARD_MODE), problem, start, first_step)
+    else:
+        state = integrate(problem, y0, start, first_step, args)
+    return problem, state, y0
+
+
+def _controller(options, span, norm):
+    """The step-size controller: a given one, fixed steps, or a PID controller with the tolerances."""
+    if options.controller is not None:
+        return options.controller
+    if options.dt is not None:
+        return diffrax.ConstantStepSize()
+    # quadratures such as work follow the motion and do not control its steps
+    norm = norm or (lambda y: optimistix.rms_norm(y[:2]))
+    rtol, atol = stop_gradients((options.rtol, options.atol))
+    return diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=_LEAST_STEP * jnp.abs(span))
+
+
+@eqx.filter_custom_jvp
+def attach_time_derivative(y: PyTree, t: Array, fixed_t: Array, equations: Any) -> PyTree:
+    """y, or rows of it, computed at `fixed_t` without derivatives by it: its derivative by the time t is its rate."""
+    return y
+
+
+@attach_time_derivative.def_jvp
+def _attach_time_derivative_jvp(primals, tangents):
+    y, _, fixed_t, equations = primals
+    y_dot, t_dot, _, _ = tangents
+    if t_dot is None:
+        return y, y_dot
+    rate = jax.vmap(equations.rate)(fixed_t, y) if fixed_t.ndim else equations.rate(fixed_t, y)
+    along = lambda r: r * t_dot.reshape(t_dot.shape + (1,) * (r.ndim - t_dot.ndim))  # noqa: E731
+    return y, tuple(along(r) if d is None else d + along(r) for r, d in zip(rate, y_dot, strict=True))
+
+
+def end_of_motion(state: LoopState, y0: PyTree, t1: Array, args: Arguments) -> tuple[Array, PyTree, Array]:
+    """(time, y) at which the integration ended, the event's if that ended it; and True if all is finite.
+
+    The derivative by the end that was asked for is the motion's rate.  What is not finite is the start instead, as
+    its derivatives would make NaN of cotangents that are zero.
+    """
+    finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in state.y]))
+    y = jax.tree.map(lambda x, x0: value_where(~finite, x, lax.stop_gradient(x0)), state.y, y0)
+    happened = state.result == diffrax.RESULTS.event_occurred
+    t = stop_gradients(state.t) + jnp.where(happened | ~jnp.isfinite(t1), 0.0, t1 - stop_gradients(t1))
+    y = attach_time_derivative(y, t, stop_gradients(state.t), args.equations)
+    if args.event is not None:
+        t, y = jax.tree.map(lambda a, b: jnp.where(happened, a, b), _on_the_event(t, y, args), (t, y))
+    return t, y, finite
+
+
+def _on_the_event(t, y, args):
+    """(time, y) of the event from those beside it, with their derivatives: one Newton step along the motion."""
+    rate = args.equations.rate(t, y)
+    value, slope = jax.jvp(lambda t, y: _event(t, y, args), (t, y), (jnp.ones_like(t), rate))
+    late = value / jnp.where(slope == 0.0, 1.0, slope)
+    return t - late, jax.tree.map(lambda y, r: y - late * r, y, rate)
+
+
+def saved_rows(
+    state: LoopState, ts: Array, end: tuple[Array, PyTree], args: Arguments
+) -> tuple[Array, PyTree, Array]:
+    """(times, rows of y, True for rows beyond the end); with an event one row more, the end's, in its place."""
+    index = jnp.arange(len(ts), dtype=jnp.int32)
+    beyond = (index >= state.saved) | ~jnp.isfinite(ts)  # after an end nothing is saved
+    times = masked(beyond, ts, jnp.inf)
+    ys = attach_time_derivative(state.ys, ts, stop_gradients(ts), args.equations)
+    if args.event is None:
+        return times, ys, beyond
+    index = jnp.arange(len(ts) + 1, dtype=jnp.int32)
+    times, ys = jax.tree.map(
+        lambda x, x1: masked(index == state.saved, jnp.concatenate([x, x1[None]]), x1[None]), (times, ys), end
+    )
+    times = jnp.where(index <= state.saved, times, jnp.inf)
+    return times, ys, ~jnp.isfinite(times)
+
+
+def status_of(result: Any) -> Array:
+    """The `Status` () of a result of diffrax."""
+    code = jnp.asarray(Status.FAILED)
+    for name, value in _STATUS_OF_RESULT.items():
+        code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
+    return code
+
+
+def masked(mask: Array, x: Array, value: Any) -> Array:
+    """x with the entries of its first axis where `mask` holds replaced by `value`."""
+    mask = mask.reshape(mask.shape + (1,) * (x.ndim - 1))
+    return jnp.where(mask, jnp.broadcast_to(jnp.asarray(value, x.dtype), x.shape), x)

@@ -1,0 +1,111 @@
+"""The initial value problem that the loop integrates, and the state of the loop between two steps."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int, PyTree
+
+from ._diffrax_internals import with_scan_kind
+from ._event import EventBracket
+
+MIN_CHECKPOINTS = 512  # two buffers of so many steps are small beside a program; motions of 262 144 steps fit them
+
+
+class Projection(NamedTuple):
+    """A state projected onto its constraints at the end of a step.
+
+    Attributes:
+        y: the projected state.
+        correction: how far each entry of its first part was moved (nq,); infinite where the projection failed.
+        saved: what is saved in place of y, with the structure of y; None where y itself is saved.
+    """
+
+    y: PyTree
+    correction: Array
+    saved: PyTree = None
+
+
+class OdeProblem(eqx.Module):
+    """An initial value problem and how it is integrated.
+
+    Its numbers carry no derivatives; `attach_time_derivative` adds those by times.
+
+    Attributes:
+        solver, controller: of diffrax.
+        times: (T,) to save, sorted; those up to the start get the start.
+        t1: the end; max_steps: bound on the attempted steps.
+        rate: (t, y, args) -> rate of y.
+        project: (t, y, args) -> Projection, applied at the end of every step.  The last stage of a
+            first-same-as-last method is stale once y has moved, so the next step starts as after a jump.
+        saves_projection: save `Projection.saved` in place of y; not at the start.
+        projection_is_error: count the correction as error of the step, so that a step that would end on another
+            branch is retried, shorter; at fixed steps it ends the motion.
+        event: (t, y, args) -> value () whose change of sign ends the motion, as does a value that is not a number.
+        lands_on_times: end steps on `times`; otherwise states there are interpolated.
+        checkpoints: steps that the adjoint stores; it serves motions of up to their square.
+        meter: of progress.
+        num_passed: (T,) number of times that are passed together with each, equal ones included; derived.
+    """
+
+    solver: diffrax.AbstractSolver
+    controller: diffrax.AbstractStepSizeController
+    times: Float[Array, " T"]
+    t1: Array
+    max_steps: Int[Array, ""]
+    rate: Callable = eqx.field(static=True)
+    project: Callable | None = eqx.field(static=True, default=None)
+    saves_projection: bool = eqx.field(static=True, default=False)
+    projection_is_error: bool = eqx.field(static=True, default=False)
+    event: Callable | None = eqx.field(static=True, default=None)
+    lands_on_times: bool = eqx.field(static=True, default=True)
+    meter: diffrax.AbstractProgressMeter = diffrax.NoProgressMeter()
+    checkpoints: int = eqx.field(static=True, default=MIN_CHECKPOINTS)
+    num_passed: Array | None = None
+
+    def __post_init__(self) -> None:
+        self.solver = with_scan_kind(self.solver, "lax")
+        self.num_passed = jnp.searchsorted(self.times, self.times, side="right")
+
+    @property
+    def term(self) -> diffrax.ODETerm:
+        return diffrax.ODETerm(self.rate)
+
+
+class LoopState(eqx.Module):
+    """The loop between two steps: y at t, the end of the step to attempt next, and what is saved so far.
+
+    Attributes:
+        memory: of the solver, of the controller, and True after a jump of y.
+        tried, rejected: numbers of steps.
+        saved: number of the times that are passed.
+        ys: saved states (T, ...) or None; inside the loop (T + 1, ...): the extra last row is scratch space for
+            discarded writes.
+        projected: `Projection.saved` of y, None where y itself is saved.
+        bracket: of the event; meter: state of the progress meter.
+    """
+
+    t: Array
+    t_next: Array
+    y: PyTree
+    memory: Any
+    result: Any
+    tried: Int[Array, ""]
+    rejected: Int[Array, ""]
+    saved: Array
+    ys: PyTree
+    projected: PyTree
+    bracket: EventBracket | None
+    meter: PyTree
+
+    def is_running(self, problem: OdeProblem) -> Bool[Array, ""]:
+        """True while steps are left to take; false for NaN."""
+        return (self.t < problem.t1) & diffrax.is_successful(self.result) & (self.tried < problem.max_steps)
+
+
+def checkpoints_for(steps: int) -> int:
+    """Checkpoints that the adjoint of so many steps needs: a power of two, so that few programs differ by it."""
+    return max(MIN_CHECKPOINTS, 1 << math.ceil(math.log2(max(steps, 1)) / 2))
