@@ -30,7 +30,7 @@ from .reaction._result import Reactions
 from .reaction._solve import reactions as mechanism_reactions
 from .typing import AnyArray, ArrayLike, CoordinateLike, WordedError
 from .vibration._harmonic_response import HarmonicResponse
-from .vibration._linear_motion import LinearMotion, Link
+from .vibration._linear_motion import CoordinateLaw, LinearMotion, LinearState
 from .vibration._modes import Modes
 from .vibration._system_analysis import frequency_response as linear_response
 from .vibration._system_analysis import modes as linear_modes
@@ -172,8 +172,8 @@ def simulate(
     dt: ArrayLike | None = None,
     solver: Any = None,
     controller: Any = None,
-    rtol: ArrayLike = 1e-9,
-    atol: ArrayLike = 1e-9,
+    rtol: ArrayLike | None = None,
+    atol: ArrayLike | None = None,
     gradient: Any = "reverse",
     formulation: str | type[Formulation] | None = None,
     event: WordedError[Callable | None] = None,
@@ -185,16 +185,22 @@ def simulate(
 @overload
 def simulate(
     system: LinearSystem,
-    start: StaticResponse | tuple | None = None,
+    start: StaticResponse | LinearState | tuple | None = None,
+    t1: ArrayLike | None = None,
+    ts: ArrayLike | None = None,
     *,
-    ts: ArrayLike,
     forces: Mapping | Callable | AnyArray | None = None,
-    links: Sequence[Link] = (),
+    laws: Sequence[CoordinateLaw] = (),
+    dt: ArrayLike | None = None,
     solver: Any = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    gradient: str = "reverse",
+    controller: Any = None,
+    rtol: ArrayLike | None = None,
+    atol: ArrayLike | None = None,
+    gradient: Any = "reverse",
+    event: WordedError[Callable | None] = None,
+    interpolate: bool = False,
     max_steps: int = 100_000,
+    progress: bool = False,
     throw: bool = True,
 ) -> LinearMotion: ...
 @_dispatch(mechanism_simulate, linear_simulate)

@@ -12,7 +12,7 @@ import jaxmbs
 
 FACES = {
     "jaxmbs.vibration": """
-        HarmonicResponse LinearMotion Link Modal ModalMotion Modes ResonanceGains accelerance
+        HarmonicResponse LinearMotion LinearState CoordinateLaw ModalSuperposition ModalMotion Modes ResonanceGains accelerance
         acceleration_gain base_load complex_modes damped_frequency dense_response direct_response
         effective_masses frequency_response gain_from_mobility generalised_stiffness harmonic_response
         is_coupling_modes lowest_modes mac mobility mobility_from_gain modal_damping modal_motion

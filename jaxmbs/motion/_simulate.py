@@ -62,13 +62,15 @@ def simulate(
     Args:
         t1: end time [s] (default: the last of `ts`).
         ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1); they have derivatives.
-        dt: fixed step [s]; without it steps adapt to rtol, atol (coordinates and velocities, m, rad, s).
+        dt: fixed step [s]; without it steps adapt to rtol, atol.
         solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or, at fixed steps,
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
+        rtol, atol: tolerances of each step in coordinates and velocities [m, rad, s], default 1e-9 (in single precision
+            3e-4 and 3e-6).
         gradient: derivative mode of the motion, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
         formulation: "canonical" (default), "independent", "velocity", "prescribed" (the default of systems without
-            freedom, whose coordinates then follow their branch), or a `Formulation` of your own.
+            freedom, whose coordinates then follow their branch), or a custom `Formulation`.
         event: function of a State to one number whose zero crossing ends the motion, as does one that is not a number
             where smaller steps do not help; the state there is saved too, right after the
             times before it, so the motion has one entry more (unused entries: times inf, states nan).

@@ -21,6 +21,7 @@ from ._loop import attempt_step, begin, finish, first_of_duplicates, integrate, 
 from ._problem import LoopState, OdeProblem
 from ._step_vjp import first_memory, memory_of, step_vjp
 
+
 class CheckpointBuffer(eqx.Module):
     """The log: rows (size + 1, ...) of the accepted steps whose number is a multiple of `stride`.
 

@@ -22,7 +22,7 @@ from ._gains import (
 )
 from ._harmonic_response import HarmonicResponse, harmonic_response
 from ._lanczos import lowest_modes
-from ._linear_motion import CoordinateLaw, LinearMotion, ModalSuperposition
+from ._linear_motion import CoordinateLaw, LinearMotion, LinearState, ModalSuperposition
 from ._modal_equations import ModalMotion, base_load, modal_motion, oscillations
 from ._modal_response import modal_response
 from ._mode_shapes import effective_masses, mac, mode_ratios, participation, track_modes
@@ -36,6 +36,7 @@ __all__ = [
     "CoordinateLaw",
     "HarmonicResponse",
     "LinearMotion",
+    "LinearState",
     "ModalMotion",
     "ModalSuperposition",
     "Modes",

@@ -12,7 +12,7 @@ from jaxmbs.coupling._primal_assembly import interface_reactions
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.io import read_op4
-from jaxmbs.vibration import Modal, modes, simulate
+from jaxmbs.vibration import ModalSuperposition, modes, simulate
 from jaxmbs.vibration._modes import natural_modes
 
 pyyeti = pytest.importorskip("pyyeti")
@@ -97,7 +97,9 @@ def test_net_interface_force_of_three_load_cases(carrier, coupled):
     for force, expected in zip(event["ffns"][:3, ::2], NET_FORCE, strict=True):
         ts = 2 / event["sr"] * np.arange(len(force))
         load = jnp.zeros((len(force), carrier.num_rows)).at[:, rows].set(force[:, None] * share[None])
-        motion = simulate(coupled, ts=ts, forces={"carrier": load}, solver=Modal(0.02, 58, static_start=True))
+        motion = simulate(
+            coupled, ts=ts, forces={"carrier": load}, solver=ModalSuperposition(0.02, 58, static_start=True)
+        )
         shares = [None if s is None else s.T for s in coupled.component_forces(motion.forces[0])]
         found = interface_reactions(coupled, motion.displacement.T, motion.acceleration.T, None, shares).forces[1]
         np.testing.assert_allclose(jnp.max(jnp.sum(found[np.array(AXIAL)], axis=0)), expected, rtol=1e-6)

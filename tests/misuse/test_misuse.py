@@ -24,7 +24,7 @@ EXEMPT = {
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
         fem.Group flexible.FloatingFrame kinematics.Kic kinematics.SecondKic linear.Check
-        vibration.HarmonicResponse vibration.LinearMotion vibration.ModalMotion vibration.Modes
+        vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
         motion.Peak motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions
         statics.ReactionFamily statics.ReactionMatrix statics.Redundancy blocksparse.Factor blocksparse.Plan
