@@ -12,12 +12,12 @@ import jaxmbs
 
 FACES = {
     "jaxmbs.vibration": """
-        HarmonicResponse LinearMotion LinearState CoordinateLaw ModalSuperposition ModalMotion Modes ResonanceGains accelerance
-        acceleration_gain base_load complex_modes damped_frequency dense_response direct_response
-        effective_masses frequency_response gain_from_mobility generalised_stiffness harmonic_response
-        is_coupling_modes lowest_modes mac mobility mobility_from_gain modal_damping modal_motion
-        modal_receptance modal_response modal_transfer_matrix mode_ratios modes natural_modes oscillations
-        participation rayleigh_damping rayleigh_from_ratios receptance resonance_gains simulate
+        CoordinateLaw HarmonicResponse LinearMotion LinearState ModalMotion ModalSuperposition Modes
+        ResonanceGains accelerance acceleration_gain base_load complex_modes damped_frequency dense_response
+        direct_response effective_masses frequency_response gain_from_mobility generalised_stiffness
+        harmonic_response is_coupling_modes lowest_modes mac mobility mobility_from_gain modal_damping
+        modal_motion modal_receptance modal_response modal_transfer_matrix mode_ratios modes natural_modes
+        oscillations participation rayleigh_damping rayleigh_from_ratios receptance resonance_gains simulate
         structural_damping superpose track_modes transfer_matrix transmissibility viscous_receptance
     """,
     "jaxmbs.reaction": """
