@@ -66,7 +66,7 @@ def simulate(
         solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or, at fixed steps,
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
-        rtol, atol: tolerances of each step in coordinates and velocities [m, rad, s], default 1e-9 (in single precision
+        rtol, atol: tolerances of each step in coordinates and velocities [m, rad, s], default 1e-9 (single precision:
             3e-4 and 3e-6).
         gradient: derivative mode of the motion, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
         formulation: "canonical" (default), "independent", "velocity", "prescribed" (the default of systems without
