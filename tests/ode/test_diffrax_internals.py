@@ -53,7 +53,7 @@ def test_dense_output_has_the_ends_and_the_increments(name):
     solver, h, y0 = with_scan_kind(solver, "lax"), 0.1, jnp.array([1.0, -0.5])
     term = diffrax.ODETerm(lambda t, y, args: jnp.stack([y[1] + t, -3.0 * y[0] * y[1]]))
     memory = solver.init(term, 0.0, h, y0, None)
-    y1, _, dense, _, _ = jax.jit(lambda: solver.step(term, 0.0, h, y0, None, memory, True))()
+    y1, _, dense, _, _ = jax.jit(lambda t, jumped: solver.step(term, t, t + h, y0, None, memory, jumped))(0.0, True)
     assert set(dense) - {"k"} == {"y0", "y1"}
     np.testing.assert_array_equal(dense["y1"], y1)
     A, b, c = butcher_arrays(solver)
