@@ -1,4 +1,4 @@
-"""Questions about a mechanism at rest or beside a state: equilibrium, linear system, modes, stiffness."""
+"""Analyses of a mechanism at a state: equilibrium, linearisation, modes, frequency response, stiffness."""
 
 from ._equilibrium import Equilibrium, equilibrium
 from ._linearise import Linearisation, StateSpace, frequency_response, linearise

@@ -27,23 +27,23 @@ from ..ode._linear_solver import SquareSolver
 from ..runtime import jit, lapack
 from ._linearise import unbalanced_efforts
 
-_MAX_SETS = 3  # independent sets that are tried, each at the pose found with the one before
-_RESIDUAL_TOLERANCE = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as none
+_MAX_SETS = 3  # independent sets tried, each from the pose found with the one before
+_RESIDUAL_TOLERANCE = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as zero, half the digits
 
 
 class Equilibrium(eqx.Module):
-    """Where a mechanism rests or moves steadily.
+    """Equilibrium or steady motion of a mechanism.
 
     Attributes:
-        state: the State there; NaN where nothing was found, as are stiffness and efforts, so that nothing is
-            computed of a state that is none.
+        state: the State there; NaN where none was found, as are stiffness and efforts, so that no result is computed
+            from a state that is no equilibrium.
         residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale,
             without derivative.
-        ok: whether the residual is small.
-        stable: whether the symmetric part of the stiffness is positive definite on the coordinates that do not move.
+        ok: true if the residual is small.
+        stable: true if the symmetric part of the stiffness is positive definite on the coordinates that do not move.
         stiffness: K (N, N) there, all causes, along the admissible directions.
-        efforts: (N,) that hold the moving joints at their speed; zero when the motion sustains itself.
-        steps: of the search.
+        efforts: (N,) that keep the moving joints at their speed; zero when the motion sustains itself.
+        steps: number of Newton steps.
     """
 
     state: State
@@ -62,7 +62,7 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
         state: where the search starts; its time serves the drives.
         moving: names of joints that turn or slide steadily: they keep their coordinates and velocities, all other
             independent velocities are zero.
-        throw: raise when nothing is found (outside of tracing); else look at `.ok`.
+        throw: raise when none is found (outside of tracing); otherwise check `.ok`.
 
     Newton's method with a line search on the independent efforts and the loops together; derivatives by the
     implicit function theorem.
@@ -76,7 +76,10 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
     result = _equilibrium_on_sets(system, state, moving)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))
-        raise SimulationError(f"no equilibrium was found near the state: residual {worst:.3g} of the model's scale")
+        raise SimulationError(
+            f"no equilibrium was found near the state: the residual is {worst:.3g} of the model's scale; start from "
+            "a state that is closer, or add damping and simulate until the motion has died out"
+        )
     return result
 
 
@@ -158,8 +161,8 @@ def _newton_root(balance, start):
 
 
 def _tangent_solve(linear, right):
-    """The implicit function theorem; not finite where the stiffness is singular, and no error: that would stop the
-    other equilibria of a batch."""
+    """Solve with the tangent, for the implicit function theorem; not finite where the stiffness is singular: an error
+    would stop the other equilibria of a batch."""
     return square.solve(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
 
 
@@ -182,7 +185,7 @@ def _residual(step, arguments):
 
 
 def _is_stable(K, still):
-    """Whether the symmetric part is positive definite on the coordinates that stand still."""
+    """True if the symmetric part of K is positive definite on the coordinates that do not move."""
     both = still[:, None] * still[None, :]
     symmetric = jnp.where(
         both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K), initial=0.0)

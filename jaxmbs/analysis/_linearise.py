@@ -84,7 +84,7 @@ class Linearisation(eqx.Module):
 
     @property
     def ok(self) -> Bool[Array, "..."]:
-        """Whether it is finite: the state is assembled, and the independent set determines the motion there."""
+        """True if all matrices are finite: the state is assembled, and the independent set determines the motion."""
         parts = self.mass, self.damping, self.stiffness
         return jnp.all(jnp.stack([jnp.all(jnp.isfinite(part), axis=(-2, -1)) for part in parts]), axis=0)
 
@@ -101,8 +101,13 @@ class Linearisation(eqx.Module):
                     "LinearSystem: take its `state_space`, with rows named by `state_names`, or `modes` of it"
                 ]
             )
-        matrices = {"mass": self.mass, "damping": self.damping, "stiffness": self.stiffness}
-        return LinearSystem(**matrices, coordinates=self.names, interface=range(len(self.names)))
+        return LinearSystem(
+            mass=self.mass,
+            damping=self.damping,
+            stiffness=self.stiffness,
+            coordinates=self.names,
+            interface=range(len(self.names)),
+        )
 
 
 def linearise(
@@ -237,7 +242,9 @@ def _position_rates(top, psi, Z, psi_dot, drift, flow):
 def independent_positions(system: System) -> np.ndarray:
     """Columns of the independent coordinates (static)."""
     top = system.topology
-    return np.asarray(top.analysis.independent_positions, int) if top.slip_rows else independent_columns(system)
+    if top.analysis is None or not top.slip_rows:
+        return independent_columns(system)
+    return np.asarray(top.analysis.independent_positions, int)
 
 
 def _rate_of_step(top, psi, z, psi_dot):

@@ -37,7 +37,7 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     """
     if not isinstance(mechanism, Linearisation):
         if state is None:
-            raise TypeError("modes of a mechanism are those about a state: modes(system, state)")
+            raise TypeError("modes of a mechanism need a state: modes(system, state)")
         mechanism = linearise(mechanism, state)
     A = _routh_reduction(mechanism, tuple(without)) if without else mechanism.state_space.A
     out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
@@ -85,8 +85,8 @@ def _check_cyclic(lin, out):
     for k in out:
         name = lin.names[k]
         if max(np.abs(K[:, k]).max(), np.abs(K[k]).max()) > least * max(np.abs(K).max(), 1e-300):
-            faults.append(f"{name!r} is not cyclic: the stiffness of the motion depends on it")
+            faults.append(f"{name!r} is not a cyclic coordinate: the stiffness depends on it")
         elif np.abs(C[k, out]).max() > least * max(np.abs(C).max(), 1e-300):
-            faults.append(f"the momentum of {name!r} does not stay: it is damped")
+            faults.append(f"the momentum of {name!r} is not conserved: the coordinate is damped")
     if faults:
         raise ModelError(faults)

@@ -1,4 +1,4 @@
-"""A driven mechanism with some of its drives taken off: their coordinates become independent ones."""
+"""Removal of drives from a mechanism: their coordinates become independent."""
 
 import dataclasses
 
@@ -20,6 +20,7 @@ def release_drives(system: System, names, state) -> System:
         return system
     top = system.topology
     found = top.analysis
+    assert found is not None  # the mobility of a system with drives is counted when it is built
     keep = np.array([not (row in names and _is_drive(system, k)) for k, row in enumerate(top.row_joint)])
     number = np.cumsum(keep) - 1
     freed = tuple(top.joints[top.joint_index[name]].first_velocity for name in names)
@@ -40,11 +41,11 @@ def release_drives(system: System, names, state) -> System:
     released = dataclasses.replace(system, topology=topology, rows=rows)
     A = constraint_jacobian(released, state)
     if is_concrete(A) and np.linalg.matrix_rank(np.asarray(A), tol=1e-7) > analysis.rank:
-        raise ModelError([f"the drives of {', '.join(names)} are redundant: taking them off frees nothing"])
+        raise ModelError([f"the drives of {', '.join(names)} are redundant: releasing them gives no freedom"])
     return released
 
 
 def _is_drive(system, k):
-    """Whether row k is a drive: closures come first."""
+    """True if row k is no row of a closure: closures come first."""
     closures = sum(len(g.names) * g.kind.num_rows for g in system.closures)
     return k >= closures

@@ -45,8 +45,8 @@ class Stiffness(eqx.Module):
 def stiffness(system: System, state: State) -> Stiffness:
     """Local stiffness at a state, velocities taken as zero.
 
-    Every share is formed by itself: the antagonistic one is what the springs' efforts, held as they are, make of the
-    changing KIC.  `-d e_C/dphi` has plus on both terms; S2 (71) prints a stray minus.  Loops, redundant springs and
+    Every share is computed separately: the antagonistic one is the effect of the changing KIC at constant efforts of
+    the springs.  `-d e_C/dphi` has plus on both terms; S2 (71) prints a stray minus.  Loops, redundant springs and
     redundant actuation included; for coordinates that are integrals of their velocities the spring shares are
     symmetric.
 
@@ -69,8 +69,8 @@ def stiffness(system: System, state: State) -> Stiffness:
 
 
 def spring_stiffness(system: System, at: Configuration):
-    """(elastic, turning), each (N, N), at frozen KIC: `sum K_i G_C^T G_C`, each law at the rate of what it stores,
-    and what efforts do that turn with their element, as a spring's between two points.
+    """Shares (elastic, turning) of the stiffness (N, N) at frozen KIC: `sum K_i G_C^T G_C` with the curvature K_i of
+    each law's potential, and the effect of efforts that rotate with their element, as a spring between two points.
 
     Source: S2 (68)-(70), first term.
     """

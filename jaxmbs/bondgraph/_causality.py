@@ -59,8 +59,8 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
 
 
 def general_pose(system: System) -> State:
-    """An assembled state in general position, all velocities zero."""
-    # any seed, but one: ranks are those of almost every pose, and a graph must not change from call to call
+    """Assembled state in general position, with all velocities zero."""
+    # any seed, since ranks are those of almost every pose; a fixed one, so that a graph is the same in every call
     top, random = system.topology, np.random.default_rng(11)
     if system.has_constraints:
         state = State.at(system)
@@ -75,7 +75,7 @@ def general_pose(system: System) -> State:
 
 @jit(compile="quick")
 def _step_along_freedoms(system, state, move):
-    """Coordinates some way along the freedoms, loops closed."""
+    """Coordinates after a step along the freedoms, with the loops closed."""
     top = system.topology
     away = velocity_map(system, at_state(system, state, inertias=False))[0]
     psi = normalise(top, step_coordinates(top, state.coordinates, away @ (away.T @ move)))
@@ -114,7 +114,7 @@ def _inertia_rows(system, moduli) -> dict:
 
 
 def _body_storages(system, graph, moduli) -> tuple[Storage, ...]:
-    """What the inertias of the bodies hold, from `body_moduli`."""
+    """Storages of the bodies' inertias, from `body_moduli`."""
     N, inertias = root_sizes(system).get("phi_dot", 0), _inertia_rows(system, moduli)
     small, basis, found = _RANK_TOLERANCE[moduli[0].dtype.itemsize], np.zeros((0, N)), []
     largest = max(np.max(np.abs(rows)) for rows in inertias.values())
@@ -129,7 +129,7 @@ def _body_storages(system, graph, moduli) -> tuple[Storage, ...]:
 
 
 def _extend_basis(basis, rows, small):
-    """Orthonormal basis (r, N) enlarged by what the rows add."""
+    """Orthonormal basis (r, N) extended by the span of the rows (Gram-Schmidt, twice against rounding)."""
     for row in rows:
         rest = row - (row @ basis.T) @ basis
         rest = rest - (rest @ basis.T) @ basis

@@ -21,27 +21,27 @@ NUM_RIGID = 6  # turning and sliding, before the deformations
 
 
 def num_flows(group) -> int:
-    """Of each body of the group."""
+    """Number of components of the flow y of each body of a group."""
     return NUM_RIGID + group.body.stiffness.shape[-1]
 
 
 def strain_one_ports(group, i: int) -> list[str]:
-    """One-ports that the strains of body `i` need."""
+    """Kinds of the one-ports of the strains of body `i`."""
     if num_flows(group) == NUM_RIGID:
         return []
     return ["C"] * may_be_nonzero(group.body.stiffness[i]) + ["R"] * may_be_nonzero(group.body.damping[i])
 
 
 class ElasticFields(NamedTuple):
-    """Of a group at a configuration: modulus G_y (bodies, k, r), inertia I_y (bodies, k, k)."""
+    """Fields of a group at a configuration: modulus G_y (bodies, k, r), inertia I_y (bodies, k, k)."""
 
     modulus: Array
     inertia: Array
 
 
 class ElasticValues(NamedTuple):
-    """Of a group in motion: fields and the rate of the modulus; flow y, the gyristor's loads g, weight (bodies, k);
-    efforts of strains, stored and resisted (bodies, k - 6)."""
+    """Values of a group in motion: fields and the rate of the modulus; flow y, the gyristor's loads g, weight
+    (bodies, k); efforts of strains, stored and resisted (bodies, k - 6)."""
 
     fields: ElasticFields
     modulus_rate: Array
@@ -68,7 +68,7 @@ def _inertia(body, q):
 
 
 def elastic_values(system: System, at: VelocityKinematics, fields, modulus_rates) -> tuple[ElasticValues, ...]:
-    """The numbers of every group."""
+    """The values of every group."""
 
     def of_body(body, s):
         y = s.flow
@@ -83,12 +83,12 @@ def elastic_values(system: System, at: VelocityKinematics, fields, modulus_rates
 
 
 def field_inertia(fields):
-    """What elastic bodies add to I* (r, r)."""
+    """Share of the elastic bodies in I* (r, r)."""
     return sum(jnp.einsum("eki,ekl,elj->ij", G, I, G) for G, I in fields)
 
 
 def field_gyristor(system: System, numbers):
-    """What they add to GR (r, r): `G_dot^T I G - 1/2 G^T (dg/dy) G`, g being quadratic in y."""
+    """Share of the elastic bodies in GR (r, r): `G_dot^T I G - 1/2 G^T (dg/dy) G`, g being quadratic in y."""
     found = 0.0
     for group, n in zip(system.elastic, numbers, strict=True):
         G, I = n.fields
@@ -99,7 +99,7 @@ def field_gyristor(system: System, numbers):
 
 
 def field_weight(numbers):
-    """What their weight adds to the effort (r,) of gravity."""
+    """Share of the elastic bodies in the effort (r,) of gravity."""
     return sum(jnp.einsum("eki,ek->i", n.fields.modulus, n.weight) for n in numbers)
 
 
@@ -117,7 +117,7 @@ def momentum_rates(system: System, numbers, rates, w_dot):
 
 
 def elastic_names(system: System):
-    """(element name of the inertia, its body's name, group, place in it) of every elastic body."""
+    """Element name of the inertia, name of the body, group, and place in the group, of every elastic body."""
     for g, group in enumerate(system.elastic):
         for i, name in enumerate(group.names):
             yield f"I:{name}.flow", name, g, i

@@ -25,7 +25,7 @@ class Element:
 
     @property
     def is_port(self) -> bool:
-        """Whether the element ends a bond: stores, dissipates or feeds in."""
+        """True if the element is a one-port: it stores, dissipates or supplies power."""
         return self.kind not in JUNCTIONS + TRANSFORMERS
 
 

@@ -17,7 +17,7 @@ from ._views import build_view
 
 @independent_state_function
 def graph_state_equations(system: System, state: State, view: str = "hamiltonian") -> tuple[Array, Array, Array]:
-    """(p_dot (N,), phi_dot (N,), q_dot (M,)) as the graph of a view has them.
+    """State equations read off the graph of a view: (p_dot (N,), phi_dot (N,), q_dot (M,)).
 
     Every inertia p_k = I_k f_k behind the modulus G_k adds `G_k^T I_k G_k` to I*, `G_k^T p_k` to p and
     `G_k_dot^T p_k` to p_dot; the other bonds of the junction of phi_dot add their efforts, GR's among them.  Drives
@@ -50,7 +50,7 @@ def _junction_sum(system, graph, names):
 
 
 def _inertias(system, graph, values):
-    """(inertia, modulus, modulus of the drives, rate of the modulus) of every inertia, as phi_dot sees it."""
+    """Inertia, modulus, modulus of the drives and rate of the modulus of every inertia, relative to phi_dot."""
     if "I*" in graph.order:
         rows = split_by_root(system, jnp.eye(values.inertia.shape[0], dtype=values.inertia.dtype))
         yield values.inertia, rows["phi_dot"], rows["drives"], jnp.zeros_like(rows["phi_dot"])

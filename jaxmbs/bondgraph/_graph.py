@@ -1,4 +1,4 @@
-"""`BondGraph`: the elements in order from the roots to the leaves, the bonds, and what was found about causality."""
+"""`BondGraph`: elements in order from the roots to the leaves, bonds, and causality of the storages."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

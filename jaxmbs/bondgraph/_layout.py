@@ -1,6 +1,6 @@
-"""Where the elements and bonds of a bond graph go: roots as tall bars, all that hangs on them in rows beside them.
+"""Layout of a bond graph: roots as tall bars, their branches in rows beside them.
 
-One root has branches on both sides; with two, phi_dot stands left and the drives right of what both move.
+One root has branches on both sides; with two, phi_dot is left and the drives right of the branches that both move.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""From arrays to names: flow by junction and one-port, modulus by transformer, effort by one-port."""
+"""Values of a bond graph by name: flow by junction and one-port, modulus by transformer, effort by one-port."""
 
 from typing import NamedTuple
 
@@ -27,7 +27,7 @@ class NamedValues(NamedTuple):
 
 
 def name_values(system: System, numbers: GraphValues) -> NamedValues:
-    """Names of all that moves power but inertias' and drives' efforts, which need accelerations."""
+    """Values by name, except the efforts of inertias and drives, which need accelerations."""
     result = NamedValues({}, {}, {})
     _name_roots(system, numbers, result)
     _name_bodies(system, numbers, result)

@@ -21,7 +21,7 @@ from ._views import build_view
 
 
 class BondPowers(eqx.Module):
-    """What every bond carries, by its name, "tail -> head"; leading axes for a motion.
+    """Effort, flow and power of every bond by name, "tail -> head"; leading axes for a motion.
 
     Attributes:
         effort, flow: (..., size) of the bond; `power` their product [W], positive along the half arrow.
@@ -38,7 +38,7 @@ class BondPowers(eqx.Module):
         return {name: jnp.sum(self.effort[name] * self.flow[name], axis=-1) for name in self.effort}
 
     def net_power(self, name: str):
-        """Net power (...) [W] into an element: what it stores or dissipates; minus what a source feeds in."""
+        """Net power (...) [W] into an element: positive where it stores or dissipates, negative where it supplies."""
         return _net_power(self.graph, self.power, name)
 
     def ports(self) -> dict:
@@ -52,7 +52,7 @@ def _net_power(graph, power, name):
 
 
 def junction_residual(powers: BondPowers) -> dict:
-    """Power (...) [W] that every junction and transformer fails to pass on: zero to rounding.
+    """Power imbalance (...) [W] of every junction and transformer: zero to rounding.
 
     Flows are those of the bodies and elements themselves, efforts of the inertias and drives come from the
     accelerations: transformers and 0-junctions test the moduli, the roots the balance of all efforts.  1-junctions
@@ -63,7 +63,7 @@ def junction_residual(powers: BondPowers) -> dict:
 
 
 def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict):
-    """(efforts, flows) by bond from those of the one-ports: efforts run inwards through junctions and transformers.
+    """Efforts and flows by bond from those of the one-ports: efforts run inwards through junctions and transformers.
 
     Args: flow by 1-junction and one-port, modulus by transformer, leaf efforts by (one-port, junction beside it).
     """
@@ -165,4 +165,6 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
     states = states_of(system, motion)
     system = with_mobility_at(system, states)
     graph, batched = build_view(system, view), states.coordinates.ndim == 2
-    return BondPowers(*_propagate_all(system, graph, *_all_values(system, states, batched), batched), graph)
+    flow, modulus, effort = _all_values(system, states, batched)
+    efforts, flows = _propagate_all(system, graph, flow, modulus, effort, batched)
+    return BondPowers(efforts, flows, graph)

@@ -1,4 +1,4 @@
-"""The numbers of a bond graph at a state: moduli of transformers, flows of junctions, laws of the elements.
+"""Values of a bond graph at a state: moduli of transformers, flows of junctions, efforts of the elements.
 
 All flows are linear in the rates w = (phi_dot, s) at the roots, s the prescribed rates: `u = L w`.
 """
@@ -48,7 +48,7 @@ def root_rates(system: System, P, psi, u, t):
 
 
 def body_flows(system: System, at: Configuration, V):
-    """(bodies, 6) angular velocity and velocity of the centre of mass from node twists V (nodes, 6)."""
+    """Angular velocity and velocity of the centre of mass (bodies, 6) from node twists V (nodes, 6)."""
     own = body_frame(system.topology)
     twist = frame_twists(system, V)[own]
     com = at.x[own] + jnp.einsum("bij,bj->bi", at.R[own], system.com)
@@ -62,7 +62,7 @@ def world_inertias(system: System, at: Configuration):
 
 
 def apply_inertia(system: System, inertia, flow):
-    """(bodies, 6, ...) angular momentum about the centre of mass, then momentum, of flows (bodies, 6, ...).
+    """Angular momentum about the centre of mass, then momentum (bodies, 6, ...), of flows (bodies, 6, ...).
 
     Source: S2 (31)-(32).
     """
@@ -91,10 +91,10 @@ def body_moduli(system: System, P, psi, t):
 
 
 class GraphValues(NamedTuple):
-    """Numbers of all views at a state; r = N + D root rates, bodies' flows being (turning 3, sliding 3).
+    """Values of all views at a state; r = N + D root rates, bodies' flows being (angular 3, linear 3).
 
     Attributes:
-        at: where the tree is and how it moves.
+        at: velocity kinematics of the tree.
         rates (r,), map L (nv, r): `u = L w`.
         modulus, modulus_rate (bodies, 6, r), flow (bodies, 6), inertias (bodies, 3, 3): of the bodies.
         inertia, inertia_rate (r, r): I* and its rate; gyristor (r, r): GR.
@@ -121,7 +121,7 @@ class GraphValues(NamedTuple):
 
 @jit
 def graph_values(system: System, P, psi, u, t) -> GraphValues:
-    """Numbers of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
+    """Values of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
     rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
     (G, _, I), (G_dot, G_y_dot, I_dot), (at, L, twists, inertias, deforming) = jax.jvp(
         lambda psi, t: _moduli_and_inertia(system, P, psi, t), (psi, t), rates, has_aux=True

@@ -43,7 +43,7 @@ def build_view(system: System, view: str) -> BondGraph:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
     sketch = _GraphBuilder(system)
     if not sketch.roots:
-        raise ModelError(["nothing moves: the mechanism has no freedom and no drive, so its bond graph is empty"])
+        raise ModelError(["the bond graph is empty: the mechanism has no freedom and no drive"])
     if len(dependent_columns(system)):
         sketch.junction("q_dot", "q̇", len(dependent_columns(system)), "Gi", "B_q")
     if view == "detailed":
@@ -144,7 +144,7 @@ class _GraphBuilder:
                 self.one_ports(name, law_one_ports(group, i), functools.partial(self.port, group, i, size))
 
     def strains(self):
-        """What the deformations of every elastic body store (C) and dissipate (R)."""
+        """One-ports of the deformations of every elastic body: stores (C) and resistors (R)."""
         for group in self.system.elastic:
             for i, name in enumerate(group.names):
                 moduli = {"modulus": f"G_q:{name}", "driven": f"B_q:{name}"}

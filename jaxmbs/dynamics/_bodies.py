@@ -1,4 +1,4 @@
-"""The kinds of bodies of a system, and what they carry, need and store together."""
+"""Sums over all bodies of a system, rigid and elastic: momenta, inertial loads, mass."""
 
 import functools
 import operator
@@ -27,12 +27,12 @@ def body_momenta(system: System, at: VelocityKinematics) -> Loads:
 
 
 def inertial_loads(system: System, at: VelocityKinematics) -> Loads:
-    """What changes the momenta of all bodies beside loads."""
+    """Rates of the momenta of all bodies that are due to their motion and to gravity, not to other loads."""
     return total(bodies.inertial_loads(system, at) for bodies in bodies_of(system))
 
 
 def inverse_dynamics_loads(system: System, at: VelocityKinematics, V_dot, u_dot, owners: WrenchTargets) -> Loads:
-    """Loads that all bodies need beside gravity."""
+    """Loads that the given accelerations of all bodies require beside gravity."""
     return total(bodies.inverse_dynamics_loads(system, at, V_dot, u_dot, owners) for bodies in bodies_of(system))
 
 

@@ -1,6 +1,7 @@
-"""What dynamics asks of bodies of one kind; `bodies.py` has the kinds of a system and their sums.
+"""Interface of one kind of bodies, rigid or elastic; `_bodies.py` sums over the kinds of a system.
 
-`at` is a `Moving`.  A new kind answers these questions; efforts, momenta, energies and reactions know none.
+`at` is a `VelocityKinematics` unless said otherwise.  Efforts, momenta, energies and reactions use this interface
+only, so that a new kind of body is one new class.
 """
 
 import abc
@@ -19,41 +20,45 @@ class AbstractBodies(eqx.Module):
 
     @abc.abstractmethod
     def mass(self, system) -> Array:
-        """Of all of them [kg]."""
+        """Total mass of these bodies [kg]."""
 
     @abc.abstractmethod
     def momenta(self, system, at) -> Loads:
-        """On nodes."""
+        """Momenta of these bodies, summed on nodes."""
 
     @abc.abstractmethod
     def inertial_loads(self, system, at) -> Loads:
-        """What changes the momenta beside loads: the motion itself, and gravity; on nodes."""
+        """Rates of the momenta that are due to the motion itself and to gravity, summed on nodes."""
 
     @abc.abstractmethod
     def inverse_dynamics_loads(self, system, at, V_dot, u_dot, owners) -> Loads:
-        """Beside gravity, for twist rates V_dot (nodes, 6) and accelerations u_dot (nv,); on `kinematics.owners`."""
+        """Loads beside gravity that twist rates V_dot (nodes, 6) and accelerations u_dot (nv,) require, summed on
+        `owners`, a `WrenchTargets`."""
 
     @abc.abstractmethod
     def energies(self, system, at) -> tuple[Array, Array]:
-        """Kinetic energy [J], and mass times place (3,) about the world origin [kg m], what gravity lifts."""
+        """Kinetic energy [J], and first moment of mass (3,) about the world origin [kg m], for the energy of
+        gravity."""
 
     @abc.abstractmethod
     def weight(self, system, at, Gamma) -> Array:
-        """Efforts (N,) of gravity on independent velocities, with Gamma (nv, N) of `velocity_map`; `at` of a
+        """Efforts (N,) of gravity on independent velocities, with Gamma (nv, N) of `velocity_map`; `at` is a
         `Configuration`.  Source: S2 (75)."""
 
     def strain_efforts(self, system, at, owners) -> tuple[Loads, tuple[Array, ...]]:
-        """Loads of stiffness and damping inside the bodies, and the powers of their dampers, in one array or none."""
+        """Loads of stiffness and damping inside the bodies, and a tuple of the array of their dampers' powers, or
+        ()."""
         return Loads(), ()
 
     def frozen_strain_loads(self, system, at) -> Callable[[Configuration], Loads]:
-        """What stiffness exerts at `at`, a `Configuration`, held: a function of another one to the loads there."""
+        """Strain loads of the configuration `at`, frozen: a function from another configuration to the loads that
+        the same internal loads exert there."""
         return lambda moved: Loads()
 
     def strain_energy(self, system, at) -> Array:
-        """[J]; `at` of a `Configuration`."""
+        """Energy stored in strains [J]; `at` is a `Configuration`."""
         return jnp.zeros((), at.psi.dtype)
 
     def strain_stiffness(self, system, at, Gamma) -> Array:
-        """(N, N) on independent velocities; `at` of a `Configuration`."""
+        """Stiffness (N, N) of the strains on the independent velocities; `at` is a `Configuration`."""
         return jnp.zeros((Gamma.shape[1],) * 2, at.psi.dtype)

@@ -1,6 +1,7 @@
-"""The graph of a system for block-sparse solvers: rigid groups of bodies, joined by joints, loops and elastic bodies.
+"""Graph of a system for block-sparse solvers: rigid groups of bodies, connected by joints, loops and elastic bodies.
 
-A group is the bodies welded to one node of the tree; massless nodes inside a joint and modal coordinates are none.
+A group is the set of bodies welded to one node of the tree.  Massless nodes inside a joint and modal coordinates
+form no group.
 """
 
 from dataclasses import dataclass
@@ -20,9 +21,9 @@ class BodyGraph:
         node (g,): node that carries each group; of_frame (frames,): group of each frame.
         parent (g,): group on the other side of its tree joint.
         columns (g, 6): velocity columns of that joint, num_velocities where it has fewer.
-        group, slot (nv,): where each column stands in `columns`; those of modes say g.
-        ends (elements, 2): groups of frames A and B of every closure, in the order of their rows; `fork` (elements,):
-            last node above both, the number of nodes for none.
+        group, slot (nv,): place of each column in `columns`; group is g for modal columns.
+        ends (elements, 2): groups of frames A and B of every closure, in the order of their rows.
+        common_ancestor (elements,): lowest common ancestor of both frames in the tree, the number of nodes for none.
         clusters: (elastic bodies, interfaces) groups, one array per elastic group.
         pattern: blocks of 12, twist and joint wrench of each group.
     """
@@ -34,7 +35,7 @@ class BodyGraph:
     group: np.ndarray
     slot: np.ndarray
     ends: np.ndarray
-    fork: np.ndarray
+    common_ancestor: np.ndarray
     clusters: tuple[np.ndarray, ...]
     pattern: Pattern
 
@@ -45,7 +46,7 @@ class BodyGraph:
 
 
 def body_graph(system: System) -> BodyGraph:
-    """The graph of a system; kept for its topology, closures and elastic bodies."""
+    """The graph of a system, cached by its topology, closures and elastic bodies."""
     ends = tuple(end for group in system.closures for end in zip(group.first, group.second, strict=True))
     clusters = tuple(group.frames for group in system.elastic)
     modal = tuple(c for group in system.elastic for columns in group.columns for c in columns)
@@ -69,17 +70,19 @@ def _body_graph(top, ends, clusters, modal):
     parent = of_node[above[first]]
     of_frame = of_node[np.asarray(top.frame_node)]
     pairs = of_frame[np.array(ends, int).reshape(-1, 2)]
-    fork = np.array([_common_ancestor(top, *end) for end in ends], int).reshape(-1)
+    ancestor = np.array([_common_ancestor(top, *end) for end in ends], int).reshape(-1)
     clusters = tuple(of_frame[np.array(frames, int)] for frames in clusters)
     inside = [c[:, [i, j]] for c in clusters for i in range(c.shape[1]) for j in range(i)]
     edges = np.concatenate([np.stack([parent, np.arange(g)], axis=1), pairs, *inside])
     edges = edges[(edges < g).all(axis=1) & (edges[:, 0] != edges[:, 1])]
     pattern = Pattern(g, 12, edges)
-    return BodyGraph(np.array(carriers, int), of_frame, parent, columns, group, slot, pairs, fork, clusters, pattern)
+    return BodyGraph(
+        np.array(carriers, int), of_frame, parent, columns, group, slot, pairs, ancestor, clusters, pattern
+    )
 
 
 def _common_ancestor(top, first, second):
-    """The last node above two frames."""
+    """Lowest common ancestor of two frames in the tree of nodes."""
     path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)])
     node = np.asarray(top.frame_node)
     both = np.nonzero(path[node[first]] & path[node[second]])[0]

@@ -3,8 +3,9 @@
 Every group of bodies has 12 unknowns: its twist v at its joint (angles times the characteristic length), and the
 wrench w of that joint, which keeps the twist relative to the parent within the joint's columns s: with P the
 projector across them, `J v + P w - (X^T P w of the children) = f`, `P (v - X v_parent) = 0`.  Closures and drives are
-springs C^-1.  Eliminating such blocks in any order stays regular while every column has inertia; a massless body gets
-a hint of its subtree's, which refinement takes back.  No derivative is meant to pass.
+springs C^-1.  Such blocks can be eliminated in any order while every column has inertia.  A massless body is lent a
+small part of its subtree's inertia; iterative refinement removes that error.  The matrix is a preconditioner:
+derivatives do not pass through it.
 """
 
 from typing import NamedTuple
@@ -20,7 +21,8 @@ from ..math._linalg import skew
 from ..math._spd import spd_inverse
 from ._body_graph import BodyGraph
 
-#: Inertia lent to bodies, relative to that of their subtree.
+#: Inertia lent to bodies, relative to that of their subtree (double, single precision): well above rounding, so that
+#: pivots are positive, and small enough that two refinements remove it.
 ADDED_INERTIA = {8: 1e-11, 4: 1e-5}
 _TRIANGLE_INDEX = np.zeros((6, 6), int)
 for _k, (_i, _j) in enumerate(UPPER):
@@ -74,7 +76,7 @@ def body_matrix(graph: BodyGraph, maps: JointMaps, J, composite, springs, driven
     g, T, X, dtype = len(graph.node), maps.world, maps.shift, J.dtype
     lent, mass = ADDED_INERTIA[dtype.itemsize], jnp.max(composite[:, 0]) / g
     inertia = _inertia_matrices(J[graph.node] + lent * composite[graph.node])
-    # a mass of no size turns without inertia: a thousandth of what is lent to bodies goes to every direction
+    # a point mass has no rotational inertia: a thousandth of what is lent to bodies is added in every direction
     diagonal = _transpose(T[:-1]) @ inertia @ T[:-1] + 1e-3 * lent * mass * jnp.eye(6, dtype=dtype)[None]
     diagonal = jnp.concatenate([diagonal, jnp.zeros((1, 6, 6), dtype)])
     upper = jnp.zeros((graph.pattern.num_edges + 1, 6, 6), dtype)

@@ -1,4 +1,4 @@
-"""What stored energy exerts, and what the elements exert at rest beside it: efforts of ports on all columns."""
+"""Conservative efforts of force elements and strains, and their other efforts at rest, on all velocity columns."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from ..kinematics._configuration import Configuration, at_rest
-from ..kinematics._wrench_targets import node_targets
+from ..kinematics._wrench_targets import nodes
 from ..model._system import System
 from ._bodies import bodies_of, total
 from ._efforts import element_efforts, element_flows
@@ -14,10 +14,10 @@ from ._loads import Loads, on_columns
 
 
 def conservative_efforts(system: System, at: Configuration) -> Callable[[Configuration], jax.Array]:
-    """The efforts of stored energy at a configuration, held as they are: a function of another configuration to what
-    they do on its columns (nv,).
+    """Efforts of stored energy at a configuration, frozen: a function from another configuration to the generalised
+    efforts (nv,) that the same port efforts exert there.
 
-    At the same configuration it is `-dV/dpsi`; its slope is what held efforts make of the changing geometry.
+    At the same configuration it is `-dV/dpsi`; its slope is the effect of the changing geometry at constant efforts.
     Source: S2 (59), (64), (69).
     """
     held, _ = port_efforts(system, at)
@@ -37,8 +37,8 @@ def source_efforts(system: System, at: Configuration):
 
 
 def port_efforts(system: System, at: Configuration):
-    """(stored, other): by force group the efforts (n, num_flows) of its elements at rest, those of the potential and
-    all others."""
+    """Port efforts (n, num_flows) of the elements at rest by force group, as a pair: those that derive from the
+    potential, and all others."""
     still, stored, other = at_rest(system, at), [], []
     for group in system.forces:
         _, displacement, flow = element_flows(system, group, still, still.V, still.u)
@@ -49,8 +49,8 @@ def port_efforts(system: System, at: Configuration):
 
 
 def _loads_of_efforts(system, at, efforts) -> Loads:
-    """What efforts of the elements do on nodes and columns."""
-    still, owners = at_rest(system, at), node_targets(system)
+    """Loads on nodes and columns from port efforts of the elements, by force group."""
+    still, owners = at_rest(system, at), nodes(system)
     loads = Loads(jnp.zeros((owners.number, 6), at.psi.dtype))
     for group, effort in zip(system.forces, efforts, strict=True):
         seen, *_ = element_flows(system, group, still, still.V, still.u)

@@ -1,6 +1,6 @@
-"""Efforts of gravity and force elements on the tree, their stored energy and the power of each element.
+"""Efforts of force elements and strains on the tree, their stored energy and the power of each element.
 
-Every law is carried to its nodes as a world wrench or to its own velocity column, so a new law never touches
+The effort of every law becomes a world wrench on nodes or an effort on a velocity column, so a new law needs no
 kinematics.  Source: S2 (56)-(76), total `Q = Q* + e_C + e_R + e_G`.
 """
 
@@ -19,7 +19,8 @@ from ._loads import Loads
 
 
 def element_flows(system: System, group, at: Configuration, V, u):
-    """What the elements of a group see, their displacements, and flows (n, size) at node twists V, velocities u."""
+    """Inputs of the ports of a group (see `AbstractPort.gather`), their displacements, and their flows (n, size), at
+    node twists V and velocities u."""
     seen = group.port.gather(group, at, frame_twists(system, V), u)
     return seen, jax.vmap(group.port.displacement)(*seen), jax.vmap(group.port.flow)(*seen)
 
@@ -30,19 +31,19 @@ def element_efforts(group, displacement, flow, t):
 
 
 class LawEffort(NamedTuple):
-    """What the elements of a group see, and their efforts (n, size)."""
+    """Inputs of the ports of a group, and the efforts (n, size) of its elements."""
 
     seen: tuple
     effort: Array
 
 
 def efforts(system: System, at: VelocityKinematics, owners=None, found: list[LawEffort] | None = None):
-    """All force elements: wrench on every node (nodes, 6), or on other owners; effort on every column (nv,); powers.
+    """Loads of all force elements: wrenches on nodes (nodes, 6) or other owners, efforts on columns (nv,), powers.
 
     The power is what an element feeds in beside the energy it stores: negative for dissipation, positive for
     sources that drive; in the order of `element_names`.  Gravity is not included.
 
-    Args: found: a list that takes what acts, group by group.
+    Args: found: a list to which the `LawEffort` of each group is appended.
     """
     owners = owners or node_targets(system)
     loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
@@ -65,13 +66,8 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
 
 def element_names(system: System) -> tuple[str, ...]:
     """Names of the force elements in the order of their powers, then of the elastic bodies (their dampers)."""
-    return tuple(name for group in (*system.forces, *system.elastic) for name in group.names)
-
-
-def element_is_source(system: System) -> tuple[bool, ...]:
-    """Whether the power of each element counts as input (else as dissipation)."""
-    elastic = (False,) * sum(len(group.names) for group in system.elastic)
-    return tuple(group.law.is_source for group in system.forces for _ in group.names) + elastic
+    forces = tuple(name for group in system.forces for name in group.names)
+    return forces + tuple(name for group in system.elastic for name in group.names)
 
 
 def stored_energy(system: System, at: Configuration):

@@ -14,14 +14,14 @@ from ..errors import ModelError
 from ..kinematics._configuration import at_rest
 from ..kinematics._elastic import (
     ElasticState,
+    along_motion,
     elastic_state,
     flow_map,
     flow_rate,
-    interface_loads,
-    interface_rates,
-    pose_rates,
+    gathered,
+    on_interfaces,
 )
-from ..kinematics._wrench_targets import node_targets
+from ..kinematics._wrench_targets import nodes
 from ..model._elastic import ElasticGroup
 from ..model._system import System
 from ._body import AbstractBodies
@@ -44,9 +44,9 @@ class ElasticBodies(AbstractBodies):
 
         def loads(body, s: ElasticState):
             pi = body.momenta(s.q, s.flow)
-            turning = jax.jvp(lambda R, x, q: interface_loads(body, R, x, q, pi), (s.R, s.x, s.q), pose_rates(s))[1]
+            turning = jax.jvp(lambda R, x, q: on_interfaces(body, R, x, q, pi), (s.R, s.x, s.q), along_motion(s))[1]
             load = body.gravity_loads(s.q, system.gravity @ s.R) - body.gyroscopic_loads(s.q, s.flow)
-            return jax.tree.map(jnp.add, turning, interface_loads(body, s.R, s.x, s.q, load))
+            return jax.tree.map(jnp.add, turning, on_interfaces(body, s.R, s.x, s.q, load))
 
         return self._summed(loads, system, at)
 
@@ -54,7 +54,7 @@ class ElasticBodies(AbstractBodies):
         def loads(body, s: ElasticState, V_dot, rates_dot):
             return inverse_dynamics_load(body, s, flow_rate(body, s, V_dot, rates_dot), system.gravity @ s.R)
 
-        return self._loads(loads, system, at, owners, *interface_rates(system, self.group, V_dot, u_dot))
+        return self._loads(loads, system, at, owners, *gathered(system, self.group, V_dot, u_dot))
 
     def energies(self, system, at):
         body, s = self.group.body, elastic_state(system, self.group, at)
@@ -92,26 +92,33 @@ class ElasticBodies(AbstractBodies):
         return jnp.einsum("ekn,ekl,elm->nm", G, self.group.body.stiffness, G)
 
     def _loads(self, function, system, at, owners=None, *rates):
-        """`function(body, state, *rates)`, loads (6 + m,) on the flow of each body, brought to owners and columns."""
-        carried = lambda body, s, *rates: interface_loads(body, s.R, s.x, s.q, function(body, s, *rates))  # noqa: E731
+        """Loads on owners and columns from `function(body, state, *rates)`, loads (6 + m,) on the flow of a body."""
+        carried = lambda body, s, *rates: on_interfaces(body, s.R, s.x, s.q, function(body, s, *rates))  # noqa: E731
         return self._summed(carried, system, at, owners, *rates)
 
     def _summed(self, function, system, at, owners=None, *rates):
-        """The same of wrenches on interfaces and parts of modes; owners: nodes where none are given."""
+        """Loads on owners (default: nodes) and columns from a function that returns, for a body, the wrenches on its
+        interfaces and the efforts on its modes."""
         frames, columns = np.array(self.group.frames), np.array(self.group.columns, int)
         wrench, column = jax.vmap(function)(self.group.body, elastic_state(system, self.group, at), *rates)
-        wrench = (owners or node_targets(system)).collect(frames.reshape(-1), wrench.reshape(-1, 6))
+        wrench = (owners or nodes(system)).collect(frames.reshape(-1), wrench.reshape(-1, 6))
         return Loads(wrench, jnp.zeros(system.topology.num_velocities, column.dtype).at[columns].add(column))
 
 
 def inverse_dynamics_load(body, s: ElasticState, rate, gravity):
-    """Load (6 + m,) on the flow of one body that its rate (6 + m,) needs beside gravity (3,), floating axes."""
+    """Load (6 + m,) on the flow of one body that the flow's rate (6 + m,) requires beside gravity (3,), in floating
+    axes."""
     pi_dot = jax.jvp(body.momenta, (s.q, s.flow), (s.flow[6:], rate))[1]
     return pi_dot + body.gyroscopic_loads(s.q, s.flow) - body.gravity_loads(s.q, gravity)
 
 
 def require_rigid(system: System, what: str) -> None:
-    """Raises: ModelError for a question that is answered for rigid bodies only."""
+    """Refuse elastic bodies in a computation that is defined for rigid ones.  Raises: ModelError."""
     names = [name for group in system.elastic for name in group.names]
     if names:
-        raise ModelError([f"{what} are of rigid bodies; elastic are: {', '.join(names)} (mass_matrix holds them)"])
+        raise ModelError(
+            [
+                f"{what} are defined for rigid bodies only, but this system has elastic bodies: {', '.join(names)}; "
+                "use mass_matrix, bond_graph or bond_powers, which include them"
+            ]
+        )

@@ -12,7 +12,7 @@ from ._efforts import stored_energy
 
 
 def energies(system: System, at: VelocityKinematics):
-    """(kinetic, potential) energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
+    """Kinetic and potential energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
     kinetic, lifted = zip(*(bodies.energies(system, at) for bodies in bodies_of(system)), strict=True)
     return total(kinetic), stored_energy(system, at) - jnp.dot(system.gravity, total(lifted))
 

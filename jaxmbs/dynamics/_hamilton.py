@@ -15,29 +15,20 @@ from ..kinematics._configuration import (
     VelocityKinematics,
     column_twists,
     configuration,
-    node_motion,
     with_velocities,
 )
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._kic import velocity_map
-from ..kinematics._poses import (
-    coordinate_rate,
-    first_body_position,
-    joint_twists,
-    node_inertias,
-    node_poses,
-    shift_origin,
-)
+from ..kinematics._poses import coordinate_rate
 from ..kinematics._tree import solve, subtrees
 from ..math._linalg import saddle_solve
-from ..math._spatial import cross_motion, dot, momentum
+from ..math._spatial import cross_motion, dot
 from ..math._spd import spd_solve
 from ..model._system import System
 from ..model._topology import Topology
 from ._bodies import body_momenta, inertial_loads
 from ._efforts import efforts
 from ._loads import Loads, on_columns
-from ._rigid import gravity_wrench
 
 
 def momentum_rate(topology: Topology, S, V, h, F):
@@ -48,20 +39,6 @@ def momentum_rate(topology: Topology, S, V, h, F):
     """
     total = subtrees(topology.nodes, jnp.concatenate([h, F], axis=1))
     return dot(total[:, :6], cross_motion(column_twists(topology, V), S)) + dot(total[:, 6:], S)
-
-
-def tree_state_rate(topology: Topology, P, psi, p, gravity):
-    """(psi_dot, p_dot) of a tree under gravity alone; parameters and states may carry batch axes, last.
-
-    Args: P (nodes, 23[, batch]) of `node_parameters`, psi, p (nodes[, batch]); simple joints only.
-    Source: S2 (42)-(43).
-    """
-    W = node_poses(topology, P, psi)
-    W = shift_origin(W, first_body_position(topology, W))
-    S, J = joint_twists(topology, P, W), node_inertias(P, W)
-    u = solve(topology.nodes, S, J, p)
-    V = node_motion(topology, S, u)
-    return u, momentum_rate(topology, S, V, momentum(J, V), gravity_wrench(J, gravity))
 
 
 def tree_momentum_rate(system: System, at: VelocityKinematics, sigma=None):
@@ -94,7 +71,7 @@ def momenta(system: System, at: VelocityKinematics):
 
 
 def canonical_rate(system: System, at: Configuration, p):
-    """(psi_dot, p_dot, powers, u) of the state (psi, p), trees and constrained systems alike.
+    """Canonical rates (psi_dot, p_dot, powers, u) of the state (psi, p) of a tree or a constrained system.
 
     `p_dot = Q + sum J_dot^T h + A_dot^T sigma`.  The derivation uses only `V = J u` and the conservation of power, so
     it holds for quasi-velocities (balls) and for rows of velocity alone (rolling) as it stands: the Hamel terms of
@@ -121,7 +98,7 @@ def independent_velocities(system: System, at: Configuration, p):
 
 
 def independent_rate(system: System, at: Configuration, p):
-    """(psi_dot, p_dot, powers, u) in the independent coordinates themselves; Source: S2 (42)-(44).
+    """Rates (psi_dot, p_dot, powers, u) in independent coordinates; Source: S2 (42)-(44).
 
     `p_dot = Gamma^T (Q + sum J_dot^T h) + Gamma_dot^T M u`: singular where the independent set is.
     """

@@ -30,6 +30,6 @@ def _subtract_optional(a, b):
 
 
 def on_columns(system: System, at, loads: Loads) -> Array:
-    """Loads on nodes as entries (nv,) of the columns: `S . subtrees(wrench)` and what acts on them already."""
+    """Generalised efforts (nv,) of loads on nodes: `S . subtrees(wrench)`, plus the entries of the columns."""
     efforts = dot(at.S, subtrees(system.topology.nodes, loads.wrench))
     return efforts if loads.column is None else efforts + loads.column

@@ -1,4 +1,4 @@
-"""Elastic bodies on the graph of bodies: their modes eliminated, what is left couples their interfaces."""
+"""Condensation of the modes of elastic bodies: the condensed inertia couples their interfaces on the body graph."""
 
 from typing import NamedTuple
 
@@ -17,11 +17,11 @@ _SPIN = (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)
 
 
 class CondensedBodies(NamedTuple):
-    """Bodies of one elastic group, on world twists of their interfaces.
+    """Inertia of the bodies of one elastic group on the world twists of their interfaces, modes condensed.
 
     Attributes:
         whole, inertia (bodies, i, i, 6, 6): before and after their modes are eliminated.
-        follow (bodies, modes, i, 6): rates of the modes, with the sign changed, that twists bring with no load.
+        follow (bodies, modes, i, 6): minus the rates of the modes per twist rate of the interfaces, without load.
         modal (bodies, modes, modes): inertia of the modes, `inverse` of it.
     """
 
@@ -33,7 +33,7 @@ class CondensedBodies(NamedTuple):
 
 
 def condense_modes(system: System, at) -> list[CondensedBodies]:
-    """All elastic groups at a configuration."""
+    """Condensed inertias of all elastic groups at a configuration."""
     return [_condense(interface_inertia(system, group, at), len(group.frames[0])) for group in system.elastic]
 
 
@@ -47,7 +47,8 @@ def _condense(E, i):
 
 
 def lumped_inertia(system: System, J, parts):
-    """Inertias (nodes, 10) with each elastic body's, as if rigid, in equal parts on its interfaces: for scales."""
+    """Inertias (nodes, 10) with each elastic body's rigid inertia in equal parts on its interfaces; only for
+    scaling."""
     J = jnp.concatenate([J, jnp.zeros((1, 10), J.dtype)])
     for group, part in zip(system.elastic, parts, strict=True):
         E = jnp.sum(part.whole, axis=(1, 2)) / part.whole.shape[1]
@@ -58,7 +59,7 @@ def lumped_inertia(system: System, J, parts):
 
 
 def solve_with_modes(system: System, graph: BodyGraph, maps: JointMaps, parts, factor, r):
-    """Accelerations (nv,) for efforts r (nv,) of tree and modes."""
+    """Accelerations (nv,) from efforts r (nv,) on the tree's columns and the modes."""
     load = jnp.zeros((len(graph.node) + 1, 6), r.dtype)
     for group, at, part in zip(system.elastic, graph.clusters, parts, strict=True):
         wrench = -jnp.einsum("emib,em->eib", part.follow, r[np.array(group.columns, int)])

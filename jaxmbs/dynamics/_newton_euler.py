@@ -23,8 +23,8 @@ from ._sparse_saddle import constraint_operator, sparse_saddle
 
 
 def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads):
-    """Efforts (nv,) that the tree needs at twist rates V_dot and accelerations u_dot beside gravity and the loads of
-    its force elements, on nodes (nodes, 6) and columns (nv,)."""
+    """Efforts (nv,) that twist rates V_dot and accelerations u_dot of the tree require beside gravity and the loads
+    of its force elements, which are given on nodes (nodes, 6) and columns (nv,)."""
     F, Q = loads
     return (
         on_columns(system, at, inverse_dynamics_loads(system, at, V_dot, u_dot, node_targets(system)) - Loads(F)) - Q
@@ -32,7 +32,10 @@ def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads
 
 
 def accelerations(system: System, at: VelocityKinematics, method="dense", loads=None):
-    """(u_dot (nv,), multipliers (rows,), gaps (rows,)): `M u_dot + bias - Q = A^T lambda`, `A u_dot - gamma` = gaps.
+    """Accelerations u_dot (nv,), multipliers (rows,) and gaps (rows,) of the rows.
+
+    They satisfy `M u_dot + bias - Q = A^T lambda`; the gaps `A u_dot - gamma` are rounding where the rows are
+    regular.
 
     Args:
         method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.

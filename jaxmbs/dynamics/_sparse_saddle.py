@@ -35,12 +35,12 @@ from ._modal_condensation import condense_modes, lumped_inertia, solve_with_mode
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
 #: 1e-16 / C^2: the 3e-10 of `saddle_solve`, whose inverse is better, leads to divergence on redundant loops.
 PROXIMAL_COMPLIANCE = {8: 3e-7, 4: 2e-3}
-#: Refinements of each solve.
+#: Refinements of each solve: each multiplies the error of the multipliers by about 1e-16 / C^2 = 1e-3.
 REFINEMENTS = 2
 
 
 class ConstraintOperator(NamedTuple):
-    """The constraint rows A at a configuration, brought to one unit."""
+    """The constraint rows A at a configuration as a linear operator, scaled to one unit."""
 
     system: System
     at: Configuration
@@ -52,7 +52,7 @@ class ConstraintOperator(NamedTuple):
         return closures.directions(self.system, self.at)
 
     def rates(self, a):
-        """A a (rows,) for accelerations a (nv,)."""
+        """Rates of the rows `A a` (rows,) for accelerations a (nv,)."""
         system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, self.twists(a))
         for group, D in zip(system.closures, self.directions, strict=True):
             relative = gather_static(twist, group.second) - gather_static(twist, group.first)
@@ -76,12 +76,12 @@ class ConstraintOperator(NamedTuple):
         return self.unit * jnp.concatenate(parts)
 
     def efforts(self, y):
-        """A^T y (nv,) for multipliers y (rows,)."""
+        """Generalised efforts `A^T y` (nv,) of multipliers y (rows,)."""
         return jax.linear_transpose(self.rates, jnp.zeros(self.at.S.shape[0], y.dtype))(y)[0]
 
 
 def constraint_operator(system: System, at: Configuration) -> ConstraintOperator:
-    """The rows at a configuration."""
+    """The operator of the rows at a configuration."""
     values = ClosureDirections(closures.directions(system, at), None)
     unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
     return ConstraintOperator(system, dataclasses.replace(at, directions=values), unit)
@@ -123,12 +123,13 @@ def _stop_gradients(tree):
 
 
 def _apply_mass(system, at, a):
-    """M a (nv,)."""
+    """Product `M a` (nv,) by a walk of the tree."""
     return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
 
 
 class RowKinds(NamedTuple):
-    """Number of the closures' rows; rows of drives and the columns they hold; all other rows."""
+    """Number of closure rows; indices of drive rows and the columns that they prescribe; indices of all other
+    rows."""
 
     closures: int
     drives: np.ndarray
@@ -137,7 +138,7 @@ class RowKinds(NamedTuple):
 
 
 def row_kinds(system: System) -> RowKinds:
-    """Which rows are those of closures, of drives, and others."""
+    """Classify the constraint rows: closures, drives, others."""
     top = system.topology
     first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
     driven = {}
@@ -151,7 +152,7 @@ def row_kinds(system: System) -> RowKinds:
 
 
 def _penalty_inverse(system, at, rows):
-    """Compliances C (rows,) and the function from efforts (nv,) to accelerations, `(M + A^T C^-1 A)^-1`.
+    """Compliances C (rows,), and the function `(M + A^T C^-1 A)^-1` from efforts to accelerations (nv,).
 
     Rows of couplers and of the user, which may read any column, border the graph: they should be few.
     """
@@ -202,7 +203,7 @@ def _mobility(system, S, composite, parts):
     size = dot(S, momentum(composite, S))
     for group, part in zip(system.elastic, parts, strict=True):
         size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
-    # as `math.linalg.saddle_solve` has it; sizes of 1e-30 and less are those of models without any mass
+    # the same bound as in `math.linalg.saddle_solve`; 1e-30 keeps models without any mass finite
     massless = size <= 1e-9 * jnp.max(size, initial=1e-30)
     return jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, size))
 
@@ -221,7 +222,7 @@ def _closure_sizes(graph, S, nodes, mobility, directions):
 
 
 def _largest_of_element(sizes, block):
-    """The largest size among the rows of each element, for all of them (rows,)."""
+    """Sizes (rows,) where all rows of a closure element get the largest size among them."""
     if not len(block):
         return sizes
     largest = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block]

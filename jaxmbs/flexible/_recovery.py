@@ -14,6 +14,7 @@ from ..kinematics._configuration import at_state, node_accelerations, with_veloc
 from ..kinematics._elastic import elastic_state, flow_rate, interface_rates
 from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
+from ..math._spatial import to_public_order
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..reductions import _recovery as recovery
@@ -88,7 +89,7 @@ def interface_loads(system: System, motion: State | HasStates, name: str, frame:
         first = motion.wrench - jnp.concatenate(
             [jnp.sum(moment + jnp.cross(arms, force), axis=0), jnp.sum(force, axis=0)]
         )
-        return jnp.concatenate([jnp.roll(first, 3)[None], jnp.concatenate([force, moment], axis=1)])
+        return jnp.concatenate([to_public_order(first)[None], jnp.concatenate([force, moment], axis=1)])
 
     return _map_states(system, loads, motion)
 

@@ -5,9 +5,8 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 
-from jaxmbs.typing import Convertible, Scalar, ScalarLike
-
 from ..checks import faults_if, negative
+from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._fields import as_law_function, number
 from ._signals import Constant, as_signal, value_and_rate

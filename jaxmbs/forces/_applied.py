@@ -31,7 +31,7 @@ class _VectorLoad(AbstractBodyLaw):
         return super().faults() + faults_if((shape != (3,), f"value must have shape (3,), not {shape}"))
 
     def _vector(self, rotation, t):
-        """(3,) in world axes."""
+        """The value (3,) at time t in world axes."""
         vector = number(self.value(t))
         return rotation @ vector if self.axes == "body" else vector
 

@@ -1,4 +1,4 @@
-"""What a force law is: a port that turns motion into effort, of one of four kinds.
+"""Interfaces of force laws, which turn motion into effort: on one coordinate, two frames, one frame, or the system.
 
 A law is a frozen pytree whose numbers are array leaves. The engine stacks the leaves of laws with the same
 structure and calls the methods under `jax.vmap`, so methods never branch on values and treat one law at a
@@ -15,9 +15,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxmbs.typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
-
 from ..math._linalg import direction, safe_norm
+from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 from ._fields import value_faults
 
 
@@ -29,17 +28,17 @@ class AbstractLaw(eqx.Module):
 
     @property
     def stores(self) -> bool:
-        """Whether part of the effort derives from a potential; parameters known to be zero may say that none does."""
+        """True if part of the effort derives from a potential; laws return False for parameters known to be zero."""
         own = [getattr(type(self), name, None) for name in ("potential", "line_potential")]
         return any(method is not None and method.__module__ != __name__ for method in own)
 
     @property
     def dissipates(self) -> bool:
-        """Whether there is effort beside that of the potential: resistance, or input where `is_source`."""
+        """True if there is effort beside that of the potential: resistance, or input where `is_source`."""
         return True
 
     def faults(self) -> list[str]:
-        """What is wrong with the values, one message each; values that are traced are not looked at."""
+        """Faults of the values, one message each; traced values are not checked."""
         return value_faults(self)
 
 
@@ -84,7 +83,7 @@ class AbstractScalarLaw(AbstractLaw):
         return self.potential(safe_norm(d), t)
 
     def length_faults(self) -> list[str]:
-        """What is wrong with the values for a distance of two points, which is never negative."""
+        """Faults of the values for use between two points, whose distance is never negative."""
         return []
 
 

@@ -5,9 +5,8 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Convertible, Scalar, ScalarLike
-
 from ..checks import any_concrete, faults_if, may_be_nonzero, negative
+from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._fields import number
 

@@ -5,10 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxmbs.math._rotation import rotation_vector, rotation_vector_coefficient
-from jaxmbs.typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
-
 from ..checks import any_concrete, faults_if, may_be_nonzero
+from ..math._rotation import rotation_vector, rotation_vector_coefficient
+from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractPoseLaw
 from ._fields import number
 

@@ -71,7 +71,7 @@ def as_function(fn: Callable) -> Callable:
 def as_law_function(fn: Callable) -> Callable:
     """`as_function` of a law, whose time comes last.
 
-    Raises: ValueError where the first of several arguments is called t or time: the order of old.
+    Raises: ValueError where the first of several arguments is called t or time, the order of earlier versions.
     """
     try:
         names = list(inspect.signature(fn).parameters)
@@ -84,7 +84,7 @@ def as_law_function(fn: Callable) -> Callable:
 
 
 def _closed_over(fn: Callable) -> list[Any]:
-    """What a plain function holds besides its code."""
+    """Values that a plain function closes over."""
     cells = getattr(fn, "__closure__", None) or ()
     return [cell.cell_contents for cell in cells if cell != types.CellType()]
 

@@ -2,9 +2,8 @@
 
 import jax.numpy as jnp
 
-from jaxmbs.typing import ArrayLike, Scalar, ScalarLike
-
 from ..checks import any_concrete, faults_if, negative, not_positive
+from ..typing import ArrayLike, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._fields import number
 

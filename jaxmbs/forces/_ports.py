@@ -1,4 +1,4 @@
-"""The ports: on points, frames, joints, and on the whole system; what they answer is said in `port.py`.
+"""Ports on two points, two frames, one frame, one joint coordinate, and the whole system; interface in `_port.py`.
 
 Source: S2 (56)-(67), (72) on points, (76) at one frame.
 """
@@ -12,6 +12,7 @@ import numpy as np
 from jax import Array
 
 from ..math._linalg import direction, safe_norm, skew
+from ..math._spatial import to_public_order
 from ..runtime import gather_static, segment_sum_static
 from ._base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
 from ._port import AbstractPort
@@ -30,7 +31,7 @@ class FrameMotion(NamedTuple):
 
     @property
     def velocity(self):
-        """Of the frame's own origin."""
+        """Velocity of the frame's own origin."""
         return self.V[3:] + skew(self.V[:3]) @ self.x
 
 
@@ -103,7 +104,7 @@ class PosePort(_BetweenFrames):
 
     def reading(self, seen, effort):
         R = seen[0].R
-        return jnp.roll(effort, 3), R @ effort[3:], R @ effort[:3]
+        return to_public_order(effort), R @ effort[3:], R @ effort[:3]
 
     def wrench(self, a, b, effort):
         wrench = _wrench_at(b.x, a.R @ effort[:3], a.R @ effort[3:])
@@ -134,7 +135,7 @@ class FramePort(_BetweenFrames):
         return _moment_first(law.wrench(*displacement, flow[:3], flow[3:], t))
 
     def reading(self, seen, effort):
-        return jnp.roll(effort, 3), effort[3:], effort[:3]
+        return to_public_order(effort), effort[3:], effort[:3]
 
     def wrench(self, a, place, effort):
         wrench = _wrench_at(a.x, effort[:3], effort[3:])
@@ -203,7 +204,7 @@ def port_of(law) -> AbstractPort:
 
 
 def _moment_first(wrench):
-    """(6,) as all six-vectors inside the library, from the pair (force, moment) of a law."""
+    """Wrench (moment, force) (6,), the order inside the library, from the pair (force, moment) of a law."""
     force, moment = wrench
     return jnp.concatenate([moment, force])
 
@@ -219,5 +220,5 @@ def _wrench_at(x, moment, force):
 
 
 def _curvature(law, x, t):
-    """Of a scalar law's potential; servos have none, they are sources."""
+    """Second derivative of a scalar law's potential."""
     return jax.grad(jax.grad(law.potential))(x, t)

@@ -12,10 +12,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxmbs.math._interpolation import hermite, spline_slopes
-from jaxmbs.typing import ArrayLike, Convertible, Scalar, ScalarLike
-
 from ..checks import not_increasing, not_positive
+from ..math._interpolation import hermite, spline_slopes
+from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._fields import as_function, number, optional_number, value_faults
 
 
@@ -29,7 +28,7 @@ class AbstractSignal(eqx.Module):
         """Value at time t."""
 
     def faults(self) -> list[str]:
-        """What is wrong with the values, one message each; values that are traced are not looked at."""
+        """Faults of the values, one message each; traced values are not checked."""
         return value_faults(self)
 
 
@@ -132,10 +131,3 @@ def value_and_rate(signal: Callable, t: Any) -> tuple[Array, Array]:
     """Value and time derivative of a function of time."""
     t = number(t)
     return jax.jvp(lambda s: number(signal(s)), (t,), (jnp.ones_like(t),))
-
-
-def value_rate_acceleration(signal: Callable, t: Any) -> tuple[Array, Array, Array]:
-    """Value and first two time derivatives of a function of time."""
-    t = number(t)
-    (value, rate), (_, acceleration) = jax.jvp(lambda s: value_and_rate(signal, s), (t,), (jnp.ones_like(t),))
-    return value, rate, acceleration

@@ -3,10 +3,9 @@
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxmbs.typing import Convertible, Scalar, ScalarLike, Vector3
-
 from ..checks import faults_if, may_be_nonzero, negative
 from ..math._linalg import direction, safe_norm
+from ..typing import Convertible, Scalar, ScalarLike, Vector3
 from ._base import AbstractScalarLaw
 from ._fields import number
 

@@ -4,9 +4,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxmbs.math._interpolation import hermite, hermite_integral, pchip_slopes
-
 from ..checks import any_concrete, faults_if, is_concrete, not_increasing
+from ..math._interpolation import hermite, hermite_integral, pchip_slopes
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._fields import number, optional_number
@@ -76,7 +75,7 @@ class Table(AbstractScalarLaw):
     def length_faults(self) -> list[str]:
         """Some of the curve lies at distances that points can have."""
         never = any_concrete(lambda x: x[-1] <= 0, self.x_points)
-        return faults_if((never, "x_points are distances between points: none of them is positive"))
+        return faults_if((never, "x_points are distances between points: at least one must be positive"))
 
     def _damper(self, v):
         return 0.0 if self.flow_points is None else _curve(hermite, self.flow_points, self.damping_efforts, v)

@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import no_such
 from ..errors import UnknownNameError
+from ..math._spatial import to_public_order
 from ..model._entry_points import state_function
 from ..model._system import System
 from ..runtime import as_array
@@ -95,4 +96,4 @@ def jacobian(system: System, state: State, frame: FrameLike) -> Float[Array, "6 
     P, place = node_parameters(system), resolve_frame(system, frame)
     at = configuration(system, P, state.coordinates, state.t, inertias=False)
     point = _world_pose(system, P, state.coordinates, place)[1] - at.origin
-    return jnp.roll(point_jacobian(system, at.S, place[0], point), 3, axis=0)
+    return to_public_order(point_jacobian(system, at.S, place[0], point), 0)

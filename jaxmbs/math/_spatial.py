@@ -58,8 +58,14 @@ def _times(A, x, axis=1):
     return lax.dot_general(A, x, (((2,), (axis,)), ((0,), (0,))), precision=lax.Precision.HIGHEST)
 
 
-def swap_halves(six, axis=-1):
-    """Six-vectors in the public order (force, moment; linear, angular) from those of this module, and back."""
+def to_public_order(six, axis=-1):
+    """Six-vectors as users read them, (force, moment) or (linear, angular), from those inside the library, which are
+    (moment, force) or (angular, linear)."""
+    return jnp.roll(six, 3, axis)
+
+
+def from_public_order(six, axis=-1):
+    """Six-vectors in the library's order, (moment, force) or (angular, linear), from those of users."""
     return jnp.roll(six, 3, axis)
 
 

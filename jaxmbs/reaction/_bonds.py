@@ -1,4 +1,4 @@
-"""A system at a state as a network of bonds: for the matrix, the family and the redundancy of its reactions."""
+"""A mechanism at a state as a network of bonds, for the functions of `statics` on its reactions."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -12,7 +12,6 @@ from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
-from ..math._spatial import swap_halves
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..runtime import jit
@@ -47,7 +46,7 @@ def reaction_bonds(
 
 
 def _undetermined_components(system, found):
-    """Marks by bond of known reactions in joint axes, None within a trace."""
+    """Undetermined components by bond, from reactions in joint axes; None within a trace."""
     loads = [found[name] for name, *_ in reaction_map.carriers(system)]
     if not is_concrete(loads):
         return None
@@ -66,7 +65,7 @@ def _bonds_and_loads(system, states, found, compliance, batched, marks):
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
         force, moment = (jnp.einsum("qij,qj->qi", at.R[own], part) for part in (force, moment))
         wrench = shift_wrench(jnp.concatenate([force, moment], axis=1), -at.x[own])
-        bonds = system_bonds(system, at, swap_halves(wrench), compliance)
+        bonds = system_bonds(system, at, wrench, compliance)
         return dataclasses.replace(bonds, undetermined=marks), body_wrenches(bonds.network, wrench)
 
     return jax.vmap(one)(states, found) if batched else one(states, found)

@@ -1,4 +1,4 @@
-"""Marks of loads at the pose asked, in the axes of the numbers beside them: self-stresses, contacts of couplers."""
+"""Determinacy of joint reactions at a pose: components that self-stresses or contacts of couplers leave open."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -28,7 +28,7 @@ class JointDeterminacy(NamedTuple):
 
 
 def joint_determinacy(system: System, at: VelocityKinematics, stresses, placed: Callable) -> JointDeterminacy:
-    """What self-stresses and the contacts of couplers leave determined.
+    """Components of the joint reactions that self-stresses and the contacts of couplers leave determined.
 
     Args: stresses (n, rows), multipliers in the rows' common unit; placed: from world wrenches
          (carriers, 6) to forces and moments (carriers, 3) in the axes asked.
@@ -55,19 +55,20 @@ def joint_determinacy(system: System, at: VelocityKinematics, stresses, placed: 
 
 
 def _joints_with_contact(system, at, acting, number):
-    """Whether (carriers,) the contact of some coupler would load each joint."""
+    """True (carriers,) for each joint that the contact of some coupler would load."""
     every = jnp.any(jnp.stack([coupled_joints(system, row, at) for row in acting]), axis=0)
     return jnp.concatenate([every, np.zeros(number - len(every), bool)])
 
 
 def _contact_wrenches(system, at, touched):
-    """World wrenches (carriers, 6) of chance on the joints touched, without effort along their freedoms."""
+    """Random world wrenches (carriers, 6) on the joints with contact, without effort along their freedoms."""
     top, number = system.topology, len(touched)
     columns = np.full((number, 6), top.num_velocities)
     for k, joint in enumerate(top.joints):
         columns[k, : joint.num_velocities] = np.arange(joint.num_velocities) + joint.first_velocity
     freedoms = gather_static(jnp.concatenate([at.S, jnp.zeros_like(at.S[:1])]), columns).transpose(0, 2, 1)
     unit = jnp.concatenate([jnp.full(3, system.length, at.S.dtype), jnp.ones(3, at.S.dtype)])
+    # any seed but a fixed one: a random wrench has no zero component, and marks must not change from call to call
     tried = unit[None] * np.random.default_rng(6).normal(size=(number, 6)).astype(at.S.dtype)
     wrench = jax.vmap(lambda S, w: project_out_range(S, w[None])[0])(*lax.stop_gradient((freedoms, tried)))
     return jnp.where(touched[:, None], wrench, 0.0)

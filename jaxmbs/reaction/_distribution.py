@@ -1,4 +1,4 @@
-"""How redundant joints share what statics leaves open: the bonds of a system, weighed by their compliance."""
+"""Distribution of indeterminate reactions among redundant joints by the compliance of their bonds."""
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +10,7 @@ from ..kinematics import _constraints as constraints
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import Configuration
 from ..math._linalg import RowScale, saddle_solve
-from ..math._spatial import swap_halves
+from ..math._spatial import from_public_order, to_public_order
 from ..math._spd import spd_solve
 from ..model._rows import Drive
 from ..model._system import System
@@ -31,14 +31,15 @@ def bond_network(system: System) -> BodyNetwork:
 def system_bonds(system: System, at: Configuration, wrench, compliance=None) -> Bonds:
     """The bonds at a configuration, at their child's frame; efforts along what they leave free are those of `wrench`.
 
-    Args: wrench (carriers, 6): world wrenches on the children; compliance: by name, see `reactions`.
+    Args: wrench (carriers, 6): world wrenches (force, moment) on the children, as everywhere in `statics`;
+        compliance: by name, see `reactions`.
     """
     own = np.array([b for *_, b in reaction_map.carriers(system)])
-    twists = _free_twists(system, at)
+    twists = to_public_order(_free_twists(system, at), 1)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
     place = gather_static(at.x, own), gather_static(at.R, own)
     C = jax.vmap(jnp.diag)(_compliances(system, compliance, effort.dtype))
-    return Bonds.from_twists(bond_network(system), *place, swap_halves(twists, 1), effort, system.length, C)
+    return Bonds.from_twists(bond_network(system), *place, twists, effort, system.length, C)
 
 
 def _compliances(system, compliance, dtype):
@@ -50,7 +51,8 @@ def _compliances(system, compliance, dtype):
 
 
 def _free_twists(system, at):
-    """(carriers, 6, 6): columns of the tree's joints that no drive holds; what closures leave, as projectors."""
+    """Free twists (carriers, 6, 6): columns of the tree's joints that no drive prescribes, and for closures
+    projectors onto the twists that they leave free."""
     top, S, names = system.topology, at.S, [name for name, *_ in reaction_map.carriers(system)]
     driven = {column for row in system.rows if isinstance(row, Drive) for column in row.columns}
     held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
@@ -66,12 +68,12 @@ def _free_twists(system, at):
 
 
 def _free_projector(D):
-    """Projector (6, 6) onto the twists that break no row of D (rows, 6)."""
+    """Projector (6, 6) onto the twists that violate no row of D (rows, 6)."""
     return np.eye(6, dtype=D.dtype) - D.T @ spd_solve(D @ D.T, D)
 
 
 def least_compliance_reactions(system: System, at: Configuration, wrench, multipliers, compliance, method="dense"):
-    """Multipliers (rows,) moved along the self-stresses until the complementary energy of all bonds is least.
+    """Multipliers (rows,) changed along the self-stresses so that the complementary energy of all bonds is least.
 
     Args: wrench (carriers, 6): reactions in balance, for the multipliers given; method: "dense" solves
         for few rows at once.
@@ -83,7 +85,7 @@ def least_compliance_reactions(system: System, at: Configuration, wrench, multip
 
 
 def _distributable_rows(system):
-    """Rows of closures and drives: a coupler's or user's row acts inside its joints, as a spring does."""
+    """Rows that carry bond reactions, of closures and drives: other rows act inside their joints, as springs do."""
     kinds = row_kinds(system)
     return np.r_[np.arange(kinds.closures), np.sort(kinds.drives)].astype(int)
 
@@ -108,9 +110,11 @@ def _distribute_by_rows(system, at, wrench, multipliers, compliance, moved):
 
 
 def _distribute_by_bonds(system, at, wrench, multipliers, compliance, moved):
-    """The same by the network of bonds, whose cost is linear in the loops."""
+    """Distribution by the network of bonds, whose cost is linear in the number of loops."""
+    wrench = to_public_order(wrench)
     bonds = system_bonds(system, at, wrench, compliance)
-    change = swap_halves(bond_reactions(bonds, swap_halves(body_wrenches(bonds.network, wrench))).wrench) - wrench
+    loads = body_wrenches(bonds.network, wrench)
+    change = from_public_order(bond_reactions(bonds, loads).wrench - wrench)
     names = list(bonds.network.bonds)
     moves = []
     for group, D in zip(system.closures, closures.directions(system, at), strict=True):
@@ -123,7 +127,10 @@ def _distribute_by_bonds(system, at, wrench, multipliers, compliance, moved):
 
 
 def _effort_change(system, S, change, names, column):
-    """Of the joint that moves by the column; its wrench counts for the outer body, child or parent."""
+    """Change of the effort along a column of a joint, from the changes of wrenches on the children.
+
+    A joint of the tree carries its outer body, which may be its parent; then the sign is the opposite.
+    """
     top = system.topology
     j = top.node_joint[column]
     outward = 1.0 if top.joints[j].child == top.body_joint.index(j) else -1.0

@@ -1,4 +1,4 @@
-"""Efforts that a given motion needs: on every velocity of the tree, or of chosen actuators in closed loops."""
+"""Inverse dynamics: efforts that a motion requires, on the tree's velocities or of actuators in closed loops."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -28,13 +28,13 @@ from ._without_drives import without_drives
 
 
 class Actuation(eqx.Module):
-    """What chosen actuators give for a motion.
+    """Efforts of chosen actuators for a motion.
 
     Attributes:
         efforts: (..., n) along the freedoms of each joint, by name [N or N m].
-        gap: (...) the largest part of the efforts needed that they cannot give, relative.
-        row_gap: (...) the same of the accelerations: how far they would tear the loops or break other rows.
-        ok: (...) whether they can, and the motion is possible: both gaps are rounding.
+        gap: (...) largest part of the required efforts that the actuators cannot provide, relative.
+        row_gap: (...) largest violation of the loops and other rows by the accelerations, relative.
+        ok: (...) true where both gaps are rounding: the motion is possible and the actuators can produce it.
     """
 
     efforts: dict[str, Float[Array, "... n"]]
@@ -58,10 +58,10 @@ def inverse_dynamics(
     Args:
         state: a State; with actuators also a Motion, or a State with one leading axis.
         acceleration: (nv,), with the states' leading axis if they have one, or by joint.
-            Default, with actuators: those of the system with its drives, so that a model driven along a path says
-            what other actuators need for it.
-        actuators: joints.  Their efforts replace all drives and frame paths; what the loops need is balanced by the
-            loops.  Of more actuators than freedoms the efforts of least norm, forces times the system's `length`.
+            Default, with actuators: those of the system with its drives, so that a model driven along a path gives
+            the efforts that other actuators need for it.
+        actuators: names of joints whose efforts replace all drives and frame paths; the loops carry what they can.
+            With more actuators than freedoms, the efforts of least norm, forces times the system's `length`.
 
     Returns: efforts (nv,) on the tree's velocities, multipliers not subtracted; with actuators an `Actuation`.
 
@@ -72,7 +72,7 @@ def inverse_dynamics(
     acceleration = None if acceleration is None else rates_of(system, states, acceleration, "acceleration")
     if actuators is None:
         if acceleration is None:
-            raise TypeError("give the acceleration (nv,), or the actuators that keep the motion")
+            raise TypeError("give `acceleration` (nv,), or `actuators`: the joints that drive the motion")
         return _all_tree_efforts(system, states, acceleration)
     columns = actuated_columns(system, actuators)
     found, *gaps = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
@@ -88,12 +88,15 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
     """
     top, found = system.topology, []
     if not actuators:
-        raise ModelError(["no actuator is named, so nothing can keep the motion"])
+        raise ModelError(["the list of actuators is empty: name at least one joint that drives the motion"])
     for name in actuators:
         joint = top.joints[place_of("joint", name, top.joint_names)]
         if joint.is_cut or joint.velocities.start == joint.velocities.stop:
             raise ModelError(
-                [f"actuator {name!r}: this joint has no velocity of the tree; cut the loop at another one"]
+                [
+                    f"joint {name!r} cannot be an actuator: it is rigid or cut, so it has no velocity of its own; if "
+                    "it closes a loop, cut the loop at another joint"
+                ]
             )
         found.append((joint.velocities.start, joint.velocities.stop))
     return tuple(found)
@@ -154,7 +157,7 @@ def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> Ba
     if system.has_constraints:
         A, rows = constraints.jacobian(system, at), constraints.row_scale(system)
         still = jnp.zeros(system.topology.num_rows, dtype)
-        # the motion that efforts give where the loops take what they can, and what these take
+        # motion under each effort with the loops closed, and the multipliers that the loops then carry
         moved, held = jax.vmap(lambda b: saddle_solve(jnp.diag(weight), A, b, still, rows))(parts)
         parts = moved * weight[None]
     spins = jnp.asarray(system.topology.spins, dtype)

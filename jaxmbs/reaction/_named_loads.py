@@ -1,4 +1,4 @@
-"""What drives, force elements, couplers and rows of the user do, by their names."""
+"""Loads of drives, force elements, couplers and user constraints, by name."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from ..dynamics._efforts import LawEffort
 from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics._configuration import VelocityKinematics
-from ..kinematics._coupled_joints import couplers_and_user_rows
+from ..kinematics._coupled_joints import acting_rows
 from ..model._rows import Drive
 from ..model._system import System
 from ._result import DriveLoad, LawForce, RowLoad
@@ -17,7 +17,7 @@ from ._self_stress import UNIQUE_TOLERANCE, row_shares
 
 
 def law_forces(system: System, acting: list[LawEffort]) -> dict[str, LawForce]:
-    """By name, from what acts group by group; see `efforts`."""
+    """Forces of the force elements by name, from the `LawEffort` of each group; see `efforts`."""
     named = {}
     for group, found in zip(system.forces, acting, strict=True):
         read = jax.vmap(group.port.reading)(found.seen, found.effort)
@@ -28,7 +28,7 @@ def law_forces(system: System, acting: list[LawEffort]) -> dict[str, LawForce]:
 
 
 def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slice], given) -> dict[str, DriveLoad]:
-    """By joint, of its drive from the multipliers (rows,), or of an actuator from the efforts given (nv,).
+    """Drive loads by joint, from the multipliers (rows,), or for actuators from the efforts given (nv,).
 
     Args: stresses (n, rows + actuators): see `self_stresses`.
     """
@@ -47,8 +47,8 @@ def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slic
 
 
 def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> dict[str, RowLoad]:
-    """By name, of the rows that are no drives, from all multipliers (rows,); stresses: see `self_stresses`."""
-    rows = couplers_and_user_rows(system)
+    """Loads of couplers and user rows by name, from all multipliers (rows,); stresses: see `self_stresses`."""
+    rows = acting_rows(system)
     if not rows:
         return {}
     own = np.array([[name == row.name for name in system.topology.row_joint] for row in rows])
@@ -63,10 +63,10 @@ def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> 
 
 
 def _is_unique(stresses):
-    """Whether (rows + actuators,) each multiplier is in no self-stress."""
+    """True (rows + actuators,) for each multiplier that is part of no self-stress."""
     return row_shares(stresses) <= UNIQUE_TOLERANCE[stresses.dtype.itemsize]
 
 
 def _reads_joint(row, joint):
-    """Whether a row looks at a joint: one without columns of its own looks at all."""
+    """True if a row reads the coordinates of a joint; a row without declared columns reads all."""
     return not row.columns or joint.first_velocity in row.columns

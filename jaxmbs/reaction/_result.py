@@ -1,4 +1,4 @@
-"""What joints transmit, by their names: the result of `reactions`."""
+"""Result of `reactions`: loads of joints, force elements, drives and constraint rows by name."""
 
 from typing import Any
 
@@ -14,20 +14,21 @@ from ..typing import ArrayLike
 
 
 class JointReaction(eqx.Module):
-    """The wrench a joint transmits, with all that acts inside it (drives, joint springs).
+    """Wrench that a joint transmits, with everything that acts inside it (drives, joint springs).
 
     Attributes:
         force [N], moment [N m]: (..., 3), the moment about the origin of the joint's frame on that side.
         effort: (..., n) [N or N m] of the joint's drive alone, or of its actuator; of a joint without either the same
             as `total_effort`.
-        total_effort: (..., n) along the joint's freedoms, all that acts there: drive or actuator, force elements,
-            couplers and rows; the part of force and moment along the freedoms.
-        unique_force, unique_moment: (..., 3) bool in the axes of `force` and `moment`, whether statics alone
-            determines the component at this pose: false for those of self-stresses, which compliances share, and
-            where `lacks_contact`.  A pose within 1e-6 of a singular one (1e-3 in single precision) is taken as it.
-        lacks_contact: (...) bool, None without couplers.  A coupler acts on coordinates: the bearings of the joints
-            that it ties, and those between, carry nothing of the forces where teeth, threads or cams touch.  What
-            they are short of is not unique; efforts along the freedoms are right.
+        total_effort: (..., n) along the joint's freedoms, of everything that acts there: drive or actuator, force
+            elements, couplers and rows; the part of force and moment along the freedoms.
+        unique_force, unique_moment: (..., 3) bool in the axes of `force` and `moment`, true where statics alone
+            determines the component at this pose; false for those of self-stresses, which compliances distribute,
+            and where `lacks_contact`.  A pose within 1e-6 of a singular one (1e-3 in single precision) counts as
+            singular.
+        lacks_contact: (...) bool, None without couplers.  A coupler acts on coordinates only: the bearings of the
+            joints that it ties, and of those between, are computed without the contact forces of teeth, threads or
+            cams.  The missing components are marked as not unique; efforts along the freedoms are right.
     """
 
     force: Float[Array, "... 3"]
@@ -40,7 +41,7 @@ class JointReaction(eqx.Module):
 
 
 def _summary(loads):
-    """Every joint in a row: the largest sizes, and what is open at some instant."""
+    """Summary and table of all joints: largest magnitudes, and components that are open at some instant."""
     rows = [(name, *_largest_magnitudes(load), _undetermined_text(load)) for name, load in loads.items()]
     ok = np.asarray(loads.ok)
     summary = f"{len(rows)} joints" + (f", {ok.size} instants" if ok.ndim else "")
@@ -71,7 +72,7 @@ def _has_contact(load):
 
 
 class LawForce(eqx.Module):
-    """What a force element does at its place.
+    """Effort and force of a force element.
 
     Attributes:
         effort: (..., n) between two points one number, positive pushes them apart [N]; on a joint that along its
@@ -91,11 +92,11 @@ class LawForce(eqx.Module):
 
 
 class DriveLoad(eqx.Module):
-    """What a drive does, or an actuator in its place.
+    """Effort of a drive, or of an actuator in its place.
 
     Attributes:
         effort: (..., n) along the freedoms of its joint [N or N m].
-        unique: (..., n) bool, whether statics alone determines it: false where several share the work.
+        unique: (..., n) bool, true where statics alone determines it; false where several drives share the load.
     """
 
     effort: Float[Array, "... n"]
@@ -105,12 +106,12 @@ class DriveLoad(eqx.Module):
 
 
 class RowLoad(eqx.Module):
-    """What a coupler or rows of the user do.
+    """Efforts of a coupler or of user rows.
 
     Attributes:
         multipliers: (..., k) of its rows, in units of work over the unit of the row.
-        efforts: (..., n) by joint: what they exert along its freedoms [N or N m].
-        unique: (..., k) bool, whether statics alone determines the multiplier: false where several share the work.
+        efforts: (..., n) by joint, along its freedoms [N or N m].
+        unique: (..., k) bool, true where statics alone determines the multiplier; false where several share the load.
     """
 
     multipliers: Float[Array, "... k"]
@@ -123,7 +124,7 @@ class RowLoad(eqx.Module):
 
 
 def _value_table(parts, unique=()):
-    """Summary and rows of named numbers: those of one instant, or how far they range."""
+    """Summary and table of named numbers: values of one instant, or their ranges along a motion."""
     rows = []
     for name, value in parts.items():
         if value is not None:
@@ -139,19 +140,19 @@ def _value_table(parts, unique=()):
 
 class Reactions(eqx.Module):
     """Reactions by joint or constraint name, `loads["main"].force`; of force elements `loads.law("spring").effort`,
-    of drives and actuators `loads.drive("shaft").effort`, of couplers and rows of the user
+    of drives and actuators `loads.drive("shaft").effort`, of couplers and user rows
     `loads.row("gear").efforts["pinion"]`.
 
-    Along every freedom the sums close: a joint's `total_effort` is what its drive or actuator, the force elements on
-    it, couplers and rows exert there.
+    Along every freedom the sums close: a joint's `total_effort` is the sum of the efforts of its drive or actuator,
+    the force elements on it, couplers and rows.
 
     Attributes:
         multipliers: (..., rows) efforts along the constraint rows; a drive's multiplier is its effort.
         residual: (...) largest unbalanced effort `M u_dot + bias - Q - A^T lambda` of the solve, without derivative.
-        ok: (...) whether they are those of an assembled state, finite, balance all loads but for 1e-6 of them, and
-            belong to accelerations that keep the constraints as well (1e-2 in single precision).
+        ok: (...) true where the state is assembled, the reactions are finite and balance all loads to 1e-6, and the
+            accelerations satisfy the constraints to 1e-6 (both 1e-2 in single precision).
         hidden: welds inside bodies that the builder split; found by name, not listed.
-        frame, side: what the components are in, as `reactions` was asked.
+        frame, side: axes and side of the components, as given to `reactions`.
     """
 
     joints: dict
@@ -171,7 +172,7 @@ class Reactions(eqx.Module):
         return self._found("joint or constraint", name, self.joints, list(self))
 
     def _found(self, kind, name, among, listed=None):
-        """What has the name among these; UnknownNameError that says where else a name is known."""
+        """Entry of a name; otherwise an UnknownNameError that says which other method knows the name."""
         if name in among:
             return among[name]
         doors = {"law": self.laws, "row": self.rows, "drive": self.drives}
@@ -180,15 +181,15 @@ class Reactions(eqx.Module):
         raise UnknownNameError("; ".join([no_such(kind, name, among if listed is None else listed), *found]))
 
     def law(self, name: str) -> LawForce:
-        """What a force element does, by its name.  Raises: UnknownNameError."""
+        """Force of a force element by name.  Raises: UnknownNameError."""
         return self._found("force element", name, self.laws)
 
     def drive(self, name: str) -> DriveLoad:
-        """What the drive of a joint does, or its actuator, by the name of the joint.  Raises: UnknownNameError."""
+        """Load of the drive or actuator of a joint, by the joint's name.  Raises: UnknownNameError."""
         return self._found("drive or actuator", name, self.drives)
 
     def row(self, name: str) -> RowLoad:
-        """What a `Coupler`, `PositionRows` or `VelocityRows` does, by its name.  Raises: UnknownNameError."""
+        """Load of a `Coupler`, `Rows` or `VelocityRows` by name.  Raises: UnknownNameError."""
         return self._found("coupler or rows", name, self.rows)
 
     def __iter__(self):

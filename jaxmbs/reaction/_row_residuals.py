@@ -1,4 +1,4 @@
-"""How far given accelerations are from those that the constraint rows allow."""
+"""Residuals of the constraint rows for given accelerations, relative to the terms that add up in them."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +10,8 @@ from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..math._linalg import relative
 from ..model._system import System
 
-#: Of what adds up in a row, or of the largest load: what may be left over (double, single precision).
+#: Largest residual that counts as rounding, relative to the terms of a row or to the largest load (double, single
+#: precision): far above the rounding of well-posed mechanisms, far below the residual of wrong reactions.
 ROUNDING_TOLERANCE = {8: 1e-6, 4: 1e-2}
 
 
@@ -22,7 +23,7 @@ def row_residuals(system: System, at: VelocityKinematics, a):
 
 
 def relative_row_residual(system: System, at: VelocityKinematics, a, V_dot, gaps, loads):
-    """The largest of the gaps (rows,) of the accelerations a (nv,), of the largest that adds up in them.
+    """Largest of the residuals (rows,) of accelerations a (nv,), relative to the terms that add up in the rows.
 
     Args: V_dot (nodes, 6): the rates of the nodes' twists; loads: see `_acceleration_scale`.
     """
@@ -33,8 +34,8 @@ def relative_row_residual(system: System, at: VelocityKinematics, a, V_dot, gaps
 
 
 def _acceleration_scale(system, wrench, *efforts):
-    """What loads would do to the heaviest body [rad/s^2 and lengths/s^2]: at rest, where every acceleration is
-    rounding, the rows' gaps are measured by it.
+    """Acceleration of the heaviest body under the loads [rad/s^2 and lengths/s^2], a scale for the rows' residuals at
+    rest, where every acceleration is rounding.
 
     Args: wrench (n, 6) of joints; efforts (nv,) along the velocities, several where they may balance at one joint.
     """

@@ -1,8 +1,8 @@
 """Self-stresses: loads of joints, drives and couplers that balance each other, so that statics leaves them open.
 
 The multipliers y of a self-stress move no velocity, `A^T y = 0`, at the pose asked: another pose, branch or singular
-place has others.  A few vectors of chance, brought to their nearest self-stresses, show every component that any
-self-stress has.  No derivative passes.
+place has others.  A few random vectors, projected onto the self-stresses, show every component that any self-stress
+has (a randomised range finder: Halko, Martinsson, Tropp, SIAM Review 53, 2011).  No derivative passes.
 """
 
 from typing import NamedTuple
@@ -18,14 +18,15 @@ from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics
 from ..model._system import System
 
-#: Vectors of chance: that a component cancels in all of them has the probability `UNIQUE_TOLERANCE`^3.
+#: Number and seed of the random vectors: a component is below `UNIQUE_TOLERANCE` in all of them with the probability
+#: `UNIQUE_TOLERANCE`^3.  The seed is fixed so that marks do not change from call to call.
 _PROBES, _SEED = 3, 5
-#: What remains of a column of A when its part along others is taken off, below which it counts as a combination of
-#: them, relative to the largest column (double, single precision): poses within 1e-6 of a singular one are singular.
+#: Remainder of a column of A after projection off the others below which it counts as a combination of them, relative
+#: to the largest column (double, single precision): poses within 1e-6 of a singular one count as singular.
 _RANK_TOLERANCE = {8: 1e-6, 4: 1e-3}
 #: Components of a self-stress that count as none, relative to its largest.
 UNIQUE_TOLERANCE = {8: 1e-6, 4: 1e-3}
-#: Of a vector of chance, the least that a self-stress keeps; less is rounding.
+#: Least part of a random vector that a self-stress keeps; a smaller one is rounding of the projection.
 _PROBE_ROUNDING = 1e-3
 
 
@@ -40,7 +41,7 @@ class SaddleSolution(NamedTuple):
 
 
 def random_multipliers(system: System, dtype, more: int = 0):
-    """Vectors of chance (n, rows), with `more` entries for actuators; the same in every trace."""
+    """Random multipliers (n, rows), with `more` entries for actuators; the same in every trace."""
     size = system.topology.num_rows + more
     return jnp.asarray(np.random.default_rng(_SEED).normal(size=(_PROBES, size)), dtype)
 
@@ -67,7 +68,8 @@ def self_stresses(system: System, at: VelocityKinematics, columns=()):
 def project_out_range(A, y):
     """Vectors y (n, rows) less their parts along the columns of A (rows, m): Gram-Schmidt, the largest column first.
 
-    Few equations to compile, and a decision about the rank that is said, `_RANK_TOLERANCE`.
+    A small program, and an explicit decision about the rank, `_RANK_TOLERANCE`; a singular value decomposition would
+    call LAPACK for every pose.
     """
     columns, least = A.shape[1], jnp.max(jnp.sum(A * A, axis=0), initial=0.0) * _RANK_TOLERANCE[A.dtype.itemsize] ** 2
     among, number = np.arange(columns + len(y)) < columns, np.arange(columns + len(y))
@@ -85,7 +87,7 @@ def project_out_range(A, y):
 def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads) -> SaddleSolution:
     """Accelerations by the block-sparse method with the self-stresses: one solve, so that one solver is compiled.
 
-    The least multipliers that do what a vector of chance does are taken off it; what stays does nothing.
+    From a random vector the least multipliers with the same efforts are subtracted; the rest exerts no effort.
     """
     need, gamma = saddle_sides(system, at, loads)
     rows, tried = constraint_operator(system, at), random_multipliers(system, at.u.dtype)
@@ -102,5 +104,5 @@ def row_shares(stresses):
 
 
 def relative_share(size):
-    """Sizes relative to the largest of them; where all are rounding, they remain small."""
+    """Magnitudes relative to the largest of them; where all are rounding, they remain small."""
     return size / jnp.maximum(jnp.max(size, initial=0.0), _PROBE_ROUNDING)

@@ -1,6 +1,6 @@
-"""Reactions of every joint: subtree sums on trees, multipliers in loops, compliances where statics cannot decide.
+"""Reactions of every joint: subtree sums on trees, multipliers in loops, compliances where statics is indeterminate.
 
-Source: S1 (26)-(29); the wrench a joint carries is the momentum rate of all that hangs on it, less other loads.
+Source: S1 (26)-(29); the wrench that a joint carries is the momentum rate of its subtree less the other loads on it.
 """
 
 import functools
@@ -59,7 +59,7 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
     least = ROUNDING_TOLERANCE[residual.dtype.itemsize]
     missed = relative_row_residual(system, at, a, V_dot, gaps, (wrench, effort, Q))
-    # 1e-3 N: a mechanism at rest without loads has nothing to measure its residual by
+    # an absolute floor of 1e-3 N (1e-3 N m): a mechanism at rest without loads has no load to measure its residual by
     balanced = (residual <= least * (size + 1e-3)) & (missed <= least)  # false for NaN
     drives = drive_loads(system, multipliers, stresses, options.actuators(driven), given)
     placed = functools.partial(_wrenches_in_frames, system, at, options)
@@ -79,7 +79,7 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
 
 
 class _Options(NamedTuple):
-    """What `reactions` is asked; `columns` of the actuators, None where the drives do it."""
+    """Options of `reactions`; `columns` of the actuators, None where the drives produce the motion."""
 
     frame: str
     side: str
@@ -88,7 +88,7 @@ class _Options(NamedTuple):
     columns: tuple | None
 
     def actuators(self, system):
-        """Velocities by the name of each actuator."""
+        """Slice of the velocities of each actuator, by name."""
         top = system.topology
         return {top.column_joint_name[a]: slice(a, b) for a, b in self.columns or ()}
 
@@ -104,7 +104,8 @@ class _Balance(NamedTuple):
 
 
 def _balance(system, at, a, loads, options):
-    """What balances the accelerations a (nv,), None: those of the system itself: the drives, or actuators instead."""
+    """Multipliers and efforts that balance the accelerations a (nv,), of drives or actuators; None: those of the
+    system itself."""
     at = closures.with_directions(system, at)
     if a is None:
         if options.columns is None and options.method == "block-sparse" and system.has_constraints:
@@ -124,7 +125,8 @@ def _balance(system, at, a, loads, options):
 
 
 def _needs_distribution(system, compliance):
-    """Whether compliances share what is open: by the count of the build, or where the user gives them."""
+    """True if compliances must distribute reactions: the build counted redundant rows, or the user gives
+    compliances."""
     found = system.topology.analysis
     return bool(system.closures) and found is not None and (found.redundant > 0 or bool(compliance))
 
@@ -137,7 +139,7 @@ def _on_nodes(topology, wrenches):
 
 
 def _wrenches_in_frames(system, at, options, wrench):
-    """(forces, moments) (carriers, 3) in the axes and on the side asked, from world wrenches (carriers, 6)."""
+    """Forces and moments (carriers, 3) in the axes and on the side asked, from world wrenches (carriers, 6)."""
     sign, end = (1.0, 1) if options.side == "child" else (-1.0, 0)
     own = [c[1 + end] for c in reaction_map.carriers(system)]
     return wrenches_at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), options.frame, sign)
@@ -164,7 +166,7 @@ def _along(system, states, accelerations, batched, options):
 
 
 def _compliance(name, value, dtype):
-    """The compliances (6,) of one joint; ValueError where they are known and negative, not finite, or not six."""
+    """Check the compliances of one joint, one number or six.  Raises: ValueError."""
     value = as_dtype(value, dtype)
     if value.shape not in ((), (6,)):
         raise ValueError(f"compliance of {name!r} must be one number or six, got shape {value.shape}")
@@ -194,8 +196,8 @@ def reactions(
         method: how loops and drives are solved, with equal results: "dense" in the tree's velocities, or
             "block-sparse" on the graph of bodies, linear in their number.
         accelerations: (nv,) along a given trajectory, with the states' leading axis if they have one, or by joint;
-            default those that the drives and force elements make.
-        actuators: joints whose efforts keep the motion, in place of all drives and frame paths, see
+            default those that the drives and force elements cause.
+        actuators: joints whose efforts produce the motion in place of all drives and frame paths, see
             `inverse_dynamics`; default the drives, or every joint of the tree where accelerations are given.
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
@@ -204,8 +206,8 @@ def reactions(
     `mbs.jit`.
 
     Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
-    shared so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the least
-    norm, moments over the system's characteristic length `system.length`.
+    distributed so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the
+    least norm, moments over the system's characteristic length `system.length`.
 
     Raises: ValueError for an unknown frame, side, method or name, and accelerations of another shape; ModelError for
     an actuator without freedom.  Source: S1 (26)-(29).

@@ -1,4 +1,4 @@
-"""A driven mechanism with all drives and frame paths taken off: what actuators keep in motion instead."""
+"""Removal of all drives and frame paths from a mechanism, for motions that actuators produce instead."""
 
 import dataclasses
 

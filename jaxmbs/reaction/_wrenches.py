@@ -1,4 +1,4 @@
-"""Wrenches of joints from what acts on the bodies and what they need: sums of subtrees, multipliers of loops."""
+"""Joint wrenches from the loads that the bodies require: sums over subtrees, multipliers in loops."""
 
 from typing import NamedTuple
 
@@ -25,7 +25,7 @@ class JointWrenches(NamedTuple):
 
 
 def joint_wrenches(system: System, at: Configuration, lack, multipliers) -> JointWrenches:
-    """What the joints carry.
+    """Wrenches and efforts that the joints carry.
 
     Args: lack (bodies, 6): what every body needs beside what acts on it.
     """
@@ -52,7 +52,7 @@ def _closure_wrenches(system, at, multipliers):
 
 
 def wrenches_at_frames(wrench, R, x, axes, sign):
-    """(forces, moments) (n, 3) about the points x, in world axes or those of R."""
+    """Forces and moments (n, 3) about the points x, in world axes or those of R, from world wrenches (n, 6)."""
     force, moment = wrench[:, 3:], wrench[:, :3] - jnp.einsum("nij,nj->ni", jax.vmap(skew)(x), wrench[:, 3:])
     if axes == "joint":
         force, moment = (jnp.einsum("nji,nj->ni", R, v) for v in (force, moment))

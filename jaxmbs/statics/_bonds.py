@@ -41,7 +41,7 @@ class Bonds(eqx.Module):
         compliance (q, 6, 6): metric C of the wrench (force, moment) in its own axes about its own origin; what
             statics leaves open makes `1/2 sum w.C w` least.
         length (): characteristic length [m] that moments are divided by where they meet forces.
-        undetermined: (force x y z, moment x y z) of every bond by `redundancy`; None while not looked for.
+        undetermined: (force x y z, moment x y z) of every bond by `redundancy`; None where not computed.
 
     Source: S1 (26)-(29).
     """
@@ -95,7 +95,7 @@ class Bonds(eqx.Module):
         position, frame, effort = (as_dtype(given[name][0], dtype) for name in ("position", "frame", "effort"))
         length = _spread_of_points(position) if length is None else as_dtype(length, dtype)
         if length.shape != () or not_positive(length) or any_concrete(lambda x: ~np.isfinite(x), length):
-            raise ModelError([f"length is one positive number, got {length}"])
+            raise ModelError([f"length must be one positive number, got {length}"])
         if compliance is None:
             compliance = jnp.tile(jnp.stack([jnp.ones((), dtype)] * 3 + [length**-2] * 3), (q, 1))
         free = jnp.asarray(~carries, dtype)
@@ -132,7 +132,7 @@ class Bonds(eqx.Module):
     @property
     @jit
     def twist_axes(self) -> Float[Array, "q 6 6"]:
-        """(q, 6, 6): world twist about the world origin from the one in the bond's axes about its origin.
+        """Maps (q, 6, 6) from a twist in the bond's axes about its origin to the world twist about the world origin.
 
         Its transpose brings a world wrench to the bond: `G^T R^-1` of S1 (27).
         """
@@ -153,7 +153,7 @@ class Bonds(eqx.Module):
         """Squared size (q, f) of each free twist [m^2], angles times the characteristic length; zero if unused."""
         weight = jnp.concatenate([jnp.ones(3, self.length.dtype), jnp.full(3, self.length**2)])
         size = jnp.einsum("i,qij->qj", weight, self.free**2)
-        # squares: a millionth of the bond's largest twist is rounding of a projector
+        # 1e-12 of squares: a millionth of the bond's largest twist is rounding of a projector
         return jnp.where(size > 1e-12 * jnp.max(size, axis=1, keepdims=True, initial=0.0), size, 0.0)
 
 
@@ -166,7 +166,7 @@ def _spread_of_points(position):
 
 
 def _is_rotation(frame, numpy):
-    """(q,) whether the columns of (q, 3, 3) are unit vectors, square to each other and right-handed."""
+    """True (q,) for each frame of (q, 3, 3) whose columns are orthonormal and right-handed."""
     product = numpy.einsum("qji,qjk->qik", frame, frame) - numpy.eye(3)[None]
     hand = numpy.sum(numpy.cross(frame[:, :, 0], frame[:, :, 1]) * frame[:, :, 2], axis=1)
     # loose: frames are often typed in with six digits, or in single precision
@@ -195,7 +195,7 @@ def _check(network, given):
         advice = {"compliance": "must be positive", "effort": "acts in a component that the bond carries"}
         advice = advice.get(name, "must be finite")
         if name == "frame" and np.all(np.isfinite(value)):
-            advice = "must be a rotation: unit columns, square to each other, right-handed"
+            advice = "must be a rotation: unit columns, orthogonal to each other, right-handed"
         faults += [f"bond {network.bonds[e]!r}: {name} {advice}" for e in np.nonzero(wrong)[0]]
     if faults:
         raise ModelError(faults)

@@ -1,4 +1,4 @@
-"""Which reactions statics cannot determine: rank, redundant bonds and self-stresses of a network, on the host."""
+"""Static indeterminacy of a network, on the host: rank, undetermined components and self-stresses."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _MAX_PROBES = 512  # random vectors at most, doubled until some of what they spa
 
 
 def _summary(found):
-    """The bonds that have undetermined components, in a row each."""
+    """Summary and table of the bonds that have undetermined components."""
     summary = f"{found.redundant} redundant of rank {found.rank}, mobility {found.mobility}, by {found.method}"
     rows = [(name, ", ".join(components)) for name, components in found.components.items()]
     return summary, [("bond", "undetermined"), *rows]
@@ -30,10 +30,10 @@ def _summary(found):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Redundancy:
-    """What the count at one configuration found.  Source: S1 (26), q = 6p - N + r unknowns of rank 6p - N.
+    """Result of `redundancy` at one configuration.  Source: S1 (26), q = 6p - N + r unknowns of rank 6p - N.
 
-    `rank` of the free directions in the 6 S loop parameters; `redundant` r = 6 S - rank, reactions that statics
-    leaves open; `mobility` N, freedoms of the bodies (those of floating parts as a whole left out).
+    `rank` of the free directions in the 6 S loop parameters; `redundant` r = 6 S - rank, number of reactions that
+    statics leaves open; `mobility` N, freedoms of the bodies (those of floating parts as a whole left out).
     `undetermined`: (force x y z, moment x y z) of every bond in its axes.  `self_stress` (r, q, 6): components of an
     orthonormal basis (moments over the length) of the reactions without load, or None where there are too many.
     `method`: "svd" or "random projection".
@@ -70,7 +70,7 @@ def redundancy(bonds: Bonds, method: str = "auto") -> Redundancy:
         raise ValueError(f"method must be 'auto', 'svd' or 'random projection', got {method!r}")
     network = bonds.network
     if not np.all([np.all(np.isfinite(x)) for x in (bonds.position, bonds.frame, bonds.free)]):
-        raise ValueError("positions, frames or free directions of the bonds are not finite")
+        raise ValueError("positions, frames and free directions of the bonds must be finite numbers")
     if method == "auto":
         small = (
             6 * network.num_loops <= tuning.SVD_PARAMETERS
@@ -157,8 +157,9 @@ def _project_probes(bonds, deformations, efforts):
 
 
 def _self_stress_by_projection(bonds, free):
-    """(self-stresses (n, q, 6), r) from 8, 16, 32, ... random vectors; n < r where only the motions are few."""
-    # any seed: vectors of chance miss no direction; one, so that a count can be repeated
+    """Self-stresses (n, q, 6) and their number r, from 8, 16, 32, ... random vectors; n < r where only the motions
+    are few.  A randomised range finder: Halko, Martinsson, Tropp, SIAM Review 53, 2011."""
+    # any seed, since random vectors miss no direction; a fixed one, so that a count can be repeated
     random, q, dtype = np.random.default_rng(3), len(bonds.network.bonds), bonds.position.dtype
     scale = _wrench_scale(bonds)
     equal = jnp.broadcast_to(jnp.diag(jnp.asarray(scale**-2, dtype)), bonds.compliance.shape)
@@ -176,11 +177,14 @@ def _self_stress_by_projection(bonds, free):
         if len(motions) < count:
             return stress, 6 * bonds.network.num_loops - free + len(motions)
         count *= 2
-    raise NotImplementedError(f"more than {_MAX_PROBES} redundant reactions and as many freedoms")
+    raise NotImplementedError(
+        f"the network has more than {_MAX_PROBES} redundant reactions and more than {_MAX_PROBES} freedoms; split "
+        'it, or use method="svd", which is dense'
+    )
 
 
 def _orthonormal_basis(vectors, dtype):
-    """Orthonormal basis (n, q, k) of the vectors (m, q, k); directions in the noise are left out."""
+    """Orthonormal basis (n, q, k) of the vectors (m, q, k), without directions that are rounding."""
     if vectors.size == 0:
         return vectors[:0]
     _, s, Vt = np.linalg.svd(vectors.reshape(len(vectors), -1), full_matrices=False)

@@ -4,8 +4,10 @@ The conditions are, for wrenches w, efforts mu against the free twists F and twi
 
     C w + F mu - I_E^T u = deformation,    F^T w = effort,    I_E w = loads,
 
-solved with C + F rho F^T in place of C and proximal iterations on one factor, which work alike for determined,
-redundant and movable networks.  Derivatives are those of the conditions themselves.
+solved with C + F rho F^T in place of C and proximal iterations on one factor (the method of multipliers: Hestenes,
+J. Optim. Theory Appl. 4, 1969), which work alike for determined, redundant and movable networks.  Their iterates are
+combined by Anderson's acceleration (J. ACM 12, 1965; Walker and Ni, SIAM J. Numer. Anal. 49, 2011).  Derivatives are
+those of the conditions themselves.
 """
 
 from functools import partial
@@ -24,8 +26,8 @@ from ._loop_methods import chain_compliance, chain_to_bond_wrenches, chain_twist
 from ._network_sums import body_wrenches, bond_twists, tree_twists, tree_wrenches
 from ._series_reduction import series_reduction
 
-#: Each round starts from exact equilibrium; of so many rounds the best combination is taken, and it ends when the
-#: gap has not fallen by `_PROGRESS` for so many rounds (rounding) or is closed.
+#: Each round starts from exact equilibrium; the last `_ANDERSON_DEPTH` rounds are combined.  The rounds end when the
+#: gap is closed, or has not fallen by the factor `_PROGRESS` for `_PATIENCE` rounds, which is rounding.
 _MAX_ROUNDS, _ANDERSON_DEPTH, _PATIENCE, _PROGRESS = 60, 8, 4, 0.7
 #: Gap along the free twists, of the largest wrench, that is closed (double, single).
 _CLOSED_GAP = {8: 1e-15, 4: 1e-6}
@@ -64,12 +66,12 @@ def _apply(matrix, x):
 
 
 def _effort_twist(F, effort):
-    """F effort; as a sum over an axis, since batches of small products are dear on the CPU."""
+    """Twists `F effort`, as a sum over an axis, since batches of small products are slow on the CPU."""
     return jnp.sum(F * effort[:, None, :], axis=2)
 
 
 def _wrench_efforts(F, wrench):
-    """F^T wrench."""
+    """Efforts `F^T wrench` along the free twists."""
     return jnp.sum(wrench[:, :, None] * F, axis=1)
 
 
@@ -108,9 +110,9 @@ def _packing(*parts):
 
 
 class _RoundState(eqx.Module):
-    """What the rounds carry: their number, what the last gave for x = (w, mu), with its gap (q, f) along the free
-    twists and the gap's size; where the next starts; how x and gap changed in the rounds before (with a leading axis
-    of `_ANDERSON_DEPTH`); the best size and when."""
+    """State of the rounds: their number k; result x = (w, mu) of the last one, its gap (q, f) along the free twists
+    and the size of the gap; start of the next; changes of x and gap in the previous rounds (leading axis
+    `_ANDERSON_DEPTH`); best size, and the round that reached it."""
 
     k: jax.Array
     x: tuple
@@ -123,8 +125,11 @@ class _RoundState(eqx.Module):
 
 
 def _anderson_step(x, gap, size, last: _RoundState):
-    """The combination of the rounds so far whose gap is least, as all of it is linear (Anderson's acceleration), and
-    the changes with the last one among them."""
+    """Combination of the rounds so far whose gap is least, and the changes with the last one included.
+
+    Anderson's acceleration, type II: as a round is affine, the combination of iterates has the same combination of
+    gaps, and the least-squares problem for its weights is solved by normal equations.
+    """
     slow = (size > 0.1 * last.size) & (last.k > 0)  # else rounding would only be mixed in
     change = jax.tree.map(lambda a, b: jnp.where(slow, a - b, 0.0), (*x, gap), (*last.x, last.gap))
     changes = jax.tree.map(lambda old, new: jnp.roll(old, 1, axis=0).at[0].set(new), last.changes, change)
@@ -133,7 +138,7 @@ def _anderson_step(x, gap, size, last: _RoundState):
     moves = length > 1e-4 * jnp.sqrt(jnp.sum(gap * gap))  # else the gap stays: loads that would move the network
     unit = jnp.where(moves & slow, 1.0 / jnp.where(moves, length, 1.0), 0.0)
     G = unit[:, None] * G
-    # directions that nearly agree share what they have in common; 1e-5 of their unit length tells them apart
+    # regularised by 1e-5 of the unit length of the columns, since successive changes become nearly parallel
     share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_ANDERSON_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
     return jax.tree.map(lambda now, old: now - jnp.tensordot(share, old, axes=1), x, changes[:2]), changes
 
@@ -183,7 +188,7 @@ def _inverse(network, solver, conditions, pack, unpack):
             goes_on = (last.size > _CLOSED_GAP[last.size.dtype.itemsize]) & (last.k - last.best_at <= _PATIENCE)
             return (last.k < 2) | ((last.k < _MAX_ROUNDS) & goes_on)
 
-        # Not from zeros: XLA would work out what follows from a constant, for a whole batch, at compile time.
+        # not zeros: XLA would fold what follows from a constant, for a whole batch, at compile time
         none = jnp.full((), jnp.inf, effort.dtype)
         x = tree_wrenches(network, -minus_loads), jnp.zeros_like(effort)
         gap = gap_of(x[0])

@@ -4,9 +4,10 @@ Both answer one question, for wrenches y of the chains of bonds (`series_reducti
 which makes `1/2 y.C y + d.y` least?  `factor(network, C)` is done once; `correct(network, factors, d)` answers for d
 (m, 6).  C (m, 6, 6) is positive definite, about one common origin.
 
-`penalty` (double, single precision) is how much stiffer than the weakest bond the free directions may be made
-without loss: the nodes lose more, a ladder of n loops has a condition of n^4 of its own.  Each of the proximal
-`iterations` gains that factor over the stiffness of a loop; on nearly singular loops it is not much.
+`penalty` (double, single precision) is the stiffness of the free directions relative to the weakest bond: as large as
+rounding permits.  Nodes permit less, since a ladder of n loops has a condition number of n^4 by itself.  Each of the
+proximal `iterations` reduces the error by the ratio of that penalty to the stiffness of a loop, which is little on
+nearly singular loops.
 """
 
 from typing import NamedTuple
@@ -31,7 +32,7 @@ class ForceMethod:
 
     @staticmethod
     def factor(network: BodyNetwork, C):
-        """The loops' compliance (6 S, 6 S) and its inverse."""
+        """Compliance of the loops (6 S, 6 S) and its inverse."""
         Y = _chain_pattern(network)
         m, S = Y.shape
         pairs = jnp.asarray((Y[:, :, None] * Y[:, None, :]).reshape(m, S * S), C.dtype)
@@ -84,7 +85,7 @@ class NodalMethod:
 
 
 def _chain_pattern(network):
-    """The cycle pattern by chains (m, S): all bonds of a chain lie in the same loops."""
+    """Cycle pattern by chains (m, S): all bonds of a chain belong to the same loops."""
     r, Y = series_reduction(network), cycle_pattern(network)
     bonds = np.unique(r.chain, return_index=True)[1][: r.num_chains]
     return r.sign[bonds, None] * Y[bonds]

@@ -57,7 +57,9 @@ class BodyNetwork:
     def from_names(cls, bodies: Sequence[str], bonds: Mapping[str, tuple[str, str]]) -> "BodyNetwork":
         """The network of `bonds`: name -> (parent body, child body), "ground" being the ground."""
         index = {"ground": -1, **{name: k for k, name in enumerate(bodies)}}
-        faults = ["'ground' is the ground's own name; call the body otherwise"] if "ground" in bodies else []
+        faults = (
+            ["the name 'ground' is reserved for the ground: give the body another name"] if "ground" in bodies else []
+        )
         for bond, ends in bonds.items():
             faults += [f"bond {bond!r}: {body!r} is not a body" for body in ends if body not in index]
         if faults:
@@ -88,12 +90,12 @@ class BodyNetwork:
 
     @property
     def is_small(self) -> bool:
-        """Whether its sums are products with dense matrices."""
+        """True if sums over the network are products with dense matrices."""
         return len(self.bonds) * len(self.bodies) <= tuning.SUM_PRODUCT
 
     @cached_property
     def incidence(self) -> np.ndarray:
-        """(p, q): +1 where a bond ends at its child, -1 at its parent."""
+        """Incidence matrix (p, q): +1 where a bond ends at its child, -1 at its parent."""
         rows = np.zeros((len(self.bodies) + 1, len(self.bonds)))
         parent, child = self.ends
         rows[child, np.arange(len(self.bonds))] += 1.0
@@ -102,7 +104,7 @@ class BodyNetwork:
 
     @cached_property
     def load_paths(self) -> np.ndarray:
-        """(q, p): the sign with which a bond of the tree carries the load of a body that hangs on it."""
+        """Signs (q, p) with which a bond of the tree carries the load of a body in its subtree, else 0."""
         tree, held = self.tree, self.tree.attached_bodies
         rows, below = np.zeros((len(self.bonds), len(self.bodies))), np.eye(len(self.bodies))
         for low, high in tree.jumps:

@@ -1,4 +1,4 @@
-"""All reactions that hold the bodies in equilibrium: one of them, and what the loops may add."""
+"""The family of reactions in equilibrium with the loads: a particular solution plus self-stresses of the loops."""
 
 import equinox as eqx
 import jax.numpy as jnp

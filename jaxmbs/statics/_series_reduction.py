@@ -32,12 +32,12 @@ class SeriesReduction:
 
     @property
     def is_small(self) -> bool:
-        """Whether sums along its chains are products with a dense matrix."""
+        """True if sums along the chains are products with a dense matrix."""
         return self.num_chains * len(self.chain) <= tuning.SUM_PRODUCT
 
     @cached_property
     def chain_matrix(self) -> np.ndarray:
-        """(m, q): the signs of the bonds of every chain."""
+        """Signs (m, q) of the bonds of every chain."""
         rows = np.zeros((self.num_chains + 1, len(self.chain)))
         rows[self.chain, np.arange(len(self.chain))] = self.sign
         return rows[:-1]

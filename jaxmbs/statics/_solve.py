@@ -17,11 +17,11 @@ from ._network_sums import body_wrenches, tree_wrenches
 
 
 class BondReaction(eqx.Module):
-    """What the parent applies on the child through one bond, in the bond's axes about its origin.
+    """Wrench that the parent applies on the child through one bond, in the bond's axes about its origin.
 
     Attributes:
         force (..., 3) [N], moment (..., 3) [N m].
-        undetermined: (force x y z, moment x y z) that statics alone leaves open; None while not looked for.
+        undetermined: (force x y z, moment x y z) that statics alone leaves open; None where not computed.
     """
 
     force: Float[Array, "... 3"]
@@ -30,7 +30,10 @@ class BondReaction(eqx.Module):
 
     def _unique(self, part):
         if self.undetermined is None:
-            raise ValueError("mark the bonds first: bonds = with_redundancy(bonds)")
+            raise ValueError(
+                "it is not known which components are unique: use bonds = statics.with_redundancy(bonds) in "
+                "bond_reactions"
+            )
         return ~np.array(self.undetermined[part])
 
     @property

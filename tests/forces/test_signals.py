@@ -7,7 +7,7 @@ import pytest
 import scipy.interpolate
 
 from jaxmbs import forces as F
-from jaxmbs.forces._signals import as_signal, value_and_rate, value_rate_acceleration
+from jaxmbs.forces._signals import as_signal, value_and_rate
 
 TIMES, VALUES = [0.0, 0.5, 0.9, 2.0, 2.5], [0.0, 1.0, -0.5, 0.3, 0.2]
 SIGNALS = {
@@ -21,6 +21,14 @@ SIGNALS = {
     "clamped": F.Spline(TIMES, VALUES, end_slopes=(1.0, -0.3)),
     "path": F.Spline(TIMES, np.stack([VALUES, TIMES], axis=1)),
 }
+
+
+def value_rate_acceleration(signal, t):
+    t = jnp.asarray(t, float)
+    (value, rate), (_, acceleration) = jax.jvp(lambda s: value_and_rate(signal, s), (t,), (jnp.ones_like(t),))
+    return value, rate, acceleration
+
+
 parametrise = pytest.mark.parametrize("name", SIGNALS)
 
 

@@ -143,5 +143,5 @@ def test_derivatives_of_products(name):
 
 def test_the_order_of_the_public_six_vectors():
     six = jnp.arange(6.0)[None]
-    np.testing.assert_array_equal(spatial.swap_halves(six)[0], [3.0, 4.0, 5.0, 0.0, 1.0, 2.0])
-    np.testing.assert_array_equal(spatial.swap_halves(spatial.swap_halves(six)), six)
+    np.testing.assert_array_equal(spatial.to_public_order(six)[0], [3.0, 4.0, 5.0, 0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(spatial.from_public_order(spatial.to_public_order(six)), six)

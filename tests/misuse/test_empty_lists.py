@@ -82,7 +82,7 @@ EMPTY = {
     "response": (lambda z: mbs.frequency_response(z.lin, [1.0]), (1, 0, 0)),
     "response by names": (lambda z: mbs.frequency_response(z.lin, [1.0], into=[], out=[]).values, (1, 0, 0)),
     "response, no frequencies": (lambda z: mbs.frequency_response(z.lin, []), (0, 0, 0)),
-    "actuators": (lambda z: mbs.inverse_dynamics(z.system, z.state, actuators=[]), "no actuator is named"),
+    "actuators": (lambda z: mbs.inverse_dynamics(z.system, z.state, actuators=[]), "the list of actuators is empty"),
     "accelerations by joint": (
         lambda z: mbs.dynamics.acceleration(z.system, z.state, "a", {}),
         "none given for 'pin'",

@@ -79,7 +79,7 @@ def test_series_reduction(graph, nodes, chains, edges):
         (["a"], {"e": ("ground", "a"), "f": ("ground", "ground")}, "bond 'f' joins the ground to itself"),
         (["a", "b"], {"e": ("ground", "a")}, "body 'b' has no bond"),
         (["a", "a"], {"e": ("ground", "a")}, "the body name 'a' occurs twice"),
-        (["ground"], {"e": ("ground", "ground")}, "'ground' is the ground's own name"),
+        (["ground"], {"e": ("ground", "ground")}, "the name 'ground' is reserved"),
     ],
 )
 def test_faults_name_bodies_and_bonds(bodies, bonds, words):

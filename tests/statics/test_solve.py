@@ -256,7 +256,7 @@ def test_wrong_arguments():
         bond_reactions(four_bar(), np.zeros((3, 6)), method="fast")
     with pytest.raises(ValueError, match="3 bodies need one wrench of 6 each"):
         bond_reactions(four_bar(), np.zeros((2, 6)))
-    with pytest.raises(ValueError, match="mark the bonds first"):
+    with pytest.raises(ValueError, match="it is not known which components are unique"):
         _ = solve(four_bar(), np.zeros((3, 6)))["A"].unique_force
 
 

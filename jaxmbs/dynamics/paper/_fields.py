@@ -1,6 +1,6 @@
 """The inertia and gyristor fields of the paper in independent coordinates, and its state equations, term by term.
 
-For analysis and for reading the bond graph; simulations use the tensor-free forms of `hamilton.py`.
+For analysis and for reading the bond graph; simulations use the tensor-free forms of `_hamilton.py`.
 """
 
 import jax
@@ -35,13 +35,13 @@ def world_inertias(system: System, at: Configuration):
 
 
 def _velocity_maps(system, at):
-    """(Gamma, G): velocities (nv, N) and body motions (bodies, 6, N) per independent velocity."""
+    """Gamma (nv, N) and G (bodies, 6, N): all velocities, and body motions, per independent velocity."""
     Gamma = velocity_map(system, at)[0]
     return Gamma, body_kic(system, at, Gamma)
 
 
 def _velocity_maps_and_rate(system, at, u):
-    """(Gamma, G) and G_dot (bodies, 6, N) along the motion at velocities u (nv,): `H phi_dot` without drives."""
+    """Gamma, G and G_dot (bodies, 6, N) along the motion at velocities u (nv,): `H phi_dot` without drives."""
 
     def maps(psi, t):
         return _velocity_maps(system, configuration(system, at.P, psi, t, inertias=False))
@@ -52,9 +52,10 @@ def _velocity_maps_and_rate(system, at, u):
 
 
 def require_holonomic_coordinates(system: System, what: str, driven: bool) -> None:
-    """Raises: ModelError where the velocities are not the rates of coordinates, or where drives move the system too.
+    """Refuse systems whose equations have more terms than the paper's: silently leaving them out would be wrong.
 
-    The terms that such systems have beside the paper's would be left out without a word.
+    Raises: ModelError where velocities are not the rates of coordinates, and with `driven` where drives move the
+    system.
     """
     top, found = system.topology, []
     if top.quaternion_joints:
@@ -71,13 +72,13 @@ def require_holonomic_coordinates(system: System, what: str, driven: bool) -> No
 
 
 def _moves(topology, row):
-    """Whether a row of coordinates moves the system with time."""
+    """True if a row of coordinates depends on time."""
     sizes = topology.num_coordinates, topology.num_velocities, ()
     return row.may_depend_on_time and row.depends_on_time(*(as_array(np.zeros(size)) for size in sizes))
 
 
 def _field(system, at, first, second):
-    """(N, N) sum over bodies `m first_t^T second_t + first_r^T I second_r`."""
+    """Sum over bodies `m first_t^T second_t + first_r^T I second_r` (N, N)."""
     translation = jnp.einsum("k,kci,kcj->ij", system.mass, first[:, 3:], second[:, 3:])
     return translation + jnp.einsum("kci,kcd,kdj->ij", first[:, :3], world_inertias(system, at), second[:, :3])
 
@@ -153,7 +154,7 @@ def _axes_and_centres(system, at):
 
 
 def _twist_of_rates(system, at, rates):
-    """(bodies, 6) angular velocity and velocity of the centre of mass from rates of axes and centre."""
+    """Angular velocity and velocity of the centre of mass (bodies, 6) from rates of axes and centre."""
     R_dot, velocity = rates
     R, _ = _axes_and_centres(system, at)
     spin = jnp.einsum("bij,bkj->bik", R_dot, R)
@@ -165,7 +166,7 @@ def _twist_of_rates(system, at, rates):
 
 @independent_state_function
 def state_equations(system: System, state: State) -> tuple[Array, Array, Array]:
-    """(p_dot, phi_dot, q_dot) of the paper at a state, drives included.
+    """State equations of the paper at a state, drives included: (p_dot, phi_dot, q_dot).
 
     `p_dot = +GR phi_dot + Q` (the print has a minus), `phi_dot = I*^-1 p`, `q_dot = Gi phi_dot`; drives
     add what they move to the momenta of bodies, behind GR, and to q_dot.

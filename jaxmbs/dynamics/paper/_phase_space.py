@@ -40,7 +40,7 @@ def hamiltonian(system: System, state: State, momenta: ArrayLike | None = None) 
 def hamiltonian_slopes(
     system: System, state: State, momenta: ArrayLike | None = None
 ) -> tuple[Float[Array, " N"], Float[Array, " N"]]:
-    """(dH/dphi at fixed p, dH/dp at fixed phi), each (N,): `p_dot = -dH/dphi + Q` and `phi_dot = dH/dp`.
+    """Slopes dH/dphi at fixed p and dH/dp at fixed phi, each (N,): `p_dot = -dH/dphi + Q`, `phi_dot = dH/dp`.
 
     The first is the total derivative along the loops, `-dL/dphi` at fixed velocities and so `-GR phi_dot`; for
     coordinates that are integrals of their velocities (no balls, no rolling: their Hamilton equations have more
@@ -61,7 +61,7 @@ def _momenta(system, at, state, given):
         return velocity_map(system, at)[0].T @ (mass_matrix(system, at) @ state.velocities)
     p, count = as_dtype(given, at.psi.dtype), len(independent_columns(system))
     if p.shape != (count,):
-        raise ValueError(f"momenta belong to the {count} independent velocities; their shape is {p.shape}")
+        raise ValueError(f"momenta must have shape ({count},), one for each independent velocity, not {p.shape}")
     return p
 
 

@@ -18,7 +18,7 @@ from .._loads import Loads, on_columns
 
 
 def _configuration_and_map(system, state):
-    """The configuration, and Gamma (nv, N)."""
+    """The configuration of a state, and Gamma (nv, N) of `velocity_map`."""
     at = at_state(system, state, inertias=False)
     return at, velocity_map(system, at)[0]
 
