@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from ..kinematics._configuration import Configuration, at_rest
-from ..kinematics._wrench_targets import nodes
+from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
 from ._bodies import bodies_of, total
 from ._efforts import element_efforts, element_flows
@@ -50,7 +50,7 @@ def port_efforts(system: System, at: Configuration):
 
 def _loads_of_efforts(system, at, efforts) -> Loads:
     """Loads on nodes and columns from port efforts of the elements, by force group."""
-    still, owners = at_rest(system, at), nodes(system)
+    still, owners = at_rest(system, at), node_targets(system)
     loads = Loads(jnp.zeros((owners.number, 6), at.psi.dtype))
     for group, effort in zip(system.forces, efforts, strict=True):
         seen, *_ = element_flows(system, group, still, still.V, still.u)

@@ -14,14 +14,14 @@ from ..errors import ModelError
 from ..kinematics._configuration import at_rest
 from ..kinematics._elastic import (
     ElasticState,
-    along_motion,
     elastic_state,
     flow_map,
     flow_rate,
-    gathered,
-    on_interfaces,
+    interface_loads,
+    interface_rates,
+    pose_rates,
 )
-from ..kinematics._wrench_targets import nodes
+from ..kinematics._wrench_targets import node_targets
 from ..model._elastic import ElasticGroup
 from ..model._system import System
 from ._body import AbstractBodies
@@ -44,9 +44,9 @@ class ElasticBodies(AbstractBodies):
 
         def loads(body, s: ElasticState):
             pi = body.momenta(s.q, s.flow)
-            turning = jax.jvp(lambda R, x, q: on_interfaces(body, R, x, q, pi), (s.R, s.x, s.q), along_motion(s))[1]
+            turning = jax.jvp(lambda R, x, q: interface_loads(body, R, x, q, pi), (s.R, s.x, s.q), pose_rates(s))[1]
             load = body.gravity_loads(s.q, system.gravity @ s.R) - body.gyroscopic_loads(s.q, s.flow)
-            return jax.tree.map(jnp.add, turning, on_interfaces(body, s.R, s.x, s.q, load))
+            return jax.tree.map(jnp.add, turning, interface_loads(body, s.R, s.x, s.q, load))
 
         return self._summed(loads, system, at)
 
@@ -54,7 +54,7 @@ class ElasticBodies(AbstractBodies):
         def loads(body, s: ElasticState, V_dot, rates_dot):
             return inverse_dynamics_load(body, s, flow_rate(body, s, V_dot, rates_dot), system.gravity @ s.R)
 
-        return self._loads(loads, system, at, owners, *gathered(system, self.group, V_dot, u_dot))
+        return self._loads(loads, system, at, owners, *interface_rates(system, self.group, V_dot, u_dot))
 
     def energies(self, system, at):
         body, s = self.group.body, elastic_state(system, self.group, at)
@@ -93,7 +93,7 @@ class ElasticBodies(AbstractBodies):
 
     def _loads(self, function, system, at, owners=None, *rates):
         """Loads on owners and columns from `function(body, state, *rates)`, loads (6 + m,) on the flow of a body."""
-        carried = lambda body, s, *rates: on_interfaces(body, s.R, s.x, s.q, function(body, s, *rates))  # noqa: E731
+        carried = lambda body, s, *rates: interface_loads(body, s.R, s.x, s.q, function(body, s, *rates))  # noqa: E731
         return self._summed(carried, system, at, owners, *rates)
 
     def _summed(self, function, system, at, owners=None, *rates):
@@ -101,7 +101,7 @@ class ElasticBodies(AbstractBodies):
         interfaces and the efforts on its modes."""
         frames, columns = np.array(self.group.frames), np.array(self.group.columns, int)
         wrench, column = jax.vmap(function)(self.group.body, elastic_state(system, self.group, at), *rates)
-        wrench = (owners or nodes(system)).collect(frames.reshape(-1), wrench.reshape(-1, 6))
+        wrench = (owners or node_targets(system)).collect(frames.reshape(-1), wrench.reshape(-1, 6))
         return Loads(wrench, jnp.zeros(system.topology.num_velocities, column.dtype).at[columns].add(column))
 
 

@@ -189,7 +189,7 @@ class Reactions(eqx.Module):
         return self._found("drive or actuator", name, self.drives)
 
     def row(self, name: str) -> RowLoad:
-        """Load of a `Coupler`, `Rows` or `VelocityRows` by name.  Raises: UnknownNameError."""
+        """Load of a `Coupler`, `PositionRows` or `VelocityRows` by name.  Raises: UnknownNameError."""
         return self._found("coupler or rows", name, self.rows)
 
     def __iter__(self):
