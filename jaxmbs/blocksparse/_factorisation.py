@@ -31,17 +31,18 @@ class Factor(eqx.Module):
 
     @property
     def T(self) -> "Factor":
-        """Of the transposed matrix; nothing is factorised again."""
+        """Factor of the transposed matrix, without a new factorisation."""
         return Factor(self.matrix.T, tuple(p.T for p in self.pivots), self.plan, self.kind)
 
 
 def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None, **options: Any) -> Factor:
-    """Factorise: "cholesky" (symmetric positive definite), "ldl" (symmetric: saddle, complex) or "lu" (any).
+    """Factorise a block matrix: "cholesky" (symmetric positive definite), "ldl" (symmetric: saddle, complex) or "lu"
+    (any).
 
     Pivoting happens inside fronts only: a saddle matrix needs blocks whose leading minors are regular (a body with
     its joint), or a small regularisation; see `refine` of `solve`.
 
-    Args: plan: of `analyse`, else made with the options (`order`, `leaf`, `positions`, `last`, `tiers`).
+    Args: plan: of `analyse`, default made with the options (`order`, `leaf`, `positions`, `last`, `tiers`).
 
     Raises: ValueError for an unknown kind, or a symmetric kind of an unsymmetric matrix: one with lower blocks or, if
     concrete, with diagonal blocks that are unsymmetric by more than the root of rounding.
@@ -51,10 +52,12 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
     if kind not in KINDS:
         raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
     if kind != "lu" and not matrix.is_symmetric:
-        raise ValueError(f"kind {kind!r} is for symmetric matrices, this one has its own lower blocks: use 'lu'")
+        raise ValueError(
+            f"kind {kind!r} is for symmetric matrices, but this one has lower blocks of its own: use 'lu'"
+        )
     plan = analyse(matrix.pattern, **options) if plan is None else plan
     if plan.pattern != matrix.pattern:
-        raise ValueError(f"the plan is of {plan.pattern}, the matrix of {matrix.pattern}")
+        raise ValueError(f"the plan was made for {plan.pattern}, but the matrix has {matrix.pattern}")
     fixed = lax.stop_gradient(matrix)
     return Factor(
         matrix, factorise(plan, fixed if kind == "lu" else _require_symmetric(fixed, kind), kind), plan, kind
@@ -62,7 +65,7 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
 
 
 def _require_symmetric(matrix, kind):
-    """The matrix, NaN where its diagonal blocks are not symmetric.  Raises: ValueError for such, if concrete."""
+    """Refuse unsymmetric diagonal blocks, if concrete; under tracing they become NaN.  Raises: ValueError."""
     part, limit = matrix.asymmetry, jnp.finfo(matrix.diagonal.dtype).eps ** 0.5
     if not is_concrete(part):
         spoilt = jnp.where(part > limit, jnp.nan, 0.0).astype(matrix.diagonal.dtype)
@@ -73,7 +76,7 @@ def _require_symmetric(matrix, kind):
 
 
 def solve(factor: Factor, right: Array | np.ndarray, refine: int = 0) -> Array:
-    """x with A x = right, (blocks, size) or (blocks, size, columns).
+    """Solve `A x = right` for x (blocks, size) or (blocks, size, columns).
 
     Args: refine: steps of iterative refinement by the stored factor.
 
@@ -101,12 +104,12 @@ def _solve_refined(plan, pivots, apply, b, steps):
 def solve_once(
     matrix: BlockMatrix, right: Array | np.ndarray, kind: str = "cholesky", plan: Plan | None = None, **options: Any
 ) -> Array:
-    """`solve(factor(matrix, kind), right)`."""
+    """Factorise and solve at once: `solve(factor(matrix, kind), right)`."""
     return solve(factor(matrix, kind, plan, **options), right)
 
 
 def log_determinant(factor: Factor) -> tuple[Array, Array]:
-    """`(sign, log |det A|)`; the logarithm has the derivative `tr(A^-1 dA)`, of every order.
+    """Sign and logarithm `(sign, log |det A|)`; the logarithm has the derivative `tr(A^-1 dA)`, of every order.
 
     A complex matrix has a phase for its sign, which carries no derivative.
     """
@@ -137,7 +140,7 @@ def _trace_rule(plan, kind, primals, tangents):
 
 
 def matrix_inertia(factor: Factor) -> tuple[Array, Array]:
-    """(positive, negative) numbers of eigenvalues of a symmetric matrix, from its "ldl" factor.
+    """Inertia of a symmetric matrix from its "ldl" factor: numbers (positive, negative) of its eigenvalues.
 
     Padding is not counted.  Raises: ValueError, if concrete, for a factor that is not finite.
     Source: Sylvester's law; with A = K - w^2 M it counts the frequencies below w.
@@ -149,6 +152,6 @@ def matrix_inertia(factor: Factor) -> tuple[Array, Array]:
 
 
 def is_finite(factor: Factor) -> Array:
-    """Whether the factorisation met no singular or, for "cholesky", indefinite front."""
+    """True if the factorisation met no singular or, for "cholesky", indefinite front."""
     leaves = jax.tree.leaves(factor.pivots)
     return jnp.all(jnp.stack([jnp.all(jnp.isfinite(leaf)) for leaf in leaves]))

@@ -40,12 +40,12 @@ class BlockMatrix(eqx.Module):
 
     @property
     def is_symmetric(self) -> bool:
-        """Whether no lower blocks are kept; of the diagonal blocks see `asymmetry`."""
+        """True if there are no lower blocks; for the diagonal blocks see `asymmetry`."""
         return self.lower is None
 
     @property
     def asymmetry(self) -> Array:
-        """() how unsymmetric the diagonal blocks are, relative to the largest of their entries."""
+        """Asymmetry () of the diagonal blocks relative to their largest entry."""
         part, size = (jnp.max(jnp.abs(A), initial=0.0) for A in (self.diagonal - _T(self.diagonal), self.diagonal))
         return jnp.where(size > 0, part / jnp.where(size > 0, size, 1.0), part)
 
@@ -112,7 +112,9 @@ def assemble(pattern: Pattern, blocks: ArrayLike, elements: Array | np.ndarray) 
         if not np.all(np.isfinite(values)):
             raise ValueError("elements are not finite")
         if part > np.finfo(values.dtype).eps ** 0.5 * np.max(np.abs(values), initial=0.0):
-            raise ValueError(f"elements are unsymmetric by {part:.1g}: half of that would be lost")
+            raise ValueError(
+                f"the element matrices are unsymmetric by {part:.1g}, but the assembled matrix is symmetric"
+            )
     b = pattern.size
     diagonal = jnp.zeros((pattern.num_blocks, b, b), elements.dtype)
     upper = jnp.zeros((pattern.num_edges, b, b), elements.dtype)
@@ -133,7 +135,7 @@ def _edges_between(pattern, first, second):
     place = np.minimum(np.searchsorted(keys, low * n + high), max(len(keys) - 1, 0))
     if len(keys) == 0 or np.any(keys[place] != low * n + high):
         bad = np.nonzero(keys[place] != low * n + high)[0][0] if len(keys) else 0
-        raise ValueError(f"an element couples blocks {low[bad]} and {high[bad]}, which the pattern does not")
+        raise ValueError(f"an element couples blocks {low[bad]} and {high[bad]}, which have no edge in the pattern")
     return place, first > second
 
 

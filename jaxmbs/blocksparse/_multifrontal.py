@@ -11,7 +11,7 @@ from ._plan import Plan
 
 
 def factorise(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
-    """Eliminated pivots of every tier, arrays with leading axes (steps, width)."""
+    """Factorise a matrix: the pivots of every tier, arrays with leading axes (steps, width)."""
     b, eliminate = plan.pattern.size, KINDS[kind].eliminate
     pool = _block_pool(matrix)
     updates = jnp.zeros((plan.num_updates + 1, b * b), pool.dtype)
@@ -47,7 +47,7 @@ def _split_table(table, k, kind):
 
 
 def substitute(plan: Plan, kept: tuple, right):
-    """Solution x (blocks, size, columns) for right-hand sides of that shape."""
+    """Substitute right-hand sides (blocks, size, columns); returns the solution of that shape."""
     n, b = plan.pattern.shape
     columns = right.shape[-1]
     right = jnp.concatenate([right, jnp.zeros((1, b, columns), right.dtype)])
@@ -84,26 +84,26 @@ def substitute(plan: Plan, kept: tuple, right):
 
 
 def _block_pool(matrix: BlockMatrix):
-    """All blocks as rows: diagonal, upper, below, and a row of zeros."""
+    """All blocks as rows: diagonal, upper, lower, and a row of zeros."""
     b = matrix.pattern.size
     blocks = [matrix.diagonal, matrix.upper, matrix.lower_blocks, jnp.zeros((1, b, b), matrix.diagonal.dtype)]
     return jnp.concatenate([x.reshape(-1, b * b) for x in blocks])
 
 
 def _front_matrix(blocks, b):
-    """(width, r, s, b * b) -> (width, r b, s b)."""
+    """Reshape blocks (width, r, s, b * b) to matrices (width, r b, s b)."""
     c, r, s = blocks.shape[:3]
     return blocks.reshape(c, r, s, b, b).transpose(0, 1, 3, 2, 4).reshape(c, r * b, s * b)
 
 
 def _front_blocks(matrix, b):
-    """(width, m b, m b) -> (width m m, b * b)."""
+    """Reshape matrices (width, m b, m b) to rows of blocks (width m m, b * b)."""
     c, m = matrix.shape[0], matrix.shape[1] // b
     return matrix.reshape(c, m, b, m, b).transpose(0, 1, 3, 2, 4).reshape(-1, b * b)
 
 
 def _scan_steps(body, carry, xs, reverse=False):
-    """`lax.scan`, or the body itself where there is one step."""
+    """Scan over steps by `lax.scan`, or call the body once where there is one step."""
     if len(jax.tree.leaves(xs)[0]) == 1:
         carry, y = body(carry, jax.tree.map(lambda x: x[0], xs))
         return carry, jax.tree.map(lambda v: v[None], y)

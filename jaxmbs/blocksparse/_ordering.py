@@ -1,7 +1,8 @@
-"""Elimination orders: nested dissection of the graph (centroids of trees, level sets or planes else), or the user's.
+"""Elimination orders: nested dissection of the graph (A. George, SIAM J. Numer. Anal. 10 (1973) 345), or the user's.
 
-A dissection is a list of supernodes `(blocks, parent)`, parents first; what hangs below two children of a supernode
-does not couple.  On a chain it is block cyclic reduction: depth log2(n), work O(n).
+Separators are centroids of trees, planes where positions are known, else level sets.  A dissection is a list of
+supernodes `(blocks, parent)`, parents first; blocks below different children of a supernode are not coupled.  On a
+chain it is block cyclic reduction: depth log2(n), work O(n).
 """
 
 import numpy as np
@@ -10,11 +11,11 @@ from ._pattern import Pattern
 
 
 def nested_dissection(pattern: Pattern, leaf: int | None = None, positions=None, last=()):
-    """Supernodes by recursive separators.
+    """Supernodes of a nested dissection by recursive separators.
 
     Args:
-        leaf: parts of at most this many blocks are not cut further; default about 12 coordinates.
-        positions: (blocks, d) points; cuts are then planes across the longest side (meshes).
+        leaf: parts of at most this many blocks are not divided further; default about 12 coordinates.
+        positions: (blocks, d) points; separators are then planes across the longest side (meshes).
         last: blocks to be eliminated last, in the root.
     """
     graph = _Graph(pattern, None if positions is None else np.asarray(positions, float))
@@ -28,7 +29,7 @@ def nested_dissection(pattern: Pattern, leaf: int | None = None, positions=None,
     while stack:
         part, parent = stack.pop()
         separator = part if len(part) <= leaf else graph.separator(part)
-        if len(separator) > 0.7 * len(part):
+        if len(separator) > 0.7 * len(part):  # a separator that leaves so little saves no work: one dense front
             separator = part
         supernodes.append((separator, parent))
         if len(separator) < len(part):
@@ -108,7 +109,7 @@ class _Graph:
             return [self._centroid(order)]
         if self.positions is not None:
             return self._plane(part)
-        for _ in range(2):  # towards a block at the rim
+        for _ in range(2):  # towards a pseudo-peripheral block (Gibbs, Poole and Stockmeyer 1976)
             order, level = self.levels(part, order[-1])
         return self._level_set(order, level)
 

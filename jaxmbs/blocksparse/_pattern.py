@@ -1,4 +1,4 @@
-"""Which blocks of a sparse block matrix may be nonzero: a graph of named blocks, static and hashable."""
+"""Sparsity pattern of a block matrix: a graph of named blocks, static and hashable."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -52,7 +52,7 @@ class Pattern:
 
     @classmethod
     def from_graph(cls, blocks: Mapping[str, int], edges: Iterable) -> "Pattern":
-        """From sizes by name and pairs of names: `Pattern.from_graph({"a": 6, "b": 3}, [("a", "b")])`."""
+        """Pattern of sizes by name and pairs of names: `Pattern.from_graph({"a": 6, "b": 3}, [("a", "b")])`."""
         index = {name: i for i, name in enumerate(blocks)}
         for pair in edges:
             for name in pair:
@@ -80,12 +80,12 @@ class Pattern:
 
     @cached_property
     def padding(self) -> np.ndarray:
-        """(blocks, size) bool, coordinates that only fill up a smaller block."""
+        """Flags (blocks, size) of coordinates that pad a smaller block."""
         return np.arange(self.size)[None, :] >= self.sizes[:, None]
 
     @cached_property
     def neighbours(self) -> list[list[int]]:
-        """Of every block, in ascending order."""
+        """Neighbours of every block, in ascending order."""
         lists = [[] for _ in range(self.num_blocks)]
         for i, j in self.edges.tolist():
             lists[i].append(j)
@@ -94,16 +94,16 @@ class Pattern:
 
     @cached_property
     def edge_index(self) -> dict[tuple[int, int], int]:
-        """Number of the edge (i, j), i < j."""
+        """Numbers of the edges (i, j), i < j."""
         return {(i, j): e for e, (i, j) in enumerate(self.edges.tolist())}
 
     def split(self, x: Array | np.ndarray) -> dict:
-        """Vectors by block name from x (..., blocks, size), without padding."""
+        """Split x (..., blocks, size) into vectors by block name, without padding."""
         names = self.names or [str(i) for i in range(self.num_blocks)]
         return {name: x[..., i, : int(self.sizes[i])] for i, name in enumerate(names)}
 
     def join(self, parts: Mapping) -> Array:
-        """x (..., blocks, size) from vectors by block name; blocks not named are zero."""
+        """Join vectors by block name to x (..., blocks, size); other blocks are zero."""
         names = self.names or [str(i) for i in range(self.num_blocks)]
         shape = jnp.broadcast_shapes(*(jnp.shape(v)[:-1] for v in parts.values()))
         dtype = jnp.result_type(*parts.values())

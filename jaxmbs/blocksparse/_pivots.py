@@ -21,7 +21,7 @@ def _T(x):
 
 
 class CholeskyPivots(NamedTuple):
-    """Of symmetric positive definite matrices: F11 = L L^T, W = L^-1 F12; `L` holds L^-1 where it is small."""
+    """Pivots of symmetric positive definite matrices: F11 = L L^T, W = L^-1 F12; small `L` hold the inverse L^-1."""
 
     L: Array
     W: Array
@@ -50,7 +50,7 @@ class CholeskyPivots(NamedTuple):
         return self
 
     def log_determinant(self):
-        """(sign, log |det|) of the pivots."""
+        """Sign and logarithm of the determinant of the pivots."""
         logs = 2.0 * jnp.sum(jnp.log(jnp.diagonal(self.L, axis1=-2, axis2=-1)), axis=-1)
         return jnp.ones_like(logs), -logs if self.L.shape[-1] <= tuning.INVERTED_PIVOTS else logs
 
@@ -59,7 +59,7 @@ class CholeskyPivots(NamedTuple):
 
 
 class LdlPivots(NamedTuple):
-    """Of symmetric matrices, indefinite or complex: block LDL^T with D = F11 whole; P = F11^-1, W = P F12."""
+    """Pivots of symmetric matrices, indefinite or complex: block LDL^T with D = F11; P = F11^-1, W = P F12."""
 
     P: Array
     W: Array
@@ -86,12 +86,12 @@ class LdlPivots(NamedTuple):
         return self.sign, self.log
 
     def negatives(self):
-        """Negative eigenvalues of the pivots: those of F11 and of its inverse have the same signs."""
+        """Number of negative eigenvalues of the pivots: those of F11 and of its inverse have the same signs."""
         return jnp.sum(_over_fronts(lapack.eigvalsh, self.P) < 0, axis=-1)
 
 
 class LuPivots(NamedTuple):
-    """Of any matrix on a symmetric pattern, pivoting inside fronts: P = F11^-1, W = P F12, V = F21 P."""
+    """Pivots of any matrix on a symmetric pattern, with pivoting inside fronts: P = F11^-1, W = P F12, V = F21 P."""
 
     P: Array
     W: Array
@@ -126,7 +126,7 @@ KINDS: dict[str, Any] = {"cholesky": CholeskyPivots, "ldl": LdlPivots, "lu": LuP
 
 
 def _over_fronts(function, *stacks):
-    """`function` of single matrices for stacks (..., n, m) of them."""
+    """Map a function of single matrices over stacks (..., n, m) of them."""
     for _ in stacks[0].shape[:-2]:
         function = jax.vmap(function)
     return function(*stacks)
@@ -137,14 +137,14 @@ def _lower_solve(L, B, transposed=False):
 
 
 def _apply_refined_inverse(P, F, B):
-    """`F^-1 B` by the inverse P, corrected for what is left over: as good as by factors."""
+    """Product `F^-1 B` by the inverse P with one step of refinement: as accurate as by factors."""
     W = P @ B
     return W + P @ (B - F @ W)
 
 
 @jax.custom_jvp
 def _inverse_factor(F):
-    """`L^-1` (..., n, n) for F = L L^T, by halves: products of small matrices are cheaper than single columns."""
+    """Inverse factor `L^-1` (..., n, n) of F = L L^T by recursive halves, whose products are faster than columns."""
     n, half = F.shape[-1], F.shape[-1] // 2
     if n <= tuning.FRONT_COLUMNS:
         return _over_fronts(_inverse_factor_by_columns, F) if n else F
@@ -157,13 +157,13 @@ def _inverse_factor(F):
 
 @_inverse_factor.defjvp
 def _inverse_factor_jvp(primals, tangents):
-    """`d(L^-1) = -half(L^-1 dF L^-T) L^-1`, half: the lower triangle with half the diagonal."""
+    """Derivative `d(L^-1) = -half(L^-1 dF L^-T) L^-1`; half: lower triangle, half the diagonal (Murray 2016)."""
     R = _inverse_factor(*primals)
     return R, -(_over_fronts(lapack.lower_half, R @ tangents[0] @ _T(R)) @ R)
 
 
 def _inverse_factor_by_columns(F):
-    """Forward elimination of `[F 1]` (n, 2 n), the two in one: right of column k is still F, the rest is L^-1."""
+    """Inverse factor by forward elimination of `[F 1]` in one array: right of column k it holds F, else L^-1."""
     n = F.shape[0]
     index = jnp.arange(n)
 

@@ -1,4 +1,4 @@
-"""From tiers of fronts to the index arrays of the numeric phase; cached by pattern and options."""
+"""Plan of a factorisation: index arrays of the numeric phase from tiers of fronts; cached by pattern and options."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -46,7 +46,9 @@ class TierPlan:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """All tiers, and how many rows of updates they make; one object per pattern and options, hashed by identity."""
+    """Index arrays of all tiers, and the sizes of their pools; one object per pattern and options, hashed by
+    identity.
+    """
 
     pattern: Pattern
     tiers: tuple[TierPlan, ...]
@@ -63,12 +65,12 @@ def analyse(
     last: Iterable[int] = (),
     tiers: int = 8,
 ) -> Plan:
-    """Symbolic analysis, kept for the pattern: ordering, fronts, tiers and index arrays.
+    """Symbolic analysis of a pattern, which is cached: ordering, fronts, tiers and index arrays.
 
     Args:
         order: the user's elimination order of the blocks; default nested dissection with `leaf`, `positions` (of
             meshes) and the blocks to come `last`, see `ordering.nested_dissection`.
-        tiers: most kernels to be compiled; more of them pad less.
+        tiers: maximum number of kernels to be compiled; more of them need less padding.
     """
     order = None if order is None else tuple(int(v) for v in order)
     points = None if positions is None else (np.asarray(positions, float).tobytes(), np.shape(positions))
@@ -94,13 +96,13 @@ def _analyse_cached(pattern, order, leaf, points, last, most):
 
 
 class _RowAllocator:
-    """Rows for the updates of steps, given out again once the fronts above have taken them."""
+    """Allocator of rows for the updates of steps, which are reused once the parent fronts have read them."""
 
     def __init__(self):
         self.size, self.used = 0, []
 
     def take(self, rows, now, until):
-        """First row of a free stretch; it is free again at step `until`."""
+        """Allocate consecutive rows until the step `until`; returns the first one."""
         self.used = sorted(stretch for stretch in self.used if stretch[2] > now)
         start = 0
         for first, end, _ in self.used:
@@ -113,7 +115,7 @@ class _RowAllocator:
 
 
 class _IndexTables:
-    """Where everything stands; filled tier by tier."""
+    """Index tables of matrix blocks, updates and fronts, filled tier by tier."""
 
     def __init__(self, pattern, made, chosen):
         self.pattern, self.made = pattern, made
@@ -151,7 +153,7 @@ class _IndexTables:
         return TierPlan(k, m, c, values, updates, carried, pivot, border, *first)
 
     def _values(self, table, f, at):
-        """Matrix blocks assembled in front f: rows and columns of its pivots."""
+        """Fill in the matrix blocks assembled in front f: rows and columns of its pivots."""
         n, edges, index = self.pattern.num_blocks, self.pattern.num_edges, self.pattern.edge_index
         for v in self.made[f].pivots:
             table[at[v], at[v]] = v
@@ -169,7 +171,7 @@ class _IndexTables:
             carried[slot][rows] = vector + q
 
     def with_zero_rows(self, plan):
-        """The last row of either pool is zero: what is assembled where no child adds."""
+        """Replace missing entries by the last row of either pool, which is zero."""
         return {
             "updates": np.where(plan.updates < 0, self.updates.size, plan.updates).astype(np.int32),
             "carried": np.where(plan.carried < 0, self.carried.size, plan.carried).astype(np.int32),

@@ -13,7 +13,7 @@ from ._pattern import Pattern
 
 @dataclass(frozen=True)
 class SymbolicFront:
-    """Blocks eliminated here, blocks they pass on to, the fronts below, and the height above the leaves."""
+    """Front: blocks eliminated here, boundary blocks updated by them, child fronts, and height above the leaves."""
 
     pivots: list
     boundary: list
@@ -23,7 +23,7 @@ class SymbolicFront:
 
 @dataclass(frozen=True)
 class AnalysisReport:
-    """What a factorisation costs: levels, largest front [coordinates], flops, entries kept; `padded_flops` as run."""
+    """Cost of a factorisation: levels, largest front [coordinates], flops, entries; `padded_flops` with padding."""
 
     levels: int
     fronts: int
@@ -43,7 +43,7 @@ class AnalysisReport:
 
 
 def build_fronts(pattern: Pattern, supernodes) -> list[SymbolicFront]:
-    """Fronts in an order that has children first; the supernodes come parents first."""
+    """Build the fronts, children first, from supernodes, parents first."""
     place = np.zeros(pattern.num_blocks, np.int64)  # place of the elimination of every block
     for k, (blocks, _) in enumerate(supernodes):
         place[blocks] = len(supernodes) - 1 - k
@@ -67,7 +67,7 @@ def _height(children, made):
 
 
 def _merge_children(children, made, place):
-    """At most `tuning.FRONT_CHILDREN` fronts: more are joined under fronts without pivots."""
+    """Limit children to `tuning.FRONT_CHILDREN`: more are merged under fronts without pivots."""
     most = tuning.FRONT_CHILDREN
     while len(children) > most:
         children, groups = [], [children[k : k + most] for k in range(0, len(children), most)]
@@ -83,13 +83,13 @@ def _merge_children(children, made, place):
 
 
 def front_flops(pivots, boundary, size):
-    """Multiplications and additions of one Cholesky front, counts in blocks."""
+    """Floating-point operations of one Cholesky front; pivots and boundary are counted in blocks."""
     k, m = pivots * size, boundary * size
     return k**3 / 3 + k * k * m + k * m * m
 
 
 def analysis_report(pattern: Pattern, made: list[SymbolicFront]) -> AnalysisReport:
-    """Exact counts, without padding."""
+    """Exact counts of an analysis, without padding."""
     b = pattern.size
     K, M = (
         np.array([len(part) for part in parts]) for parts in zip(*((f.pivots, f.boundary) for f in made), strict=True)

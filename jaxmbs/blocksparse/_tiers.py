@@ -1,7 +1,7 @@
 """Tiers: fronts of like size on neighbouring levels, padded to one shape, so that few kernels are compiled.
 
-A tier is either a class of fronts of one level or all fronts of a range of levels.  Which, is chosen by dynamic
-programming over the levels: least padded work plus a charge per front, with a bounded number of tiers.
+A tier is either a class of fronts of one level or all fronts of a range of levels, chosen by dynamic programming over
+the levels: least padded work plus a charge per front, with a bounded number of tiers.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from ._symbolic import SymbolicFront, front_flops
 
 @dataclass(frozen=True)
 class Tier:
-    """`steps` of at most `width` fronts each (indices), padded to `pivots` and `boundary` blocks."""
+    """Tier: `steps` of at most `width` fronts each (indices), padded to `pivots` and `boundary` blocks."""
 
     pivots: int
     boundary: int
@@ -23,7 +23,7 @@ class Tier:
 
 
 def build_tiers(made: list[SymbolicFront], size: int, most: int) -> list[Tier]:
-    """The fronts in at most about `most` tiers, children always in an earlier step."""
+    """Group fronts into at most about `most` tiers, children always in an earlier step."""
     height = np.array([f.height for f in made])
     K = np.array([len(f.pivots) for f in made])
     M = np.array([len(f.boundary) for f in made])
@@ -38,7 +38,7 @@ def _tier_cost(part, K, M, size):
 
 
 def _merge_classes(part, K, M, size, most):
-    """Options (cost, classes) with 1 ... most classes of one level: merged greedily where it costs least."""
+    """Options (cost, classes) with 1 ... most classes of fronts of one level, merged greedily at least cost."""
     shapes = {}
     for f in part:
         shapes.setdefault((K[f], M[f]), []).append(f)
@@ -82,7 +82,7 @@ def _partition_levels(levels, K, M, size, most):
                         best[key] = (total, (used, start), parts)
     ends = {used: best[used, top][0] for used in range(1, most + 1) if (used, top) in best}
     least = min(ends.values())
-    used = min(u for u, cost in ends.items() if cost <= 1.1 * least)
+    used = min(u for u, cost in ends.items() if cost <= 1.1 * least)  # fewer kernels for a tenth more work
     parts, key = [], (used, top)
     while key != (0, 0):
         _, previous, own = best[key]

@@ -1,4 +1,4 @@
-"""Components joined: bonds, networks, the loads of their bonds, and limits of these."""
+"""Coupling of components: bonds, networks, the loads of bonds and their limits, coupling by transfer functions."""
 
 from ._base_excitation import BaseMotion, base_motion
 from ._block_assembly import Components, CoupledResponse, coupled_response, interface_pattern

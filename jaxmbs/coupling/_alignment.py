@@ -1,4 +1,4 @@
-"""Whether what bonds join stands at one place: where it does not, a bond would resist the turning of the whole."""
+"""Check that bonded nodes coincide; a bond between distant nodes would resist rigid rotations of the whole."""
 
 from collections.abc import Mapping
 
@@ -10,17 +10,17 @@ from ..linear._system import LinearSystem
 from ._bonds import Bond
 from ._ties import Channels, Ties
 
-#: How far apart joined nodes may be, of the size of all components together.
+#: Allowed distance of bonded nodes relative to the size of all components: positions of meshes have four digits.
 GAP_TOLERANCE = 1e-3
 
 
 def alignment_faults(
     components: Mapping[str, LinearSystem | Channels], bonds: Mapping[str, Bond], found: Mapping[str, Ties]
 ) -> list[str]:
-    """Faults of bonds between nodes that are apart; only where positions are known.
+    """Faults of bonds between nodes at different positions, where these are known.
 
-    A tie along e of points that are r apart is that of a rigid link where r is along e, and wrong by `|r x e|`
-    else: two points can be tied in one direction at a distance, a prop that stands, but not in three.
+    A tie along e of two points at a distance r acts as a rigid link if r is parallel to e and is wrong by the lever
+    arm `|r x e|` else: a prop may tie two distant points in one direction, but not in three.
     """
     placed = [
         np.asarray(c.positions) for c in components.values() if c.positions is not None and is_concrete(c.positions)
@@ -38,7 +38,7 @@ def alignment_faults(
 
 
 def _lever_arm(components, bond, ties, k):
-    """(lever, node, node, offset) of one tied direction, the lever 0 where there is nothing to say."""
+    """Lever arm, the two nodes and their offset for one tied direction; the arm is 0 where it is not known."""
     nothing, (first, second) = (0.0, "", "", None), ties.ends
     if not second or ties.labels[k] not in DIRECTIONS[:3]:
         return nothing
@@ -62,6 +62,6 @@ def _end_position(components, coordinate):
 def _describe_gap(one, other, offset):
     by = ", ".join(f"{x:.4g}" for x in offset)
     return (
-        f"{one} and {other} are {np.linalg.norm(offset):.3g} apart: give a component another place, "
-        f"`{other.partition('.')[0]}.translate(({by}))`, or take them as they are, `connect(..., places=False)`"
+        f"{one} and {other} are {np.linalg.norm(offset):.3g} m apart: shift a component, "
+        f"`{other.partition('.')[0]}.translate(({by}))`, or skip this check by `connect(..., places=False)`"
     )

@@ -1,4 +1,4 @@
-"""Base excitation: a component whose interface is moved, exact for accelerations straight between samples."""
+"""Base excitation of a component through its interface, exact for accelerations linear between samples."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,11 +13,11 @@ from ..vibration._modal_response import modal_response
 
 
 class BaseMotion(eqx.Module):
-    """Motion of a component and the forces that move its base.
+    """Motion of a component on a moving base, and the forces that move the base.
 
     Attributes:
-        displacement, velocity, acceleration: (T, r) of the component, interface coordinates first.
-        forces: (T, b) on the interface.
+        displacement, velocity, acceleration: (times, r) of the component, interface coordinates first.
+        forces: (times, b) on the interface [N, N m].
     """
 
     displacement: Float[Array, "T r"]
@@ -34,16 +34,16 @@ def base_motion(
     displacement: ArrayLike | None = None,
     velocity: ArrayLike | None = None,
 ) -> BaseMotion:
-    """The response to accelerations of the interface coordinates, each its own.
+    """Response of a component to given accelerations of its interface coordinates.
 
-    The rest moves statically with the base and, relative to that, in the modes of the held base, from rest.
+    The interior moves statically with the base and, relative to that, in the modes with the base fixed, from rest.
 
     Args:
         component: whole or reduced; its own damping is not used.
-        acceleration: (T, b) of the interface coordinates [m/s^2, rad/s^2].
-        step: between samples [s].
-        ratios: damping of the modes of the held base, one number or one for each.
-        displacement, velocity: of the interface at the start (b,), default 0.
+        acceleration: (times, b) of the interface coordinates [m/s^2, rad/s^2].
+        step: time between samples [s].
+        ratios: damping ratios of the modes with the base fixed, one number or (modes,).
+        displacement, velocity: initial ones of the interface (b,), default 0.
 
     Raises: ValueError for accelerations that do not fit the interface.  Source: S1 (5)-(6), (42)-(43).
     """

@@ -1,7 +1,7 @@
-"""Thousands of components of few shapes in one program, joined at shared nodes by number; `connect` joins by name.
+"""Coupling of thousands of components of few shapes in one program, by node numbers; `connect` joins by name.
 
-Assembled once per node (primal), so that a floating component does no harm; the multipliers of the bonds are what is
-left over of each component's own equilibrium.  At every node they sum to the load put on it: S1 (2), (25).
+The assembly is primal, once per node, so floating components are allowed; the reactions of the bonds are the residual
+of each component's own equilibrium.  At every node they sum to the load on it: S1 (2), (25).
 """
 
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ class Components(eqx.Module):
     """Components of one shape: interface coordinates first, node by node, then internal ones (modes, interior).
 
     Attributes:
-        nodes: (components, k), the interface node of each of a component's k places; -1 is a fixed one.
+        nodes: (components, k), the interface node of each of a component's k places; -1 is fixed to the ground.
         matrix: (components, n, n) stiffness, or dynamic stiffness (complex); symmetric.
-        load: (components, n) on its coordinates.
+        load: (components, n) loads on the coordinates.
     """
 
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
@@ -42,19 +42,23 @@ class Components(eqx.Module):
         forces: Sequence,
         omega: ArrayLike | None = None,
     ) -> "Components":
-        """Linear systems whose interfaces are whole nodes, as one group.
+        """Group linear systems of one shape whose interfaces are complete nodes.
 
         Args:
-            nodes: interface node of each place (components, k), -1 held; a component's interface coordinates are
-                those of its places in turn.
-            forces: on each component's own coordinates (n_c,), None for none.
+            components: linear systems, reduced or not.
+            nodes: interface node of each place (components, k), -1 for the ground; the interface coordinates of a
+                component are those of its places in turn.
+            forces: (n_c,) on each component's own coordinates, None for none.
             omega: angular frequency [rad/s]; None for statics.
 
         Raises: ValueError for components of different shapes.  Source: S1 (1)-(3), (19), (41).
         """
         parts = [interface_first(c) for c in components]
         if len({(c.num_interface, c.num_rows) for c in parts}) > 1:
-            raise ValueError("components of one group have the same numbers of interface and inner coordinates")
+            raise ValueError(
+                "the components of a group must have the same numbers of interface and "
+                "inner coordinates: make two groups"
+            )
         matrices = jnp.stack([impedance(c, omega) for c in parts])
         zero = jnp.zeros(matrices.shape[1], matrices.dtype)
         pairs = zip(parts, forces, strict=True)
@@ -63,7 +67,7 @@ class Components(eqx.Module):
 
 
 class CoupledResponse(eqx.Module):
-    """Displacements and the forces in the bonds.
+    """Displacements of coupled components and the forces of their bonds.
 
     Attributes:
         interface: (nodes, size) displacements of the interface nodes.
@@ -79,9 +83,9 @@ class CoupledResponse(eqx.Module):
 
 
 def interface_pattern(groups: Sequence[Components], num_nodes: int, size: int) -> Pattern:
-    """The graph of the interface nodes: nodes of one component couple.
+    """Pattern of the interface nodes: the nodes of one component are coupled.
 
-    Raises: ValueError for a node that is not there, or a component that meets a node twice.
+    Raises: ValueError for an unknown node, or a component with the same node twice.
     """
     edges = []
     for group in groups:
@@ -89,7 +93,7 @@ def interface_pattern(groups: Sequence[Components], num_nodes: int, size: int) -
         for k, row in enumerate(nodes):
             if row.max() >= num_nodes or len(set(row[row >= 0])) < np.sum(row >= 0):
                 raise ValueError(
-                    f"component {k}: nodes {row.tolist()} must be different ones of 0 ... {num_nodes - 1}"
+                    f"component {k}: nodes {row.tolist()} must be distinct and among 0 ... {num_nodes - 1}"
                 )
         for r in range(nodes.shape[1]):
             edges += [nodes[:, [r, s]] for s in range(r)]
@@ -105,9 +109,9 @@ def coupled_response(
     Args:
         load: (nodes, size) forces on the interface nodes themselves.
         kind: "cholesky" for stiffnesses, "ldl" for dynamic stiffnesses.
-        plan: of `blocksparse.analyse(interface_pattern(...))`, else made here.
+        plan: of `blocksparse.analyse(interface_pattern(...))`, default made here.
 
-    The assembled structure must be held; the components need not be.  Source: S1 (1)-(3), (5)-(6), (10)-(12).
+    The coupled structure must be constrained; the components need not be.  Source: S1 (1)-(3), (5)-(6), (10)-(12).
     """
     load = jnp.asarray(load)
     nodes, size = load.shape
@@ -151,7 +155,7 @@ def _zero_matrix(pattern, dtype):
 
 
 def _assemble(pattern, group, stiffness):
-    """Element assembly; a fixed place adds to no node."""
+    """Assemble the stiffnesses of a group; places fixed to the ground add to no node."""
     nodes, b = np.array(group.nodes), pattern.size
     s, k = nodes.shape
     blocks = stiffness.reshape(s, k, b, k, b).transpose(0, 1, 3, 2, 4)

@@ -1,4 +1,4 @@
-"""What the bonds of a network carry, by name."""
+"""Loads of the bonds of a network, by name."""
 
 import dataclasses
 from collections.abc import ItemsView
@@ -15,12 +15,12 @@ from ..math import _square as square
 
 
 class BondLoad(eqx.Module):
-    """The load of one bond, in its own axes if it has such; times come first.
+    """Load of one bond, in its own axes if it has any; times are the first axes.
 
     Attributes:
-        on_first: (..., k) along its directions, what the bond puts on its first end.
-        on_second: on its second end; the opposite of the first but for a bushing with mass.
-        labels: its directions, or the numbers of its coordinates.
+        on_first: (..., k) load of the bond on its first end, along its directions.
+        on_second: on its second end; the opposite of the first except for a bushing with mass.
+        labels: the directions, or the numbers of the coordinates.
     """
 
     on_first: Inexact[Array, "... k"]
@@ -29,12 +29,12 @@ class BondLoad(eqx.Module):
 
     @property
     def force(self) -> Inexact[Array, "... 3"]:
-        """(..., 3) [N] on the first end; zero in directions that the bond does not have."""
+        """Force (..., 3) [N] on the first end; zero in directions that the bond does not have."""
         return self._along(DIRECTIONS[:3])
 
     @property
     def moment(self) -> Inexact[Array, "... 3"]:
-        """(..., 3) [N m] on the first end; zero in directions that the bond does not have."""
+        """Moment (..., 3) [N m] on the first end; zero in directions that the bond does not have."""
         return self._along(DIRECTIONS[3:])
 
     def _along(self, directions):
@@ -50,9 +50,9 @@ class BondLoads(eqx.Module):
 
     Attributes:
         bonds: by name.
-        residual: () largest sum of the forces at a joint, relative to the largest: zero by S1 (25).
-        rounding: () what rounding alone may make of it: where soft components carry stiff ones, their
-            forces are small differences of large ones.
+        residual: () largest sum of the forces at a joint, relative to the largest force: zero by S1 (25).
+        rounding: () bound of the residual by rounding alone: where soft components carry stiff ones, their forces
+            are small differences of large ones.
     """
 
     bonds: dict[str, BondLoad]
@@ -61,9 +61,10 @@ class BondLoads(eqx.Module):
 
     @property
     def ok(self) -> Bool[Array, ""]:
-        """Whether they are finite and balance but for rounding, or 1e-6 of the largest (1e-2 in single precision).
+        """True if the loads are finite and balance within rounding, or 1e-6 of the largest (1e-2 in single
+        precision).
 
-        Where rounding leaves less than two digits they do not count as found.
+        Where rounding leaves less than two digits they are not accepted.
         """
         double = self.residual.dtype.itemsize > 4
         floor, most = (1e-6, 1e-2) if double else (1e-2, 0.1)
@@ -78,18 +79,18 @@ class BondLoads(eqx.Module):
         return iter(self.bonds)
 
     def items(self) -> ItemsView[str, BondLoad]:
-        """Pairs of name and load."""
+        """Pairs (name, load)."""
         return self.bonds.items()
 
 
 @dataclasses.dataclass(frozen=True)
 class Determinacy:
-    """Which forces of the bonds the equilibrium of rigid components determines; `str` of it is a table.
+    """Static determinacy of the forces of bonds between rigid components; `str` of it is a table.
 
     Attributes:
-        redundant: how many bonds could be cut and leave no new rigid motion.
-        free_motions: how many rigid motions the bonds leave.
-        determinate: by bond, by direction: whether its force is independent of stiffness.
+        redundant: number of bonds that could be cut without a new rigid motion.
+        free_motions: number of rigid motions that the bonds leave free.
+        determinate: by bond and direction: True if the force does not depend on stiffness.
         labels: by bond, its directions.
     """
 
@@ -112,7 +113,7 @@ class Determinacy:
 
 
 def bond_loads(bonds, rows: np.ndarray | Array, forces: Array, residual: Array, rounding: Array) -> BondLoads:
-    """Loads of the ties from the forces on the components, `B^T f = r`: no tie closes a ring, so B has full rank.
+    """Loads f of the ties from the forces r on the components, `B^T f = r`; ties form no ring, so B has full rank.
 
     Args: bonds: `(name, Ties)`; rows: B (ties, interface coordinates of all components); forces: r, times last.
     """

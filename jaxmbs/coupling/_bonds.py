@@ -1,4 +1,4 @@
-"""Bonds between components: rigid ones, joints that leave directions free, bushings with damping and mass."""
+"""Bonds between components: rigid bonds, hinges that leave directions free, bushings."""
 
 import operator
 from collections.abc import Sequence
@@ -14,21 +14,21 @@ from ..reductions._base import Reduced
 from ..typing import ArrayLike, Convertible
 from ._primal_assembly import elastic_bond
 
-#: "stage", "stage.top", "stage.top z", or `(name, which)`: a node, nodes, or numbers of interface coordinates.
+#: An end of a bond: "stage", "stage.top", "stage.top z", or `(name, which)`, which a node, nodes, or numbers.
 End = str | tuple[str, str | int | Sequence | range | np.ndarray]
 
-#: The end of a bond that is held.
+#: The end of a bond that is fixed to the ground.
 GROUND = "ground"
 
 
 class Bond(eqx.Module):
-    """What joins two ends; made by `rigid_bond`, `hinge` and `bushing`, joined by `network.connect`.
+    """Bond between two ends, as made by `rigid_bond`, `hinge` and `bushing`; `connect` joins components by bonds.
 
     Attributes:
-        ends: `(component, which)`, which of its interface coordinates: nodes, numbers, or None for all.
-        free: directions, or places among the end's coordinates, that the bond leaves free.
-        axes: (3, 3), rows are the bond's axes in world axes, or None.
-        element: a bushing as a component, or None.
+        ends: `(component, which)` twice; which: nodes or numbers of its interface coordinates, or None for all.
+        free: directions, or indices among the coordinates of an end, that the bond leaves free.
+        axes: (3, 3), rows are the axes of the bond in world axes, or None.
+        element: the component of a bushing, or None.
     """
 
     ends: tuple = eqx.field(static=True)
@@ -38,7 +38,9 @@ class Bond(eqx.Module):
 
 
 def rigid_bond(first: End, second: End = GROUND) -> Bond:
-    """Both ends, at one place, move alike; `rigid_transformation` carries an end to another place.
+    """Rigid bond: both ends, at one position, have the same motion.
+
+    For ends at different positions see `reductions.rigid_transformation`.
 
     Args: first, second: a component's name (its whole interface), one of its nodes, "stage.top", or a coordinate,
         "stage.top z"; or `(name, node)`, `(name, nodes)`, `(name, numbers)` of interface coordinates, or
@@ -50,11 +52,13 @@ def rigid_bond(first: End, second: End = GROUND) -> Bond:
 def hinge(
     first: End, second: End = GROUND, *, free: str | Sequence[str | int], axes: ArrayLike | None = None
 ) -> Bond:
-    """As `rigid_bond`, but for directions that are left free: a pin, a slider, a ball joint.
+    """Rigid bond that leaves some directions free: a pin, a slider, a ball joint.
 
     Args:
-        free: directions "ry" or "x rz", or a sequence of them or of places among the end's coordinates.
-        axes: (3, 3), rows are the joint's axes in world axes; the ends then are whole nodes, its forces resolved so.
+        first, second: as in `rigid_bond`.
+        free: directions "ry" or "x rz", or a sequence of them or of indices among the coordinates of an end.
+        axes: (3, 3), rows are the axes of the joint in world axes, in which its forces are resolved; the ends then
+            must be complete nodes.
 
     Source: S1 (1)-(2), (14).
     """
@@ -70,11 +74,13 @@ def bushing(
     mass: ArrayLike | None = None,
     axes: ArrayLike | None = None,
 ) -> Bond:
-    """An elastic-inertial bond between two ends at one place.
+    """Bushing: a bond with stiffness, damping and mass between two ends at one position.
 
     Args:
-        stiffness, damping, mass: (k, k) over an end's k coordinates, or k numbers; see `elastic_bond`.
-        axes: (3, 3), rows are the axes that they and the bond's forces are resolved in; default world axes.
+        first, second: as in `rigid_bond`.
+        stiffness, damping, mass: (k, k) over the k coordinates of an end, or the k numbers of a diagonal.  The
+            mass is distributed as that of a uniform rod.
+        axes: (3, 3), rows are the axes in which they and the forces of the bond are resolved; default world axes.
 
     Source: S1 (1)-(3).
     """
@@ -97,7 +103,7 @@ def _parse_end(end):
 
 
 def _parse_label(one, words):
-    """A node, a number, or a coordinate: as text, or as the pair (node, direction) that systems label it by."""
+    """Parse a node, a number, or a coordinate given as text or as the pair (node, direction)."""
     if isinstance(one, str):
         return one
     if isinstance(one, tuple | list) and len(one) == 2 and all(isinstance(part, str) for part in one):
@@ -109,7 +115,7 @@ def _parse_label(one, words):
 
 
 def resolve_interface(reduced: Reduced, axes, coordinates) -> Reduced:
-    """The component with interface coordinates x y z (rx ry rz) of a node resolved in `axes`, rows in world axes."""
+    """Resolve the interface coordinates x y z (rx ry rz) of a node in `axes` (3, 3), given by rows in world axes."""
     rows = np.array(coordinates).reshape(-1, 3)
     turn = jnp.swapaxes(axes, 0, 1).astype(reduced.dtype)
     E = jnp.eye(reduced.num_rows, dtype=reduced.dtype)

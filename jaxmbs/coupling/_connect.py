@@ -1,4 +1,4 @@
-"""Components joined by named bonds into a network."""
+"""`connect`: components joined by named bonds into a network."""
 
 from collections.abc import Mapping
 from typing import Protocol, overload, runtime_checkable
@@ -21,7 +21,7 @@ from ._ties import axes_faults, bond_ties, joint_numbers
 
 @runtime_checkable
 class HasSystem(Protocol):
-    """What has a linear system: small motions of a mechanism, a floating frame."""
+    """An object with a linear system: a linearised mechanism, a floating frame."""
 
     @property
     def system(self) -> LinearSystem: ...
@@ -31,7 +31,7 @@ class HasSystem(Protocol):
 def connect(  # type: ignore[overload-overlap]
     components: Mapping[str, LinearSystem | HasSystem], bonds: Mapping[str, Bond], places: bool = True
 ) -> ComponentNetwork:
-    """Models alone: a linear system."""
+    """Join models only; the result is a linear system."""
 
 
 @overload
@@ -40,31 +40,31 @@ def connect(
     bonds: Mapping[str, Bond],
     places: bool = True,
 ) -> MeasuredNetwork:
-    """With measured ones: receptances alone."""
+    """Join components of which some are measured; the result has receptances only."""
 
 
 def connect(
     components: Mapping, bonds: Mapping[str, Bond], places: bool = True
 ) -> ComponentNetwork | MeasuredNetwork:
-    """Components joined by bonds of `rigid`, `joint` and `bushing`, all by name: a linear system with bonds.
+    """Join components by bonds (`rigid_bond`, `hinge`, `bushing`), all by name, into a linear system with bonds.
 
-    `connect({"stage": a, "payload": b}, {"bolts": rigid("stage.top", "payload.foot")})`.  What no bond ties stays
-    free.
+    `connect({"stage": a, "payload": b}, {"bolts": rigid_bond("stage.top", "payload.foot")})`.  Coordinates
+    that no bond ties stay free.
 
     Args:
-        components: by name, linear systems, whole or reduced, their interface where bonds may be; a `RigidBody` with
-            its points; a mechanism as `linearise` gives it; measured `TransferFunctions`, whose interface are the
-            channels that are both driven and measured.  With such the result is a `MeasuredNetwork`, which answers
-            `frequency_response`.
-        bonds: by name; a bushing is a component of its own, with the bond's name.
-        places: whether joined nodes must be at one place, where their positions are known.
+        components: by name: linear systems, reduced or not, with their interface; a `RigidBody` with its points; a
+            mechanism linearised by `linearise`; measured `TransferFunctions`, whose interface are the channels that
+            are both driven and measured.  With these the result is a `MeasuredNetwork`, which has
+            `frequency_response` only.
+        bonds: by name; a bushing becomes a component with the name of the bond.
+        places: check that bonded nodes coincide, where their positions are known.
 
-    Raises: ModelError with every fault: unknown names, ends that do not match, bonds that tie what is tied already,
-    nodes that are apart, rigid bonds of rigid bodies that statics does not determine.
+    Raises: ModelError with every fault: unknown names, ends that do not match, bonds between coordinates that are
+    tied already, nodes that do not coincide, rigid bonds of rigid bodies whose forces statics does not determine.
     Source: S1 (1)-(3), (9)-(12), (21)-(25).
     """
     if not components:
-        raise ModelError(["no component is given: a network has one or more, by name"])
+        raise ModelError(["no component is given: a network needs at least one, by name"])
     components = {name: _linear_system(c) for name, c in components.items()}
     measured = {name: c for name, c in components.items() if isinstance(c, TransferFunctions)}
     bodies = {name: c for name, c in components.items() if isinstance(c, RigidBody)}
@@ -101,13 +101,15 @@ def connect(
 
 
 def _linear_system(component):
-    """The linear system that a component is, or has: small motions of a mechanism, a floating frame."""
+    """Linear system of a component: itself, or its `system` (of a linearised mechanism or a floating frame)."""
     own = None if isinstance(component, LinearSystem) else getattr(component, "system", None)
     return own if isinstance(own, LinearSystem) else component
 
 
 def _joint_labels(parts, joints, points):
-    """Places of every component's coordinates in the joined ones; a joint has the name of its first member."""
+    """Indices of every component's coordinates among the joined ones, and labels; a joint is named by its first
+    member.
+    """
     count = 1 + max((joint for row in joints for joint in row), default=-1)
     joints = [() if name in points else row for name, row in zip(parts, joints, strict=True)]
     places, labels = [], [None] * count
@@ -122,7 +124,7 @@ def _joint_labels(parts, joints, points):
 
 
 def _node_positions(components, bonds):
-    """Positions of all nodes, where they are known and no bond turns the coordinates of one."""
+    """Positions of all nodes by name, or None where some are unknown or a bond has axes of its own."""
     if any(c.positions is None for c in components.values()) or any(b.axes is not None for b in bonds.values()):
         return None
     return {
@@ -133,7 +135,7 @@ def _node_positions(components, bonds):
 
 
 def _resolve_ends(parts, points, bonds, found):
-    """Components, and points of rigid bodies, whose ends at bonds with axes are resolved in these."""
+    """Resolve components and points of rigid bodies in the axes of the bonds that they are joined by."""
     for name, bond in bonds.items():
         for end in found[name].ends if bond.axes is not None else ():
             if not end:

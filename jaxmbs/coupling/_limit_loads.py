@@ -1,4 +1,4 @@
-"""Limit values of a payload's loads from pairs of modes, each pair with a closed-form response to an impulse."""
+"""Limit loads of a payload from pairs of modes, each pair with a closed-form response to an impulse."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from ..vibration._modal_equations import modal_motion
 
 
 class ModalPairs(eqx.Module):
-    """Every mode i of the carrier, free or loaded, with every cantilevered mode j of the payload.
+    """Two-mass systems of every mode i of the carrier, free or loaded, with every cantilevered mode j of the payload.
 
     Attributes:
         mass: (i, j, 2, 2), `[[1 + mu_i, m_ij], [m_ij, 1]]`; of loaded modes `[[1, m_ij], [m_ij, 1]]`.
@@ -35,7 +35,9 @@ class ModalPairs(eqx.Module):
         return jnp.where(rigid, 0.0, jnp.sqrt(jnp.where(rigid, 1.0, values))), shapes
 
     def response(self, impulses: ArrayLike, t: ArrayLike) -> Array:
-        """`q_P(t) = J sum_k X_1k X_2k sin(w_k t) / w_k` (i, j) of the payload, impulses J (i,) on the carrier.
+        """Impulse response `q_P(t) = J sum_k X_1k X_2k sin(w_k t) / w_k` (i, j) of the payload at a time t [s].
+
+        Args: impulses: J (i,) on the modes of the carrier.
 
         Source: S1 (32).
         """
@@ -43,7 +45,7 @@ class ModalPairs(eqx.Module):
         return jnp.asarray(impulses)[:, None] * jnp.sum(gain * jnp.sin(w * t), axis=-1)
 
     def peaks(self, impulses: ArrayLike) -> Array:
-        """`|J| sum_k |X_1k X_2k| / w_k` (i, j): the highest that `response` reaches if both terms meet their peaks.
+        """Bounds `|J| sum_k |X_1k X_2k| / w_k` (i, j) of `response`, reached if both terms peak at one time.
 
         Source: S1 (32).
         """
@@ -51,7 +53,7 @@ class ModalPairs(eqx.Module):
         return jnp.abs(jnp.asarray(impulses))[:, None] * jnp.sum(jnp.abs(gain), axis=-1)
 
     def signs(self, impulses: ArrayLike) -> Array:
-        """Signs (i, j) with which the responses begin, those of `-J m_ij`: for "cqc".  Source: S1 (32)."""
+        """Initial signs (i, j) of the responses, those of `-J m_ij`, for "cqc".  Source: S1 (32)."""
         return -jnp.sign(jnp.asarray(impulses)[:, None] * self.mass[..., 0, 1])
 
     def _gains(self):
@@ -63,19 +65,18 @@ class ModalPairs(eqx.Module):
 def modal_pairs(
     carrier_omega: ArrayLike, carrier_at_interface: ArrayLike, payload: Reduced, loaded: bool = False
 ) -> ModalPairs:
-    """Pairs from a carrier's modes and a payload reduced by `CraigBampton` on an interface that just holds it.
+    """Pairs of a carrier's modes and the modes of a payload reduced by `CraigBampton` on a determinate interface.
 
     Args:
         carrier_omega: (i,) [rad/s].
-        carrier_at_interface: (b, i), mass-normalised shapes at the payload's interface coordinates.
-        loaded: these are modes of the carrier that bears the payload as a rigid body: their unit modal mass contains
-            mu_i already.
+        carrier_at_interface: (b, i), mass-normalised shapes at the interface coordinates of the payload.
+        payload: its interface must be statically determinate (`T^T K T = 0`).
+        loaded: True for modes of the carrier with the payload as a rigid body: their unit modal mass contains mu_i.
 
-    `mu_i` is the payload's rigid-body mass in mode i, `m_ij` what couples it to the payload's mode j.  The interface
-    must be statically determinate (`T^T K T = 0`).
+    `mu_i` is the rigid-body mass of the payload in mode i, `m_ij` its coupling with mode j of the payload.
 
-    Raises: ValueError for a payload, if concrete, whose interface is not, and for loaded modes whose whole mass is
-    less than the payload's part of it.  Source: S1 (32).
+    Raises: ValueError for a payload, if concrete, whose interface is not determinate, and for loaded modes whose
+    modal mass is less than the contribution of the payload.  Source: S1 (32).
     """
     b = payload.num_interface
     _check_determinate(payload)
@@ -84,7 +85,10 @@ def modal_pairs(
     m = phi.T @ payload.mass[:b, b:]
     one = jnp.ones_like(m)
     if loaded and any_concrete(lambda mu: mu > 1 + 1e-9, mu):
-        raise ValueError("the payload moves more mass than the loaded modes have: are they of the carrier alone?")
+        raise ValueError(
+            "loaded=True, but the modal mass is less than the payload's contribution: "
+            "these are modes of the carrier alone"
+        )
     own = one if loaded else one + mu[:, None]
     mass = jnp.stack([jnp.stack([own, m], -1), jnp.stack([m, one], -1)], -2)
     values = jnp.stack([jnp.asarray(carrier_omega)[:, None] ** 2 * one, w_P[None, :] * one], -1)
@@ -101,10 +105,12 @@ def _check_determinate(payload):
 
 
 def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: ArrayLike = 0.0) -> Float[Array, ""]:
-    """Largest `|q|` () of `q'' + 2 ratio omega q' + omega^2 q = f` from rest, f (times,) straight between samples.
+    """Peak `|q|` () of `q'' + 2 ratio omega q' + omega^2 q = f` from rest, with f linear between samples.
 
-    Exact at the samples, where the peak is looked for: give at least twenty in a period.  Omega in rad/s; over many
-    (m,) by `vmap`: a shock spectrum.  Source: S1 (32).
+    Args: omega: [rad/s]; force: f (times,); step: time between samples [s]; ratio: damping ratio.
+
+    It is exact at the samples, among which the peak is found: give at least twenty per period.  A `vmap` over omega
+    gives a shock spectrum.  Source: S1 (32).
     """
     force = jnp.asarray(force)
     refuse_complex(force)
@@ -113,7 +119,7 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
 
 
 def equivalent_impulse(omega: ArrayLike, peak: ArrayLike) -> Array:
-    """The impulse `J = omega |q|_max` on a mode of omega [rad/s] that makes its peak response.  Source: S1 (32)."""
+    """Equivalent impulse `J = omega |q|_max` on a mode of omega [rad/s] from its peak response.  Source: S1 (32)."""
     return jnp.asarray(omega) * jnp.asarray(peak)
 
 
@@ -124,13 +130,14 @@ def combine_modal_maxima(
     axis: int = 0,
     correlation: AnyArray | None = None,
 ) -> Array:
-    """Sums of modal limit values along an axis.
+    """Combine modal maxima along an axis.
 
     Args:
-        how: "abs" sum of sizes, "srss" root of the sum of squares, "cqc" with a correlation (m, m).
+        how: "abs" sum of magnitudes, "srss" root of the sum of squares, "cqc" complete quadratic combination.
         weights: (m,) of the terms.
+        correlation: (m, m), for "cqc".
 
-    An estimate, not a bound, unless "abs".  Source: S1 (32).
+    The result is an estimate, a bound only for "abs".  Source: S1 (32).
     """
     moved = jnp.moveaxis(values, axis, 0)
     if weights is not None:
@@ -141,7 +148,7 @@ def combine_modal_maxima(
         return _safe_sqrt(jnp.sum(moved**2, axis=0))
     if how == "cqc" and correlation is not None:
         return _safe_sqrt(jnp.sum(moved * jnp.tensordot(correlation, moved, axes=1), axis=0))
-    raise ValueError(f'how = {how!r}: one of "abs", "srss", "cqc" (with a correlation)')
+    raise ValueError(f'how = {how!r} must be "abs", "srss" or, with a correlation, "cqc"')
 
 
 @jit
@@ -186,11 +193,11 @@ def limit_loads(
 
 
 class Shortfall(NamedTuple):
-    """How often and by how much limit values fall short of the truth.
+    """Frequency and size of the shortfall of limit values against true peaks.
 
     Attributes:
-        share: of the cases, 0 to 1.
-        worst, mean: `1 - limit / truth`, the largest and the mean among those that fall short; 0 where none does.
+        share: fraction of the cases that fall short, 0 to 1.
+        worst, mean: `1 - limit / truth`, the largest and the mean of those that fall short; 0 where none does.
         quotient: `limit / truth` of every case.
     """
 
@@ -201,7 +208,7 @@ class Shortfall(NamedTuple):
 
 
 def truncation_shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
-    """Limit values (cases, ...) against peaks of the full transient (cases, ...): they are estimates, not bounds.
+    """Compare limit values (cases, ...) with peaks of the full transient (cases, ...).
 
     Source: S1 (32).
     """

@@ -1,4 +1,4 @@
-"""Networks of components of which some are known by measured transfer functions: what they answer by frequency."""
+"""Networks with components known by measured transfer functions only, solved by frequency."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ from ._uncoupled_transfer import block_diagonal, check_compatible
 
 
 class _CoupledTransfer(NamedTuple):
-    """Transfer functions with the bushings and without the rigid bonds, with all, what these are, names asked."""
+    """Transfer functions before and after the rigid bonds, channels of the bonds, and requested channels."""
 
     apart: TransferFunctions
     together: TransferFunctions
@@ -45,7 +45,7 @@ class MeasuredNetwork(eqx.Module):
     Attributes:
         components: by name, measured ones as receptances.
         bonds: by name.
-        ties: `(name, what the bond ties)`.
+        ties: pairs (name of the bond, its `Ties`).
     """
 
     components: dict[str, TransferFunctions | LinearSystem]
@@ -61,7 +61,7 @@ class MeasuredNetwork(eqx.Module):
 
     @property
     def measured(self) -> dict[str, TransferFunctions]:
-        """The components that are known by transfer functions, by name."""
+        """Components that are known by transfer functions, by name."""
         return {name: c for name, c in self.components.items() if isinstance(c, TransferFunctions)}
 
     @property
@@ -92,12 +92,12 @@ class MeasuredNetwork(eqx.Module):
         return found.together.at(*found.asked)
 
     def reactions(self, response: TransferFunctions, loss: ArrayLike = 0.0, **regular: Any) -> BondLoads:
-        """What the bonds carry for unit forces at the inputs of a `frequency_response` of this network.
+        """Loads of the bonds for unit forces at the inputs of a `frequency_response` of this network.
 
-        Args: loss, regular: those that the response was asked with.
+        Args: loss, regular: as given to `frequency_response`.
 
-        Returns: loads (frequencies, inputs, k) by bond; `residual` is the largest gap left between what rigid bonds
-        tie, relative to the largest motion there: rounding but for an inverse that drops noise.
+        Returns: loads (frequencies, inputs, k) by bond; `residual` is the largest gap between coordinates tied by
+        rigid bonds, relative to the largest motion there: rounding, except for a truncated or damped inverse.
         Source: S1 (1)-(2), (25).
         """
         found = self._couple_components(response.omega, response.inputs, (), loss, regular)
@@ -148,7 +148,7 @@ class MeasuredNetwork(eqx.Module):
         return _CoupledTransfer(Y, couple_transfer(Y, pairs, **regular) if pairs else Y, pairs, bushings, names)
 
     def _ends(self, Y, name, ties):
-        """The channels of a bond's ends, in its axes if it has such: these are added."""
+        """Channels of a bond's ends; in its axes, if it has any, as additional channels."""
         bond = self.bonds[name]
         ends = [[f"{n}.{channel_name(self.components[n], k)}" for n, k in end] for end in ties.ends]
         for side, end in enumerate(ends):
@@ -158,13 +158,13 @@ class MeasuredNetwork(eqx.Module):
         return Y, ends
 
     def _places(self, omega):
-        """Which of the measured frequencies are asked."""
+        """Indices of the requested frequencies among the measured ones."""
         own, asked = self.omega, jnp.asarray(omega, self.omega.dtype)
         if asked.ndim != 1:
             raise ValueError(f"omega has shape {asked.shape}, not (frequencies,)")
         if not is_concrete(own, asked):
             if asked.shape != own.shape:
-                raise ValueError(f"traced: ask all {len(own)} measured frequencies, not {len(asked)}")
+                raise ValueError(f"under tracing all {len(own)} measured frequencies must be given, not {len(asked)}")
             return np.arange(len(own))
         own, asked = np.asarray(own), np.asarray(asked)
         places = np.argmin(np.abs(own[None, :] - asked[:, None]), axis=1)
@@ -177,7 +177,7 @@ class MeasuredNetwork(eqx.Module):
         return places
 
     def _channels(self, names, side) -> list[tuple[str, str]]:
-        """(component, channel) of names, all directions of a node among them."""
+        """Pairs (component, channel) of names, a node giving all its directions."""
         found = []
         for name in names:
             component, own = split_component(name, self.components)
@@ -194,12 +194,12 @@ class MeasuredNetwork(eqx.Module):
 
 
 def bond_channels(measured: TransferFunctions) -> Channels:
-    """What bonds may tie: the channels that are driven and measured at one place."""
+    """Channels that bonds may tie: those that are both driven and measured."""
     return Channels(tuple(parse_label(name) for name in _collocated_channels(measured)))
 
 
 def channel_name(component, k: int) -> str:
-    """Of the interface coordinate number k."""
+    """Name of the interface coordinate number k of a component."""
     if isinstance(component, TransferFunctions):
         return _collocated_channels(component)[k]
     own = component.channels if isinstance(component, RigidBody) else component
@@ -223,7 +223,7 @@ def _unify_dtypes(parts):
 
 
 def _append_resolved_channels(Y, names, own, axes):
-    """With channels of a node's x y z (rx ry rz) resolved in axes."""
+    """Append channels with the coordinates x y z (rx ry rz) of a node resolved in axes."""
     turn = jnp.kron(jnp.eye(len(names) // 3), jnp.asarray(axes)).astype(Y.values.dtype)
     values = jnp.concatenate([Y.values, turn @ Y.values[:, Y.rows(names)]], axis=1)
     values = jnp.concatenate([values, values[:, :, Y.columns(names)] @ turn.T], axis=2)
@@ -231,7 +231,7 @@ def _append_resolved_channels(Y, names, own, axes):
 
 
 def _bushing_impedance(element, omega, loss):
-    """(frequencies, 2 k, 2 k) of a bushing."""
+    """Dynamic stiffness (frequencies, 2 k, 2 k) of a bushing."""
     K = element.stiffness.astype(np.result_type(element.dtype, np.complex64))
     K = K * lax.complex(jnp.ones_like(loss), loss).astype(K.dtype)
     return jax.vmap(lambda w: dynamic_stiffness(K, element.damping, element.mass, w))(omega)

@@ -1,4 +1,4 @@
-"""Components joined by named bonds: a linear system whose bonds tell what they carry."""
+"""`ComponentNetwork`, a linear system of components joined by named bonds, and the loads of the bonds."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -14,7 +14,7 @@ from ..linear._static_response import StaticResponse
 from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..tables import table_repr
-from ..typing import ArrayLike
+from ..typing import ArrayLike, CoordinateLike
 from ..vibration._harmonic_response import HarmonicResponse
 from ..vibration._linear_motion import LinearMotion
 from ._bond_loads import BondLoads, Determinacy, bond_loads
@@ -24,7 +24,7 @@ from ._ties import Ties, split_component
 
 
 def _table_rows(net):
-    """A line; every component with its coordinates, every bond with the directions that it ties."""
+    """Summary line and table of a network: components with their coordinates, bonds with their tied directions."""
     summary = f"{net.num_rows} coordinates of {len(net.names)} components, {len(net.bonds)} bonds"
     rows = [
         (name, "component", f"{c.num_rows} coordinates, {c.num_interface} of them interface")
@@ -35,15 +35,15 @@ def _table_rows(net):
 
 
 class ComponentNetwork(Assembly):
-    """Components and bushings joined by bonds, as `connect` makes it: a `LinearSystem` over the joined coordinates.
+    """Components and bushings joined by bonds with `connect`: a `LinearSystem` over the joined coordinates.
 
-    Coordinates of components are named "stage.top z", those that were reduced included.
+    Coordinates of components are named "stage.top z", also those that were reduced.
 
     Attributes:
-        names: of the components given, then of the bushings.
-        bonds: `(name, what it ties)`.
-        joints: of every component the numbers of the joint displacements of its interface, -1 for the ground's.
-        points: by rigid body, the coordinates of its points by its own (k, 6).
+        names: names of the components, then of the bushings.
+        bonds: pairs (name, `Ties`).
+        joints: by component, the joint number of each interface coordinate, -1 for the ground.
+        points: by rigid body, matrix (k, 6) of the coordinates of its points per its own coordinates.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -71,8 +71,8 @@ class ComponentNetwork(Assembly):
         found = zip(self.names, self.components, parts, strict=True)
         return {name: jnp.moveaxis(jnp.tensordot(c.basis.astype(rho.dtype), rho, 1), 0, -1) for name, c, rho in found}
 
-    def outputs(self, *names: str | tuple[str, str]) -> tuple[Array, tuple[str, ...]]:
-        """As of `LinearSystem`, of the components: "stage.top z", ("stage", "top z"), "stage.top"."""
+    def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
+        """Output matrix (k, N) and labels of coordinates "stage.top z", ("stage", "top z"), or nodes "stage.top"."""
         rows, labels = [jnp.zeros((0, self.num_rows), self.dtype)], []
         for name in names:
             component, own = self._component(name)
@@ -89,7 +89,7 @@ class ComponentNetwork(Assembly):
         return self.names.index(component), own
 
     def load(self, forces: Mapping | ArrayLike) -> Array:
-        """Forces (..., N): as of `LinearSystem`, and by name of a component on all of its coordinates (..., n_c).
+        """Load vectors (..., N) of forces as in `LinearSystem.load`, or (..., n_c) by the name of a component.
 
         Source: S1 (18), (21)-(25).
         """
@@ -105,7 +105,7 @@ class ComponentNetwork(Assembly):
     def component_forces(self, forces: Mapping) -> list:
         """Generalised forces (..., r_c) on every component, None for none.  Source: S1 (17)-(18)."""
         if not isinstance(forces, Mapping):
-            raise ValueError("forces of a network are given by name: which component bears them?")
+            raise ValueError("forces on a network must be given by name, such as {'stage.top z': 1.0}")
         own = [{} for _ in self.names]
         for name, force in forces.items():
             if name in self.names:
@@ -123,17 +123,17 @@ class ComponentNetwork(Assembly):
         ]
 
     def determinacy(self, rigid: Mapping | None = None) -> Determinacy:
-        """Redundant and statically determinate bonds; on the host.
+        """Static determinacy of the bonds, on the host.
 
-        Args: rigid: by component, rigid motions of its interface (b, d); default: the motions
-            below the widest gap in the stiffness of each component's interface.
+        Args: rigid: by component, rigid motions of its interface (b, d); default: the motions below the widest gap
+            in the eigenvalues of the stiffness of each component's interface.
 
         Source: S1 (14), (20).
         """
         rigid = None if rigid is None else [rigid[name] for name in self.names]
         ties = self._rows()
         if not is_concrete(ties):
-            raise ValueError("redundant bonds are found on the host: not under tracing")
+            raise ValueError("redundant bonds are found on the host, which is not possible under tracing")
         stresses, free = self_stresses(np.asarray(ties), self.components, rigid)
         unknown, certain, at = np.abs(stresses).max(axis=1, initial=0.0) > 1e-6, {}, 0
         for name, bond in self.bonds:
@@ -143,7 +143,7 @@ class ComponentNetwork(Assembly):
         return Determinacy(stresses.shape[1], free, certain, labels)
 
     def _rows(self):
-        """Rows of the ties over the interface coordinates of all components, of rigid bodies their own six."""
+        """Rows of the ties (ties, b) over all interface coordinates; of rigid bodies over their own six."""
         starts = np.cumsum([0, *map(len, self.joints)])
         place = {name: start for name, start in zip(self.names, starts, strict=False)}
         pairs = [pair for _, bond in self.bonds for side in bond.pairs for pair in side]
@@ -159,7 +159,7 @@ class ComponentNetwork(Assembly):
 
 
 def _generalised_force(component, given):
-    """(..., r_c) of forces by label, and of those on all coordinates, which are generalised already."""
+    """Generalised forces (..., r_c): those of forces by label plus those given on all coordinates."""
     whole = given.pop(None, None)
     part = component.load(given) if given else None
     if whole is None or part is None:
@@ -169,20 +169,22 @@ def _generalised_force(component, given):
 
 
 def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | HarmonicResponse) -> BondLoads:
-    """What the bonds carry in a motion, at rest or over frequencies: `reactions(net, motion)["bolts"].force`.
+    """Loads of the bonds in a motion, at rest or over frequencies: `reactions(net, motion)["bolts"].force`.
 
-    Args: answer: of `simulate`, `equilibrium` or `harmonic_response`, with the forces that it was asked with.
+    Args: answer: result of `simulate`, `equilibrium` or `harmonic_response` of this network.
 
-    With fixed-interface modes these loads already are those of mode acceleration.  Damping by `Modal(ratios)` or by
-    a loss factor is shared out to the components as their stiffness is.
+    With fixed-interface modes these loads are those of mode acceleration.  Damping by `Modal(ratios)` or by a loss
+    factor is distributed among the components as their stiffness is.
 
     Raises: ModelError for a linear system without bonds.  Source: S1 (3), (19)-(25).
     """
     if not isinstance(network, ComponentNetwork):
-        raise ModelError(["reactions are those of a mechanism, or of the bonds of a network of `connect`"])
-    elastic, viscous, inertial = (
-        None if part is None else jnp.moveaxis(part, -1, 0) for part in answer.terms(network)
-    )
+        raise ModelError(
+            ["this linear system has no bonds: `reactions` takes a mechanism, or a network made by `connect`"]
+        )
+    x, *rates = answer.terms(network)
+    elastic: Array = jnp.moveaxis(x, -1, 0)
+    viscous, inertial = (None if part is None else jnp.moveaxis(part, -1, 0) for part in rates)
     shares = [None] * len(network.names)
     for given in answer.forces:
         new = [
@@ -195,5 +197,5 @@ def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | Har
 
 
 def _coordinates_first(share, times):
-    """(r, ...) of a share (..., r), which may be the same at all times."""
+    """Move the coordinates of a force (..., r) first and broadcast it over the times: (r, ...)."""
     return jnp.moveaxis(jnp.broadcast_to(share, (*times, share.shape[-1])), -1, 0)

@@ -1,4 +1,4 @@
-"""Reduced components joined at shared interface displacements; the reactions of the bonds and their balance."""
+"""Primal assembly: components joined at shared interface displacements, the reactions of bonds and their balance."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -14,17 +14,18 @@ from ..reductions._base import Reduced, interface_first
 from ..runtime import jit
 from ..typing import ArrayLike
 
-#: How many roundings of its terms a sum of forces may differ by.
+#: Roundings of its terms by which a sum of forces may differ from zero.
 ROUNDING_FACTOR = 16.0
 
 
 class Assembly(LinearSystem):
-    """Joined components: `rho_c = beta_c xi`, first the displacements of the joints, then each one's own coordinates.
+    """Coupled components, `rho_c = beta_c xi`: displacements of the joints first, then each component's own
+    coordinates.
 
     Attributes:
-        components: with explicit interfaces.
-        places: of each component's coordinates in the joined ones; -1 is held.  These are the columns of beta.
-        transformation: (all, N) the joined coordinates by xi, where some follow from rigid bodies, else None.
+        components: reduced systems, interface first.
+        places: index of each component's coordinates among the joined ones, -1 for the ground: the columns of beta.
+        transformation: (all, N) of the joined coordinates by xi, where some follow from rigid bodies, else None.
     """
 
     components: tuple[Reduced, ...]
@@ -44,11 +45,11 @@ class Assembly(LinearSystem):
 
     @property
     def num_joined(self) -> int:
-        """How many joined coordinates there are before some follow from rigid bodies."""
+        """Number of joined coordinates before those that follow from rigid bodies are eliminated."""
         return self.num_rows if self.transformation is None else len(self.transformation)
 
     def component_coordinates(self, xi: ArrayLike) -> tuple[Array, ...]:
-        """`rho_c = beta_c xi` of every component, (r_c, ...).  Source: S1 (7), (11), (21)-(24)."""
+        """Coordinates `rho_c = beta_c xi` (r_c, ...) of every component.  Source: S1 (7), (11), (21)-(24)."""
         xi = jnp.asarray(xi)
         if self.transformation is not None:
             xi = _matmul(self.transformation, xi)
@@ -56,7 +57,7 @@ class Assembly(LinearSystem):
         return tuple(padded[np.array(p)] for p in self.places)
 
     def gather_forces(self, shares: Sequence) -> Array:
-        """`Q = sum beta_c^T Q_c` (N, ...) of generalised forces on the components (r_c, ...), None for none.
+        """Joined forces `Q = sum beta_c^T Q_c` (N, ...) of generalised forces on components (r_c, ...) or None.
 
         Source: S1 (18), (21)-(25).
         """
@@ -65,13 +66,12 @@ class Assembly(LinearSystem):
 
 
 class InterfaceReactions(eqx.Module):
-    """Forces of the bonds on every component, and whether they balance.
+    """Forces of the bonds on every component, with the residual of their balance.
 
     Attributes:
-        forces: per component (b_c, ...), along its interface coordinates.
+        forces: by component (b_c, ...), along its interface coordinates.
         residual: largest sum of the forces at a joint, relative to the largest force: zero by S1 (25).
-        rounding: what it may be by the rounding of the terms that make the forces: those of a stiff component are
-            small differences of large ones.
+        rounding: bound of the residual by rounding: forces of a stiff component are small differences of large terms.
     """
 
     forces: tuple
@@ -80,11 +80,11 @@ class InterfaceReactions(eqx.Module):
 
 
 def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) -> Assembly:
-    """Components on common joint displacements: the primal assembly, by numbers; `connect` does it by name.
+    """Assemble components on common joint displacements by number; `connect` does it by name.
 
     Args:
-        joints: for each component, the number of the joint displacement that each of its interface coordinates
-            equals; -1 holds it to the ground.  Directions that a joint leaves free have numbers of their own.
+        joints: for each component, the number of the joint displacement of each of its interface coordinates; -1
+            fixes it to the ground.  Directions that a joint leaves free have numbers of their own.
 
     Raises: ValueError for a wrong count, or numbers that are not 0, 1, 2, ...  Source: S1 (1)-(3), (9)-(12).
     """
@@ -94,7 +94,7 @@ def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) ->
 
 
 def joined_system(parts: Sequence[Reduced], places, labels) -> dict:
-    """What makes a `LinearSystem` of components on common coordinates.  Source: S1 (9)-(12)."""
+    """Arguments of a `LinearSystem` of components on common coordinates.  Source: S1 (9)-(12)."""
     matrices = {
         kind: _assemble(places, [getattr(c, kind) for c in parts], len(labels))
         for kind in ("mass", "stiffness", "damping")
@@ -104,21 +104,20 @@ def joined_system(parts: Sequence[Reduced], places, labels) -> dict:
 
 
 def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
-    """A bushing between two frames as a component: interface is the one frame's coordinates, then the other's.
-
-    By name: `bushing`.
+    """Component of a bushing between two frames; its interface are the coordinates of the one, then of the other.
 
     Args: stiffness, damping, mass: (k, k), or the k numbers of a diagonal; damping and mass may be None.  The mass is
-        shared as that of a uniform rod, a third at each end and a third between them.
+        distributed as that of a uniform rod, a third at each end and a third between them.
 
     Raises: ValueError for matrices of different sizes.
     """
-    stiffness, damping, mass = (None if A is None else _as_square_matrix(A) for A in (stiffness, damping, mass))
+    stiffness = _as_square_matrix(stiffness)
+    damping, mass = (None if A is None else _as_square_matrix(A) for A in (damping, mass))
     shapes = {A.shape for A in (stiffness, damping, mass) if A is not None}
     if len(shapes) > 1:
-        raise ValueError(f"stiffness, damping and mass of a bond differ in shape: {sorted(shapes)}")
+        raise ValueError(f"stiffness, damping and mass of a bushing must be of one shape, not {sorted(shapes)}")
     two = jnp.array([[1, -1], [-1, 1]], stiffness.dtype)
-    K, C = (None if A is None else jnp.kron(two, A) for A in (stiffness, damping))
+    K, C = jnp.kron(two, stiffness), None if damping is None else jnp.kron(two, damping)
     M = jnp.zeros_like(K) if mass is None else jnp.kron(jnp.array([[2, 1], [1, 2]], stiffness.dtype) / 6, mass)
     b = range(len(K))
     return LinearSystem(mass=M, stiffness=K, damping=C, interface=b, massless=b if mass is None else ())
@@ -127,13 +126,13 @@ def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
 def interface_reactions(
     assembly: Assembly, xi, xi_ddot, xi_dot=None, shares: Sequence | None = None
 ) -> InterfaceReactions:
-    """What the bonds put on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - Q`.
+    """Forces of the bonds on each component in a motion: `phi^T R = M rho'' + C rho' + K rho - Q`.
 
     Args:
         xi, xi_ddot, xi_dot: (N, ...), at any number of times, or complex amplitudes.
         shares: generalised forces on the components (r_c, ...), None for none.
 
-    With fixed-interface modes these forces already are those of mode acceleration.  Source: S1 (3), (17)-(25).
+    With fixed-interface modes these forces are those of mode acceleration.  Source: S1 (3), (17)-(25).
     """
     motions = [
         assembly.component_coordinates(x) if x is not None else (None,) * len(assembly.components)
@@ -152,9 +151,9 @@ def interface_reactions(
 
 
 def balance_reactions(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None) -> InterfaceReactions:
-    """Reactions from the forces (b_c, ...) on each component, and their sums at the joints.
+    """Balance of the forces (b_c, ...) on each component at the joints.
 
-    Args: sizes: of the terms that make them up, likewise; default: themselves.
+    Args: sizes: magnitudes of the terms of these forces, likewise; default the forces themselves.
 
     Source: S1 (2), (25).
     """
@@ -169,7 +168,7 @@ def balance_reactions(assembly: Assembly, forces: Sequence, sizes: Sequence | No
 
 
 def _sum_at_joints(assembly, parts, T):
-    """Sums (N, ...) over the components of what is at their interfaces (b_c, ...); T: the transformation."""
+    """Sums (N, ...) over the components of quantities at their interfaces (b_c, ...); T: the transformation."""
     padded = [
         jnp.zeros_like(f, shape=(len(p), *f.shape[1:])).at[: len(f)].set(f)
         for f, p in zip(parts, assembly.places, strict=True)
@@ -179,7 +178,7 @@ def _sum_at_joints(assembly, parts, T):
 
 
 def joint_coordinates(components: Sequence[Reduced], joints: Sequence[Sequence[int]]):
-    """Places of every component's coordinates in the joined ones, and their labels; ValueErrors of `join`."""
+    """Indices of every component's coordinates among the joined ones, and labels.  Raises: ValueError as `join`."""
     if len(joints) != len(components):
         raise ValueError(f"{len(components)} components, but joints of {len(joints)}")
     for k, (c, row) in enumerate(zip(components, joints, strict=True)):

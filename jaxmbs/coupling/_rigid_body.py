@@ -1,4 +1,4 @@
-"""A rigid body with named attachment points: a component of a network."""
+"""`RigidBody`: a rigid body with named attachment points as a component of a network."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -33,7 +33,7 @@ class _MassProperties(NamedTuple):
 
 
 def _table_rows(body):
-    """A line, and the places of the centre of mass and of all points."""
+    """Summary line and table of a rigid body: positions of the centre of mass and of all points."""
     mass = f"mass {format_number(body.mass[0, 0])} kg, " if is_concrete(body.mass) else ""
     places = np.asarray(body.positions) if is_concrete(body.positions) else [("traced",) * 3] * len(body.nodes)
     cells = [[x if isinstance(x, str) else format_number(x) for x in place] for place in places]
@@ -95,18 +95,18 @@ class RigidBody(LinearSystem):
 
     @property
     def channels(self) -> Channels:
-        """The coordinates that bonds may tie: those of all points."""
+        """Coordinates that bonds may tie: those of all points."""
         points = self.nodes[1:]
         labels = tuple((point, direction) for point in points for direction in DIRECTIONS)
         return Channels(labels, self.positions[1:], points)
 
     @property
     def motions(self) -> Float[Array, "points_6 6"]:
-        """The displacements of all points for unit motions of the centre of mass.  Source: S1 (14)."""
+        """Displacements of all points for unit motions of the centre of mass.  Source: S1 (14)."""
         return rigid_motions(self.positions[1:], self.positions[0]).reshape(-1, 6)
 
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
-        """As of `LinearSystem`, of the centre of mass and of all points."""
+        """Output matrix (k, 6) and labels as in `LinearSystem.outputs`, of the centre of mass and of all points."""
         labels, faults = (*self.coordinates, *self.channels.coordinates), []
         rows = find_rows(names, labels, faults)
         if faults:
@@ -114,7 +114,7 @@ class RigidBody(LinearSystem):
         return self._all()[np.array(rows, int)], tuple(format_label(labels[row]) for row in rows)
 
     def to_reduced(self) -> Reduced:
-        """The body as a component whose way back leads to the centre of mass and to all points."""
+        """Convert to a component whose expansion leads to the centre of mass and to all points."""
         points = LinearSystem.replace(self, coordinates=(*self.coordinates, *self.channels.coordinates))
         return Reduced(
             points,
@@ -133,14 +133,14 @@ class RigidBody(LinearSystem):
 
 
 def _massless_rows(mass, inertia):
-    """Rows that have no mass whatever is traced later: of a point mass the rotations, of a rigid link all."""
+    """Rows without mass for any traced values: the rotations of a point mass, all rows of a rigid link."""
     if may_be_nonzero(inertia):
         return ()
     return range(3, 6) if may_be_nonzero(mass) else range(6)
 
 
 def _as_array_if_traced(value):
-    """Numbers as they are; of traced ones, tuples too, an array."""
+    """Concrete values unchanged, traced ones (also in tuples) as an array."""
     return value if is_concrete(value) else jnp.asarray(value)
 
 
@@ -152,7 +152,7 @@ def _point_faults(points):
         if name == CENTRE:
             found.append(f"rigid body: a point cannot be called {CENTRE!r}, which is the centre of mass")
         elif not isinstance(name, str) or not name:
-            found.append(f"rigid body: names of points must be text, not {name!r}")
+            found.append(f"rigid body: the name of a point must be a string, not {name!r}")
         elif np.shape(place) != (3,):
             found.append(f"rigid body: point {name!r} must be three numbers, not of shape {np.shape(place)}")
         elif is_concrete(place) and not _is_finite(place):
@@ -164,4 +164,4 @@ def _is_finite(place):
     try:
         return bool(np.all(np.isfinite(np.asarray(place, float))))
     except (TypeError, ValueError):
-        return np.iscomplexobj(place)  # refused for what it is
+        return np.iscomplexobj(place)  # refused elsewhere, as complex

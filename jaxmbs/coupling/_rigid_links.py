@@ -1,4 +1,4 @@
-"""Points of rigid bodies among joined coordinates: they follow from the motions of the bodies, exactly."""
+"""Elimination of the points of rigid bodies from joined coordinates: they follow exactly from the bodies' motions."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -17,11 +17,11 @@ from ._ties import Ties
 
 
 class Dependence(NamedTuple):
-    """Joined coordinates by those that are left: `xi_all = transformation xi`.
+    """Joined coordinates by the independent ones: `xi_all = transformation xi`.
 
     Attributes:
         transformation: (all, N).
-        labels, massless: of those that are left.
+        labels, massless: of the independent coordinates.
     """
 
     transformation: Float[Array, "all n"]
@@ -30,7 +30,7 @@ class Dependence(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """A coordinate of a point: its body, its number there, its joint."""
+    """Coordinate of a point: its body, its number there, its joint."""
 
     body: str
     number: int
@@ -45,15 +45,17 @@ def dependence(
     massless: Sequence[int],
     bonds: Mapping[str, Ties],
 ) -> Dependence:
-    """What is left of joined coordinates where joints follow from the motions of rigid bodies.
+    """Dependence of joined coordinates on the independent ones, where joints follow from the motions of rigid bodies.
 
-    A joint moves with the first point in it; what more points are in it, or the ground, holds the bodies.
+    A joint moves with the first point in it; further points in it, or the ground, constrain the bodies.
 
     Args:
-        points: by rigid body, its points' coordinates by its own (k, 6).
-        joints, places: by component, joints of its interface, places of its own coordinates among the joined ones.
+        points: by rigid body, matrix (k, 6) of the coordinates of its points per its own coordinates.
+        joints, places: by component, joints of its interface, and indices of its own coordinates.
+        labels, massless: of all joined coordinates.
 
-    Raises: ModelError where rigid bonds hold bodies in a direction in which others do already, or nothing is left.
+    Raises: ModelError where rigid bonds constrain bodies in a direction in which others do already, or nothing is
+    free.
     Source: S1 (1)-(2), (14).
     """
     size = len(labels)
@@ -76,15 +78,16 @@ def dependence(
     if not names:
         raise ModelError(
             [
-                "the bonds hold every component, nothing is left that could move: make one of them a bushing, whose "
-                "stiffness changes no load that statics determines"
+                "the bonds constrain every component completely, no motion is left: make one of them a "
+                "bushing, whose "
+                "stiffness does not change loads that statics determines"
             ]
         )
     return Dependence(left, names, light)
 
 
 def dependent_system(fields: dict, found: Dependence) -> dict:
-    """What makes a linear system of joined coordinates, on those that are left.  Source: S1 (9)-(12)."""
+    """Arguments of a linear system on the independent coordinates, from those on all.  Source: S1 (9)-(12)."""
     matrices = {kind: fields[kind] for kind in ("mass", "stiffness", "damping")}
     return {
         **_transform_matrices(matrices, found.transformation),
@@ -104,7 +107,7 @@ def _scatter_columns(own, places, size):
 
 
 def _joint_owners(which):
-    """The first point in each joint; pairs of points that hold bodies: one and that which has its joint, or None."""
+    """First point in each joint, and constraining pairs (point, first point of its joint or None for the ground)."""
     first, holding = {}, []
     for i, point in enumerate(which):
         owner = None if point.joint < 0 else first.setdefault(point.joint, i)
@@ -114,17 +117,17 @@ def _joint_owners(which):
 
 
 def _constraint_rows(rows, holding):
-    """Rows that vanish: one point less the other, or less the ground."""
+    """Constraint rows that vanish: one point minus the other, or minus the ground."""
     padded = jnp.concatenate([rows, jnp.zeros_like(rows[:1])])
     one, other = zip(*holding, strict=True)
     return padded[np.array(one)] - padded[np.array([len(rows) if k is None else k for k in other])]
 
 
 def _remaining_motions(C, labels, about, bonds):
-    """Motions N (n, n - r) with `C N = 0`, their names, and whether no row of C follows from others.
+    """Basis N (n, n - r) of `C N = 0`, its labels, and True if C has full row rank.
 
-    With known places some of the bodies' own coordinates are left and give the others; with traced ones, whose
-    places in the elimination cannot be chosen, the motions are those of least size.
+    With concrete positions some of the bodies' own coordinates are independent and give the others; with traced ones,
+    where pivots cannot be chosen, the basis is that of the smallest eigenvectors of `C^T C`.
     """
     (r, n), sound = C.shape, True
     if is_concrete(C):
@@ -133,7 +136,9 @@ def _remaining_motions(C, labels, about, bonds):
         E = jnp.eye(n, dtype=C.dtype)
         given, start, names = E[:, np.array(dependent)], E[:, np.array(own, int)], [labels[k] for k in own]
     elif r > n:
-        raise ModelError([f"{r} rigid bonds hold rigid bodies that have {n} motions: make some of them bushings"])
+        raise ModelError(
+            [f"{r} rigid bonds constrain rigid bodies that have {n} motions: make some of them bushings"]
+        )
     else:
         here = lax.stop_gradient(C)
         values, vectors = lapack.eigh(here.T @ here)
@@ -144,7 +149,10 @@ def _remaining_motions(C, labels, about, bonds):
 
 
 def _dependent_coordinates(C, about, bonds):
-    """Coordinates that the others give; ModelError where a row of C follows from those above it."""
+    """Indices of the dependent coordinates.  Raises: ModelError where a row of C depends on those above it.
+
+    Rows are orthogonalised twice; a remainder below `eps^0.6` of the row is rounding of the lever arms.
+    """
     size = np.linalg.norm(C, axis=0)  # metres beside radians
     scaled = C / np.where(size > 0, size, 1.0)
     basis, idle, small = np.zeros((0, C.shape[1])), {}, float(np.finfo(C.dtype).eps) ** 0.6
@@ -164,6 +172,7 @@ def _dependent_coordinates(C, about, bonds):
 def _redundancy_fault(name, tie, numbers):
     which = [k for k in tie.kept if any(end and end[k][1] in numbers for end in tie.ends)]
     return (
-        f"bond {name!r}: other rigid bonds hold its rigid body already in {' '.join(tie.labels[k] for k in which)}, "
-        "and statics does not determine what it bears: leave these free, joint(..., free=...), or make it a bushing"
+        f"bond {name!r}: other rigid bonds constrain its rigid body already in "
+        f"{' '.join(tie.labels[k] for k in which)}, so statics does not determine its load: leave these directions "
+        "free by hinge(..., free=...), or make it a bushing"
     )

@@ -14,14 +14,14 @@ from ..vibration._direct_response import dynamic_stiffness
 
 
 def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = None) -> tuple[np.ndarray, int]:
-    """Forces (ties, r) that rigid components carry without a load, orthonormal, and how many motions are left free.
+    """Self-stresses (ties, r) of rigid components, orthonormal, and the number of free motions; on the host.
 
-    On the host.  A redundant bond can be cut and leaves no new motion of the components as rigid bodies.
+    A redundant bond can be cut without a new motion of the components as rigid bodies.
 
     Args:
-        ties: rows over the components' interface coordinates in turn.
-        rigid: rigid motions of each component's interface (b_c, d_c); default: those below the widest gap in its
-            stiffness.
+        ties: (ties, b), rows over the interface coordinates of all components.
+        rigid: rigid motions of each component's interface (b_c, d_c); default: those below the widest gap in the
+            eigenvalues of its stiffness.
 
     Source: S1 (14), (20).
     """
@@ -37,13 +37,17 @@ def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = 
 
 def _condensed_stiffness(component):
     if not is_concrete(component.stiffness):
-        raise ValueError("redundant bonds are found on the host: not under tracing")
+        raise ValueError("redundant bonds are found on the host, which is not possible under tracing")
     b, K = component.num_interface, np.asarray(component.stiffness)
     return K[:b, :b] - K[:b, b:] @ np.linalg.solve(K[b:, b:], K[b:, :b])
 
 
 def _strain_free_motions(K, floor):
-    """Motions of the interface (b, d) that strain nothing, each of unit size: those below the widest gap."""
+    """Strain-free motions (b, d) of an interface, of unit norm: eigenvectors below the widest gap of the eigenvalues.
+
+    Eigenvalues are relative to the diagonal, bounded below by 1e-12 (rounding) so that the gap is finite; one below
+    -1e-3 is not rounding of a condensation.
+    """
     size = np.sqrt(np.maximum(np.diagonal(K), floor))
     values, vectors = np.linalg.eigh(K / np.outer(size, size))
     if np.min(values, initial=0.0) < -1e-3:
@@ -54,5 +58,5 @@ def _strain_free_motions(K, floor):
 
 
 def impedance(c: LinearSystem, omega=None) -> Array:
-    """`dynamic_stiffness` of a component at one angular frequency [rad/s], or K for None.  Source: S1 (41)."""
+    """Dynamic stiffness of a component at one angular frequency [rad/s], or K for None.  Source: S1 (41)."""
     return c.stiffness if omega is None else dynamic_stiffness(c.stiffness, c.damping, c.mass, jnp.asarray(omega))

@@ -1,4 +1,4 @@
-"""What named bonds tie together: ends, directions and joint numbers, all found on the host."""
+"""Ties of named bonds: ends, directions and joint numbers, all found on the host."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -12,12 +12,12 @@ from ..linear._labels import find_rows
 from ..linear._system import LinearSystem
 from ._bonds import GROUND, Bond
 
-#: The fault of a name that could not be told from a component's node.
-DOTTED_NAME = "a name without a dot, please: 'stage.top' is the node 'top' of 'stage'"
+#: Fault of a name that would be confused with a node of a component.
+DOTTED_NAME = "names must not contain a dot, as 'stage.top' is the node 'top' of 'stage', nor be 'ground'"
 
 
 class Channels(NamedTuple):
-    """What bonds may tie of a component whose own coordinates are others, or none: a rigid body, measured data."""
+    """Coordinates that bonds may tie, of a component with others of its own (a rigid body, measured data)."""
 
     coordinates: tuple[tuple[str, str], ...]
     positions: Array | None = None
@@ -33,12 +33,12 @@ class Channels(NamedTuple):
 
 
 class Ties(NamedTuple):
-    """What a bond ties: interface coordinates `(component, number)`, None for those of the ground.
+    """Coordinates tied by a bond: interface coordinates `(component, number)`, None for the ground.
 
     Attributes:
-        labels: its directions.
-        kept: places among them that are tied.
-        pairs: at its first end and, of a bushing, at its second: `(first, second)` for each that is kept.
+        labels: directions of the bond.
+        kept: indices of the directions that are tied.
+        pairs: at its first end and, of a bushing, at its second: `(first, second)` for each tied direction.
         ends: coordinates of the components at its two ends.
     """
 
@@ -49,7 +49,7 @@ class Ties(NamedTuple):
 
 
 def bond_ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]:
-    """What each bond ties.  Raises: ModelError with every fault: names, counts, directions."""
+    """Ties of each bond, by name.  Raises: ModelError with every fault: names, counts, directions."""
     kinds = {name: type(c).__name__ for name, c in components.items() if not isinstance(c, LinearSystem | Channels)}
     faults = [f"component {name!r} is a {kind}, not a LinearSystem" for name, kind in kinds.items()]
     found: dict[str, Ties] = {}
@@ -57,7 +57,7 @@ def bond_ties(components: Mapping, bonds: Mapping[str, Bond]) -> dict[str, Ties]
     for name, bond in bonds.items() if not kinds else ():
         own = []
         if name in components or name == GROUND:
-            own.append("a component has that name")
+            own.append("a component has this name")
         if bond.element is not None and "." in name:
             own.append(DOTTED_NAME)
         ends = [_end_coordinates(end, components, own) for end in bond.ends]
@@ -73,18 +73,18 @@ def _bond_ties(name, bond, ends, faults):
     (first, labels), (second, others) = ends
     count, grounded = len(first), bond.ends[1][0] == GROUND
     if not first:
-        faults.append("its first end is the ground: let that be the second")
+        faults.append("its first end is the ground, which must be the second end")
     if not grounded and (len(second) != count or _directions_differ(labels, others)):
-        faults.append(f"its ends do not match: {' '.join(labels)} and {' '.join(others)}")
+        faults.append(f"its ends have different directions: {' '.join(labels)} and {' '.join(others)}")
     stray = [str(f) for f in bond.free if f not in labels and f not in range(count)]
     if stray:
-        faults.append(f"no direction {', '.join(stray)} among {' '.join(labels)}")
+        faults.append(f"its ends have no direction {', '.join(stray)}, only {' '.join(labels)}")
     if bond.axes is not None and count not in (3, 6):
-        faults.append(f"it has axes, so its ends must be nodes of 3 or 6 coordinates, not {count}")
+        faults.append(f"a bond with axes needs nodes of 3 or 6 coordinates as ends, not {count} coordinates")
     if bond.axes is not None and not are_axes(bond.axes):
-        faults.append("its axes must be three unit vectors, square to each other and right-handed")
+        faults.append("its axes must be three right-handed orthogonal unit vectors")
     if bond.element is not None and bond.element.num_interface != 2 * count:
-        faults.append(f"stiffness of {bond.element.num_interface // 2} directions for {count} coordinates")
+        faults.append(f"its stiffness has {bond.element.num_interface // 2} directions, its ends {count} coordinates")
     if faults:
         return None
     kept = tuple(k for k in range(count) if k not in bond.free and labels[k] not in bond.free)
@@ -100,7 +100,7 @@ def _bond_ties(name, bond, ends, faults):
 
 
 def _end_coordinates(end, components, faults):
-    """Interface coordinates of an end, none of the ground, and their directions."""
+    """Interface coordinates of an end (none of the ground) and their directions."""
     name, which = end
     if name == GROUND:
         return [], ()
@@ -116,7 +116,7 @@ def _end_coordinates(end, components, faults):
     if missing:
         faults.append(f"interface of {name!r}: {missing[0]}")
     if stray:
-        faults.append(f"{name!r} has {count} interface coordinates, none with the number {stray[0]}")
+        faults.append(f"{name!r} has no interface coordinate number {stray[0]}, only 0 ... {count - 1}")
     if missing or stray:
         return [], ()
     chosen = range(count) if which is None else which
@@ -127,7 +127,7 @@ def _end_coordinates(end, components, faults):
 
 
 def axes_faults(bonds: Mapping[str, Bond], found: Mapping[str, Ties]) -> list[str]:
-    """Faults of bonds with axes whose ends other bonds join too."""
+    """Faults of bonds with axes whose ends are joined by other bonds too."""
     used: dict[tuple, list] = {}
     for name, bond in found.items():
         for coordinate in (c for end in bond.ends for c in end):
@@ -142,13 +142,13 @@ def axes_faults(bonds: Mapping[str, Bond], found: Mapping[str, Ties]) -> list[st
 
 
 def _directions_differ(first, second):
-    """Directions that are named on both sides and are not the same."""
+    """True if two ends have different directions at some place."""
     pairs = zip(first, second, strict=True)
     return any(a != b for a, b in pairs if a in DIRECTIONS and b in DIRECTIONS)
 
 
 def split_component(name, components) -> tuple:
-    """(component, what of it) of a name: "stage.top z" or ("stage", "top z").  Raises: UnknownNameError."""
+    """Split a name "stage.top z" or ("stage", "top z") into component and coordinate.  Raises: UnknownNameError."""
     component, own = name.partition(".")[::2] if isinstance(name, str) else name
     if component not in components:
         raise UnknownNameError(no_such("component", component, components))
@@ -156,11 +156,11 @@ def split_component(name, components) -> tuple:
 
 
 def joint_numbers(sizes: Mapping[str, int], found: Mapping[str, Ties]) -> tuple[tuple[int, ...], ...]:
-    """For each component the number of the joint of every interface coordinate, -1 for the ground's.
+    """Joint numbers of the interface coordinates of each component, -1 for the ground.
 
-    Args: sizes: how many interface coordinates the components and bushings have.
+    Args: sizes: numbers of interface coordinates of the components and bushings.
 
-    Raises: ModelError for bonds that tie what is tied already.
+    Raises: ModelError for bonds between coordinates that are tied already.
     """
     root = {(name, k): (name, k) for name, size in sizes.items() for k in range(size)} | {None: None}
 
@@ -174,7 +174,7 @@ def joint_numbers(sizes: Mapping[str, int], found: Mapping[str, Ties]) -> tuple[
         for first, second in (pair for side in bond.pairs for pair in side):
             a, b = top(first), top(second)
             if a == b:
-                faults[f"bond {name!r}: other bonds tie its ends already"] = None
+                faults[f"bond {name!r}: its ends are tied by other bonds already"] = None
             root[b if a is None else a] = a if a is None else b
     if faults:
         raise ModelError(list(faults))

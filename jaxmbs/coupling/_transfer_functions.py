@@ -1,4 +1,4 @@
-"""Coupling by transfer functions: interface forces as multipliers of the compatibility."""
+"""Frequency-based substructuring (LM-FBS): interface forces as Lagrange multipliers of the compatibility."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,7 +15,7 @@ from ..typing import ArrayLike
 from ._regularised_inverse import regularised_inverse
 from ._uncoupled_transfer import uncoupled_transfer
 
-#: Two channels that move together, or one and None: held.
+#: Two channels with the same motion, or one channel and None: fixed to the ground.
 Pair = tuple[str, str | None]
 
 
@@ -43,19 +43,18 @@ def couple_transfer(
     compliance: ArrayLike | None = None,
     **regular: Any,
 ) -> TransferFunctions:
-    """Components joined: `Y - Y B^T (B Y B^T + S)^-1 B Y`.
+    """Couple components by transfer functions: `Y - Y B^T (B Y B^T + S)^-1 B Y`.
 
     Args:
         parts: components by name (their channels are then named "component channel"), or what `uncoupled_transfer` or
             an earlier coupling returned.
-        pairs: channels that move together; both are outputs and inputs.  (name, None) holds a channel.
+        pairs: channels with the same motion, each both output and input.  (name, None) fixes a channel.
         compliance: S of elastic bonds, (pairs, pairs) or (frequencies, pairs, pairs): relative motion (displacement,
             velocity, acceleration as the kind says) per force; None is rigid.
         regular: `rank`, `rcond`, `noise`, `weights` of `regularised_inverse`, for measured interfaces.
 
-    A pair given twice and pairs in a ring (a-b, b-c, a-c) do no harm: the names alone tell which pairs repeat what
-    others say, so that no number decides the rank of B; `independent_pairs` says what becomes of S.  With `regular`
-    the rank is at most that of B.
+    Repeated pairs and pairs in a ring (a-b, b-c, a-c) are allowed: redundant pairs are found from the names, so that
+    no tolerance decides the rank of B; for S see `independent_pairs`.  With `regular` the rank is at most that of B.
 
     Source: S1 (1)-(3), (40)-(41); D. de Klerk, D. Rixen, S. Voormeeren, AIAA J. 46 (2008) 1169.
     """
@@ -81,9 +80,11 @@ def coupling_forces(
 
 
 def add_stiffness(receptances: TransferFunctions, channels: Sequence[str], stiffness: Array) -> TransferFunctions:
-    """Receptances of the same structure with a dynamic stiffness more, `Y - Y Z (I + Y Z)^-1 Y`: no Y is inverted.
+    """Add a dynamic stiffness to a structure: `Y - Y Z (I + Y Z)^-1 Y`, without an inverse of Y.
 
-    Args: channels: outputs and inputs; stiffness: Z (1 or frequencies, channels, channels) [N/m].  Source: S1 (41).
+    Args: channels: names, both outputs and inputs; stiffness: Z (1 or frequencies, channels, channels) [N/m].
+
+    Source: S1 (41).
     """
     Y, Z = receptances.values, stiffness.astype(receptances.values.dtype)
     columns, rows = receptances.columns(channels), Y[:, receptances.rows(channels)]
@@ -92,11 +93,11 @@ def add_stiffness(receptances: TransferFunctions, channels: Sequence[str], stiff
 
 
 def independent_pairs(B) -> tuple[np.ndarray, np.ndarray]:
-    """The first independent rows (r,) of a signed Boolean B (pairs, channels), and the rings (pairs, pairs - r).
+    """First independent rows (r,) of a signed Boolean B (pairs, channels), and its rings (pairs, pairs - r).
 
-    A ring N is a column of -1, 0, 1 with `B^T N = 0`: forces round it do nothing but strain its elastic bonds.  They
-    make `N^T S N` least; where that is rounding of its terms (below 2e-10 of `|N|^T |S| |N|` in double precision,
-    5e-5 in single) nothing resists, and the last pair of the ring takes none.
+    A ring N is a column of -1, 0, 1 with `B^T N = 0`: forces around it only strain its elastic bonds, so that they
+    minimise the energy with `N^T S N`.  Where that is rounding of its terms (below 2e-10 of `|N|^T |S| |N|` in double
+    precision, 5e-5 in single) nothing resists, and the last pair of the ring carries no force.
     """
     ground = B.shape[1]
     root = np.arange(ground + 1)
@@ -121,7 +122,7 @@ def independent_pairs(B) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _multipliers(Y, pairs, compliance, regular):
-    """B^T's matrix, forces that act (frequencies, r, inputs), and how the pairs share them (..., pairs, r)."""
+    """Matrix B of the inputs, multipliers (frequencies, r, inputs), and their distribution (..., pairs, r)."""
     dtype = Y.values.dtype
     B, Bf = (signed_interface(names, pairs) for names in (Y.outputs, Y.inputs))
     first, rings = independent_pairs(B)
@@ -144,7 +145,7 @@ def _multipliers(Y, pairs, compliance, regular):
 
 
 def _distribute_forces(first, rings, S, dtype):
-    """Forces (..., pairs, r) of all pairs for unit ones of the independent pairs."""
+    """Forces (..., pairs, r) of all pairs for unit forces of the independent pairs."""
     alone = np.eye(len(rings))[:, first]
     if S is None or not rings.shape[1]:
         return jnp.asarray(alone - rings @ (np.linalg.pinv(rings) @ alone), dtype)

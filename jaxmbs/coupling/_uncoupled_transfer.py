@@ -1,4 +1,4 @@
-"""Transfer functions of components side by side, before they are joined."""
+"""Block-diagonal transfer functions of several components before they are coupled."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from ..linear._transfer import TransferFunctions
 
 
 def uncoupled_transfer(parts: Mapping[str, TransferFunctions]) -> TransferFunctions:
-    """Components side by side, not yet joined; channels are named "component channel".
+    """Combine uncoupled components to block-diagonal transfer functions; channels are named "component channel".
 
     Raises: ModelError where numbers of frequencies or kinds differ.  Source: S1 (3), (40).
     """
@@ -19,7 +19,7 @@ def uncoupled_transfer(parts: Mapping[str, TransferFunctions]) -> TransferFuncti
 
 
 def block_diagonal(parts: Mapping[str, TransferFunctions], mark: str) -> TransferFunctions:
-    """As `uncoupled_transfer`, with this mark between the names of component and channel."""
+    """Combine as `uncoupled_transfer`, with a given mark between the names of component and channel."""
     check_compatible(parts)
     first = next(iter(parts.values()))
     heights, widths = ([len(getattr(p, side)) for p in parts.values()] for side in ("outputs", "inputs"))
@@ -35,7 +35,7 @@ def block_diagonal(parts: Mapping[str, TransferFunctions], mark: str) -> Transfe
 
 
 def check_compatible(parts: Mapping[str, TransferFunctions]) -> None:
-    """Components on the same frequencies and of the same kind. Raises: ModelError."""
+    """Refuse components at different frequencies or of different kinds.  Raises: ModelError."""
     if not parts:
         raise ModelError(["no component is given"])
     faults = []
@@ -54,7 +54,7 @@ def check_compatible(parts: Mapping[str, TransferFunctions]) -> None:
 
 
 def _frequencies_differ(a, b):
-    """Whether concrete frequencies differ; traced ones cannot be looked at."""
+    """True if concrete frequencies differ; traced ones are not compared."""
     if not is_concrete(a, b):
         return False
     return bool(np.any(np.abs(np.asarray(a) - np.asarray(b)) > 1e-6 * np.max(np.abs(a), initial=0.0)))

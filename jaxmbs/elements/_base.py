@@ -1,4 +1,4 @@
-"""What a finite element is: node positions in, stiffness, mass and forces out.
+"""Base of finite elements: functions of node positions that return stiffness, mass and forces.
 
 Coordinates of a node: displacements x y z [m] and small rotations rx ry rz [rad] in world axes; solids and rods use
 the first three only.  Numbers (section, material, stiffness) are leaves, positions are arguments, so that both have
@@ -20,19 +20,22 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def as_real(value: Any) -> Array:
-    """Array leaf in the precision it comes in; whole numbers become floats.  Raises: TypeError for complex ones."""
+    """Convert to a real floating array of the same precision; whole numbers become floats.
+
+    Raises: TypeError for complex numbers.
+    """
     refuse_complex(value)
     value = as_array(value, None)
     return value if jnp.issubdtype(value.dtype, jnp.floating) else jnp.asarray(value, float)
 
 
 def as_optional_real(value: Any) -> Array | None:
-    """`as_real`, or None where there is none."""
+    """Convert as `as_real`, or keep None."""
     return None if value is None else as_real(value)
 
 
 class AbstractElement(eqx.Module):
-    """One element. `coordinates` is how many of x y z rx ry rz each node uses: 3 or 6.
+    """Base of all elements; `coordinates` is the number of x y z rx ry rz that each node uses, 3 or 6.
 
     `force_labels` and `stress_labels` name what `forces` and `stresses` return.  `nonnegative_fields` lists the
     fields that must not be negative, `positive_fields` those that must not be zero either; `degeneracy` words the
@@ -51,24 +54,24 @@ class AbstractElement(eqx.Module):
 
     @property
     def size(self) -> int:
-        """Coordinates of the element, node by node."""
+        """Number of coordinates of the element."""
         return self.num_nodes * self.coordinates
 
     @abc.abstractmethod
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Stiffness in world axes [N/m, N, N m]."""
+        """Stiffness matrix in world axes [N/m, N, N m]."""
 
     @abc.abstractmethod
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Mass in world axes [kg, kg m, kg m^2]."""
+        """Mass matrix in world axes [kg, kg m, kg m^2]."""
 
     @property
     def has_damping(self) -> bool:
-        """Whether `damping` is more than zeros."""
+        """True if `damping` may be nonzero."""
         return type(self).damping is not AbstractElement.damping
 
     def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Viscous damping in world axes [N s/m, N s, N m s]; zero but for dampers."""
+        """Viscous damping matrix in world axes [N s/m, N s, N m s]; zero except for dampers."""
         return jnp.zeros((self.size, self.size), nodes.dtype)
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
@@ -80,7 +83,7 @@ class AbstractElement(eqx.Module):
         return jnp.zeros(0, nodes.dtype)
 
     def faults(self) -> list[str]:
-        """What is wrong with the values, one message each; values that are traced are not looked at."""
+        """Messages about invalid values; traced values are not checked."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         given = {n: np.asarray(v) for n, v in values.items() if eqx.is_array(v) and is_concrete(v)}
         found = [f"{name} must be finite" for name, v in given.items() if not np.all(np.isfinite(v))]
@@ -92,5 +95,5 @@ class AbstractElement(eqx.Module):
         return found + [f"{name} must not be zero" for name in zero]
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
-        """Which of many elements (m,), by their positions (m, k, 3), have no extent or are inside out."""
+        """Flags (m,) of elements that have no extent or are inside out, from node positions (m, k, 3)."""
         return (np.ptp(nodes, axis=1).max(axis=1) == 0) & (self.num_nodes > 1)

@@ -84,16 +84,16 @@ class Beam(AbstractElement):
                 raise ValueError(f"a beam released in {d} at both ends is a mechanism: release one end")
 
     @property
-    def positive_fields(self) -> tuple[str, ...]:
-        """What it cannot hold without; with shear also what its compliance is divided by."""
+    def positive_fields(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Fields that must not be zero: those without which it has no stiffness, or by which it divides."""
         return ("young", "area", *(() if self.shear is None else ("shear", "shear_modulus")))
 
     def faults(self) -> list[str]:
-        """Also a section that differs in y and z without a reference to say which is which."""
+        """Messages also for a section that differs in y and z without a reference that orients it."""
         pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])
-        uneven = any(is_concrete(pair) and not np.allclose(*pair, rtol=1e-6, atol=0) for pair in pairs)
+        uneven = any(is_concrete(y, z) and not np.allclose(y, z, rtol=1e-6, atol=0) for y, z in pairs)
         if self.reference is None and uneven:
-            return [*super().faults(), "give it a reference: its section differs in y and z"]
+            return [*super().faults(), "its section differs in y and z: give a reference vector that orients it"]
         return super().faults()
 
     def _axes(self, nodes):
@@ -142,7 +142,7 @@ class Beam(AbstractElement):
         return M
 
     def _released(self, K):
-        """(12, 12): end motions of the beam by those of its ends' frames, the released ones free. Source: S1 (6)."""
+        """End motions (12, 12) of the beam from those of its end frames, released ones condensed.  Source: S1 (6)."""
         free = [
             i for i, name in enumerate(f"{d}{end}" for end in (1, 2) for d in DIRECTIONS) if name in self.releases
         ]
@@ -160,12 +160,12 @@ class Beam(AbstractElement):
         return length, axes, K, self._released(K) @ T
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`T^T k_e T`, exact for loads at the nodes."""
+        """Stiffness `T^T k_e T`, exact for loads at the nodes."""
         _, _, K, T = self._matrices(nodes)
         return T.T @ K @ T
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`T^T m_e T`."""
+        """Consistent mass `T^T m_e T`."""
         length, _, _, T = self._matrices(nodes)
         return T.T @ self._local_mass(length) @ T
 
@@ -174,7 +174,7 @@ class Beam(AbstractElement):
     ) -> Float[Array, " f"]:
         """Forces and moments (12,) on the beam at its two ends, local axes. Source: S1 (30).
 
-        Args: load: (12,) of what is spread over the beam (`line_load`, weight), which the ends carry too.
+        Args: load: (12,) of loads distributed over the beam (`line_load`, weight), which the ends carry too.
         """
         _, axes, K, T = self._matrices(nodes)
         found = K @ T @ u.reshape(-1)
@@ -216,7 +216,7 @@ class Beam(AbstractElement):
     degeneracy = "its ends meet, or its reference lies along it"
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
-        """No length, or no plane for the local axes."""
+        """Flags of beams without length, or without a plane for the local axes."""
         line = nodes[:, 1] - nodes[:, 0]
         if self.offsets is not None and is_concrete(self.offsets):
             offsets = np.asarray(self.offsets)
@@ -234,13 +234,13 @@ def _add_block(matrix, places, part):
 
 
 def _rotation_scale(length, sign):
-    """(4,) 1, l, 1, l with signs of the plane."""
+    """Scale (4,) of deflections and rotations of a plane: 1, l, 1, l with the signs of the plane."""
     one = jnp.ones_like(length)
     return jnp.stack([one, length, one, length]) * jnp.asarray(np.broadcast_to(sign, 4), length.dtype)
 
 
 def _shape_products(shapes, ratio):
-    """(4, 4) integral over [0, 1] of the products of shapes `(a + p b) / (1 + p)`."""
+    """Integrals (4, 4) over [0, 1] of products of shapes `(a + p b) / (1 + p)`."""
     a, b = shapes
     parts = [np.einsum("q,qi,qj->ij", _W, *pair) for pair in ((a, a), (a, b), (b, b))]
     aa, ab, bb = (jnp.asarray(part, ratio.dtype) for part in (parts[0], parts[1] + parts[1].T, parts[2]))

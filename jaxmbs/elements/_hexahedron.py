@@ -1,4 +1,4 @@
-"""Eight-node solid with incompatible modes."""
+"""`Hexahedron`: eight-node solid element with incompatible modes."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -45,14 +45,14 @@ class Hexahedron(AbstractElement):
     degeneracy = "it is inside out or flat somewhere: check the order of its nodes"
 
     def elasticity(self) -> Array:
-        """(6, 6) stresses by strains xx, yy, zz and shear angles xy, yz, zx."""
+        """Elasticity matrix (6, 6): stresses per strains xx, yy, zz and shear angles xy, yz, zx."""
         shear = self.young / (2.0 * (1.0 + self.poisson))
         lame = self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
         normal, twice = np.array([1.0, 1, 1, 0, 0, 0]), np.diag([2.0, 2, 2, 1, 1, 1])
         return shear * jnp.asarray(twice, shear.dtype) + lame * jnp.asarray(np.outer(normal, normal), shear.dtype)
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Strain energy with the nine internal modes condensed."""
+        """Stiffness with the nine internal modes condensed."""
         inverse, det = inverse_jacobian(_DN, nodes)
         inverse0, det0 = inverse_jacobian(_DN0, nodes)
         bubbles = inverse0 @ _BUBBLES.astype(nodes.dtype) * (det0 / det)[:, None, None]
@@ -67,7 +67,7 @@ class Hexahedron(AbstractElement):
         return jnp.kron(self.density * (N.T * weight[None]) @ N, jnp.eye(3, dtype=nodes.dtype))
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
-        """As `stresses`. Source: S1 (30)."""
+        """The stresses, see `stresses`.  Source: S1 (30)."""
         return self.stresses(nodes, u)
 
     def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
@@ -84,12 +84,12 @@ class Hexahedron(AbstractElement):
         return jnp.zeros((8, 3), nodes.dtype).at[corners].set(share).reshape(-1)
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
-        """Volume not positive at a point of quadrature."""
+        """Flags of elements whose volume is not positive at some quadrature point."""
         return np.any(np.linalg.det(np.einsum("qdi,mix->mqdx", _DN, nodes)) <= 0, axis=1)
 
 
 def _strains(slopes):
-    """(q, 6, 3 k) from slopes (q, 3, k) of the shape functions."""
+    """Strain matrices (q, 6, 3 k) from slopes (q, 3, k) of the shape functions."""
     x, y, z = (slopes[:, d] for d in range(3))
     o = jnp.zeros_like(x)
     rows = [[x, o, o], [o, y, o], [o, o, z], [y, x, o], [o, z, y], [z, o, x]]

@@ -1,4 +1,4 @@
-"""Rigid mass on a node, at an offset."""
+"""`PointMass`: rigid mass attached to a node, at an offset."""
 
 import equinox as eqx
 import jax
@@ -31,7 +31,7 @@ class PointMass(AbstractElement):
     nonnegative_fields = ("value",)
 
     def faults(self) -> list[str]:
-        """Also an inertia that is not symmetric, or negative about some axis."""
+        """Messages also for an inertia that is not symmetric, or negative about some axis."""
         found = super().faults()
         if found or self.inertia is None or not is_concrete(self.inertia):
             return found
@@ -42,16 +42,16 @@ class PointMass(AbstractElement):
         return ["inertia must not be negative"] if np.any(np.linalg.eigvalsh(I) < -size) else []
 
     @property
-    def coordinates(self) -> int:
-        """3, or 6 with an offset or an inertia."""
+    def coordinates(self) -> int:  # type: ignore[override]
+        """Coordinates of the node: 3, or 6 with an offset or an inertia."""
         return 3 if self.offset is None and self.inertia is None else 6
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Zero."""
+        """Zero stiffness."""
         return jnp.zeros((self.size, self.size), nodes.dtype)
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`[m E, -m c~; m c~, I + m c~^T c~]`, c the offset."""
+        """Mass matrix `[m E, -m c~; m c~, I + m c~^T c~]`, c the offset."""
         central = self.value * jnp.eye(3, dtype=nodes.dtype)
         if self.coordinates == 3:
             return central

@@ -46,12 +46,12 @@ class Quadrilateral(AbstractShell):
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")
 
     def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
-        """x bisects the diagonals, z along their vector product."""
+        """Axes (3, 3): x bisects the diagonals, z lies along their vector product."""
         first, second = nodes[2] - nodes[0], nodes[3] - nodes[1]
         return axes_across(first, second, first - second)
 
     def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
-        """Bilinear, at 2 x 2 points."""
+        """Bilinear shape functions at 2 x 2 points, and their areas."""
         return _N.astype(xy.dtype), inverse_jacobian(_DN, xy)[1] * _WEIGHTS.astype(xy.dtype)
 
     def _slopes(self, xy, slopes):
@@ -60,7 +60,7 @@ class Quadrilateral(AbstractShell):
         return inverse @ slopes.astype(xy.dtype), det
 
     def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
-        """Strain and drilling energies with the incompatible modes condensed."""
+        """Membrane and drilling stiffness with the incompatible modes condensed, and strains at the centre."""
         slopes, det = self._slopes(xy, _DN)
         inverse0, det0 = inverse_jacobian(_DN0, xy)
         bubbles = inverse0 @ _BUBBLES.astype(xy.dtype) * (det0 / det)[:, None, None]
@@ -73,7 +73,7 @@ class Quadrilateral(AbstractShell):
         return K, _strains(self._slopes(xy, _DN0)[0], 3)[0]
 
     def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
-        """Curvature energy, and shear energy with tied shear angles."""
+        """Bending stiffness with interpolated (MITC4) shear angles, and curvatures at the centre."""
         slopes, det = self._slopes(xy, _DN)
         curvature, shear = _curvatures(slopes), self._shear(xy, _POINTS)
         weight = det * _WEIGHTS.astype(xy.dtype)
@@ -108,14 +108,14 @@ class Quadrilateral(AbstractShell):
     degeneracy = "its corners do not go round a convex outline"
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
-        """A corner whose angle is not below a straight one."""
+        """Flags of elements with a corner of 180 degrees or more."""
         normal = np.cross(nodes[:, 2] - nodes[:, 0], nodes[:, 3] - nodes[:, 1])
         after, before = np.roll(nodes, -1, axis=1) - nodes, np.roll(nodes, 1, axis=1) - nodes
         return np.any(np.sum(np.cross(after, before) * normal[:, None], axis=2) <= 0, axis=1)
 
 
 def _strains(slopes, per_node):
-    """(q, 3, per_node k): xx, yy, xy strains of u, v (and the drilling rotation, which strains nothing)."""
+    """Strain matrices (q, 3, per_node k) xx, yy, xy of u, v (and the drilling rotation, which strains nothing)."""
     x, y = slopes[:, 0], slopes[:, 1]
     zero = jnp.zeros_like(x)
     rows = [[x, zero, zero], [zero, y, zero], [y, x, zero]]
@@ -123,14 +123,14 @@ def _strains(slopes, per_node):
 
 
 def _drilling_rows(slopes, values):
-    """(q, 3 k or 2 k): drilling rotation less the rotation `(v,x - u,y) / 2` of the membrane."""
+    """Rows (q, 3 k or 2 k) of the drilling rotation minus the rotation `(v,x - u,y) / 2` of the membrane."""
     x, y = slopes[:, 0], slopes[:, 1]
     row = [y / 2, -x / 2] if values is None else [y / 2, -x / 2, values]
     return jnp.stack(row, axis=-1).reshape(len(x), -1)
 
 
 def _curvatures(slopes):
-    """(q, 3, 12): slopes of the fibre's rotations bx = ry, by = -rx over w, rx, ry."""
+    """Curvature matrices (q, 3, 12): slopes of the fibre rotations bx = ry, by = -rx over w, rx, ry."""
     x, y = slopes[:, 0], slopes[:, 1]
     zero = jnp.zeros_like(x)
     return _interleave_nodes([[zero, zero, x], [zero, -y, zero], [zero, -x, y]], 3)

@@ -1,4 +1,4 @@
-"""Straight rod that carries axial force only."""
+"""`Rod`: straight truss member that carries axial force only."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -28,18 +28,18 @@ class Rod(AbstractElement):
     stress_labels = ("axial",)
 
     def _strain(self, nodes):
-        """(6,) axial strain by displacements, and the length."""
+        """Row (6,) of the axial strain by displacements, and the length."""
         line = nodes[1] - nodes[0]
         length = jnp.linalg.norm(line)
         return jnp.concatenate([-line, line]) / length**2, length
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`E A l b b^T`, b the strain row."""
+        """Stiffness `E A l b b^T`, b the strain row."""
         strain, length = self._strain(nodes)
         return self.young * self.area * length * jnp.outer(strain, strain)
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`rho A l / 6 [2 E, E; E, 2 E]`, or half of the mass on each node."""
+        """Consistent mass `rho A l / 6 [2 E, E; E, 2 E]`, or half of the mass on each node."""
         length = self._strain(nodes)[1]
         share = jnp.asarray([[1 / 2, 0.0], [0.0, 1 / 2]] if self.lumped else [[1 / 3, 1 / 6], [1 / 6, 1 / 3]])
         share = share.astype(nodes.dtype)

@@ -1,4 +1,4 @@
-"""Small matrices that several elements share."""
+"""Matrices and quadrature shared by several elements."""
 
 import jax
 import jax.numpy as jnp
@@ -26,24 +26,24 @@ def axes_across(first, second, x):
 
 
 def rigid_arm(arm):
-    """(6, 6): displacement and rotation of a point at `arm` (3,) from a node, rigidly carried by it."""
+    """Matrix (6, 6) of the displacement and rotation of a point rigidly attached to a node at `arm` (3,)."""
     one, zero = jnp.eye(3, dtype=arm.dtype), jnp.zeros((3, 3), arm.dtype)
     return jnp.block([[one, -skew(arm)], [zero, one]])
 
 
 def axes_transformation(axes):
-    """(6, 6): displacement and rotation resolved in `axes`, rows x, y, z (3, 3)."""
+    """Matrix (6, 6) that resolves displacement and rotation in `axes`, rows x, y, z (3, 3)."""
     return jax.scipy.linalg.block_diag(axes, axes)
 
 
 def condense(K, keep: int):
-    """Stiffness of the first `keep` coordinates, the others being free. Source: S1 (6)."""
+    """Condense a stiffness to its first `keep` coordinates, the others being free of load.  Source: S1 (6)."""
     inner = K[keep:, :keep]
     return K[:keep, :keep] - inner.T @ spd_solve(K[keep:, keep:], inner)
 
 
 def plane_stress(young, poisson):
-    """(3, 3) stress xx, yy, xy by strain xx, yy and the shear angle."""
+    """Elasticity (3, 3) in plane stress: stresses xx, yy, xy per strains xx, yy and the shear angle."""
     E, nu = young / (1.0 - poisson**2), poisson
     zero = jnp.zeros_like(E)
     rows = [[E, nu * E, zero], [nu * E, E, zero], [zero, zero, (1.0 - nu) / 2 * E]]
@@ -66,7 +66,7 @@ def inverse_jacobian(slopes, nodes):
 
 
 def gauss_points(points: int, dimensions: int):
-    """Points (q, dimensions) and weights (q,) on [-1, 1]^dimensions."""
+    """Gauss points (q, dimensions) and weights (q,) on [-1, 1]^dimensions."""
     x, w = np.polynomial.legendre.leggauss(points)
     grids = np.meshgrid(*[x] * dimensions, indexing="ij")
     weights = np.meshgrid(*[w] * dimensions, indexing="ij")

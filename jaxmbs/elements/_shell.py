@@ -1,4 +1,4 @@
-"""What the flat shells share: material fields, transformation to the plane, pressure."""
+"""Base of flat shells: material fields, transformation to the plane, pressure."""
 
 from typing import Any, ClassVar
 
@@ -50,9 +50,9 @@ class AbstractShell(AbstractElement):
         raise NotImplementedError
 
     def plane_coordinates(self, nodes: Float[Array, "k 3"]) -> tuple[Any, Array]:
-        """Positions (k, 2) in the mean plane, and (6 k, 6 k) motions there in element axes from those of the nodes.
+        """Positions (k, 2) in the mean plane, and the matrix (6 k, 6 k) of motions there from those of the nodes.
 
-        A node off the plane carries its image rigidly.
+        Motions in the plane are in element axes; a node off the plane is rigidly connected to its projection.
         """
         axes = self.axes(nodes)
         local = (nodes - jnp.mean(nodes, axis=0, keepdims=True)) @ axes.T
@@ -63,7 +63,7 @@ class AbstractShell(AbstractElement):
         )
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Membrane and bending, uncoupled in the element's plane."""
+        """Stiffness of membrane and bending, uncoupled in the plane of the element."""
         xy, T = self.plane_coordinates(nodes)
         in_plane, across = _plane_rows(self.num_nodes)
         K = jnp.zeros((self.size, self.size), nodes.dtype)

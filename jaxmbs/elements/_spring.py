@@ -12,7 +12,7 @@ from ._shared_matrices import axes_transformation, rigid_arm
 
 
 def _as_six_by_six(value):
-    """(..., 6, 6) from a matrix or from six numbers on the diagonal."""
+    """Convert a matrix, or six numbers of a diagonal, to (..., 6, 6)."""
     value = as_real(value)
     if value.shape == (6,):
         return jnp.diag(value)
@@ -48,26 +48,26 @@ class Spring(AbstractElement):
     nonnegative_fields = ()
 
     def faults(self) -> list[str]:
-        """Also matrices that are not symmetric, and axes that are not."""
+        """Messages also for matrices that are not symmetric, and axes that are not orthonormal."""
         named = {"matrix": self.matrix, "damper": self.damper}
         given = {n: np.asarray(v) for n, v in named.items() if v is not None and is_concrete(v)}
         uneven = [name for name, v in given.items() if not _is_symmetric(v)]
         fine = self.axes is None or are_axes(self.axes)
-        skewed = [] if fine else ["axes must be three unit vectors, square to each other and right-handed"]
+        skewed = [] if fine else ["axes must be three right-handed orthogonal unit vectors"]
         return super().faults() + [f"{name} must be symmetric" for name in uneven] + skewed
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
-        """Never: its nodes may lie at one point."""
+        """No spring is degenerate: its nodes may coincide."""
         return np.zeros(len(nodes), bool)
 
     def relative_motion(self, nodes: Float[Array, "k 3"]) -> Array:
-        """(6, 12): relative displacement and rotation, second node less first, in the spring's axes."""
+        """Matrix (6, 12) of the relative displacement and rotation, second node minus first, in the spring's axes."""
         line = nodes[1] - nodes[0]
         at_first, at_second = rigid_arm(self.place * line), rigid_arm((self.place - 1.0) * line)
         return _resolve(self.axes, jnp.concatenate([-at_first, at_second], axis=1))
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`B^T K B` with B the relative motion."""
+        """Stiffness `B^T K B` with B the relative motion."""
         B = self.relative_motion(nodes)
         return B.T @ self.matrix @ B
 
@@ -76,12 +76,12 @@ class Spring(AbstractElement):
         return self.damper is not None
 
     def damping(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """`B^T C B` with B the relative motion."""
+        """Damping `B^T C B` with B the relative motion."""
         B = self.relative_motion(nodes)
         return jnp.zeros_like(B.T @ B) if self.damper is None else B.T @ self.damper @ B
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Zero."""
+        """Zero mass."""
         return jnp.zeros((self.size, self.size), nodes.dtype)
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
@@ -99,7 +99,7 @@ class GroundSpring(Spring):
     num_nodes = 1
 
     def relative_motion(self, nodes: Float[Array, "k 3"]) -> Array:
-        """(6, 6): motion of the node in the spring's axes."""
+        """Matrix (6, 6) of the motion of the node in the spring's axes."""
         return _resolve(self.axes, jnp.eye(6, dtype=nodes.dtype))
 
 

@@ -13,7 +13,7 @@ from ._shell import AbstractShell
 # Areas of mid-side quadrature and quadratic shape functions: corners, then mid-sides 12, 23, 31.
 _MID_SIDES = np.array([[0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
 _CENTRE = np.full((1, 3), 1 / 3)
-# Numbers b1 ... b9 of the optimal element, and their places in the three matrices Q
+# Parameters beta_1 ... beta_9 of the optimal element (Felippa 2003), and their places in the matrices Q_1, Q_2, Q_3
 _BETA = np.array([1.0, 2, 1, 0, 1, -1, -1, -1, -2])
 _Q = np.array(
     [[[1, 2, 3], [4, 5, 6], [7, 8, 9]], [[9, 7, 8], [3, 1, 2], [6, 4, 5]], [[5, 6, 4], [8, 9, 7], [2, 3, 1]]]
@@ -35,12 +35,12 @@ class Triangle(AbstractShell):
     degeneracy = "its corners lie on a line"
 
     def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
-        """x along the first side, z along the normal."""
+        """Axes (3, 3): x along the first side, z along the normal."""
         first, second = nodes[1] - nodes[0], nodes[2] - nodes[0]
         return axes_across(first, second, first)
 
     def shapes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
-        """Linear, at the mid-sides."""
+        """Linear shape functions at the mid-sides, and their areas."""
         return _MID_SIDES.astype(xy.dtype), _area(xy) / 3 * jnp.ones(3, xy.dtype)
 
     def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
@@ -52,17 +52,20 @@ class Triangle(AbstractShell):
         means = natural @ ((Q + jnp.roll(Q, -1, axis=0)) / 2)
         turning = area * jnp.einsum("pai,ab,pbj->ij", means, E, means)
         T = _drilling_deviation(xy)
-        beta = jnp.maximum((1.0 - 4.0 * self.poisson**2) / 2, 0.01)
+        beta = jnp.maximum((1.0 - 4.0 * self.poisson**2) / 2, 0.01)  # beta_0; kept positive, Felippa (2003)
         return self.thickness * (L @ E @ L.T / area + 0.75 * beta * T.T @ turning @ T), L.T / area
 
     def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
-        """Curvatures of quadratic rotations that meet Kirchhoff's condition along the sides."""
+        """DKT bending stiffness, and curvatures at the centre.
+
+        Rotations are quadratic and satisfy Kirchhoff's condition along the sides.
+        """
         D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
         curvature = _curvatures(xy, _MID_SIDES)
         return _area(xy) / 3 * jnp.einsum("qai,ab,qbj->ij", curvature, D, curvature), _curvatures(xy, _CENTRE)[0]
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
-        """No area."""
+        """Flags of triangles without area."""
         normal = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])
         size = np.ptp(nodes, axis=1).max(axis=1)
         return np.linalg.norm(normal, axis=1) <= 1e-9 * size**2
@@ -80,7 +83,7 @@ def _side_vectors(xy):
 
 
 def _lumping_matrix(xy):
-    """(9, 3): nodal forces over u, v, drilling by the three constant stresses, thickness one."""
+    """Lumping matrix (9, 3): nodal forces over u, v, drilling of three constant stresses, for unit thickness."""
     (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _side_vectors(xy)
     zero, a = jnp.zeros_like(x_ik), 1.5
     turn = [a / 6 * -y_kj * (y_ik - y_ji), a / 6 * x_kj * (x_ji - x_ik), a / 3 * (x_ji * y_ji - x_ik * y_ik)]
@@ -89,21 +92,21 @@ def _lumping_matrix(xy):
 
 
 def _natural_strain_matrix(xy):
-    """(3, 3): strains xx, yy, xy from the strains along the sides 12, 23, 31."""
+    """Matrix (3, 3) of the strains xx, yy, xy from the strains along the sides 12, 23, 31."""
     (x_ik, y_ik), (x_ji, y_ji), (x_kj, y_kj) = _side_vectors(xy)
     rows = [-y_kj * y_ik, -x_kj * x_ik, y_kj * x_ik + x_kj * y_ik]
     return jnp.stack(rows) * (x_ji**2 + y_ji**2)[None] / (4.0 * _area(xy) ** 2)
 
 
 def _drilling_deviation(xy):
-    """(3, 9): drilling rotations less the mean rotation of the displacements."""
+    """Matrix (3, 9) of the drilling rotations minus the mean rotation of the displacements."""
     _, _, opposite = _side_vectors(xy)
     mean = jnp.concatenate([opposite.T / (4.0 * _area(xy)), jnp.zeros((3, 1), xy.dtype)], axis=1).reshape(-1)
     return mean[None] + jnp.asarray(np.kron(np.eye(3), [0.0, 0.0, 1.0]), xy.dtype)
 
 
 def _curvatures(xy, points):
-    """(q, 3, 9): curvatures over w, rx, ry at points (q, 3) given by their areas."""
+    """Curvature matrices (q, 3, 9) over w, rx, ry at points (q, 3) in area coordinates."""
     areas = jnp.asarray(points, xy.dtype)[:, None, :]
     (x_ik, y_ik), side, (x_kj, y_kj) = _side_vectors(xy)
     slopes = jnp.stack([-y_kj, x_kj]) / (2.0 * _area(xy))  # (2, 3) of the areas
@@ -118,7 +121,7 @@ _STRAIN = np.array([[[1.0, 0], [0, 0]], [[0, 0], [0, 1]], [[0, 1], [1, 0]]])  # 
 
 
 def _rotations(sides):
-    """(6, 2, 9): rotations bx = ry, by = -rx of fibres at corners and mid-sides, from the sides (3, 2)."""
+    """Matrices (6, 2, 9) of the fibre rotations bx = ry, by = -rx at corners and mid-sides, from the sides (3, 2)."""
     corner, deflection = np.zeros((3, 2, 9)), np.zeros((3, 9))
     for i in range(3):
         corner[i, 0, 3 * i + 2], corner[i, 1, 3 * i + 1] = 1.0, -1.0

@@ -1,4 +1,4 @@
-"""Measured transfer functions: coupling, decoupling, virtual points, test rigs, uncertainty."""
+"""Measured transfer functions: decoupling, virtual points, test rigs, sine sweeps, uncertainty."""
 
 from ._decoupling import decouple
 from ._rig import free_response, measured_stiffness, remove_stiffness

@@ -1,4 +1,4 @@
-"""Decoupling: what remains of an assembled structure when a known component is taken off."""
+"""Decoupling: the remaining structure when a known component is removed from an assembled one."""
 
 from collections.abc import Sequence
 
@@ -25,21 +25,21 @@ def decouple(
     noise: ArrayLike = 0.0,
     weights: ArrayLike | None = None,
 ) -> TransferFunctions:
-    """The rest of `assembled` without `known`: the component is coupled once more, with the opposite sign.
+    """Remove the component `known` from `assembled`: it is coupled once more, with the opposite sign.
 
     `Y - Y E^T (C Y E^T)^+ C Y` with `Y = diag(Y_assembled, -Y_known)`.
 
     Args:
-        compatibility: where the motions of both agree.  The interface alone (standard), or points inside the known
-            component as well (extended), which makes the matrix singular by as many: give `rank`.
-        equilibrium: where forces take the component off; None is the same channels (collocated).
+        compatibility: channels where the motions of both agree: the interface alone (standard), or also points inside
+            the known component (extended), which makes the matrix singular by as many: then give `rank`.
+        equilibrium: channels where forces remove the component; None for the same channels (collocated).
         rank: number of interface coordinates kept, for an extended interface.
         rcond, noise, weights: of `regularised_inverse`, against noise: truncation of small singular values, Tikhonov
             damping, rows weighted by one over their standard deviation.
 
     Returns: the assembled structure's channels; those inside the removed component no longer mean anything.
 
-    Raises: ModelError for channels that are not there or named twice, fewer conditions than forces.
+    Raises: ModelError for unknown or repeated channels, and fewer conditions than forces.
     Source: S1 (1)-(2), (41); S. Voormeeren, D. Rixen, Mech. Syst. Signal Process. 27 (2012) 56.
     """
     check_compatible({"assembled": assembled, "known": known})
@@ -48,7 +48,9 @@ def decouple(
     if twice:
         raise ModelError([f"channels named twice: {', '.join(dict.fromkeys(twice))}"])
     if len(motion[0]) < len(force[0]):
-        raise ModelError([f"{len(motion[0])} compatible channels are fewer than {len(force[0])} forces"])
+        raise ModelError(
+            [f"compatibility has {len(motion[0])} channels, fewer than the {len(force[0])} of equilibrium"]
+        )
     rows, columns = assembled.rows(motion[0]), assembled.columns(force[0])
     known_rows, known_columns = known.rows(motion[1]), known.columns(force[1])
     Y = assembled.values

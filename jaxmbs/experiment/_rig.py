@@ -1,4 +1,4 @@
-"""Taking the test rig out by computation: measured support forces, or a known rig."""
+"""Removal of a test rig by computation, from measured support forces or a known rig."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -16,8 +16,13 @@ from ..typing import ArrayLike
 
 
 class FreeResponse(NamedTuple):
-    """`receptance` (frequencies, outputs, inputs) of the free structure, and `residual` (frequencies,): what of the
-    motions it does not explain, relative; rounding only when there are as many runs as inputs."""
+    """Receptance of the free structure and the relative residual of the measured motions.
+
+    Attributes:
+        receptance: (frequencies, outputs, inputs) complex.
+        residual: (frequencies,), the share of the motions that the receptance does not explain; rounding where there
+            are only as many runs as inputs.
+    """
 
     receptance: Complex[Array, "frequencies outputs inputs"]
     residual: Float[Array, " frequencies"]
@@ -31,7 +36,7 @@ def free_response(
     rcond: ArrayLike = 0.0,
     noise: ArrayLike = 0.0,
 ) -> FreeResponse:
-    """`B_free = X (F + R)^+`, over the runs, at each frequency.
+    """Receptance of the free structure, `B_free = X (F + R)^+` over the runs at each frequency.
 
     Args:
         motions: X (frequencies, outputs, runs), complex amplitudes of any kind (displacement, acceleration).
@@ -41,10 +46,10 @@ def free_response(
         weights: (runs,), one over the standard deviation of each run's motions.
         rcond, noise: of `regularised_inverse`.
 
-    The inputs are all places where a force acts, supports included, and there are at least as many runs (exciters
-    placed, or phased, differently).
+    The inputs are all points where a force acts, supports included; at least as many runs are needed, with exciters
+    at different points or in different phases.
 
-    Raises: ModelError for shapes that do not fit and too few runs.
+    Raises: ModelError for shapes that do not match and too few runs.
     Source: S1 (41), Figs 4-5.
     """
     motions, exciters = jnp.asarray(motions), jnp.asarray(exciters)
@@ -77,19 +82,19 @@ def _shape_faults(motions, exciters, supports, weights):
     if (motions.shape[0], motions.shape[2]) != (frequencies, runs):
         faults.append(f"motions have shape {motions.shape}, exciters {exciters.shape}: frequencies and runs differ")
     if runs < inputs:
-        faults.append(f"{runs} runs are too few for {inputs} inputs: excite in {inputs} different ways")
+        faults.append(f"{runs} runs are too few for {inputs} inputs: measure at least {inputs} different excitations")
     if weights is not None and weights.shape != (runs,):
         faults.append(f"weights have shape {weights.shape}, not ({runs},)")
     return faults
 
 
 def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiffness: ArrayLike) -> TransferFunctions:
-    """The free structure from one measured on a rig of known dynamic stiffness: `(B^-1 - Z)^-1` at the channels.
+    """Remove a rig of known dynamic stiffness from a measured structure: `(B^-1 - Z)^-1` at the channels.
 
-    Computed as `B + B Z (I - B Z)^-1 B`, so that channels off the rig come along, and no B is inverted.
+    It is computed as `B + B Z (I - B Z)^-1 B`, which includes channels off the rig and needs no inverse of B.
 
     Args:
-        channels: where the rig holds the structure; outputs and inputs.
+        channels: names of the channels at the rig, both outputs and inputs.
         stiffness: Z, (channels, channels) or (frequencies, channels, channels), force per displacement [N/m], complex
             with damping and mass: `K + i w C - w^2 M`.  With the opposite sign it adds a rig.
 
@@ -107,7 +112,9 @@ def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiff
 def measured_stiffness(
     measured: TransferFunctions, channels: Sequence[str] | None = None
 ) -> tuple[Float[Array, "frequencies n n"], Float[Array, "frequencies n n"]]:
-    """H and J with `([H] + j[J]) B = E`: real and imaginary dynamic stiffness [N/m] at the channels.
+    """Dynamic stiffness `H + j J` [N/m], the inverse of the receptance: real and imaginary parts.
+
+    Returns: (H, J), each (frequencies, n, n).
 
     Raises: ModelError where outputs and inputs are not the same channels.  Source: S1 (41).
     """

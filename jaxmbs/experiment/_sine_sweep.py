@@ -1,4 +1,4 @@
-"""Slow sine sweeps: the phase of a sweep, complex amplitudes from filtered signals, linearity of levels."""
+"""Slow sine sweeps: phase of a sweep, complex amplitudes by a tracking filter, linearity over force levels."""
 
 import jax
 import jax.numpy as jnp
@@ -29,12 +29,12 @@ def sweep_amplitudes(
     centres: ArrayLike,
     width: int,
 ) -> Complex[Array, "centres channels"]:
-    """Complex amplitudes A at the centres, of signals `Re(A e^(i phase))` sampled during a sweep.
+    """Complex amplitudes A of signals `Re(A e^(i phase))` sampled during a sweep (tracking filter).
 
-    A least-squares fit in a Hann window around each centre, of an amplitude that changes linearly inside the window,
-    and of a constant: a filter that follows the sweep.  The ratio of two amplitudes is a transfer function at the
-    centre's frequency.  The speed of the sweep adds `-i w' B''(w) / 2`, of opposite sign on the way down: it leaves
-    the mean of a sweep up and one down.
+    A least-squares fit in a Hann window around each centre of an amplitude that is linear inside the window, and of a
+    constant.  The ratio of two amplitudes is a transfer function at the frequency of the centre.  The sweep rate adds
+    an error `-i w' B''(w) / 2`, of opposite sign on the way down, which cancels in the mean of a sweep up and one
+    down.
 
     Args:
         phase: of the sweep, known from the generator or `sweep_phase` [rad].
@@ -64,7 +64,7 @@ def sweep_amplitudes(
 
 
 def sweep_variance(noise: ArrayLike, width: int) -> Array:
-    """Variance of the complex amplitudes of `sweep_amplitudes` for white noise of a standard deviation per sample.
+    """Variance of the amplitudes of `sweep_amplitudes` for white noise with a standard deviation `noise` per sample.
 
     Source: S1 (41), Fig. 4.
     """
@@ -77,7 +77,8 @@ def _window(width):
 
 
 def nonlinearity(levels: ArrayLike) -> Float[Array, " frequencies"]:
-    """Largest relative difference between transfer functions (levels, frequencies, ...) of several levels of force.
+    """Largest relative deviation (frequencies,) of transfer functions (levels, frequencies, ...) at several force
+    levels.
 
     Zero for a linear structure; compare it with the noise.  Source: S1 (41), Fig. 5.
     """

@@ -1,4 +1,4 @@
-"""Is a suspension soft enough to measure a free structure on it?"""
+"""Check of the suspension of a structure that is measured as free."""
 
 from collections.abc import Mapping
 
@@ -15,14 +15,14 @@ from ..vibration._modes import natural_modes
 
 
 class SuspensionCheck(eqx.Module):
-    """What `check_suspension` found; `str` of it is a line.
+    """Result of `check_suspension`; `str` of it is a sentence.
 
     Attributes:
-        frequencies: (rigid,) [Hz] of the structure that moves as a solid on its suspension.
-        elastic: () [Hz] the first elastic frequency of the free structure.
-        suspended: () [Hz] the same on the suspension.
-        ratio: () the highest of `frequencies` over `elastic`.
-        limit: of the ratio.
+        frequencies: (rigid,) [Hz] of the rigid-body modes on the suspension.
+        elastic: () [Hz], first elastic frequency of the free structure.
+        suspended: () [Hz], first elastic frequency on the suspension.
+        ratio: (), the highest of `frequencies` over `elastic`.
+        limit: the largest acceptable ratio.
     """
 
     frequencies: Float[Array, " rigid"]
@@ -33,26 +33,26 @@ class SuspensionCheck(eqx.Module):
 
     @property
     def shift(self) -> Float[Array, ""]:
-        """() by how much the suspension raises the first elastic frequency, relative: the error it makes there."""
+        """Relative error () of the first elastic frequency by the suspension."""
         return self.suspended / self.elastic - 1
 
     @property
     def ok(self) -> Bool[Array, ""]:
-        """Whether the ratio is within its limit."""
+        """True if the ratio is within its limit."""
         return self.ratio <= self.limit
 
     def __str__(self):
         verdict = "soft enough" if self.ok else f"too stiff: more than {self.limit:g}"
         return (
-            f"the suspension reaches {float(self.ratio):.3g} of the first elastic frequency, "
-            f"{float(self.elastic):.4g} Hz, and raises it by {100 * float(self.shift):.2g} %: {verdict}"
+            f"the highest frequency on the suspension is {float(self.ratio):.3g} of the first elastic frequency, "
+            f"{float(self.elastic):.4g} Hz, which the suspension raises by {100 * float(self.shift):.2g} %: {verdict}"
         )
 
 
 def check_suspension(
     free: LinearSystem, supports: Mapping, num_rigid: int = 6, limit: float = 0.1, throw: bool = False
 ) -> SuspensionCheck:
-    """Compare what a free structure does on a suspension with what it would do without.
+    """Compare the frequencies of a structure on a suspension with those of the free structure.
 
     Args:
         free: the structure without its suspension.
@@ -60,15 +60,18 @@ def check_suspension(
             k coordinates, or (k, k).
         num_rigid: rigid motions of the free structure, six in space.
         limit: of the highest suspension frequency over the first elastic one.
-        throw: raise where the ratio is above, if concrete.
+        throw: raise an error if the ratio exceeds the limit, if concrete.
 
-    Raises: UnknownNameError; ValueError for a structure that has no elastic mode, negative stiffness and a limit that
-    is none; ModelError where `throw`.
+    Raises: UnknownNameError; ValueError for a structure without elastic mode, negative stiffness and an invalid
+    limit; ModelError where `throw` is set and the suspension is too stiff.
     Source: S1 (41), section 5, Fig. 4.
     """
     free = free.to_dense()
     if not 0 < num_rigid < free.num_rows:
-        raise ValueError(f"num_rigid = {num_rigid}: {free.num_rows} coordinates must leave an elastic mode")
+        raise ValueError(
+            f"num_rigid = {num_rigid} must be less than the {free.num_rows} coordinates, "
+            "so that there is an elastic mode"
+        )
     if np.iscomplexobj(limit) or not (np.isfinite(limit) and limit > 0):
         raise ValueError(f"limit = {limit} must be positive and finite")
     K = free.stiffness

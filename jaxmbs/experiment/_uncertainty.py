@@ -13,7 +13,7 @@ from ..typing import ArrayLike
 
 
 def coherence_variance(values: ArrayLike, coherence: ArrayLike, averages: ArrayLike) -> Array:
-    """Variance `|B|^2 (1 - c) / (c n)` of measured transfer functions: of the complex error, half in each part.
+    """Variance `|B|^2 (1 - c) / (c n)` of the complex error of measured transfer functions, half in each part.
 
     Args:
         values: B, complex.
@@ -25,12 +25,12 @@ def coherence_variance(values: ArrayLike, coherence: ArrayLike, averages: ArrayL
     values, coherence = jnp.asarray(values), jnp.asarray(coherence)
     averages = as_dtype(averages, coherence.dtype)
     if any_concrete(lambda c: (c < 0) | (c > 1), coherence) or not_positive(averages):
-        raise ValueError("a coherence lies between 0 and 1, and there is one average at least")
+        raise ValueError("coherence must lie between 0 and 1, and averages must be positive")
     return jnp.abs(values) ** 2 * (1 - coherence) / (coherence * averages)
 
 
 def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLike = 0.0) -> Array:
-    """Variance of a noise model: a share of the size (calibration, cross talk) and a floor (sensors, cables).
+    """Variance of a noise model: relative to the magnitude (calibration, cross talk) plus a floor (sensors, cables).
 
     Args: relative, floor: numbers, or arrays that broadcast to the values' shape (of the same rank).
 
@@ -42,14 +42,14 @@ def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLik
 
 
 def add_noise(key: Array, values: ArrayLike, variance: ArrayLike) -> Array:
-    """A sample of the values with circular complex noise of the given variance, independent from entry to entry."""
+    """Add circular complex noise of the given variance, independent from entry to entry; `key` seeds it."""
     values, variance = jnp.asarray(values), jnp.asarray(variance)
     parts = jax.random.normal(key, (2, *values.shape), values.real.dtype) * jnp.sqrt(variance / 2)[None]
     return values + lax.complex(parts[0], parts[1])
 
 
 def propagate(function: Callable, values: ArrayLike, variance: ArrayLike) -> tuple[Array, Array]:
-    """Value of a function of measured transfer functions, and the variance of each entry of it.
+    """Value of a function of measured transfer functions, and the variance of each entry (first-order propagation).
 
     First order: `sum |d f / d B_ij|^2 var_ij`, the errors of entries and of frequencies being independent.  Two
     forward derivatives for each pair (output, input), whatever the number of frequencies.
@@ -80,13 +80,13 @@ def propagate(function: Callable, values: ArrayLike, variance: ArrayLike) -> tup
 def propagate_scalar(
     function: Callable, values: ArrayLike, variance: ArrayLike
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """A real number computed from all frequencies, and its variance: one adjoint gives all sensitivities.
+    """Value and variance of a real function of all frequencies; one reverse pass gives all sensitivities.
 
     Args: as of `propagate`; the function gives a real scalar.  Source: S1 (41).
     """
     values, variance = jnp.asarray(values), jnp.asarray(variance)
     if negative(variance):
-        raise ValueError("a variance is not negative")
+        raise ValueError("variance must not be negative")
     found, slope = jax.value_and_grad(function)(values)
     return found, jnp.sum(jnp.abs(slope) ** 2 * variance) / 2
 

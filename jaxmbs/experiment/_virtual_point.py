@@ -1,4 +1,4 @@
-"""Virtual point: sensors and impacts around an interface as six motions and loads of one point, or some more."""
+"""Virtual point transformation: sensors and impacts around an interface as motions and loads of one point."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -18,9 +18,14 @@ from ..typing import ArrayLike
 
 
 class VirtualPoint(NamedTuple):
-    """`transfer`: channels "name x", ..., "name rz" and those of flexible motions first, then those that were not at
-    the interface; `motion_residual` (frequencies, inputs) and `force_residual` (frequencies, outputs): the share of
-    the measured motion that none of these motions explains, and of the force likewise (0 all of it, 1 nothing)."""
+    """Transfer functions at a virtual point, with the residuals of the transformation.
+
+    Attributes:
+        transfer: channels "name x", ..., "name rz" and those of flexible motions first, then those off the interface.
+        motion_residual: (frequencies, inputs), share of the measured motion that the point's motions do not explain,
+            0 to 1.
+        force_residual: (frequencies, outputs), likewise of the forces.
+    """
 
     transfer: TransferFunctions
     motion_residual: Float[Array, "frequencies inputs"]
@@ -28,11 +33,11 @@ class VirtualPoint(NamedTuple):
 
 
 def rigid_channels(places: Sequence[tuple], point: ArrayLike) -> Float[Array, "channels 6"]:
-    """What each channel reads of the point's displacement and rotation: `[d, (r - p) x d]`.
+    """Readings `[d, (r - p) x d]` of each channel per unit displacement and rotation of the point.
 
     Args: places: place (3,) [m] and direction (3,) of each channel; point: (3,) [m].
 
-    Its transpose gives the point's force and moment of unit forces at the channels.  Source: S1 (14).
+    The transpose gives the force and moment at the point of unit forces at the channels.  Source: S1 (14).
     """
     r, d = (jnp.stack([jnp.asarray(place[k]) for place in places]) for k in (0, 1))
     dtype = np.result_type(r.dtype, d.dtype, jnp.asarray(point).dtype, np.float32)
@@ -42,7 +47,7 @@ def rigid_channels(places: Sequence[tuple], point: ArrayLike) -> Float[Array, "c
 
 
 def flexible_channels(places: Sequence[tuple], point: ArrayLike, motion: Callable) -> Float[Array, " channels"]:
-    """What each channel reads of a unit flexible motion `motion(r - p)` (3,): its part along the channel's direction.
+    """Readings (channels,) of a unit flexible motion `motion(r - p)` (3,) along the direction of each channel.
 
     Args: as of `rigid_channels`.  Source: S1 (14).
     """
@@ -60,19 +65,20 @@ def virtual_point(
     weights: ArrayLike | None = None,
     flexible: Mapping[str, Callable] | None = None,
 ) -> VirtualPoint:
-    """Transfer functions of the six coordinates of a point, `T_u Y T_f^T`, and of flexible motions around it.
+    """Transform transfer functions to six coordinates of a point, `T_u Y T_f^T`, and flexible motions around it.
 
     `T_u = (R^T W R)^-1 R^T W` takes the motion nearest to the sensors, `T_f^T = R_f (R_f^T R_f)^-1` the smallest
     forces at the impacts that make up a load of the point.
 
     Args:
         point: (3,) [m].
-        sensors, impacts: place [m] and direction by output and input name; as many as coordinates, not all on a line.
+        sensors, impacts: position [m] and direction by output and input name; at least as many as coordinates,
+            not all on one line.
         weights: W (sensors,).
         flexible: by name, further motions of the interface: displacement (3,) at an arm (3,) from the point, such as
             `{"stretch": lambda r: r * jnp.array([1.0, 0, 0])}`; each becomes a coordinate "name stretch".
 
-    Raises: ModelError for channels that are not there and places that leave a coordinate open.
+    Raises: ModelError for unknown channels, and positions that do not determine all coordinates.
     Source: S1 (14); M. van der Seijs et al., Mech. Syst. Signal Process. 96 (2017) 81; flexible motions: E. Pasma et
     al., Dynamics of Coupled Structures 4 (2018) 205.
     """
@@ -81,7 +87,7 @@ def virtual_point(
     kept = 6 + len(motions)
     few = [f"{len(p)} {what}" for what, p in (("sensors", sensors), ("impacts", impacts)) if len(p) < kept]
     if few:
-        raise ModelError([f"{count} are too few for {kept} coordinates" for count in few])
+        raise ModelError([f"{count} are too few to determine {kept} coordinates" for count in few])
     R, Rf = (_channel_matrix(list(p.values()), point, motions) for p in (sensors, impacts))
     faults = [fault for what, M in (("sensors", R), ("impacts", Rf)) for fault in _rank_faults(what, M)]
     if faults:
@@ -126,7 +132,7 @@ def _residual_share(rest, whole, axis):
 
 
 def _rank_faults(what, R):
-    """Faults of concrete places; lengths are measured by the largest arm, traced ones cannot be looked at."""
+    """Faults of concrete positions that do not determine all coordinates; lengths are scaled by the largest arm."""
     if not is_concrete(R):
         return []
     R = np.asarray(R)
@@ -135,4 +141,8 @@ def _rank_faults(what, R):
     size = np.concatenate([np.ones(3), np.full(3, np.abs(R[:, 3:6]).max()), np.abs(R[:, 6:]).max(axis=0)])
     s = np.linalg.svd(R / np.maximum(size, 1e-300)[None], compute_uv=False)
     rank, kept = int(np.sum(s > 1e-6 * s[0])), len(size)
-    return [] if rank == kept else [f"the {what} tell {rank} of {kept} coordinates: spread places and directions"]
+    return (
+        []
+        if rank == kept
+        else [f"the {what} determine only {rank} of {kept} coordinates: vary their positions and directions"]
+    )

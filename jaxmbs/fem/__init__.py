@@ -1,4 +1,4 @@
-"""Structures of finite elements: assembly, loads, recovery."""
+"""Finite-element structures: assembly, loads, recovery of forces and stresses."""
 
 from ._assembly import assemble, assemble_blocks, assemble_dense, element_matrices, node_pattern
 from ._groups import Group

@@ -1,4 +1,4 @@
-"""Matrices of a structure, dense or in blocks of nodes, by one mapped call and one scatter per group."""
+"""Assembly of the matrices of a structure, dense or in blocks of nodes: one mapped call and one scatter per group."""
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
@@ -30,15 +30,16 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
 
 
 def assemble(structure: Structure, interface: Iterable = (), blocks: bool = False) -> LinearSystem:
-    """The matrices (n, n) [kg, N s/m, N/m; N m and rad where nodes turn] of a structure over named coordinates, with
-    the places of its nodes; damping where an element damps.
+    """Assemble a structure to a `LinearSystem` over named coordinates [kg, N s/m, N/m; N m and rad for rotations].
 
     Args:
-        interface: nodes by name or number, as in the structure's groups, or labels.
-        blocks: block matrices on the graph of nodes, for large structures; coordinates that are held or that a node
-            does not have then keep a row without coupling.  By default dense arrays over what is not held.
+        interface: nodes by name or number, as in the groups of the structure, or labels.
+        blocks: True for block matrices on the graph of nodes, for large structures, in which held and absent
+            coordinates keep uncoupled rows; by default dense arrays over the coordinates that are not held.
 
-    Raises: ModelError for an interface that is not there.  Source: S1 (3).
+    The system has the positions of the nodes, and damping if an element has any.
+
+    Raises: ModelError for an unknown interface.  Source: S1 (3).
     """
     damped = any(group.element.has_damping for group in structure.groups.values())
     kinds = KINDS if damped else KINDS[:2]
@@ -53,14 +54,15 @@ def assemble(structure: Structure, interface: Iterable = (), blocks: bool = Fals
 
 
 def _node_name(structure, item):
-    """The name of a node given by its number; what is no number, and a number too large to be refused, as it is."""
+    """Name of a node given by its number; other items unchanged, to be refused later if they are unknown."""
     known = isinstance(item, int) and 0 <= item < len(structure.names)
     return structure.names[item] if known else str(item) if isinstance(item, int) else item
 
 
 @jit
 def assemble_dense(structure: Structure, kinds: Sequence[str] = ("stiffness", "mass")) -> tuple[Array, ...]:
-    """(K, M), or what `kinds` names, over the coordinates that are not held: rows as `structure.labels`.
+    """Assemble (K, M), or the matrices of `kinds`, over the coordinates that are not held, in rows
+    `structure.labels`.
 
     Source: S1 (3).
     """
@@ -80,9 +82,11 @@ def _assemble_dense(structure, kind):
 
 @jit
 def assemble_blocks(structure: Structure, kinds: Sequence[str] = ("stiffness", "mass")) -> tuple[BlockMatrix, ...]:
-    """(K, M) as block matrices on the graph of nodes, blocks of `structure.size`.
+    """Assemble (K, M), or the matrices of `kinds`, as block matrices on the graph of nodes, with blocks of
+    `structure.size`.
 
-    Held coordinates stay in their blocks, uncoupled: one in the stiffness, zero elsewhere.  Source: S1 (3).
+    Held coordinates stay in their blocks, uncoupled: one on the diagonal of the stiffness, zero elsewhere.  Source:
+    S1 (3).
     """
     return tuple(_assemble_blocks(structure, kind) for kind in kinds)
 

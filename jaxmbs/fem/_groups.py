@@ -1,4 +1,4 @@
-"""Groups of like elements, and what may be wrong with a declaration of them."""
+"""Groups of like elements, and the validation of their declarations."""
 
 from collections.abc import Callable
 
@@ -31,12 +31,12 @@ class Group(eqx.Module):
         return np.array(self.nodes, int).reshape(len(self.nodes), -1)
 
     def map(self, function: Callable, positions: AnyArray, *others: AnyArray) -> Array:
-        """`function(element, nodes (k, 3), ...)` over all elements, results stacked."""
+        """Map `function(element, nodes (k, 3), ...)` over all elements; results are stacked."""
         axes = (None if self.shared else 0, 0, *[0] * len(others))
         return jax.vmap(function, in_axes=axes)(self.element, positions[self.connections], *others)
 
     def degeneracy_faults(self, name: str, positions: AnyArray) -> list[str]:
-        """Elements whose nodes lie wrongly, where positions are known."""
+        """Faults of degenerate elements, if the positions are concrete."""
         if not is_concrete(positions) or not self.nodes:
             return []
         bad = self.element.is_degenerate(np.asarray(positions, float)[self.connections])
@@ -44,15 +44,15 @@ class Group(eqx.Module):
 
 
 def make_group(name, element, connections, index, faults) -> Group | None:
-    """From one element for all connections or a sequence of one for each; `index` numbers the nodes by name.
+    """Make a group of one element for all connections, or one for each; `index` numbers the nodes by name.
 
-    None, and a fault, for an empty sequence of elements.
+    Returns: None, with a fault appended, for an empty sequence of elements.
     """
     shared = isinstance(element, AbstractElement)
     members = [element] if shared else list(element)
     rows = connections.tolist() if hasattr(connections, "tolist") else connections
     if not members:
-        faults.append(f"{name} has no element")
+        faults.append(f"{name} has no elements")
         return None
     rows = [(row,) if isinstance(row, str | int | np.integer) else row for row in rows]
     nodes = [tuple(node_number(n, index, name, faults) for n in row) for row in rows]
@@ -61,12 +61,12 @@ def make_group(name, element, connections, index, faults) -> Group | None:
         if len(row) != kind.num_nodes:
             faults.append(f"{name}[{k}] joins {len(row)} nodes, a {type(kind).__name__} has {kind.num_nodes}")
         if len(set(row)) < len(row):
-            faults.append(f"{name}[{k}] meets a node twice")
+            faults.append(f"{name}[{k}] repeats a node")
     if not shared and len(members) != len(nodes):
         faults.append(f"{name} has {len(members)} elements for {len(nodes)} connections")
     faults += [f"{name}[{k}]: {fault}" for k, member in enumerate(members) for fault in member.faults()]
     if len({jax.tree.structure(member) for member in members}) > 1:
-        faults.append(f"{name}: elements of one group need equal kinds and settings; make two groups")
+        faults.append(f"{name}: the elements of a group must be of one kind with equal settings: make two groups")
         return Group(kind, tuple(nodes), True)
     stacked = element if shared else jax.tree.map(lambda *leaves: jnp.stack(leaves), *members)
     return Group(stacked, tuple(nodes), shared)
@@ -80,7 +80,7 @@ def node_number(node, index, name, faults) -> int:
 
 
 def held_pairs(held, index, faults) -> tuple[tuple[int, int], ...]:
-    """Sorted (node, direction) numbers from directions by node."""
+    """Sorted pairs (node, direction) of numbers from held directions by node."""
     pairs = set()
     for node, directions in held.items():
         names = directions.split() if isinstance(directions, str) else np.atleast_1d(directions).tolist()
@@ -89,5 +89,5 @@ def held_pairs(held, index, faults) -> tuple[tuple[int, int], ...]:
             if d in DIRECTIONS:
                 pairs.add((number, DIRECTIONS.index(d)))
             else:
-                faults.append(f"held at {node}: {d!r} is none of {', '.join(DIRECTIONS)}")
+                faults.append(f"held at {node}: unknown direction {d!r}, the directions are {', '.join(DIRECTIONS)}")
     return tuple(sorted(pairs))

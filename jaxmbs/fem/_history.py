@@ -1,4 +1,4 @@
-"""Forces and stresses of elements over times, cases or frequencies."""
+"""Recovery of element forces and stresses over times, load cases or frequencies."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ from ._structure import Structure
 
 @jit
 def recover_history(recover: Callable, structure: Structure, x: AnyArray) -> dict[str, Array]:
-    """`element_forces` or `element_stresses` of many displacements: (..., elements, labels) by group.
+    """Apply `element_forces` or `element_stresses` to many displacements: (..., elements, labels) by group.
 
     Args: x: (..., rows) of the dense matrices over times or cases, or complex amplitudes over frequencies.
 

@@ -17,7 +17,7 @@ from ._structure import Structure
 
 @jit
 def body_load(structure: Structure, acceleration: ArrayLike) -> Float[Array, "nodes 6"]:
-    """Weight in a uniform field `acceleration` (3,) [m/s^2] (gravity), `M` times the rigid motion.
+    """Consistent weight in a uniform field `acceleration` (3,) [m/s^2]: the mass matrix times the rigid translation.
 
     Source: S1 (18).
     """
@@ -29,13 +29,13 @@ def body_load(structure: Structure, acceleration: ArrayLike) -> Float[Array, "no
 def pressure_load(
     structure: Structure, group: str, pressure: ArrayLike, face: int | None = None
 ) -> Float[Array, "nodes 6"]:
-    """Pressure [Pa], a number or one per element: along a shell's normal, or into a solid's `face`.
+    """Consistent load of a pressure [Pa], a number or (elements,): along a shell's normal, or into a solid's `face`.
 
     Source: S1 (18).
     """
     chosen = structure.groups[group]
     if not hasattr(chosen.element, "pressure_load"):
-        raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no pressure")
+        raise ValueError(f"{group}: elements of kind {type(chosen.element).__name__} take no pressure")
     values = _per_element(structure, chosen, pressure, ())
     extra = () if face is None else (face,)
     apply = lambda element, nodes, p: element.pressure_load(nodes, p, *extra)  # noqa: E731
@@ -44,7 +44,7 @@ def pressure_load(
 
 @jit
 def line_load(structure: Structure, group: str, force: ArrayLike) -> Float[Array, "nodes 6"]:
-    """Uniform force (3,) or (elements, 3) per length [N/m] on beams, world axes.
+    """Consistent load of a uniform force (3,) or (elements, 3) per length [N/m] on beams, in world axes.
 
     Source: S1 (18).
     """
@@ -52,14 +52,16 @@ def line_load(structure: Structure, group: str, force: ArrayLike) -> Float[Array
 
 
 def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]:
-    """Forces [N] and moments [N m] by node: `{"tip": {"z": -1.0}}`, or (3,) or (6,) values."""
+    """Load of forces [N] and moments [N m] by node: `{"tip": {"z": -1.0}}`, or (3,) or (6,) values."""
     total = jnp.zeros((structure.num_nodes, 6), structure.positions.dtype)
     for name, value in forces.items():
         node = structure.node(name)
         items = value.items() if isinstance(value, Mapping) else zip(DIRECTIONS, value, strict=False)
         for direction, component in items:
             if direction not in DIRECTIONS:
-                raise ValueError(f"load at {name}: {direction!r} is none of {', '.join(DIRECTIONS)}")
+                raise ValueError(
+                    f"load at {name}: unknown direction {direction!r}, the directions are {', '.join(DIRECTIONS)}"
+                )
             total = total.at[node, DIRECTIONS.index(direction)].add(as_dtype(component, total.dtype))
     return total
 
@@ -79,7 +81,7 @@ def element_line_loads(structure, group, force):
     """`line_load` of a group by element (elements, n)."""
     chosen = structure.groups[group]
     if not hasattr(chosen.element, "line_load"):
-        raise ValueError(f"{group}: a {type(chosen.element).__name__} takes no line load")
+        raise ValueError(f"{group}: elements of kind {type(chosen.element).__name__} take no line load")
     values = _per_element(structure, chosen, force, (3,))
     return chosen.map(lambda element, nodes, q: element.line_load(nodes, q), structure.positions, values)
 

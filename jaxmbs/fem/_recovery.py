@@ -1,4 +1,4 @@
-"""Forces and stresses of elements from displacements of nodes."""
+"""Recovery of element forces and stresses from displacements of nodes."""
 
 from collections.abc import Mapping
 
@@ -61,8 +61,8 @@ def _instant_shape(structure, x):
         if x.shape[-len(shape) :] == shape:
             return shape
     raise ValueError(
-        f"the structure has {n} coordinates and {nodes} nodes, x has the shape {x.shape}; displacements of what "
-        "was reduced, or joined by rigid nodes, go through its `expand` first"
+        f"the structure has {n} coordinates and {nodes} nodes, but x has the shape {x.shape}; displacements of a "
+        "reduced component, or one with rigid nodes, must be expanded by its `expand` first"
     )
 
 

@@ -1,4 +1,4 @@
-"""A structure of finite elements: named nodes, groups of like elements, held coordinates."""
+"""`Structure` of finite elements: named nodes, groups of like elements, held coordinates."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
@@ -18,7 +18,12 @@ from ._groups import Group, held_pairs, make_group
 
 
 class CoordinateTable(NamedTuple):
-    """Rows of the dense matrices: `table` (nodes, 6), -1 where held or absent; `nodes` and `directions` (rows,)."""
+    """Row numbers of the coordinates of nodes in the dense matrices.
+
+    Attributes:
+        table: (nodes, 6) row numbers, -1 where held or absent.
+        nodes, directions: (rows,) of each row.
+    """
 
     table: np.ndarray
     nodes: np.ndarray
@@ -30,7 +35,7 @@ class CoordinateTable(NamedTuple):
 
 
 class Structure(eqx.Module):
-    """Finite elements on named nodes; numbers of elements and positions of nodes are leaves, topology is static.
+    """Finite elements on named nodes; element properties and node positions are leaves, the topology is static.
 
     Args:
         nodes: positions (3,) [m] by name, or the names and an array (nodes, 3), or the array alone, whose names are
@@ -39,8 +44,8 @@ class Structure(eqx.Module):
             element is one for all, or a sequence of one per connection with equal settings.  Or a `Group`.
         held: by node, the directions held to ground: "x ry", a sequence of them, or "all".
 
-    Raises: ModelError with every fault: no nodes or elements, unknown nodes, wrong counts, nodes met twice, values
-    that cannot be.
+    Raises: ModelError with every fault: no nodes or elements, unknown or repeated nodes, wrong counts, invalid
+    values, degenerate elements.
     """
 
     positions: Float[Array, "nodes 3"]
@@ -50,7 +55,7 @@ class Structure(eqx.Module):
 
     def __init__(self, nodes: Mapping | Sequence | AnyArray, elements: Mapping, held: Mapping | None = None) -> None:
         if len(nodes) == 0:
-            raise ModelError(["a structure needs nodes: none are given"])
+            raise ModelError(["a structure needs at least one node"])
         names, places = _names_and_positions(nodes)
         self.names = tuple(str(name) for name in names)
         self.positions = as_real(places)
@@ -60,7 +65,7 @@ class Structure(eqx.Module):
         made = {name: _as_group(name, given, index, faults) for name, given in elements.items()}
         self.groups = {name: g for name, g in made.items() if g is not None}
         if not any(g is None or g.nodes for g in made.values()):
-            faults.append("a structure needs elements: none are given")
+            faults.append("a structure needs at least one element")
         self.held = held_pairs(held or {}, index, faults)
         if is_concrete(self.positions):
             lost = np.flatnonzero(~np.all(np.isfinite(np.asarray(self.positions)), axis=1))
@@ -76,7 +81,7 @@ class Structure(eqx.Module):
 
     @property
     def size(self) -> int:
-        """Coordinates per node of the block form: 6, or 3 where no element turns its nodes."""
+        """Coordinates per node of the block form: 6, or 3 if no element has rotations."""
         return max((group.element.coordinates for group in self.groups.values()), default=3)
 
     def node(self, name: Hashable) -> int:
@@ -85,7 +90,7 @@ class Structure(eqx.Module):
 
     @property
     def sizes(self) -> np.ndarray:
-        """(nodes,) coordinates that elements give each node: 0, 3 or 6."""
+        """Numbers (nodes,) of coordinates that elements give each node: 0, 3 or 6."""
         sizes = np.zeros(self.num_nodes, int)
         for g in self.groups.values():
             np.maximum.at(sizes, g.connections.ravel(), g.element.coordinates)
@@ -93,7 +98,7 @@ class Structure(eqx.Module):
 
     @property
     def index(self) -> CoordinateTable:
-        """Where each node's coordinates stand in the dense matrices."""
+        """Row numbers of the coordinates of every node in the dense matrices."""
         used = np.arange(6)[None, :] < self.sizes[:, None]
         for node, direction in self.held:
             used[node, direction] = False
@@ -102,27 +107,27 @@ class Structure(eqx.Module):
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
-        """(node, direction) of every row of the dense matrices."""
+        """Labels (node, direction) of the rows of the dense matrices."""
         _, nodes, directions = self.index
         return tuple((self.names[n], DIRECTIONS[d]) for n, d in zip(nodes, directions, strict=True))
 
 
 def gather_rows(structure: Structure, values: ArrayLike) -> Array:
-    """(..., rows) of the dense matrices from values (..., nodes, 6) at the nodes, times or cases first.
+    """Gather rows (..., rows) of the dense matrices from nodal values (..., nodes, 6); times or cases first.
 
     Raises: ValueError for another shape.
     """
     if np.shape(values)[-2:] != (structure.num_nodes, 6):
-        raise ValueError(f"{structure.num_nodes} nodes need values of shape (..., {structure.num_nodes}, 6)")
+        raise ValueError(f"values must be of shape (..., {structure.num_nodes}, 6), not {np.shape(values)}")
     index = structure.index
     return jnp.asarray(values)[..., index.nodes, index.directions]
 
 
 def scatter_rows(structure: Structure, x: AnyArray) -> Array:
-    """(..., nodes, 6) displacements and rotations from x (..., rows), times or cases first; zero where held."""
+    """Scatter rows x (..., rows) to displacements and rotations (..., nodes, 6) of the nodes; zero where held."""
     x, index = as_inexact(x), structure.index
     if x.shape[-1:] != (index.num_rows,):
-        raise ValueError(f"the structure has {index.num_rows} coordinates, x has the shape {x.shape}")
+        raise ValueError(f"x must be of shape (..., {index.num_rows}), not {x.shape}")
     zero = jnp.zeros((*x.shape[:-1], structure.num_nodes, 6), x.dtype)
     return zero.at[..., index.nodes, index.directions].set(x)
 

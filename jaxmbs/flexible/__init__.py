@@ -1,4 +1,4 @@
-"""Elastic bodies in mechanisms: substructures in a floating frame, and the way back to their elements."""
+"""Elastic bodies in mechanisms: substructures in a floating frame, and the recovery of their loads."""
 
 from ..model._elastic import ElasticBody
 from ._carried_loads import carried_loads, mass_properties

@@ -1,4 +1,4 @@
-"""Loads of a mechanism's motion on the finite elements of its rigid bodies: what a stress analysis starts from."""
+"""Loads of a mechanism's motion on finite-element models of its rigid bodies, for stress analyses."""
 
 from collections.abc import Mapping
 
@@ -28,17 +28,17 @@ def carried_loads(
     joints: Mapping | None = None,
     method: str = "dense",
 ) -> dict:
-    """Loads on components that go with a body as if they were rigid: weight, inertia, and what joints put on them.
+    """Loads on components that move rigidly with a body: weight, inertia, and joint reactions.
 
     Args:
         motion: a State, a Motion, or a State with one leading axis.
         components: frame or body name -> LinearSystem with positions, in that frame's axes and from its origin.
-        joints: joint name -> (frame, node): the joint's reaction acts on that node of the component of that frame.
-            All joints of a body given, and no other forces on it, its loads are in balance.
-        method: of the reactions, as in `reactions`.
+        joints: joint name -> (frame, node): the reaction of the joint acts on that node of the component of the
+            frame. If all joints of a body are given and no other forces act on it, its loads are in balance.
+        method: solution method of the reactions, as in `reactions`.
 
-    Returns: frame -> loads (..., n) [N, N m] on the component's coordinates, in the frame's axes.  Directions that a
-    node has no coordinate for take none: for a joint on a solid, give its node six coordinates by `rigid_node`.
+    Returns: frame -> loads (..., n) [N, N m] on the component's coordinates, in the frame's axes.  Directions for
+    which a node has no coordinate take none: for a joint on a solid, give its node six coordinates by `rigid_node`.
     Inertia is that of the component's own mass matrix, its resultants exact.
 
     Raises: ModelError for unknown names, a joint that the frame's body does not have, no positions, or a frame of an
@@ -54,13 +54,14 @@ def carried_loads(
 
 
 def mass_properties(component: LinearSystem) -> tuple[Scalar, Vector3, Matrix3]:
-    """Mass () [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a free component: `SystemBuilder.body`
-    takes them.
+    """Mass () [kg], centre of mass (3,) [m] and inertia about it (3, 3) [kg m^2] of a free component.
+
+    They are arguments of `SystemBuilder.body`.
 
     Raises: ModelError for a component without the positions of its nodes.  Source: S1 (3).
     """
     if component.positions is None:
-        raise ModelError(["mass properties need the positions of the nodes: LinearSystem(..., positions=...)"])
+        raise ModelError(["`mass_properties` needs the positions of the nodes: LinearSystem(..., positions=...)"])
     B = rigid_basis(component, jnp.zeros(3, component.positions.dtype))
     J = B.T @ component.mass @ B
     mass = jnp.trace(J[3:, 3:]) / 3.0
@@ -78,7 +79,7 @@ def _check(system, components, joints):
         if frame not in top.frame_index:
             faults.append(f"components: {no_such('body or frame', frame, top.frame_names)}")
         elif top.frame_body[top.frame_index[frame]] in elastic:
-            faults.append(f"components: {frame!r} is on an elastic body, which carries its loads itself")
+            faults.append(f"components: {frame!r} is on an elastic body, whose loads are those of its own modes")
         if component.positions is None:
             faults.append(f"component {frame!r}: needs the positions of its nodes, LinearSystem(..., positions=...)")
     for name, (frame, node) in joints.items():
@@ -95,7 +96,7 @@ def _check(system, components, joints):
 
 
 def _joint_side(top, ends, frame):
-    """1 where the frame's body is the joint's child, -1 where it is its parent, 0 where neither."""
+    """Sign of a joint's reaction on the frame's body: 1 on its child, -1 on its parent, 0 on neither."""
     parent, child = (top.frame_body[end] for end in ends)
     body = top.frame_body[top.frame_index[frame]]
     return 1.0 if body == child else -1.0 if body == parent else 0.0
@@ -118,15 +119,15 @@ def _component_loads(system, states, components, wrenches, joints, method):
 
 
 def _node_motion(system, state, method):
-    """Where it is, and the world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
+    """Configuration, and world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
     at = with_velocities(system, at_state(system, state), state.velocities)
     V_dot = node_accelerations(system.topology, at, accelerations(system, at, method)[0])
     return at, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (at.V, V_dot))
 
 
 def _inertia_load(system, at, V, V_dot, frame, component):
-    """Weight less the rate of the nodes' momenta `h = M y`, y = (v, omega) of every node in the frame's axes:
-    `f = p' + omega x p` on what moves, `m = l' + omega x l + v x p` on what turns."""
+    """Weight minus the rate of the nodal momenta `h = M y`, y = (v, omega) of every node in the frame's axes:
+    `p' + omega x p` in translations, `l' + omega x l + v x p` in rotations."""
     top = system.topology
     index = top.frame_index[frame]
     R, x, node = at.R[index], at.x[index], top.frame_node[index]
@@ -147,7 +148,7 @@ def _inertia_load(system, at, V, V_dot, frame, component):
 
 
 def _joint_load(system, where, wrench, name, frame, component, node):
-    """The joint's reaction (n,) on one node: its force, and its moment about the node."""
+    """Load (n,) of a joint's reaction on one node: its force, and its moment about the node."""
     top = system.topology
     ends = next(ends for other, *ends in reaction_map.carriers(system) if other == name)
     index, sign = top.frame_index[frame], _joint_side(top, ends, frame)

@@ -1,4 +1,4 @@
-"""A substructure as an elastic body: deformation shapes seen from its first interface, and one inertia matrix."""
+"""Elastic bodies from substructures: deformation shapes relative to the first interface, and one inertia matrix."""
 
 from collections.abc import Sequence
 
@@ -27,13 +27,13 @@ _STRAIN_TOLERANCE = {
 
 
 class FloatingFrame(eqx.Module):
-    """An elastic body and what leads back to its substructure.
+    """Elastic body with the substructure that it was made from.
 
     Attributes:
-        body: what `SystemBuilder.elastic` takes.
+        body: argument of `SystemBuilder.elastic`.
         shapes: (n, m) displacements Phi of all coordinates per deformation, the first interface at rest.
         rigid: (n, 6) rigid motions: rotations about, then translations of, the first interface.
-        system: the matrices; its damping is that of the body.
+        system: the substructure, with the damping of the body.
     """
 
     body: ElasticBody
@@ -42,13 +42,13 @@ class FloatingFrame(eqx.Module):
     system: LinearSystem
 
     def expand(self, x: AnyArray) -> Array:
-        """Displacements (..., whole) of the coordinates of the structure, from those of the substructure (..., n):
-        through rigid nodes and earlier reductions, if it had any; what `fem.element_stresses` takes."""
+        """Expand displacements (..., n) of the substructure to (..., whole) of the structure, as
+        `fem.element_stresses` takes them, through rigid nodes and earlier reductions."""
         return self.system.expand(x) if isinstance(self.system, Reduced) else jnp.asarray(x)
 
     @property
     def whole(self) -> tuple[tuple[str, str], ...]:
-        """The labels of what `expand` returns."""
+        """Labels of the coordinates that `expand` returns."""
         return self.system.whole if isinstance(self.system, Reduced) else self.system.coordinates
 
 
@@ -62,22 +62,22 @@ def floating_frame(
     """An elastic body from a free substructure.
 
     Args:
-        system: with the positions of its nodes; not held anywhere.
-        interfaces: names of nodes with six coordinates each, the first of which carries the floating frame: the one
-            that the ground reaches first.
-        num_modes: normal modes kept beside the constraint modes of the interfaces.
-        damping_ratio: of the modes with the first interface held, instead of the substructure's own damping.
+        system: with the positions of its nodes; free, without supports.
+        interfaces: names of nodes with six coordinates each; the first carries the floating frame: it is the one
+            nearest to the ground along the tree.
+        num_modes: number of normal modes kept in addition to the constraint modes of the interfaces.
+        damping_ratio: of the modes with the first interface fixed, in place of the substructure's own damping.
         method: a reduction of `jaxmbs.reductions`; default `CraigBampton(num_modes)`.
 
-    Interfaces with many nodes take six coordinates by `reductions.rigid_node` first.
-    Rotary inertia of nodes counts as if they kept their axes in the floating frame; stiffening by rotation is left
-    out (`stiffening` estimates what that changes; cut a blade or a fast arm into several bodies, their frames then
-    follow it).
+    Interfaces with many nodes get six coordinates by `reductions.rigid_node` first.  The rotary inertia of nodes is
+    that of nodes with axes fixed in the floating frame.  Stiffening by rotation is neglected (`stiffening` estimates
+    the error); a blade or a fast arm should be divided into several bodies, whose frames follow the deformation.
 
     Raises: ModelError with every fault; ValueError for more modes than there are.  Source: S1 (4)-(9); S2 (35).
     """
     s = system.to_dense()
     outer = interface_rows(s, interfaces)
+    assert s.positions is not None  # `interface_rows` refuses a system without
     rigid = rigid_basis(s, s.positions[s.nodes.index(interfaces[0])])
     _check_free(s.stiffness, rigid)
     if method is None:
@@ -94,7 +94,7 @@ def floating_frame(
         s = _with_modal_damping(s, shapes, K, damping_ratio)
     C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes
     Y = jnp.concatenate([rigid, *rotated_shapes(s, shapes), shapes], axis=1)
-    at = s.positions[np.array([s.nodes.index(name) for name in interfaces])]
+    at = jnp.asarray(s.positions)[np.array([s.nodes.index(name) for name in interfaces])]
     body = ElasticBody(
         inertia=Y.T @ s.mass @ Y,
         stiffness=_symmetric_part(K),
@@ -115,7 +115,7 @@ def _with_modal_damping(s, shapes, K, ratio):
 
 
 def _normalise_signs(modes):
-    """Modes whose largest entry is positive: eigenvectors come with any sign, which would be that of a coordinate."""
+    """Normalise the signs of modes so that the largest entry is positive: those of eigenvectors are arbitrary."""
     largest = jnp.argmax(jnp.abs(modes), axis=0)
     sign = jnp.sign(jnp.take_along_axis(modes, largest[None], axis=0))
     return modes * jax.lax.stop_gradient(jnp.where(sign == 0, jnp.ones_like(sign), sign))
@@ -138,21 +138,21 @@ def interface_rows(s: LinearSystem, interfaces) -> tuple[int, ...]:
         elif missing:
             faults.append(f"interface {name!r}: has no {' '.join(missing)}; give it six coordinates by rigid_node")
     if len(set(interfaces)) < len(interfaces):
-        faults.append("interfaces are named twice")
+        faults.append("an interface is given twice")
     if faults:
         raise ModelError(faults)
     return tuple(places[name, d] for name in interfaces for d in DIRECTIONS)
 
 
 def row_directions(s: LinearSystem):
-    """Node and direction of every row; -1 where it has none (a modal coordinate)."""
+    """Node and direction numbers (n,) of every row; -1 for modal coordinates."""
     names = {name: i for i, name in enumerate(s.nodes)}
     node = np.array([names[name] if d else -1 for name, d in s.coordinates])
     return node, np.array([DIRECTIONS.index(d) if d else -1 for _, d in s.coordinates])
 
 
 def rigid_basis(s: LinearSystem, about):
-    """(n, 6): rotations about a point (3,) and translations; modal coordinates stay at rest."""
+    """Rigid motions (n, 6): rotations about a point (3,), then translations; modal coordinates stay at rest."""
     node, direction = row_directions(s)
     arms = s.positions - about[None]
     turning = -jax.vmap(skew)(arms)  # columns e_d x arm
@@ -164,7 +164,7 @@ def rigid_basis(s: LinearSystem, about):
 
 
 def rotated_shapes(s: LinearSystem, shapes):
-    """(3, n, m): `e_a x u` of the translations u of every node in the shapes (n, m), for the axes a = x, y, z."""
+    """Shapes rotated by unit angles, (3, n, m): `e_a x u` of the translations u in shapes (n, m), a = x, y, z."""
     node, direction = row_directions(s)
     moves = (direction >= 0) & (direction < 3)
     u = jnp.zeros((len(s.nodes), 3, shapes.shape[1]), shapes.dtype)
@@ -175,12 +175,15 @@ def rotated_shapes(s: LinearSystem, shapes):
 
 
 def _check_free(stiffness, rigid):
-    """Raises: ModelError for concrete matrices that rigid motions strain."""
+    """Refuse a concrete stiffness that resists rigid motions.  Raises: ModelError."""
     if not is_concrete(stiffness, rigid):
         return
     K, B = np.asarray(stiffness), np.asarray(rigid)
     size = np.abs(K) @ np.abs(B)
     if np.max(np.abs(K @ B)) > _STRAIN_TOLERANCE[K.dtype.itemsize] * np.max(size):
         raise ModelError(
-            ["the substructure resists rigid motions: an elastic body must be free, held or sprung nowhere"]
+            [
+                "the substructure resists rigid motions: an elastic body must be free, without supports or "
+                "springs to ground"
+            ]
         )

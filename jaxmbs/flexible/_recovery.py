@@ -1,4 +1,4 @@
-"""From the motion of a mechanism back to an elastic body: deformations, displacements of nodes, interface loads."""
+"""Recovery of deformations, nodal displacements and interface loads of elastic bodies from a mechanism's motion."""
 
 from typing import NamedTuple
 
@@ -48,13 +48,12 @@ def deformations(system: System, motion: State | HasStates, name: str) -> tuple[
 def displacements(
     system: System, motion: State | HasStates, name: str, frame: FloatingFrame, method: str = "acceleration"
 ) -> Array:
-    """Displacements (..., n) of all coordinates of an elastic body's substructure, seen from its first interface.
+    """Displacements (..., n) of an elastic body's substructure relative to its first interface.
 
-    Args: method: "acceleration": the interior from the balance of forces, inertia of the whole motion included, or
-        "displacement": what the kept shapes show.
+    Args: method: "acceleration": the interior from the balance of forces, with the inertia of the whole motion, or
+        "displacement": from the retained shapes.
 
-    `frame.expand` leads them back through rigid nodes to the structure, whose `fem.element_forces` and
-    `element_stresses` take them.
+    `frame.expand` expands them through rigid nodes to the structure, for `fem.element_forces` and `element_stresses`.
 
     Raises: UnknownNameError, ValueError for an unknown method.  Source: S1 (31).
     """
@@ -71,8 +70,8 @@ def displacements(
 def interface_loads(system: System, motion: State | HasStates, name: str, frame: FloatingFrame) -> Array:
     """Forces [N] and moments [N m] (..., interfaces, 6) that act on an elastic body at its interfaces.
 
-    In the axes of the floating frame, about each interface where it has moved: of the others from the equilibrium of
-    the elements, `R_i = (K x + C x' + M x'')_i`, of the first from that of the whole deformed body.
+    They are in the axes of the floating frame, about the displaced interfaces: of the first interface from the
+    equilibrium of the whole deformed body, of the others from that of the elements, `R_i = (K x + C x' + M x'')_i`.
 
     Raises: UnknownNameError.  Source: S1 (25), (30).
     """
@@ -132,7 +131,7 @@ def _deformations(system, group, index, state):
 
 
 def _body_motion(system, group, index, frame, state):
-    """Inertia is the rate of the momenta of the nodes, `-(M y_dot + Omega x M y)` with the velocities y."""
+    """Motion of an elastic body; its inertia is the rate of the nodal momenta, `-(M y_dot + Omega x M y)`."""
     at = with_velocities(system, at_state(system, state), state.velocities)
     a, *_ = accelerations(system, at)
     V_dot = node_accelerations(system.topology, at, a)

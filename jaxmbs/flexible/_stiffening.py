@@ -1,4 +1,4 @@
-"""How much the stiffening by rotation, which elastic bodies leave out, would change them at the speed at hand."""
+"""Estimate of the rotational (centrifugal) stiffening that the linear elastic bodies neglect."""
 
 import warnings
 from collections.abc import Mapping
@@ -24,13 +24,14 @@ WARNING_LEVEL = 0.01
 
 
 def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
-    """Estimated relative errors (...) of the first frequency of each elastic body by the stiffening that is left out.
+    """Estimated relative errors (...) of the first frequency of each elastic body by the neglected stiffening.
 
     Strains are linear, so tension by rotation does not stiffen a body.  The estimate is that of a uniform cantilever,
-    `1.19 Omega^2 / (2 w_1^2)`, with the angular speed of the floating frame and the first frequency of the body, its
-    first interface held.  Rotation about the body's own axis is counted too, the pull of what hangs on it is not.
-    Above 0.01 `simulate` and `linearise` warn; a body cut into several has higher frequencies, and its frames follow
-    the deformation.
+    `1.19 Omega^2 / (2 w_1^2)`, with the angular speed of the floating frame and the first frequency of the body with
+    its first interface fixed.  It includes rotation about the body's own axis, but not the tension by attached
+    bodies. Above 0.01 `simulate` and `linearise` warn; a body divided into several has higher frequencies, and its
+    frames
+    follow the deformation.
 
     Returns: by elastic body, for a state () or along a motion (times,); without derivative.
     Source: Southwell and Gough (1921); Wright et al. (1982).
@@ -52,7 +53,7 @@ def squared_spins(system: System, at: VelocityKinematics) -> tuple[Array, ...]:
 
 
 def stiffening_errors(system: System, spins: tuple[Array, ...]) -> dict[str, Array]:
-    """The estimate by name, from squared angular speeds (..., bodies) of every group; see `stiffening`."""
+    """Estimated errors by name, from squared angular speeds (..., bodies) of every group; see `stiffening`."""
     found = {}
     for group, spin in zip(system.elastic, spins, strict=True):
         softness = lax.stop_gradient(SOUTHWELL / 2 / jax.vmap(_first_eigenvalue)(group.body))
@@ -74,7 +75,7 @@ def _first_eigenvalue(body):
 
 
 def warn_of_stiffening(errors: Mapping[str, Array], stacklevel: int = 3) -> None:
-    """A warning that names the elastic bodies which turn too fast to be left without stiffening, if that is known."""
+    """Warn of elastic bodies that rotate too fast to neglect stiffening, if the errors are concrete."""
     if not is_concrete(*errors.values()):
         return
     worst = {name: float(np.max(np.nan_to_num(np.asarray(e)), initial=0.0)) for name, e in errors.items()}
@@ -83,7 +84,7 @@ def warn_of_stiffening(errors: Mapping[str, Array], stacklevel: int = 3) -> None
         listed = ", ".join(f"{name!r} by about {100 * error:.2g} %" for name, error in list(fast.items())[:6])
         more = f" and {len(fast) - 6} more" if len(fast) > 6 else ""
         warnings.warn(
-            f"stiffening by rotation is left out of elastic bodies; at this speed it would change the first "
-            f"frequency of {listed}{more}: cut them into several bodies (flexible.stiffening has the estimate)",
+            f"elastic bodies neglect stiffening by rotation; at this speed it would change the first frequency of "
+            f"{listed}{more}: divide them into several bodies (flexible.stiffening gives the estimate)",
             stacklevel=stacklevel,
         )

@@ -1,4 +1,4 @@
-"""Large sparse matrices from outside, as block matrices for the block-sparse solver."""
+"""Conversion of SciPy sparse matrices to block matrices for the block-sparse solver."""
 
 from collections.abc import Sequence
 
@@ -13,9 +13,12 @@ from ._storage import SciPyMatrix
 def block_matrices(
     *matrices: SciPyMatrix | np.ndarray, size: int, names: Sequence[str] | None = None
 ) -> tuple[BlockMatrix, ...]:
-    """SciPy sparse matrices in blocks of `size` consecutive rows (a node's coordinates), on one pattern; on the host.
+    """Convert SciPy sparse matrices to block matrices on one common pattern, on the host.
 
-    Args: names: of the blocks.
+    Args:
+        matrices: (n, n) each.
+        size: consecutive rows per block, the coordinates of a node.
+        names: names of the blocks.
 
     An unsymmetric matrix keeps its lower blocks, so that "lu" solves it and the symmetric kinds refuse it.
 
@@ -48,7 +51,7 @@ def _build_block_matrix(pattern, i, j, values):
         chosen = first < second
         halves[half, np.searchsorted(keys, first[chosen] * n + second[chosen])] = values[chosen]
     upper, lower = halves
-    limit = 1e-10 * np.abs(values).max(initial=0.0)
+    limit = 1e-10 * np.abs(values).max(initial=0.0)  # asymmetry by the rounding of an assembly counts as none
     pairs = ((lower, upper), (diagonal, diagonal))
     even = all(np.allclose(a, np.swapaxes(b, 1, 2), rtol=0, atol=limit) for a, b in pairs)
     return BlockMatrix(pattern, *map(jnp.asarray, (diagonal, upper)), None if even else jnp.asarray(lower))

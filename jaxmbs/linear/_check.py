@@ -1,4 +1,4 @@
-"""Is a linear system sound? Symmetry, rigid motions, mass properties, grounding, mechanisms, massless coordinates."""
+"""Check of a linear system: symmetry, rigid motions, mass properties, grounding, mechanisms, massless coordinates."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ from ._system import LinearSystem
 
 @dataclasses.dataclass(frozen=True)
 class Check:
-    """What `check` found; `str` of it is a table.
+    """Result of `check`; `str` of it is a table.
 
     Attributes:
         asymmetry: largest `|A - A^T|` over the largest entry, by matrix.
@@ -22,11 +22,11 @@ class Check:
             without positions.
         grounded: "free", "held" (some rigid motion is strained), or None without positions.
         mass: total mass [kg] (mean of the three directions), or None.
-        centre: (3,) of mass [m]; inertia: (3, 3) about the point asked; central_inertia: about the centre; all three
-            None where the mass differs by direction.
+        centre: (3,) centre of mass [m]; inertia: (3, 3) [kg m^2] about the given point; central_inertia: about the
+            centre of mass; all three None where the mass differs by direction.
         free_motions: number of independent motions without strain.
         massless: labels without mass; slack: labels without stiffness.
-        faults: what must be put right; warnings: what the user should know.
+        faults: errors of the model; warnings: properties that may be unintended.
     """
 
     size: int
@@ -81,14 +81,14 @@ class Check:
 def check(
     system: LinearSystem, about: ArrayLike = (0.0, 0.0, 0.0), tolerance: float = 1e-6, throw: bool = False
 ) -> Check:
-    """Examine a linear system with known numbers, on the host.
+    """Check a linear system with concrete numbers, on the host.
 
     Args:
-        about: point (3,) [m] for the moments of inertia.
-        tolerance: relative size from which an asymmetry counts, a thousandth of it for the energy of rigid motions.
-        throw: raise the faults.
+        about: point (3,) [m] to which the moments of inertia refer.
+        tolerance: relative size above which an asymmetry counts; a thousandth of it for the energy of rigid motions.
+        throw: raise the faults as an error.
 
-    Raises: ModelError where `throw` and a fault is found; it names the coordinates.
+    Raises: ModelError where `throw` is set and a fault is found; it names the coordinates.
     Source: the checks of `cbcheck` of pyYeti; S1 (3).
     """
     sub, about = system.to_dense(), np.asarray(as_array(about), float)
@@ -111,11 +111,15 @@ def check(
         _find_mechanisms(sub, K, shapes, motions, faults)
     idle = tuple(label for label in massless if label in slack)
     if idle:
-        faults.append(f"neither mass nor stiffness on {format_labels(idle)}")
+        faults.append(f"coordinates with neither mass nor stiffness: {format_labels(idle)}")
     if set(massless) - set(idle):
-        warnings.append(f"no mass on {format_labels(tuple(label for label in massless if label not in idle))}")
+        warnings.append(
+            f"coordinates without mass: {format_labels(tuple(label for label in massless if label not in idle))}"
+        )
     if set(slack) - set(idle):
-        warnings.append(f"no stiffness on {format_labels(tuple(label for label in slack if label not in idle))}")
+        warnings.append(
+            f"coordinates without stiffness: {format_labels(tuple(label for label in slack if label not in idle))}"
+        )
     report = Check(
         size=sub.num_rows,
         asymmetry=asymmetry,
@@ -156,14 +160,18 @@ def _zero_rows(sub, A):
 
 
 def _scale_diagonal(A):
-    """Congruent matrix with ones on its diagonal, and the scale; rows without diagonal keep theirs."""
+    """Matrix scaled to a unit diagonal, and the scale; rows with a zero diagonal are not scaled."""
     diagonal = np.abs(np.diag(A))
     scale = 1.0 / np.sqrt(np.where(diagonal > 1e-14 * (diagonal.max() or 1.0), diagonal, 1.0))
     return A * scale[:, None] * scale[None, :], scale
 
 
 def _strain_free_motions(sub, K, faults):
-    """Number of motions without strain and a basis of them; negative stiffness is a fault."""
+    """Number of motions without strain and a basis of them; negative stiffness is a fault.
+
+    A scaled eigenvalue counts as zero below 1e-9: some thousand roundings of an assembled double-precision matrix,
+    more for large ones.
+    """
     scaled, scale = _scale_diagonal(K)
     values, vectors = np.linalg.eigh(scaled)
     limit = 1e-9 * max(values[-1], 1e-300) * max(1.0, len(K) / 100)
@@ -195,7 +203,9 @@ def _strain_energy(sub, K, motions, tolerance, warnings):
     if len(strained) and np.any(moving & (relative <= 1e-3 * tolerance)):  # what is held in all of them is supported
         which = ", ".join(DIRECTIONS[k] for k in strained)
         forces = np.abs(K @ motions[:, strained]).max(axis=1)
-        warnings.append(f"held in part: rigid motions {which} are strained, most at {_largest_entries(sub, forces)}")
+        warnings.append(
+            f"constrained in part: the rigid motions {which} are strained, most at {_largest_entries(sub, forces)}"
+        )
     return relative, "held" if len(strained) else "free"
 
 
@@ -206,7 +216,7 @@ def _mass_properties(M, motions, about, tolerance, warnings):
         return (None,) * 4
     if np.abs(total[:3, :3] - mass * np.eye(3)).max() > tolerance * mass:
         given = format_numbers(np.diag(total[:3, :3]))
-        warnings.append(f"mass differs by direction ({given}): some of it is held, or rows are missing")
+        warnings.append(f"the mass differs by direction ({given}): some of it is constrained, or rows are missing")
         return mass, None, None, None
     first = total[:3, 3:]  # -m c~
     arm = np.array([first[1, 2] - first[2, 1], first[2, 0] - first[0, 2], first[0, 1] - first[1, 0]]) / (2 * mass)
@@ -215,7 +225,7 @@ def _mass_properties(M, motions, about, tolerance, warnings):
 
 
 def _find_mechanisms(sub, K, shapes, motions, faults):
-    """Motions without strain that no rigid motion is."""
+    """Append a fault for each motion without strain that is not a rigid motion of the whole."""
     if not shapes.shape[1]:
         return
     weight = 1.0 / _scale_diagonal(K)[1][:, None]
@@ -226,17 +236,18 @@ def _find_mechanisms(sub, K, shapes, motions, faults):
     left, size, _ = np.linalg.svd(rest, full_matrices=False)
     for k in np.nonzero(size > 1e-4)[0]:
         faults.append(
-            f"mechanism: a motion without strain, most at {_largest_entries(sub, left[:, k] / weight[:, 0])}"
+            "mechanism: a motion without strain that is not rigid, largest at "
+            f"{_largest_entries(sub, left[:, k] / weight[:, 0])}"
         )
 
 
 def format_numbers(values, digits=5) -> str:
-    """Numbers in a row."""
+    """Numbers as text, separated by spaces."""
     return " ".join(f"{v:.{digits}g}" for v in np.ravel(values))
 
 
 def format_labels(labels, most=6) -> str:
-    """Labels in a row, the first few."""
+    """The first few labels as text."""
     if not labels:
         return "none"
     return ", ".join(labels[:most]) + (f" and {len(labels) - most} more" if len(labels) > most else "")

@@ -11,21 +11,28 @@ from ..typing import AnyArray, RowsLike
 
 
 def partition(size: int, interface: RowsLike) -> tuple[np.ndarray, np.ndarray]:
-    """Interior and interface coordinates, S1 (4).
+    """Split coordinates 0 ... size - 1 into interior and interface rows.
 
-    Raises: ValueError for a coordinate that is not there or named twice.
+    Returns: (interior, interface), arrays of row numbers, the interior ascending, the interface in the given order.
+
+    Raises: ValueError for a coordinate that does not exist or is given twice.  Source: S1 (4).
     """
     outer = np.asarray(interface, int).reshape(-1)
     if len(set(outer.tolist())) < len(outer) or np.any((outer < 0) | (outer >= size)):
-        raise ValueError(f"interface {outer.tolist()} must be different coordinates of 0 ... {size - 1}")
+        raise ValueError(f"interface {outer.tolist()} must consist of distinct coordinates among 0 ... {size - 1}")
     return np.setdiff1d(np.arange(size), outer), outer
 
 
 def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the interface") -> Float[Array, "i b"]:
-    """`S = -K_NN^-1 K_Ni` (interior, interface): the interior's static motion with each interface coordinate.
+    """Constraint modes `S = -K_NN^-1 K_Ni` (interior, interface): static motion for unit interface displacements.
 
-    Raises: ValueError for a matrix that is not square and, if concrete, where the held interface leaves the interior
-    a mechanism; `what` it calls it.
+    Args:
+        stiffness: (n, n).
+        interface: rows of the interface; S has its columns in this order.
+        what: the name of the interface in messages.
+
+    Raises: ValueError for a matrix that is not square and, if concrete, where the interior is a mechanism while the
+    interface is fixed.
     Source: S1 (5)-(6).
     """
     if stiffness.ndim != 2 or stiffness.shape[0] != stiffness.shape[1]:
@@ -37,7 +44,7 @@ def constraint_modes(stiffness: AnyArray, interface: RowsLike, what: str = "the 
 
 @jit
 def _solve_constraint_modes(stiffness, inner, outer):
-    """The constraint modes, and the squared pivots of the interior over its diagonal."""
+    """Constraint modes, and the squared Cholesky pivots of the interior relative to its diagonal."""
     K_NN = stiffness[inner][:, inner]
     K = (K_NN + K_NN.T) / 2
     L = lapack.cholesky(lax.stop_gradient(K))
@@ -46,7 +53,10 @@ def _solve_constraint_modes(stiffness, inner, outer):
 
 
 def interface_basis(stiffness: AnyArray, interface: RowsLike) -> Float[Array, "n b"]:
-    """The coupling modes `T = [S; 1]` (n, interface), rows in the component's own order.  Source: S1 (7)-(8)."""
+    """Coupling modes `T = [S; 1]` (n, interface): constraint modes with rows in the component's own order.
+
+    Source: S1 (7)-(8).
+    """
     return _stack_interface(constraint_modes(stiffness, interface), *partition(stiffness.shape[0], interface))
 
 
@@ -57,9 +67,12 @@ def _stack_interface(S, inner, outer):
 
 
 def check_nonsingular(solution, what: str, pivots=None) -> None:
-    """Raises: ValueError for a static solution, if concrete, of a singular stiffness: a mechanism is left.
+    """Refuse a static solution of a singular stiffness, if concrete.
 
-    Args: pivots: squared pivots of the Cholesky factor over the diagonal: rounding, where the matrix is singular.
+    Args: pivots: squared pivots of the Cholesky factor relative to the diagonal; where the matrix is singular, the
+        last one is rounding: 30 units of it are taken for zero.
+
+    Raises: ValueError.
     """
     if not is_concrete(solution):
         return
@@ -67,4 +80,6 @@ def check_nonsingular(solution, what: str, pivots=None) -> None:
     if pivots is not None and np.size(pivots):
         singular = singular or np.min(np.asarray(pivots)) < 30 * np.finfo(pivots.dtype).eps
     if singular:
-        raise ValueError(f"the stiffness is singular with {what} held: a mechanism inside, or rigid motions left")
+        raise ValueError(
+            f"the stiffness is singular with {what} fixed: there is a mechanism inside, or a free rigid motion"
+        )

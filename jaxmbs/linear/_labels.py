@@ -1,4 +1,4 @@
-"""Names of coordinates: labels `(node, direction)`, the rows they stand for, and the places of nodes."""
+"""Labels `(node, direction)` of coordinates, the rows that they denote, and positions of nodes."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from ..elements._base import as_real
 
 
 def parse_label(item) -> tuple[str, str]:
-    """`(node, direction)` of a name: "tip rz", ("tip", "rz"), or "mode" without a direction."""
+    """Parse a name into `(node, direction)`: "tip rz", ("tip", "rz"), or "mode" without a direction."""
     if isinstance(item, str):
         node, _, direction = item.rpartition(" ")
         return (node, direction) if node and direction in DIRECTIONS else (item, "")
@@ -20,28 +20,28 @@ def parse_label(item) -> tuple[str, str]:
 
 
 def format_label(item: tuple[str, str]) -> str:
-    """A label as one name: "tip rz"."""
+    """Format a label as one name: "tip rz"."""
     return " ".join(item).strip()
 
 
 def coordinate_labels(coordinates, n: int, faults: list) -> tuple[tuple[str, str], ...]:
-    """One label for each of n rows, their numbers by default."""
+    """Labels of n rows, by default their numbers; faults are appended to the list."""
     given = [str(i) for i in range(n)] if coordinates is None else list(coordinates)
     labels = tuple(parse_label(item) for item in given)
     if len(labels) != n:
-        faults.append(f"{len(labels)} coordinates are named, the matrices have {n} rows")
+        faults.append(f"{len(labels)} coordinates are named, but the matrices have {n} rows")
     unique = len(set(labels)) == len(labels)
     repeated = [] if unique else sorted({format_label(item) for item in labels if labels.count(item) > 1})
     if repeated:
         faults.append(f"coordinates named twice: {', '.join(repeated[:5])}")
     wrong = sorted({direction for _, direction in labels} - {*DIRECTIONS, ""})
     if wrong:
-        faults.append(f"directions {wrong} are none of {', '.join(DIRECTIONS)}")
+        faults.append(f"unknown directions {', '.join(wrong)}: the directions are {', '.join(DIRECTIONS)}")
     return labels
 
 
 def find_rows(names, labels, faults: list) -> tuple[int, ...]:
-    """Rows of labels, of all coordinates of nodes, or of numbers."""
+    """Rows denoted by labels, by nodes (all their coordinates) or by numbers; faults are appended to the list."""
     found, places = [], {}
     for i, (node, direction) in enumerate(labels):
         places.setdefault((node, direction), []).append(i)
@@ -61,7 +61,7 @@ def find_rows(names, labels, faults: list) -> tuple[int, ...]:
 
 
 def node_positions(positions, labels, faults: list):
-    """Names and positions (nodes, 3) of nodes."""
+    """Names (nodes,) and positions (nodes, 3) of nodes; faults are appended to the list."""
     if positions is None:
         return (), None
     mapped = isinstance(positions, Mapping)

@@ -1,4 +1,4 @@
-"""Rows without mass: condensed statically on the way in, which is exact, and put back on the way out."""
+"""Static condensation of rows without mass, which is exact, and the expansion of results back to them."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,18 +11,18 @@ from ..typing import AnyArray
 from ._condensation import interface_basis
 from ._system import LinearSystem
 
-#: Damping forces on rows without mass, of their own sizes, that count as none.
+#: Damping forces on rows without mass below this share of their terms count as zero: rounding of `C @ T`.
 NEGLIGIBLE_DAMPING = 1e-9
 
 
 class Condensation(eqx.Module):
-    """A linear system on its rows with mass, and the way back: `x = T x_heavy`, loads on the light rows added.
+    """A linear system condensed to its rows with mass ("heavy"), and the expansion `x = T x_heavy` to all rows.
 
     Attributes:
         heavy, light: rows with and without mass (static).
         basis: T (n, heavy), None where all rows are heavy.
-        stiffness: of the light rows (light, light), likewise.
-        system: on the heavy rows.
+        stiffness: stiffness of the light rows (light, light), None where all rows are heavy.
+        system: the condensed system on the heavy rows.
     """
 
     heavy: tuple[int, ...] = eqx.field(static=True)
@@ -32,7 +32,7 @@ class Condensation(eqx.Module):
     system: LinearSystem
 
     def load(self, forces: AnyArray) -> AnyArray:
-        """Loads (..., heavy) that do the work of forces (..., n)."""
+        """Loads (..., heavy) that do the same work as forces (..., n)."""
         return forces if self.basis is None else forces @ self.basis.astype(forces.dtype)
 
     def heavy_part(self, x: AnyArray) -> AnyArray:
@@ -40,14 +40,17 @@ class Condensation(eqx.Module):
         return x[..., np.array(self.heavy, int)]
 
     def expand(self, x: Array, forces: Array | None = None) -> Array:
-        """Displacements (..., n), or their rates, of heavy ones (..., heavy) and of forces (..., n) on light rows."""
+        """Expand displacements (..., heavy), or their rates, to all rows (..., n).
+
+        Args: forces: (..., n), whose part on light rows adds its static displacement there.
+        """
         if self.basis is None:
             return x
         found, light = x @ self.basis.T.astype(x.dtype), np.array(self.light, int)
         return found if forces is None else found.at[..., light].add(self.light_displacements(forces[..., light]))
 
     def light_displacements(self, forces: Array) -> Array:
-        """Displacements (..., light) under forces on light rows, the heavy ones held."""
+        """Static displacements (..., light) under forces (..., light) on light rows with the heavy rows fixed."""
         if self.stiffness is None:
             return jnp.zeros_like(forces)
         flat = square.solve(self.stiffness.astype(forces.dtype), forces.reshape(-1, len(self.light)).T).T
@@ -55,18 +58,18 @@ class Condensation(eqx.Module):
 
 
 def massless_rows(system: LinearSystem) -> tuple[int, ...]:
-    """Rows without mass: those of zeros in a mass matrix whose numbers are known, else those known as `massless`."""
+    """Rows without mass: zero rows of a concrete mass matrix; under tracing those declared as `massless`."""
     if is_concrete(system.mass):
         return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
     return tuple(sorted(system.massless))
 
 
 def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:
-    """A dense linear system on its rows with mass.
+    """Condense a dense linear system to its rows with mass.
 
     Args:
-        only: of the rows without mass those that go, by default all.
-        damped: whether motion with damping is asked: damping must then not pull at what is condensed.
+        only: rows without mass to condense, by default all.
+        damped: True if the result is used with damping, which must then not act on condensed rows.
 
     Raises: ValueError, if concrete, for rows that have neither mass nor stiffness, or damping of their own, by name.
     """
@@ -106,7 +109,7 @@ def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None,
 
 
 def _check_stiffness(system, light):
-    """Raises: ValueError for light rows that nothing holds while the heavy ones are held, by name."""
+    """Refuse light rows that are free while the heavy rows are fixed.  Raises: ValueError with their names."""
     if not is_concrete(system.stiffness):
         return
     K = np.asarray(system.stiffness)[np.ix_(light, light)]
@@ -116,10 +119,12 @@ def _check_stiffness(system, light):
     if np.any(loose):
         moved = np.max(np.abs(shapes[:, loose]), axis=1) > 1e-3
         names = _row_names(system, [k for k, m in zip(light, moved, strict=True) if m])
-        raise ValueError(f"neither mass nor stiffness holds {names}: hold these, leave them out or give them mass")
+        raise ValueError(
+            f"{names} have neither mass nor stiffness: fix these coordinates, leave them out or give them mass"
+        )
 
 
 def _row_names(system, rows, most=6):
-    """Names of the first rows, and how many more."""
+    """Names of the first rows, and the number of the others."""
     listed = ", ".join(system.label(k) for k in rows[:most])
     return listed + (f" and {len(rows) - most} more" if len(rows) > most else "")

@@ -1,23 +1,23 @@
-"""Rigid modes told from soft ones, and from unstable ones, by the rounding of the stiffness."""
+"""Flags of rigid modes, distinguished from soft and from unstable ones by the rounding of the stiffness."""
 
 import jax.numpy as jnp
 from jax import lax
 
 from ..runtime import jit
 
-#: A mode is rigid where its value is at most so many times the rounding of the stiffness in its shape or, below zero,
-#: at least so many: noise must not pass for an instability.
+#: A mode is rigid where its eigenvalue is at most RIGID times the rounding of the stiffness in its shape and, below
+#: zero, at least -NEGATIVE times: wider there, as noise must not pass for an instability.
 RIGID, NEGATIVE = 8.0, 200.0
 
 
 @jit
 def rigid_flags(K, values, shapes):
-    """(m,) which modes strain nothing: values that are rounding of K itself.
+    """Flags (m,) of modes that strain nothing: their eigenvalue is rounding of K itself.
 
-    That is of `sum_i K_ii x_i^2`, the energy that the diagonal of K stores in a mode, and what K differs from its
-    transpose: products such as those of a reduction show their rounding there.  A soft mount beside a stiff mesh is
-    told from a rigid motion by the stiffness where it moves, not by the highest frequency that there is.  A reduced
-    matrix made symmetric from outside hides its rounding: give `num_rigid`.
+    The rounding is that of `sum_i K_ii x_i^2`, the energy that the diagonal of K stores in a mode, and the asymmetry
+    of K, where products such as those of a reduction show their rounding.  So a soft mount beside a stiff mesh is
+    distinguished from a rigid motion by the stiffness where it moves, not by the highest frequency of the system.  A
+    reduced matrix that was symmetrised by its user hides its rounding: give `num_rigid`.
     """
     eps, size = jnp.finfo(values.dtype).eps, jnp.abs(shapes)
     stored = jnp.sum(jnp.abs(jnp.diagonal(K))[:, None] * shapes**2, axis=0)

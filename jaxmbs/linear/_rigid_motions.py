@@ -1,4 +1,4 @@
-"""Motions of points as one rigid body."""
+"""Rigid-body motions of points and of linear systems."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,7 +11,12 @@ from ..typing import AnyArray, ArrayLike
 
 
 def rigid_motions(positions: AnyArray, about: ArrayLike | None = None) -> Float[Array, "nodes 6 6"]:
-    """Displacements and rotations of points (nodes, 3) in unit translations and rotations about a point (3,)."""
+    """Displacements and rotations of points for unit translations and rotations about a reference point.
+
+    Args: positions: (nodes, 3) [m]; about: (3,) [m], default the origin.
+
+    Returns: (nodes, 6, 6); rows are x y z rx ry rz of the node, columns the six rigid motions.
+    """
     return _motions(positions if about is None else positions - as_dtype(about, positions.dtype)[None])
 
 
@@ -24,9 +29,9 @@ def _motions(arms):
 
 
 def rigid_rows(system, about=None) -> Float[Array, "n 6"]:
-    """`rigid_motions` over the coordinates of a linear system; those without a direction stay at rest.
+    """Rigid-body motions (n, 6) of the coordinates of a linear system; those without a direction stay at rest.
 
-    Args: about: (3,) [m], default the middle of the nodes.
+    Args: about: (3,) [m], default the mean position of the nodes.
 
     Raises: ModelError for a system without the positions of its nodes.
     """

@@ -1,4 +1,4 @@
-"""Static response, of free structures too: the inertia of what the loads accelerate balances them."""
+"""Static response; free structures by inertia relief: the inertia of the steady acceleration balances the loads."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -17,13 +17,13 @@ from ._system import LinearSystem
 
 
 class StaticResponse(eqx.Module):
-    """A linear system at rest under loads, or in the steady acceleration that they cause.
+    """Static displacements of a linear system under loads, or during the steady acceleration that they cause.
 
     Attributes:
-        displacement: (..., n).
-        acceleration: (..., d) along the rigid motions, none where held.
-        rigid: (n, d) these motions.
-        forces: what `equilibrium` put on the system, by name as it was given.
+        displacement: (..., n) [m, rad].
+        acceleration: (..., d) along the rigid motions, d = 0 for a constrained system.
+        rigid: (n, d), the rigid motions.
+        forces: the forces that were given to `equilibrium`, for `reactions`.
     """
 
     displacement: Float[Array, "... n"]
@@ -33,31 +33,32 @@ class StaticResponse(eqx.Module):
 
     @property
     def ok(self) -> Bool[Array, "..."]:
-        """Whether there is such a state: under tracing a motion without strain gives numbers that are not finite."""
+        """True where the displacements are finite; under tracing a singular stiffness makes them infinite or NaN."""
         return jnp.all(jnp.isfinite(self.displacement), axis=-1)
 
     def terms(self, system: LinearSystem) -> tuple:
-        """What stiffness, damping (None: nothing) and mass of the system's parts act on, each (..., n)."""
+        """Displacement, velocity (None: at rest) and acceleration (..., n) on which K, C and M act."""
         return self.displacement, None, self.acceleration @ self.rigid.T
 
 
 def static_response(
     *, K: AnyArray, load: AnyArray, M: AnyArray | None = None, rigid: AnyArray | None = None
 ) -> StaticResponse:
-    """`K x = f`, or with rigid motions left `K x + M R a = f` with `R^T M x = 0`: inertia relief.
+    """Solve `K x = f`; with rigid motions R `K x + M R a = f` and `R^T M x = 0` (inertia relief).
 
     Args:
-        load: (..., n), any number of cases.
+        K: stiffness (n, n).
+        load: f (..., n), any number of load cases.
         M, rigid: mass (n, n) and R (n, d) of a free structure: `rigid_motions` of its nodes, or its rigid modes.
 
-    Raises: ValueError for rigid motions without M and, if concrete, a stiffness that is singular: held too little, or
-    rigid motions missing.
+    Raises: ValueError for rigid motions without M and, if concrete, for a singular stiffness: supports or rigid
+    motions are missing.
     Source: S1 (3), (30).
     """
     f = load.reshape(-1, load.shape[-1]).T
     n, weight = len(K), jnp.ones((), f.dtype)
     if rigid is not None and M is None:
-        raise ValueError("it is inertia that balances free motions: give M with the rigid ones")
+        raise ValueError("inertia relief needs the mass matrix: give M together with the rigid motions")
     rigid = jnp.zeros((n, 0), K.dtype) if rigid is None else jnp.asarray(rigid)
     d = rigid.shape[1]
     if d:
@@ -76,14 +77,16 @@ def static_response(
 
 
 def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse:
-    """Rest under forces, `K x = f`; of a free structure the steady acceleration that they cause.
+    """Static equilibrium `K x = f` under forces; of a free structure the steady acceleration that they cause.
 
     Args:
-        forces: by name as `LinearSystem.load` takes them, or (..., n): any number of cases.
-        free: the inertia of its rigid motions, known by the positions of its nodes, balances the forces.
+        forces: by name as `LinearSystem.load` takes them, or (..., n): any number of load cases.
+        free: True for a free structure: the inertia of its rigid motions, found from the positions of its nodes,
+            balances the forces.
 
-    Raises: ValueError for a stiffness, if concrete, that is singular; UnknownNameError; ModelError where positions
-    are missing.  Source: S1 (3), (30).
+    Raises: ValueError for a singular stiffness, if concrete; UnknownNameError; ModelError where positions are
+    missing.
+    Source: S1 (3), (30).
     """
     system, rigid = system.to_dense(), None
     if free:
@@ -100,4 +103,4 @@ def _check_nonsingular(K, left):
     K = np.asarray(K)
     size = np.sqrt(np.maximum(np.max(np.abs(K), axis=1), 1e-300))
     if not np.linalg.cond(K / np.outer(size, size), 1) < 0.01 / np.finfo(K.dtype).eps:
-        raise ValueError(f"the stiffness is singular: a motion without strain is left, {left}")
+        raise ValueError(f"the stiffness is singular: there is a motion without strain, {left}")

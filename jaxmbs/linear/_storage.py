@@ -1,4 +1,4 @@
-"""Matrices of a linear system by the type they come in: dense arrays, blocks, or SciPy's sparse matrices."""
+"""Storage of the matrices of a linear system: dense arrays, block matrices or SciPy sparse matrices."""
 
 from typing import Any
 
@@ -13,22 +13,22 @@ from ..elements._base import as_real
 from ..errors import ModelError
 from ..typing import ArrayLike
 
-#: Above this many coordinates a matrix is not made dense: reduce the component first.
+#: Matrices with more rows are not made dense: at 10 000 rows one takes 0.8 GB in double precision.
 MAX_DENSE_ROWS = 10000
 
 SciPyMatrix = scipy.sparse.spmatrix | scipy.sparse.sparray
 Matrix = Inexact[Array, "n n"] | BlockMatrix | SciPyMatrix
-MatrixLike = ArrayLike | BlockMatrix | SciPyMatrix  # what a linear system is made of
+MatrixLike = ArrayLike | BlockMatrix | SciPyMatrix
 
 
 def unify_storage(faults: list, **given) -> list:
-    """The matrices in one storage: blocks, SciPy's where all are SciPy's, else dense.  None stays None."""
+    """Bring matrices to one storage: blocks, SciPy sparse where all are, else dense.  None stays None."""
     values = [A for A in given.values() if A is not None]
     blocks = [isinstance(A, BlockMatrix) for A in values]
     if any(blocks) and not all(blocks):
-        faults.append(f"{', '.join(given)}: some are block matrices; let all of them be")
+        faults.append(f"{', '.join(given)}: either all or none of them must be block matrices")
     elif any(blocks) and len({A.pattern for A in values}) > 1:
-        faults.append(f"{', '.join(given)}: block matrices must be on one pattern")
+        faults.append(f"{', '.join(given)}: block matrices must share one pattern")
     elif not any(blocks):
         sparse = all(map(scipy.sparse.issparse, values))
         given = {name: A if A is None else _as_square_matrix(name, A, sparse, faults) for name, A in given.items()}
@@ -55,27 +55,33 @@ def _as_square_matrix(name, A, sparse, faults):
 
 
 def dtype_of(A):
-    """Of the numbers in a matrix of any storage."""
+    """Data type of the numbers in a matrix of any storage."""
     return A.diagonal.dtype if isinstance(A, BlockMatrix) else A.dtype
 
 
 def num_rows(A) -> int:
-    """Rows of a matrix in any storage; those of blocks with their padding."""
+    """Number of rows of a matrix of any storage, the padding of block matrices included."""
     return A.pattern.num_blocks * A.pattern.size if isinstance(A, BlockMatrix) else A.shape[0]
 
 
 def to_dense(A):
-    """The full matrix.  Raises: ModelError for one that is too large."""
+    """Convert a matrix of any storage to a dense array.  Raises: ModelError for one that is too large."""
     if not isinstance(A, BlockMatrix) and not scipy.sparse.issparse(A):
         return A
     if num_rows(A) > MAX_DENSE_ROWS:
         raise ModelError(
-            [f"{num_rows(A)} rows, more than {MAX_DENSE_ROWS}, are too many for a dense matrix: reduce first"]
+            [
+                f"a dense matrix of {num_rows(A)} rows is too large (limit {MAX_DENSE_ROWS}): reduce the "
+                "component first"
+            ]
         )
     return A.to_dense() if isinstance(A, BlockMatrix) else jnp.asarray(A.toarray())
 
 
 def as_inexact(value: Any) -> Array:
-    """An array in the precision it comes in; whole numbers become floats, not what they are multiplied by whole."""
+    """Convert to a floating or complex array of the same precision; whole numbers become floats.
+
+    So a product with whole numbers does not round its other factor to whole numbers.
+    """
     value = jnp.asarray(value)
     return value if jnp.issubdtype(value.dtype, jnp.inexact) else value.astype(float)

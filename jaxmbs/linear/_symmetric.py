@@ -1,4 +1,4 @@
-"""What the matrices of a linear system must be: symmetric, finite, with mass everywhere."""
+"""Validation of the matrices of a linear system: symmetric, finite, with mass on every row."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -6,12 +6,12 @@ from jax import lax
 
 from ..checks import is_concrete
 
-#: The part of a matrix's largest entry that may be unsymmetric.
+#: Allowed asymmetry relative to the largest entry: that of matrices written to files with six digits.
 ASYMMETRY_TOLERANCE = 1e-5
 
 
 def require_symmetric(**matrices) -> tuple:
-    """The matrices, in order; under tracing an unsymmetric one is NaN.  Raises: as `check_symmetric`."""
+    """Check matrices as `check_symmetric` and return them; under tracing an unsymmetric one becomes NaN."""
     check_symmetric(**matrices)
     return tuple(A if is_concrete(A) else _nan_if_unsymmetric(A) for A in matrices.values())
 
@@ -23,13 +23,13 @@ def _nan_if_unsymmetric(A):
 
 
 def check_symmetric(**matrices) -> None:
-    """Raises: ValueError for matrices that are not square and of one size; if concrete, for one that is not finite.
+    """Refuse matrices that are not square, of one size and, if concrete, finite and symmetric to ASYMMETRY_TOLERANCE.
 
-    Also for one that is unsymmetric by more than 1e-5 of its largest entry.
+    Raises: ValueError.
     """
     shapes = {name: tuple(A.shape) for name, A in matrices.items() if A is not None}
     if len(set(shapes.values())) > 1 or any(len(s) != 2 or s[0] != s[1] for s in shapes.values()):
-        raise ValueError(f"{', '.join(shapes)} must be square and alike, not of shapes {list(shapes.values())}")
+        raise ValueError(f"{', '.join(shapes)} must be square and of one size, not of shapes {list(shapes.values())}")
     for name, A in matrices.items():
         if A is None or not is_concrete(A):
             continue
@@ -42,13 +42,14 @@ def check_symmetric(**matrices) -> None:
 
 
 def check_mass(M) -> None:
-    """Raises: ValueError for coordinates without mass, if concrete."""
+    """Refuse a mass matrix with rows without mass, if concrete.  Raises: ValueError."""
     if not is_concrete(M) or M.shape[0] == 0:
         return
     M = np.asarray(M)
     bare = np.flatnonzero(np.diagonal(M) <= 0)
     if len(bare):
         raise ValueError(
-            f"coordinates {bare.tolist()} have no mass: give a LinearSystem, whose modes, frequency_response, "
-            "simulate and reduce condense such rows, or condense these matrices first (Guyan)"
+            f"coordinates {bare.tolist()} have no mass: pass a LinearSystem to modes, "
+            "frequency_response, simulate or "
+            "reduce, which condense such rows, or condense the matrices first (Guyan)"
         )

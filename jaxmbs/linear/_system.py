@@ -1,4 +1,4 @@
-"""A linear system: mass, damping and stiffness over named coordinates, some of them an interface to others."""
+"""`LinearSystem`: mass, damping and stiffness matrices over named coordinates, some of them an interface."""
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,11 +15,11 @@ from ..typing import ArrayLike, CoordinateLike
 from ._labels import coordinate_labels, find_rows, format_label, node_positions
 from ._storage import Matrix, MatrixLike, dtype_of, num_rows, to_dense, unify_storage
 
-SystemT = TypeVar("Same", bound="LinearSystem")
+SystemT = TypeVar("SystemT", bound="LinearSystem")
 
 
 def _table_rows(system):
-    """A line, and the coordinates of every node."""
+    """Summary line and table of a linear system: the coordinates of every node."""
     by_node: dict[str, list[str]] = {}
     for node, direction in system.coordinates:
         by_node.setdefault(node, []).append(direction)
@@ -32,19 +32,20 @@ def _table_rows(system):
 
 
 class LinearSystem(eqx.Module):
-    """Matrices `M x'' + C x' + K x = F + R` of one component, or of many.  Source: S1 (3).
+    """Linear system `M x'' + C x' + K x = F + R` of one component, or of many joined.  Source: S1 (3).
 
     Args:
         mass, stiffness: (n, n) arrays, block matrices on one pattern, or SciPy sparse matrices (those of scikit-fem
-            as they are; with an array among them all become arrays).  Methods choose their algorithm by that type.
+            as they are; with an array among them all become arrays).  Algorithms are chosen by that type.
         damping: likewise, or None.
-        interface: what is joined to other components: numbers of rows, or labels, or names of nodes (all their rows).
+        interface: coordinates by which the component is joined to others: row numbers, labels, or names of nodes
+            (all their rows).
         coordinates: label of each row: `(node, direction)`, direction one of x y z rx ry rz or "" (a mode), or plain
             strings; default "0", "1", ...
-        positions: (3,) [m] by name of node, or the names and an array (nodes, 3), for the checks of rigid motions.
-        massless: rows known to have no mass: `modes` condenses them, which is exact.
+        positions: (3,) [m] by name of node, or the names and an array (nodes, 3); needed for rigid motions.
+        massless: rows known to have no mass, also under tracing: `modes` condenses them, which is exact.
 
-    Raises: ModelError with every fault: shapes, repeated or missing labels, an interface that is not there.
+    Raises: ModelError with every fault: shapes, repeated or missing labels, an unknown interface.
     """
 
     mass: Matrix
@@ -81,7 +82,7 @@ class LinearSystem(eqx.Module):
         self.interface = _interface_rows(interface, self.coordinates, faults)
         self.nodes, self.positions = node_positions(positions, self.coordinates, faults)
         self.massless = tuple(massless)
-        faults += [f"massless: {row!r} is no row" for row in self.massless if row not in range(n)]
+        faults += [f"massless: there is no row {row!r}" for row in self.massless if row not in range(n)]
         if faults:
             raise ModelError(faults)
 
@@ -95,12 +96,12 @@ class LinearSystem(eqx.Module):
 
     @property
     def interior(self) -> tuple[int, ...]:
-        """Rows that are not in the interface."""
+        """Rows outside the interface."""
         at = set(self.interface)
         return tuple(i for i in range(self.num_rows) if i not in at)
 
     def rows(self, *names: CoordinateLike) -> tuple[int, ...]:
-        """Rows of labels `(node, direction)`, or of all the coordinates of nodes. Raises: UnknownNameError."""
+        """Row numbers of labels `(node, direction)`, or of all coordinates of nodes.  Raises: UnknownNameError."""
         faults = []
         found = find_rows(names, self.coordinates, faults)
         if faults:
@@ -108,13 +109,15 @@ class LinearSystem(eqx.Module):
         return found
 
     def label(self, row: int | np.integer) -> str:
-        """Name of a coordinate: "tip rz"."""
+        """Name of the coordinate of a row: "tip rz"."""
         return format_label(self.coordinates[row])
 
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
-        """Rows (k, n) that give the displacements at names as `rows` takes them, and their labels.
+        """Output matrix (k, n) of the displacements at the given names, and the k labels.
 
-        Their transpose puts forces there.  Raises: UnknownNameError.
+        Args: names: as in `rows`.
+
+        Its transpose applies forces there.  Raises: UnknownNameError.
         """
         rows = self.rows(*names)
         unit = jnp.zeros((len(rows), self.num_rows), self.dtype)
@@ -122,14 +125,14 @@ class LinearSystem(eqx.Module):
 
     @property
     def dtype(self) -> np.dtype:
-        """Of the numbers in the matrices."""
+        """Data type of the matrices."""
         return dtype_of(self.stiffness)
 
     def load(self, forces: Mapping | ArrayLike) -> Array:
-        """Forces (..., n) on the coordinates.
+        """Load vectors (..., n) of forces [N, N m] given by name.
 
-        Args: forces: by name as `outputs` takes them: (...) for one coordinate, (..., k) for a node of k, times,
-            frequencies or cases first; or already (..., n).  Complex ones are amplitudes.
+        Args: forces: by name as in `outputs`: (...) for one coordinate, (..., k) for a node with k coordinates;
+            times, frequencies or load cases first.  Or already an array (..., n).  Complex forces are amplitudes.
 
         Raises: UnknownNameError; ValueError for another shape.
         """
@@ -152,7 +155,7 @@ class LinearSystem(eqx.Module):
         return sum((jnp.broadcast_to(part, shape) for part in parts), jnp.zeros(shape, dtype))
 
     def with_interface(self: SystemT, *names: CoordinateLike) -> SystemT:
-        """The same system, joined to others elsewhere.  Raises: ModelError."""
+        """The same system with another interface.  Raises: ModelError."""
         faults = []
         rows = _interface_rows(names, self.coordinates, faults)
         if faults:
@@ -160,13 +163,13 @@ class LinearSystem(eqx.Module):
         return self.replace(interface=rows)
 
     def translate(self: SystemT, by: ArrayLike) -> SystemT:
-        """The same system at another place, all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
+        """The same system with all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
         if self.positions is None:
-            raise ModelError(["what has no positions cannot be moved: LinearSystem(..., positions=...)"])
+            raise ModelError(["`translate` needs the positions of the nodes: LinearSystem(..., positions=...)"])
         return self.replace(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
 
     def with_damping(self: SystemT, damping: MatrixLike | None) -> SystemT:
-        """The same system with another damping matrix (n, n): see `proportional`, `modal`.
+        """The same system with another damping matrix (n, n), such as `rayleigh_damping` or `modal_damping`.
 
         Raises: ModelError for one of another size, or blocks beside arrays.
         """
@@ -183,7 +186,7 @@ class LinearSystem(eqx.Module):
         return self.replace(**{n: to_dense(getattr(self, n)) for n in names})
 
     def replace(self: SystemT, **fields: Any) -> SystemT:
-        """The same system but for some fields, which are taken as they are."""
+        """The same system with some fields replaced, which are not validated."""
         new = object.__new__(type(self))
         for field in dataclasses.fields(self):
             object.__setattr__(new, field.name, fields.get(field.name, getattr(self, field.name)))
@@ -191,7 +194,7 @@ class LinearSystem(eqx.Module):
 
 
 def _size_faults(n, **matrices):
-    """Faults of matrices of another size than the stiffness."""
+    """Faults of matrices whose size differs from that of the stiffness."""
     rows = {name: num_rows(A) for name, A in matrices.items() if A is not None}
     wrong = [f"{name} has {k} rows, not {n}" for name, k in rows.items() if k != n]
     return [f"mass, stiffness and damping differ in size: {fault}" for fault in wrong]

@@ -13,14 +13,14 @@ from ..errors import ModelError
 from ..runtime import jit
 from ..typing import ArrayLike
 
-#: What the outputs are, by their power of `i w` over displacement.
+#: Kinds of outputs: displacement, velocity, acceleration; the index is the power of `i w` over displacement.
 KINDS = ("receptance", "mobility", "accelerance")
 
 
 class TransferFunctions(eqx.Module):
-    """`B_ij(w)`: complex response at named outputs for a unit force at named inputs.
+    """Transfer functions `B_ij(w)`: complex response at named outputs for a unit force at named inputs.
 
-    A channel that is driven and measured at one place has the same name in both lists.
+    A channel that is both driven and measured has the same name in both lists.
 
     Args:
         omega: (frequencies,) angular frequencies [rad/s].
@@ -50,7 +50,7 @@ class TransferFunctions(eqx.Module):
         self.values = self.values.astype(np.result_type(self.values.dtype, np.complex64))
         self.omega = jnp.asarray(omega, self.values.real.dtype)
         self.outputs, self.inputs, self.kind = tuple(outputs), tuple(inputs), kind
-        faults = [] if kind in KINDS else [f"kind {kind!r} is none of {', '.join(KINDS)}"]
+        faults = [] if kind in KINDS else [f"unknown kind {kind!r}: the kinds are {', '.join(KINDS)}"]
         shape = (self.omega.size, len(self.outputs), len(self.inputs))
         if self.omega.ndim != 1:
             faults.append(f"omega has shape {self.omega.shape}, not (frequencies,)")
@@ -64,22 +64,22 @@ class TransferFunctions(eqx.Module):
             raise ModelError(faults)
 
     def rows(self, names: Sequence[str]) -> np.ndarray:
-        """Places of outputs. Raises: ModelError with the names that are not there."""
+        """Indices of outputs by name.  Raises: UnknownNameError."""
         return _channel_indices(names, self.outputs, "output")
 
     def columns(self, names: Sequence[str]) -> np.ndarray:
-        """Places of inputs. Raises: as `rows`."""
+        """Indices of inputs by name.  Raises: UnknownNameError."""
         return _channel_indices(names, self.inputs, "input")
 
     def at(self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None) -> "TransferFunctions":
-        """Some channels, in the order asked; None is all."""
+        """The transfer functions of some channels, in the given order; None stands for all."""
         outputs = self.outputs if outputs is None else tuple(outputs)
         inputs = self.inputs if inputs is None else tuple(inputs)
         values = _channels(self.values, self.rows(outputs), self.columns(inputs))
         return TransferFunctions(self.omega, values, outputs, inputs, self.kind)
 
     def with_values(self, values: ArrayLike) -> "TransferFunctions":
-        """The same channels with other values."""
+        """Transfer functions of the same channels with other values."""
         return TransferFunctions(self.omega, values, self.outputs, self.inputs, self.kind)
 
     def to_xarray(self) -> Any:
@@ -96,9 +96,9 @@ class TransferFunctions(eqx.Module):
         return self.to_xarray().to_series().unstack(["output", "input"])
 
     def to(self, kind: str) -> "TransferFunctions":
-        """The same as receptance, mobility or accelerance: powers of `i w`.  Source: S1 (40)."""
+        """Convert to receptance, mobility or accelerance by powers of `i w`.  Source: S1 (40)."""
         if kind not in KINDS:
-            raise ModelError([f"kind {kind!r} is none of {', '.join(KINDS)}"])
+            raise ModelError([f"unknown kind {kind!r}: the kinds are {', '.join(KINDS)}"])
         power = KINDS.index(kind) - KINDS.index(self.kind)
         rate = (1j * self.omega.astype(self.values.dtype))[:, None, None]
         return TransferFunctions(self.omega, self.values * rate**power, self.outputs, self.inputs, kind)

@@ -1,4 +1,4 @@
-"""Components in few coordinates: reductions to their interfaces, and the way back."""
+"""Component mode synthesis: reductions of components to interface and modal coordinates, and the expansion back."""
 
 from ._accuracy import force_errors, frequency_errors, num_modes_below
 from ._base import AbstractReduction, Reduced, Unreduced, reduce

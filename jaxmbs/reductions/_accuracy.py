@@ -1,4 +1,4 @@
-"""How good a reduction is: errors of frequencies and forces, and how many modes a frequency range needs."""
+"""Accuracy of a reduction: errors of frequencies and forces, number of modes for a frequency range."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -15,11 +15,11 @@ from ._recovery import interface_forces, mode_acceleration
 
 
 def frequency_errors(system: LinearSystem, reduced: Reduced, num: int) -> Float[Array, " modes"]:
-    """Estimated relative errors (num,) of the lowest frequencies of the free component, reduced from `system`.
+    """Estimated relative errors (num,) of the lowest frequencies of the free component `reduced` from `system`.
 
-    The residual force of each mode, put statically on the interior with the interface held, gives the part of the
-    shape that is missing; its energy is twice the frequency's relative error times that of the mode.  From above
-    where the estimate is small; rigid modes give 0.
+    The residual force of each mode, applied statically to the interior with the interface fixed, gives the missing
+    part of the shape; its energy is twice the relative error of the frequency times that of the mode.  The
+    frequencies are too high by it where the estimate is small; rigid modes give 0.
     """
     K, M = system.stiffness, system.mass
     modes = natural_modes(K=reduced.stiffness, M=reduced.mass, num=num)
@@ -31,9 +31,12 @@ def frequency_errors(system: LinearSystem, reduced: Reduced, num: int) -> Float[
 
 
 def force_errors(system: LinearSystem, x: AnyArray, x_ddot: AnyArray, load: AnyArray | None = None) -> Scalar:
-    """Relative difference of the interface forces by mode displacement and by mode acceleration, one number.
+    """Largest relative difference between the interface forces by mode displacement and by mode acceleration.
 
-    The error of mode displacement; that of mode acceleration is smaller by about (frequency / first discarded one)^2.
+    Args: x, x_ddot: displacements and accelerations (..., n); load: (..., n).
+
+    Returns: (), the error of mode displacement.  That of mode acceleration is smaller by about the squared ratio of
+    the excitation frequency to the first discarded one.
     """
     better = mode_acceleration(system, x, x_ddot, load)
     forces = [interface_forces(system, y, x_ddot, load) for y in (x, better)]
@@ -41,10 +44,12 @@ def force_errors(system: LinearSystem, x: AnyArray, x_ddot: AnyArray, load: AnyA
 
 
 def num_modes_below(system: LinearSystem, frequency: float, factor: float = 2.0) -> int:
-    """How many modes with the interface held lie below `factor * frequency` [Hz], groups kept whole.
+    """Number of fixed-interface modes below `factor * frequency` [Hz], groups of equal frequencies kept complete.
 
     On the host.  A rule of thumb: with factor 1.5 the frequencies up to the given one were good to 1 % on a beam; see
     `frequency_errors` for the model at hand.
+
+    Raises: ValueError for a frequency or a factor that is not positive and finite.
     """
     refuse_complex((frequency, factor))
     if not (np.isfinite(frequency) and frequency > 0 and np.isfinite(factor) and factor > 0):

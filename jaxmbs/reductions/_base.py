@@ -1,4 +1,4 @@
-"""What every reduction is and returns: a linear system in few coordinates, its interface first, and the way back."""
+"""Base of all reductions: `Reduced`, a linear system in few coordinates, interface first, with its expansion."""
 
 from abc import abstractmethod
 from typing import Any, ClassVar
@@ -20,26 +20,27 @@ from ..typing import AnyArray, CoordinateLike
 
 
 class Reduced(LinearSystem):
-    """A linear system `x = basis rho`: the coordinates of its interface come first, those of its modes after them.
+    """A reduced linear system, `x = basis rho`: interface coordinates first, modal coordinates after them.
 
-    Its own class because every question about a `LinearSystem` also has an answer for it, and what it has more, the
-    way back, none of the others lacks.
+    It is a `LinearSystem`, which every function takes, with the expansion to the component that was reduced.
 
     Attributes:
-        basis: (whole, n), displacements of all coordinates of the component that was reduced.
-        whole: the labels of these.
+        basis: (whole, n), displacements of all coordinates of that component per reduced coordinate.
+        whole: the labels of these coordinates.
     """
 
     basis: Inexact[Array, "whole n"]
     whole: tuple[tuple[str, str], ...] = eqx.field(static=True)
 
     def __init__(self, whole: LinearSystem, basis: Array, num_interface: int | None = None, **options: Any) -> None:
-        """Args: options: those of `LinearSystem`; num_interface: default as many as `whole` has.
+        """Build the reduced system of `whole` on a basis (whole, n).
+
+        Args: num_interface: default that of `whole`; options: arguments of `LinearSystem`.
 
         Raises: ValueError where no coordinate is left.
         """
         if len(options["coordinates"]) == 0:
-            raise ValueError("the reduction leaves no coordinate: name an interface, or ask for modes")
+            raise ValueError("the reduction leaves no coordinate: give an interface, or keep modes")
         if whole.positions is not None and "positions" not in options:
             at = {parse_label(item)[0] for item in options["coordinates"]}
             kept = [i for i, name in enumerate(whole.nodes) if name in at]
@@ -59,7 +60,7 @@ class Reduced(LinearSystem):
         return jnp.matmul(forces, self.basis.astype(forces.dtype))
 
     def outputs(self, *names: CoordinateLike) -> tuple[Array, tuple[str, ...]]:
-        """As of `LinearSystem`, of the own coordinates and of all those that were reduced."""
+        """Output matrix (k, n) and labels as in `LinearSystem.outputs`, also of coordinates that were reduced."""
         own = set(self.coordinates)
         labels = (*self.coordinates, *(item for item in self.whole if item not in own))
         faults = []
@@ -73,7 +74,7 @@ class Reduced(LinearSystem):
         return found, tuple(format_label(labels[k]) for k in rows)
 
     def chain_to(self, whole: "Reduced") -> "Reduced":
-        """The same system, its way back going on to what `whole` was reduced from."""
+        """The same system with its expansion continued to the component that `whole` was reduced from."""
         return self.replace(basis=whole.basis @ self.basis, whole=whole.whole)
 
 
@@ -81,32 +82,32 @@ class AbstractReduction(eqx.Module):
     """A way to reduce a linear system: `reduce(system, CraigBampton(20))`.
 
     Attributes:
-        keeps_all: whether all coordinates outside of the interface stay coordinates, those without mass too.
+        keeps_all: True if all coordinates outside the interface are kept, those without mass too.
     """
 
     keeps_all: ClassVar[bool] = False
 
     @abstractmethod
     def of(self, system: LinearSystem) -> Reduced:
-        """The reduced system, its way back going to the coordinates of this one."""
+        """Reduce a system; the expansion of the result leads to the coordinates of this system."""
 
 
 def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
-    """A linear system in few coordinates, its interface first: `reduce(wing, CraigBampton(num_modes=20))`.
+    """Reduce a linear system to few coordinates, interface first: `reduce(wing, CraigBampton(num_modes=20))`.
 
-    What is reduced already can be reduced once more; `expand` then leads back all the way.  Rows outside the
-    interface that have no mass are condensed statically first, which is exact.
+    A reduced system can be reduced again; `expand` then leads back all the way.  Rows outside the interface that have
+    no mass are condensed statically first, which is exact.
 
-    Args: method: a class of `jaxmbs.reductions`.
+    Args: method: an instance of one of the reductions of `jaxmbs.reductions`.
 
-    Raises: as the method says; ValueError for rows that have neither mass nor stiffness, by name.
+    Raises: as the method states; ValueError with the names of rows that have neither mass nor stiffness.
     """
     reduced = method.of(system) if method.keeps_all else _reduce_without_massless(system, method)
     return reduced.chain_to(system) if isinstance(system, Reduced) else reduced
 
 
 def _reduce_without_massless(system, method):
-    """Reduced by a method that does not see the rows without mass, the way back going to them too."""
+    """Condense the rows without mass, reduce the others, and expand to all of them."""
     light = () if not isinstance(system.mass, jax.Array | np.ndarray) else massless_rows(system)
     light = tuple(set(light) - set(system.interface))
     if not light:
@@ -117,7 +118,7 @@ def _reduce_without_massless(system, method):
 
 
 class Unreduced(AbstractReduction):
-    """All coordinates [m, rad] with their signs, those of the interface put first.  Source: S1 (7)-(9)."""
+    """No reduction: all coordinates [m, rad] with their signs, those of the interface first.  Source: S1 (7)-(9)."""
 
     keeps_all = True
 
@@ -140,16 +141,16 @@ def _reorder(matrices, order):
 
 
 def interface_first(system: LinearSystem) -> Reduced:
-    """The system itself where its interface comes first, else all of its coordinates in that order."""
+    """The system as a `Reduced` with its interface first: itself if it is one, else reordered."""
     if isinstance(system, Reduced) and system.interface == tuple(range(system.num_interface)):
         return system
     return reduce(system, Unreduced())
 
 
 def project(system: LinearSystem, basis, labels, num_interface: int | None = None, massless=()) -> Reduced:
-    """The system on a basis (n, r): `basis^T K basis` and so on.  Source: S1 (9), (12).
+    """Project a system on a basis (n, r): `basis^T K basis` and so on.  Source: S1 (9), (12).
 
-    Args: labels: of all r, the interface first.
+    Args: labels: of all r coordinates, the interface first.
     """
     M, K, C = (None if A is None else basis.T @ A @ basis for A in (system.mass, system.stiffness, system.damping))
     return Reduced(
@@ -158,7 +159,7 @@ def project(system: LinearSystem, basis, labels, num_interface: int | None = Non
 
 
 def reduced_labels(system: LinearSystem, **counts: int) -> tuple:
-    """The labels of the interface, then `kind 0`, `kind 1`, ... of every kind."""
+    """Labels of the interface, then `kind 0`, `kind 1`, ... of every kind."""
     own = tuple(system.coordinates[i] for i in system.interface)
     return own + tuple(item for kind, count in counts.items() for item in numbered_labels(kind, count))
 
@@ -173,11 +174,11 @@ def symmetric_partition(system: LinearSystem) -> tuple:
 
 
 def check_num_modes(num: int, available: int) -> None:
-    """Raises: ValueError where more modes are asked than there are."""
+    """Refuse a negative number of modes, or more than there are.  Raises: ValueError."""
     if not 0 <= num <= available:
-        raise ValueError(f"num_modes = {num}: the component has {available} such modes")
+        raise ValueError(f"num_modes = {num} must be between 0 and {available}, the number of modes of this kind")
 
 
 def numbered_labels(kind: str, count: int) -> tuple[str, ...]:
-    """Labels `kind 0`, `kind 1`, ..."""
+    """Labels `kind 0`, `kind 1`, ... up to a count."""
     return tuple(f"{kind} {k}" for k in range(count))

@@ -10,7 +10,7 @@ from ._base import AbstractReduction, Reduced, check_num_modes, interface_first,
 
 
 def characteristic_modes(system: LinearSystem, num: int) -> Modes:
-    """The lowest modes of the interface coordinates alone, of a component or of an assembled structure.
+    """Lowest modes (num of them) of the interface partition of K and M, of a component or of a coupled structure.
 
     Raises: ValueError for negative stiffness, if concrete; under tracing that gives NaN.
     """
@@ -21,16 +21,16 @@ def characteristic_modes(system: LinearSystem, num: int) -> Modes:
 
 
 class Characteristic(AbstractReduction):
-    """The interface moving in its characteristic modes only; their amplitudes are what couples now.
+    """Reduction of an interface to its characteristic modes, whose amplitudes become the interface coordinates.
 
-    Coordinates: amplitudes "characteristic 0", ... of the modes, lowest first, whose signs are free, then all others
-    of the component as they were [m, rad].
+    Coordinates: amplitudes "characteristic 0", ... of the modes, lowest first, with arbitrary signs, then all others
+    of the component unchanged [m, rad].
 
-    All of them change nothing.  Components that meet must share one set: reduce after coupling, or carry the
-    modes of one over.
+    All modes together are exact.  Components that are joined must share one set of modes: reduce after coupling, or
+    use the modes of one component for the other.
 
     Attributes:
-        num_modes: of the interface.
+        num_modes: number of interface modes.
 
     Source: S1 (9), (12).
     """

@@ -1,4 +1,4 @@
-"""Constraint modes and fixed-interface modes (Craig and Bampton 1968), by the storage of the matrices."""
+"""Craig-Bampton reduction: constraint modes and fixed-interface modes (Craig and Bampton 1968)."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -14,22 +14,23 @@ from ._craig_bampton_scipy import craig_bampton_scipy
 
 
 class CraigBampton(AbstractReduction):
-    """Interface displacements and the lowest fixed-interface modes, `x_N = S x_i + Phi_N q`.
+    """Craig-Bampton reduction: interface displacements and lowest fixed-interface modes, `x_N = S x_i + Phi_N q`.
 
     Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
-    modes, each scaled to unit modal mass; signs of modes are free.
+    modes, each scaled to unit modal mass; signs of modes are arbitrary.
 
-    Stiffness is block diagonal between the two; frequencies come from above.  The storage of the matrices chooses
-    the algorithm: dense arrays; block matrices for components whose dense ones would be too large, with derivatives
-    of first order; SciPy's sparse matrices on the host, once, without derivatives and without compiling.  The number
-    of interface coordinates sets the cost of the last two: `rigid_node` first makes them six.
+    The stiffness has no coupling between the two; frequencies are approximated from above.  The storage of the
+    matrices determines the algorithm: dense arrays; block matrices for components whose dense ones would be too
+    large, with derivatives of first order; SciPy sparse matrices on the host, once, without derivatives and without
+    compilation.  The number of interface coordinates determines the cost of the last two: `rigid_node` reduces them
+    to six.
 
     Attributes:
-        num_modes: lowest fixed-interface modes kept; they should not cut a group of equal frequencies.
+        num_modes: number of fixed-interface modes kept; they should not cut a group of equal frequencies.
         chunk: of block matrices, constraint modes solved together; memory beside the results grows with this.
 
-    Raises: ValueError for more modes than there are and an interface that is all of the component; if concrete, for
-    unsymmetric matrices (under tracing NaN) and a mechanism with the interface held (under tracing not finite).
+    Raises: ValueError for more modes than there are and an interface that is the whole component; if concrete, for
+    unsymmetric matrices (under tracing NaN) and a mechanism with the interface fixed (under tracing not finite).
     Source: S1 (4)-(8).
     """
 
@@ -43,7 +44,7 @@ class CraigBampton(AbstractReduction):
             return craig_bampton_scipy(system, self.num_modes)
         inner, _, K, M = symmetric_partition(system)
         if len(inner) == 0:
-            raise ValueError("the interface is all of the component and leaves nothing to reduce: take Physical()")
+            raise ValueError("the interface is the whole component, nothing is left to reduce: use Unreduced()")
         system = system.replace(stiffness=K, mass=M)
         T = interface_basis(K, system.interface)
         normal = jnp.zeros((len(K), self.num_modes), T.dtype)
@@ -53,7 +54,7 @@ class CraigBampton(AbstractReduction):
 
 
 def fixed_interface_modes(system: LinearSystem, num_modes: int) -> Modes:
-    """The lowest modes of the interior with the interface held, shapes (interior, num_modes)."""
+    """Lowest modes of the interior with the interface fixed; shapes are (interior, num_modes)."""
     system = system.to_dense()
     inner, _ = partition(system.num_rows, system.interface)
     check_num_modes(num_modes, len(inner))

@@ -18,7 +18,7 @@ from ._base import Reduced, check_num_modes, reduced_labels
 
 
 def craig_bampton_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Reduced:
-    """Craig and Bampton's reduction of block matrices, rows `size * block + direction` (a block is a node).
+    """Craig-Bampton reduction of block matrices with rows `size * block + direction` (a block is a node).
 
     Derivatives of first order with respect to the matrices, forward and reverse, solve by the same factor.
     Source: S1 (4)-(8).
@@ -61,7 +61,7 @@ def craig_bampton_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Re
 
 
 def _block_positions(system):
-    """Positions of the blocks for a better order of elimination, where they are known; None else."""
+    """Positions (blocks, 3) of the blocks for a better elimination order, or None where they are not known."""
     b = system.stiffness.pattern.size
     at = {name: i for i, name in enumerate(system.nodes)}
     rows = [at.get(node) for node, _ in system.coordinates[::b]]
@@ -71,11 +71,11 @@ def _block_positions(system):
 
 
 def interface_rows(pattern, interface: Sequence[int]) -> np.ndarray:
-    """Interface coordinates; ValueError as `partition`, and for those that fill up a smaller block."""
+    """Interface rows.  Raises: ValueError as `partition`, and for padding of smaller blocks."""
     outer = partition(pattern.num_blocks * pattern.size, interface)[1]
     absent = outer[pattern.padding.ravel()[outer]]
     if len(absent):
-        raise ValueError(f"interface: the blocks of coordinates {absent.tolist()} are smaller than that")
+        raise ValueError(f"interface coordinates {absent.tolist()} do not exist: they are padding of smaller blocks")
     return outer
 
 
@@ -97,5 +97,5 @@ def _symmetric_part(A):
 
 
 def _flatten_chunks(Y, k):
-    """(chunks, ..., columns) -> (rows, k)."""
+    """Reshape (chunks, ..., columns) to (rows, k)."""
     return jnp.moveaxis(Y.reshape(len(Y), -1, Y.shape[-1]), 0, 1).reshape(-1, len(Y) * Y.shape[-1])[:, :k]

@@ -1,4 +1,4 @@
-"""Craig and Bampton's reduction of a large mesh from sparse matrices, on the host by SciPy; no derivatives."""
+"""Craig-Bampton reduction of large sparse matrices on the host by SciPy, without derivatives."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,12 +11,12 @@ from ._base import Reduced, check_num_modes, reduced_labels
 
 
 def craig_bampton_scipy(system: LinearSystem, num_modes: int) -> Reduced:
-    """Craig and Bampton's reduction: one factorisation, shift-invert Lanczos for the modes.
+    """Craig-Bampton reduction by one sparse factorisation, with shift-invert Lanczos for the modes.
 
-    One solve and one dense column of the basis for each interface coordinate.
+    Each interface coordinate costs one solution and one dense column of the basis.
 
-    Raises: ValueError for unsymmetric matrices, and where the held interface leaves the interior a mechanism or of
-    negative stiffness.  Source: S1 (4)-(8).
+    Raises: ValueError for unsymmetric matrices, and where the interior is a mechanism or has negative stiffness with
+    the interface fixed.  Source: S1 (4)-(8).
     """
     K, M = scipy.sparse.csc_matrix(system.stiffness), scipy.sparse.csc_matrix(system.mass)
     inner, outer = partition(K.shape[0], system.interface)
@@ -27,7 +27,7 @@ def craig_bampton_scipy(system: LinearSystem, num_modes: int) -> Reduced:
         options = {"SymmetricMode": True}
         factor = scipy.sparse.linalg.splu(K_NN, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
     except RuntimeError as error:
-        raise ValueError("the stiffness is singular with the interface held: a mechanism inside") from error
+        raise ValueError("the stiffness is singular with the interface fixed: there is a mechanism inside") from error
     _check_definite(factor, K_NN)
     n, b = K.shape[0], len(outer)
     basis = np.zeros((n, b + num_modes), K.dtype)
@@ -51,7 +51,10 @@ def _check_symmetric(**matrices):
 
 
 def _check_definite(factor, K):
-    """By the pivots, which stay on the diagonal: negative ones for as many eigenvalues, rounding for a zero."""
+    """Refuse a stiffness with pivots that are negative or zero to rounding.  Raises: ValueError.
+
+    The pivots stay on the diagonal: there are as many negative ones as negative eigenvalues (Sylvester's law).
+    """
     pivots = factor.U.diagonal() / np.abs(K.diagonal())[np.argsort(factor.perm_c)]
     if np.min(pivots, initial=1.0) < 30 * np.finfo(K.dtype).eps:
-        raise ValueError("the stiffness is singular or negative with the interface held: a mechanism inside")
+        raise ValueError("with the interface fixed the stiffness is singular (a mechanism inside) or negative")

@@ -15,17 +15,17 @@ from ._mixed import make_interface_explicit
 
 
 class CraigChang(AbstractReduction):
-    """Interface displacements, rigid motions and the lowest elastic free modes.
+    """Craig-Chang reduction: interface displacements, rigid motions and the lowest elastic free modes.
 
     Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
-    modes, of a scale of their own; signs of modes are free.
+    modes, whose scale and signs are arbitrary.
 
-    The space is Rubin's; no rigid mode has to be told from the elastic ones by its frequency.
+    The space is that of `Rubin`, but rigid modes need not be distinguished from elastic ones by their frequency.
 
     Attributes:
-        num_modes: elastic modes kept; rigid ones are not counted.
-        determinate: names or numbers of interface coordinates that just hold the component; default
-            `determinate_coordinates`.
+        num_modes: number of elastic modes kept, without the rigid ones.
+        determinate: names or numbers of interface coordinates that support the component statically determinately;
+            default `determinate_coordinates`.
 
     Raises: as `Hurty`.  Source: S1 (4)-(8).
     """
@@ -53,9 +53,9 @@ class CraigChang(AbstractReduction):
 
 
 def inertia_relief(stiffness, mass, loads, determinate: Sequence[int], rigid):
-    """Elastic displacements (n, c) of a free component under loads (n, c), which its own inertia balances.
+    """Elastic displacements (n, c) of a free component under loads (n, c) that its own inertia balances.
 
-    Held at `determinate`, which then carries nothing; `rigid^T M x = 0`.
+    The component is supported at `determinate`, whose reactions vanish; the result satisfies `rigid^T M x = 0`.
     """
     inertia = rigid.T @ mass @ rigid
 

@@ -1,4 +1,4 @@
-"""Rings of equal sectors, by one of them and the number of nodal diameters."""
+"""Cyclic symmetry: rings of equal sectors, modelled by one sector and the number of nodal diameters."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -26,25 +26,28 @@ def _as_tuple(nodes: Any) -> tuple:
 
 
 class Cyclic(AbstractReduction):
-    """The motions of a ring of equal sectors with so many nodal diameters, from one sector.
+    """Motions of a ring of equal sectors with a given number of nodal diameters, from one sector.
 
-    `[reduce(sector, Cyclic(12, h, {"left": "right"})) for h in range(7)]` is the whole ring.  The sector after this
-    one is turned by a twelfth about the axis, through the origin, and its nodes "left" are this one's "right".
-    In harmonic h it does the same `2 pi h / 12` later.  What lies in the faces belongs to one of two sectors.  For
-    `h = 0` and half of the sectors there is one coordinate for each that is left, for others two, "tip z cos" and
-    "tip z sin": the pattern may be at any angle, and frequencies come in pairs.  Coordinates: those of the interface
-    [m, rad], then the others in their order, with the signs of the first sector.
+    `[reduce(sector, Cyclic(12, h, {"left": "right"})) for h in range(7)]` is the whole ring.  The next sector is this
+    one rotated by a twelfth of a turn about the axis through the origin, and its nodes "left" are the nodes "right"
+    of this one.  In harmonic h it moves with a phase lag of `2 pi h / 12`.  Elements in a face belong to one of its
+    two
+    sectors.  For `h = 0` and `h` equal to half the number of sectors each coordinate that is left gives one
+    coordinate, for others two, "tip z cos" and "tip z sin": the pattern may have any angle, and frequencies come in
+    pairs.  Coordinates: those of the interface [m, rad], then the others in their order, with the signs of the first
+    sector.
 
     Attributes:
-        num_sectors, harmonic: harmonics 0 ... num_sectors // 2 differ.
-        faces: nodes (or coordinates without direction) of the one face, each with its partner on the next sector's.
+        num_sectors: number of sectors of the ring.
+        harmonic: number of nodal diameters, 0 ... num_sectors // 2.
+        faces: nodes (or coordinates without direction) of one face, each with its partner on the other face.
         axis: "x", "y" or "z".
-        centre: nodes on the axis, which all sectors share; each has its part of their stiffness and mass.
+        centre: nodes on the axis, shared by all sectors; each sector has its part of their stiffness and mass.
 
     Returns (of `reduce`): a `SymmetrySubspace` of num_sectors parts.
 
-    Raises: ModelError for numbers and axes that cannot be, faces whose nodes differ in their coordinates or do not
-    meet after the turn.  Source: S1 (5)-(8), section 5; D. L. Thomas, Int. J. Numer. Meth. Engng 14 (1979) 81.
+    Raises: ModelError for impossible numbers and axes, faces whose nodes differ in their coordinates or do not meet
+    after the rotation.  Source: S1 (5)-(8), section 5; D. L. Thomas, Int. J. Numer. Meth. Engng 14 (1979) 81.
     """
 
     keeps_all = True
@@ -87,9 +90,11 @@ class Cyclic(AbstractReduction):
         )
 
     def _complex_basis(self, system):
-        """Z (n, m) with `x = Z y` for the amplitudes `x e^(i h k angle)` of sector k; labels; how many are interface.
+        """Basis Z (n, m) with `x = Z y` for amplitudes `x e^(i h k angle)` of sector k; labels; number of interface
+        ones.
 
-        The far face does what the near one does, turned and a step later; a centre what all sectors can do.
+        The far face moves as the near one, rotated and with the phase of one sector; a centre moves in the motions
+        that all sectors share.
         """
         angle = 2 * np.pi / self.num_sectors
         step, turn = np.exp(1j * self.harmonic * angle), axis_rotation(self.axis, angle)
@@ -112,7 +117,7 @@ class Cyclic(AbstractReduction):
         return np.hstack([Z, wide]), labels, len(interface)
 
     def _massless(self, system, real):
-        """Coordinates that move only rows without mass."""
+        """Numbers of the coordinates that move only rows without mass."""
         heavy = np.setdiff1d(np.arange(system.num_rows), system.massless)
         moved = sum(np.abs(A[heavy]).sum(axis=0) for A in real)
         return np.flatnonzero(moved == 0).tolist() if system.massless else ()
@@ -120,22 +125,24 @@ class Cyclic(AbstractReduction):
     def _check(self, system):
         N, h, faults = self.num_sectors, self.harmonic, []
         if N < 2 or not 0 <= h <= N // 2:
-            faults.append(f"harmonic {h} of {N} sectors: at least 2 of these, harmonics 0 ... {max(N, 2) // 2}")
+            faults.append(
+                f"harmonic {h} of {N} sectors: a ring needs at least 2 sectors, harmonics 0 ... {max(N, 2) // 2}"
+            )
         if self.axis not in DIRECTIONS[:3]:
-            faults.append(f"the axis {self.axis!r} is none of {', '.join(DIRECTIONS[:3])}")
+            faults.append(f"unknown axis {self.axis!r}: give one of {', '.join(DIRECTIONS[:3])}")
         if not self.faces:
             faults.append("a ring needs the faces of its sector: give pairs of nodes")
         if faults:
             raise ModelError(faults)
         for a, b in self.faces:
             near, far = ([system.coordinates[i][1] for i in system.rows(node)] for node in (a, b))
-            faults += [] if near == far else [f"{a!r} and {b!r} differ in their coordinates"]
+            faults += [] if near == far else [f"faces: {a!r} and {b!r} have different coordinates"]
         faults += self._meeting_faults(system)
         if faults:
             raise ModelError(faults)
 
     def _meeting_faults(self, system):
-        """Faults of nodes that do not meet after the turn, where their places are known."""
+        """Faults of nodes that do not meet after the rotation, where their positions are known."""
         if system.positions is None or not is_concrete(system.positions):
             return []
         places = dict(zip(system.nodes, np.asarray(system.positions), strict=True))
@@ -143,7 +150,7 @@ class Cyclic(AbstractReduction):
         size = max((np.max(np.abs(place)) for place in places.values()), default=0.0)
         meets = [*self.faces, *((str(node), str(node)) for node in self.centre)]
         return [
-            f"turned by 1/{self.num_sectors} about {self.axis}, {a!r} does not come to {b!r}"
+            f"faces: {a!r} rotated by 1/{self.num_sectors} turn about {self.axis} does not meet {b!r}"
             for a, b in meets
             if a in places
             and b in places
@@ -152,7 +159,7 @@ class Cyclic(AbstractReduction):
 
 
 def axis_rotation(axis: str, angle: float) -> np.ndarray:
-    """(3, 3) right-handed about x, y or z."""
+    """Matrix (3, 3) of a right-handed rotation about x, y or z."""
     k = DIRECTIONS.index(axis)
     i, j = (k + 1) % 3, (k + 2) % 3
     Q = np.eye(3)
@@ -161,7 +168,7 @@ def axis_rotation(axis: str, angle: float) -> np.ndarray:
 
 
 def _null_space(A):
-    """Orthonormal columns x with `A x = 0`, the largest entry of each positive."""
+    """Orthonormal basis of the null space of A, the largest entry of each column positive."""
     if A.size == 0:
         return A
     _, s, Vh = np.linalg.svd(A)

@@ -1,4 +1,4 @@
-"""Static condensation (Guyan) on the interface."""
+"""Guyan reduction: static condensation to the interface."""
 
 from ..linear._condensation import interface_basis
 from ..linear._system import LinearSystem
@@ -6,12 +6,12 @@ from ._base import AbstractReduction, Reduced, project, reduced_labels, symmetri
 
 
 class Guyan(AbstractReduction):
-    """The component on its interface alone: exact in statics, stiff in motion.
+    """Guyan reduction: the component condensed to its interface, exact in statics, too stiff in motion.
 
     Coordinates: those of the interface [m, rad], in its order, with their signs.
 
-    Raises: ValueError, if concrete, for unsymmetric matrices (under tracing these give NaN) and an interface that
-    leaves the interior a mechanism.  Source: S1 (5)-(8).
+    Raises: ValueError, if concrete, for unsymmetric matrices (under tracing these give NaN) and where the interior is
+    a mechanism with the interface fixed.  Source: S1 (5)-(8).
     """
 
     def of(self, system: LinearSystem) -> Reduced:

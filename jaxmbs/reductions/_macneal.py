@@ -1,4 +1,4 @@
-"""Free-interface modes with residual flexibility, its mass neglected (MacNeal 1971)."""
+"""MacNeal reduction: free-interface modes with residual flexibility, whose mass is neglected (MacNeal 1971)."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,17 +12,17 @@ from ._mixed import attachment_modes, count_rigid, make_interface_explicit
 
 
 class MacNeal(AbstractReduction):
-    """Interface displacements and the lowest free modes; only the modes have mass and damping.
+    """MacNeal reduction: interface displacements and the lowest free modes; only the modes have mass and damping.
 
     Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
-    modes, each scaled to unit modal mass; signs of modes are free.
+    modes, each scaled to unit modal mass; signs of modes are arbitrary.
 
     The interface coordinates are `massless`: where no neighbour gives them mass, `modes` condenses them.
-    Frequencies may lie on either side.
+    Frequencies may be too low or too high.
 
     Attributes:
-        num_modes: lowest free modes kept, rigid ones among them.
-        num_rigid: rigid motions; default: counted, which cannot be done under tracing.
+        num_modes: number of free modes kept, the rigid ones included.
+        num_rigid: number of rigid motions; by default counted, which is not possible under tracing.
 
     Raises: ValueError, if concrete, for unsymmetric matrices and negative stiffness; under tracing these give NaN.
     Source: S1 (4)-(8).

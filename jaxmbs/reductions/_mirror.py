@@ -1,4 +1,4 @@
-"""Structures that are their own mirror image, by one half of them."""
+"""Mirror symmetry: symmetric structures, modelled by one half."""
 
 from collections.abc import Iterable
 
@@ -21,19 +21,20 @@ def _as_tuple(nodes: Iterable[CoordinateLike] | None) -> tuple | None:
 
 
 class Mirror(AbstractReduction):
-    """The motions of a structure that its mirror image makes too, or makes with the opposite sign, from one half.
+    """Symmetric or antisymmetric motions of a structure with a plane of symmetry, from one half.
 
-    `reduce(half, Mirror("x"))`, `reduce(half, Mirror("x", antisymmetric=True))`: both together are the structure.
-    On the plane a symmetric motion has no displacement along its normal and does not turn about lines in it; an
-    antisymmetric one does nothing else.  Elements in the plane belong to the half with half of their stiffness and
-    mass.  Two planes: `reduce(reduce(quarter, Mirror("x", left)), Mirror("y", front))`.
+    `reduce(half, Mirror("x"))` and `reduce(half, Mirror("x", antisymmetric=True))` together are the structure.
+    On the plane a symmetric motion has no displacement along the normal and no rotation about lines in the plane; an
+    antisymmetric one has only these.  Elements in the plane belong to the half with half of their stiffness and mass.
+    For two planes: `reduce(reduce(quarter, Mirror("x", left)), Mirror("y", front))`.
 
     Coordinates: those of the half [m, rad], interface first, that the plane leaves free, with their signs.
 
     Attributes:
-        normal: "x", "y" or "z", of the plane.
-        nodes: on the plane, names or numbers; default the interface, `()` for a component that does not reach it.
-        antisymmetric: that family.
+        normal: normal of the plane, "x", "y" or "z".
+        nodes: names or numbers of the nodes on the plane; default the interface, `()` for a component that does not
+            reach the plane.
+        antisymmetric: True for the antisymmetric motions.
 
     Returns (of `reduce`): a `SymmetrySubspace` of two parts, the half and its image.
 
@@ -50,7 +51,7 @@ class Mirror(AbstractReduction):
     def of(self, system: LinearSystem) -> SymmetrySubspace:
         system = system.to_dense()
         if self.normal not in DIRECTIONS[:3]:
-            raise ModelError([f"the normal {self.normal!r} is none of {', '.join(DIRECTIONS[:3])}"])
+            raise ModelError([f"unknown normal {self.normal!r}: give one of {', '.join(DIRECTIONS[:3])}"])
         plane = system.interface if self.nodes is None else system.rows(*self.nodes)
         _check_plane(system, plane, self.normal, self.nodes is None and not plane)
         image, family = image_signs(system, self.normal), -1.0 if self.antisymmetric else 1.0
@@ -73,21 +74,27 @@ class Mirror(AbstractReduction):
 
 
 def image_signs(system: LinearSystem, normal: str) -> np.ndarray:
-    """(n,) what the mirror image does where the structure does 1: -1 along the normal, in turns about others."""
+    """Signs (n,) of the mirror image: -1 for displacements along the normal and rotations about other axes."""
     flipped = {normal, *(f"r{d}" for d in DIRECTIONS[:3] if d != normal)}
     return np.array([-1.0 if direction in flipped else 1.0 for _, direction in system.coordinates])
 
 
 def _check_plane(system, plane, normal, unsaid):
     bare = [system.label(i) for i in plane if not system.coordinates[i][1]]
-    faults = [f"coordinates on the plane have directions, {', '.join(bare[:5])} has none"] if bare else []
-    faults += ["no node is on the plane: name them, make them the interface, or say nodes=()"] if unsaid else []
+    faults = [f"coordinates on the plane need directions such as 'node z': {', '.join(bare[:5])}"] if bare else []
+    faults += (
+        ["no node is on the plane: give nodes, make them the interface, or nodes=() if there is none"]
+        if unsaid
+        else []
+    )
     if plane and not faults and system.positions is not None and is_concrete(system.positions):
         nodes = list(dict.fromkeys(system.coordinates[i][0] for i in plane if system.coordinates[i][1]))
         places = np.asarray(system.positions)[[system.nodes.index(node) for node in nodes]]
         size = max(float(np.ptp(np.asarray(system.positions))), 1e-300)
         apart = np.abs(places[:, DIRECTIONS.index(normal)] - np.median(places[:, DIRECTIONS.index(normal)]))
         off = [node for node, gap in zip(nodes, apart, strict=True) if gap > POSITION_TOLERANCE * size]
-        faults += [f"nodes {', '.join(off[:5])} are not in one plane across {normal} with the others"] if off else []
+        faults += (
+            [f"nodes {', '.join(off[:5])} do not lie in one plane normal to {normal} with the others"] if off else []
+        )
     if faults:
         raise ModelError(faults)

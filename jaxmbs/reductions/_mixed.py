@@ -1,4 +1,4 @@
-"""Modes with part of the interface held, part free and perhaps loaded by mass; attachment modes for the free part."""
+"""Mixed reduction: modes with part of the interface fixed, part free and optionally loaded by mass."""
 
 import equinox as eqx
 import jax
@@ -16,19 +16,20 @@ from ._base import AbstractReduction, Reduced, check_num_modes, project, reduced
 
 
 class Mixed(AbstractReduction):
-    """Interface displacements, and modes with `fixed` held and the rest of the interface free.
+    """Mixed reduction: interface displacements, and modes with `fixed` coordinates fixed and the others free.
 
     Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
-    modes, of a scale of their own; signs of modes are free.
+    modes, whose scale and signs are arbitrary.
 
-    All of the interface fixed gives Craig and Bampton's space, none of it Rubin's.
+    With the whole interface fixed the space is that of Craig and Bampton, with none of it fixed that of Rubin.
 
     Attributes:
-        num_modes: how many, the rigid ones included; the number cuts no group of equal frequencies.
-        fixed: names or numbers of the held coordinates of the interface; choose them where the neighbour is stiff or
+        num_modes: number of modes, the rigid ones included; it should not cut a group of equal frequencies.
+        fixed: names or numbers of the fixed interface coordinates; choose those where the neighbour is stiff or
             heavy.
-        load: (c, c) mass that the free interface coordinates carry while the modes are found ("loaded interface").
-        num_rigid: rigid motions left with `fixed` held; default: counted, which cannot be done under tracing.
+        load: (c, c) mass on the free interface coordinates while the modes are found ("loaded interface").
+        num_rigid: number of rigid motions with `fixed` fixed; by default counted, which is not possible under
+            tracing.
 
     Raises: ValueError, if concrete, for unsymmetric matrices and negative stiffness; under tracing these give NaN.
     Source: S1 (4)-(8).
@@ -55,7 +56,7 @@ class Mixed(AbstractReduction):
         rigid = count_rigid(K, M) if self.num_rigid is None else self.num_rigid
         check_num_modes(self.num_modes, len(inner))
         if self.num_modes < rigid:
-            raise ValueError(f"num_modes = {self.num_modes}, of which {rigid} are rigid and must be kept")
+            raise ValueError(f"num_modes = {self.num_modes} must be at least {rigid}: all rigid motions must be kept")
         modes = stable_modes(K=K, M=M, num=self.num_modes, num_rigid=rigid).shapes
         loads = jnp.eye(len(rest), dtype=K.dtype)[:, : len(loose)]
         loads = jnp.concatenate([loads, -stiffness[rest][:, held]], axis=1)
@@ -66,7 +67,7 @@ class Mixed(AbstractReduction):
 
 
 def _assemble_basis(n, outer, held, rest, moved, at_held, modes):
-    """Columns of the interface in its order, loose and held ones as they come, then the modes."""
+    """Basis (n, b + modes): columns of the interface in its order, then the modes."""
     b, fixed = len(outer), np.array([int(np.flatnonzero(outer == c)[0]) for c in held], int)
     loose = np.flatnonzero(~np.isin(outer, held))
     basis = jnp.zeros((n, b + modes.shape[1]), moved.dtype)
@@ -75,10 +76,11 @@ def _assemble_basis(n, outer, held, rest, moved, at_held, modes):
 
 
 def attachment_modes(stiffness, mass, loads, rigid):
-    """Static displacements (n, c) under loads (n, c), free rigid motions by inertia relief.
+    """Attachment modes: static displacements (n, c) under loads (n, c), by inertia relief where rigid motions are
+    free.
 
-    With rigid motions (n, d) the loads are balanced by the inertia of the motion they cause and the displacements
-    are free of rigid motion: `rigid^T M x = 0`.
+    With rigid motions (n, d) the inertia of the motion that they cause balances the loads, and the displacements
+    contain no rigid motion: `rigid^T M x = 0`.
     """
     n, d = rigid.shape
     carried = mass @ rigid
@@ -89,14 +91,14 @@ def attachment_modes(stiffness, mass, loads, rigid):
 
 
 def make_interface_explicit(attachment, others, c):
-    """Columns of attachment modes and of others, combined so that the first c rows are the identity and zero."""
+    """Combine attachment modes and other columns so that their first c rows become the identity and zero."""
     moved = square.solve(attachment[:c].T, attachment.T).T
     return moved, [shapes - moved @ shapes[:c] for shapes in others]
 
 
 def count_rigid(stiffness, mass) -> int:
-    """The number of rigid motions, on the host.  Raises: ValueError under tracing, and for negative stiffness."""
+    """Number of rigid motions, on the host.  Raises: ValueError under tracing, and for negative stiffness."""
     if not is_concrete(stiffness, mass):
-        raise ValueError("give num_rigid: rigid motions cannot be counted under tracing")
+        raise ValueError("rigid motions cannot be counted under tracing: give num_rigid")
     with jax.ensure_compile_time_eval():
         return stable_modes(K=stiffness, M=mass).num_rigid

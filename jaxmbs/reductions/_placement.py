@@ -1,4 +1,4 @@
-"""A component turned or mirrored about the origin."""
+"""Rotation and mirroring of components about the origin."""
 
 from collections.abc import Sequence
 from typing import Any, TypeVar
@@ -14,21 +14,22 @@ from ..linear._system import LinearSystem
 from ..typing import ArrayLike
 from ._base import Reduced
 
-SystemT = TypeVar("Same", bound=LinearSystem)
+SystemT = TypeVar("SystemT", bound=LinearSystem)
 
-#: Axes of a turn must be orthogonal, and places meet, up to this.
+#: Tolerance of orthogonal axes, and of positions that must coincide relative to the size of the component.
 POSITION_TOLERANCE = 1e-6
 
 
 def rotate(system: SystemT, axes: ArrayLike) -> SystemT:
-    """The same system turned or mirrored about the origin: what was at r is at `axes @ r`, and moves `axes @ u`.
+    """Rotate or mirror a system about the origin: a node at r moves to `axes @ r`, a displacement u to `axes @ u`.
 
-    A rotation is an axial vector: of a mirror image it is `-axes @ theta`.  The way back of what was reduced leads to
-    the axes that it was reduced in.
+    A rotation is an axial vector: in a mirror image it becomes `-axes @ theta`.  The expansion of a reduced system
+    leads to the axes in which it was reduced.
 
     Args: axes: (3, 3) orthogonal; `diag(-1, 1, 1)` mirrors in the plane x = 0.
 
-    Raises: ModelError for axes that are not, and for nodes without the directions that the turn would give them.
+    Raises: ModelError for axes that are not orthogonal, and for nodes without the directions into which they would
+    move.
     Source: S1 (3), section 5.
     """
     system = system.to_dense()
@@ -48,16 +49,17 @@ def rotate(system: SystemT, axes: ArrayLike) -> SystemT:
 
 
 def coordinate_rotation(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[Any, np.ndarray]:
-    """E (n, n) with `x = E x_own` for coordinates that turn with `axes`; which of them may mix (n, n).
+    """Matrix E (n, n) of `x = E x_own` for coordinates rotated with `axes`, and a mask (n, n) of its possible
+    entries.
 
-    NumPy's where the axes are.  Raises: as `rotate`.
+    NumPy arrays for concrete axes.  Raises: as `rotate`.
     """
     xp: Any = np if is_concrete(axes) else jnp
     axes = xp.asarray(axes)
     if axes.shape != (3, 3) or (
         is_concrete(axes) and not np.allclose(axes @ axes.T, np.eye(3), rtol=0, atol=POSITION_TOLERANCE)
     ):
-        raise ModelError(["axes to turn by must be (3, 3) of unit rows, square to each other"])
+        raise ModelError(["axes must be an orthogonal (3, 3) matrix"])
     number = {node: k for k, node in enumerate(dict.fromkeys(node for node, _ in labels))}
     node = np.array([number[name] for name, _ in labels], int)
     along = np.array([DIRECTIONS.index(d) if d else -1 for _, d in labels], int)
@@ -72,5 +74,5 @@ def coordinate_rotation(labels: Sequence[tuple[str, str]], axes: Any) -> tuple[A
     )
     if np.any(lost):
         named = ", ".join(format_label(label) for label, gone in zip(labels, lost, strict=True) if gone)
-        raise ModelError([f"turned, {named} would move in directions that the node does not have"])
+        raise ModelError([f"rotated, {named} would move in directions that the node does not have"])
     return E, alike | np.eye(len(labels), dtype=bool)

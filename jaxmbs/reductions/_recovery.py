@@ -1,6 +1,6 @@
-"""From the motion of a reduced component back to all of it: displacements, interface forces, element loads.
+"""Recovery of displacements, interface forces and element loads from the motion of a reduced component.
 
-Times, cases or frequencies come first, coordinates last.
+Times, load cases or frequencies are the first axes, coordinates the last one.
 """
 
 from collections.abc import Iterable
@@ -19,7 +19,10 @@ from ._craig_chang import inertia_relief
 
 
 def harmonic_amplitudes(amplitudes: AnyArray, omega: AnyArray) -> tuple[AnyArray, Array, Array]:
-    """Displacement, velocity, acceleration amplitudes of (frequencies, n) at omega (frequencies,) [rad/s]."""
+    """Displacement, velocity and acceleration amplitudes of displacement amplitudes (frequencies, n).
+
+    Args: omega: (frequencies,) [rad/s].
+    """
     rate = lax.complex(jnp.zeros_like(omega), omega)[:, None]
     return amplitudes, rate * amplitudes, rate**2 * amplitudes
 
@@ -27,15 +30,17 @@ def harmonic_amplitudes(amplitudes: AnyArray, omega: AnyArray) -> tuple[AnyArray
 def mode_acceleration(
     system: LinearSystem, x: AnyArray, x_ddot: AnyArray, load: AnyArray | None = None, x_dot: AnyArray | None = None
 ) -> Array:
-    """Interior from the balance of forces in place of the modes:
-    `x_N = S x_i + K_NN^-1 (F_N - M_N x'' - C_N x')`, x_i as it is.
+    """Mode acceleration: displacements of the interior from its balance of forces instead of the modes,
+    `x_N = S x_i + K_NN^-1 (F_N - M_N x'' - C_N x')`; interface displacements x_i are kept.
 
     Args:
-        x, x_ddot, x_dot: (..., n) of mode displacement, at any number of times or complex amplitudes; without x_dot
+        x, x_ddot, x_dot: (..., n) by mode displacement, at any number of times, or complex amplitudes; without x_dot
             damping is left out.
         load: (..., n).
 
-    What modes were left out then acts statically.  Source: S1 (31).
+    The modes that were discarded then act statically.
+
+    Returns: (..., n).  Source: S1 (31).
     """
     x, (inner, outer) = _check_coordinates(system, x), partition(system.num_rows, system.interface)
     force = _residual_forces(system, x_ddot, load, x_dot)[..., inner]
@@ -55,9 +60,10 @@ def mode_acceleration_free(
     load: AnyArray | None = None,
     x_dot: AnyArray | None = None,
 ) -> Array:
-    """Mode acceleration of a free component: the rigid part of x as it is, the elastic one by inertia relief.
+    """Mode acceleration of a free component: the rigid part of x is kept, the elastic one found by inertia relief.
 
-    Args: determinate: names or numbers of coordinates that just hold it; the rest as in `mode_acceleration`.
+    Args: determinate: names or numbers of coordinates that support it statically determinately; others as in
+        `mode_acceleration`.
 
     Source: S1 (31).
     """
@@ -75,30 +81,33 @@ def mode_acceleration_free(
 def interface_forces(
     system: LinearSystem, x: AnyArray, x_ddot: AnyArray, load: AnyArray | None = None, x_dot: AnyArray | None = None
 ) -> Array:
-    """Forces (..., b) that the bonds put on the component: `R_i = (K x + C x' + M x'' - F)_i`.
+    """Forces (..., b) of the bonds on the interface of the component: `R_i = (K x + C x' + M x'' - F)_i`.
 
-    As good as x: take x of `mode_acceleration`, whose arguments these are.  Source: S1 (3), (30).
+    Arguments are those of `mode_acceleration`, whose result is the x to use.  Source: S1 (3), (30).
     """
     x, (_, outer) = _check_coordinates(system, x), partition(system.num_rows, system.interface)
     return x @ system.stiffness[outer].T.astype(x.dtype) - _residual_forces(system, x_ddot, load, x_dot)[..., outer]
 
 
 def _check_coordinates(system, x):
-    """x as numbers that are not whole.  Raises: ValueError for another number of coordinates."""
+    """Convert x to a floating array.  Raises: ValueError for another number of coordinates."""
     if x.shape[-1:] != (system.num_rows,):
         raise ValueError(f"displacements have shape {x.shape}, not (..., {system.num_rows})")
     return as_inexact(x)
 
 
 def element_loads(element_stiffness: AnyArray, element_map: AnyArray, x: AnyArray) -> AnyArray:
-    """`F_e = k_e T_e x` (..., m) of an element with stiffness (m, m) and map (m, n).  Source: S1 (30)."""
+    """Element loads `F_e = k_e T_e x` (..., m) of an element with stiffness (m, m) and map (m, n).
+
+    Source: S1 (30).
+    """
     x, k_T = as_inexact(x), element_stiffness @ element_map
     dtype = np.result_type(x.dtype, k_T.dtype)
     return x.astype(dtype) @ k_T.T.astype(dtype)
 
 
 def _residual_forces(system, x_ddot, load, x_dot):
-    """`F - M x'' - C x'`."""
+    """Forces `F - M x'' - C x'` (..., n) that the stiffness balances."""
     x_ddot = as_inexact(x_ddot)
     force = -(x_ddot @ system.mass.T.astype(x_ddot.dtype))
     parts = [] if load is None else [load]

@@ -1,4 +1,4 @@
-"""Six coordinates for an interface of many nodes: rigid (RBE2) or averaged (RBE3)."""
+"""Rigid (RBE2) and averaged (RBE3) interfaces: six coordinates for an interface of many nodes."""
 
 from collections.abc import Iterable
 
@@ -19,12 +19,12 @@ from ._base import Reduced, numbered_labels, project
 
 
 def rigid_body_motions(positions: AnyArray, reference: ArrayLike, rotations: bool = True) -> Float[Array, "n 6"]:
-    """Motions (nodes * c, 6) of nodes for unit translations and rotations of a reference point.
+    """Rigid-body motions (nodes * c, 6) of nodes for unit translations and rotations of a reference point.
 
     Args:
         positions: (nodes, 3) [m].
         reference: (3,) [m].
-        rotations: nodes have 6 coordinates (x y z rx ry rz), else 3 (x y z).
+        rotations: True if nodes have c = 6 coordinates (x y z rx ry rz), else c = 3 (x y z).
 
     Source: S1 (14).
     """
@@ -35,14 +35,16 @@ def rigid_body_motions(positions: AnyArray, reference: ArrayLike, rotations: boo
 def averaged_motion(
     positions: AnyArray, reference: ArrayLike, weights: AnyArray | None = None, rotations: bool = True
 ) -> Float[Array, "6 n"]:
-    """Rows (6, nodes * c): the weighted mean motion of the nodes at a reference point, from their translations.
+    """Rows (6, nodes * c) of the weighted mean motion of nodes at a reference point, from their translations (RBE3).
 
-    A force on the mean motion spreads over the nodes by the transposed rows and stiffens nothing.
+    The transposed rows distribute a force on the mean motion over the nodes without stiffening them.
 
     Args:
-        weights: (nodes,) default 1 each.
+        positions, reference, rotations: as in `rigid_body_motions`.
+        weights: (nodes,), default 1 each.
 
-    Raises: ValueError, if concrete, for nodes in line, whose mean rotation is not known, and numbers not finite.
+    Raises: ValueError, if concrete, for nodes on one line, whose mean rotation is undetermined, and for numbers that
+    are not finite.
     """
     R = rigid_body_motions(positions, reference, False)
     w = jnp.ones(len(positions), R.dtype) if weights is None else weights
@@ -63,11 +65,11 @@ def _check_spread(spread):
         raise ValueError("positions, reference or weights are not finite")
     size = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
     if np.linalg.eigvalsh(spread / np.outer(size, size))[0] < 1e3 * np.finfo(spread.dtype).eps:
-        raise ValueError("the nodes lie in line, or too few have weight: their mean rotation is not known")
+        raise ValueError("the nodes lie on one line, or too few have weight: their mean rotation is undetermined")
 
 
 def rigid_transformation(size: int, interface: RowsLike, motions: AnyArray) -> Float[Array, "n r"]:
-    """`x = W y` (n, n - b + 6): the interface moves rigidly with six coordinates, which are y's first (RBE2)."""
+    """Transformation `x = W y` (n, n - b + 6) of a rigid interface (RBE2): its six coordinates are the first of y."""
     inner, outer = partition(size, interface)
     k = motions.shape[1]
     W = jnp.zeros((size, k + len(inner)), motions.dtype).at[outer, :k].set(motions)
@@ -77,16 +79,19 @@ def rigid_transformation(size: int, interface: RowsLike, motions: AnyArray) -> F
 def averaged_transformation(
     size: int, interface: RowsLike, rows: AnyArray, dependent: RowsLike
 ) -> Float[Array, "n n"]:
-    """`x = W y` (n, n): y's first six are `rows @ x[interface]`, in place of six dependent coordinates (RBE3).
+    """Transformation `x = W y` (n, n) of an averaged interface (RBE3): the first six of y are `rows @ x[interface]`.
 
     Args:
-        dependent: six coordinates of the interface whose columns of `rows` are regular: translations of three nodes
-            that are not in line, such as `x y z` of one, `y z` of the next, `z` of the third.
+        rows: (6, b) of `averaged_motion`.
+        dependent: six interface coordinates that y replaces; their columns of `rows` must be regular: translations of
+            three nodes that are not on one line, such as `x y z` of one, `y z` of the next, `z` of the third.
+
+    Raises: ValueError for dependent coordinates outside the interface, or not six.
     """
     _, outer = partition(size, interface)
     k, place = rows.shape[0], {int(c): i for i, c in enumerate(outer)}
     if len(dependent) != k or not set(dependent) <= set(place):
-        raise ValueError(f"dependent: {k} coordinates of the interface, not {tuple(dependent)}")
+        raise ValueError(f"dependent must be {k} coordinates of the interface, not {tuple(dependent)}")
     columns = np.array([place[c] for c in dependent])
     others = np.setdiff1d(np.arange(size), dependent)
     spread = jnp.zeros((k, size), rows.dtype).at[:, outer].set(rows)
@@ -106,20 +111,21 @@ def transform_interface(system: LinearSystem, W: AnyArray, num: int) -> Reduced:
 
 
 def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: ArrayLike | None = None) -> Reduced:
-    """The component with some of its nodes fixed to a new node of six coordinates, its interface (RBE2).
+    """Attach nodes of a component rigidly to a new node of six coordinates, which becomes its interface (RBE2).
 
     Args:
-        nodes: names or numbers; the new node takes the place of their coordinates.
-        position: (3,) [m] of the new node; default their mean.
+        name: name of the new node.
+        nodes: names or numbers of the nodes, whose coordinates the new node replaces.
+        position: (3,) [m] of the new node; default the mean of the nodes.
 
-    Raises: ModelError for nodes that are not there, positions that are missing, a name that is taken.
+    Raises: ModelError for unknown nodes, missing positions, a name that is taken.
     Source: S1 (14).
     """
     s, nodes = system, [str(node) for node in nodes]
     if s.positions is None:
         raise ModelError("a rigid node needs the positions of the nodes: LinearSystem(..., positions=...)")
     if name in s.nodes and name not in nodes:
-        raise ModelError(f"rigid node {name!r}: the name is taken")
+        raise ModelError(f"rigid node {name!r}: another node has this name")
     rows = s.rows(*nodes)
     members = s.positions[np.array([s.nodes.index(node) for node in nodes])]
     place = jnp.mean(members, axis=0) if position is None else as_dtype(position, members.dtype)

@@ -1,4 +1,4 @@
-"""Free-interface modes with residual attachment modes, their mass kept (Rubin 1975)."""
+"""Rubin reduction: free-interface modes with residual attachment modes, whose mass is kept (Rubin 1975)."""
 
 import equinox as eqx
 from jaxtyping import Array, Float
@@ -10,13 +10,13 @@ from ._mixed import Mixed
 
 
 class Rubin(AbstractReduction):
-    """Interface displacements and the lowest free modes, rigid ones included: `Mixed` with nothing fixed.
+    """Rubin reduction: interface displacements and the lowest free modes, rigid ones included.
 
     Coordinates: those of the interface [m, rad], in its order, then the amplitudes "normal 0", "normal 1", ... of the
-    modes, of a scale of their own; signs of modes are free.
+    modes, whose scale and signs are arbitrary.
 
-    What the discarded modes add statically (residual attachment modes) is in the space, with its mass; frequencies
-    come from above.
+    The static contribution of the discarded modes (residual attachment modes) is in the space, with its mass;
+    frequencies are approximated from above.  It is `Mixed` with nothing fixed.
 
     Attributes: as of `Mixed`.  Source: S1 (4)-(8).
     """

@@ -1,4 +1,4 @@
-"""What the symmetry of a structure made of equal parts leaves: one family of its motions, known by one part."""
+"""Symmetry subspace: one family of motions of a structure made of equal parts, described by one part."""
 
 from typing import Any
 
@@ -13,19 +13,19 @@ from ._base import Reduced
 
 
 class SymmetrySubspace(Reduced):
-    """Motions of a whole structure in which each part repeats the first one, of a mirror image or of a ring.
+    """A family of motions of a structure in which each part repeats the first one: of a mirror image or of a ring.
 
-    A linear system whose coordinates, forces and reactions are those of the first part; what acts on it by name acts
-    on the others too, as the family has it.  What is joined has to be of the same family.  Motions of different
-    families have nothing to do with each other: all families together are the structure, any forces on it are shared
-    out to them by `gather_forces`, and its motion is the sum of their `part_displacements`.
+    It is a linear system whose coordinates, forces and reactions are those of the first part; a force on it by name
+    acts on the other parts too, with the symmetry of the family.  Components joined to it must be of the same family.
+    Families are uncoupled: all families together are the structure, `gather_forces` distributes any forces among
+    them, and the motion is the sum of their `part_displacements`.
 
     Attributes:
-        copies: (parts, n, r), displacements of all coordinates of every part, in its own axes, which are turned or
+        copies: (parts, n, r), displacements of all coordinates of every part, in its own axes, which are rotated or
             mirrored with it.
-        axes: (parts, 3, 3), these axes in those of the first part, as `turned` takes them.
-        share: of the energy of the whole, what the matrices hold: one over the number of parts, or twice that where
-            the parts move in waves.
+        axes: (parts, 3, 3), these axes in those of the first part, as in `rotate`.
+        share: fraction of the energy of the structure that the matrices contain: one over the number of parts, or
+            twice that for travelling patterns.
     """
 
     copies: Inexact[Array, "parts n r"]
@@ -53,7 +53,7 @@ class SymmetrySubspace(Reduced):
         return jnp.einsum("pnr,...r->...pn", self.copies.astype(rho.dtype), rho)
 
     def gather_forces(self, forces: AnyArray) -> Array:
-        """The family's part (..., r) in forces (..., parts, n) on all parts, each in its own axes.
+        """Generalised forces (..., r) of the family from forces (..., parts, n) on all parts, each in its own axes.
 
         Source: S1 (18), section 5.
         """
@@ -61,7 +61,7 @@ class SymmetrySubspace(Reduced):
         return self.share * jnp.einsum("pnr,...pn->...r", self.copies.astype(forces.dtype), forces)
 
     def chain_to(self, whole: Reduced) -> "SymmetrySubspace":
-        """As of `Reduced`; the images of what is of a family itself are all told, the first one's first."""
+        """The same system expanded to the component that `whole` was reduced from; copies of copies multiply."""
         outer, axes, share = whole.basis[None], jnp.eye(3, dtype=self.axes.dtype)[None], self.share
         if isinstance(whole, SymmetrySubspace):
             outer, axes, share = whole.copies, whole.axes, whole.share * share

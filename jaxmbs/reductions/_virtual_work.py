@@ -1,4 +1,4 @@
-"""Virtual work of bonds and loads on a component, in its coordinates and in its rigid, constraint, normal motions."""
+"""Virtual work of bonds and loads on a component, in its coordinates and in rigid, constraint and normal motions."""
 
 from collections.abc import Mapping
 
@@ -13,13 +13,13 @@ from ..typing import AnyArray, ArrayLike
 
 
 class VirtualMotions(eqx.Module):
-    """Motions `u = shapes rho` of a component, as `Hurty.motions` gives them: rigid (R), constraint (C), normal (N).
+    """Virtual motions `u = shapes rho` of a component by `Hurty.motions`: rigid (R), constraint (C), normal (N).
 
     Attributes:
         shapes: (n, r), columns R, C, N in turn.
-        counts: how many of each; a bond that is statically determinate has a rigid motion, a redundant one a
-            constraint motion.
-        interface: rows of the bonds.
+        counts: numbers of R, C and N; a statically determinate bond has a rigid motion, a redundant one a constraint
+            motion.
+        interface: row numbers of the bonds.
     """
 
     shapes: Inexact[Array, "n r"]
@@ -27,7 +27,7 @@ class VirtualMotions(eqx.Module):
     interface: tuple[int, ...] = eqx.field(static=True)
 
     def bond_displacements(self, rho: AnyArray) -> Array:
-        """Displacements (..., b) of the bonds, `u~ = phi~ rho` of (..., r), in the order of the interface.
+        """Displacements `u~ = phi~ rho` (..., b) of the bonds for rho (..., r), in the order of the interface.
 
         Source: S1 (14), (20).
         """
@@ -35,10 +35,10 @@ class VirtualMotions(eqx.Module):
         return jnp.matmul(rho, self._at_bonds().T.astype(rho.dtype))
 
     def generalised_forces(self, reactions: ArrayLike = 0.0, forces: ArrayLike = 0.0) -> Array:
-        """What does the work of bonds (..., b) and loads (..., n) along rho: `P = phi~^T R + F` (..., r).
+        """Generalised forces `P = phi~^T R + F` (..., r) of bonds and loads along rho.
 
-        Args: reactions: what the bonds put on the component, in the order of its interface; forces: loads on all
-            coordinates, those of distributed ones (`fem.body_load`, `line_load`, `pressure_load`) among them.
+        Args: reactions: (..., b) of the bonds on the component, in the order of its interface; forces: (..., n) loads
+            on all coordinates, distributed ones (`fem.body_load`, `line_load`, `pressure_load`) included.
 
         Source: S1 (15)-(19).
         """
@@ -58,16 +58,17 @@ def virtual_work(
     reactions: ArrayLike | None = None,
     forces: Mapping | ArrayLike | None = None,
 ) -> Inexact[Array, "..."]:
-    """`dW = sum R . du~ + sum F . du` (...) [J] of bonds and loads along a virtual displacement (..., n).
+    """Virtual work `dW = sum R . du~ + sum F . du` (...) [J] of bonds and loads.
 
     Args:
-        reactions: (..., b) what the bonds put on the component, in the order of its interface.
-        forces: loads as `LinearSystem.load` takes them, or (..., n).
+        displacement: du, virtual displacements (..., n).
+        reactions: R (..., b) of the bonds on the component, in the order of its interface.
+        forces: F as in `LinearSystem.load`, or (..., n).
 
-    A component that moves as `M x'' + C x' + K x = F + R` takes from these forces what its inertia, damping and
-    stiffness do along the same displacement; over all components joined the work of the bonds adds up to zero.
+    For a motion `M x'' + C x' + K x = F + R` it equals the virtual work of inertia, damping and stiffness; over all
+    joined components the work of the bonds adds up to zero.
 
-    Raises: ValueError for reactions that are not one for each interface coordinate.  Source: S1 (13), (16), (25).
+    Raises: ValueError for reactions that are not one per interface coordinate.  Source: S1 (13), (16), (25).
     """
     displacement = as_inexact(displacement)
     work = jnp.zeros(displacement.shape[:-1], displacement.dtype)

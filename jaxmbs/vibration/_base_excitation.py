@@ -14,13 +14,13 @@ from ._modes import stable_modes
 
 
 class ResonanceGains(eqx.Module):
-    """The table of S1 (45): the share of every mode k in the acceleration at a point i, per acceleration of the base,
-    while the base vibrates at the mode's own frequency.
+    """Acceleration gains at resonance: contribution of mode k at output i per acceleration of the base, while the
+    base vibrates at the frequency of that mode; the table of S1 (45).
 
     Attributes:
-        gains: (modes, outputs, base) complex; near `-i` times a real number, a quarter period behind.
-        omega: (modes,) [rad/s] with the base held; ratios: (modes,) of damping.
-        static: (outputs, base), the motion that follows the base at once.
+        gains: (modes, outputs, base) complex; `-i` times a real number, a quarter period behind the base.
+        omega: (modes,) [rad/s] with the base fixed; ratios: (modes,) damping ratios.
+        static: (outputs, base), the quasi-static motion with the base.
         mass: (base,) [kg] of the whole structure in a unit motion of each base coordinate.
     """
 
@@ -32,11 +32,11 @@ class ResonanceGains(eqx.Module):
 
     @property
     def mobilities(self) -> Complex[Array, "modes outputs base"]:
-        """`B_ik = k_g w_k / (M w_k^2)`: velocity per inertia force of the whole mass.  Source: S1 (44)."""
+        """Mobilities `B_ik = k_g w_k / (M w_k^2)`: velocity per inertia force of the whole mass.  Source: S1 (44)."""
         return jnp.asarray(mobility_from_gain(self.gains, self.mass[None, None], self.omega[:, None, None]))
 
     def transmissibility(self, omega: ArrayLike) -> Complex[Array, "frequencies outputs base"]:
-        """The motion at any frequencies [rad/s] per motion of the base, the sum over the modes.
+        """Motion per motion of the base at any frequencies [rad/s], summed over the modes.
 
         `T = static + sum_k k_g 2 i z_k w^2 / (w_k^2 - w^2 + 2 i z_k w_k w)`.  Source: S1 (43), (45).
         """
@@ -49,23 +49,24 @@ class ResonanceGains(eqx.Module):
 def resonance_gains(
     *, K: AnyArray, M: AnyArray, base: RowsLike, out: RowsLike, ratios: ArrayLike, num: int | None = None
 ) -> ResonanceGains:
-    """The gains `k_g,ik = q''_ik / x''_C` of a structure driven through its base: `-i phi_ik Gamma_k / (2 z_k)`.
+    """Acceleration gains `k_g,ik = q''_ik / x''_C = -i phi_ik Gamma_k / (2 z_k)` of a structure driven by its base.
 
-    `Gamma_k = phi_k^T (M T)_N` is the participation of the mode with the base held; T is the static motion with the
-    base.  All modes are the `transmissibility` of a structure with this damping inside of it.
+    `Gamma_k = phi_k^T (M T)_N` is the participation of the mode with the base fixed; T is the static motion with the
+    base.  With all modes the result has the `transmissibility` of a structure with this modal damping.
 
     Args:
-        base: coordinates that are moved; out: coordinates outside of it.
-        ratios: damping of the modes, one or (modes,), none of them zero.
-        num: modes, default all.
+        K, M: (n, n).
+        base: coordinates that are moved; out: coordinates outside the base.
+        ratios: damping ratios of the modes, one or (modes,), none of them zero.
+        num: number of modes, default all.
 
     A single mode of a group of equal frequencies has no derivative of its own; frequencies and sums over groups have.
 
-    Raises: ValueError for outputs on the base and, if concrete, ratios that are not positive; as `stable_modes`.
+    Raises: ValueError for outputs on the base, negative stiffness and, if concrete, ratios that are not positive.
     Source: S1 (43)-(45).
     """
     if not_positive(ratios):
-        raise ValueError(f"ratios = {ratios}: at its resonance an undamped mode has no gain")
+        raise ValueError(f"ratios = {ratios} must be positive: an undamped mode has no finite gain at its resonance")
     inner, outer = partition(len(K), base)
     place = {int(c): k for k, c in enumerate(inner)}
     if not set(out) <= set(place):

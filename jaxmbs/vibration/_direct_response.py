@@ -1,4 +1,4 @@
-"""Direct frequency response: one solve of the dynamic stiffness per frequency, in chunks; block-sparse and dense."""
+"""Direct frequency response: one solution with the dynamic stiffness per frequency, block-sparse or dense."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,13 +13,13 @@ from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
 from ..linear._storage import dtype_of
 from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
-from . import _refined_solve as checked
+from . import _refined_solve as refined_solve
 
 
 def dynamic_stiffness(stiffness, damping, mass, omega):
-    """`K + i w C - w^2 M` at one angular frequency [rad/s], of arrays or of block matrices.
+    """Dynamic stiffness `K + i w C - w^2 M` at one angular frequency [rad/s], of arrays or of block matrices.
 
-    Args: stiffness: may be complex (structural damping); damping: or None.  Source: S1 (40)-(41).
+    Args: stiffness: may be complex (structural damping); damping: may be None.  Source: S1 (40)-(41).
     """
     dtype = np.result_type(dtype_of(stiffness), np.complex64)
     Z = stiffness.astype(dtype) + (-(omega**2) * mass).astype(dtype)
@@ -37,17 +37,18 @@ def direct_response(
     chunk: int = 32,
     plan: Plan | None = None,
 ) -> Any:
-    """x with `(K + i w C - w^2 M) x = f` at every frequency.
+    """Displacements x of `(K + i w C - w^2 M) x = f` at every frequency, from block matrices.
 
     Args:
         K, M, C: symmetric, on one pattern.
-        load: (blocks, size) or (blocks, size, columns), of either kind, the same at all frequencies.
+        load: (blocks, size) or (blocks, size, columns), real or complex, the same at all frequencies.
         omega: (frequencies,) angular frequencies [rad/s].
-        select: function of x, what to keep of it; default all of it.
-        chunk: frequencies solved together: memory grows with this and not with their number, in the gradient too,
+        select: function of x that returns the part to keep; default all of it.
+        chunk: frequencies solved together.  Memory grows with this and not with their number, in the gradient too,
             which factorises once more instead of keeping factors.
+        plan: of `blocksparse.analyse`, default made here.
 
-    Returns: (frequencies, ...) complex, of what `select` keeps.  Source: S1 (40)-(41).
+    Returns: (frequencies, ...) complex, the results of `select`.  Source: S1 (40)-(41).
     """
     plan = analyse(K.pattern) if plan is None else plan
     keep = (lambda x: x) if select is None else select
@@ -71,15 +72,15 @@ def dense_response(
     out: AnyArray | None = None,
     chunk: int = 32,
 ) -> Complex[Array, "frequencies outputs columns"]:
-    """Displacements of `(K (1 + i loss) + i w C - w^2 M) x = f` from dense matrices, one solve per frequency.
+    """Displacements x of `(K (1 + i loss) + i w C - w^2 M) x = f` at every frequency, from dense matrices.
 
-    Right for any damping, unsymmetric matrices and coordinates without mass; `receptance` is cheaper at many
+    It holds for any damping, unsymmetric matrices and coordinates without mass.  `receptance` is cheaper at many
     frequencies, the block-sparse `direct_response` for large structures.
 
     Args:
         load: (n, columns) the same at all frequencies.
         omega: (frequencies,) angular frequencies [rad/s].
-        out: (outputs, n) rows of what is asked, default all.
+        out: (outputs, n) output matrix, default the identity.
         chunk: frequencies solved together: memory grows with this and not with their number.
 
     Returns: (frequencies, outputs, columns) complex.  Source: S1 (40)-(41).
@@ -91,6 +92,6 @@ def dense_response(
 
     @jax.checkpoint
     def at(w):
-        return rows @ checked.solve(dynamic_stiffness(elastic, C, M, w), load.astype(dtype))
+        return rows @ refined_solve.solve(dynamic_stiffness(elastic, C, M, w), load.astype(dtype))
 
     return lax.map(at, jnp.asarray(omega, M.dtype), batch_size=chunk)

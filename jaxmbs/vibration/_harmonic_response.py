@@ -1,4 +1,4 @@
-"""Response to forces that vibrate: amplitudes over frequencies, as `frequency_response` has them for unit forces."""
+"""Harmonic response: complex amplitudes over frequencies under given forces."""
 
 from collections.abc import Mapping
 
@@ -13,20 +13,20 @@ from ..blocksparse import BlockMatrix, analyse, factor, solve
 from ..linear._storage import dtype_of
 from ..linear._system import LinearSystem
 from ..typing import ArrayLike
-from . import _refined_solve as checked
+from . import _refined_solve as refined_solve
 from ._direct_response import dynamic_stiffness
 from ._gains import harmonic_rate
 
 
 class HarmonicResponse(eqx.Module):
-    """Complex amplitudes, of motions `Re(x e^(i w t))`; `system.expand(response.displacement)` is that of what was
-    reduced or joined.
+    """Complex amplitudes of a motion `Re(x e^(i w t))`; `system.expand(response.displacement)` gives all coordinates
+    of a reduced or joined system.
 
     Attributes:
         omega: (frequencies,) [rad/s].
-        displacement: (frequencies, n).
+        displacement: (frequencies, n) [m, rad].
         loss: () loss factor of the whole stiffness.
-        forces: what was put on the system, by name as it was given.
+        forces: the forces that were given, for `reactions`.
     """
 
     omega: Float[Array, " frequencies"]
@@ -44,11 +44,11 @@ class HarmonicResponse(eqx.Module):
 
     @property
     def ok(self) -> Bool[Array, " frequencies"]:
-        """Whether there is such a motion: an undamped resonance gives numbers that are not finite."""
+        """True where the amplitudes are finite, which they are not at an undamped resonance."""
         return jnp.all(jnp.isfinite(self.displacement), axis=-1)
 
     def terms(self, system: LinearSystem) -> tuple:
-        """What stiffness, damping and mass of the system's parts act on, each (frequencies, n)."""
+        """Displacement, velocity and acceleration (frequencies, n) on which K, C and M act."""
         x = self.displacement
         return (1.0 + 1j * self.loss.astype(x.dtype)) * x, self.velocity, self.acceleration
 
@@ -56,7 +56,9 @@ class HarmonicResponse(eqx.Module):
 def harmonic_response(
     system: LinearSystem, omega: ArrayLike, forces: Mapping | ArrayLike, loss: ArrayLike = 0.0, chunk: int = 32
 ) -> HarmonicResponse:
-    """Amplitudes of motion under forces that vibrate; `reactions(net, response)["bolts"].force` of a network's bonds.
+    """Amplitudes of motion under harmonic forces.
+
+    `reactions(net, response)["bolts"].force` then gives the forces of the bonds of a network.
 
     Args:
         omega: (frequencies,) angular frequencies [rad/s].
@@ -74,7 +76,8 @@ def harmonic_response(
     shape = *omega.shape, system.num_rows
     if omega.ndim != 1 or load.shape not in (shape, shape[1:]):
         raise ValueError(
-            f"forces make loads of shape {load.shape} for omega of shape {omega.shape}: frequencies first"
+            f"the load has shape {load.shape} for omega of shape {omega.shape}: the frequencies must be "
+            "its first axis"
         )
     solved = jax.checkpoint(_solver(system, lax.complex(jnp.ones_like(loss), loss)))
     load = jnp.broadcast_to(load, shape)
@@ -83,11 +86,11 @@ def harmonic_response(
 
 
 def _solver(system, elastic):
-    """Displacements (n,) at one frequency under a load (n,)."""
+    """Function (w, load (n,)) -> displacements (n,) at one frequency."""
     K, C, M = system.stiffness, system.damping, system.mass
     K = K.astype(np.result_type(dtype_of(K), np.complex64)) * elastic
     if not isinstance(K, BlockMatrix):
-        return lambda w, load: checked.solve(dynamic_stiffness(K, C, M, w), load[:, None])[:, 0]
+        return lambda w, load: refined_solve.solve(dynamic_stiffness(K, C, M, w), load[:, None])[:, 0]
     plan = analyse(K.pattern)
 
     def of_blocks(w, load):

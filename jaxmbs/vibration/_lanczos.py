@@ -13,21 +13,22 @@ from ..math._eigen import of_groups, same
 from ..runtime import lapack
 from ._modes import Modes
 
-#: Vectors of a block: the largest group of equal values that is surely found whole.
+#: Vectors per block: groups of up to so many equal eigenvalues are certainly found complete.
 BLOCK_WIDTH = 8
 
 
 def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 30) -> Modes:
-    """The lowest modes of `M x'' + K x = 0`, by Krylov spaces of `K^-1 M` over blocks of vectors with restarts.
+    """Lowest modes of `M x'' + K x = 0` by block Lanczos iteration with `K^-1 M`, with thick restarts.
 
     Args:
         stiffness: the "cholesky" factor of K, positive definite.
         mass: on the same pattern; it may be singular.
-        num: how many; it should not cut a group of equal values, whose derivative then does not exist.
-        sweeps: most restarts.
+        num: number of modes; it should not cut a group of equal values, whose derivative then does not exist.
+        sweeps: maximum number of restarts.
 
-    First derivatives as those of `math.eigen.eigh`, refusals included; what the other modes add comes from iterated
-    solutions of `(K - w_k^2 M) y = b` by the factor at hand.  Fails: non-finite values where `sweeps` do not suffice.
+    First derivatives are those of `math.eigen.eigh`, refusals included; the contribution of the other modes comes
+    from iterative solutions of `(K - w_k^2 M) y = b`, preconditioned by the factor.  If `sweeps` restarts do not
+    suffice, the values are not finite.
 
     Raises: ValueError, if concrete, for fewer than `num + 8` coordinates with mass: dense matrices serve these.
 
@@ -39,11 +40,13 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
 
 
 def _check_size(mass, num):
-    """The blocks of vectors must fit in the space of what has mass, or they find shapes that are none."""
+    """Refuse a mass of too low rank: the block of vectors must fit into its range, or spurious shapes are found."""
     if is_concrete(mass.diagonal):
         heavy = np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
         if heavy < num + BLOCK_WIDTH:
-            raise ValueError(f"{heavy} coordinates with mass are too few for block matrices: make them dense")
+            raise ValueError(
+                f"{heavy} coordinates with mass are too few for {num} modes of block matrices: use `to_dense()`"
+            )
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))
@@ -52,6 +55,7 @@ def _block_lanczos(num, sweeps, K, M):
     dtype = M.diagonal.dtype
     width = min(BLOCK_WIDTH, n * b)
     keep, depth = num + width, 2 + 2 * num // width
+    # Residual of the shapes: eigenvalues are then right to its square, that is to rounding.
     tolerance = max(10 * jnp.finfo(dtype).eps ** (2 / 3), 1e4 * jnp.finfo(dtype).eps)
 
     def grow(d, state):
@@ -81,7 +85,10 @@ def _block_lanczos(num, sweeps, K, M):
 
 
 def _orthonormalise(M, X, V, MV):
-    """X made M-orthonormal, and to the columns V; those that add nothing become zero.  And M X."""
+    """Make X M-orthonormal and M-orthogonal to the columns V, twice (Daniel et al. 1976); return it and M X.
+
+    Columns that lie in the span of the others become zero.
+    """
     eps = jnp.finfo(X.dtype).eps
     size = jnp.sqrt(jnp.sum(X**2, (0, 1)))
     X = X / jnp.where(size > 0, size, 1.0)[None, None, :]
@@ -121,7 +128,12 @@ def _block_lanczos_jvp(num, sweeps, primals, tangents):
 
 
 def _solve_in_complement(K, M, values, X, right):
-    """Y among the other modes with `K Y - M Y diag(values) = right`, by preconditioned conjugate gradients."""
+    """Solve `K Y - M Y diag(values) = right` for Y M-orthogonal to the modes X, by preconditioned conjugate
+    gradients.
+
+    The operator is positive definite there where the values are the lowest ones.  300 steps are more than any
+    converging solution takes; the residual is reduced by `eps^0.75`, squared in the test.
+    """
     K, M, values, X = lax.stop_gradient((K, M, values, X))
     MX = M @ X
     outside = lambda Y: Y - X @ _inner_products(MX, Y)  # noqa: E731

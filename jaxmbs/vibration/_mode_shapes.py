@@ -1,4 +1,4 @@
-"""Shapes of modes: their shares in rigid motions, their likeness, and how to follow them through a change."""
+"""Mode shapes: participation factors, effective masses, modal assurance criterion, tracking."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,29 +13,31 @@ from ._modes import Modes
 
 
 def mode_ratios(modes: Modes, coordinate: int = 0) -> Float[Array, "n m"]:
-    """Shapes with entry 1 at a coordinate; a mode with a node there is all zero.
+    """Mode shapes (n, m) scaled to 1 at one coordinate; a mode with a node there becomes zero.
 
-    A view: mass-normalised shapes have no such holes.  Raises: ValueError for no such coordinate.  Source: S1 (38).
+    For display only: mass-normalised shapes have no such exceptions.
+
+    Raises: ValueError for a coordinate that does not exist.  Source: S1 (38).
     """
     if not 0 <= coordinate < len(modes.shapes):
-        raise ValueError(f"coordinate {coordinate} is none of 0 ... {len(modes.shapes) - 1}")
+        raise ValueError(f"coordinate {coordinate} must be one of 0 ... {len(modes.shapes) - 1}")
     at = modes.shapes[coordinate]
     node = jnp.abs(at) <= 1e3 * jnp.finfo(at.dtype).eps * jnp.max(jnp.abs(modes.shapes), axis=0)
     return jnp.where(node[None, :], 0.0, modes.shapes / jnp.where(node, 1.0, at)[None, :])
 
 
 def participation(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array, "m directions"]:
-    """Participation factors `shapes^T M rigid` for rigid motions (n, directions) of the whole structure."""
+    """Participation factors `shapes^T M rigid` (m, directions) of the modes in rigid motions (n, directions)."""
     return modes.shapes.T @ M @ rigid
 
 
 def effective_masses(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array, "m directions"]:
-    """Mass that each mode moves with each rigid motion: all modes sum to `diag(rigid^T M rigid)`."""
+    """Effective modal masses (m, directions) [kg, kg m^2]; over all modes they sum to `diag(rigid^T M rigid)`."""
     return participation(modes, M, rigid) ** 2
 
 
 def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[Array, "m k"]:
-    """Modal assurance criterion of shapes (n, m) and (n, k): squared cosines, with M (n, n) as the measure."""
+    """Modal assurance criterion (m, k) of shapes (n, m) and (n, k): squared cosines, in the metric M (n, n)."""
     refuse_complex(M)
     conj = jnp.conj(first)
     other = second if M is None else M.astype(second.dtype) @ second
@@ -45,18 +47,21 @@ def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[A
 
 
 def track_modes(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Modes:
-    """The modes in the order and with the signs of the reference: best pairs by `mac` first.
+    """Modes in the order and with the signs of reference modes, paired by `mac`, best pairs first.
 
-    Two modes that cross keep their own names.  Modes of equal frequency, whose vectors are any of their space, are
-    turned among themselves to lie as near to the reference as they can.  The order, signs and turns are constants to
-    differentiation.
+    Two modes whose frequencies cross keep their places.  Modes of equal frequency, whose vectors are any basis of
+    their space, are rotated among themselves to lie as near to the reference as possible.  Order, signs and rotations
+    are constants to differentiation.
 
-    Args: reference: of a nearby structure, with as many or fewer modes.
+    Args: reference: modes of a nearby structure, as many or fewer.
 
     Raises: ValueError for a reference with more modes.
     """
     if reference.shapes.shape[1] > modes.shapes.shape[1]:
-        raise ValueError(f"{reference.shapes.shape[1]} modes cannot be found among {modes.shapes.shape[1]}")
+        raise ValueError(
+            f"the reference has {reference.shapes.shape[1]} modes, more than the "
+            f"{modes.shapes.shape[1]} to be ordered"
+        )
     moved = modes.select(_best_pairs(lax.stop_gradient(mac(reference.shapes, modes.shapes, M))))
     measured = moved.shapes if M is None else M @ moved.shapes
     alike = lax.stop_gradient(jnp.where(same(moved.values), measured.T @ reference.shapes, 0.0))
@@ -68,7 +73,7 @@ def track_modes(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Mo
 
 
 def _best_pairs(likeness):
-    """For every row its column, the largest entries first."""
+    """Column paired with each row, the largest entries first (greedy assignment)."""
 
     def step(_, carry):
         left, order = carry

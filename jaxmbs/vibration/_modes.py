@@ -1,4 +1,4 @@
-"""Modes of linear systems, and the natural ones."""
+"""`Modes`, natural or complex, and the natural modes of a pair of matrices."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,7 +22,7 @@ from ..typing import AnyArray, CoordinateLike, ScalarLike
 
 
 def _table_rows(modes):
-    """Every mode in a row, a pair of conjugates in one."""
+    """Summary line and table of modes; a conjugate pair takes one row."""
     hertz, ratios = np.asarray(modes.frequencies), np.asarray(modes.damping_ratios)
     rigid, unstable = np.asarray(modes.is_rigid), np.asarray(modes.is_unstable)
     roots = None if modes.roots is None else np.asarray(modes.roots)
@@ -41,10 +41,10 @@ def _table_rows(modes):
 class Modes(eqx.Module):
     """Modes by rising frequency: natural ones with `shapes^T M shapes = 1`, or complex ones of a damped system.
 
-    Frequencies have derivatives (a frequency that repeats: only the sum over its group), shapes those that single
-    modes and projectors over groups have; `math.eigen.spectral` is the way through sums over modes.  Complex roots
-    and vectors (up to their scale) have them where roots are single or their vectors complete; at a defective root
-    (critical damping, free rigid motion) there is none, and zero is returned.
+    Frequencies have derivatives (of repeated ones only the sum over the group); shapes have those of single modes and
+    of projectors on groups.  Complex roots and vectors (up to their scale) have derivatives where roots are single or
+    their vectors complete; at a defective root (critical damping, free rigid motion) there is none, and zero is
+    returned.
 
     Attributes:
         values: squared angular frequencies (m,) [rad^2/s^2]; of complex modes the squared sizes of the roots.
@@ -71,14 +71,16 @@ class Modes(eqx.Module):
 
     @property
     def is_complex(self) -> bool:
-        """Whether these are the modes of a damped system."""
+        """True for the complex modes of a damped system."""
         return self.roots is not None
 
     def at(self, *names: str) -> Array:
-        """Shapes (k, m) at coordinates: "b x", "b" for all of a node; of a mechanism "pin", "ball rx", "ball" for all
-        of a joint, and their speeds as "rate of pin".
+        """Rows (k, m) of the shapes at named coordinates.
 
-        Raises: UnknownNameError, with the names near it.
+        Args: names: "b x", or "b" for all coordinates of a node; of a mechanism "pin", "ball rx", or "ball" for
+            all of a joint, and speeds as "rate of pin".
+
+        Raises: UnknownNameError, with similar names.
         """
         rows: list[int] = []
         for name in names:
@@ -89,14 +91,14 @@ class Modes(eqx.Module):
 
     @property
     def is_unstable(self) -> Array:
-        """(m,), values below zero: the stiffness is negative in these shapes, and they grow like `e^(|w| t)`; or
-        roots with a positive real part, larger than rounding makes it.  A free motion drifts, and is none."""
+        """Flags (m,) of unstable modes: negative values of natural modes, which grow like `e^(|w| t)`, or roots whose
+        positive real part is more than rounding.  A free rigid motion drifts and is not unstable."""
         if self.roots is None:
             return (self.values < 0) & ~self.is_rigid
         return (self._growth() > 0) & ~self.is_rigid
 
     def _growth(self) -> Array:
-        """Real parts of the roots (m,), zero with their derivative where they are rounding."""
+        """Real parts of the roots (m,); those within rounding have the value zero and keep their derivative."""
         assert self.roots is not None
         real = self.roots.real
         least = 0.0 if self.rounding is None else self.rounding
@@ -104,20 +106,21 @@ class Modes(eqx.Module):
 
     @property
     def omega(self) -> Float[Array, " m"]:
-        """[rad/s], zero for rigid modes, `-sqrt(-value)` for unstable ones: a minus means the imaginary unit.
+        """Angular frequencies (m,) [rad/s]; zero for rigid modes, `-sqrt(-value)` for unstable ones.
 
-        Of complex modes the size of the roots: the undamped frequency of proportional damping.  Source: S1 (37).
+        Of complex modes the magnitudes of the roots: for proportional damping the undamped frequencies.
+        Source: S1 (37).
         """
         return _omega(self.values, self.is_rigid)
 
     @property
     def frequencies(self) -> Float[Array, " m"]:
-        """[Hz], signs as of `omega`."""
+        """Frequencies (m,) [Hz], with the signs of `omega`."""
         return self.omega / (2.0 * jnp.pi)
 
     @property
     def damping_ratios(self) -> Float[Array, " m"]:
-        """`-Re / |root|`; zero where the real part is rounding, for a zero root and for natural modes."""
+        """Damping ratios `-Re(root) / |root|` (m,); zero within rounding, for zero roots and for natural modes."""
         if self.roots is None:
             return jnp.zeros_like(self.values)
         size = self.omega
@@ -149,24 +152,24 @@ class Modes(eqx.Module):
 
     @property
     def groups(self) -> Int[Array, " m"]:
-        """The number of the group of equal values that each mode is in; the rigid modes are one group."""
+        """Group number (m,) of each mode: modes of equal values form a group, the rigid modes another."""
         rigid = self.is_rigid
         apart = jnp.where(rigid[1:] | rigid[:-1], rigid[1:] ^ rigid[:-1], ~jnp.diagonal(same(self.values), 1))
         return jnp.concatenate([jnp.zeros(1, int), jnp.cumsum(apart)])
 
     @property
     def num_rigid(self) -> int:
-        """How many modes are rigid; not under tracing."""
+        """Number of rigid modes; not under tracing."""
         return int(np.sum(np.asarray(self.is_rigid)))
 
     def select(self, selection: slice | AnyArray) -> "Modes":
-        """Some of the modes: `modes.select(slice(modes.num_rigid, None))` the elastic ones."""
+        """Some of the modes: `modes.select(slice(modes.num_rigid, None))` are the elastic ones."""
         roots, left, rounding = (None if a is None else a[selection] for a in (self.roots, self.left, self.rounding))
         chosen = self.values[selection], self.shapes[:, selection], self.is_rigid[selection]
         return Modes(*chosen, roots, left, rounding, self.coordinates)
 
     def acceleration(self, amplitudes: AnyArray, t: ScalarLike) -> Float[Array, " n"]:
-        """`q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,), over all complex modes.
+        """Acceleration `q''(t) = sum_j root_j^2 shapes_j amplitude_j e^(root_j t)` (n,) over all complex modes.
 
         Raises: ValueError for natural modes, which have no roots.  Source: S1 (42).
         """
@@ -186,7 +189,7 @@ class Modes(eqx.Module):
 
     def _complex(self) -> tuple[Array, Array]:
         if self.roots is None or self.left is None:
-            raise ValueError("natural modes have no roots: ask for complex_modes")
+            raise ValueError("natural modes have no roots: use complex_modes")
         return self.roots, self.left
 
 
@@ -195,10 +198,10 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
 
     Args:
         K, M: (n, n), M positive definite.
-        num: how many (default all); with `complete_group` it should not cut a group.
-        num_rigid: how many are rigid, if known: those of the smallest values; else see `rigid_flags`.
+        num: number of modes, default all; it should not cut a group of equal frequencies.
+        num_rigid: number of rigid modes, if known: those of the smallest values; by default found from rounding.
 
-    Negative stiffness is no error here: see `Modes.is_unstable`.
+    Negative stiffness is not an error here: see `Modes.is_unstable`.
 
     Raises: ValueError for matrices of different shapes or without a row, and more modes than there are; if concrete,
     also for a mass matrix that is not positive definite, and for unsymmetric or non-finite matrices (under tracing
@@ -207,7 +210,7 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
     """
     K, M = require_symmetric(stiffness=K, mass=M)
     if len(K) == 0:
-        raise ValueError("there are no coordinates, and so no modes: the stiffness is of shape (0, 0)")
+        raise ValueError("the stiffness of shape (0, 0) has no modes: give at least one coordinate")
     if num is not None and not 0 <= num <= len(K):
         raise ValueError(f"num = {num}: there are {len(K)} modes")
     check_mass(M)
@@ -222,22 +225,22 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
 
 @jit
 def _omega(values, is_rigid):
-    """`Modes.omega` of squared frequencies."""
+    """Angular frequencies from squared ones, with the sign convention of `Modes.omega`."""
     still = is_rigid | (values == 0)
     size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, values)))
     return jnp.where(still, 0.0, jnp.where(values < 0, -size, size))
 
 
 def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
-    """`natural_modes` for reductions.
+    """Natural modes for reductions: no negative stiffness, rows without mass condensed.
 
-    Rows of zeros in a concrete mass matrix follow statically: there are as many modes as others.
+    Zero rows of a concrete mass matrix follow statically: there are as many modes as rows with mass.
 
-    Raises: ValueError for negative stiffness, if concrete; under tracing the unstable shapes are NaN.
+    Raises: ValueError for negative stiffness, if concrete; under tracing the shapes are then NaN.
     """
     heavy = np.flatnonzero(np.any(np.asarray(M), axis=1)) if is_concrete(M) else np.arange(len(M))
     if num is not None and num > len(heavy):
-        raise ValueError(f"num = {num}: there are {len(heavy)} modes, as many as coordinates with mass")
+        raise ValueError(f"num = {num}: there are only {len(heavy)} modes, as many as coordinates with mass")
     if 0 < len(heavy) < len(M):
         T = interface_basis(K, heavy)
         modes = stable_modes(K=T.T @ K @ T, M=M[heavy][:, heavy], num=num, num_rigid=num_rigid)
@@ -249,7 +252,9 @@ def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid:
         modes = Modes(modes.values, shapes, modes.is_rigid)
     elif np.any(np.asarray(unstable)):
         count, least = int(np.sum(np.asarray(unstable))), float(modes.values[0])
-        raise ValueError(f"the stiffness is negative: {count} unstable modes, the first of value {least:.3g} 1/s^2")
+        raise ValueError(
+            f"the stiffness is negative: {count} unstable modes, the lowest eigenvalue is {least:.3g} 1/s^2"
+        )
     return modes.select(slice(0, num))
 
 
@@ -259,7 +264,7 @@ def _check_finite(values):
 
 
 def complete_group(values: AnyArray, num: int) -> int:
-    """The smallest number >= num of lowest modes that cuts no group of equal values; not under tracing."""
+    """Smallest number of modes from `num` on that cuts no group of equal values; not under tracing."""
     values = np.asarray(values)
     with jax.ensure_compile_time_eval():
         together = np.asarray(same(jnp.asarray(values)))

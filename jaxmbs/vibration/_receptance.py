@@ -1,4 +1,4 @@
-"""Transfer functions through natural modes: only the pairs asked, derivatives as good as those of the inverse."""
+"""Receptances by modal superposition, with the derivatives of the inverse dynamic stiffness."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -34,24 +34,27 @@ def receptance(
     residual: bool = True,
     chunk: int = 64,
 ) -> Complex[Array, "frequencies outputs inputs"]:
-    """Displacements `B_ij(w)` at `out` for unit forces at `into`, of `(K (1 + i loss) + i w C - w^2 M)^-1`.
+    """Receptances `B_ij(w)` of `(K (1 + i loss) + i w C - w^2 M)^-1` by natural modes.
 
     Args:
+        K, M: stiffness and mass (n, n).
         omega: (frequencies,) angular frequencies [rad/s].
-        out: coordinates, or rows (outputs, n) of what is measured.
-        into: coordinates, or columns (n, inputs) of loads.
-        C: damping (n, n) that does not couple the modes (`proportional`, `modal`).
+        out: output coordinates, or an output matrix (outputs, n).
+        into: input coordinates, or load columns (n, inputs).
+        C: damping (n, n) that does not couple the modes (`rayleigh_damping`, `modal_damping`).
         loss: loss factor of the whole stiffness.
-        num: modes kept; a group of equal frequencies must not be cut (`eigenmodes.complete`).
-        residual: what the other modes add statically; without it they are left out.
-        chunk: frequencies worked on together: memory grows with this.
+        num: number of modes kept, default all; a group of equal frequencies must not be cut.
+        residual: add the static contribution of the other modes.
+        chunk: frequencies computed together: memory grows with this.
 
-    Derivatives, of all orders with all modes and first ones with some, are those of the inverse, also where
-    frequencies repeat.  What the modes leave over of the equation is checked at each frequency, and solved directly
-    where it is more than rounding.  Returns: (frequencies, outputs, inputs) complex.
+    Derivatives are those of the inverse, also at repeated frequencies: of all orders with all modes, of first order
+    with some.  The residual of the equation is checked at each frequency, which is solved directly where the residual
+    is more than rounding.
 
-    Raises: ValueError for a damping, if concrete, that couples the modes, and for unsymmetric matrices: both are for
-    `viscous_receptance`.  Under tracing such a damping costs a direct solution at each frequency, and unsymmetric
+    Returns: (frequencies, outputs, inputs) complex [m/N, rad/(N m)].
+
+    Raises: ValueError for damping, if concrete, that couples the modes, and for unsymmetric matrices: for both use
+    `viscous_receptance`.  Under tracing such damping costs a direct solution at each frequency, and unsymmetric
     matrices give NaN.
     Source: S1 (40), (41).
     """
@@ -82,7 +85,7 @@ def receptance(
 
 
 def _unit_rows(places, like, columns=False):
-    """Unit rows (k, n), or columns (n, k), of coordinates; matrices as they are. Raises: ValueError."""
+    """Unit rows (k, n), or columns (n, k), of coordinates; matrices are returned unchanged.  Raises: ValueError."""
     if np.ndim(places) == 2:
         return jnp.asarray(places, like.dtype)
     places, n = np.asarray(places, int).reshape(-1), len(like)
@@ -93,7 +96,7 @@ def _unit_rows(places, like, columns=False):
 
 
 def _modal_matrices(stiffness, mass, damping, num):
-    """K, M, C in the modes, which are held constant: their motion is in what leaves the diagonal."""
+    """K, M, C in the modes; the shapes are constants, so that derivatives appear in the off-diagonal terms."""
     values, X = lax.stop_gradient(eigh(stiffness, mass))
     if num is not None:
         P = spectral(_retained_projector, stiffness, mass, _retained_flags(stiffness, num)) @ mass
@@ -104,7 +107,7 @@ def _modal_matrices(stiffness, mass, damping, num):
 
 
 def _retained_flags(stiffness, num):
-    """1 for the lowest modes, 0 for the others."""
+    """Flags (n,): 1 for the lowest `num` modes, 0 for the others."""
     return (jnp.arange(len(stiffness)) < num).astype(stiffness.dtype)
 
 
@@ -124,7 +127,9 @@ def _check_uncoupled(C):
     size = np.sqrt(np.outer(own, own)) + rounding * np.max(own, initial=1e-30)
     coupled = np.max(np.abs(C - np.diag(np.diagonal(C))) / size, initial=0.0)
     if coupled > 1e3 * rounding:
-        raise ValueError(f"the damping couples the modes (up to {coupled:.1g} of their own): use viscous_receptance")
+        raise ValueError(
+            f"the damping couples the modes (by {coupled:.1g} of their own damping): use viscous_receptance"
+        )
 
 
 def viscous_receptance(
@@ -137,11 +142,12 @@ def viscous_receptance(
     into: ArrayLike | Sequence[int],
     chunk: int = 64,
 ) -> Complex[Array, "frequencies outputs inputs"]:
-    """`receptance` at omega [rad/s] with any viscous damping, through the complex modes (on the CPU); matrices
-    may be unsymmetric.
+    """Receptances with any viscous damping by complex modes, on the CPU; matrices may be unsymmetric.
 
-    At a frequency where the modes do not solve the equation (the vectors of critical damping are parallel) it is
-    solved directly.  Source: S1 (39), (40).
+    Arguments are those of `receptance`, omega in [rad/s].  At a frequency where the modes do not solve the equation
+    (the vectors of critical damping are parallel) it is solved directly.
+
+    Returns: (frequencies, outputs, inputs) complex.  Source: S1 (39), (40).
     """
     check_mass(M)
     loads, outputs = _unit_rows(into, K, True), _unit_rows(out, K)
@@ -177,9 +183,10 @@ def modal_receptance(
     ratios: ArrayLike,
     modal_masses: ArrayLike = 1.0,
 ) -> Complex[Array, "frequencies outputs inputs"]:
-    """`B_ij = sum_k V_ik V_jk / (m_k [(w_k^2 - w^2) + 2 i eta_k w_k w])` as printed, from any set of modes.
+    """Receptances `B_ij = sum_k V_ik V_jk / (m_k [(w_k^2 - w^2) + 2 i eta_k w_k w])` from a given set of modes.
 
-    For measured modes and kept sets; a derivative through shapes of repeated frequencies is wrong here: `receptance`.
+    For measured or selected modes.  Derivatives through the shapes of repeated frequencies are wrong here: for them
+    use `receptance`.
 
     Args:
         natural: w_k (m,) [rad/s].
@@ -210,14 +217,15 @@ def transmissibility(
     loss: ArrayLike = 0.0,
     chunk: int = 64,
 ) -> Complex[Array, "frequencies outputs base"]:
-    """Displacements at `out` (accelerations too) for unit ones of the base coordinates, at omega [rad/s].
+    """Transmissibilities: motion of output coordinates per motion of the base, at omega (frequencies,) [rad/s].
 
-    The rest moves statically with the base and, relative to that, under its own inertia: a base that holds the
-    structure just so costs no stiffness.  Returns: (frequencies, outputs, base coordinates).
+    The structure moves statically with the base and, relative to that, under its own inertia.
 
-    `out` are coordinates outside the base.
+    Args: base: coordinates that are moved; out: coordinates outside the base; others as in `receptance`.
 
-    Raises: ValueError for others.  Source: S1 (5), (40), (44)-(45).
+    Returns: (frequencies, outputs, base coordinates) complex, of displacements and of accelerations alike.
+
+    Raises: ValueError for outputs on the base.  Source: S1 (5), (40), (44)-(45).
     """
     refuse_complex(omega)
     inner, outer = partition(len(K), base)

@@ -1,7 +1,7 @@
-"""Solutions of a dynamic stiffness by an approximate inverse: refined, checked, direct where the check fails.
+"""Solutions with a dynamic stiffness by an approximate inverse: refined, checked, direct where the check fails.
 
-Modes are an inverse only as far as they decouple the matrices: a defective root, damping that couples them or free
-motion beside stiff modes costs digits or all of the answer.  What is left over of the equation tells.
+Modes give an inverse only as far as they decouple the matrices: a defective root, damping that couples them or free
+motion beside stiff modes costs digits or the whole answer.  The residual of the equation shows it.
 """
 
 import jax.numpy as jnp
@@ -16,14 +16,14 @@ RESIDUAL_FACTOR = 64.0
 
 
 def solve(Z, right):
-    """`Z^-1 right` for Z (n, n), right (n, k): direct, refined once; derivatives of every order."""
+    """Direct solution `Z^-1 right` (n, k), refined once; with derivatives of every order."""
     fixed = lax.stop_gradient(Z)
     straight, turned = (_factor(fixed, t) for t in (False, True))
     return lax.custom_linear_solve(lambda x: Z @ x, right, lambda _, r: straight(r), lambda _, r: turned(r))
 
 
 def checked_solve(matrices, factors, right, inverse, transposed=None):
-    """x (n, k) with `sum_k factor_k matrix_k x = right` by an approximate inverse; derivatives of every order.
+    """Solve `sum_k factor_k matrix_k x = right` by an approximate inverse; with derivatives of every order.
 
     Args:
         matrices: real (n, n); factors: complex numbers.
@@ -51,7 +51,7 @@ def _apply(matrices, factors, v):
 
 
 def _real_product(A, v):
-    """A real (n, n) times complex (n, k) in one real product."""
+    """Product of a real (n, n) and a complex (n, k) matrix as one real product."""
     both = A @ jnp.concatenate([v.real, v.imag], axis=1)
     return lax.complex(both[:, : v.shape[1]], both[:, v.shape[1] :])
 
@@ -75,7 +75,7 @@ def _direct_solution(right, factors, matrices):
 
 
 def _factor(Z, transposed):
-    """What solves with Z, or with its transpose, refined once."""
+    """Function that solves with Z, or with its transpose, refined once."""
     factor, A = square.factorise(Z), Z.T if transposed else Z
     steps = 1 if isinstance(factor, square.Lu) else 0  # small matrices come refined
     return lambda right: refined(lambda r: factor.solve(r, transposed), lambda x: A @ x, right, steps)

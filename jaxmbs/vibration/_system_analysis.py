@@ -1,4 +1,4 @@
-"""Questions to linear systems: modes, frequency response, rest."""
+"""Modes and frequency response of a `LinearSystem`, by coordinate names."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -23,16 +23,17 @@ from ._receptance import receptance
 
 
 def modes(system: LinearSystem, num: int | None = None, damped: bool | None = None) -> Modes:
-    """The lowest modes of a linear system: natural ones, or complex ones where it is damped.
+    """Lowest modes of a linear system: natural ones, or complex ones if it is damped.
 
     Args:
-        num: how many, of complex ones how many pairs; default all.  It should cut no group of equal frequencies.
-        damped: False: natural modes, whatever the damping; default: complex modes of a system that has damping.
+        num: number of modes, or of conjugate pairs of complex ones; default all.  It should not cut a group of equal
+            frequencies.
+        damped: False for natural modes whatever the damping; by default complex modes of a system with damping.
 
-    Rows without mass, known to be `massless` or of zeros, are condensed first, which is exact: there are as many
-    modes as rows with mass.  Block matrices must be held, and need `num`.
+    Rows without mass, declared `massless` or zero, are condensed first, which is exact: there are as many modes as
+    rows with mass.  A system of block matrices must be constrained (no rigid motion), and needs `num`.
 
-    Raises: as `natural_modes` and `complex_modes`; ValueError for what block matrices cannot answer.
+    Raises: as `natural_modes` and `complex_modes`; ValueError for complex modes, or all modes, of block matrices.
     Source: S1 (33)-(37), (39).
     """
     damped = system.damping is not None if damped is None else damped
@@ -41,7 +42,9 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
     names = tuple(map(format_label, system.coordinates))
     if isinstance(system.stiffness, BlockMatrix):
         if damped or num is None:
-            raise ValueError("block matrices have natural modes, as many as asked: modes(system, num, damped=False)")
+            raise ValueError(
+                "of block matrices only a given number of natural modes is found: modes(system, num, damped=False)"
+            )
         found = lowest_modes(factor(system.stiffness), system.mass, num)
         return dataclasses.replace(found, coordinates=names)
     whole = condense_massless(system.to_dense(), damped=damped)
@@ -65,22 +68,22 @@ def frequency_response(
     loss: ArrayLike = 0.0,
     **options: Any,
 ) -> TransferFunctions:
-    """Displacements at names for unit forces at names: transfer functions with these labels.
+    """Receptances: displacements at named outputs for unit forces at named inputs.
 
     Args:
         omega: (frequencies,) angular frequencies [rad/s].
-        into, out: as `LinearSystem.outputs` takes them: "tip z", ("tip", "z"), or a node for all of its coordinates,
-            those that were reduced included; "stage.top z" of a network.
-        method: "direct" (a solve per frequency, any damping) or "modal" (`receptance`, much cheaper at many
-            frequencies; damping that does not couple the modes; rows without mass are condensed and put back).
+        into, out: inputs and outputs as in `LinearSystem.outputs`: "tip z", ("tip", "z"), or a node for all of its
+            coordinates, also reduced ones; "stage.top z" of a network.
+        method: "direct" (one solution per frequency, any damping) or "modal" (`receptance`, much cheaper at many
+            frequencies; for damping that does not couple the modes; rows without mass are condensed).
         loss: loss factor of the whole stiffness.
         options: `chunk`, and `num`, `residual` of the modal method.
 
-    Raises: UnknownNameError for coordinates that are not there; ModelError for an unknown method.
+    Raises: UnknownNameError for unknown coordinates; ModelError for an unknown method.
     Source: S1 (40)-(41).
     """
     if method not in ("direct", "modal"):
-        raise ModelError([f"method {method!r} is neither direct nor modal"])
+        raise ModelError([f"unknown method {method!r}: the methods are 'direct' and 'modal'"])
     (out, outputs), (into, inputs) = system.outputs(*out), system.outputs(*into)
     if isinstance(system.stiffness, BlockMatrix):
         return TransferFunctions(
@@ -96,7 +99,7 @@ def frequency_response(
 
 
 def _modal_frequency_response(system, matrices, out, load, options):
-    """Receptances by the modes of the rows with mass, and what the loads of the others do there directly."""
+    """Receptances by the modes of the rows with mass, plus the static response of the rows without mass."""
     whole = condense_massless(system)
     if whole.basis is None or whole.stiffness is None:
         return receptance(**matrices, out=out, into=load, **options)

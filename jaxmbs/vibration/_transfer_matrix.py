@@ -1,4 +1,4 @@
-"""The matrix of transfer functions at any complex argument: by its inverse, and as the sum over modes."""
+"""Transfer matrix at complex arguments: by inversion, and as a sum over modes."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from jax import lax
 from jaxtyping import Array, Complex
 
 from ..typing import AnyArray, ArrayLike
-from . import _refined_solve as checked
+from . import _refined_solve as refined_solve
 from ._modes import Modes
 
 
@@ -23,18 +23,18 @@ def transfer_matrix(
     into: AnyArray | None = None,
     chunk: int = 32,
 ) -> Complex[Array, "points outputs inputs"]:
-    """`B(s) = (s^2 M + s C + K)^-1` at complex s, one solve each; at `s = i w` the receptance.
+    """Transfer matrix `B(s) = (s^2 M + s C + K)^-1` at complex s, one solution each; at `s = i w` the receptance.
 
-    Right for any damping and unsymmetric matrices; not finite at a root.
+    It holds for any damping and for unsymmetric matrices; it is not finite at a root.
 
     Args:
         s: (points,) [rad/s], the lambda of S1.
-        out: (outputs, n) rows of what is asked, into: (n, inputs) columns of loads; default all coordinates.
+        out: (outputs, n) output matrix, into: (n, inputs) load columns; default all coordinates.
         chunk: points solved together: memory grows with this and not with their number.
 
     Returns: (points, outputs, inputs).
 
-    Raises: ValueError for points that are not in a row.  Source: S1 (39)-(40), B(lambda) between them.
+    Raises: ValueError for s that is not (points,).  Source: S1 (39)-(40), B(lambda) between them.
     """
     dtype = np.result_type(K.dtype, np.complex64)
     points = _check_points(s, dtype)
@@ -44,7 +44,7 @@ def transfer_matrix(
     @jax.checkpoint
     def at(s):
         Z = K.astype(dtype) + s**2 * M.astype(dtype)
-        return rows @ checked.solve(Z if C is None else Z + s * C.astype(dtype), load)
+        return rows @ refined_solve.solve(Z if C is None else Z + s * C.astype(dtype), load)
 
     return lax.map(at, points, batch_size=chunk)
 
@@ -52,21 +52,23 @@ def transfer_matrix(
 def modal_transfer_matrix(
     modes: Modes, s: ArrayLike, out: Sequence[int] | None = None, into: Sequence[int] | None = None
 ) -> Complex[Array, "points outputs inputs"]:
-    """`B(s)` as the sum of what its modes do: `sum_k shapes_k left_k / (s - root_k)` of complex ones, or
-    `sum_k shapes_k shapes_k^T / (s^2 + w_k^2)` of natural ones of unit modal mass.
+    """Transfer matrix `B(s)` as a sum over modes: `sum_k shapes_k left_k / (s - root_k)` of complex ones, or
+    `sum_k shapes_k shapes_k^T / (s^2 + w_k^2)` of natural ones with unit modal mass.
 
     Args:
         modes: all of them, or the part of them to keep.
         s: (points,) complex [rad/s].
         out, into: coordinates, default all.
 
-    Each term is the response of one mode; a derivative by what parts modes of one frequency is that of
-    `transfer_matrix` alone.
+    Each term is the response of one mode.  Derivatives with respect to what splits modes of one frequency are right
+    in `transfer_matrix` only.
 
-    Raises: ValueError for complex modes without left vectors, points that are not in a row.  Source: S1 (39)-(40).
+    Raises: ValueError for complex modes without left vectors, and s that is not (points,).  Source: S1 (39)-(40).
     """
     if modes.is_complex and modes.left is None:
-        raise ValueError("these complex modes have no left vectors: take those of complex_modes, or transfer_matrix")
+        raise ValueError(
+            "these complex modes have no left vectors: use the modes of complex_modes, or transfer_matrix"
+        )
     dtype = np.result_type(modes.shapes.dtype, np.complex64)
     s = _check_points(s, dtype)[:, None]
     left = modes.shapes.T if modes.left is None else modes.left
@@ -79,7 +81,7 @@ def modal_transfer_matrix(
 def _check_rows(numbers, size):
     rows = np.asarray(numbers, int)
     if np.any((rows < 0) | (rows >= size)):
-        raise ValueError(f"coordinates {rows.tolist()} must be some of 0 ... {size - 1}")
+        raise ValueError(f"coordinates {rows.tolist()} must be among 0 ... {size - 1}")
     return rows
 
 

@@ -372,7 +372,7 @@ def test_unsymmetric_diagonal_blocks(kind):
 
 def test_unsymmetric_elements_are_told():
     pattern = bs.Pattern(2, 1, [(0, 1)])
-    with pytest.raises(ValueError, match="elements are unsymmetric by 0.5"):
+    with pytest.raises(ValueError, match="element matrices are unsymmetric by 0.5"):
         bs.assemble(pattern, [[0, 1]], jnp.array([[1.0, -0.5], [-1.0, 1.0]]).reshape(1, 2, 2, 1, 1))
 
 

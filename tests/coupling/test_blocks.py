@@ -93,5 +93,5 @@ def test_gradient_by_the_components():
 def test_wrong_nodes_are_told():
     made, load = groups()
     wrong = Components(((2, 2),), made[0].matrix[:1], made[0].load[:1])
-    with pytest.raises(ValueError, match="component 0: nodes \\[2, 2\\] must be different ones of 0 ... 6"):
+    with pytest.raises(ValueError, match="component 0: nodes \\[2, 2\\] must be distinct and among 0 ... 6"):
         coupled_response([wrong], load)

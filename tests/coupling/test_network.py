@@ -129,7 +129,7 @@ def test_amplitudes_are_those_of_the_transfer_functions():
     sheet = assemble(Structure(*GIRDER), blocks=True)
     one, other = (mbs.vibration.harmonic_response(s, omega, {"b x": push}, 0.1) for s in (sheet, sheet.to_dense()))
     np.testing.assert_allclose(one.displacement, other.displacement, rtol=1e-9)
-    with pytest.raises(ValueError, match="frequencies first"):
+    with pytest.raises(ValueError, match="the frequencies must be its first axis"):
         mbs.vibration.harmonic_response(net, omega, {"panel.edge z": np.ones(3)})
     with pytest.raises(ValueError, match="no component 'pannel': did you mean 'panel'"):
         mbs.vibration.harmonic_response(net, omega, {"pannel.edge z": 1.0})
@@ -192,16 +192,25 @@ def test_determinate_and_redundant_bonds_by_name():
 
 
 WRONG = [
-    ({"b.c": bushing("stage.foot", stiffness=np.ones(6))}, "bond 'b.c': a name without a dot"),
+    ({"b.c": bushing("stage.foot", stiffness=np.ones(6))}, "bond 'b.c': names must not contain a dot"),
     ({"b": rigid_bond("nothing")}, "bond 'b': there is no component 'nothing'"),
     ({"b": rigid_bond(("stage", "tip"))}, "bond 'b': interface of 'stage': there is no coordinate or node 'tip'"),
-    ({"b": rigid_bond(("stage", 40))}, "bond 'b': 'stage' has 18 interface coordinates, none with the number 40"),
-    ({"b": rigid_bond(("stage", "foot"), "mast")}, "bond 'b': its ends do not match: x y z rx ry rz and x y z"),
-    ({"b": hinge(("stage", "foot"), free="w")}, "bond 'b': no direction w among x y z rx ry rz"),
-    ({"b": bushing(("stage", "foot"), stiffness=(1.0, 2.0, 3.0))}, "bond 'b': stiffness of 3 directions for 6"),
+    ({"b": rigid_bond(("stage", 40))}, "bond 'b': 'stage' has no interface coordinate number 40"),
+    (
+        {"b": rigid_bond(("stage", "foot"), "mast")},
+        "bond 'b': its ends have different directions: x y z rx ry rz and x y z",
+    ),
+    ({"b": hinge(("stage", "foot"), free="w")}, "bond 'b': its ends have no direction w, only x y z rx ry rz"),
+    (
+        {"b": bushing(("stage", "foot"), stiffness=(1.0, 2.0, 3.0))},
+        "bond 'b': its stiffness has 3 directions, its ends 6",
+    ),
     ({"b": rigid_bond("ground", ("stage", "foot"))}, "bond 'b': its first end is the ground"),
-    ({"stage": rigid_bond(("stage", "foot"))}, "bond 'stage': a component has that name"),
-    ({"b": rigid_bond("stage"), "c": rigid_bond(("stage", "foot"))}, "bond 'c': other bonds tie its ends already"),
+    ({"stage": rigid_bond(("stage", "foot"))}, "bond 'stage': a component has this name"),
+    (
+        {"b": rigid_bond("stage"), "c": rigid_bond(("stage", "foot"))},
+        "bond 'c': its ends are tied by other bonds already",
+    ),
     (
         {"b": rigid_bond(("stage", "foot")), "c": hinge(("stage", "foot"), ("mast", "root"), free="x", axes=AXES)},
         "bond 'c' has axes: b must not join the same coordinates",
@@ -233,28 +242,28 @@ def test_joined_nodes_must_be_at_one_place():
     with pytest.raises(ModelError) as error:
         connect(parts, bolts)
     told = str(error.value)
-    assert "bond 'bolts': stage.top and mast.root are 0.5 apart" in told
+    assert "bond 'bolts': stage.top and mast.root are 0.5 m apart" in told
     assert "`mast.translate((0, 0, -0.5))`" in told and "places=False" in told
     net = connect(parts | {"mast": parts["mast"].translate((0, 0, -0.5))}, bolts)
     np.testing.assert_allclose(net.stiffness, connect(parts, bolts, places=False).stiffness)
     assert connect(parts, {"prop": rigid_bond("stage.top z", "mast.root z")}).num_rows == 35
     for bond in (rigid_bond("stage.top y", "mast.root y"), bushing("stage.top", "mast.root", stiffness=[1.0] * 6)):
-        with pytest.raises(ModelError, match="0.5 apart"):
+        with pytest.raises(ModelError, match="0.5 m apart"):
             connect(parts, {"b": bond})
     tilted = hinge("stage.top", "mast.root", free="x y rx ry rz", axes=np.diag([1.0, -1.0, -1.0]))
     assert connect(parts, {"b": tilted}).num_rows == 35
     jax.eval_shape(lambda z: connect(parts | {"mast": PARTS["mast"].translate(z)}, bolts).stiffness, np.zeros(3))
-    with pytest.raises(ModelError, match="no positions cannot be moved"):
+    with pytest.raises(ModelError, match="`translate` needs the positions"):
         component(*beam(2), (0, 1)).translate((1, 0, 0))
 
 
 def test_wrong_numbers_and_names():
-    with pytest.raises(ValueError, match="differ in shape"):
+    with pytest.raises(ValueError, match="must be of one shape"):
         bushing("a", "b", stiffness=np.eye(3), damping=np.eye(2))
     net = connect({"a": component(*beam(2), (0, 1))}, {"wall": rigid_bond("a")})
     with pytest.raises(ValueError, match="no component 'c'"):
         net.load({"c": jnp.zeros(6)})
-    with pytest.raises(ValueError, match="singular: a motion without strain is left"):
+    with pytest.raises(ValueError, match="singular: there is a motion without strain"):
         mbs.equilibrium(connect({"a": component(*beam(2), (0, 1))}, {}), {"a": jnp.ones(6)})
     with pytest.raises(ModelError, match="component 'a' is a tuple, not a LinearSystem"):
         connect({"a": beam(2)}, {})

@@ -152,7 +152,7 @@ def test_a_flap_on_two_bearings_and_a_spring():
 def test_traced_bonds_that_hold_twice_give_no_number():
     """What is refused where places are known is NaN where they are traced."""
     bonds = {"a": hinge("flap.left", free="rx ry rz"), "b": rigid_bond("flap.right y")}
-    with pytest.raises(ModelError, match="bond 'b': other rigid bonds hold its rigid body already in y"):
+    with pytest.raises(ModelError, match="bond 'b': other rigid bonds constrain its rigid body already in y"):
         connect({"flap": RigidBody(mass=1.0, points=HINGE)}, bonds)
 
     @jax.jit
@@ -371,13 +371,13 @@ FAULTS = {
     ),
     "twice": (
         {"m": rigid_bond("box.a"), "n": rigid_bond("box.b")},
-        "bond 'n': other rigid bonds hold its rigid body already in x",
+        "bond 'n': other rigid bonds constrain its rigid body already in x",
     ),
-    "all": ({"m": rigid_bond("box.a")}, "the bonds hold every component, nothing is left that could move"),
-    "apart": ({"m": rigid_bond("box.b", "other.a")}, "box.b and other.a are 1 apart"),
+    "all": ({"m": rigid_bond("box.a")}, "the bonds constrain every component completely, no motion is left"),
+    "apart": ({"m": rigid_bond("box.b", "other.a")}, "box.b and other.a are 1 m apart"),
     "in line": (
         {"m": hinge("box.a", free="rx ry rz"), "n": hinge("box.b", free="y z rx ry rz")},
-        "bond 'n': other rigid bonds hold its rigid body already in x",
+        "bond 'n': other rigid bonds constrain its rigid body already in x",
     ),
 }
 
@@ -407,7 +407,7 @@ def test_bodies_that_cannot_be():
         "point 'b' must be three numbers",
         "point 'c' must be three finite numbers",
         "point 'd' must be three finite numbers",
-        "must be text, not 3",
+        "must be a string, not 3",
     ):
         assert said in told
     with pytest.raises(ModelError, match="points must be places by name"):

@@ -316,7 +316,7 @@ def _short():
         (lambda: TransferFunctions(OMEGA, A.values, list("abcda"), list("abcde")), "named twice: a"),
         (
             lambda: TransferFunctions(OMEGA, A.values, list("abcde"), list("abcde"), kind="force"),
-            "'force' is none of",
+            "unknown kind 'force'",
         ),
         (lambda: A.at(["x"]), "no output 'x'"),
         (lambda: couple({"A": A, "B": B}, [("A d", "B x")]), "no channel 'B x'"),

@@ -132,7 +132,7 @@ def test_a_stiff_suspension_is_told():
         check_suspension(two_masses(), {"a": 90.0, "b": 90.0}, num_rigid=1, throw=True)
     with pytest.raises(ValueError, match="negative stiffness: a"):
         check_suspension(two_masses(), {"a": -1.0}, num_rigid=1)
-    with pytest.raises(ValueError, match="must leave an elastic mode"):
+    with pytest.raises(ValueError, match="so that there is an elastic mode"):
         check_suspension(two_masses(), {"a": 90.0})
 
 

@@ -53,7 +53,7 @@ def test_stresses_through_two_rigid_nodes(body):
 
 def test_displacements_of_what_was_reduced_are_refused(body):
     structure, _, frame = body
-    with pytest.raises(ValueError, match="go through its `expand` first"):
+    with pytest.raises(ValueError, match="must be expanded by its `expand` first"):
         fem.element_stresses(structure, frame.shapes[:, 0])
 
 

@@ -67,7 +67,7 @@ def test_complex_modes_where_damping_is_proportional_to_stiffness():
     size = [np.abs(np.linalg.det(1.01 * root**2 * M + root * C + K)) for root in np.asarray(found.roots)]
     assert np.max(np.array(left) / size) < 1e-9
     bare = system().with_damping(np.diag([0.0, 0.5, 0, 0, 0, 0.1, 0]))
-    with pytest.raises(ValueError, match="damping on rows without mass, node1 x, node4 x, node5 x"):
+    with pytest.raises(ValueError, match="rows without mass are damped: node1 x, node4 x, node5 x"):
         mbs.modes(bare)
     assert mbs.modes(bare, damped=False).roots is None
 
@@ -100,7 +100,7 @@ def test_no_mass_says_so_by_name_and_never_nan():
         lambda s: mbs.simulate(s, ts=np.linspace(0.0, 1.0, 5)),
         lambda s: reduce(s.with_interface("node0"), CraigBampton(1)),
     ):
-        with pytest.raises(ValueError, match="neither mass nor stiffness holds node4 x:"):
+        with pytest.raises(ValueError, match="node4 x have neither mass nor stiffness:"):
             ask(loose)
     K, M, C = matrices(damping=1.0)
     for wrong in (

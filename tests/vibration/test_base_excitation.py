@@ -104,7 +104,7 @@ def test_gradient_of_a_gain():
 
 
 def test_bad_input():
-    with pytest.raises(ValueError, match="undamped mode has no gain"):
+    with pytest.raises(ValueError, match="undamped mode has no finite gain"):
         resonance_gains(K=jnp.asarray(K), M=jnp.asarray(M), base=BASE, out=OUT, ratios=0.0)
     with pytest.raises(ValueError, match="outside the base"):
         resonance_gains(K=jnp.asarray(K), M=jnp.asarray(M), base=BASE, out=(0,), ratios=0.02)

@@ -113,7 +113,7 @@ def test_tracking_turns_modes_of_equal_frequency():
     pairs = found.shapes.reshape(12, 6, 2) @ turn
     mixed = Modes(found.values, pairs.reshape(12, 12), found.is_rigid)
     np.testing.assert_allclose(track_modes(reference, mixed, jnp.kron(I, M)).shapes, reference.shapes, atol=1e-7)
-    with pytest.raises(ValueError, match="12 modes cannot be found among 4"):
+    with pytest.raises(ValueError, match="the reference has 12 modes"):
         track_modes(reference, found.select(slice(0, 4)))
 
 
@@ -201,11 +201,11 @@ def test_proportional_and_modal_damping():
         (lambda K, M: natural_modes(K=K, M=M[:2, :2]), r"alike, not of shapes \[\(3, 3\), \(2, 2\)\]"),
         (lambda K, M: natural_modes(K=K.at[0, 0].set(jnp.nan), M=M), "the stiffness is not finite"),
         (lambda K, M: natural_modes(K=K, M=M, num=4), "there are 3 modes"),
-        (lambda K, M: mode_ratios(natural_modes(K=K, M=M), 3), r"3 is none of 0 \.\.\. 2"),
+        (lambda K, M: mode_ratios(natural_modes(K=K, M=M), 3), r"3 must be one of 0 \.\.\. 2"),
         (lambda K, M: complex_modes(K=K, C=0 * K, M=M.at[2, 2].set(0.0)), r"\[2\] have no mass"),
-        (lambda K, M: complex_modes(K=K, C=K[:2, :2], M=M), "differ in shape"),
+        (lambda K, M: complex_modes(K=K, C=K[:2, :2], M=M), "must be of one shape"),
         (lambda K, M: natural_modes(K=K, M=M).acceleration(jnp.ones(3), 0.0), "natural modes have no roots"),
-        (lambda K, M: rayleigh_from_ratios((1.0, 0.1), (1.0, 0.2)), "two ratios at one frequency"),
+        (lambda K, M: rayleigh_from_ratios((1.0, 0.1), (1.0, 0.2)), "two different frequencies"),
     ],
 )
 def test_bad_input(wrong, said):
