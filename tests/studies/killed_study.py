@@ -1,4 +1,4 @@
-"""A study in a process of its own, to be killed: run by `test_sweep.py`."""
+"""A study in a process of its own, to be killed: run by `test_study.py`."""
 
 import sys
 

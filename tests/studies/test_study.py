@@ -292,7 +292,7 @@ def test_killed_and_continued(tmp_path, kills):
     every = sum(written, [])
     assert len(written) > 3 and len(every) == len(set(every))  # what was told as written is not written again
     sys.path.insert(0, str(CHILD.parent))
-    import killed_study
+    from tests.studies import killed_study
 
     whole = sweep(killed_study.answers, killed_study.PLAN, tmp_path / "whole", chunk=7)
     continued = sweep(killed_study.answers, killed_study.PLAN, path, chunk=7)
