@@ -8,7 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.math._rotation import rotation_matrix
-from tests.mechanisms import DOWN_Y, four_bar
+from tests.models import DOWN_Y, four_bar
 
 EULER = diffrax.Euler()  # short to compile
 

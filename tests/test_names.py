@@ -4,7 +4,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.checks import no_such, place_of
-from tests.mechanisms import four_bar, four_bar_state
+from tests.models import four_bar, four_bar_state
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.runtime._jit import SMALL_PROGRAM
-from tests.mechanisms import DOWN_Y, PIN
+from tests.models import chain_of_bars, four_bar_builder
 
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
 sys.path.append(str(BENCHMARKS))
@@ -56,15 +56,7 @@ GRADIENT = {False: (17_200, 2_150_000), True: (11_740, 1_870_000)}
 
 def four_bar(lengths, like=None):
     """Planar, all revolute: three redundant rows."""
-    ground, crank, coupler, rocker = lengths
-    b, x = mbs.SystemBuilder(gravity=DOWN_Y), np.array([1.0, 0.0, 0.0])
-    for name, length in {"crank": crank, "coupler": coupler, "rocker": rocker}.items():
-        b.body(name, 1.0, x * length / 2.0, mbs.inertia.rod(1.0, length))
-    b.joint("A", PIN, "ground", "crank")
-    b.joint("B", PIN, "crank", "coupler", parent_frame=x * crank)
-    b.joint("D", PIN, "ground", "rocker", parent_frame=x * ground)
-    b.joint("C", PIN, "coupler", "rocker", parent_frame=x * coupler, child_frame=x * rocker)
-    return b.build(like=like)
+    return four_bar_builder(lengths).build(like=like)
 
 
 def begin(system):
@@ -72,11 +64,7 @@ def begin(system):
 
 
 def chain():
-    b = mbs.SystemBuilder(gravity=DOWN_Y)
-    for k in range(6):
-        b.body(f"link{k}", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
-        b.joint(f"pin{k}", PIN, f"link{k - 1}" if k else "ground", f"link{k}", parent_frame=(float(k > 0), 0.0, 0.0))
-    return b.build()
+    return chain_of_bars(6)
 
 
 def asked(system, state, question):

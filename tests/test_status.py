@@ -8,14 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.status import Status
-from tests.mechanisms import DOWN_Y, PIN
-
-
-def pendulum():
-    b = mbs.SystemBuilder(gravity=DOWN_Y)
-    b.body("bob", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
-    b.joint("pin", PIN, "ground", "bob")
-    return b.build()
+from tests.models import bar
 
 
 @pytest.mark.parametrize(
@@ -28,13 +21,13 @@ def pendulum():
     ],
 )
 def test_times_that_are_known_are_asked_first(times, text):
-    system = pendulum()
+    system = bar()
     with pytest.raises(ValueError, match=text):
         mbs.simulate(system, mbs.State.at(system, pin=0.3), **times)
 
 
 def test_traced_times_that_are_no_numbers_have_a_status():
-    system = pendulum()
+    system = bar()
 
     def run(end):
         motion = mbs.simulate(system, mbs.State.at(system, pin=0.3), ts=jnp.stack([0.5 * end, end]), throw=False)
@@ -46,7 +39,7 @@ def test_traced_times_that_are_no_numbers_have_a_status():
 
 
 def test_traced_times_that_do_not_rise_stop_no_other_lane():
-    system = pendulum()
+    system = bar()
 
     def run(middle):
         times = jnp.stack([jnp.asarray(0.2), middle, jnp.asarray(0.6)])
@@ -61,7 +54,7 @@ def test_traced_times_that_do_not_rise_stop_no_other_lane():
 @pytest.mark.slow
 def test_steps_that_blow_up_are_no_success():
     """D12: Euler at half a second whirls the pendulum up; dt = 2 s is no better with a good method."""
-    system = pendulum()
+    system = bar()
     start = mbs.State.at(system, pin=0.3)
     for options in ({"dt": 0.5, "solver": diffrax.Euler(), "t1": 100.0}, {"dt": 2.0, "t1": 20.0}):
         motion = mbs.simulate(system, start, throw=False, **options)
@@ -73,7 +66,7 @@ def test_steps_that_blow_up_are_no_success():
 
 
 def test_small_errors_and_rest_are_success():
-    system = pendulum()
+    system = bar()
     rest = mbs.State.at(system, pin=-np.pi / 2)
     assert mbs.simulate(system, rest, t1=1.0).result == Status.SUCCESS
     swing = mbs.simulate(system, mbs.State.at(system, pin=-np.pi / 2 + 1e-7), t1=1.0)

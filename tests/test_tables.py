@@ -12,6 +12,7 @@ from jaxmbs.reaction import JointReaction, Reactions
 from jaxmbs.statics._indeterminacy import Redundancy
 from jaxmbs.statics._network import BodyNetwork
 from jaxmbs.tables import aligned, shortened
+from tests.models import pendulum
 
 
 def motion():
@@ -39,13 +40,6 @@ def redundancy():
 def modes():
     roots = jnp.array([-0.1 + 6.2j, -0.1 - 6.2j, 0.0 + 0.0j])
     return mbs.vibration.Modes(jnp.abs(roots) ** 2, jnp.eye(3, dtype=complex), roots == 0, roots)
-
-
-def pendulum():
-    b = mbs.SystemBuilder()
-    b.body("bob", mass=1.0, com=(0.0, 0.0, -1.0))
-    b.joint("pin", mbs.Revolute("y"), "ground", "bob")
-    return b.build()
 
 
 MADE = [motion, loads, modes, redundancy, pendulum]

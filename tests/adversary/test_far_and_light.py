@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import PIN, rotation_about
+from tests.models import PIN, rotation_about
 
 OUT = np.array([0.6, -0.64, 0.48])
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, four_bar_state
+from tests.models import DOWN_Y, PIN, four_bar, four_bar_angles, four_bar_state
 
 
 def loop_at(A=0.7, **changes):

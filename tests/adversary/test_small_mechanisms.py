@@ -7,7 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.vibration._modes import natural_modes
-from tests.mechanisms import PIN, four_bar, four_bar_angles
+from tests.models import PIN, four_bar, four_bar_angles
 
 
 def door(hinges, axis=(1.0, 2.0, 3.0)):

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import jaxmbs as mbs
-from tests.mechanisms import four_bar
+from tests.models import four_bar
 
 from .slopes import Slopes
 from .test_special_places import BY_CRANK, COUNT, REGULAR, like

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import jaxmbs as mbs
 from jaxmbs.math._rotation import rotation_matrix
-from tests.mechanisms import four_bar
+from tests.models import four_bar
 
 from .slopes import Slopes
 

@@ -8,7 +8,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.kinematics._poses import step_coordinates
 from tests.cases import models
-from tests.mechanisms import four_bar, four_bar_angles
+from tests.models import four_bar, four_bar_angles
 
 G = 9.81
 QUARTER_CAR = np.array((-1.4318178582151293 + 6.913960032282237j, -8.568182141784856 + 57.57019776700937j))

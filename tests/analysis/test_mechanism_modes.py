@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import OnCart
+from tests.models import OnCart
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from jaxmbs.kinematics._assembly import assemble_coordinates
 from jaxmbs.kinematics._kic import independent_columns
 from jaxmbs.kinematics._poses import node_parameters
 from tests.cases import models
-from tests.mechanisms import OnCart, four_bar_angles, slopes
+from tests.models import OnCart, four_bar_angles, slopes
 
 PIN = mbs.Revolute(axis="z")
 

@@ -19,6 +19,7 @@ from jaxmbs.batching import _program as lanes
 from jaxmbs.batching._result import lane_cost, lane_status
 from jaxmbs.runtime import tuning, working_bytes
 from jaxmbs.status import Status
+from tests import models
 
 batch = functools.partial(mbs.batch, progress=False)
 
@@ -294,10 +295,7 @@ def test_gradient_through_closed_over_numbers_only():
 
 # --------------------------------------------------------------------------------------------------------- mechanism
 def pendulum(length, like=None):
-    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
-    b.body("bob", mass=1.0, com=(length, 0.0, 0.0))
-    b.joint("A", mbs.Revolute("y"), "ground", "bob")
-    return b.build(like=like)
+    return models.pendulum((length, 0.0, 0.0), pin="A", like=like)
 
 
 def swing(length):

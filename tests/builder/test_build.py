@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, four_bar_state, rotation_about
+from tests.models import DOWN_Y, PIN, four_bar, four_bar_angles, four_bar_state, rotation_about
 
 
 @jax.jit

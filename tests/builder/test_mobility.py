@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN, bennett, closed_chain, four_bar, rotation_about
+from tests.models import DOWN_Y, PIN, bennett, closed_chain, four_bar, rotation_about
 
 
 def test_planar_four_bar():

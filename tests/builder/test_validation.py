@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN, four_bar
+from tests.models import DOWN_Y, PIN, four_bar
 
 INERTIA = (0.01, 0.1, 0.1)
 

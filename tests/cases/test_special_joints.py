@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
-from tests.mechanisms import PIN, rotation_about
+from tests.models import PIN, rotation_about
 
 G, PITCH, SLOPE = 9.81, 0.05, 0.6
 SPIN = np.array([0.8, 0.3, 2.0])  # body axes, of a body with inertia (2, 2, 3)

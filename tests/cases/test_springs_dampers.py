@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from tests.models import DOWN_Y, PIN
 
-from ..mechanisms import DOWN_Y, PIN
 from .reading import along, check
 
 CASE = json.loads((Path(__file__).parent / "G5_four_bar_springs_dampers.json").read_text())

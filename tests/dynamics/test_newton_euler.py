@@ -8,7 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from tests import random_systems as rs
-from tests.mechanisms import four_bar_angles
+from tests.models import four_bar_angles
 
 AXES = ((1.0, 0.2, -0.4), (0.0, 1.0, 0.0), (-0.3, 0.1, 1.0))
 KINDS = {

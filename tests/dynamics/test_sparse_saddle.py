@@ -9,7 +9,7 @@ import jaxmbs as mbs
 from tests import random_systems as rs
 from tests.cases import models
 from tests.flexible.beams import chain_of_beams, random_state
-from tests.mechanisms import DOWN_Y, PIN, bennett, four_bar, four_bar_angles, four_bar_state
+from tests.models import DOWN_Y, PIN, bennett, four_bar, four_bar_angles, four_bar_state
 from tests.zoo import SPECIMENS
 
 

@@ -14,7 +14,7 @@ from jaxmbs.flexible import carried_loads, mass_properties
 from jaxmbs.flexible._floating_frame import rigid_basis
 from jaxmbs.linear import LinearSystem, check
 from tests.flexible.beams import beam_structure, chain_of_beams, random_state
-from tests.mechanisms import rotation_about
+from tests.models import rotation_about
 
 TILT = np.array([[2.0, 0.3, -0.2], [0.3, 1.0, 0.1], [-0.2, 0.1, 1.5]]) * 1e-2
 LENGTH, LAST = 0.5, "3"

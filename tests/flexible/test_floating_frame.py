@@ -19,8 +19,8 @@ from jaxmbs.linear import LinearSystem
 from jaxmbs.math._rotation import quaternion_exp
 from jaxmbs.reductions import CraigBampton, reduce, rigid_node
 from jaxmbs.viz._drawable import body_frames
+from tests.models import slopes
 
-from ..mechanisms import slopes
 from .beams import beam_structure, elastic_beam, random_state
 
 RIGID_ROWS = 6

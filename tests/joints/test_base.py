@@ -7,7 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.joints._base import HALF_TURN_RESIDUAL, alignment_rows, parallel_rows
-from tests.mechanisms import DOWN_Y, PIN, rotation_about
+from tests.models import DOWN_Y, PIN, rotation_about
 
 HALF = np.diag([-1.0, -1.0, 1.0])
 

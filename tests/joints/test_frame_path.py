@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN
+from tests.models import DOWN_Y, PIN
 
 UPPER, LOWER = 0.5, 0.4  # [m]
 TS = np.linspace(0.0, 1.0, 6)

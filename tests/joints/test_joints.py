@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from tests import random_systems as rs
-from tests.mechanisms import rotation_about
+from tests.models import rotation_about
 
 AXIS = np.array([1.0, 2.0, -0.5])
 CROSSED = np.array([[1.0, 2.0, 2.0], [2.0, 1.0, -2.0]])

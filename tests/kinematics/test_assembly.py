@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import LENGTHS, four_bar, four_bar_angles
+from tests.models import LENGTHS, four_bar, four_bar_angles
 
 GUESS = {"B": -0.3, "D": 1.5}
 

@@ -7,7 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.math._determinant import determinant_signs
-from tests.mechanisms import PIN, bennett, four_bar
+from tests.models import PIN, bennett, four_bar
 
 CRANK_ROCKER = (1.0, 0.42, 1.1, 0.75)  # ground, crank, coupler, rocker [m]
 TURN = np.linspace(0.0, 2.0 * np.pi, 181)

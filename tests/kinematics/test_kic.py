@@ -12,8 +12,8 @@ from jaxmbs.kinematics import _kic as first
 from jaxmbs.kinematics import _kic_second as second
 from jaxmbs.kinematics._assembly import assemble_coordinates
 from jaxmbs.kinematics._poses import node_parameters
+from tests.models import OnCart, slopes
 
-from ..mechanisms import OnCart, slopes
 from ..zoo import SPECIMENS, of_all
 from ..zoo.probes import kinematics
 

@@ -9,7 +9,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import kinematics
-from tests.mechanisms import PIN, four_bar, four_bar_angles
+from tests.models import PIN, four_bar, four_bar_angles
 
 Y = mbs.Revolute("y")
 ARM, WIDTH, TILT, RATE = 0.8, 1.5, 0.6, 4e4  # of the lift [m, m, rad, N/m]

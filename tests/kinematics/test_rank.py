@@ -7,7 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.kinematics._rank import constraint_rank
-from tests.mechanisms import bennett, four_bar, four_bar_state
+from tests.models import bennett, four_bar, four_bar_state
 
 SIZES = [(5, 3, 2), (2, 3, 2), (6, 3, 1), (12, 3, 0), (1, 3, 1), (40, 3, 3)]
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from tests import models
 
 
 def welded():
@@ -38,10 +39,7 @@ def driven():
 
 
 def pendulum():
-    b = mbs.SystemBuilder()
-    b.body("a", mass=2.0, com=(0.0, 0, -0.3), inertia=0.1)
-    b.joint("pin", mbs.Revolute("y"), "ground", "a")
-    return b.build()
+    return models.pendulum((0.0, 0.0, -0.3), body="a", mass=2.0, inertia=0.1)
 
 
 def free():

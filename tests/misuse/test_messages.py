@@ -8,8 +8,8 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import elements, fem, linear, reductions, vibration
-from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_state
 from tests.model.test_entry_points import QUESTIONS
+from tests.models import DOWN_Y, PIN, four_bar, four_bar_state
 
 
 def bob():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import four_bar
+from tests.models import four_bar
 
 PIN, SLIDE, BALL = mbs.Revolute(axis="z"), mbs.Prismatic(axis="x"), mbs.Spherical()
 SPRING = mbs.SpringDamper(stiffness=1.0)

@@ -7,7 +7,7 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import blocksparse, coupling, elements, fem, flexible, linear, reductions, statics, vibration
-from tests.mechanisms import four_bar, four_bar_state
+from tests.models import four_bar, four_bar_state
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 

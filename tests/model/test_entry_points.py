@@ -9,7 +9,7 @@ from jaxmbs.bondgraph._equations import graph_state_equations
 from jaxmbs.dynamics.paper import _fields as fields
 from jaxmbs.dynamics.paper import _ports as ports
 from jaxmbs.kinematics import _kic_second as kic_second
-from tests.mechanisms import PIN, four_bar
+from tests.models import bar, four_bar
 
 QUESTIONS = [
     mbs.forward_dynamics,
@@ -43,41 +43,32 @@ QUESTIONS = [
 ]
 
 
-def pendulum(kind=PIN, name="pin", mass=1.0):
-    b = mbs.SystemBuilder()
-    b.body("bar", mass, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
-    b.joint(name, kind, "ground", "bar")
-    return b.build()
-
-
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_sizes_are_compared(question):
     with pytest.raises(mbs.ModelError, match=r"coordinates of shape \(2,\); this system has 1, of the joints pin"):
-        question(pendulum(), mbs.State(0.0, jnp.zeros(2), jnp.zeros(2)))
+        question(bar(), mbs.State(0.0, jnp.zeros(2), jnp.zeros(2)))
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_joints_are_compared(question):
-    other = mbs.State.at(pendulum(mbs.Prismatic("x")))
+    other = mbs.State.at(bar(mbs.Prismatic("x")))
     with pytest.raises(mbs.ModelError, match=r"another system: it has the joints pin \(Prismatic\), this one"):
-        question(pendulum(), other)
+        question(bar(), other)
 
 
 def test_states_fit_all_systems_of_one_structure():
-    state = mbs.State.at(pendulum(), pin=0.3)
-    np.testing.assert_allclose(mbs.forward_dynamics(pendulum(mass=2.0), state)[0].shape, (1,))
+    state = mbs.State.at(bar(), pin=0.3)
+    np.testing.assert_allclose(mbs.forward_dynamics(bar(mass=2.0), state)[0].shape, (1,))
     by_hand = mbs.State(0.0, np.array([0.3]), [0.0])
-    for system in (pendulum(), pendulum(name="hinge")):
-        np.testing.assert_array_equal(
-            mbs.forward_dynamics(system, by_hand)[0], mbs.forward_dynamics(pendulum(), state)[0]
-        )
+    for system in (bar(), bar(pin="hinge")):
+        np.testing.assert_array_equal(mbs.forward_dynamics(system, by_hand)[0], mbs.forward_dynamics(bar(), state)[0])
     assert mbs.State.at(four_bar(), A=0.3).structure == four_bar((1.0, 0.31, 0.9, 0.7)).topology.structure
 
 
 def test_a_motion_remembers_its_system():
-    motion = mbs.simulate(pendulum(), mbs.State.at(pendulum(), pin=0.3), ts=[0.0, 0.1])
-    assert motion.states.structure == motion.end.structure == pendulum().topology.structure
-    other = pendulum(mbs.Prismatic("x"))
+    motion = mbs.simulate(bar(), mbs.State.at(bar(), pin=0.3), ts=[0.0, 0.1])
+    assert motion.states.structure == motion.end.structure == bar().topology.structure
+    other = bar(mbs.Prismatic("x"))
     for question in (
         mbs.reactions,
         lambda s, m: mbs.motion.peak(s, m, lambda state: state.t),

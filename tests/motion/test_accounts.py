@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import PIN, rotation_about
+from tests.models import PIN, rotation_about
 
 pytestmark = pytest.mark.slow
 

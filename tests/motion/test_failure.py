@@ -7,7 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.status import Status
-from tests.mechanisms import four_bar
+from tests.models import four_bar
 
 HELD = {"velocities": {"A": 1.0}, "guess": {"B": -0.4, "D": 1.4}}
 GOOD, SHORT = (0.85, 0.9, 0.95), 0.2  # couplers that close at A = 2.5, and one that does not

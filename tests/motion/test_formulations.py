@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import OnCart, four_bar, four_bar_state
+from tests.models import OnCart, four_bar, four_bar_state
 
 HAND = OnCart()
 TS = np.linspace(0.0, 0.4, 5)

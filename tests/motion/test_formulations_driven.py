@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import PIN, four_bar, four_bar_angles
+from tests.models import PIN, four_bar, four_bar_angles
 
 GUESS = {"A": 0.7, "B": -0.4, "D": 1.4}
 CASE = json.loads((Path(__file__).parent.parent / "cases" / "G4_four_bars_1000_turns.json").read_text())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import four_bar, four_bar_state
+from tests.models import four_bar, four_bar_state
 
 
 @pytest.fixture(scope="module")

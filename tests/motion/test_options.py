@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles
+from tests.models import DOWN_Y, PIN, four_bar, four_bar_angles
 
 
 def falling(load=None):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from tests.models import pendulum
 from tests.structural_matrices import chain, component
 
 TS = np.array([0.0, 0.1])
@@ -13,10 +14,7 @@ TS = np.array([0.0, 0.1])
 
 def swing(gradient):
     def height(angle):
-        b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
-        b.body("bob", mass=1.0, com=(0, 0, -1.0))
-        b.joint("pin", mbs.Revolute("y"), "ground", "bob")
-        system = b.build()
+        system = pendulum()
         motion = mbs.simulate(system, mbs.State.at(system, pin=angle), ts=TS[1:], dt=0.05, gradient=gradient)
         return motion.states.coordinates[-1, 0]
 

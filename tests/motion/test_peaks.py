@@ -9,16 +9,14 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.status import Status
-from tests.mechanisms import four_bar, four_bar_state
+from tests import models
+from tests.models import four_bar, four_bar_state
 
 TIGHT = {"rtol": 1e-12, "atol": 1e-12}
 
 
-def pendulum(length=1.0, joint=None, like=None):
-    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
-    b.body("bob", mass=2.0, com=(0.0, 0.0, -length), inertia=(1e-3, 1e-3, 1e-3))
-    b.joint("A", joint or mbs.Revolute("x"), "ground", "bob")
-    return b.build(like=like)
+def pendulum(length=1.0, joint="x", like=None):
+    return models.pendulum((0.0, 0.0, -length), joint, pin="A", like=like, mass=2.0, inertia=(1e-3, 1e-3, 1e-3))
 
 
 PENDULUM = pendulum()

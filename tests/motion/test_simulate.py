@@ -10,7 +10,7 @@ import pytest
 import jaxmbs as mbs
 from tests import random_systems as rs
 from tests.cases import models
-from tests.mechanisms import four_bar, four_bar_angles, four_bar_state
+from tests.models import four_bar, four_bar_angles, four_bar_state
 
 STEPS = {"dt": 0.01, "solver": diffrax.Tsit5()}
 

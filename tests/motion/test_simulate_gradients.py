@@ -8,7 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from tests.cases import models
-from tests.mechanisms import LENGTHS, four_bar, four_bar_angles
+from tests.models import LENGTHS, four_bar, four_bar_angles
 
 
 def double_pendulum(numbers, like):

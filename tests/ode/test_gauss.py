@@ -12,7 +12,7 @@ from jaxmbs.motion._formulations import Canonical
 from jaxmbs.ode._gauss import solve_stages
 from tests.cases import models
 from tests.cases.test_double_pendulum import ANGLES
-from tests.mechanisms import four_bar, four_bar_state
+from tests.models import four_bar, four_bar_state
 
 GAUSS = [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4]
 MIDPOINT_SLOW = [pytest.param(mbs.motion.ImplicitMidpoint, marks=pytest.mark.slow), mbs.motion.Gauss4]

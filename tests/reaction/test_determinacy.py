@@ -9,7 +9,7 @@ import scipy.linalg
 import jaxmbs as mbs
 from jaxmbs.kinematics import _reaction_map as reaction_map
 from jaxmbs.kinematics._configuration import at_state
-from tests.mechanisms import DOWN_Y, PIN, bennett, four_bar
+from tests.models import DOWN_Y, PIN, bennett, four_bar
 
 Y = mbs.Revolute("y")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN
+from tests.models import DOWN_Y, PIN
 
 
 def shaft(drives=(), springs=(), swap=False):

@@ -6,21 +6,14 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN
+from tests.models import DOWN_Y, PIN, four_bar_builder
 
 LENGTHS = 1.0, 0.3, 0.9, 0.7  # ground, crank, coupler, rocker
 
 
 def four_bar(mass=1.0, like=None, **drives):
-    ground, crank, coupler, rocker = LENGTHS
-    b, x = mbs.SystemBuilder(gravity=DOWN_Y), np.array([1.0, 0.0, 0.0])
-    for name, length in {"crank": crank, "coupler": coupler, "rocker": rocker}.items():
-        b.body(name, mass, x * length / 2.0, mbs.inertia.rod(1.0, length))
-    b.joint("A", PIN, "ground", "crank", drive=drives.get("A"))
-    b.joint("B", PIN, "crank", "coupler", parent_frame=x * crank)
-    b.joint("D", PIN, "ground", "rocker", parent_frame=x * ground)
-    b.joint("C", PIN, "coupler", "rocker", parent_frame=x * coupler, child_frame=x * rocker)
-    return b.build(like=like)
+    rod = lambda mass, length: mbs.inertia.rod(1.0, length)  # noqa: E731
+    return four_bar_builder(LENGTHS, 3 * [mass], rod, **drives).build(like=like)
 
 
 @pytest.fixture(scope="module")

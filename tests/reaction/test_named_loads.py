@@ -6,7 +6,7 @@ import pytest
 
 import jaxmbs as mbs
 from tests.forces.test_forces import LAWS
-from tests.mechanisms import PIN, four_bar, four_bar_state
+from tests.models import PIN, four_bar, four_bar_state
 
 FREE = ("spring_damper", "friction")
 INERTIA, ACCELERATION, RATE, START = 0.1, 3.0, 2.0, 0.5

@@ -8,7 +8,7 @@ import pytest
 
 import jaxmbs as mbs
 from tests import random_systems as rs
-from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_angles, rotation_about
+from tests.models import DOWN_Y, PIN, four_bar, four_bar_angles, rotation_about
 
 
 def both(loads, name):

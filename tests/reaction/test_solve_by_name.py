@@ -6,18 +6,9 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN, four_bar, four_bar_state
+from tests.models import DOWN_Y, PIN, chain_of_bars, four_bar, four_bar_state
 
-
-def two_links():
-    b = mbs.SystemBuilder(gravity=DOWN_Y)
-    for k in range(2):
-        b.body(f"link{k}", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
-        b.joint(f"pin{k}", PIN, f"link{k - 1}" if k else "ground", f"link{k}", parent_frame=(float(k > 0), 0.0, 0.0))
-    return b.build()
-
-
-LINKS = two_links()
+LINKS = chain_of_bars(2)
 HELD = mbs.State.at(LINKS, pin0=0.3, pin1=0.4, velocities={"pin0": 1.0, "pin1": -2.0})
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from tests.mechanisms import DOWN_Y, PIN
+from tests.models import four_bar_builder
 
 COMPILED = "/jax/core/compile/backend_compile_duration"
 
@@ -23,13 +23,7 @@ def programs():
 
 
 def four_bar(ground, crank, coupler, rocker, mass, rate, spring=True):
-    b = mbs.SystemBuilder(gravity=DOWN_Y)
-    for name, length in {"crank": crank, "coupler": coupler, "rocker": rocker}.items():
-        b.body(name, mass * length, (length / 2.0, 0.0, 0.0), mbs.inertia.rod(mass * length, length))
-    b.joint("A", PIN, "ground", "crank")
-    b.joint("B", PIN, "crank", "coupler", parent_frame=(crank, 0.0, 0.0))
-    b.joint("C", PIN, "coupler", "rocker", parent_frame=(coupler, 0.0, 0.0), child_frame=(rocker, 0.0, 0.0))
-    b.joint("D", PIN, "ground", "rocker", parent_frame=(ground, 0.0, 0.0))
+    b = four_bar_builder((ground, crank, coupler, rocker), [mass * length for length in (crank, coupler, rocker)])
     if spring:
         b.force("spring", mbs.SpringDamper(stiffness=rate, damping=0.1), joint="D")
     return b.build(cut=["C"])

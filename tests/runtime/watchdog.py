@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import jaxmbs as mbs
 from jaxmbs import vibration
 from jaxmbs.vibration._modes import natural_modes
-from tests.mechanisms import four_bar as planar_four_bar
-from tests.mechanisms import four_bar_angles
+from tests.models import four_bar as planar_four_bar
+from tests.models import four_bar_angles
 from tests.structural_matrices import beam
 from tests.zoo.mechanisms import four_bar, four_bar_state
 

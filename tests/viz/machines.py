@@ -9,13 +9,13 @@ import jaxmbs as mbs
 from jaxmbs import elements, fem
 from jaxmbs.kinematics._poses import neutral_coordinates
 from jaxmbs.kinematics._state import State
-from tests.mechanisms import PIN, four_bar, four_bar_angles
+from tests.models import PIN, four_bar, four_bar_angles
 
 TURN = np.linspace(0.0, 2 * np.pi, 49)
 
 
 def turning_four_bar(angles=TURN):
-    """The four-bar of `tests.mechanisms` and one turn of its crank at 1 rad/s."""
+    """The four-bar of `tests.models` and one turn of its crank at 1 rad/s."""
     system = four_bar(stiffness=20.0)
     columns = np.stack([four_bar_angles(angle) for angle in angles])
     psi = np.zeros((len(angles), 3))

@@ -10,7 +10,7 @@ from jaxmbs import dynamics
 from jaxmbs.dynamics import _hamilton as hamilton
 from jaxmbs.kinematics._configuration import configuration
 from jaxmbs.kinematics._poses import node_parameters
-from tests.mechanisms import LENGTHS, OnCart, four_bar, four_bar_angles, four_bar_state, slopes
+from tests.models import LENGTHS, OnCart, four_bar, four_bar_angles, four_bar_state, slopes
 
 HAND = OnCart()
 CLOSE = {"rtol": 1e-9, "atol": 1e-11}

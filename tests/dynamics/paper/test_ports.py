@@ -6,7 +6,7 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import dynamics
-from tests.mechanisms import OnCart, slopes
+from tests.models import OnCart, slopes
 
 FILM = np.array([[30.0, 12.0, 0.0], [-7.0, 25.0, 0.0], [0.0, 0.0, 1.0]])
 

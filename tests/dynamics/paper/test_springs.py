@@ -6,7 +6,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import dynamics
-from tests.mechanisms import LENGTHS, OnCart, four_bar, four_bar_angles, four_bar_state, slopes
+from tests.models import LENGTHS, OnCart, four_bar, four_bar_angles, four_bar_state, slopes
 
 HAND = OnCart()
 FROM, POINT, FREE, STIFFNESS = np.array([0.5, 0.8, 0.1]), (0.05, -0.4, 0.02), 0.3, 80.0

@@ -11,6 +11,49 @@ PIN = mbs.Revolute(axis="z")
 LENGTHS = (1.0, 0.3, 0.9, 0.7)  # ground, crank, coupler, rocker [m]
 
 
+def pendulum(com=(0.0, 0.0, -1.0), joint="y", body="bob", pin="pin", gravity=(0.0, 0.0, -9.81), like=None, **numbers):
+    """A body of 1 kg on one joint, by default a hinge about `joint`; `numbers` are other arguments of the body."""
+    b = mbs.SystemBuilder(gravity=gravity)
+    b.body(body, **{"mass": 1.0, "com": com} | numbers)
+    b.joint(pin, mbs.Revolute(joint) if isinstance(joint, str) else joint, "ground", body)
+    return b.build(like=like)
+
+
+def bar(joint=PIN, pin="pin", mass=1.0):
+    """A level bar of 1 m on a hinge about z."""
+    return pendulum((0.5, 0.0, 0.0), joint, "bar", pin, DOWN_Y, mass=mass, inertia=(0.01, 0.1, 0.1))
+
+
+def chain_of_bars(n):
+    """Bars of 1 m and 1 kg, each on a hinge about z at the end of the one before."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    for k in range(n):
+        b.body(f"link{k}", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
+        b.joint(f"pin{k}", PIN, f"link{k - 1}" if k else "ground", f"link{k}", parent_frame=(float(k > 0), 0.0, 0.0))
+    return b.build()
+
+
+def four_bar_builder(lengths=LENGTHS, masses=(1.0, 1.0, 1.0), inertia=mbs.inertia.rod, **drives):
+    """Three rods in the plane z = 0 on pins A (crank), B, D (rocker); C closes the loop, with three redundant rows.
+
+    Args: inertia: function of mass and length; drives: by the names of pins.
+    """
+    ground, *links = lengths
+    b, x = mbs.SystemBuilder(gravity=DOWN_Y), np.array([1.0, 0.0, 0.0])
+    for name, mass, length in zip(("crank", "coupler", "rocker"), masses, links, strict=True):
+        b.body(name, mass, x * length / 2.0, inertia(mass, length))
+    crank, coupler, rocker = (x * length for length in links)
+    b.joint("A", PIN, "ground", "crank", drive=drives.get("A"))
+    b.joint("B", PIN, "crank", "coupler", parent_frame=crank)
+    b.joint("D", PIN, "ground", "rocker", parent_frame=x * ground)
+    b.joint("C", PIN, "coupler", "rocker", parent_frame=coupler, child_frame=rocker)
+    return b
+
+
+def _slender(mass, length):
+    return mass * length**2 / 12.0 * jnp.array([0.01, 1.0, 1.0])
+
+
 def four_bar(
     lengths=LENGTHS,
     masses=(1.0, 2.0, 1.5),
@@ -22,22 +65,13 @@ def four_bar(
     independent=None,
     guess=None,
 ):
-    """Planar four-bar in the plane z = 0: pins A (crank), B, D (rocker); C closes the loop."""
-    ground, *links = lengths
-    b = mbs.SystemBuilder(gravity=DOWN_Y)
-    for name, mass, length in zip(("crank", "coupler", "rocker"), masses, links, strict=True):
-        inertia = mass * length**2 / 12.0 * jnp.array([0.01, 1.0, 1.0])
-        b.body(name, mass=mass, com=(0.5 * length, 0.0, 0.0), inertia=inertia)
-    crank, coupler, rocker = ((length, 0.0, 0.0) for length in links)
-    b.joint("A", PIN, "ground", "crank", drive=drive)
-    b.joint("B", PIN, "crank", "coupler", parent_frame=crank)
-    b.joint("D", PIN, "ground", "rocker", parent_frame=(ground, 0.0, 0.0))
-    b.joint("C", PIN, "coupler", "rocker", parent_frame=coupler, child_frame=rocker)
+    """The four-bar with a spring on the rocker's pin and a load at the end of the coupler."""
+    b = four_bar_builder(lengths, masses, _slender, A=drive)
     b.force("spring", mbs.SpringDamper(stiffness=stiffness), joint="D")
     b.force(
         "load",
         mbs.Force(jnp.stack([0.0 * jnp.asarray(load, float), load, 0.0 * jnp.asarray(load, float)])),
-        on=("coupler", coupler),
+        on=("coupler", (lengths[2], 0.0, 0.0)),
     )
     return b.build(like=like, cut=cut, independent=independent, guess=guess)
 
