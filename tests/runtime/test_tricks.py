@@ -13,7 +13,7 @@ import jaxmbs as mbs
 from jaxmbs.math._square import solve
 from jaxmbs.runtime import is_on, jit, trick_states, tuning, without_tricks
 from jaxmbs.runtime._tricks import OFF, TRICKS, read_tricks
-from tests.mechanisms import DOWN_Y, PIN
+from tests.models import DOWN_Y, PIN
 
 
 def test_settings():
