@@ -25,7 +25,7 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs.batching import _batch as batches
-from jaxmbs.batching._program import lanes_of
+from jaxmbs.batching._program import batched_function
 from jaxmbs.runtime import tuning
 
 TARGETS = (1e-3, 1e-6, 1e-9)
@@ -58,7 +58,7 @@ class Study:
 
     def lanes(self, number):
         """Designs in one chunk of a batch of so many."""
-        return self.chunk or batches._share(number, THREADS)
+        return self.chunk or batches._chunk_size(number, THREADS)
 
 
 def _memory(name):
@@ -249,7 +249,7 @@ def wishbone_rows(options):
     for metric, function in (("loads", loads), ("largest load and gradient", slopes)):
         study = Study(function, points)
         found, cpu, wall, memory = study(points)
-        chunk = lanes_of(function, points).fitting(study.lanes(number))[1]
+        chunk = batched_function(function, points).fitting(study.lanes(number))[1]
         rows += [
             common.row("double wishbones", f"{metric}: CPU per design", 1e3 * cpu / number, "ms"),
             common.row("double wishbones", f"{metric}: wall per design", 1e3 * wall / number, "ms"),

@@ -1,6 +1,6 @@
 """`python -m jaxmbs`."""
 
-from .cli import process
+from .cli import run_process
 
 if __name__ == "__main__":
-    process()
+    run_process()

@@ -11,7 +11,7 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def whole_path(path: str | os.PathLike) -> Iterator[Path]:
+def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
     """A path beside `path` to write to; once all of it is on the disk it takes the place of `path`.
 
     If something fails, an interrupt and SIGTERM included, it goes, and what was at `path` stays.  A link is followed:
@@ -21,35 +21,35 @@ def whole_path(path: str | os.PathLike) -> Iterator[Path]:
     if path.exists() and not path.is_file():
         yield path
         return
-    with _ended_by_error():
-        part = _beside(path)
+    with _sigterm_as_error():
+        part = _temporary_file(path)
         try:
             yield part
-            mode = path.stat().st_mode if path.exists() else 0o666 & ~_mask()
+            mode = path.stat().st_mode if path.exists() else 0o666 & ~_umask()
             part.chmod(mode & 0o777)
-            _onto_disk(part, os.O_RDWR)
+            _sync(part, os.O_RDWR)
             os.replace(part, path)
         except BaseException:
             part.unlink(missing_ok=True)
             raise
         with contextlib.suppress(OSError):  # the name of the file; some systems open no folders
-            _onto_disk(path.parent, os.O_RDONLY)
+            _sync(path.parent, os.O_RDONLY)
 
 
 @contextlib.contextmanager
-def whole_file(path: str | os.PathLike, newline: str | None = None) -> Iterator[Any]:
+def atomic_file(path: str | os.PathLike, newline: str | None = None) -> Iterator[Any]:
     """A text file that is at `path` once all of it is written."""
-    with whole_path(path) as part, open(part, "w", encoding="utf-8", newline=newline) as file:
+    with atomic_path(path) as part, open(part, "w", encoding="utf-8", newline=newline) as file:
         yield file
 
 
-def write_whole(path: str | os.PathLike, content: str | bytes) -> None:
+def write_atomic(path: str | os.PathLike, content: str | bytes) -> None:
     """The content as the file at `path`, as a whole or not at all."""
-    with whole_path(path) as part:
+    with atomic_path(path) as part:
         part.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
-def _beside(path: Path) -> Path:
+def _temporary_file(path: Path) -> Path:
     """A new empty file in the folder of `path`."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent)
@@ -59,7 +59,7 @@ def _beside(path: Path) -> Path:
     return Path(name)
 
 
-def _onto_disk(path: Path, flags: int) -> None:
+def _sync(path: Path, flags: int) -> None:
     """Wait until the disk has what was written."""
     handle = os.open(path, flags)
     try:
@@ -69,7 +69,7 @@ def _onto_disk(path: Path, flags: int) -> None:
 
 
 @contextlib.contextmanager
-def _ended_by_error() -> Iterator[None]:
+def _sigterm_as_error() -> Iterator[None]:
     """Inside, SIGTERM ends the program by an exception, so that what was begun is cleared away, unless the user has a
     handler of their own."""
     main = threading.current_thread() is threading.main_thread()
@@ -87,7 +87,7 @@ def _ended_by_error() -> Iterator[None]:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def _mask() -> int:
+def _umask() -> int:
     """What permissions this process takes from new files; it can only be read by setting it."""
     mask = os.umask(0)
     os.umask(mask)

@@ -11,7 +11,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs import atomic_write as whole_file
 from jaxmbs import viz
-from jaxmbs.atomic_write import whole_path, write_whole
+from jaxmbs.atomic_write import atomic_path, write_atomic
 from jaxmbs.bondgraph._drawing import draw_bond_graph
 
 
@@ -37,7 +37,7 @@ WRITERS = {
     "graph": graph,
     "model": lambda path: mbs.save_model(swinging(), path),
     "program": lambda path: mbs.runtime.export(jnp.sin, (jnp.zeros(2),), path),
-    "whole": lambda path: write_whole(path, "all of it"),
+    "whole": lambda path: write_atomic(path, "all of it"),
 }
 
 
@@ -70,7 +70,7 @@ def interruptible():
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signals_leave_no_half_file(number, tmp_path, interruptible):
     path = tmp_path / "file"
-    with pytest.raises((SystemExit, KeyboardInterrupt)), whole_path(path) as part:
+    with pytest.raises((SystemExit, KeyboardInterrupt)), atomic_path(path) as part:
         part.write_text("half")
         os.kill(os.getpid(), number)
         threading.Event().wait(5.0)  # until the signal is there
@@ -79,7 +79,7 @@ def test_signals_leave_no_half_file(number, tmp_path, interruptible):
 
 def test_other_threads_write_too(tmp_path):
     """Where Python takes no handlers of signals."""
-    thread = threading.Thread(target=write_whole, args=(tmp_path / "file", b"all"))
+    thread = threading.Thread(target=write_atomic, args=(tmp_path / "file", b"all"))
     thread.start()
     thread.join()
     assert (tmp_path / "file").read_bytes() == b"all"
@@ -90,11 +90,11 @@ def test_links_modes_and_what_is_no_file(tmp_path):
     target.write_text("old")
     target.chmod(0o640)
     link.symlink_to(target)
-    write_whole(link, "new")
+    write_atomic(link, "new")
     assert link.is_symlink() and target.read_text() == "new" and target.stat().st_mode & 0o777 == 0o640
-    write_whole("/dev/null", "gone")
+    write_atomic("/dev/null", "gone")
     assert not os.path.isfile("/dev/null")
     with pytest.raises(FileNotFoundError, match="nowhere/file"):
-        write_whole(tmp_path / "nowhere" / "file", "x")
-    write_whole(tmp_path / ("n" * 250), "x")
+        write_atomic(tmp_path / "nowhere" / "file", "x")
+    write_atomic(tmp_path / ("n" * 250), "x")
     assert np.all([entry.stat().st_size for entry in tmp_path.iterdir()])

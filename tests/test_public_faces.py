@@ -93,7 +93,7 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        Front History Limit LimitResult Optimum Tolerance Uncertainty minimise pareto propagate_uncertainty
+        ParetoFront History Limit LimitResult Optimum Tolerance Uncertainty minimise pareto propagate_uncertainty
         sensitivities tolerances
     """,
     "jaxmbs.experiment": """
@@ -148,7 +148,7 @@ FACES = {
     """,
     "jaxmbs.viz": """
         ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell
-        plot_coordinates plot_energy plot_envelope plot_front plot_history plot_limit_values plot_limits
+        plot_coordinates plot_energy plot_envelope plot_pareto_front plot_history plot_limit_values plot_limits
         plot_mac plot_mechanism plot_modes plot_nyquist plot_parallel plot_polar plot_power plot_reactions
         plot_scatter plot_structure plot_views scene
     """,

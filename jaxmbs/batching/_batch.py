@@ -15,10 +15,10 @@ from tqdm import tqdm
 from ..errors import BatchError
 from ..runtime import tuning
 from ..status import Status, succeeded
-from ._executor import Chunks
-from ._program import lanes_of, whole
-from ._result import across_designs, lane_cost
-from ._table import is_traced, length, read_designs
+from ._executor import ChunkExecutor
+from ._program import batched_function, round_to_devices
+from ._result import compare_branches, count_steps
+from ._table import is_traced, num_designs, read_designs
 
 
 class Batch(eqx.Module):
@@ -67,7 +67,7 @@ def batch(
     progress: bool = True,
     devices: Sequence[jax.Device] | None = None,
     feasible: Callable[[PyTree], bool] | None = None,
-    cost: Callable[[PyTree], float] = lane_cost,
+    cost: Callable[[PyTree], float] = count_steps,
     compile: str = "full",
 ) -> Batch:
     """Evaluate a function for many designs, of which some may fail.
@@ -99,40 +99,40 @@ def batch(
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
     designs, devices = read_designs(designs), tuple(devices or ())
-    with tqdm(total=length(designs), desc="batch: compiling", unit=" designs", disable=not progress) as bar:
-        lanes = lanes_of(function, designs, cost, compile)
+    with tqdm(total=num_designs(designs), desc="batch: compiling", unit=" designs", disable=not progress) as bar:
+        lanes = batched_function(function, designs, cost, compile)
         if lanes.is_traced or is_traced(designs):
             bar.disable = True
-            return _traced(lanes, designs, chunk or tuning.CHUNK, feasible)
-        threads = 1 if devices else _threads()
+            return _traced_batch(lanes, designs, chunk or tuning.CHUNK, feasible)
+        threads = 1 if devices else _num_threads()
         if chunk is None:
-            program, chunk = lanes.fitting(whole(_share(length(designs), threads), devices), devices)
+            program, chunk = lanes.fitting(round_to_devices(_chunk_size(num_designs(designs), threads), devices), devices)
         else:
-            chunk = whole(chunk, devices)
+            chunk = round_to_devices(chunk, devices)
             program = lanes.program(chunk, devices)
-        good = np.full(length(designs), True)
+        good = np.full(num_designs(designs), True)
         if feasible is not None:
             good = np.asarray(batch(feasible, designs, progress=False, devices=devices, compile=compile).values, bool)
         bar.set_description("batch")
         bar.reset()
-        return _run(Chunks(program, chunk, max(len(devices), 1), threads, designs, lanes), lanes, good, bar)
+        return _run_chunks(ChunkExecutor(program, chunk, max(len(devices), 1), threads, designs, lanes), lanes, good, bar)
 
 
-def _run(chunks, lanes, good, bar) -> Batch:
+def _run_chunks(chunks, lanes, good, bar) -> Batch:
     begin = time.perf_counter()
     error = chunks.run(good, bar)
     values, status, cost = lanes.named(chunks.results)
-    status = np.asarray(across_designs(values, status))
+    status = np.asarray(compare_branches(values, status))
     found = Batch(values, status, cost, chunks.computed, time.perf_counter() - begin)
     if error is not None:
         raise BatchError(f"the batch stopped early: {error!r}\n{found.summary()}", found) from error
     return found
 
 
-def _traced(lanes, designs, chunk, feasible) -> Batch:
+def _traced_batch(lanes, designs, chunk, feasible) -> Batch:
     """All designs run; of infeasible ones the results become nan by a product, so that their derivatives do too."""
     values, status, cost = lanes.in_turn(designs, chunk)
-    status = across_designs(values, status)
+    status = compare_branches(values, status)
     if feasible is not None:
         good = jnp.asarray(batch(feasible, designs, progress=False).values, bool)
         factor = jnp.where(good, 1.0, jnp.nan)
@@ -142,11 +142,11 @@ def _traced(lanes, designs, chunk, feasible) -> Batch:
     return Batch(values, status, cost)
 
 
-def _threads() -> int:
+def _num_threads() -> int:
     """Threads that call the program: one per core; two elsewhere, so that a device never waits for the host."""
     return (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 2
 
 
-def _share(number: int, threads: int) -> int:
+def _chunk_size(number: int, threads: int) -> int:
     """Power of two that gives each thread its share, up to `tuning.CHUNK`."""
     return min(tuning.CHUNK, 2 ** math.ceil(math.log2(math.ceil(number / threads))))

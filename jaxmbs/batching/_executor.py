@@ -9,11 +9,11 @@ import numpy as np
 
 from ..runtime import tuning
 from ..status import Status
-from ._scheduling import dearest_first, parts
-from ._table import length, rows
+from ._scheduling import costliest_first, growing_parts
+from ._table import num_designs, select_designs
 
 
-class Chunks:
+class ChunkExecutor:
     """Runs designs through `program`, `chunk` at a time, on `threads`; each chunk is split over `shares` devices.
 
     Attributes:
@@ -24,7 +24,7 @@ class Chunks:
     def __init__(self, program, chunk, shares, threads, designs, lanes):
         self.program, self.chunk, self.shares, self.threads = program, chunk, shares, threads
         self.designs, self.computed = designs, 0.0
-        self.results = [_empty(length(designs), x) for x in jax.tree.leaves(lanes.shape)]
+        self.results = [_result_array(num_designs(designs), x) for x in jax.tree.leaves(lanes.shape)]
         *_, self.status, self.costs = self.results
         self.status[:] = Status.NOT_RUN
 
@@ -35,13 +35,13 @@ class Chunks:
         """
         self.status[~feasible] = Status.INFEASIBLE
         bar.update(int(np.sum(~feasible)))
-        left = deque(parts(np.flatnonzero(feasible), tuning.FIRST_CHUNKS * self.threads * self.chunk))
+        left = deque(growing_parts(np.flatnonzero(feasible), tuning.FIRST_CHUNKS * self.threads * self.chunk))
         ran, calls = [np.arange(0)], set()
         with ThreadPoolExecutor(self.threads) as pool:
             try:
                 while left or calls:
                     if left and len(calls) < self.threads:
-                        order = dearest_first(self.designs, left.popleft(), np.concatenate(ran), self.costs)
+                        order = costliest_first(self.designs, left.popleft(), np.concatenate(ran), self.costs)
                         starts = range(0, len(order), self.chunk)
                         calls |= {pool.submit(self._run_chunk, order[k : k + self.chunk]) for k in starts}
                     done, calls = wait(calls, return_when=FIRST_COMPLETED)
@@ -58,14 +58,14 @@ class Chunks:
     def _run_chunk(self, index):
         """Run one chunk, filled up with its last design; (its designs, cost of its lanes)."""
         filled = np.pad(index, (0, self.chunk - len(index)), "edge")
-        found = self.program(*jax.tree.leaves(rows(self.designs, filled)))
+        found = self.program(*jax.tree.leaves(select_designs(self.designs, filled)))
         for column, part in zip(self.results, found, strict=True):
             column[index] = np.asarray(part)[: len(index)]
         together = np.asarray(found[-1]).reshape(self.shares, -1)
         return index, float(np.sum(together.max(axis=1)) * together.shape[1])
 
 
-def _empty(number: int, one) -> np.ndarray:
+def _result_array(number: int, one) -> np.ndarray:
     """Array for the results of all designs, nan where it can be."""
     fill = math.nan if jax.dtypes.issubdtype(one.dtype, np.inexact) else 0
     return np.full((number, *one.shape), fill, one.dtype)

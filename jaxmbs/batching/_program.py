@@ -13,13 +13,13 @@ from jaxtyping import PyTree
 
 from ..checks import is_concrete
 from ..runtime import compile_batch, compile_kind, is_motion, jaxpr_function, not_tracing, tuning, working_bytes
-from ._result import lane_cost, lane_status
-from ._table import length, row_shape, rows
+from ._result import count_steps, design_status
+from ._table import num_designs, design_shape, select_designs
 
 _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
 
-class Lanes:
+class BatchedFunction:
     """The jaxpr of a function of one design with its status and cost, and the programs compiled from it so far.
 
     Attributes:
@@ -30,7 +30,7 @@ class Lanes:
         def lane(design):
             values = function(design)
             work = lax.stop_gradient(jnp.nan_to_num(jnp.asarray(cost(values), float)))
-            return values, lane_status(values), work
+            return values, design_status(values), work
 
         self.__name__ = getattr(function, "__name__", "batch")  # of the compiled program, in the messages of XLA
         with compile_kind(compile):
@@ -48,13 +48,13 @@ class Lanes:
 
     def in_turn(self, designs: PyTree, chunk: int) -> PyTree:
         """(values, status, cost) of traced designs (B, ...), by chunks; a gradient holds the memory of one."""
-        number = math.ceil(length(designs) / chunk)
+        number = math.ceil(num_designs(designs) / chunk)
         if number == 1:
             return self.named(self(*jax.tree.leaves(designs)))
-        index = np.minimum(np.arange(number * chunk), length(designs) - 1).reshape(number, chunk)
-        columns = jax.tree.leaves(rows(jax.tree.map(jnp.asarray, designs), index))
+        index = np.minimum(np.arange(number * chunk), num_designs(designs) - 1).reshape(number, chunk)
+        columns = jax.tree.leaves(select_designs(jax.tree.map(jnp.asarray, designs), index))
         flat = lax.map(jax.checkpoint(lambda part: self(*part)), columns)
-        return self.named([x.reshape(-1, *x.shape[2:])[: length(designs)] for x in flat])
+        return self.named([x.reshape(-1, *x.shape[2:])[: num_designs(designs)] for x in flat])
 
     def named(self, leaves: list) -> PyTree:
         """(values, status, cost) from its leaves."""
@@ -70,7 +70,7 @@ class Lanes:
         """(program, chunk): of this chunk, or of the next power of two below that keeps within memory."""
         program = self.program(chunk, devices)
         excess = max(working_bytes(program) / tuning.CHUNK_BYTES, 1.0)
-        smaller = whole(2 ** math.floor(math.log2(max(chunk / excess, 1.0))), devices)
+        smaller = round_to_devices(2 ** math.floor(math.log2(max(chunk / excess, 1.0))), devices)
         return (program, chunk) if excess == 1.0 or smaller >= chunk else self.fitting(smaller, devices)
 
     def _compile(self, chunk, devices):
@@ -85,22 +85,22 @@ class Lanes:
         return compile_batch(function, columns, self._kind, not is_motion(self._jaxpr), self.__name__)
 
 
-def lanes_of(function: Callable, designs: PyTree, cost: Callable = lane_cost, compile: str = "full") -> Lanes:
+def batched_function(function: Callable, designs: PyTree, cost: Callable = count_steps, compile: str = "full") -> BatchedFunction:
     """The lanes of a function and of the cost of its values, from the cache if it met designs of this kind before."""
-    row = row_shape(designs)
+    row = design_shape(designs)
     leaves, structure = jax.tree.flatten(row)
     key = cost, compile, not_tracing(), structure, tuple((x.shape, x.dtype) for x in leaves)
     try:
         known = _CACHE.setdefault(function, {})
     except TypeError:  # neither hashable nor weakly held
         known = {}
-    lanes = known.get(key) or Lanes(function, cost, row, compile)
+    lanes = known.get(key) or BatchedFunction(function, cost, row, compile)
     if not lanes.is_traced:
         known[key] = lanes
     return lanes
 
 
-def whole(chunk: int, devices: tuple) -> int:
+def round_to_devices(chunk: int, devices: tuple) -> int:
     """The chunk rounded up to equal shares of the devices."""
     share = max(len(devices), 1)
     return math.ceil(chunk / share) * share

@@ -8,7 +8,7 @@ from ..motion._motion import Motion
 from ..status import Status, succeeded
 
 
-def lane_status(values):
+def design_status(values):
     """Status code () of what the function returned for one design.
 
     The worst result among its motions; NOT_ASSEMBLED for a state that is not ok, BRANCH for states that are not all
@@ -16,13 +16,13 @@ def lane_status(values):
     ended by an event has unused entries, so nothing is asked then.
     """
     parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion | State))
-    codes = [_code(part) for part in parts]
+    codes = [_part_status(part) for part in parts]
     worst = jnp.max(jnp.stack([jnp.asarray(Status.SUCCESS, jnp.int32), *codes]))
-    finite = jnp.stack([jnp.asarray(True), *(_finite(part) for part in parts if not isinstance(part, Motion))])
+    finite = jnp.stack([jnp.asarray(True), *(_all_finite(part) for part in parts if not isinstance(part, Motion))])
     return jnp.where((worst == Status.SUCCESS) & ~jnp.all(finite), Status.NOT_FINITE, worst)
 
 
-def across_designs(values, status):
+def compare_branches(values, status):
     """The status codes (B,), with BRANCH for designs whose states are on another branch than that of the first design
     that is well; values with a leading axis B."""
     for part in jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, State)):
@@ -34,13 +34,13 @@ def across_designs(values, status):
     return status
 
 
-def lane_cost(values):
+def count_steps(values):
     """Steps () of all motions among what the function returned for one design, rejected ones included."""
     motions = [x for x in jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion)) if isinstance(x, Motion)]
     return sum((jnp.sum(m.diagnostics.num_steps + m.diagnostics.num_rejected) for m in motions), jnp.zeros((), int))
 
 
-def _code(part):
+def _part_status(part):
     if isinstance(part, Motion):
         return jnp.max(jnp.asarray(part.result, jnp.int32))
     if isinstance(part, State) and hasattr(part, "ok"):
@@ -50,7 +50,7 @@ def _code(part):
     return jnp.asarray(Status.SUCCESS, jnp.int32)
 
 
-def _finite(part):
+def _all_finite(part):
     numbers = [jnp.asarray(x) for x in jax.tree.leaves(part)]
     numbers = [x for x in numbers if jnp.issubdtype(x.dtype, jnp.inexact)]
     return jnp.all(jnp.stack([jnp.asarray(True), *(jnp.all(jnp.isfinite(x)) for x in numbers)]))

@@ -10,10 +10,10 @@ from jaxtyping import Float, Int, PyTree
 from scipy.spatial import cKDTree
 
 NEIGHBOURS = 12  # designs that ran, by which the cost of another is guessed: their mean, the nearest count most
-_LEAST = 0.1  # a variable without influence counts this much of the strongest one in the distance of two designs
+_LEAST_INFLUENCE = 0.1  # a variable without influence counts this much of the strongest one in the distance of two designs
 
 
-def parts(index: Int[np.ndarray, " B"], first: int) -> list[np.ndarray]:
+def growing_parts(index: Int[np.ndarray, " B"], first: int) -> list[np.ndarray]:
     """The designs in an order of chance, cut into parts of first, first, 2 first, 4 first, ...; the last takes the
     rest.  Few designs stay one part, in their own order."""
     if len(index) < 2 * first:
@@ -23,23 +23,23 @@ def parts(index: Int[np.ndarray, " B"], first: int) -> list[np.ndarray]:
     return np.split(np.random.default_rng(0).permutation(index), ends)
 
 
-def dearest_first(designs: PyTree, asked, ran, costs: Float[np.ndarray, " B"]) -> Int[np.ndarray, " n"]:
+def costliest_first(designs: PyTree, asked, ran, costs: Float[np.ndarray, " B"]) -> Int[np.ndarray, " n"]:
     """The designs `asked` (n,) sorted by what they will cost, as the designs that `ran` (m,) tell.
 
     Dear designs first: what the threads do last is short, and they end together.
     """
     if len(ran) == 0 or np.ptp(costs[ran]) == 0.0:
         return asked
-    points = _points(designs)
+    points = _standardise(designs)
     costs = costs[ran]
-    points = points * _influence(points[ran], costs)
+    points = points * _cost_influence(points[ran], costs)
     distance, nearest = cKDTree(points[ran]).query(points[asked], np.arange(1, 1 + min(NEIGHBOURS, len(ran))))
     weight = 1.0 / (distance + 1e-9) ** 3
     expected = np.sum(weight * costs[nearest], axis=1) / np.sum(weight, axis=1)
     return asked[np.argsort(-expected, kind="stable")]
 
 
-def _points(designs):
+def _standardise(designs):
     """Designs as points (B, variables), each variable from mean zero with deviation one."""
     columns = [np.asarray(x, float).reshape(len(x), -1) for x in jax.tree.leaves(designs)]
     points = np.nan_to_num(np.concatenate(columns, axis=1))
@@ -47,7 +47,7 @@ def _points(designs):
     return (points - points.mean(axis=0)) / np.where(spread > 0.0, spread, 1.0)
 
 
-def _influence(points, costs):
+def _cost_influence(points, costs):
     """How strongly each variable changes the cost, by a linear fit; the strongest is 1."""
     slopes = np.abs(np.linalg.lstsq(np.c_[np.ones(len(points)), points], costs, rcond=None)[0][1:])
-    return np.maximum(slopes / max(np.max(slopes, initial=0.0), 1e-300), _LEAST)
+    return np.maximum(slopes / max(np.max(slopes, initial=0.0), 1e-300), _LEAST_INFLUENCE)

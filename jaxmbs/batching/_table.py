@@ -24,9 +24,9 @@ def read_designs(designs) -> PyTree:
     if hasattr(designs, "columns") and hasattr(designs, "to_dict"):
         designs = designs.to_dict("list")
     elif isinstance(designs, list) and all(isinstance(row, Mapping) for row in designs):
-        designs = _columns(designs)
+        designs = _stack_dicts(designs)
     paths, structure = jax.tree_util.tree_flatten_with_path(designs, is_leaf=_is_column)
-    columns = {_label(path): _numbers(_label(path), leaf) for path, leaf in paths}
+    columns = {_label(path): _as_column(_label(path), leaf) for path, leaf in paths}
     _check_lengths(columns)
     return jax.tree.unflatten(structure, list(columns.values()))
 
@@ -36,22 +36,22 @@ def is_traced(designs: PyTree) -> bool:
     return not is_concrete(designs)
 
 
-def length(designs: PyTree) -> int:
+def num_designs(designs: PyTree) -> int:
     """Number B of designs."""
     return jax.tree.leaves(designs)[0].shape[0]
 
 
-def rows(designs: PyTree, index: np.ndarray) -> PyTree:
+def select_designs(designs: PyTree, index: np.ndarray) -> PyTree:
     """The designs (len(index), ...) at the given rows, on the host."""
     return jax.tree.map(lambda column: column[index], designs)
 
 
-def row_shape(designs: PyTree) -> PyTree:
+def design_shape(designs: PyTree) -> PyTree:
     """Shape and type of one design, as abstract arrays."""
     return jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape[1:], jax.dtypes.canonicalize_dtype(x.dtype)), designs)
 
 
-def _columns(designs: list) -> PyTree:
+def _stack_dicts(designs: list) -> PyTree:
     """A list of dicts as a dict of columns."""
     if not designs:
         raise ValueError("there are no designs: the list is empty")
@@ -71,7 +71,7 @@ def _label(path) -> str:
     return jax.tree_util.keystr(path, simple=True, separator=".") or "designs"
 
 
-def _numbers(label: str, leaf):
+def _as_column(label: str, leaf):
     """A column as an array; JAX's own arrays go to the host, traced ones stay."""
     if not is_concrete(leaf):
         return leaf

@@ -6,7 +6,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from ..atomic_write import write_whole
+from ..atomic_write import write_atomic
 from ..palette import BLUE, COLORS, GREY, ORANGE, RED, VIOLET
 from ._layout import layout, text_of
 
@@ -55,7 +55,7 @@ def draw_bond_graph(graph: Any, path: str | PathLike | None = None, powers: Any 
     parts += [_element_svg(graph, e, places.boxes[e.name], places.side.get(e.name, 0)) for e in graph.elements]
     text = "\n".join([*parts, "</svg>"]) + "\n"
     if path is not None:
-        write_whole(path, text)
+        write_atomic(path, text)
     return text
 
 

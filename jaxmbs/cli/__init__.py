@@ -11,9 +11,12 @@ import sys
 
 from . import _interrupts as interrupts
 from ._parser import parser
-from ._terminal import note
+from ._terminal import print_note
 
-__all__ = ["main", "process"]
+__all__ = [
+    "main",
+    "run_process",
+]
 
 FAULT, INTERRUPTED, NO_READER = 1, 130, 141
 
@@ -22,7 +25,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit status."""
     options = parser().parse_args(argv)
     try:
-        with interrupts.remembered():
+        with interrupts.interrupts_remembered():
             status = options.run(options)
             sys.stdout.flush()
         return status
@@ -33,11 +36,11 @@ def main(argv: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python's own flush at the end is quiet too
         return NO_READER
     except (ValueError, TypeError, RuntimeError, OSError, ImportError) as error:
-        note(f"error: {_words(error)}")
+        print_note(f"error: {_error_text(error)}")
         return FAULT
 
 
-def process() -> None:
+def run_process() -> None:
     """The command of this process, which ends with its exit status."""
     status = main()
     if status == INTERRUPTED:
@@ -48,7 +51,7 @@ def process() -> None:
     sys.exit(status)
 
 
-def _words(error) -> str:
+def _error_text(error) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     if isinstance(error, ModuleNotFoundError):

@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from .. import viz
-from ..atomic_write import whole_path
+from ..atomic_write import atomic_path
 from ..io.model_file import save_model
 from . import _interrupts as interrupts
-from ._models import posed, read
+from ._models import read_state, read
 
 
 def view(options: argparse.Namespace) -> int:
     """A picture of a pose by matplotlib, or a scene."""
-    system, state = posed(options)
-    with _whole(options.out) as part:
+    system, state = read_state(options)
+    with _output_path(options.out) as part:
         if Path(options.out).suffix.lower() == ".html":
             viz.scene(system, state, path=part)
             return 0
@@ -28,14 +28,14 @@ def view(options: argparse.Namespace) -> int:
 
 def convert(options: argparse.Namespace) -> int:
     """A model as one of our files."""
-    with _whole(options.output) as part:
+    with _output_path(options.output) as part:
         save_model(read(options).builder, part)
     return 0
 
 
 def write_table(result: Any, path: str) -> None:
     """A motion, reactions or modes as .csv (`to_pandas`) or .nc (`to_xarray`)."""
-    with _whole(path) as part:
+    with _output_path(path) as part:
         if Path(path).suffix.lower() == ".csv":
             result.to_pandas().to_csv(part)
         else:
@@ -43,8 +43,8 @@ def write_table(result: Any, path: str) -> None:
 
 
 @contextmanager
-def _whole(path):
+def _output_path(path):
     """A path to write to, which becomes `path` at the end unless an interrupt was asked for."""
-    with whole_path(path) as part:
+    with atomic_path(path) as part:
         yield part
-        interrupts.check()
+        interrupts.raise_dropped()

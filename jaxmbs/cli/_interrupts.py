@@ -11,7 +11,7 @@ _asked = False
 
 
 @contextmanager
-def remembered():
+def interrupts_remembered():
     """Remember interrupts, and raise one that was dropped at the end."""
     global _asked
     _asked = False
@@ -24,12 +24,12 @@ def remembered():
     before = signal.signal(signal.SIGINT, ask)
     try:
         yield
-        check()
+        raise_dropped()
     finally:
         signal.signal(signal.SIGINT, before)
 
 
-def check() -> None:
+def raise_dropped() -> None:
     """Raise KeyboardInterrupt if one was asked for."""
     if _asked:
         raise KeyboardInterrupt

@@ -10,7 +10,7 @@ from ..io import Imported, load_model, read_mjcf, read_urdf
 from ..kinematics._state import State
 from ..model._system import System
 from ._installation import prepare
-from ._terminal import note
+from ._terminal import print_note
 
 
 def read(options: argparse.Namespace) -> Imported:
@@ -32,26 +32,26 @@ def read(options: argparse.Namespace) -> Imported:
     return Imported(builder)
 
 
-def posed(options: argparse.Namespace) -> tuple[System, State]:
+def read_state(options: argparse.Namespace) -> tuple[System, State]:
     """The system and the state asked for; what was left out of the file is said."""
     model = read(options)
     for sentence in model.remarks:
-        note(sentence)
-    system = built(model)
+        print_note(sentence)
+    system = build_system(model)
     guess = {name: value for name, value in model.start.items() if name in system.topology.joint_index}
-    return system, _in_lines(lambda: State.at(system, dict(options.values), dict(options.velocities), guess))
+    return system, _with_short_warnings(lambda: State.at(system, dict(options.values), dict(options.velocities), guess))
 
 
-def built(model: Imported) -> System:
+def build_system(model: Imported) -> System:
     """The system; warnings in one line each."""
-    return _in_lines(model.builder.build)
+    return _with_short_warnings(model.builder.build)
 
 
-def _in_lines(call):
+def _with_short_warnings(call):
     """What the call returns; its warnings in one line each."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         found = call()
     for warning in said:
-        note(f"warning: {warning.message}")
+        print_note(f"warning: {warning.message}")
     return found

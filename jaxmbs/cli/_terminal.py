@@ -6,11 +6,11 @@ from typing import Any
 from ..errors import printable
 
 
-def say(line: Any) -> None:
+def print_result(line: Any) -> None:
     """A line of the result, on the standard output."""
     print(printable(str(line)))
 
 
-def note(line: Any) -> None:
+def print_note(line: Any) -> None:
     """A line about it, on the error stream."""
     print(printable(str(line)), file=sys.stderr)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..atomic_write import whole_file
+from ..atomic_write import atomic_file
 from ..viz import scene
 from ._loads import QUANTITIES, crank_angle
 from ._pictures import draw
@@ -50,7 +50,7 @@ def _loads_table(path: Path, pair) -> Path:
     for name in QUANTITIES:
         unit = "Nm" if name == "torque" else "N"
         head += [f"{name}{axis}_{unit}" for axis in axes[getattr(pair[0], name).shape[1]]]
-    with whole_file(path, newline="") as file:
+    with atomic_file(path, newline="") as file:
         table = csv.writer(file)
         table.writerow(head)
         for design, loads in zip(("before", "after"), pair, strict=True):

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..design import Limit, minimise
-from ._loads import drive, rms, smooth_peak
+from ._loads import simulate_drive, rms, smooth_peak
 from ._mechanism import BOUNDS, DESIGN, TURN
 
 #: What the wrist pin and the motor can bear, over the peaks of the first design: no more than now.
@@ -22,7 +22,7 @@ def improve(system, before, size, steps):
     shaking, bearing = float(rms(before.shaking)), float(smooth_peak(before.main))
 
     def objective(design):
-        loads = drive(design, ts, like=system)[-1]
+        loads = simulate_drive(design, ts, like=system)[-1]
         aim = 0.5 * rms(loads.shaking) / shaking + 0.5 * smooth_peak(loads.main) / bearing
         return aim, {"wrist": jnp.linalg.norm(loads.wrist, axis=1), "torque": loads.torque[:, 0]}
 

@@ -26,14 +26,14 @@ class Loads(NamedTuple):
     shaking: jax.Array
 
 
-def grid(size):
+def crank_grid(size):
     """Times (T,) of `size` equal crank angles over one turn, and those of the reference: all times, rows of each."""
     even = np.arange(size) * TURN / size
     every = np.unique(np.r_[even, TIMES])
     return every, np.searchsorted(every, even), np.searchsorted(every, TIMES)
 
 
-def drive(design, ts, like=None):
+def simulate_drive(design, ts, like=None):
     """System, motion and loads of a design at the times ts."""
     system = slider_crank(design, like=like)
     # without freedom the constraints determine the motion: steps need to follow their branch, and no more
@@ -52,7 +52,7 @@ def _shaking(system, found):
     return -outer[:, :2]
 
 
-def take(loads, rows):
+def select_times(loads, rows):
     """The loads at some of the times, in NumPy."""
     return Loads(*(np.asarray(value)[rows] for value in loads))
 

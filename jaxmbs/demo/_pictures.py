@@ -5,10 +5,10 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from ..atomic_write import whole_path
+from ..atomic_write import atomic_path
 from ..palette import BLUE, GREY, RED
 from ..viz import plot_energy, plot_mechanism
-from ..viz._canvas import finish
+from ..viz._canvas import format_axes
 from ..viz._mechanism import frame_positions
 from ._loads import crank_angle
 
@@ -25,7 +25,7 @@ def draw(folder: Path, results: dict) -> list[Path]:
     _loads(figures["loads.png"], results)
     plot_energy(results["free"], ax=figures["energy.png"].add_subplot())
     for name, figure in figures.items():
-        with whole_path(folder / name) as part:
+        with atomic_path(folder / name) as part:
             figure.savefig(part, dpi=150)
     return [folder / name for name in figures]
 
@@ -41,7 +41,7 @@ def _loads(figure, results):
     for ax, (quantity, label) in zip(bottom.subplots(1, 3), _CURVES.items(), strict=True):
         for loads, color, name in zip(results["loads"], (RED, BLUE), _NAMES, strict=True):
             _over_a_turn(ax, loads, np.asarray(getattr(loads, quantity)), color, name)
-        finish(ax, "crank angle [deg]", label, legend=None)
+        format_axes(ax, "crank angle [deg]", label, legend=None)
         ax.set_xticks(range(0, 361, 90))
         if quantity != "torque":
             ax.set_ylim(bottom=0.0)

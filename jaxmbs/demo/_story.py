@@ -10,7 +10,7 @@ from .. import reactions, simulate
 from . import _files as files
 from . import _tables as tables
 from ._improve import improve
-from ._loads import drive, grid, take
+from ._loads import simulate_drive, crank_grid, select_times
 from ._mechanism import DESIGN, slider_crank, start
 from ._reference import FREE_TIMES
 
@@ -45,11 +45,11 @@ def study(size: int, steps: int, step=lambda text: None) -> dict:
         step: called with the heading of each part.
     """
     step("slider-crank at 50 rad/s: motion over one turn, joint loads (compiles first)")
-    ts, even, at_reference = grid(size)
-    system, motion, every = drive(DESIGN, ts)
+    ts, even, at_reference = crank_grid(size)
+    system, motion, every = simulate_drive(DESIGN, ts)
     print(system.describe())
-    deviations = tables.deviations(take(every, at_reference))
-    print("\n" + tables.against_reference(take(every, at_reference), deviations))
+    deviations = tables.deviations(select_times(every, at_reference))
+    print("\n" + tables.reference_table(select_times(every, at_reference), deviations))
 
     step("the same mechanism running free, without torque and gas: energy audit")
     free = slider_crank(DESIGN, driven=False)
@@ -57,15 +57,15 @@ def study(size: int, steps: int, step=lambda text: None) -> dict:
     run_free = simulate(free, start(free, DESIGN, velocities={"main": 5.0}), ts=free_times)
     angle = np.asarray(free.coordinates(run_free.states)["main"])[np.searchsorted(free_times, FREE_TIMES)]
     deviations["free run"] = tables.free_deviation(angle)
-    print(tables.audit(run_free, deviations["free run"]))
+    print(tables.energy_table(run_free, deviations["free run"]))
 
     step("counterweight, rod length and rod balance under limits, by gradients through motion and reactions")
-    before = take(every, even)
+    before = select_times(every, even)
     optimum = improve(system, before, size, steps)
-    after_system, after_motion, every_after = drive(optimum.design, ts, like=system)
-    after = take(every_after, even)
+    after_system, after_motion, every_after = simulate_drive(optimum.design, ts, like=system)
+    after = select_times(every_after, even)
     print("\n" + optimum.table())
-    print("\n" + tables.before_after(before, after))
+    print("\n" + tables.comparison_table(before, after))
     print("The aim is the mean of RMS shaking force and main bearing peak, each over its first value.  Wrist pin and")
     print("motor are limits: a price says what one unit more of a limit would change the aim by.")
     return {

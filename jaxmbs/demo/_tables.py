@@ -20,7 +20,7 @@ def free_deviation(angle) -> float:
     return float(np.max(np.abs(angle - np.array(FREE_ANGLE))))
 
 
-def against_reference(loads, deviation) -> str:
+def reference_table(loads, deviation) -> str:
     """Loads beside the reference: a row per quantity and time."""
     head = ("quantity", "t [s]", "computed", "reference", "deviation", "")
     rows = [head]
@@ -36,7 +36,7 @@ def against_reference(loads, deviation) -> str:
     return f"{aligned(rows, left=1)}\nreference: {SOURCE}; {verdict}"
 
 
-def audit(motion, deviation) -> str:
+def energy_table(motion, deviation) -> str:
     """Energy account of the free run."""
     accounts = motion.diagnostics
     peak = float(np.max(accounts.kinetic))
@@ -50,7 +50,7 @@ def audit(motion, deviation) -> str:
     return "\n".join(f"  {label:<36} {value}" for label, value in rows)
 
 
-def measures(loads) -> dict[str, float]:
+def load_measures(loads) -> dict[str, float]:
     """The figures a designer looks at, over one turn."""
     peak = lambda force: float(np.max(np.linalg.norm(np.asarray(force), axis=1)))  # noqa: E731
     return {
@@ -64,10 +64,10 @@ def measures(loads) -> dict[str, float]:
     }
 
 
-def before_after(before, after) -> str:
+def comparison_table(before, after) -> str:
     """Loads over one turn of two designs, with the change in percent."""
     rows = [("over one turn", "before", "after", "change")]
-    for (label, first), last in zip(measures(before).items(), measures(after).values(), strict=True):
+    for (label, first), last in zip(load_measures(before).items(), load_measures(after).values(), strict=True):
         rows.append((label, f"{first:.1f}", f"{last:.1f}", f"{100 * (last / first - 1):+.1f} %"))
     return aligned(rows, left=1)
 

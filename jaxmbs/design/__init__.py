@@ -4,15 +4,15 @@ from ._limit import Limit
 from ._limit_result import LimitResult
 from ._minimise import minimise
 from ._optimum import History, Optimum
-from ._pareto import Front, pareto
+from ._pareto import ParetoFront, pareto
 from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
 
 __all__ = [
-    "Front",
     "History",
     "Limit",
     "LimitResult",
     "Optimum",
+    "ParetoFront",
     "Tolerance",
     "Uncertainty",
     "minimise",

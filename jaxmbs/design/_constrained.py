@@ -7,19 +7,19 @@ import numpy as np
 
 from ._optimisers import barrier_value
 from ._search import Point
-from ._working_set import KEPT, LimitedSearch
+from ._working_set import FEASIBILITY, ConstrainedSearch
 
 #: How often a search may take up limits that it had not looked at.
 _ROUNDS = 30
 
 
-class Scaled:
+class ScaledProblem:
     """A search as functions of variables z (n,) over their scale, counted from the current point.
 
     A trial that is not finite has the value of a wall, that turns a line search back, and the current limits.
     """
 
-    def __init__(self, search: LimitedSearch):
+    def __init__(self, search: ConstrainedSearch):
         self.search, self.start = search, search.current
         self.scale, variables = search.variables.scale, search.variables
         self.unit = float(np.max(np.abs(self.start.gradient * self.scale))) or 1.0
@@ -54,7 +54,7 @@ class Scaled:
         return stop or self.search.is_at_rest()
 
 
-def run_limited(search: LimitedSearch, steps: int, engine: Callable) -> None:
+def run_constrained(search: ConstrainedSearch, steps: int, engine: Callable) -> None:
     """Run an optimiser until it converges with all limits, those taken up on the way included.
 
     Where it ends outside of the limits, what exceeds them most is made small first.  Where it finds no way on, it
@@ -73,22 +73,22 @@ def run_limited(search: LimitedSearch, steps: int, engine: Callable) -> None:
             search.update_working_set()
         elif search.is_proven():
             search.reason = "converged"
-        elif search.current.violation > KEPT and not restored:
+        elif search.current.violation > FEASIBILITY and not restored:
             restored = True
-            restore(search, steps - search.steps)
+            restore_feasibility(search, steps - search.steps)
         elif search.residual < 0.5 * before:
             before = search.residual
         else:
             search.reason = search.stuck()
-    if search.best.violation > KEPT:
+    if search.best.violation > FEASIBILITY:
         search.reason = f"no design found that keeps all limits: {search.worst()}"
 
 
-def slsqp(search: LimitedSearch, steps: int) -> None:
+def slsqp(search: ConstrainedSearch, steps: int) -> None:
     """SciPy's sequential quadratic programming."""
     from scipy.optimize import minimize
 
-    scaled = Scaled(search)
+    scaled = ScaledProblem(search)
     minimize(
         scaled.objective,
         np.zeros(len(scaled.scale)),
@@ -96,12 +96,12 @@ def slsqp(search: LimitedSearch, steps: int) -> None:
         method="SLSQP",
         bounds=np.stack([scaled.lower, scaled.upper], axis=1),
         constraints={"type": "ineq", "fun": scaled.room, "jac": scaled.room_slopes},
-        callback=_stopping(scaled),
+        callback=_scipy_callback(scaled),
         options={"maxiter": steps, "ftol": 1e-15},
     )
 
 
-def trust_constr(search: LimitedSearch, steps: int) -> None:
+def trust_constr(search: ConstrainedSearch, steps: int) -> None:
     """SciPy's interior points within a trust region."""
     from scipy.optimize import BFGS, NonlinearConstraint, minimize
 
@@ -110,7 +110,7 @@ def trust_constr(search: LimitedSearch, steps: int) -> None:
             if np.any(delta_grad):  # of a linear function there is none to be learned, SciPy would warn of it
                 super().update(delta_x, delta_grad)
 
-    scaled = Scaled(search)
+    scaled = ScaledProblem(search)
     limits = NonlinearConstraint(scaled.room, 0.0, np.inf, jac=scaled.room_slopes, hess=Curvature())
     minimize(
         scaled.objective,
@@ -120,7 +120,7 @@ def trust_constr(search: LimitedSearch, steps: int) -> None:
         method="trust-constr",
         bounds=np.stack([scaled.lower, scaled.upper], axis=1),
         constraints=limits if len(search.rows) else (),
-        callback=_stopping(scaled),
+        callback=_scipy_callback(scaled),
         options={
             "maxiter": steps,
             "gtol": 0.0,  # it is met inside of a barrier too, far from the limits
@@ -133,7 +133,7 @@ def trust_constr(search: LimitedSearch, steps: int) -> None:
     )
 
 
-def nlopt_engine(name: str) -> Callable:
+def nlopt_optimiser(name: str) -> Callable:
     """MMA or CCSAQ of nlopt: convex approximations of Svanberg.
 
     Raises: ImportError where nlopt is not installed.
@@ -143,8 +143,8 @@ def nlopt_engine(name: str) -> Callable:
     except ImportError as error:
         raise ImportError(f"the optimiser {name!r} is one of nlopt: pip install nlopt") from error
 
-    def engine(search: LimitedSearch, steps: int) -> None:
-        scaled, n = Scaled(search), len(search.variables.start)
+    def engine(search: ConstrainedSearch, steps: int) -> None:
+        scaled, n = ScaledProblem(search), len(search.variables.start)
         optimiser = nlopt.opt(getattr(nlopt, f"LD_{name}"), n)
 
         def objective(z, gradient):
@@ -175,11 +175,11 @@ def nlopt_engine(name: str) -> Callable:
     return engine
 
 
-def restore(search: LimitedSearch, steps: int) -> None:
+def restore_feasibility(search: ConstrainedSearch, steps: int) -> None:
     """From the current point, make the largest excess small; go on from what comes nearest."""
     from scipy.optimize import minimize
 
-    scaled = Scaled(search)
+    scaled = ScaledProblem(search)
     n = len(scaled.scale)
     first, last = np.r_[np.zeros(n), search.current.violation], np.r_[np.zeros(n), 1.0]
     minimize(
@@ -198,7 +198,7 @@ def restore(search: LimitedSearch, steps: int) -> None:
     search.continue_from_best()
 
 
-def _stopping(scaled: Scaled) -> Callable:
+def _scipy_callback(scaled: ScaledProblem) -> Callable:
     """The callback of SciPy's optimisers."""
 
     def callback(intermediate_result):
@@ -208,8 +208,8 @@ def _stopping(scaled: Scaled) -> Callable:
     return callback
 
 
-ENGINES = {
+SCIPY_OPTIMISERS = {
     "SLSQP": slsqp,
     "trust-constr": trust_constr,
 }
-NLOPT = ("MMA", "CCSAQ")
+NLOPT_OPTIMISERS = ("MMA", "CCSAQ")

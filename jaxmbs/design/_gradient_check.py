@@ -5,7 +5,7 @@ import numpy as np
 from ._search import Point, Search
 
 _STEP = 1e-5  # of each variable's scale
-_AGREED = 1e-3  # of the largest slope of a function, per scale
+_TOLERANCE = 1e-3  # of the largest slope of a function, per scale
 
 
 def check_gradients(search: Search) -> None:
@@ -24,7 +24,7 @@ def check_gradients(search: Search) -> None:
         else:
             differences[:, k] = gradients[:, k]  # a variable that is fixed
     sizes = np.max(np.abs(gradients), axis=1) + _STEP * (1.0 + np.abs(_values(at, rows)))
-    wrong = ~(np.abs(gradients - differences) <= _AGREED * sizes[:, None])
+    wrong = ~(np.abs(gradients - differences) <= _TOLERANCE * sizes[:, None])
     faults = [
         f"{names[i]} by {variables.names[k]}: gradient {gradients[i, k] / variables.scale[k]:.6g}, "
         f"difference {differences[i, k] / variables.scale[k]:.6g}"

@@ -27,7 +27,7 @@ class Multipliers(NamedTuple):
     residual: float
 
 
-def multipliers(point: Point, variables: Variables, rows: np.ndarray) -> Multipliers:
+def estimate_multipliers(point: Point, variables: Variables, rows: np.ndarray) -> Multipliers:
     """Those of a point; rows (k,): which limits its gradients belong to."""
     from scipy.optimize import nnls
 

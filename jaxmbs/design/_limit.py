@@ -45,7 +45,7 @@ class Limit:
                 raise ValueError(f"limit {self.name!r}: {name} must be positive, got {number}")
 
 
-class Side(NamedTuple):
+class OneSidedConstraint(NamedTuple):
     """The entries (k,) of a flat value that are held from one side: by `sign * (x - bound) / size <= 0`."""
 
     sign: float
@@ -62,7 +62,7 @@ class BoundConstraint(NamedTuple):
 
     limit: Limit
     shape: tuple[int, ...]
-    sides: tuple[Side, ...]
+    sides: tuple[OneSidedConstraint, ...]
 
     @property
     def size(self) -> int:
@@ -108,11 +108,11 @@ def bind(limit: Limit, value: jax.ShapeDtypeStruct) -> BoundConstraint:
     for sign, bound in zip((-1.0, 1.0), bounds, strict=True):
         index = np.flatnonzero(np.isfinite(bound))
         size = np.abs(bound[index]) if limit.scale is None else np.full(len(index), limit.scale)
-        sides.append(Side(sign, index, bound[index], np.where(size > 0.0, size, 1.0)))
+        sides.append(OneSidedConstraint(sign, index, bound[index], np.where(size > 0.0, size, 1.0)))
     return BoundConstraint(limit, value.shape, tuple(sides))
 
 
-def values_of(limits: Sequence[Limit], design: PyTree, answers: Mapping | None) -> list[Any]:
+def limit_values(limits: Sequence[Limit], design: PyTree, answers: Mapping | None) -> list[Any]:
     """The value of every limit; answers: what the objective returned beside its value."""
     found = []
     for limit in limits:

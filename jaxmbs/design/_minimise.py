@@ -11,17 +11,17 @@ from jaxtyping import PyTree
 from tqdm import tqdm
 
 from ..runtime import jit
-from ._constrained import ENGINES, NLOPT, nlopt_engine, run_limited
+from ._constrained import SCIPY_OPTIMISERS, NLOPT_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
 from ._limit import Limit
-from ._multistart import search_together
+from ._multistart import run_multistart
 from ._optimisers import lbfgsb, run_optax
 from ._optimum import Optimum
-from ._program import program, value_alone
+from ._problem import trace_problem, objective_value
 from ._search import Search
-from ._starts import best_of, first_variables, run_optax_together
+from ._starts import best_optimum, starting_points, run_optax_multistart
 from ._variables import read_variables
-from ._working_set import LimitedSearch
+from ._working_set import ConstrainedSearch
 
 
 def minimise(
@@ -87,21 +87,21 @@ def minimise(
     limits = (limits,) if isinstance(limits, Limit) else tuple(limits)
     _check(steps, tolerance, limits)
     optimiser = ("SLSQP" if limits else "L-BFGS-B") if optimiser is None else optimiser
-    engine = _engine(optimiser, functools.partial(value_alone, objective), limits)
-    together = [read_variables(design0, bounds)] if starts is None else first_variables(design0, bounds, starts)
-    asked = program(objective, together[0], gradient, limits, compile)
+    engine = _engine(optimiser, functools.partial(objective_value, objective), limits)
+    together = [read_variables(design0, bounds)] if starts is None else starting_points(design0, bounds, starts)
+    asked = trace_problem(objective, together[0], gradient, limits, compile)
     with tqdm(total=steps * len(together), disable=not progress, desc="minimise") as bar:
         options = (tolerance, callback, bar, starts is not None)
         if starts is not None and not isinstance(optimiser, str):
-            value, every = functools.partial(value_alone, objective), jit(jax.vmap(asked.alone), compile=compile)
-            ended = run_optax_together(every, value, together, optimiser, steps, *options[:3])
-            return best_of([search.optimum() for search in ended])
+            value, every = functools.partial(objective_value, objective), jit(jax.vmap(asked.alone), compile=compile)
+            ended = run_optax_multistart(every, value, together, optimiser, steps, *options[:3])
+            return best_optimum([search.optimum() for search in ended])
         limited = isinstance(optimiser, str) and optimiser in _LIMITED
 
         def searched(variables, first, evaluate):
             """What the search from one design ends with, of what evaluates (x, rows)."""
             if limited:
-                search: Search = LimitedSearch(asked, evaluate, variables, *options)
+                search: Search = ConstrainedSearch(asked, evaluate, variables, *options)
             else:
                 search = Search(lambda x: evaluate(x, np.zeros(0, np.int32)), variables, *options)
             if check and first:
@@ -113,7 +113,7 @@ def minimise(
         if starts is None:
             return searched(together[0], True, jit(asked.run, compile=compile))
         searches = [functools.partial(searched, variables, k == 0) for k, variables in enumerate(together)]
-        return best_of(search_together(searches, asked.run, compile))
+        return best_optimum(run_multistart(searches, asked.run, compile))
 
 
 def _check(steps, tolerance, limits):
@@ -128,14 +128,14 @@ def _check(steps, tolerance, limits):
         raise ValueError(f"limits of one name: {', '.join(map(repr, twice))}; give each a name of its own")
 
 
-_LIMITED = (*ENGINES, *NLOPT)
+_LIMITED = (*SCIPY_OPTIMISERS, *NLOPT_OPTIMISERS)
 
 
 def _engine(optimiser, objective, limits) -> Callable:
     """What runs a search so many steps."""
     if isinstance(optimiser, str) and optimiser in _LIMITED:
-        engine = ENGINES[optimiser] if optimiser in ENGINES else nlopt_engine(optimiser)
-        return lambda search, steps: run_limited(search, steps, engine)
+        engine = SCIPY_OPTIMISERS[optimiser] if optimiser in SCIPY_OPTIMISERS else nlopt_optimiser(optimiser)
+        return lambda search, steps: run_constrained(search, steps, engine)
     if isinstance(optimiser, str) and optimiser != "L-BFGS-B":
         known = ", ".join(map(repr, ("L-BFGS-B", *_LIMITED)))
         raise ValueError(f"the optimiser {optimiser!r} is not known: take one of {known} or an optax optimiser")

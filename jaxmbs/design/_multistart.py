@@ -14,14 +14,14 @@ from ..runtime import tuning
 from ._optimum import Optimum
 
 
-def search_together(
+def run_multistart(
     searches: Sequence[Callable[[Callable], Optimum]], evaluate: Callable, compile: str = "full"
 ) -> list[Optimum]:
     """Run searches, each a function of what evaluates (x (n,), rows (k,)) to its optimum.
 
     Raises: the first error among them, after the others have stopped.
     """
-    meeting = _Meeting(evaluate, compile)
+    meeting = _BatchedEvaluator(evaluate, compile)
     threads = [threading.Thread(target=meeting.attend, args=(k, search)) for k, search in enumerate(searches)]
     meeting.lead(threads)
     if meeting.error is not None:
@@ -29,11 +29,11 @@ def search_together(
     return [meeting.found[k] for k in range(len(searches))]
 
 
-class _Over(Exception):
+class _Cancelled(Exception):
     """Another search failed, or the caller was interrupted."""
 
 
-class _Meeting:
+class _BatchedEvaluator:
     def __init__(self, evaluate, compile):
         self._turn = threading.Condition()
         self._evaluate = lambda asked: evaluate(asked["x"], asked["rows"])
@@ -80,7 +80,7 @@ class _Meeting:
         self._turn.wait_for(lambda: k in self._answers or self._over)
         self._asked.pop(k, None)
         if self._over:
-            raise _Over
+            raise _Cancelled
         return self._answers.pop(k)
 
     def _answer(self):

@@ -57,7 +57,7 @@ def barrier_value(current: Point, x: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 @contextlib.contextmanager
-def usual_promotion():
+def standard_promotion():
     """Inside, JAX promotes types and ranks as optax expects, whatever the user's settings."""
     with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
         yield
@@ -75,12 +75,12 @@ def run_optax(search: Search, objective: Callable, steps: int, optimiser: optax.
         updates, state = optimiser.update(slopes, state, variables.unravel(x), **extra)
         return ravel_pytree(updates)[0], state
 
-    with usual_promotion():
+    with standard_promotion():
         state = optimiser.init(variables.unravel(variables.vector(variables.start)))
     for _ in range(steps):
         at = search.current
         slopes = jnp.asarray(at.gradient, float)
-        with usual_promotion():
+        with standard_promotion():
             move, state = update(variables.vector(at.x), jnp.asarray(at.value, float), slopes, state)
         trials = (search.evaluate(at.x + 0.5**k * np.asarray(move, float)) for k in range(HALVINGS))
         point = next((trial for trial in trials if trial.finite), None)

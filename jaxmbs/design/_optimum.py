@@ -73,12 +73,12 @@ class Optimum(eqx.Module):
 
     def table(self) -> str:
         """Every variable before and after, with its bounds and a mark where a bound is active."""
-        before, after = _flat(self.initial_design), _flat(self.design)
+        before, after = _flatten(self.initial_design), _flatten(self.design)
         rows: list[tuple[str, ...]] = [("variable", "before", "after", "lower", "upper", "")]
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
-            rows.append((name, *(f"{number:.6g}" for number in numbers), _mark(*numbers[1:])))
+            rows.append((name, *(f"{number:.6g}" for number in numbers), _bound_mark(*numbers[1:])))
         rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
-        return _text(rows) + ("\n\n" + limits_table(self.limits) if self.limits else "")
+        return _format_table(rows) + ("\n\n" + limits_table(self.limits) if self.limits else "")
 
     def limit(self, name: str) -> LimitResult:
         """The limit of a name.
@@ -94,7 +94,7 @@ class Optimum(eqx.Module):
         """A `pandas.DataFrame` by variable: before, after and bounds; see `limits_to_pandas`."""
         import pandas
 
-        columns = {"before": _flat(self.initial_design), "after": _flat(self.design)}
+        columns = {"before": _flatten(self.initial_design), "after": _flatten(self.design)}
         return pandas.DataFrame(columns | {"lower": self.lower, "upper": self.upper}, pandas.Index(self.names))
 
     def limits_to_pandas(self) -> Any:
@@ -129,14 +129,14 @@ class Optimum(eqx.Module):
             mark = "best" if found.value == self.value else ""
             steps = str(len(found.history.values) - 1)
             rows.append((str(k), f"{found.initial_value:.6g}", f"{found.value:.6g}", steps, mark, found.reason))
-        return _text(rows)
+        return _format_table(rows)
 
 
-def _flat(design: PyTree) -> np.ndarray:
+def _flatten(design: PyTree) -> np.ndarray:
     return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(design)])
 
 
-def _text(rows: list[tuple[str, ...]]) -> str:
+def _format_table(rows: list[tuple[str, ...]]) -> str:
     widths = [max(len(row[column]) for row in rows) for column in range(5)]
     return "\n".join(_line(row, widths) for row in rows)
 
@@ -146,7 +146,7 @@ def _line(row: tuple[str, ...], widths: list[int]) -> str:
     return "  ".join([row[0].ljust(widths[0]), *numbers, row[5]]).rstrip()
 
 
-def _mark(x: float, lower: float, upper: float) -> str:
+def _bound_mark(x: float, lower: float, upper: float) -> str:
     if lower == upper:
         return "fixed"
     size = upper - lower if np.isfinite(upper - lower) else abs(x) + 1.0

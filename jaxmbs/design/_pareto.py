@@ -11,17 +11,17 @@ from jaxtyping import PyTree
 from tqdm import tqdm
 
 from ..runtime import jit
-from ._constrained import run_limited, slsqp
+from ._constrained import run_constrained, slsqp
 from ._limit import Limit
 from ._optimisers import lbfgsb
 from ._optimum import Optimum
-from ._program import Program, program
+from ._problem import DesignProblem, trace_problem
 from ._search import Search
 from ._variables import Variables, read_variables
-from ._working_set import KEPT, LimitedSearch
+from ._working_set import FEASIBILITY, ConstrainedSearch
 
 
-class Front(eqx.Module):
+class ParetoFront(eqx.Module):
     """Designs of which none is better in both aims.
 
     Attributes:
@@ -57,7 +57,7 @@ def pareto(
     gradient: str = "reverse",
     progress: bool = True,
     compile: str = "full",
-) -> Front:
+) -> ParetoFront:
     """The front of two aims, both to be small: the best of each alone, and between them the first aim under limits
     on the second in equal steps, each search from where its neighbour ended; parts of it that bend inwards are found
     too.
@@ -71,8 +71,8 @@ def pareto(
         raise ValueError(f"a front has three points at least, not {points}")
     limit = Limit("second aim", lambda held: (second(held[0]) - held[1]) / held[2], upper=0.0, scale=1.0)
     outer = (design0, 0.0, 1.0), None if bounds is None else (bounds, None, None)
-    asked = program(lambda held: first(held[0]), read_variables(*outer), gradient, [limit], compile)
-    aims = _Aims(asked, compile, outer)
+    asked = trace_problem(lambda held: first(held[0]), read_variables(*outer), gradient, [limit], compile)
+    aims = _TwoObjectives(asked, compile, outer)
     with tqdm(total=steps * points, disable=not progress, desc="pareto") as bar:
         ends = aims.ends(steps, tolerance, bar)
         (_, high), (_, low) = (aims.values(end.design[0]) for end in ends)
@@ -81,22 +81,22 @@ def pareto(
         for level in levels:
             for begin in (start, ends[1].design[0]):  # where the limit has no slope there, from the other end
                 search = aims.search(begin, level, span, tolerance, bar)
-                run_limited(search, steps, slsqp)
-                if search.best.violation <= KEPT:
+                run_constrained(search, steps, slsqp)
+                if search.best.violation <= FEASIBILITY:
                     break
             found.append(search.optimum())
             start = found[-1].design[0]
     every = [ends[0], *found, ends[1]]
     values = np.array([aims.values(optimum.design[0]) for optimum in every])
     exchange = np.array([np.nan, *(-optimum.limits[0].price / span for optimum in found), np.nan])
-    kept = _unbeaten(values)
+    kept = _non_dominated(values)
     designs = [every[k].design[0] for k in kept]
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)
     first_aim, second_aim = values[kept].T
-    return Front(first_aim, second_aim, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
+    return ParetoFront(first_aim, second_aim, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
 
 
-def _unbeaten(values: np.ndarray) -> list[int]:
+def _non_dominated(values: np.ndarray) -> list[int]:
     """The points (n, 2) that no other beats in both aims, the first aim rising; of like ones the first."""
     kept: list[int] = []
     close = 1e-9 * np.ptp(values, axis=0) + 1e-12 * (1.0 + np.max(np.abs(values), axis=0))
@@ -109,13 +109,13 @@ def _unbeaten(values: np.ndarray) -> list[int]:
     return kept
 
 
-class _Aims:
+class _TwoObjectives:
     """Both aims and their gradients as one compiled program of (design, level, span), and the searches that use it.
 
     Level and span of the second aim are variables that bounds hold, so that one program serves all levels.
     """
 
-    def __init__(self, asked: Program, compile: str, outer):
+    def __init__(self, asked: DesignProblem, compile: str, outer):
         self._asked, self._run, self._outer = asked, jit(asked.run, compile=compile), outer
 
     def ends(self, steps: int, tolerance: float, bar) -> list[Optimum]:
@@ -135,9 +135,9 @@ class _Aims:
         if not np.all(span > 0.0):
             return alone
         for which, end in enumerate(alone):
-            weights = np.where(np.arange(2) == which, 1.0, _OTHER) / span
+            weights = np.where(np.arange(2) == which, 1.0, _TIE_WEIGHT) / span
             both = self._least(end.design[0], weights, values[which], *options)
-            if self.values(both.design[0])[which] <= values[which, which] + _DRIFT * span[which]:
+            if self.values(both.design[0])[which] <= values[which, which] + _TIE_LOSS * span[which]:
                 alone[which] = dataclasses.replace(end, design=both.design)
         return alone
 
@@ -145,7 +145,7 @@ class _Aims:
         """The least weighted sum of both aims, counted from their values at the origin."""
 
         def weighted(x):
-            value, slopes, excess, rows, _ = self._run(x, _ROW)
+            value, slopes, excess, rows, _ = self._run(x, _ONLY_CONSTRAINT)
             sums = weights[0] * (value - origin[0]) + weights[1] * (excess[0] - origin[1])
             return sums, weights[0] * slopes + weights[1] * rows[0], (), (), ()
 
@@ -157,12 +157,12 @@ class _Aims:
     def values(self, design: PyTree) -> tuple[float, float]:
         """Both aims of a design."""
         variables = self._held(design, 0.0, 1.0)
-        value, _, excess, *_ = self._run(variables.vector(variables.start), _ROW)
+        value, _, excess, *_ = self._run(variables.vector(variables.start), _ONLY_CONSTRAINT)
         return float(value), float(excess[0])
 
-    def search(self, begin: PyTree, level: float, span: float, tolerance: float, bar) -> LimitedSearch:
+    def search(self, begin: PyTree, level: float, span: float, tolerance: float, bar) -> ConstrainedSearch:
         """Of the first aim where the second is a level at most."""
-        return LimitedSearch(self._asked, self._run, self._held(begin, level, span), tolerance, None, bar)
+        return ConstrainedSearch(self._asked, self._run, self._held(begin, level, span), tolerance, None, bar)
 
     def _held(self, design, level, span) -> Variables:
         variables = read_variables(*self._outer)
@@ -174,6 +174,6 @@ class _Aims:
         return Variables(names, np.clip(x, lower, upper), lower, upper, scale, variables.unravel)
 
 
-_OTHER = 1e-7  # weight of the other aim at an end of the front, both over their spans
-_DRIFT = 1e-5  # what an end may lose by it
-_ROW = np.zeros(1, np.int32)  # the one limit
+_TIE_WEIGHT = 1e-7  # weight of the other aim at an end of the front, both over their spans
+_TIE_LOSS = 1e-5  # what an end may lose by it
+_ONLY_CONSTRAINT = np.zeros(1, np.int32)  # the one limit

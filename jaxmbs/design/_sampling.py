@@ -25,7 +25,7 @@ def normal_points(dimension: int, number: int, seed: int) -> np.ndarray:
     return norm.ppf(np.clip(sobol_points(dimension, number, seed), 1e-12, 1.0 - 1e-12))
 
 
-def scatter_of(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarray, np.ndarray, Callable]:
+def read_deviations(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarray, np.ndarray, Callable]:
     """(design (n,), widths (n,), the way back to a pytree).
 
     Raises: ValueError for widths of another structure or shape, or negative ones; `what` names them.

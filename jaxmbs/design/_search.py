@@ -11,7 +11,7 @@ from ._optimum import History, Optimum
 from ._variables import Variables
 
 #: A variable without bounds that has grown by so much, while the objective fell, is not looking for a minimum.
-_ENDLESS = 1e10
+_UNBOUNDED = 1e10
 
 
 class Point(NamedTuple):
@@ -155,7 +155,7 @@ class Search:
 
     def _endless(self, point: Point) -> str:
         """Names of the variables without bounds that run away."""
-        far = ~self.variables.is_closed & (np.abs(point.x) > _ENDLESS * self.variables.scale)
+        far = ~self.variables.is_closed & (np.abs(point.x) > _UNBOUNDED * self.variables.scale)
         return ", ".join(np.array(self.variables.names)[far])
 
     def _norm(self, point: Point) -> float:

@@ -10,14 +10,14 @@ import optax
 from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
 
-from ._optimisers import HALVINGS, usual_promotion
+from ._optimisers import HALVINGS, standard_promotion
 from ._optimum import Optimum
 from ._sampling import sobol_points
 from ._search import Search
 from ._variables import Variables, read_variables
 
 
-def first_variables(design0: PyTree, bounds: PyTree | None, starts: int | str) -> list[Variables]:
+def starting_points(design0: PyTree, bounds: PyTree | None, starts: int | str) -> list[Variables]:
     """The variables of many first designs: `starts` of one design and points spread between its bounds; of designs
     that are "stacked" along a leading axis of every leaf.
 
@@ -25,15 +25,15 @@ def first_variables(design0: PyTree, bounds: PyTree | None, starts: int | str) -
         others have, and for variables without bounds where points are to be spread.
     """
     if starts == "stacked":
-        return _stacked(design0, bounds)
+        return _stacked_starts(design0, bounds)
     if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
         raise ValueError(
             f"starts is a positive whole number, or 'stacked' for designs along a first axis: {starts!r}"
         )
-    return _spread(read_variables(design0, bounds), int(starts))
+    return _sobol_starts(read_variables(design0, bounds), int(starts))
 
 
-def _stacked(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
+def _stacked_starts(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
     """Those of every one of the stacked designs."""
     leaves = jax.tree_util.tree_flatten_with_path(designs)[0]
     if not leaves:
@@ -54,7 +54,7 @@ def _stacked(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
     return found
 
 
-def _spread(variables: Variables, starts: int) -> list[Variables]:
+def _sobol_starts(variables: Variables, starts: int) -> list[Variables]:
     """The design itself, and points of Sobol's sequence between its bounds."""
     open_ = [
         name for name, *ends in zip(*variables[:1], *variables[2:4], strict=True) if not np.all(np.isfinite(ends))
@@ -69,12 +69,12 @@ def _spread(variables: Variables, starts: int) -> list[Variables]:
     return [variables, *(variables._replace(start=point) for point in points)]
 
 
-def best_of(found: Sequence[Optimum]) -> Optimum:
+def best_optimum(found: Sequence[Optimum]) -> Optimum:
     """The best optimum, with all of them in `starts`; what a design gains by the limits' slack does not count.
 
     Raises: ValueError when no search could start.
     """
-    values = np.array([optimum.value + _leaning(optimum) for optimum in found])
+    values = np.array([optimum.value + _tolerance_gain(optimum) for optimum in found])
     if np.all(np.isnan(values)):
         raise ValueError(f"no search can start at any of the {len(found)} first designs: see `History` of one alone")
     missed = np.array(
@@ -84,13 +84,13 @@ def best_of(found: Sequence[Optimum]) -> Optimum:
     return dataclasses.replace(found[int(first)], starts=tuple(found))
 
 
-def _leaning(optimum: Optimum) -> float:
+def _tolerance_gain(optimum: Optimum) -> float:
     """What the slack of limits that are missed a little has gained, by their prices; twice, to be safe."""
     missed = [(limit, abs(limit.after[limit.worst] - limit.bound)) for limit in optimum.limits if limit.margin < 0.0]
     return 2.0 * float(sum(np.sum(np.abs(limit.prices)) * excess for limit, excess in missed))
 
 
-class _Together:
+class _BatchedObjective:
     """Evaluates a trial design of every start at once and hands each search its own row."""
 
     def __init__(self, evaluate: Callable):
@@ -107,7 +107,7 @@ class _Together:
         self.values, self.slopes = np.asarray(values, float), np.asarray(slopes, float)
 
 
-def run_optax_together(
+def run_optax_multistart(
     evaluate: Callable,
     objective: Callable,
     variables: list[Variables],
@@ -121,7 +121,7 @@ def run_optax_together(
 
     `evaluate` takes all designs (starts, n).
     """
-    batch, unravel = _Together(evaluate), variables[0].unravel
+    batch, unravel = _BatchedObjective(evaluate), variables[0].unravel
     batch.at(np.stack([v.start for v in variables]))
     searches = [
         Search(batch.row(k), v, tolerance, callback, progress, may_fail=True) for k, v in enumerate(variables)
@@ -138,18 +138,18 @@ def run_optax_together(
     def stacked(part):
         return jnp.asarray(np.stack([getattr(search.current, part) for search in searches]), float)
 
-    with usual_promotion():
+    with standard_promotion():
         state = jax.vmap(lambda x: optimiser.init(unravel(x)))(stacked("x"))
     for _ in range(steps):
         if all(search.reason for search in searches):
             break
-        with usual_promotion():
+        with standard_promotion():
             move, state = update(stacked("x"), stacked("value"), stacked("gradient"), state)
-        _step(searches, batch, np.asarray(move, float))
+        _accept_steps(searches, batch, np.asarray(move, float))
     return searches
 
 
-def _step(searches: list[Search], batch: _Together, move: np.ndarray) -> None:
+def _accept_steps(searches: list[Search], batch: _BatchedObjective, move: np.ndarray) -> None:
     """Accept a finite trial of every search under way, halving the moves (starts, n) that lead to none."""
     waiting = {k for k, search in enumerate(searches) if not search.reason}
     trial = np.stack([search.current.x for search in searches])

@@ -13,7 +13,7 @@ from ..batching._batch import batch
 from ..checks import refuse_complex
 from ..runtime import jit
 from ..typing import AnyArray, ArrayLike
-from ._sampling import normal_points, scatter_of, sobol_points
+from ._sampling import normal_points, read_deviations, sobol_points
 from ._variables import read_variables
 
 
@@ -95,11 +95,11 @@ def propagate_uncertainty(
     """
     from scipy.stats import norm
 
-    x, sigma, unravel = scatter_of(design, deviations, "deviations")
+    x, sigma, unravel = read_deviations(design, deviations, "deviations")
     _check_gradient(gradient)
     if not 0.0 < percent < 100.0:
         raise ValueError(f"percent lies between 0 and 100, got {percent}")
-    flat = lambda x: _answer(function(unravel(x)))  # noqa: E731
+    flat = lambda x: _as_real_array(function(unravel(x)))  # noqa: E731
     if samples is None:
         derive = jax.jacfwd if gradient == "forward" else jax.jacrev
         value, slopes = jit(lambda x: (flat(x), derive(flat)(x)), compile=compile)(jnp.asarray(x, float))
@@ -131,8 +131,8 @@ def tolerances(
     Raises: ValueError for widths that do not fit the design or are negative, an answer that is no single number or
     not finite, with its gradient, at the design.
     """
-    x, width, unravel = scatter_of(design, widths, "widths")
-    slope = _slope(lambda x: function(unravel(x)), gradient)
+    x, width, unravel = read_deviations(design, widths, "widths")
+    slope = _value_and_gradient(lambda x: function(unravel(x)), gradient)
     value, slopes = (np.asarray(part) for part in jit(slope, compile=compile)(jnp.asarray(x, float)))
     names = read_variables(design, None).names
     bad = [name for name, one in zip(names, slopes, strict=True) if not np.isfinite(one)]
@@ -169,7 +169,7 @@ def sensitivities(
         raise ValueError(f"bounds are finite, (lower, upper), for one parameter at least: {dict(bounds)}")
     points = lower + sobol_points(len(lower), samples, seed) * (upper - lower)
     columns = dict(zip(bounds, points.T, strict=True))
-    found = batch(_slope(function, gradient), columns, progress=False, compile=compile)
+    found = batch(_value_and_gradient(function, gradient), columns, progress=False, compile=compile)
     values, slopes = found.values
     good = found.ok
     if np.sum(good) < 2:
@@ -182,12 +182,12 @@ def sensitivities(
     return {name: float(mean * width[name] ** 2 / (np.pi**2 * variance)) for name, mean in means.items()}
 
 
-def _slope(function, gradient) -> Callable:
+def _value_and_gradient(function, gradient) -> Callable:
     """A function of a design to (its number, the slopes)."""
     _check_gradient(gradient)
 
     def number(design):
-        found = _answer(function(design))
+        found = _as_real_array(function(design))
         if found.ndim:
             raise ValueError(f"the function answers an array of shape {found.shape}: return one number")
         return found
@@ -197,7 +197,7 @@ def _slope(function, gradient) -> Callable:
     return lambda design: (number(design), jax.jacfwd(number)(design))
 
 
-def _answer(value):
+def _as_real_array(value):
     """What a function answered as an array of real numbers."""
     if not isinstance(value, AnyArray | float | int) or jnp.iscomplexobj(value):
         raise TypeError(f"the function answers {type(value).__name__}: return one real number or array")

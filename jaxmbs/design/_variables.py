@@ -57,14 +57,14 @@ def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
     """
     paths, structure = jax.tree_util.tree_flatten_with_path(design0)
     labels = [jax.tree_util.keystr(path, simple=True, separator=".") or "design" for path, _ in paths]
-    leaves = [_numbers(label, leaf) for label, (_, leaf) in zip(labels, paths, strict=True)]
-    pairs = [_pair(*row) for row in zip(labels, leaves, _pairs(structure, bounds), strict=True)]
+    leaves = [_as_floats(label, leaf) for label, (_, leaf) in zip(labels, paths, strict=True)]
+    pairs = [_broadcast_bounds(*row) for row in zip(labels, leaves, _bounds_by_leaf(structure, bounds), strict=True)]
     if not sum(leaf.size for leaf in leaves):
         raise ValueError("design0 has no variables")
-    names = tuple(name for label, leaf in zip(labels, leaves, strict=True) for name in _names(label, leaf))
-    lower, upper = (_flat([pair[side] for pair in pairs]) for side in (0, 1))
-    start = _flat(leaves)
-    size = _flat([np.full(leaf.shape, np.max(np.abs(leaf), initial=0.0) or 1.0) for leaf in leaves])
+    names = tuple(name for label, leaf in zip(labels, leaves, strict=True) for name in _entry_names(label, leaf))
+    lower, upper = (_flatten([pair[side] for pair in pairs]) for side in (0, 1))
+    start = _flatten(leaves)
+    size = _flatten([np.full(leaf.shape, np.max(np.abs(leaf), initial=0.0) or 1.0) for leaf in leaves])
     width = upper - lower
     scale = np.where(np.isfinite(width) & (width > 0), width, size)
     arrays = [jnp.asarray(leaf, float) for leaf in leaves]
@@ -74,20 +74,20 @@ def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
     return variables
 
 
-def _numbers(label: str, leaf) -> np.ndarray:
+def _as_floats(label: str, leaf) -> np.ndarray:
     values = np.asarray(leaf)
     if values.dtype.kind not in "fiu" and not jnp.issubdtype(values.dtype, jnp.floating):
         raise TypeError(f"{label} is not a number or an array of numbers: {leaf!r}")
     return values.astype(float)
 
 
-def _names(label: str, leaf: np.ndarray) -> list[str]:
+def _entry_names(label: str, leaf: np.ndarray) -> list[str]:
     if leaf.ndim == 0:
         return [label]
     return [f"{label}[{','.join(map(str, index))}]" for index in np.ndindex(leaf.shape)]
 
 
-def _pairs(structure, bounds: PyTree | None) -> list:
+def _bounds_by_leaf(structure, bounds: PyTree | None) -> list:
     """The bounds in place of each leaf."""
     if bounds is None:
         return [None] * structure.num_leaves
@@ -98,7 +98,7 @@ def _pairs(structure, bounds: PyTree | None) -> list:
         raise ValueError(f"{message}: {error}") from error
 
 
-def _pair(label: str, leaf: np.ndarray, pair) -> tuple[np.ndarray, np.ndarray]:
+def _broadcast_bounds(label: str, leaf: np.ndarray, pair) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper bounds of one leaf, in its shape."""
     if pair is None:
         pair = (None, None)
@@ -112,7 +112,7 @@ def _pair(label: str, leaf: np.ndarray, pair) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
-def _flat(arrays: list[np.ndarray]) -> np.ndarray:
+def _flatten(arrays: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.ravel(array) for array in arrays])
 
 

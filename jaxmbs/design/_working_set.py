@@ -5,20 +5,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ._kkt import Multipliers, multipliers
+from ._kkt import Multipliers, estimate_multipliers
 from ._limit_result import limit_results
 from ._optimum import Optimum
-from ._program import Program, rows_of
+from ._problem import DesignProblem, select_working_set
 from ._search import Point, Search
 from ._variables import Variables
 
 #: Excess, relative to the limit, that counts as kept.
-KEPT = 1e-7
+FEASIBILITY = 1e-7
 #: Where an optimiser finds no way on, a residual of so many tolerances is rounding.
-_ENDED = 100.0
+_STALLED = 100.0
 
 
-class LimitedSearch(Search):
+class ConstrainedSearch(Search):
     """A search whose points keep limits, or come near.
 
     Of many limits the search differentiates some rows only: those that held it so far, and the worst.
@@ -27,7 +27,7 @@ class LimitedSearch(Search):
         rows: (k,) which ones these are.
     """
 
-    def __init__(self, program: Program, evaluate: Callable, variables: Variables, *args, **options):
+    def __init__(self, program: DesignProblem, evaluate: Callable, variables: Variables, *args, **options):
         self._program, self._kept = program, np.zeros(0, np.int32)
         self._proven: tuple[Point, np.ndarray, Multipliers] | None = None
         self.rows = np.arange(min(program.size, 4 * len(variables.start) + 16), dtype=np.int32)
@@ -39,12 +39,12 @@ class LimitedSearch(Search):
         """Choose the rows anew at the current point: those with multipliers so far, then the worst."""
         held = self.rows[self.multipliers(self.current).limits > 0.0]
         self._kept = np.union1d(self._kept, held).astype(np.int32)
-        outside = self.current.excess > KEPT
+        outside = self.current.excess > FEASIBILITY
         needed = len(np.union1d(self._kept, np.flatnonzero(outside)))
         size = len(self.rows)
         while size < min(needed, self._program.size):
             size = min(2 * size, self._program.size)
-        self.rows = rows_of(size, self.current.excess, self._kept)
+        self.rows = select_working_set(size, self.current.excess, self._kept)
         self._last = self._last._replace(x=np.full_like(self._last.x, np.nan))  # no gradients of these rows yet
         self.current, self.reason = self.evaluate(self.current.x), ""
 
@@ -57,19 +57,19 @@ class LimitedSearch(Search):
         """Whether the current point exceeds limits that are not among the rows."""
         others = np.ones(len(self.current.excess), bool)
         others[self.rows] = False
-        return bool(np.any(self.current.excess[others] > KEPT))
+        return bool(np.any(self.current.excess[others] > FEASIBILITY))
 
     def multipliers(self, point: Point) -> Multipliers:
         """Of the rows, at a point."""
-        return multipliers(point, self.variables, self.rows)
+        return estimate_multipliers(point, self.variables, self.rows)
 
     def is_optimal(self, tolerance: float) -> bool:
-        return self.current.violation <= KEPT and super().is_optimal(tolerance)
+        return self.current.violation <= FEASIBILITY and super().is_optimal(tolerance)
 
     def is_at_rest(self) -> bool:
         """Whether the rows alone would let the search end."""
         among = float(np.max(self.current.excess[self.rows], initial=0.0))
-        return among <= KEPT and super().is_optimal(self._tolerance)
+        return among <= FEASIBILITY and super().is_optimal(self._tolerance)
 
     def continue_from_best(self) -> None:
         """Go on from the best point so far."""
@@ -90,7 +90,7 @@ class LimitedSearch(Search):
 
     def is_proven(self) -> bool:
         """Whether the best point is optimal, by its residual, as far as an optimiser that ended there can tell."""
-        return self._best.violation <= KEPT and self.residual <= _ENDED * self._tolerance * self.size_of(self._best)
+        return self._best.violation <= FEASIBILITY and self.residual <= _STALLED * self._tolerance * self.size_of(self._best)
 
     @property
     def residual(self) -> float:
@@ -118,13 +118,13 @@ class LimitedSearch(Search):
     def _is_better(self, point: Point, best: Point) -> bool:
         """What two points that keep the limits gain by their slack is taken off again, twice to be on the safe side:
         an exact penalty, its weight above the multipliers."""
-        if max(point.violation, best.violation) > KEPT:
+        if max(point.violation, best.violation) > FEASIBILITY:
             return point.violation < best.violation
         weight = 0.0 if self._proven is None else 2.0 * float(np.sum(self._proven[2].limits))
         return point.value + weight * point.violation < best.value + weight * best.violation
 
     def _norm(self, point: Point) -> float:
         found = self.multipliers(point)
-        if point.violation <= 10 * KEPT and (self._proven is None or found.residual <= self._proven[2].residual):
+        if point.violation <= 10 * FEASIBILITY and (self._proven is None or found.residual <= self._proven[2].residual):
             self._proven = point, self.rows, found
         return found.residual

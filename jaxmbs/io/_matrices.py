@@ -9,7 +9,7 @@ from ..elements import DIRECTIONS
 from ..errors import ModelFileError
 from ..linear import LinearSystem
 from ..typing import CoordinateLike
-from ._matrix_market import matrix_market
+from ._matrix_market import parse_matrix_market
 from ._regular_file import require_file
 
 
@@ -21,8 +21,8 @@ def read_matrix_market(
     Raises: ModelFileError for what is no such file.
     """
     paths = (mass, stiffness, damping)
-    read = [None if path is None else _parsed(matrix_market, path, "a Matrix Market file") for path in paths]
-    return LinearSystem(**_by_kind(read), **options)
+    read = [None if path is None else _parse(parse_matrix_market, path, "a Matrix Market file") for path in paths]
+    return LinearSystem(**_drop_missing(read), **options)
 
 
 def read_op4(
@@ -35,8 +35,8 @@ def read_op4(
     Raises: ModelFileError for what is no such file, naming the matrices that it has where one is missing; ImportError
     without pyYeti (the extra `io`).
     """
-    found = _parsed(_pyyeti("op4").read, path, "an OP4 file")
-    return LinearSystem(**_by_kind(_named(path, found, mass, stiffness, damping)), **options)
+    found = _parse(_import_pyyeti("op4").read, path, "an OP4 file")
+    return LinearSystem(**_drop_missing(_select_matrices(path, found, mass, stiffness, damping)), **options)
 
 
 def read_dmig(
@@ -51,9 +51,9 @@ def read_dmig(
 
     Raises: as `read_op4`.
     """
-    bulk = _pyyeti("bulk")
-    found = _parsed(lambda file: bulk.rddmig(file, square=True), path, "a file of DMIG cards")
-    frames = _named(path, found, mass, stiffness, damping)
+    bulk = _import_pyyeti("bulk")
+    found = _parse(lambda file: bulk.rddmig(file, square=True), path, "a file of DMIG cards")
+    frames = _select_matrices(path, found, mass, stiffness, damping)
     rows = sorted(set().union(*(set(frame.index) for frame in frames if frame is not None)))
     if any(len(row) != 2 or row[1] not in range(7) for row in rows):
         raise ModelFileError(path, ["a row is no pair of a grid and a component from 0 to 6"])
@@ -61,10 +61,10 @@ def read_dmig(
         None if f is None else f.reindex(index=rows, columns=rows).fillna(0.0).to_numpy(float) for f in frames
     ]
     labels = [(str(int(grid)), DIRECTIONS[int(component) - 1] if component else "") for grid, component in rows]
-    return LinearSystem(**_by_kind(matrices), interface=interface, coordinates=labels, positions=positions)
+    return LinearSystem(**_drop_missing(matrices), interface=interface, coordinates=labels, positions=positions)
 
 
-def _parsed(read, path, what):
+def _parse(read, path, what):
     """What another library reads; its errors in words that name the file."""
     try:
         with warnings.catch_warnings():
@@ -82,11 +82,11 @@ def _parsed(read, path, what):
     return found
 
 
-def _by_kind(matrices):
+def _drop_missing(matrices):
     return dict(zip(("mass", "stiffness", "damping"), matrices, strict=True))
 
 
-def _named(path, found, *names):
+def _select_matrices(path, found, *names):
     """Matrices by name, None where none is asked."""
     missing = [name for name in names if name is not None and name.lower() not in found]
     if missing:
@@ -96,7 +96,7 @@ def _named(path, found, *names):
     return [None if name is None else found[name.lower()] for name in names]
 
 
-def _pyyeti(module):
+def _import_pyyeti(module):
     try:
         from pyyeti import nastran
     except ImportError as error:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 
-def matrix_market(path: str) -> Any:
+def parse_matrix_market(path: str) -> Any:
     """A dense array or a SciPy sparse matrix, of real numbers.  Raises: ValueError for anything else."""
     import scipy.io
     import scipy.sparse
@@ -14,9 +14,9 @@ def matrix_market(path: str) -> Any:
     rows, columns, entries, form, field, symmetry = scipy.io.mminfo(path)
     if field not in ("real", "integer", "double", "unsigned-integer", "pattern") or symmetry == "hermitian":
         raise ValueError(f"it holds {field} numbers, {symmetry}; real ones are read")
-    body = _body(Path(path).read_text("latin-1"))
+    body = _parse_numbers(Path(path).read_text("latin-1"))
     if form == "array":
-        return _dense(body, rows, columns, symmetry)
+        return _unpack_dense(body, rows, columns, symmetry)
     width = 2 if field == "pattern" else 3
     if len(body) != entries * width or max(rows, columns) > len(body) + 1:
         raise ValueError(f"it says {rows} x {columns} with {entries} entries, it has {len(body)} numbers")
@@ -31,14 +31,14 @@ def matrix_market(path: str) -> Any:
     return scipy.sparse.coo_matrix((np.concatenate([values, sign * values[below]]), places), (rows, columns))
 
 
-def _body(text):
+def _parse_numbers(text):
     """All numbers behind the line of sizes."""
     lines = text.splitlines()
     size = next(k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("%"))
     return np.array(" ".join(lines[size + 1 :]).split(), float)
 
 
-def _dense(body, rows, columns, symmetry):
+def _unpack_dense(body, rows, columns, symmetry):
     """Columns one behind the other; of symmetric matrices those parts that lie on and below the diagonal."""
     first = {"general": rows, "symmetric": 0, "skew-symmetric": -1}[symmetry]
     count = rows * columns if first > 0 else rows * (rows + 1 + 2 * first) // 2

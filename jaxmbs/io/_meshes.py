@@ -22,7 +22,7 @@ from ._regular_file import require_file
 CELLS = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "hexahedron": 8}
 MAX_BYTES = 256 * 2**20
 _SECTIONS = ("NodeData", "ElementData")
-_LONG = re.compile(r"(?<![.\w+-])\d{8,}(?![.\w])")
+_LONG_NUMBER = re.compile(r"(?<![.\w+-])\d{8,}(?![.\w])")
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Mesh:
         given = {"": elements} if isinstance(elements, AbstractElement) else elements
         groups, faults = {}, []
         for name, own in given.items():
-            kinds = {element.num_nodes: element for element in _several(own)}
+            kinds = {element.num_nodes: element for element in _own_lists(own)}
             found = self.cells if name == "" else self._cells(name)
             used = {kind: rows for kind, rows in found.items() if CELLS.get(kind) in kinds}
             top = max((_dimension(kind) for kind in found), default=0)
@@ -104,11 +104,11 @@ def read_mesh(source: Any) -> Mesh:
     ImportError without meshio (the extra `io`).
     """
     if isinstance(source, str | PathLike):
-        return _of_meshio(_read(Path(source)))
+        return _from_meshio(_read(Path(source)))
     if hasattr(source, "points") and hasattr(source, "cells_dict"):
-        return _of_meshio(source)
+        return _from_meshio(source)
     if hasattr(source, "p") and hasattr(source, "t"):
-        return _of_skfem(source)
+        return _from_skfem(source)
     raise TypeError("a mesh is the path of a .msh file, or a mesh of scikit-fem or of meshio")
 
 
@@ -118,7 +118,7 @@ def _dimension(kind):
     return next((dimension for name, dimension in by_name if kind.startswith(name)), 3)
 
 
-def _several(own):
+def _own_lists(own):
     return (own,) if isinstance(own, AbstractElement) else tuple(own)
 
 
@@ -127,7 +127,7 @@ def _read(path):
         raise ModelError([f"{path.name}: of files with meshes those of Gmsh, .msh, are read"])
     if require_file(path).stat().st_size > MAX_BYTES:
         raise ModelError([f"{path.name}: larger than {MAX_BYTES} bytes"])
-    faults = _implausible(path.read_bytes())
+    faults = _size_faults(path.read_bytes())
     if faults:
         raise ModelError([f"{path.name}: {fault}" for fault in faults])
     try:
@@ -142,7 +142,7 @@ def _read(path):
         raise ModelError([f"{path.name} is no mesh of Gmsh: {type(error).__name__} {str(error)[:200]}"]) from error
 
 
-def _implausible(data):
+def _size_faults(data):
     """What meshio would believe: more nodes than lines, tags that need an array of their size, solutions."""
     lines = data.decode("latin-1").split("\n")
     head = lines[1].split() if len(lines) > 1 else []
@@ -167,14 +167,14 @@ def _implausible(data):
         if section == "PhysicalNames" and counts and not faults and int(counts[0]) > 1000:
             faults.append(f"line {k + 2}: more than 1000 physical groups")
     limit = max(10**7, 10 * len(lines))
-    large = next((found[0] for found in _LONG.finditer("\n".join(lines)) if int(found[0][:12]) > limit), None)
+    large = next((found[0] for found in _LONG_NUMBER.finditer("\n".join(lines)) if int(found[0][:12]) > limit), None)
     if large:
         faults.append(f"the number {large[:20]} is too large for a tag")
     return faults
 
 
-def _of_meshio(source):
-    points = _spatial(source.points)
+def _from_meshio(source):
+    points = _as_points(source.points)
     kinds = {kind: np.asarray(cells, int) for kind, cells in source.cells_dict.items() if len(cells)}
     wrong = [
         kind for kind, cells in kinds.items() if cells.size and not 0 <= cells.min() <= cells.max() < len(points)
@@ -194,7 +194,7 @@ def _of_meshio(source):
     return Mesh(points, kinds, sets, {name: np.asarray(rows, int) for name, rows in source.point_sets.items()})
 
 
-def _of_skfem(source):
+def _from_skfem(source):
     from skfem.io.meshio import to_meshio
 
     try:
@@ -204,10 +204,10 @@ def _of_skfem(source):
     (kind,) = made.cells_dict
     sets = {name: {kind: np.asarray(rows, int)} for name, rows in (source.subdomains or {}).items()}
     edges = {name: np.unique(source.facets[:, rows]) for name, rows in (source.boundaries or {}).items()}
-    return Mesh(_spatial(made.points), {kind: np.asarray(made.cells_dict[kind], int)}, sets, edges)
+    return Mesh(_as_points(made.points), {kind: np.asarray(made.cells_dict[kind], int)}, sets, edges)
 
 
-def _spatial(points):
+def _as_points(points):
     points = np.asarray(points, float)
     if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
         raise ModelError([f"a mesh needs points (nodes, 2) or (nodes, 3), not of shape {points.shape}"])

@@ -10,7 +10,7 @@ from ..errors import ModelFileError
 def read_bytes(path: str | os.PathLike, most: int) -> bytes:
     """A file's bytes.  Raises: ModelFileError where it is not to be read, no regular file, or too large."""
     try:
-        with open(path, "rb", opener=_without_waiting) as file:
+        with open(path, "rb", opener=_open_without_blocking) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise ModelFileError(path, ["it cannot be read: it is no regular file"])
             found = file.read(most + 1)
@@ -31,6 +31,6 @@ def require_file(path: str | os.PathLike) -> Path:
     return path
 
 
-def _without_waiting(path, flags):
+def _open_without_blocking(path, flags):
     """Open a pipe at once, whether or not somebody writes to it."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

@@ -13,7 +13,7 @@ import jax.export
 import jax.numpy as jnp
 from jaxtyping import PyTree
 
-from ..atomic_write import whole_path
+from ..atomic_write import atomic_path
 from ..checks import is_concrete
 from ..typing import WordedError
 from ._compiler_options import compiler_options
@@ -86,7 +86,7 @@ def export(function: Callable, example: WordedError[tuple], path: str | PathLike
         "results": to_data(results[0]),
         "sha256": hashlib.sha256(content).hexdigest(),
     }
-    with whole_path(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as file:
+    with atomic_path(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as file:
         file.writestr(_ABOUT, json.dumps(about))
         file.writestr(_PROGRAM, content)
     return Path(path)

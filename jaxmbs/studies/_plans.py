@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from ..batching._table import length, read_designs
+from ..batching._table import num_designs, read_designs
 from ..checks import refuse_complex
-from ..design._sampling import normal_points, scatter_of, sobol_points
+from ..design._sampling import normal_points, read_deviations, sobol_points
 from ..typing import ArrayLike
 
 
@@ -48,9 +48,9 @@ def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0)
 
     Raises: ValueError for bounds that cross or are not finite, or a number below one.
     """
-    lower, upper = _box(bounds, number)
+    lower, upper = _read_box(bounds, number)
     points = sobol_points(len(lower), number, seed)
-    return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
+    return read_plan(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
 
 
 def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Designs:
@@ -60,9 +60,9 @@ def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed
     """
     from scipy.stats import qmc
 
-    lower, upper = _box(bounds, number)
+    lower, upper = _read_box(bounds, number)
     points = qmc.LatinHypercube(len(lower), seed=seed).random(number)
-    return plan_of(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
+    return read_plan(dict(zip(bounds, (lower + points * (upper - lower)).T, strict=True)))
 
 
 def normal(
@@ -76,12 +76,12 @@ def normal(
     """
     if number < 1:
         raise ValueError(f"a study has at least one design, not {number}")
-    x, sigma, unravel = scatter_of(dict(design), dict(deviations), "deviations")
+    x, sigma, unravel = read_deviations(dict(design), dict(deviations), "deviations")
     points = x + sigma * normal_points(len(x), number, seed)
-    return plan_of(jax.tree.map(np.asarray, jax.vmap(unravel)(points)))
+    return read_plan(jax.tree.map(np.asarray, jax.vmap(unravel)(points)))
 
 
-def plan_of(designs: Any) -> Designs:
+def read_plan(designs: Any) -> Designs:
     """A plan as it is, or one of columns, a list of dicts or a table, whose result has the dimension "design": the
     numbers of the designs, or the column of that name.
 
@@ -92,13 +92,13 @@ def plan_of(designs: Any) -> Designs:
     designs = read_designs(designs)
     if not isinstance(designs, dict):
         raise TypeError("a study names its variables: give a dict of columns, a list of dicts, a table or a Designs")
-    numbers = designs.get("design", np.arange(length(designs)))
+    numbers = designs.get("design", np.arange(num_designs(designs)))
     if np.ndim(numbers) != 1:
         raise ValueError("the variable 'design' has several numbers a design: give it another name")
     return Designs(designs, (("design", numbers),))
 
 
-def _box(bounds, number):
+def _read_box(bounds, number):
     refuse_complex(dict(bounds))
     lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
     wrong = [name for name, a, b in zip(bounds, lower, upper, strict=True) if not (a <= b and np.isfinite(b - a))]

@@ -10,7 +10,7 @@ from ..status import Status
 from ._plans import Designs
 
 
-def dimensions(
+def answer_dimensions(
     plan: Designs,
     answers: Mapping[str, Any],
     dims: Mapping[str, tuple[str, ...]],
@@ -32,7 +32,7 @@ def dimensions(
     for name in dims:
         place_of("answer", name, answers)
     taken = {name for name, _ in plan.axes}
-    found = {name: _behind(name, dims, shape.ndim, taken) for name, shape in answers.items()}
+    found = {name: _own_dimensions(name, dims, shape.ndim, taken) for name, shape in answers.items()}
     lengths = {dim: n for name, shape in answers.items() for dim, n in zip(found[name], shape.shape, strict=True)}
     for name, values in coords.items():
         place_of("dimension", name, lengths)
@@ -43,7 +43,7 @@ def dimensions(
     return found
 
 
-def _behind(name, dims, count, taken):
+def _own_dimensions(name, dims, count, taken):
     behind = tuple(dims.get(name, (f"{name}_{k}" for k in range(count))))
     if len(behind) != count:
         raise ValueError(f"dims of {name!r}: {behind}, but each answer has {count} dimensions")
@@ -52,7 +52,7 @@ def _behind(name, dims, count, taken):
     return behind
 
 
-def dataset(
+def build_dataset(
     plan: Designs,
     answers: Mapping[str, np.ndarray],
     behind: Mapping[str, tuple[str, ...]],
@@ -64,7 +64,7 @@ def dataset(
 
     named = tuple(name for name, _ in plan.axes)
     data = {
-        name: (named + behind[name], values.reshape(*plan.shape, *values.shape[1:]), _unit(units, name))
+        name: (named + behind[name], values.reshape(*plan.shape, *values.shape[1:]), _unit_attribute(units, name))
         for name, values in answers.items()
     }
     status = data["status"][1]
@@ -72,13 +72,13 @@ def dataset(
     data["reason"] = (named, np.vectorize(words.get, otypes=[object])(status), {})
     if named == ("design",):
         data |= {
-            name: (("design", *(f"{name}_{k}" for k in range(x.ndim - 1))), x, _unit(units, name))
+            name: (("design", *(f"{name}_{k}" for k in range(x.ndim - 1))), x, _unit_attribute(units, name))
             for name, x in plan.designs.items()
             if name != "design"  # it is the coordinate
         }
-    places = {name: (name, np.asarray(values), _unit(units, name)) for name, values in (*plan.axes, *coords.items())}
+    places = {name: (name, np.asarray(values), _unit_attribute(units, name)) for name, values in (*plan.axes, *coords.items())}
     return xarray.Dataset(data, places)
 
 
-def _unit(units, name):
+def _unit_attribute(units, name):
     return {"units": units[name]} if name in units else {}

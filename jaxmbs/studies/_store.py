@@ -15,7 +15,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..atomic_write import write_whole
+from ..atomic_write import write_atomic
 
 _FORMAT = 2  # 1 was a group of zarr
 
@@ -111,14 +111,14 @@ class Store:
             for half in (*self.path.glob(".study-*"), *self._chunks.glob(".*")):
                 half.unlink()
             if not self._known.exists():
-                write_whole(self._known, json.dumps({**self._about, "jax": jax.__version__}, indent=1))
+                write_atomic(self._known, json.dumps({**self._about, "jax": jax.__version__}, indent=1))
         except OSError as error:
             raise StudyError(f"{self.path} cannot be written: {error.strerror or error}") from error
 
     def write(self, number: int, arrays: Mapping[str, np.ndarray]) -> None:
         """The rows of a chunk.  Raises: OSError where the disk does not take them."""
         body = b"".join(np.ascontiguousarray(arrays[name], one.dtype).tobytes() for name, one in self._arrays.items())
-        write_whole(self._file(number), self._head(number, body) + b"\n" + body)
+        write_atomic(self._file(number), self._head(number, body) + b"\n" + body)
 
     def _file(self, number: int) -> Path:
         return self._chunks / f"{number:06d}"
@@ -133,7 +133,7 @@ def chunk_spans(rows: int, chunk: int) -> list[slice]:
     return [slice(begin, min(begin + chunk, rows)) for begin in range(0, rows, chunk)]
 
 
-def digest(columns: Mapping[str, np.ndarray]) -> str:
+def hash_columns(columns: Mapping[str, np.ndarray]) -> str:
     """Of names and numbers of designs."""
     found = hashlib.sha256()
     for name, column in columns.items():

@@ -10,14 +10,14 @@ import numpy as np
 from tqdm import tqdm
 
 from ..batching._batch import batch
-from ..batching._result import lane_cost
-from ..batching._table import row_shape, rows
+from ..batching._result import count_steps
+from ..batching._table import design_shape, select_designs
 from ..errors import BatchError
 from ..runtime import fingerprint, garbage_collection_paused, tuning
 from ..typing import ArrayLike
-from ._plans import Designs, plan_of
-from ._results import dataset, dimensions
-from ._store import Store, StudyError, chunk_spans, digest
+from ._plans import Designs, read_plan
+from ._results import build_dataset, answer_dimensions
+from ._store import Store, StudyError, chunk_spans, hash_columns
 
 
 def sweep(
@@ -32,7 +32,7 @@ def sweep(
     coords: Mapping[str, ArrayLike] | None = None,
     units: Mapping[str, str] | None = None,
     key: str = "",
-    cost: Callable[[dict], float] = lane_cost,
+    cost: Callable[[dict], float] = count_steps,
     compile: str = "full",
 ) -> Any:
     """The answers of a function for many designs as an `xarray.Dataset`, written to disk as they come.
@@ -61,26 +61,26 @@ def sweep(
     """
     if chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
-    plan, coords, units = plan_of(designs), dict(coords or {}), dict(units or {})
-    one, traced = _answers(function, plan)
-    behind = dimensions(plan, one, dims or {}, coords, units)
+    plan, coords, units = read_plan(designs), dict(coords or {}), dict(units or {})
+    one, traced = _trace_answers(function, plan)
+    behind = answer_dimensions(plan, one, dims or {}, coords, units)
     size = int(np.prod(plan.shape))
     spans = chunk_spans(size, min(chunk, size))
     found = {name: np.zeros((size, *a.shape), a.dtype) for name, a in one.items()}
-    compute = functools.partial(computed, function, cost=cost, compile=compile)
-    run = _here(compute, plan, spans) if client is None else _there(compute, plan, spans, client)
+    compute = functools.partial(evaluate_chunk, function, cost=cost, compile=compile)
+    run = _run_locally(compute, plan, spans) if client is None else _run_on_dask(compute, plan, spans, client)
     if path is None:
-        _fill(found, spans, None, run, size, progress)
+        _compute_chunks(found, spans, None, run, size, progress)
     else:
-        about = {"designs": digest(plan.designs), "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()}}
+        about = {"designs": hash_columns(plan.designs), "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()}}
         store = Store(path, spans, one, {**about, "function": fingerprint(traced), "key": key})
-        if _left(found, spans, store):  # a study that is done asks nothing of the disk
+        if _load_chunks(found, spans, store):  # a study that is done asks nothing of the disk
             with store.writing():
-                _fill(found, spans, store, run, size, progress)
-    return dataset(plan, found, behind, coords, units)
+                _compute_chunks(found, spans, store, run, size, progress)
+    return build_dataset(plan, found, behind, coords, units)
 
 
-def _left(found: dict, spans: list[slice], store: Store) -> list[int]:
+def _load_chunks(found: dict, spans: list[slice], store: Store) -> list[int]:
     """Numbers of the chunks that are not in the store; the others' rows are put into `found`."""
     left = []
     for number, span in enumerate(spans):
@@ -93,9 +93,9 @@ def _left(found: dict, spans: list[slice], store: Store) -> list[int]:
     return left
 
 
-def _fill(found: dict, spans: list[slice], store: Store | None, run: Callable, size: int, progress: bool) -> None:
+def _compute_chunks(found: dict, spans: list[slice], store: Store | None, run: Callable, size: int, progress: bool) -> None:
     """Compute the chunks that are left, and write each into the store, if there is one."""
-    left = list(range(len(spans))) if store is None else _left(found, spans, store)
+    left = list(range(len(spans))) if store is None else _load_chunks(found, spans, store)
     done = size - sum(spans[k].stop - spans[k].start for k in left)
     where = "the study" if store is None else store.path
     try:
@@ -107,73 +107,73 @@ def _fill(found: dict, spans: list[slice], store: Store | None, run: Callable, s
                     store.write(number, arrays)
                 done += len(arrays["status"])
                 bar.update(len(arrays["status"]))
-    except (KeyboardInterrupt, OSError, _Failed) as error:
+    except (KeyboardInterrupt, OSError, _ChunkError) as error:
         said = "interrupted" if isinstance(error, KeyboardInterrupt) else getattr(error, "strerror", None) or error
         kept = f"{done} of {size} designs are kept, run the same study again to go on"
         raise StudyError(f"{where}: {said}; {kept if store else 'nothing is kept without a folder'}") from error
 
 
-def computed(
-    function: Callable, designs: dict, number: int, cost: Callable = lane_cost, compile: str = "full"
+def evaluate_chunk(
+    function: Callable, designs: dict, number: int, cost: Callable = count_steps, compile: str = "full"
 ) -> dict[str, np.ndarray]:
     """The answers and `status` of designs, of which there are `number` in most chunks; few are filled up so that one
     program serves all chunks."""
     count = len(next(iter(designs.values())))
     least = min(number, tuning.CHUNK * (os.cpu_count() or 1))
-    filled = rows(designs, np.minimum(np.arange(max(count, least)), count - 1))
+    filled = select_designs(designs, np.minimum(np.arange(max(count, least)), count - 1))
     found = batch(function, filled, progress=False, cost=cost, compile=compile)
-    named = _named(found.values) | {"status": np.asarray(found.status)}
+    named = _flatten_names(found.values) | {"status": np.asarray(found.status)}
     return {name: np.asarray(values)[:count] for name, values in named.items()}
 
 
-def _answers(function, plan: Designs) -> tuple[dict, Any]:
+def _trace_answers(function, plan: Designs) -> tuple[dict, Any]:
     """Shape and type of every answer to one design, and what the function traces."""
     with garbage_collection_paused():
-        traced, shape = jax.make_jaxpr(function, return_shape=True)(row_shape(plan.designs))
-    found = _named(shape)
+        traced, shape = jax.make_jaxpr(function, return_shape=True)(design_shape(plan.designs))
+    found = _flatten_names(shape)
     if not found or "status" in found:
         raise TypeError("the function of a study returns a dict of arrays by name, other than 'status'")
     return found | {"status": jax.ShapeDtypeStruct((), np.int32)}, traced
 
 
-def _named(values) -> dict:
+def _flatten_names(values) -> dict:
     paths = jax.tree_util.tree_flatten_with_path(values)[0]
     return {jax.tree_util.keystr(path, simple=True, separator=".") or "value": leaf for path, leaf in paths}
 
 
-class _Failed(Exception):
+class _ChunkError(Exception):
     """A chunk whose designs raised an error."""
 
 
-def _here(compute, plan: Designs, spans: list[slice]) -> Callable:
+def _run_locally(compute, plan: Designs, spans: list[slice]) -> Callable:
     def run(left):
         for number in left:
             span = spans[number]
             try:
-                found = compute(rows(plan.designs, np.arange(span.start, span.stop)), spans[0].stop)
+                found = compute(select_designs(plan.designs, np.arange(span.start, span.stop)), spans[0].stop)
             except BatchError as error:
                 if isinstance(error.__cause__, KeyboardInterrupt):
                     raise error.__cause__ from None
-                raise _Failed(f"designs {span.start} to {span.stop - 1} failed: {error}") from error
+                raise _ChunkError(f"designs {span.start} to {span.stop - 1} failed: {error}") from error
             yield number, found
 
     return run
 
 
-def _there(compute, plan: Designs, spans: list[slice], client) -> Callable:
+def _run_on_dask(compute, plan: Designs, spans: list[slice], client) -> Callable:
     from distributed import as_completed
 
     def run(left):
         x64, tasks = bool(jax.config.jax_enable_x64), {}
         for number in left:
-            designs = rows(plan.designs, np.arange(spans[number].start, spans[number].stop))
+            designs = select_designs(plan.designs, np.arange(spans[number].start, spans[number].stop))
             tasks[client.submit(_on_worker, compute, designs, spans[0].stop, x64, pure=False)] = number
         try:
             for task in as_completed(tasks):
                 try:
                     found = task.result()
                 except Exception as error:
-                    raise _Failed(f"chunk {tasks[task]} failed on its worker: {error!r}") from error
+                    raise _ChunkError(f"chunk {tasks[task]} failed on its worker: {error!r}") from error
                 yield tasks[task], found
         finally:
             client.cancel(list(tasks))

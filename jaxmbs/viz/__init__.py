@@ -3,7 +3,7 @@ and never shown; bond graphs as SVG text."""
 
 from ..bondgraph._drawing import draw_bond_graph
 from ._animation import animate
-from ._designs import plot_front, plot_limits, plot_parallel, plot_scatter
+from ._designs import plot_pareto_front, plot_limits, plot_parallel, plot_scatter
 from ._envelopes import plot_envelope, plot_polar
 from ._limits import plot_limit_values
 from ._mechanism import plot_mechanism, plot_views
@@ -27,7 +27,6 @@ __all__ = [
     "plot_coordinates",
     "plot_energy",
     "plot_envelope",
-    "plot_front",
     "plot_history",
     "plot_limit_values",
     "plot_limits",
@@ -36,6 +35,7 @@ __all__ = [
     "plot_modes",
     "plot_nyquist",
     "plot_parallel",
+    "plot_pareto_front",
     "plot_polar",
     "plot_power",
     "plot_reactions",

@@ -9,15 +9,15 @@ import numpy as np
 from ..linear._system import LinearSystem
 from ..model._system import System
 from ..typing import ScalarLike
-from ._canvas import axes
-from ._line_drawing import Sketch
-from ._mechanism import draw, framed, redraw
+from ._canvas import get_axes
+from ._line_drawing import LineDrawing
+from ._mechanism import draw_strokes, format_view, move_strokes
 from ._mesh import moving_meshes
-from ._projection import looking
+from ._projection import read_projection
 from ._structure import draw_moving
-from .scenes._trajectory import film
+from .scenes._trajectory import frame_trajectory
 
-_LEAST = 2.0  # seconds that a film lasts at least
+_SHORTEST = 2.0  # seconds that a film lasts at least
 
 
 def animate(
@@ -43,16 +43,16 @@ def animate(
 
     Raises: ValueError for another ending or plane; RuntimeError for MP4 without ffmpeg.
     """
-    path, look = Path(path), looking(plane or ("xy" if isinstance(system, System) else "iso"))
+    path, look = Path(path), read_projection(plane or ("xy" if isinstance(system, System) else "iso"))
     writer = _writer(path, fps)
     new = ax is None
-    ax = axes(ax, (5.0, 4.0))
-    stage = _mechanism if isinstance(system, System) else _structure
+    ax = get_axes(ax, (5.0, 4.0))
+    stage = _mechanism_artist if isinstance(system, System) else _structure_artist
     ts, show = stage(ax, system, motion, look, structures)
     span = ts[-1] - ts[0]
-    wanted = span / speed if speed else max(span, _LEAST)
+    wanted = span / speed if speed else max(span, _SHORTEST)
     if getattr(motion, "frequency", None) is not None:
-        wanted = _LEAST
+        wanted = _SHORTEST
     shares = np.linspace(ts[0], ts[-1], max(2, round(fps * wanted))) if span > 0 else ts[:1]
     text = ax.text(0.01, 0.99, "", transform=ax.transAxes, va="top", fontsize=9, family="monospace")
     with writer.saving(ax.figure, str(path), dpi):
@@ -80,27 +80,27 @@ def _writer(path, fps):
     return animation.writers[kinds[path.suffix]](fps=fps)
 
 
-def _mechanism(ax, system, motion, look, structures):
+def _mechanism_artist(ax, system, motion, look, structures):
     """Times and what shows an instant; limits that hold all of them."""
-    seen = film(system, motion)
-    sketch = Sketch(system, seen, look)
-    drawn = draw(ax, sketch.at(0))
+    seen = frame_trajectory(system, motion)
+    sketch = LineDrawing(system, seen, look)
+    drawn = draw_strokes(ax, sketch.at(0))
     joined = sorted({frame for frames in sketch.shown.values() for frame in frames})
-    _hold(ax, look(seen.x[:, joined]), look)
-    return seen.ts, lambda k: redraw(drawn, sketch.at(k))
+    _fix_limits(ax, look(seen.x[:, joined]), look)
+    return seen.ts, lambda k: move_strokes(drawn, sketch.at(k))
 
 
-def _structure(ax, system, motion, look, structures):
+def _structure_artist(ax, system, motion, look, structures):
     x = np.asarray(getattr(motion, "displacement", motion), float)
     meshes = list(moving_meshes(system, x, structures).values())
     largest = max(float(np.max(np.linalg.norm(u, axis=-1))) for _, u in meshes)
     show = draw_moving(ax, meshes, look, largest)
-    _hold(ax, np.concatenate([look(mesh.rest + u).reshape(-1, 2) for mesh, u in meshes]), look)
+    _fix_limits(ax, np.concatenate([look(mesh.rest + u).reshape(-1, 2) for mesh, u in meshes]), look)
     return np.asarray(getattr(motion, "ts", np.arange(len(x))), float), show
 
 
-def _hold(ax, points, look):
-    framed(ax, look)
+def _fix_limits(ax, points, look):
+    format_view(ax, look)
     flat = points.reshape(-1, 2)
     middle, half = (flat.max(axis=0) + flat.min(axis=0)) / 2, 0.56 * max(np.ptp(flat, axis=0).max(), 1e-9)
     near = np.maximum(0.6 * np.ptp(flat, axis=0), 0.25 * half)

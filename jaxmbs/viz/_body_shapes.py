@@ -4,14 +4,14 @@ import numpy as np
 from jaxtyping import Float
 
 from ..typing import ScalarLike
-from ._drawable import distinct
+from ._drawable import distinct_points
 from .scenes._solids import Solid, rounded_hull
 
-_NEAR = 0.6  # of the radius: points nearer than this are one
-_BRANCH = 0.5  # of the radius
+_COINCIDENT = 0.6  # of the radius: points nearer than this are one
+_BRANCH_RADIUS = 0.5  # of the radius
 
 
-def guessed(
+def default_shapes(
     joints: Float[np.ndarray, "j 3"],
     frames: Float[np.ndarray, "f 3"],
     axes: Float[np.ndarray, "a 3"],
@@ -27,17 +27,17 @@ def guessed(
     Args:
         joints, frames: where its joints and its named frames are; axes: of its joints that turn; in body axes.
     """
-    points = distinct([*joints, *frames], _NEAR * radius)
+    points = distinct_points([*joints, *frames], _COINCIDENT * radius)
     if len(points) < 2:
         return []
     if len(points) == 2 or _is_plate(points, axes):
         return [rounded_hull(points, radius, divisions)]
-    core = distinct(joints, _NEAR * radius)
+    core = distinct_points(joints, _COINCIDENT * radius)
     if len(core) < 2:  # its bar leads to the furthest point
         first = points[:1]
         core = np.concatenate([first, points[[np.argmax(np.linalg.norm(points - first, axis=1))]]])
-    away = [point for point in points if np.linalg.norm(point - _nearest(core, point)) > radius]
-    branches = [rounded_hull([_nearest(core, point), point], _BRANCH * radius, divisions) for point in away]
+    away = [point for point in points if np.linalg.norm(point - _nearest_point(core, point)) > radius]
+    branches = [rounded_hull([_nearest_point(core, point), point], _BRANCH_RADIUS * radius, divisions) for point in away]
     return [rounded_hull(core, radius, divisions), *branches]
 
 
@@ -62,7 +62,7 @@ def _is_plate(points, axes):
     return spread[2] < 1e-3 * spread[0] and any(abs(axis @ across[2]) > 0.99 * np.linalg.norm(axis) for axis in axes)
 
 
-def _nearest(core, point):
+def _nearest_point(core, point):
     """The point of a bar, or the corner of a hull, that is nearest."""
     if len(core) > 2:
         return core[np.argmin(np.linalg.norm(core - point, axis=1))]

@@ -8,12 +8,12 @@ import numpy as np
 from ..palette import COLORS
 
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.2, 1.2, 1.2)))
-_FEW = 6  # names that a legend within the axes may hold
-_DIRECT = 7  # curves that are named where they end
-_SAME = 3e-3  # of the height of the axes: curves nearer than that hide one another
+_MOST_INSIDE = 6  # names that a legend within the axes may hold
+_MOST_AT_ENDS = 7  # curves that are named where they end
+_COINCIDENT = 3e-3  # of the height of the axes: curves nearer than that hide one another
 
 
-def axes(ax=None, size=None, **options):
+def get_axes(ax=None, size=None, **options):
     """The axes given, or new ones in a figure of this size [inch]; matplotlib is loaded here and not before.
 
     Raises: ModuleNotFoundError without matplotlib; it is in the extra `viz`.
@@ -25,20 +25,20 @@ def axes(ax=None, size=None, **options):
     return ax
 
 
-def stacked(ax, heights) -> list:
+def stack_axes(ax, heights) -> list:
     """Axes of these relative heights one above the other, with one time axis, in the room of `ax`, the first."""
-    panels = _split(ax, heights, True, True)
+    panels = _split_axes(ax, heights, True, True)
     for panel in panels[:-1]:
         panel.tick_params(labelbottom=False)
     return panels
 
 
-def beside(ax, count: int) -> list:
+def split_columns(ax, count: int) -> list:
     """So many axes beside each other in the room of `ax`, the first."""
-    return _split(ax, [1] * count, False, False)
+    return _split_axes(ax, [1] * count, False, False)
 
 
-def _split(ax, parts, down, share):
+def _split_axes(ax, parts, down, share):
     place, figure, count = ax.get_subplotspec(), ax.figure, len(parts)
     options = {"sharex": ax} if share else {}
     if place is not None:
@@ -59,7 +59,7 @@ def _split(ax, parts, down, share):
     return panels
 
 
-def curve(i: int) -> dict:
+def curve_style(i: int) -> dict:
     """Colour and dashes of curve number i; they repeat after 24."""
     return {"color": COLORS[i % len(COLORS)], "linestyle": _DASHES[i // len(COLORS) % len(_DASHES)]}
 
@@ -71,8 +71,8 @@ def draw_curves(ax, x, curves: Mapping[str, Any], first: int = 0, **options) -> 
     finite = [v[np.isfinite(v)] for v in data.values()]
     height = max((float(np.ptp(np.concatenate(finite))) if any(map(len, finite)) else 0.0), 1e-300) if data else 1.0
     for k, (name, values) in enumerate(data.items()):
-        style = curve(first + k)
-        hidden = sum(_hides(values, line.get_ydata(), height) for line in drawn)
+        style = curve_style(first + k)
+        hidden = sum(_coincide(values, line.get_ydata(), height) for line in drawn)
         if hidden:
             style["linestyle"] = (3.0 * hidden, (4, 4 + 2 * hidden))
             style["zorder"] = 2.5 + hidden
@@ -80,12 +80,12 @@ def draw_curves(ax, x, curves: Mapping[str, Any], first: int = 0, **options) -> 
     return drawn
 
 
-def _hides(values, others, height):
+def _coincide(values, others, height):
     apart = np.abs(values - others)
-    return bool(np.size(apart) and np.nanmedian(apart) < _SAME * height) if np.any(np.isfinite(apart)) else False
+    return bool(np.size(apart) and np.nanmedian(apart) < _COINCIDENT * height) if np.any(np.isfinite(apart)) else False
 
 
-def finish(ax, x_label, y_label, legend="inside"):
+def format_axes(ax, x_label, y_label, legend="inside"):
     """Labels, a light grid, a legend where there is something to tell apart; returns the axes.
 
     Args:
@@ -97,7 +97,7 @@ def finish(ax, x_label, y_label, legend="inside"):
     ax.grid(alpha=0.3)
     ax.spines[["top", "right"]].set_visible(False)
     names = ax.get_legend_handles_labels()[1]
-    if legend == "ends" and len(names) <= _DIRECT and ax.figure.get_layout_engine() is not None:
+    if legend == "ends" and len(names) <= _MOST_AT_ENDS and ax.figure.get_layout_engine() is not None:
         _name_ends(ax)
     elif legend:
         _name_curves(ax, "beside" if legend == "ends" else legend)
@@ -109,10 +109,10 @@ def _name_ends(ax):
     lines, names = ax.get_legend_handles_labels()
     if len(names) < 2:
         return
-    ends = np.array([_end(line) for line in lines])
+    ends = np.array([_last_value(line) for line in lines])
     low, high = ax.get_ylim()
     ax.set_ylim(low, high)
-    heights = spread_apart((ends - low) / (high - low), 0.075 * _room(ax))
+    heights = spread_apart((ends - low) / (high - low), 0.075 * _text_scale(ax))
     for line, name, height in zip(lines, names, heights, strict=True):
         note = ax.annotate(
             name, (1.0, height), (6, 0), "axes fraction", "offset points", color=line.get_color(), va="center"
@@ -120,12 +120,12 @@ def _name_ends(ax):
         note.set_fontsize("small")
 
 
-def _room(ax):
+def _text_scale(ax):
     """How much taller a line of text is here than in axes of 3 inch."""
     return 3.0 / max(ax.get_position().height * ax.figure.get_size_inches()[1], 0.5)
 
 
-def _end(line):
+def _last_value(line):
     y = np.asarray(line.get_ydata(), float)
     y = y[np.isfinite(y)]
     return y[-1] if len(y) else 0.0
@@ -150,10 +150,10 @@ def spread_apart(heights, gap) -> np.ndarray:
 def _name_curves(ax, where):
     """A legend; one beside the axes needs a figure that makes room for it, by a layout."""
     count = len(ax.get_legend_handles_labels()[0])
-    if count and (where == "beside" or count > _FEW) and ax.figure.get_layout_engine() is not None:
+    if count and (where == "beside" or count > _MOST_INSIDE) and ax.figure.get_layout_engine() is not None:
         beside_it = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.02), "borderaxespad": 0.0}
         rows = 8 if where == "beside" else 20
         ax.legend(frameon=False, fontsize="small", ncols=1 + (count - 1) // rows, **beside_it)
     elif count:
-        size = "small" if where == "beside" or count > _FEW else None
-        ax.legend(framealpha=0.6, edgecolor="none", fontsize=size, ncols=1 + (count - 1) // _FEW)
+        size = "small" if where == "beside" or count > _MOST_INSIDE else None
+        ax.legend(framealpha=0.6, edgecolor="none", fontsize=size, ncols=1 + (count - 1) // _MOST_INSIDE)

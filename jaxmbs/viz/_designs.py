@@ -6,28 +6,28 @@ from typing import Any
 import numpy as np
 
 from ..design._optimum import Optimum
-from ..design._pareto import Front
+from ..design._pareto import ParetoFront
 from ..palette import BLUE, GREY, RED
 from ..status import succeeded
 from ..typing import WordedError
-from ._canvas import axes, finish
+from ._canvas import get_axes, format_axes
 
 _ACCOUNTS = ("status", "reason")  # of a study, not of its designs
 _MAP = "viridis"
 
 
-def plot_front(
-    front: WordedError[Front], first: str = "first aim", second: str = "second aim", ax: Any = None
+def plot_pareto_front(
+    front: WordedError[ParetoFront], first: str = "first aim", second: str = "second aim", ax: Any = None
 ) -> Any:
     """The designs of which none is better in both aims; hollow where a search did not converge.
 
     Args: first, second: what the aims are, with their units; ax: matplotlib axes to draw into (default: new ones).
     """
-    ax, ok = axes(ax), np.asarray(front.ok, bool)
+    ax, ok = get_axes(ax), np.asarray(front.ok, bool)
     ax.plot(front.first, front.second, color=BLUE, linewidth=1.0, zorder=2)
     ax.plot(front.first[ok], front.second[ok], "o", color=BLUE, zorder=3)
     ax.plot(front.first[~ok], front.second[~ok], "o", color=BLUE, markerfacecolor="white", zorder=3)
-    finish(ax, first, second, None)
+    format_axes(ax, first, second, None)
     return ax
 
 
@@ -41,8 +41,8 @@ def plot_limits(optimum: WordedError[Optimum], ax: Any = None) -> Any:
     limits = list(optimum.limits)
     if not limits:
         raise ValueError("the design was searched without limits")
-    ax = axes(ax, (6.0, 1.1 + 0.5 * len(limits)))
-    used = np.array([[_share(limit, limit.before), _share(limit, limit.after)] for limit in limits])
+    ax = get_axes(ax, (6.0, 1.1 + 0.5 * len(limits)))
+    used = np.array([[_utilisation(limit, limit.before), _utilisation(limit, limit.after)] for limit in limits])
     rows = np.arange(len(limits))[::-1]
     for row, limit, (before, after) in zip(rows, limits, used, strict=True):
         color = RED if not limit.ok else BLUE if limit.active else GREY
@@ -51,10 +51,10 @@ def plot_limits(optimum: WordedError[Optimum], ax: Any = None) -> Any:
     ax.axvline(100.0, color="0.2", linewidth=0.9, linestyle=(0, (3, 2)))
     ax.set_yticks(rows, [limit.name for limit in limits])
     ax.set_xlim(min(0.0, 115 * used.min()), max(115.0, 108 * used.max()))
-    return finish(ax, "used of the limit [%]: bar after, line before", "", None)
+    return format_axes(ax, "used of the limit [%]: bar after, line before", "", None)
 
 
-def _share(limit, values):
+def _utilisation(limit, values):
     """Value over bound, one where the limit is met; from zero where the bound is zero."""
     value, bound = float(np.asarray(values)[limit.worst]), float(limit.bound)
     sign = 1.0 if limit.side == "<=" else -1.0
@@ -72,11 +72,11 @@ def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | N
 
     Raises: ValueError for names that are not there, or no design that is ok.
     """
-    table, units = _table(study, names)
+    table, units = _read_table(study, names)
     color = list(table)[-1] if color is None else color
     if color not in table:
         raise ValueError(f"nothing to plot for {color}; the names are: {', '.join(table)}")
-    ax = axes(ax, (1.0 + 1.4 * len(table), 3.4))
+    ax = get_axes(ax, (1.0 + 1.4 * len(table), 3.4))
     columns = np.stack(list(table.values()), axis=1)
     low, high = columns.min(axis=0), columns.max(axis=0)
     scaled = (columns - low) / np.where(high > low, high - low, 1.0)
@@ -114,10 +114,10 @@ def plot_scatter(study: Any, names: Sequence[str] | None = None, ax: Any = None)
 
     Raises: ValueError for names that are not there, or no design that is ok.
     """
-    table, units = _table(study, names)
+    table, units = _read_table(study, names)
     n = len(table)
-    ax = axes(ax, (1.6 * n + 0.8, 1.6 * n + 0.4))
-    for (i, below), (j, beside), room in _rooms(ax, list(table)):
+    ax = get_axes(ax, (1.6 * n + 0.8, 1.6 * n + 0.4))
+    for (i, below), (j, beside), room in _axes_grid(ax, list(table)):
         if i == j:
             room.hist(table[beside], bins=16, color=BLUE, alpha=0.7)
             room.set_yticks([])
@@ -131,7 +131,7 @@ def plot_scatter(study: Any, names: Sequence[str] | None = None, ax: Any = None)
     return ax
 
 
-def _rooms(ax, names):
+def _axes_grid(ax, names):
     """Axes for every pair, in the room of `ax`."""
     place, n, figure = ax.get_subplotspec(), len(names), ax.figure
     grid = None if place is None else place.subgridspec(n, n, wspace=0.12, hspace=0.12)
@@ -147,7 +147,7 @@ def _rooms(ax, names):
             yield (i, below), (j, beside), room
 
 
-def _table(study, names):
+def _read_table(study, names):
     """Numbers (designs,) by name, of the designs that are ok, and their units."""
     dims = study["status"].dims
     numeric = [name for name in study.data_vars if study[name].dtype.kind in "fiu" and study[name].dims == dims]

@@ -35,7 +35,7 @@ def spans(system) -> list[Span]:
     sliding = {j.first_velocity: j.frames for j in top.joints if j.kind in SLIDES and j.num_velocities}
     for group in system.forces:
         for k, (name, a, b) in enumerate(zip(group.names, group.first, group.second, strict=True)):
-            kind = _kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
+            kind = _law_kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
             if isinstance(group.port, LinePort | PosePort):
                 found.append(Span(name, kind, (a, b)))
             elif isinstance(group.port, JointPort) and kind in ("spring", "damper") and a in sliding:
@@ -65,12 +65,12 @@ def torsions(system) -> list[Torsion]:
     for group in system.forces:
         for k, (name, a) in enumerate(zip(group.names, group.first, strict=True)):
             if isinstance(group.port, JointPort) and a in turning:
-                kind = _kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
+                kind = _law_kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
                 found += [Torsion(name, kind, turning[a])] if kind in ("spring", "damper") else []
     return found
 
 
-def _kind(group, law):
+def _law_kind(group, law):
     """How a law looks: a spring where it stores, a damper where it only dissipates."""
     if isinstance(group.port, PosePort):
         return "bushing"
@@ -98,7 +98,7 @@ def body_frames(topology, names=None) -> dict[int, list[int]]:
 def slides(system, film) -> list[Slide]:
     """The sliding joints of a film."""
     top, found = system.topology, []
-    points = {body: _corners(film, top, frames) for body, frames in body_frames(top).items()}
+    points = {body: _points_in_body(film, top, frames) for body, frames in body_frames(top).items()}
     for joint in top.joints:
         if joint.kind not in SLIDES or joint.name not in film.axes:
             continue
@@ -116,8 +116,8 @@ def slides(system, film) -> list[Slide]:
     return found
 
 
-def _corners(film, topology, frames):
-    return np.array([film.in_body(topology, frame) for frame in frames]).reshape(-1, 3)
+def _points_in_body(film, topology, frames):
+    return np.array([film.position_in_body(topology, frame) for frame in frames]).reshape(-1, 3)
 
 
 def _is_along(points, axis, extent):
@@ -126,7 +126,7 @@ def _is_along(points, axis, extent):
     return bool(np.all(np.linalg.norm(np.cross(offset, axis), axis=1) < 1e-3 * extent))
 
 
-def distinct(points, near) -> np.ndarray:
+def distinct_points(points, near) -> np.ndarray:
     """Points (n, 3) without those that lie nearer than `near` to one before."""
     kept: list = []
     for point in np.asarray(points, float).reshape(-1, 3):

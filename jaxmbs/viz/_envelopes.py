@@ -8,9 +8,9 @@ import numpy as np
 from ..palette import BLUE, RED
 from ..reaction._result import Reactions
 from ..typing import ArrayLike, ScalarLike, WordedError
-from ._canvas import axes, curve, finish
-from ._plots import _check
-from ._projection import in_words, looking
+from ._canvas import get_axes, curve_style, format_axes
+from ._plots import check_names
+from ._projection import axes_suffix, read_projection
 
 
 def plot_polar(
@@ -31,22 +31,22 @@ def plot_polar(
     Raises: ValueError for unknown joints or an unknown plane.
     """
     names = [joints] if isinstance(joints, str) else list(joints)
-    _check(names, dict(loads.items()))
-    look, ax, unit = looking(plane), axes(ax, (4.2, 4.2)), 1e-3 if kilo else 1.0
+    check_names(names, dict(loads.items()))
+    look, ax, unit = read_projection(plane), get_axes(ax, (4.2, 4.2)), 1e-3 if kilo else 1.0
     paths = {name: unit * look(np.asarray(loads[name].force)) for name in names}
     largest = max(float(np.nanmax(np.linalg.norm(path, axis=-1))) for path in paths.values()) or 1.0
-    _rings(ax, largest)
+    _draw_circles(ax, largest)
     for k, (name, path) in enumerate(paths.items()):
-        ax.plot(*path.T, label=name, **curve(k))
-        ax.plot(*path[0], "o", color=curve(k)["color"], markersize=5)
+        ax.plot(*path.T, label=name, **curve_style(k))
+        ax.plot(*path[0], "o", color=curve_style(k)["color"], markersize=5)
     ax.set_aspect("equal", adjustable="datalim" if ax.get_subplotspec() is None else "box")
-    label = "force {}" + in_words(loads) + " [" + "k" * kilo + "N]"
-    finish(ax, label.format(plane[0]), label.format(plane[1]), "beside" if len(names) > 1 else None)
+    label = "force {}" + axes_suffix(loads) + " [" + "k" * kilo + "N]"
+    format_axes(ax, label.format(plane[0]), label.format(plane[1]), "beside" if len(names) > 1 else None)
     ax.grid(False)
     return ax
 
 
-def _rings(ax, largest):
+def _draw_circles(ax, largest):
     """Circles of round forces."""
     step = 10.0 ** np.floor(np.log10(largest))
     step *= next(k for k in (0.2, 0.5, 1.0, 2.0) if largest / (k * step) <= 5)
@@ -84,7 +84,7 @@ def plot_envelope(
     kept = np.flatnonzero(np.all(np.isfinite(values), axis=1))
     if len(kept) == 0:
         raise ValueError("no case has finite values")
-    ax, shown = axes(ax), values[kept]
+    ax, shown = get_axes(ax), values[kept]
     worst = int(np.argmax(np.max(np.abs(shown), axis=1)))
     range_ = f"{len(kept)} cases" + (f", {len(values) - len(kept)} failed" if len(kept) < len(values) else "")
     ax.fill_between(x, shown.min(axis=0), shown.max(axis=0), color=BLUE, alpha=0.2, linewidth=0, label=range_)
@@ -92,4 +92,4 @@ def plot_envelope(
     ax.plot(x, shown[worst], color=RED, linewidth=1.2, linestyle=(0, (4, 2)), label=f"case {kept[worst]}")
     if limit is not None:
         ax.axhline(limit, color="0.2", linewidth=0.9, linestyle=(0, (1, 2)), label="limit")
-    return finish(ax, x_label, label, "beside")
+    return format_axes(ax, x_label, label, "beside")

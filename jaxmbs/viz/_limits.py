@@ -8,7 +8,7 @@ import numpy as np
 from ..coupling._limit_loads import truncation_shortfall
 from ..palette import COLORS
 from ..typing import ArrayLike
-from ._canvas import axes, finish
+from ._canvas import get_axes, format_axes
 
 
 def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | None = None, ax: Any = None) -> Any:
@@ -22,7 +22,7 @@ def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | Non
     """
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    ax = axes(ax)
+    ax = get_axes(ax)
     x = np.arange(len(truth)) if cases is None else np.asarray(cases)
     for (name, values), color in zip(limits.items(), COLORS, strict=False):
         found = truncation_shortfall(values, truth)
@@ -35,4 +35,4 @@ def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | Non
     ax.yaxis.set_minor_formatter(NullFormatter())
     if cases is None:
         ax.xaxis.get_major_locator().set_params(integer=True)
-    return finish(ax, "case", "limit value / peak of the transient")
+    return format_axes(ax, "case", "limit value / peak of the transient")

@@ -19,11 +19,11 @@ class Stroke(NamedTuple):
     fill: bool = False
 
 
-class Sketch:
+class LineDrawing:
     """A mechanism seen from one side: `at(k)` are the strokes of instant k of its film."""
 
     def __init__(self, system, film, look, frames=None):
-        self.system, self.top, self.film, self.look = system, system.topology, film, look
+        self.system, self.top, self.trajectory, self.look = system, system.topology, film, look
         self.shown = body_frames(self.top, frames)
         self.slides, self.spans = slides(system, film), spans(system)
         self.torsions = [t for t in torsions(system) if t.joint.name in film.axes]
@@ -33,7 +33,7 @@ class Sketch:
 
     def at(self, k: int) -> list[Stroke]:
         """All strokes of an instant."""
-        points = self.look(self.film.x[k])
+        points = self.look(self.trajectory.x[k])
         strokes = [self._rail(k, slide) for slide in self.slides]
         strokes += [self._body(points, body, frames) for body, frames in self.shown.items() if body >= 0]
         for slide in self.slides:
@@ -47,8 +47,8 @@ class Sketch:
     def _body(self, points, body, frames):
         """A stick, or the hull of what spreads wide; nothing for a body of one point."""
         place = points[frames]
-        wide = self.film.x[0, frames]
-        if body in self.hidden or len(frames) < 2 or np.ptp(wide, axis=0).max() < 1e-9 * self.film.extent:
+        wide = self.trajectory.x[0, frames]
+        if body in self.hidden or len(frames) < 2 or np.ptp(wide, axis=0).max() < 1e-9 * self.trajectory.extent:
             return None
         style = {"color": COLORS[body % len(COLORS)], "linewidth": 3.0, "solid_capstyle": "round", "zorder": 3}
         return Stroke(_outline(place), style | {"solid_joinstyle": "round"})
@@ -56,8 +56,8 @@ class Sketch:
     def _line(self, k, slide, near, far, side=0):
         """Two points of the picture on the axis of a slide, at distances from its first (second) frame."""
         frame = slide.joint.frames[side]
-        axis = self.film.R[k, slide.joint.frames[0]] @ slide.axis
-        return self.look(self.film.x[k, frame] + np.array([[near], [far]]) * axis)
+        axis = self.trajectory.R[k, slide.joint.frames[0]] @ slide.axis
+        return self.look(self.trajectory.x[k, frame] + np.array([[near], [far]]) * axis)
 
     def _rail(self, k, slide):
         if slide.is_telescope:
@@ -111,16 +111,16 @@ class Sketch:
         """A spiral about the joint from the parent to the child, which winds up as it turns; of a damper a vane in a
         drum: an arc and a thick part of it that turns with the child."""
         first, second = torsion.joint.frames
-        axis = self.film.axes[torsion.joint.name]
+        axis = self.trajectory.axes[torsion.joint.name]
         one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         one /= np.linalg.norm(one)
-        other, R = np.cross(axis, one), self.film.R[k, first]
-        moved = R.T @ self.film.R[k, second] @ one
+        other, R = np.cross(axis, one), self.trajectory.R[k, first]
+        moved = R.T @ self.trajectory.R[k, second] @ one
         turn = np.arctan2(moved @ other, moved @ one)
 
         def around(angles, radii):
             flat = radii[:, None] * (np.cos(angles)[:, None] * one + np.sin(angles)[:, None] * other)
-            return self.look(self.film.x[k, first] + flat @ R.T)
+            return self.look(self.trajectory.x[k, first] + flat @ R.T)
 
         thin = {"color": _STEEL, "linewidth": 1.1, "zorder": 3.8}
         if torsion.kind == "spring":

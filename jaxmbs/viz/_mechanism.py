@@ -10,10 +10,10 @@ from ..errors import UnknownNameError
 from ..kinematics._state import State
 from ..model._system import System
 from ..palette import COLORS
-from ._canvas import axes, beside
-from ._line_drawing import Sketch
-from ._projection import looking
-from .scenes._trajectory import film
+from ._canvas import get_axes, split_columns
+from ._line_drawing import LineDrawing
+from ._projection import read_projection
+from .scenes._trajectory import frame_trajectory
 
 
 def plot_mechanism(
@@ -41,27 +41,27 @@ def plot_mechanism(
 
     Raises: ValueError for an unknown plane or no pose; UnknownNameError for traces.
     """
-    look = looking(plane)
+    look = read_projection(plane)
     known = system.topology.frame_index
     wrong = [no_such("frame or body", name, known) for name in traces if name not in known]
     if wrong:
         raise UnknownNameError("; ".join(wrong))
     if poses is not None and poses < 1:
         raise ValueError(f"poses = {poses}: one is needed at least")
-    ax, seen = axes(ax), film(system, states)
-    sketch = Sketch(system, seen, look, frames)
+    ax, seen = get_axes(ax), frame_trajectory(system, states)
+    sketch = LineDrawing(system, seen, look, frames)
     instants = np.arange(len(seen.ts))
     if poses is not None:
         instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
     strengths = np.linspace(1.0, 0.25, len(instants)) if len(instants) > 1 else [1.0]
     for k, strength in reversed(list(zip(instants.tolist(), strengths, strict=True))):
-        draw(ax, sketch.at(k), strength)
+        draw_strokes(ax, sketch.at(k), strength)
     for k, name in enumerate(traces):
         path = look(seen.x[:, known[name]])
         ax.plot(*path.T, color=COLORS[k % len(COLORS)], linewidth=1.0, linestyle=":", zorder=1.5)
     if names:
         _write_names(ax, system.topology, look(seen.x[0]))
-    return framed(ax, look)
+    return format_view(ax, look)
 
 
 def plot_views(
@@ -78,14 +78,14 @@ def plot_views(
     planes = list(planes)
     if not planes:
         raise ValueError("there is no plane to look at")
-    ax = axes(ax, (3.2 * len(planes), 3.2))
-    for room, plane in zip(beside(ax, len(planes)), planes, strict=True):
+    ax = get_axes(ax, (3.2 * len(planes), 3.2))
+    for room, plane in zip(split_columns(ax, len(planes)), planes, strict=True):
         plot_mechanism(system, states, plane, ax=room, **options)
     return ax
 
 
-def draw(ax, strokes, strength=1.0) -> list:
-    """Draw strokes; returns what was drawn, for `redraw`."""
+def draw_strokes(ax, strokes, strength=1.0) -> list:
+    """Draw strokes; returns what was drawn, for `move_strokes`."""
     drawn = []
     for points, style, fill in strokes:
         if fill:
@@ -95,13 +95,13 @@ def draw(ax, strokes, strength=1.0) -> list:
     return drawn
 
 
-def redraw(drawn, strokes) -> None:
+def move_strokes(drawn, strokes) -> None:
     """Move what was drawn to other strokes."""
     for artist, stroke in zip(drawn, strokes, strict=True):
         artist.set_xy(stroke.points) if stroke.fill else artist.set_data(*stroke.points.T)
 
 
-def framed(ax, look):
+def format_view(ax, look):
     """Equal scales, labels where the view is along an axis."""
     ax.set_aspect("equal", adjustable="datalim" if look.labels is None else "box")
     ax.margins(0.07)
@@ -129,4 +129,4 @@ def _write_names(ax, topology, points):
 
 def frame_positions(system: System, states: State) -> np.ndarray:
     """World positions (poses, frames, 3) [m] of all frames, those of joints included, at a state or several."""
-    return film(system, states).x
+    return frame_trajectory(system, states).x

@@ -13,10 +13,10 @@ from ..fem._structure import Structure
 from ..linear._system import LinearSystem
 from ..reductions._base import Reduced
 
-_MOST_BARS = 3  # stiff pairs for each node; more of them are no mesh but a reduction
+_MAX_BARS = 3  # stiff pairs for each node; more of them are no mesh but a reduction
 
 
-class Mesh(NamedTuple):
+class DisplayMesh(NamedTuple):
     """Nodes by name at rest (nodes, 3) [m]; cells (k, 4) with the last node twice where there are three, their edges,
     bars and single nodes, as numbers of nodes."""
 
@@ -27,7 +27,7 @@ class Mesh(NamedTuple):
     bars: np.ndarray
     balls: np.ndarray
 
-    def moves(self, labels, x) -> np.ndarray:
+    def node_translations(self, labels, x) -> np.ndarray:
         """Translations (..., nodes, 3) of displacements x (..., rows) with labels (node, direction)."""
         place, x = {name: k for k, name in enumerate(self.names)}, np.asarray(x)
         rows = [(r, place[n], "xyz".index(d)) for r, (n, d) in enumerate(labels) if n in place and d and d in "xyz"]
@@ -48,15 +48,15 @@ class Mesh(NamedTuple):
         return float(np.max(np.ptp(self.rest, axis=0), initial=0.0)) or 1.0
 
 
-def mesh_of(what: Structure | LinearSystem) -> Mesh:
+def display_mesh(what: Structure | LinearSystem) -> DisplayMesh:
     """The mesh of a structure; of a linear system its nodes, joined where few of them are stiffly coupled.
 
     Raises: ModelError for a linear system whose nodes have no positions.
     """
-    return _of_structure(what) if isinstance(what, Structure) else _of_system(what)
+    return _structure_mesh(what) if isinstance(what, Structure) else _system_mesh(what)
 
 
-def _of_structure(structure):
+def _structure_mesh(structure):
     quads, bars, balls = [], [], []
     for group in structure.groups.values():
         k = group.connections
@@ -68,15 +68,15 @@ def _of_structure(structure):
             bars.append(k)
         else:
             balls.append(k[:, :1])
-    quads = _outer(np.concatenate([*quads, np.zeros((0, 4), int)]))
+    quads = _boundary_faces(np.concatenate([*quads, np.zeros((0, 4), int)]))
     edges = np.concatenate([quads[:, [i, (i + 1) % 4]] for i in range(4)])
     edges = np.unique(np.sort(edges[edges[:, 0] != edges[:, 1]], axis=1), axis=0)
     bars = np.concatenate([*bars, np.zeros((0, 2), int)])
     balls = np.unique(np.concatenate([*(b.ravel() for b in balls), bars.ravel()]).astype(int))
-    return Mesh(structure.names, np.asarray(structure.positions, float), quads, edges, bars, balls)
+    return DisplayMesh(structure.names, np.asarray(structure.positions, float), quads, edges, bars, balls)
 
 
-def _outer(quads):
+def _boundary_faces(quads):
     """Faces (k, 4) that only one element has."""
     if len(quads) == 0:
         return quads
@@ -84,12 +84,12 @@ def _outer(quads):
     return quads[np.sort(where[count == 1])]
 
 
-def _of_system(system):
+def _system_mesh(system):
     if system.positions is None:
         raise ModelError("what has no positions cannot be drawn: give the structure, or LinearSystem(positions=...)")
     none = np.zeros((0, 4), int)
     nodes = np.arange(len(system.nodes))
-    return Mesh(system.nodes, np.asarray(system.positions, float), none, none[:, :2], _stiff_pairs(system), nodes)
+    return DisplayMesh(system.nodes, np.asarray(system.positions, float), none, none[:, :2], _stiff_pairs(system), nodes)
 
 
 def _stiff_pairs(system):
@@ -102,10 +102,10 @@ def _stiff_pairs(system):
     rows, columns = np.nonzero(np.abs(np.asarray(K)) > 0)
     pairs = np.stack([node[rows], node[columns]], axis=1)
     pairs = np.unique(np.sort(pairs[(pairs[:, 0] != pairs[:, 1]) & np.all(pairs >= 0, axis=1)], axis=1), axis=0)
-    return pairs if len(pairs) <= _MOST_BARS * len(system.nodes) else pairs[:0]
+    return pairs if len(pairs) <= _MAX_BARS * len(system.nodes) else pairs[:0]
 
 
-def moving_meshes(system: LinearSystem, x: Any, structures: Any = None) -> dict[str, tuple[Mesh, np.ndarray]]:
+def moving_meshes(system: LinearSystem, x: Any, structures: Any = None) -> dict[str, tuple[DisplayMesh, np.ndarray]]:
     """Meshes by component (one, "", of what is no network) and the translations (T, nodes, 3) of their nodes.
 
     Args:
@@ -123,13 +123,13 @@ def moving_meshes(system: LinearSystem, x: Any, structures: Any = None) -> dict[
         found = {}
         for name, component, own in parts:
             if name in given or component.positions is not None:
-                mesh = mesh_of(given.get(name, component))
-                found[name] = mesh, mesh.moves(component.whole, own)
+                mesh = display_mesh(given.get(name, component))
+                found[name] = mesh, mesh.node_translations(component.whole, own)
         return found
     if isinstance(structures, Mapping):
         (structures,) = structures.values()
     labels = system.coordinates
     if isinstance(system, Reduced) and structures is not None:
         x, labels = system.expand(np.asarray(x)), system.whole
-    mesh = mesh_of(system if structures is None else structures)
-    return {"": (mesh, mesh.moves(labels, x))}
+    mesh = display_mesh(system if structures is None else structures)
+    return {"": (mesh, mesh.node_translations(labels, x))}

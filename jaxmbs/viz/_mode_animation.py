@@ -19,9 +19,9 @@ from ..runtime import jit
 from ..typing import ScalarLike
 from ..vibration._modes import Modes
 from ._mesh import moving_meshes
-from .scenes._trajectory import film
+from .scenes._trajectory import frame_trajectory
 
-LARGEST = 0.08  # of the extent, where no amplitude is asked
+AMPLITUDE = 0.08  # of the extent, where no amplitude is asked
 
 
 class ModeAnimation(NamedTuple):
@@ -64,18 +64,18 @@ def animate_mode(
     shape, frequency = np.asarray(modes.shapes)[:, number], omega / (2 * np.pi)
     if isinstance(system, System):
         system = system if state is None else with_mobility_at(system, state)
-        shape = _of_positions(system, state, shape)
-    waves = np.real(phase[:, None] * _aligned(shape))
+        shape = _position_shape(system, state, shape)
+    waves = np.real(phase[:, None] * _align_phase(shape))
     if isinstance(system, System):
-        return ModeAnimation(ts, _states(system, state, waves, ts, amplitude), None, frequency)
+        return ModeAnimation(ts, _mode_states(system, state, waves, ts, amplitude), None, frequency)
     if waves.shape[1] != system.num_rows:
         raise ModelError([f"the modes have {waves.shape[1]} rows, the system {system.num_rows} coordinates"])
     if amplitude is None:
-        amplitude = _fitting(system, waves)
+        amplitude = _default_amplitude(system, waves)
     return ModeAnimation(ts, None, amplitude * waves, frequency)
 
 
-def _of_positions(system, state, shape):
+def _position_shape(system, state, shape):
     """Of a mode of coordinates and velocities the former (n,)."""
     n = len(independent_positions(system))
     if state is None:
@@ -85,36 +85,36 @@ def _of_positions(system, state, shape):
     return shape[:n]
 
 
-def _aligned(shape):
+def _align_phase(shape):
     """The shape turned so that its largest entry is real: it starts where that is largest."""
     largest = shape[np.argmax(np.abs(shape))]
     return shape * np.conj(largest) / np.abs(largest) if np.abs(largest) > 0 else shape
 
 
-def _fitting(system, waves):
+def _default_amplitude(system, waves):
     if system.positions is None:
         return 1.0 / (np.max(np.abs(waves)) or 1.0)
     meshes = moving_meshes(system, waves).values()
     seen = max((np.max(np.linalg.norm(u, axis=-1), initial=0.0) for _, u in meshes), default=0.0)
-    return LARGEST * max((mesh.extent for mesh, _ in meshes), default=1.0) / (seen or 1.0)
+    return AMPLITUDE * max((mesh.extent for mesh, _ in meshes), default=1.0) / (seen or 1.0)
 
 
-def _states(system, state, waves, ts, amplitude):
+def _mode_states(system, state, waves, ts, amplitude):
     def at(scale):
-        moved = _moved(system, state, jnp.asarray(scale * waves))
+        moved = _displaced_coordinates(system, state, jnp.asarray(scale * waves))
         still = jnp.zeros((len(ts), state.velocities.shape[-1]), moved.dtype)
         return State(jnp.asarray(ts, moved.dtype), moved, still, structure=system.topology.structure)
 
     if amplitude is None:
         small = 1e-6 / (np.max(np.abs(waves)) or 1.0)
-        seen = film(system, at(small))
+        seen = frame_trajectory(system, at(small))
         away = np.max(np.linalg.norm(seen.x - seen.x[:1], axis=-1)) / 2 or 1.0
-        amplitude = small * LARGEST * seen.extent / away
+        amplitude = small * AMPLITUDE * seen.extent / away
     return at(amplitude)
 
 
 @jit
-def _moved(system, state, waves):
+def _displaced_coordinates(system, state, waves):
     """Coordinates (T, nq) of displacements (T, n) of the independent coordinates."""
     at = at_state(system, state, inertias=False)
     Z = position_map(system, at) if system.topology.slip_rows else velocity_map(system, at)[0]

@@ -11,8 +11,8 @@ from ..motion._motion import Motion
 from ..palette import BLUE, GREEN, RED
 from ..reaction._result import Reactions
 from ..typing import ArrayLike, WordedError
-from ._canvas import axes, curve, draw_curves, finish, stacked
-from ._projection import in_words
+from ._canvas import get_axes, curve_style, draw_curves, format_axes, stack_axes
+from ._projection import axes_suffix
 
 _UNITS = {
     "revolute": "angle [rad]",
@@ -52,7 +52,7 @@ def plot_coordinates(
     Raises: ValueError for joints without coordinates.
     """
     values = (system.velocities if velocities else system.coordinates)(motion.states)
-    _check(joints, values)
+    check_names(joints, values)
     x, along = _abscissa(system, motion, over, degrees)
     panels: dict = {}
     for name in joints or [name for name in values if name != over]:
@@ -64,12 +64,12 @@ def plot_coordinates(
                 what, column = what.replace("rad", "deg"), np.degrees(column)
             panels.setdefault(what, {})[name if len(columns) == 1 else f"{name} {label}"] = column
     several = len(panels) > 1
-    ax = axes(ax, (8.0, 2.0 + 1.5 * len(panels)) if several else None)
-    rooms, number = stacked(ax, [1] * len(panels)), 0
+    ax = get_axes(ax, (8.0, 2.0 + 1.5 * len(panels)) if several else None)
+    rooms, number = stack_axes(ax, [1] * len(panels)), 0
     for room, (what, curves) in zip(rooms, panels.items(), strict=True):
         draw_curves(room, x, curves, number)
         number += len(curves)
-        finish(room, along if room is rooms[-1] else "", what, "beside" if several else "ends")
+        format_axes(room, along if room is rooms[-1] else "", what, "beside" if several else "ends")
     return ax
 
 
@@ -78,7 +78,7 @@ def _abscissa(system, motion, over, degrees):
     if over is None:
         return np.asarray(motion.ts), "time [s]"
     values = system.coordinates(motion.states)
-    _check([over], {name: value for name, value in values.items() if np.ndim(value) == 1})
+    check_names([over], {name: value for name, value in values.items() if np.ndim(value) == 1})
     record = system.topology.joints[system.topology.joint_index[over]]
     what, x = _units(system.topology, record)[0], np.asarray(values[over])
     if degrees and "[rad" in what:
@@ -122,9 +122,9 @@ def plot_reactions(
     """
     if component not in (None, "x", "y", "z"):
         raise ValueError(f"component must be 'x', 'y' or 'z', not {component!r}")
-    ax = axes(ax)
-    _check(joints, dict(loads.items()))
-    _check(limits, dict(loads.items()))
+    ax = get_axes(ax)
+    check_names(joints, dict(loads.items()))
+    check_names(limits, dict(loads.items()))
     unit, curves = 1e-3 if kilo else 1.0, {}
     for name in joints or loads:
         vector = np.asarray(loads[name].moment if moment else loads[name].force) * unit
@@ -134,8 +134,8 @@ def plot_reactions(
         if name in lines:
             ax.axhline(unit * limit, color=lines[name].get_color(), linewidth=0.8, linestyle=(0, (1, 2)))
     what = "joint moment" if moment else "joint force"
-    what += f" {component}{in_words(loads)}" if component else ""
-    return finish(ax, "time [s]", f"{what} [{'k' * kilo}N{' m' * moment}]", "ends")
+    what += f" {component}{axes_suffix(loads)}" if component else ""
+    return format_axes(ax, "time [s]", f"{what} [{'k' * kilo}N{' m' * moment}]", "ends")
 
 
 def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
@@ -144,20 +144,20 @@ def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
     Args:
         ax: matplotlib axes to draw into (default: new ones); they give the residual the lower quarter of their room.
     """
-    ax, below = stacked(axes(ax), (3, 1))
+    ax, below = stack_axes(get_axes(ax), (3, 1))
     ts, accounts = np.asarray(motion.ts), motion.diagnostics
     kinetic, potential = np.asarray(accounts.kinetic), np.asarray(accounts.potential)
     work = sum((np.asarray(value) for value in accounts.work.values()), np.zeros_like(ts))
     ax.plot(ts, kinetic, label="kinetic", color=BLUE)
     ax.plot(ts, potential, label="potential", color=GREEN)
     ax.plot(ts, kinetic + potential - work, label="sum less work", color="0.2", linestyle="--")
-    finish(ax, "", "energy [J]", "ends")
+    format_axes(ax, "", "energy [J]", "ends")
     below.plot(ts, accounts.energy_residual, color=RED)
-    finish(below, "time [s]", "residual [J]")
+    format_axes(below, "time [s]", "residual [J]")
     return ax
 
 
-def _check(joints, known):
+def check_names(joints, known):
     missing = [name for name in joints or () if name not in known]
     if missing:
         raise ValueError(f"nothing to plot for {', '.join(missing)}; the names are: {', '.join(known)}")
@@ -168,10 +168,10 @@ def plot_history(optimum: Optimum, ax: Any = None) -> Any:
 
     Args: ax: matplotlib axes to draw into (default: new ones); they become the upper ones.
     """
-    history, ax = optimum.history, axes(ax, (8.0, 4.5))
-    rooms, steps = stacked(ax, [2, 1]), np.arange(len(optimum.history.values))
-    rooms[0].plot(steps, history.values, **curve(0))
-    finish(rooms[0], "", "objective", None)
-    rooms[1].semilogy(steps, np.where(history.gradient_norms > 0.0, history.gradient_norms, np.nan), **curve(1))
-    finish(rooms[1], "step", "slope left", None)
+    history, ax = optimum.history, get_axes(ax, (8.0, 4.5))
+    rooms, steps = stack_axes(ax, [2, 1]), np.arange(len(optimum.history.values))
+    rooms[0].plot(steps, history.values, **curve_style(0))
+    format_axes(rooms[0], "", "objective", None)
+    rooms[1].semilogy(steps, np.where(history.gradient_norms > 0.0, history.gradient_norms, np.nan), **curve_style(1))
+    format_axes(rooms[1], "step", "slope left", None)
     return ax

@@ -8,12 +8,12 @@ from ..bondgraph._power import BondPowers
 from ..motion._motion import Motion
 from ..palette import COLORS
 from ..typing import WordedError
-from ._canvas import axes, finish, stacked
+from ._canvas import get_axes, format_axes, stack_axes
 
 _SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
 _FAMILIES = ("kinetic", "springs", "dissipated", "sources", "drives", "others")
 _HATCHES = (None, "////", "....", "xxxx")
-_MOST = 11  # elements told apart
+_MAX_ELEMENTS = 11  # elements told apart
 
 
 def plot_power(
@@ -34,16 +34,16 @@ def plot_power(
     """
     if by not in ("element", "kind"):
         raise ValueError(f"by must be 'element' or 'kind', not {by!r}")
-    ax, below = stacked(axes(ax, (8.0, 5.2)), (3, 2))
+    ax, below = stack_axes(get_axes(ax, (8.0, 5.2)), (3, 2))
     ts = np.asarray(motion.ts)
     kinds = {e.name: _SHOWN[e.kind] for e in powers.graph.elements if e.is_port}
     fed = {name: -np.asarray(power) for name, power in powers.ports().items()}
     by_kind = {}
     for name, power in fed.items():
         by_kind[kinds[name]] = by_kind.get(kinds[name], 0.0) + power
-    parts = _largest(fed) if by == "element" else by_kind
-    _stack(ax, ts, parts, {name: kinds.get(name, name if name in by_kind else "others") for name in parts})
-    finish(ax, "", "power fed in [W]", "beside")
+    parts = _largest_parts(fed) if by == "element" else by_kind
+    _draw_stack(ax, ts, parts, {name: kinds.get(name, name if name in by_kind else "others") for name in parts})
+    format_axes(ax, "", "power fed in [W]", "beside")
     energies = {kind: energy_since_start(ts, power) for kind, power in by_kind.items()}
     for kind, energy in energies.items():
         sign = 1.0 if kind in ("sources", "drives") else -1.0
@@ -51,7 +51,7 @@ def plot_power(
     gained = np.asarray(motion.diagnostics.kinetic) - np.asarray(motion.diagnostics.kinetic)[0]
     others = sum((energy for kind, energy in energies.items() if kind != "kinetic"), np.zeros_like(ts))
     below.plot(ts, others - gained, label="missing", color="0.2", linestyle=":")
-    finish(below, "time [s]", "energy [J]", "beside")
+    format_axes(below, "time [s]", "energy [J]", "beside")
     return ax
 
 
@@ -61,16 +61,16 @@ def energy_since_start(ts, power):
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _largest(parts):
+def _largest_parts(parts):
     """The parts of the largest peaks in their order, all others as one."""
     peaks = {name: np.max(np.abs(power)) for name, power in parts.items()}
-    most = set(sorted(peaks, key=peaks.get, reverse=True)[:_MOST])
+    most = set(sorted(peaks, key=peaks.get, reverse=True)[:_MAX_ELEMENTS])
     shown = {name: power for name, power in parts.items() if name in most}
     rest = [power for name, power in parts.items() if name not in most]
     return shown | ({f"{len(rest)} others": sum(rest[1:], rest[0])} if rest else {})
 
 
-def _stack(ax, ts, parts, families):
+def _draw_stack(ax, ts, parts, families):
     """Positive parts stacked upwards, negative ones downwards; a family has one colour, its members hatches."""
     top, bottom = np.zeros_like(ts), np.zeros_like(ts)
     least = 1e-9 * max((np.max(np.abs(power)) for power in parts.values()), default=0.0)

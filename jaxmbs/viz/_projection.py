@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 
-class Looking(NamedTuple):
+class Projection(NamedTuple):
     """Rows (2, 3) to the right and up of the picture, (3,) towards the eye, and the labels of its axes, if any."""
 
     rows: np.ndarray
@@ -17,7 +17,7 @@ class Looking(NamedTuple):
         return np.asarray(points) @ self.rows.T
 
 
-def looking(plane: str, azimuth: float = 0.6, elevation: float = 0.4) -> Looking:
+def read_projection(plane: str, azimuth: float = 0.6, elevation: float = 0.4) -> Projection:
     """A view by the world axes that point to the right and up, "xy", "xz", ..., or "iso": z up, over the corner
     between the x axis and the reverse of y.
 
@@ -29,20 +29,20 @@ def looking(plane: str, azimuth: float = 0.6, elevation: float = 0.4) -> Looking
         c, s = np.cos(azimuth), np.sin(azimuth)
         right, level = np.array([c, s, 0.0]), np.array([s, -c, 0.0])
         eye = np.cos(elevation) * level + np.sin(elevation) * np.array([0.0, 0.0, 1.0])
-        return Looking(np.stack([right, np.cross(eye, right)]), eye, None)
+        return Projection(np.stack([right, np.cross(eye, right)]), eye, None)
     if len(plane) != 2 or not set(plane) < set("xyz") or plane[0] == plane[1]:
         raise ValueError(f"plane must name two different axes, such as 'xy', or be 'iso', not {plane!r}")
     rows = np.eye(3)[["xyz".index(letter) for letter in plane]]
-    return Looking(rows, np.cross(*rows), (f"{plane[0]} [m]", f"{plane[1]} [m]"))
+    return Projection(rows, np.cross(*rows), (f"{plane[0]} [m]", f"{plane[1]} [m]"))
 
 
-def axes_of(loads) -> tuple[str, str]:
+def load_axes(loads) -> tuple[str, str]:
     """Frame and side of loads, as `reactions` was asked; those of a mapping made by hand are in the world, on the
     children."""
     return getattr(loads, "frame", "world"), getattr(loads, "side", "child")
 
 
-def in_words(loads) -> str:
+def axes_suffix(loads) -> str:
     """What a label says of the axes of components: nothing of those in the world, on the children."""
-    frame, side = axes_of(loads)
+    frame, side = load_axes(loads)
     return ", joint axes" * (frame == "joint") + ", on the parent" * (side == "parent")

@@ -8,7 +8,7 @@ import numpy as np
 from ..linear._transfer import TransferFunctions
 from ..typing import ArrayLike
 from ..vibration._modes import Modes
-from ._canvas import axes, curve, draw_curves, finish, stacked
+from ._canvas import get_axes, curve_style, draw_curves, format_axes, stack_axes
 
 _PER_FORCE = {"receptance": "m/N", "mobility": "m/(N s)", "accelerance": "m/(N s$^2$)"}
 
@@ -20,14 +20,14 @@ def plot_bode(functions: TransferFunctions, ax: Any = None, *, unit: str | None 
         ax: matplotlib axes to draw into (default: new ones); they become the upper ones.
         unit: of the values (default: by kind, of displacements by forces).
     """
-    rooms, curves = stacked(axes(ax, (7.0, 4.8)), (3, 2)), _channels(functions)
+    rooms, curves = stack_axes(get_axes(ax, (7.0, 4.8)), (3, 2)), _channels(functions)
     hertz = np.asarray(functions.omega) / (2 * np.pi)
     for k, (name, values) in enumerate(curves.items()):
-        rooms[0].loglog(hertz, np.abs(values), label=name, **curve(k))
-        rooms[1].plot(hertz, np.degrees(np.angle(values)), **curve(k))
+        rooms[0].loglog(hertz, np.abs(values), label=name, **curve_style(k))
+        rooms[1].plot(hertz, np.degrees(np.angle(values)), **curve_style(k))
     unit = _PER_FORCE[functions.kind] if unit is None else unit
-    finish(rooms[0], "", f"{functions.kind} [{unit}]", "beside" if len(curves) > 1 else None)
-    finish(rooms[1], "frequency [Hz]", "phase [deg]", None)
+    format_axes(rooms[0], "", f"{functions.kind} [{unit}]", "beside" if len(curves) > 1 else None)
+    format_axes(rooms[1], "frequency [Hz]", "phase [deg]", None)
     rooms[1].set_yticks(range(-180, 181, 90))
     rooms[1].set_ylim(-195, 195)
     return rooms[0]
@@ -38,15 +38,15 @@ def plot_nyquist(functions: TransferFunctions, ax: Any = None, *, unit: str | No
 
     Args: as of `plot_bode`.
     """
-    ax, curves = axes(ax, (4.6, 4.2)), _channels(functions)
+    ax, curves = get_axes(ax, (4.6, 4.2)), _channels(functions)
     unit = _PER_FORCE[functions.kind] if unit is None else unit
     for k, (name, values) in enumerate(curves.items()):
-        ax.plot(values.real, values.imag, label=name, **curve(k))
+        ax.plot(values.real, values.imag, label=name, **curve_style(k))
     ax.axhline(0.0, color="0.7", linewidth=0.7, zorder=0)
     ax.axvline(0.0, color="0.7", linewidth=0.7, zorder=0)
     ax.ticklabel_format(style="sci", scilimits=(-2, 3))
     ax.set_aspect("equal", adjustable="datalim")
-    return finish(ax, f"real part [{unit}]", f"imaginary part [{unit}]", "beside" if len(curves) > 1 else None)
+    return format_axes(ax, f"real part [{unit}]", f"imaginary part [{unit}]", "beside" if len(curves) > 1 else None)
 
 
 def _channels(functions):
@@ -74,7 +74,7 @@ def plot_campbell(
     hertz = np.array([np.asarray(one.frequencies if isinstance(one, Modes) else one) for one in given], float)
     if hertz.ndim != 2 or len(hertz) != len(speeds):
         raise ValueError(f"frequencies have shape ({len(speeds)}, modes), not {hertz.shape}")
-    ax = axes(ax)
+    ax = get_axes(ax)
     for order in orders:
         line = order * speeds / (2 * np.pi)
         ax.plot(speeds, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
@@ -83,7 +83,7 @@ def plot_campbell(
     for order in orders:
         _order_label(ax, speeds, order, top)
     draw_curves(ax, speeds, {f"mode {k + 1}": hertz[:, k] for k in range(hertz.shape[1])})
-    return finish(ax, "speed [rad/s]", "frequency [Hz]", "beside")
+    return format_axes(ax, "speed [rad/s]", "frequency [Hz]", "beside")
 
 
 def _order_label(ax, speeds, order, top):
@@ -103,7 +103,7 @@ def plot_mac(values: ArrayLike, ax: Any = None, *, rows: str = "mode", columns: 
     values = np.asarray(values, float)
     if values.ndim != 2:
         raise ValueError(f"criteria have the shape (modes, modes), not {values.shape}")
-    ax = axes(ax, (4.6, 3.8))
+    ax = get_axes(ax, (4.6, 3.8))
     m, k = values.shape
     shown = ax.imshow(values, cmap="Blues", vmin=0.0, vmax=1.0, origin="lower", extent=(0.5, k + 0.5, 0.5, m + 0.5))
     if max(m, k) <= 8:

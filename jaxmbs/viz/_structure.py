@@ -9,11 +9,11 @@ from ..fem._structure import Structure
 from ..linear._system import LinearSystem
 from ..typing import ScalarLike
 from ..vibration._modes import Modes
-from ._canvas import axes, beside
-from ._mechanism import framed
-from ._mesh import Mesh, mesh_of, moving_meshes
+from ._canvas import get_axes, split_columns
+from ._mechanism import format_view
+from ._mesh import DisplayMesh, display_mesh, moving_meshes
 from ._mode_animation import animate_mode
-from ._projection import looking
+from ._projection import read_projection
 
 _MAP = "viridis"
 
@@ -43,26 +43,26 @@ def plot_structure(
 
     Raises: ModelError without positions; ValueError for displacements of another shape or an unknown plane.
     """
-    look, ax = looking(plane), axes(ax)
-    meshes = _moved(what, x, structures)
+    look, ax = read_projection(plane), get_axes(ax)
+    meshes = _displaced_meshes(what, x, structures)
     extent = max(mesh.extent for mesh, _ in meshes)
     largest = max(np.max(np.linalg.norm(u, axis=-1), initial=0.0) for _, u in meshes)
     if scale is None:
         scale = 0.08 * extent / largest if largest > 0 else 0.0
-    top, unit, text = _scaled(largest, extent) if values is None else (np.max(values), 1.0, label)
+    top, unit, text = _length_unit(largest, extent) if values is None else (np.max(values), 1.0, label)
     colored, low = x is not None or values is not None, 0.0 if values is None else min(0.0, float(np.min(values)))
     shown = None
     for mesh, u in meshes:
         if largest > 0 and scale:
-            _ghost(ax, mesh, look)
+            _draw_undeformed(ax, mesh, look)
         numbers = (np.linalg.norm(u, axis=-1) if values is None else np.asarray(values)) * unit
         shown = (
-            _drawn(ax, mesh, mesh.rest + scale * u, look, numbers if colored else None, (low, top * unit)) or shown
+            _draw_mesh(ax, mesh, mesh.rest + scale * u, look, numbers if colored else None, (low, top * unit)) or shown
         )
     if colored and shown is not None and text:
-        _bar(shown, ax, text)
+        _color_bar(shown, ax, text)
     ax.autoscale_view()
-    return framed(ax, look)
+    return format_view(ax, look)
 
 
 def plot_modes(
@@ -89,29 +89,29 @@ def plot_modes(
     numbers = list(numbers)
     if not numbers:
         raise ValueError("there is no mode to show")
-    ax, shown = axes(ax, (2.6 * len(numbers) + 0.6, 1.9)), None
-    rooms = beside(ax, len(numbers))
+    ax, shown = get_axes(ax, (2.6 * len(numbers) + 0.6, 1.9)), None
+    rooms = split_columns(ax, len(numbers))
     for room, number in zip(rooms, numbers, strict=True):
         mode = animate_mode(system, modes, number, frames=2)
         meshes = moving_meshes(system, np.asarray(mode.displacement)[:1], structures).values()
-        look = looking(plane)
+        look = read_projection(plane)
         largest = max(np.max(np.linalg.norm(u, axis=-1)) for _, u in meshes)
         for mesh, u in meshes:
-            _ghost(room, mesh, look)
+            _draw_undeformed(room, mesh, look)
             share = np.linalg.norm(u[0], axis=-1) / (largest or 1.0)
-            shown = _drawn(room, mesh, mesh.rest + u[0], look, share, (0.0, 1.0)) or shown
+            shown = _draw_mesh(room, mesh, mesh.rest + u[0], look, share, (0.0, 1.0)) or shown
         room.autoscale_view()
-        framed(room, look).set_title(f"{mode.frequency:.4g} Hz", fontsize="medium")
+        format_view(room, look).set_title(f"{mode.frequency:.4g} Hz", fontsize="medium")
     if shown is not None:
-        _bar(shown, rooms, "share of\nthe largest")
+        _color_bar(shown, rooms, "share of\nthe largest")
     return ax
 
 
-def _moved(what, x, structures):
+def _displaced_meshes(what, x, structures):
     """Pairs of mesh and translations (nodes, 3)."""
     if isinstance(what, Structure):
-        mesh = mesh_of(what)
-        return [(mesh, _of_nodes(mesh, what, x))]
+        mesh = display_mesh(what)
+        return [(mesh, _node_displacements(mesh, what, x))]
     n = what.num_rows
     x = np.zeros(n) if x is None else np.real(np.asarray(x))
     if x.shape != (n,):
@@ -119,7 +119,7 @@ def _moved(what, x, structures):
     return [(mesh, u[0]) for mesh, u in moving_meshes(what, x[None], structures).values()]
 
 
-def _of_nodes(mesh: Mesh, structure, x):
+def _node_displacements(mesh: DisplayMesh, structure, x):
     if x is None:
         return np.zeros_like(mesh.rest)
     x = np.real(np.asarray(x))
@@ -128,10 +128,10 @@ def _of_nodes(mesh: Mesh, structure, x):
     labels = structure.labels
     if x.shape != (len(labels),):
         raise ValueError(f"the structure has {len(labels)} coordinates and {len(mesh.rest)} nodes, not {x.shape}")
-    return mesh.moves(labels, x)
+    return mesh.node_translations(labels, x)
 
 
-def _bar(shown, rooms, text):
+def _color_bar(shown, rooms, text):
     """A colour bar at the right of axes."""
     figure = (rooms[0] if isinstance(rooms, list) else rooms).figure
     bar = figure.colorbar(shown, ax=rooms, shrink=0.6, pad=0.02)
@@ -139,12 +139,12 @@ def _bar(shown, rooms, text):
     bar.outline.set_visible(False)
 
 
-def _scaled(largest, extent):
+def _length_unit(largest, extent):
     """Millimetres where they read well."""
     return (largest, 1e3, "displacement [mm]") if largest < 0.5 * extent else (largest, 1.0, "displacement [m]")
 
 
-def _ghost(ax, mesh, look):
+def _draw_undeformed(ax, mesh, look):
     from matplotlib.collections import LineCollection
 
     lines = look(mesh.rest[np.concatenate([mesh.edges, mesh.bars])])
@@ -160,16 +160,16 @@ def draw_moving(ax, meshes, look, largest):
             drawn.pop().remove()
         before = len(ax.collections)
         for mesh, u in meshes:
-            _drawn(ax, mesh, mesh.rest + u[k], look, np.linalg.norm(u[k], axis=-1), (0.0, largest))
+            _draw_mesh(ax, mesh, mesh.rest + u[k], look, np.linalg.norm(u[k], axis=-1), (0.0, largest))
         drawn.extend(ax.collections[before:])
 
     for mesh, _ in meshes:
-        _ghost(ax, mesh, look)
+        _draw_undeformed(ax, mesh, look)
     show(0)
     return show
 
 
-def _drawn(ax, mesh, places, look, numbers, limits):
+def _draw_mesh(ax, mesh, places, look, numbers, limits):
     """Faces from far to near, bars and nodes; returns what a colour bar is made for."""
     from matplotlib.collections import LineCollection, PolyCollection
 

@@ -16,7 +16,7 @@ from jax import numpy as jnp
 import jaxmbs as mbs
 from jaxmbs.batching import _batch as batches
 from jaxmbs.batching import _program as lanes
-from jaxmbs.batching._result import lane_cost, lane_status
+from jaxmbs.batching._result import count_steps, design_status
 from jaxmbs.runtime import tuning, working_bytes
 from jaxmbs.status import Status
 from tests import models
@@ -94,9 +94,9 @@ def test_compiled_once(monkeypatch):
         traces.append(1)
         return area(design)
 
-    compile_one = lanes.Lanes._compile
+    compile_one = lanes.BatchedFunction._compile
     compiled = []
-    monkeypatch.setattr(lanes.Lanes, "_compile", lambda *args: compiled.append(1) or compile_one(*args))
+    monkeypatch.setattr(lanes.BatchedFunction, "_compile", lambda *args: compiled.append(1) or compile_one(*args))
     for number in (5, 40, 7):
         batch(function, table(number), chunk=8)
     assert len(traces) == len(compiled) == 1
@@ -111,7 +111,7 @@ def test_chunk_shrinks_where_memory_is_short(monkeypatch):
         return jnp.sort(x)
 
     monkeypatch.setattr(tuning, "CHUNK_BYTES", 100_000)
-    found = lanes.lanes_of(hungry, {"a": np.ones(256)})
+    found = lanes.batched_function(hungry, {"a": np.ones(256)})
     program, chunk = found.fitting(64)
     assert chunk < 16 and working_bytes(program) <= 100_000
     assert found.fitting(64)[0] is program
@@ -125,7 +125,7 @@ def test_threads_give_the_same_bits(monkeypatch):
         return jax.lax.fori_loop(0, 50, lambda _, x: jnp.sin(x) + design["a"], design["b"])
 
     many = batch(function, table(101), chunk=4).values
-    monkeypatch.setattr(batches, "_threads", lambda: 1)
+    monkeypatch.setattr(batches, "_num_threads", lambda: 1)
     np.testing.assert_array_equal(many, batch(function, table(101), chunk=4).values)
 
 
@@ -163,12 +163,12 @@ def test_status_is_the_worst_of_the_motions():
     def fake(result):
         return eqx.tree_at(lambda m: m.result, _motion(), jnp.asarray(result))
 
-    assert lane_status([fake(Status.SUCCESS), fake(Status.MAX_STEPS)]) == Status.MAX_STEPS
-    assert lane_status([fake(Status.EVENT), jnp.nan]) == Status.EVENT  # unused entries after the event
-    assert lane_status([fake(Status.SUCCESS), jnp.nan]) == Status.NOT_FINITE
-    assert lane_status({"name": 3, "none": None}) == Status.SUCCESS
+    assert design_status([fake(Status.SUCCESS), fake(Status.MAX_STEPS)]) == Status.MAX_STEPS
+    assert design_status([fake(Status.EVENT), jnp.nan]) == Status.EVENT  # unused entries after the event
+    assert design_status([fake(Status.SUCCESS), jnp.nan]) == Status.NOT_FINITE
+    assert design_status({"name": 3, "none": None}) == Status.SUCCESS
     steps = _motion().diagnostics.num_steps
-    assert steps > 0 and lane_cost([_motion(), {"again": _motion()}, 7.0]) == 2 * steps
+    assert steps > 0 and count_steps([_motion(), {"again": _motion()}, 7.0]) == 2 * steps
 
 
 @functools.cache
@@ -179,8 +179,8 @@ def _motion():
 
 @pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
 def test_an_error_keeps_what_was_computed(error, monkeypatch):
-    monkeypatch.setattr(batches, "_threads", lambda: 1)
-    running = lanes.Lanes.program
+    monkeypatch.setattr(batches, "_num_threads", lambda: 1)
+    running = lanes.BatchedFunction.program
     calls = []
 
     def program(self, chunk, devices=()):
@@ -194,7 +194,7 @@ def test_an_error_keeps_what_was_computed(error, monkeypatch):
 
         return call
 
-    monkeypatch.setattr(lanes.Lanes, "program", program)
+    monkeypatch.setattr(lanes.BatchedFunction, "program", program)
     with pytest.raises(mbs.BatchError, match="boom") as caught:
         batch(area, {"a": np.arange(10.0), "b": np.ones((10, 1))}, chunk=2)
     found = caught.value.batch

@@ -170,14 +170,14 @@ def test_a_broken_pipe_is_quiet(folder):
 
 
 def test_a_file_is_whole_or_not_there(tmp_path):
-    from jaxmbs.atomic_write import whole_file
+    from jaxmbs.atomic_write import atomic_file
 
     target = tmp_path / "a.txt"
-    with pytest.raises(KeyboardInterrupt), whole_file(target) as file:
+    with pytest.raises(KeyboardInterrupt), atomic_file(target) as file:
         file.write("half")
         raise KeyboardInterrupt
     assert os.listdir(tmp_path) == []
-    with whole_file(target) as file:
+    with atomic_file(target) as file:
         file.write(json.dumps([1]))
     assert target.read_text() == "[1]" and target.stat().st_mode & 0o777 == 0o666 & ~_mask()
 

@@ -12,7 +12,7 @@ import pytest
 from jaxmbs import cli
 from jaxmbs.demo import _files as files
 from jaxmbs.demo import _story as story
-from jaxmbs.demo._loads import crank_angle, grid
+from jaxmbs.demo._loads import crank_angle, crank_grid
 from jaxmbs.demo._reference import FREE_TOLERANCE, LOADS, TIMES
 
 README = Path(__file__).parents[2] / "README.md"
@@ -66,7 +66,7 @@ def test_limits_of_the_design_are_kept(results):
 
 
 def test_grid_holds_the_reference_times():
-    every, even, at_reference = grid(24)
+    every, even, at_reference = crank_grid(24)
     assert np.all(np.diff(every) > 0) and len(even) == 24
     assert tuple(every[at_reference]) == TIMES
     assert crank_angle(TIMES[-1]) == pytest.approx(0.4 + 50.0 * TIMES[-1])

@@ -12,8 +12,8 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.design import minimise as minimise_with_bar
-from jaxmbs.design._constrained import run_limited
-from jaxmbs.design._working_set import LimitedSearch
+from jaxmbs.design._constrained import run_constrained
+from jaxmbs.design._working_set import ConstrainedSearch
 
 minimise = functools.partial(minimise_with_bar, progress=False)
 
@@ -224,10 +224,10 @@ def test_ten_bars_with_frequencies_that_meet(sharpness):
 def test_a_search_that_is_stuck_begins_once_more(needed, reason):
     """It is proven after so many runs of its engine."""
     runs, kept = [], SimpleNamespace(violation=0.0)
-    search = Mock(LimitedSearch, steps=0, reason="", current=kept, best=kept, residual=1.0)
+    search = Mock(ConstrainedSearch, steps=0, reason="", current=kept, best=kept, residual=1.0)
     search.is_missing.return_value, search.stuck.return_value = False, "no further descent"
     search.is_proven.side_effect = lambda: len(runs) >= needed
-    run_limited(search, 10, lambda search, steps: runs.append(steps))
+    run_constrained(search, 10, lambda search, steps: runs.append(steps))
     assert search.reason == reason and len(runs) == min(needed, 2)
 
 

@@ -9,7 +9,7 @@ import scipy.io
 import scipy.sparse
 
 import jaxmbs as mbs
-from jaxmbs.io._matrix_market import matrix_market
+from jaxmbs.io._matrix_market import parse_matrix_market
 
 op4 = pytest.importorskip("pyyeti.nastran").op4
 K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -0.5], [0.0, -0.5, 1.5]])
@@ -40,7 +40,7 @@ def test_matrix_market_beside_scipy(form, symmetry, tmp_path):
     A = random.normal(size=(5, 5)) * (random.random((5, 5)) < 0.7)
     A = {"general": A[:, :4], "symmetric": A + A.T, "skew-symmetric": A - A.T}[symmetry]
     scipy.io.mmwrite(str(tmp_path / "a.mtx"), form(A), symmetry=symmetry, precision=17)
-    found = matrix_market(str(tmp_path / "a.mtx"))
+    found = parse_matrix_market(str(tmp_path / "a.mtx"))
     np.testing.assert_allclose(found if form is np.asarray else found.toarray(), A, rtol=1e-15)
 
 

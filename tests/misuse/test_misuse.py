@@ -29,7 +29,7 @@ EXEMPT = {
         motion.Peak motion.Rates reductions.Reduced statics.BondReaction statics.BondReactions
         statics.ReactionFamily statics.ReactionMatrix statics.Redundancy blocksparse.Factor blocksparse.Plan
         jaxmbs.Status experiment.SuspensionCheck vibration.ResonanceGains
-        reductions.SymmetrySubspace reductions.VirtualMotions design.Front design.LimitResult design.Uncertainty
+        reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh
     """,
@@ -48,7 +48,7 @@ EXEMPT = {
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
-        viz.plot_campbell viz.plot_envelope viz.plot_front viz.plot_limits viz.plot_mac viz.plot_modes
+        viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac viz.plot_modes
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
         viz.scene viz.animate_mode studies.sweep demo.run jaxmbs.cache jaxmbs.jit
     """,

@@ -136,14 +136,14 @@ def test_two_writers(tmp_path):
 
 
 def test_a_full_disk_keeps_what_was_written(tmp_path, monkeypatch):
-    path, plan, write = tmp_path / "study", {"x": np.arange(10.0)}, store.write_whole
+    path, plan, write = tmp_path / "study", {"x": np.arange(10.0)}, store.write_atomic
 
     def full(path, content):
         if path.name == "000002":
             raise OSError(28, "No space left on device")
         write(path, content)
 
-    monkeypatch.setattr(store, "write_whole", full)
+    monkeypatch.setattr(store, "write_atomic", full)
     with pytest.raises(StudyError, match="No space left on device; 8 of 10 designs are kept, run the same"):
         sweep(lambda d: {"y": d["x"] ** 2}, plan, path, chunk=4)
     monkeypatch.undo()
@@ -323,13 +323,13 @@ def test_designs_of_like_cost_are_told_apart(tmp_path, monkeypatch):
     """`cost=` reaches the batch: dear designs run first once some have run."""
     from jaxmbs.batching import _executor as chunks
 
-    orders, before = [], chunks.dearest_first
+    orders, before = [], chunks.costliest_first
 
     def watched(designs, asked, ran, costs):
         orders.append((asked, costs[ran]))
         return before(designs, asked, ran, costs)
 
-    monkeypatch.setattr(chunks, "dearest_first", watched)
+    monkeypatch.setattr(chunks, "costliest_first", watched)
     n = np.arange(4096.0)
     found = sweep(lambda d: {"work": 2.0 * d["n"]}, {"n": n}, tmp_path / "s", chunk=4096, cost=lambda a: a["work"])
     np.testing.assert_array_equal(found["work"], 2.0 * n)

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.viz._body_shapes import guessed
+from jaxmbs.viz._body_shapes import default_shapes
 from tests.viz.machines import made_up_loads, plate, turning_four_bar
 
 X, Y, Z = np.eye(3)
@@ -22,19 +22,19 @@ def volume(solids):
 
 
 def test_named_frames_make_no_slab_of_a_link():
-    bar = volume(guessed(LINK, np.zeros((0, 3)), Y[None], 0.02, 2))
-    assert volume(guessed(LINK, TOOL, Y[None], 0.02, 2)) < 1.5 * bar
-    one_joint = guessed(LINK[:1], np.concatenate([LINK[1:], TOOL]), Y[None], 0.02, 2)
+    bar = volume(default_shapes(LINK, np.zeros((0, 3)), Y[None], 0.02, 2))
+    assert volume(default_shapes(LINK, TOOL, Y[None], 0.02, 2)) < 1.5 * bar
+    one_joint = default_shapes(LINK[:1], np.concatenate([LINK[1:], TOOL]), Y[None], 0.02, 2)
     assert volume(one_joint) < 1.5 * bar
 
 
 def test_a_link_in_a_plane_is_a_plate():
     corner = np.array([[0.5, 0.4, 0.0]])
-    (solid,) = guessed(LINK, corner, Z[None], 0.02, 2)
+    (solid,) = default_shapes(LINK, corner, Z[None], 0.02, 2)
     assert ConvexHull(solid.vertices).volume > 0.5 * 0.2 * 0.04  # the triangle, two radii thick
-    assert len(guessed(LINK, corner, X[None], 0.02, 2)) == 2  # a bar and a branch
-    (solid,) = guessed(LINK, np.array([[0.4, 0.0, 0.0]]), X[None], 0.02, 2)  # on the bar
-    assert not guessed(LINK[:1], np.zeros((0, 3)), Y[None], 0.02, 2)
+    assert len(default_shapes(LINK, corner, X[None], 0.02, 2)) == 2  # a bar and a branch
+    (solid,) = default_shapes(LINK, np.array([[0.4, 0.0, 0.0]]), X[None], 0.02, 2)  # on the bar
+    assert not default_shapes(LINK[:1], np.zeros((0, 3)), Y[None], 0.02, 2)
 
 
 def test_an_inertia_larger_than_the_machine_is_no_slab():

@@ -14,7 +14,7 @@ from PIL import Image
 import jaxmbs as mbs
 from jaxmbs import viz
 from jaxmbs.palette import COLORS
-from jaxmbs.viz._canvas import draw_curves, finish
+from jaxmbs.viz._canvas import draw_curves, format_axes
 from jaxmbs.viz._drawable import body_frames
 from jaxmbs.viz._mechanism import frame_positions
 from jaxmbs.viz.scenes import _trajectory as film_module
@@ -149,7 +149,7 @@ def test_names_stand_where_curves_end():
     figure = Figure((6.0, 3.0), layout="constrained")
     room, x = figure.add_subplot(), np.linspace(0.0, 1.0, 5)
     draw_curves(room, x, {"low": 0 * x, "high": 0 * x + 1.0, "higher": 0 * x + 1.01})
-    finish(room, "x", "y", "ends")
+    format_axes(room, "x", "y", "ends")
     heights = {note.get_text(): note.xy[1] for note in room.texts}
     assert heights["low"] < heights["high"] < heights["higher"] - 0.05
 

@@ -81,7 +81,7 @@ def pictured(fleet, motion):
         "plot_nyquist": lambda ax: viz.plot_nyquist(functions, ax=ax),
         "plot_campbell": lambda ax: viz.plot_campbell(np.arange(5.0) * 40, hertz, ax=ax),
         "plot_mac": lambda ax: viz.plot_mac(np.eye(4), ax=ax),
-        "plot_front": lambda ax: viz.plot_front(front, "peak [kN]", "mass [kg]", ax=ax),
+        "plot_front": lambda ax: viz.plot_pareto_front(front, "peak [kN]", "mass [kg]", ax=ax),
         "plot_limits": lambda ax: viz.plot_limits(limited, ax=ax),
         "plot_parallel": lambda ax: viz.plot_parallel(table, ax=ax),
         "plot_scatter": lambda ax: viz.plot_scatter(table, ax=ax),

@@ -29,12 +29,12 @@ def _is_array_type(one) -> bool:
     return isinstance(one, type) and issubclass(one, jax.Array | np.ndarray)
 
 
-def fits(value: Any, wanted: Any) -> bool:
+def matches(value: Any, wanted: Any) -> bool:
     """Whether a value is what the annotation says."""
-    return any(_fits(value, one) for one in alternatives(wanted))
+    return any(_matches_one(value, one) for one in alternatives(wanted))
 
 
-def _fits(value, one) -> bool:
+def _matches_one(value, one) -> bool:
     if one is Any or not (isinstance(one, type) or get_origin(one) or one is None or one is Callable):
         return True
     if one is None or one is type(None):
@@ -46,10 +46,10 @@ def _fits(value, one) -> bool:
         if not isinstance(value, tuple):
             return False
         if len(inside) == 2 and inside[1] is Ellipsis:
-            return all(fits(item, inside[0]) for item in value)
-        return len(value) == len(inside) and all(map(fits, value, inside))
+            return all(matches(item, inside[0]) for item in value)
+        return len(value) == len(inside) and all(map(matches, value, inside))
     if get_origin(one) in (dict, Mapping):
-        return isinstance(value, dict) and all(fits(k, inside[0]) and fits(v, inside[1]) for k, v in value.items())
+        return isinstance(value, dict) and all(matches(k, inside[0]) and matches(v, inside[1]) for k, v in value.items())
     if get_origin(one) is not None:
         return True
     if one is float:
@@ -59,12 +59,12 @@ def _fits(value, one) -> bool:
     return isinstance(value, one)
 
 
-def spoken(wanted: Any) -> str:
+def describe(wanted: Any) -> str:
     """An annotation in words."""
-    return " or ".join(dict.fromkeys(_spoken(one) for one in alternatives(wanted)))
+    return " or ".join(dict.fromkeys(_describe_one(one) for one in alternatives(wanted)))
 
 
-def _spoken(one):
+def _describe_one(one):
     if hasattr(one, "array_type"):
         return f"array ({one.dim_str})" if one.dim_str else "number"
     if one is type(None):

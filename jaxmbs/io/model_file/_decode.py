@@ -14,11 +14,11 @@ from ...checks import no_such
 from ...elements import DIRECTIONS
 from ...linear import LinearSystem
 from ...runtime import as_array
-from ._annotations import alternatives, fits, is_array, spoken
-from ._registry import ROWS, class_of, function_of, names
+from ._annotations import alternatives, matches, is_array, describe
+from ._registry import ROWS, class_of, function_of, registered_names
 
 _MOST_FAULTS = 50
-_OWN = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
+_SPECIAL_FLOATS = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
 
 
 def _structure(given):
@@ -42,41 +42,41 @@ def _linear_system(given):
     return LinearSystem(**given)
 
 
-_MADE_BY = {fem.Structure: _structure, LinearSystem: _linear_system}
+_CONSTRUCTORS = {fem.Structure: _structure, LinearSystem: _linear_system}
 
 
-class _LostType:
+class _InvalidType:
     """What could not be read; its fault is in the list."""
 
 
-LOST, _NOTHING = _LostType(), _LostType()
+INVALID, _NOTHING = _InvalidType(), _InvalidType()
 
 
-def decoded(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
+def decode(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
     """The object that JSON value stands for, of the `wanted` annotation; LOST, and a fault, where it is none."""
     if len(faults) > _MOST_FAULTS:
-        return LOST
+        return INVALID
     if is_array(wanted) and _is_numeric(value, wanted):
-        found = _array(value)
+        found = _as_array(value)
         numeric = found is not None and (not np.iscomplexobj(found) or _has_shape(wanted))
         own = (as_array(found, None) if _is_leaf(wanted) else found) if numeric else _NOTHING
     elif isinstance(value, dict):
-        own = _object(value, where, faults)
+        own = _decode_object(value, where, faults)
     elif isinstance(value, list):
-        own = tuple(decoded(item, Any, f"{where}[{k}]", faults) for k, item in enumerate(value))
-        own = LOST if any(item is LOST for item in own) else own
+        own = tuple(decode(item, Any, f"{where}[{k}]", faults) for k, item in enumerate(value))
+        own = INVALID if any(item is INVALID for item in own) else own
     else:
         own = value
-    if own is not LOST and not fits(own, wanted):
-        faults.append(f"{where}: {_short(value)} is no {spoken(wanted)}")
-        return LOST
+    if own is not INVALID and not matches(own, wanted):
+        faults.append(f"{where}: {_shorten(value)} is no {describe(wanted)}")
+        return INVALID
     return own
 
 
 def _is_numeric(value, wanted):
     """Whether the value must be numbers if the annotation lets numbers stand there."""
     if isinstance(value, str):
-        return value in _OWN and str not in alternatives(wanted)
+        return value in _SPECIAL_FLOATS and str not in alternatives(wanted)
     if isinstance(value, dict):
         return value.keys() == {"real", "imag"}
     return isinstance(value, list | int | float) and not isinstance(value, bool)
@@ -92,99 +92,99 @@ def _has_shape(wanted):
     return any(hasattr(one, "array_type") for one in alternatives(wanted))
 
 
-def _short(value):
+def _shorten(value):
     text = repr(value)
     return text if len(text) <= 40 else text[:37] + "..."
 
 
-def _array(value):
+def _as_array(value):
     """An array of a number or nested lists of numbers, complex where "real" and "imag" stand; else None."""
     if isinstance(value, dict) and value.keys() == {"real", "imag"}:
-        real, imag = _array(value["real"]), _array(value["imag"])
+        real, imag = _as_array(value["real"]), _as_array(value["imag"])
         return None if real is None or imag is None or real.shape != imag.shape else real + 1j * imag
     try:
-        flat = np.array(_spelled(value), dtype=jnp.result_type(float))
+        flat = np.array(_replace_special_floats(value), dtype=jnp.result_type(float))
     except (TypeError, ValueError, OverflowError, RecursionError):
         return None
     return flat
 
 
-def _spelled(value):
+def _replace_special_floats(value):
     """Numbers in place of the words for those that JSON has not.  Raises: TypeError for anything else."""
     if isinstance(value, list):
-        return [_spelled(item) for item in value]
+        return [_replace_special_floats(item) for item in value]
     if isinstance(value, str):
-        if value not in _OWN:
+        if value not in _SPECIAL_FLOATS:
             raise TypeError(value)
-        return _OWN[value]
+        return _SPECIAL_FLOATS[value]
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise TypeError(value)
     return value
 
 
-def _object(value, where, faults):
+def _decode_object(value, where, faults):
     if "type" in value:
-        return _typed(value, where, faults)
+        return _decode_typed(value, where, faults)
     if "function" in value:
-        return _function(value, where, faults)
+        return _decode_function(value, where, faults)
     if "mapping" in value:
-        return _pairs(value["mapping"], where, faults)
+        return _decode_pairs(value["mapping"], where, faults)
     if value.keys() == {"real", "imag"}:
         faults.append(f"{where}: a complex number has no place here")
-        return LOST
-    found = {key: decoded(item, Any, f"{where}.{key}", faults) for key, item in value.items()}
-    return LOST if any(item is LOST for item in found.values()) else found
+        return INVALID
+    found = {key: decode(item, Any, f"{where}.{key}", faults) for key, item in value.items()}
+    return INVALID if any(item is INVALID for item in found.values()) else found
 
 
-def _typed(value, where, faults):
+def _decode_typed(value, where, faults):
     if value["type"] == "SystemBuilder":
-        return _builder(value, where, faults)
+        return _decode_builder(value, where, faults)
     kind = class_of(value["type"]) if isinstance(value["type"], str) else None
     if kind is None:
-        faults.append(f"{where}: {no_such('type', value['type'], names())} (your own: mbs.io.register)")
-        return LOST
-    return record(kind, {key: item for key, item in value.items() if key != "type"}, where, faults)
+        faults.append(f"{where}: {no_such('type', value['type'], registered_names())} (your own: mbs.io.register)")
+        return INVALID
+    return decode_record(kind, {key: item for key, item in value.items() if key != "type"}, where, faults)
 
 
-def _pairs(pairs, where, faults):
-    found = decoded(pairs, Any, where, faults)
+def _decode_pairs(pairs, where, faults):
+    found = decode(pairs, Any, where, faults)
     try:
-        return LOST if found is LOST else dict(found)
+        return INVALID if found is INVALID else dict(found)
     except (TypeError, ValueError):
         faults.append(f"{where}: a mapping is a list of pairs")
-        return LOST
+        return INVALID
 
 
-def _function(value, where, faults):
+def _decode_function(value, where, faults):
     name = value["function"]
     function = function_of(name) if isinstance(name, str) else None
     if function is None:
         faults.append(
             f"{where}: no function {name!r} is registered: `mbs.io.register({name!r}, function)` before loading"
         )
-        return LOST
-    arguments = decoded(value.get("arguments", []), tuple, f"{where}.arguments", faults)
-    keywords = decoded(value.get("keywords", {}), dict, f"{where}.keywords", faults)
-    if arguments is LOST or keywords is LOST:
-        return LOST
+        return INVALID
+    arguments = decode(value.get("arguments", []), tuple, f"{where}.arguments", faults)
+    keywords = decode(value.get("keywords", {}), dict, f"{where}.keywords", faults)
+    if arguments is INVALID or keywords is INVALID:
+        return INVALID
     return jax.tree_util.Partial(function, *arguments, **keywords) if arguments or keywords else function
 
 
-def record(kind: type, values: dict, where: str, faults: list[str]) -> Any:
+def decode_record(kind: type, values: dict, where: str, faults: list[str]) -> Any:
     """An object of a class from its fields; the class's own checks are asked, its constructor only where it alone
     knows what belongs together."""
     if not dataclasses.is_dataclass(kind):
         wanted = {name: kind.__annotations__.get(name, Any) for name in getattr(kind, "_fields", ())}
-        given = _fields(wanted, {}, values, where, faults)
-        return LOST if given is LOST else kind(**given)
+        given = _decode_fields(wanted, {}, values, where, faults)
+        return INVALID if given is INVALID else kind(**given)
     fields = dataclasses.fields(kind)
     defaults = {f.name: f.default for f in fields if f.default is not dataclasses.MISSING}
-    given = _fields({f.name: f.type for f in fields}, defaults, values, where, faults)
-    if given is LOST:
-        return LOST
+    given = _decode_fields({f.name: f.type for f in fields}, defaults, values, where, faults)
+    if given is INVALID:
+        return INVALID
     try:
-        if kind in _MADE_BY:
-            return _MADE_BY[kind](given)
+        if kind in _CONSTRUCTORS:
+            return _CONSTRUCTORS[kind](given)
         made = object.__new__(kind)
         for field in fields:
             convert = field.metadata.get("converter", lambda x: x)
@@ -195,40 +195,40 @@ def record(kind: type, values: dict, where: str, faults: list[str]) -> Any:
                     vars(parent)[check](made)
     except Exception as error:  # noqa: BLE001 - the class says what is wrong with these values
         faults.append(f"{where}: {error}")
-        return LOST
+        return INVALID
     return made
 
 
-def _fields(wanted, defaults, values, where, faults):
+def _decode_fields(wanted, defaults, values, where, faults):
     """Values by field; what is not given is its default, else None."""
     odd = [key for key in values if key not in wanted]
-    _say_odd(odd, "field", wanted, where, faults)
+    _report_unknown_keys(odd, "field", wanted, where, faults)
     found = {}
     for name, kind in wanted.items():
         if name in values:
-            found[name] = decoded(values[name], kind, f"{where}.{name}", faults)
-        elif name in defaults or fits(None, kind):
+            found[name] = decode(values[name], kind, f"{where}.{name}", faults)
+        elif name in defaults or matches(None, kind):
             found[name] = defaults.get(name)
         else:
             faults.append(f"{where}: {name} is missing")
-            found[name] = LOST
-    return LOST if odd or any(item is LOST for item in found.values()) else found
+            found[name] = INVALID
+    return INVALID if odd or any(item is INVALID for item in found.values()) else found
 
 
-def _say_odd(odd, what, among, where, faults):
+def _report_unknown_keys(odd, what, among, where, faults):
     """Keys that have no place there, the first of them in full."""
     faults += [f"{where}: {no_such(what, key, among)}" for key in odd[:_MOST_FAULTS]]
     if len(odd) > _MOST_FAULTS:
         faults.append(f"{where}: there are {len(odd) - _MOST_FAULTS} more keys that have no place there")
 
 
-def _builder(value, where, faults):
+def _decode_builder(value, where, faults):
     odd = [key for key in value if key not in ("type", "gravity", *ROWS)]
-    _say_odd(odd, "table", ["gravity", *ROWS], where, faults)
+    _report_unknown_keys(odd, "table", ["gravity", *ROWS], where, faults)
     if "gravity" not in value:
         faults.append(f"{where}: gravity is missing")
-    gravity = decoded(value.get("gravity", [0.0, 0.0, 0.0]), jnp.ndarray, f"{where}.gravity", faults)
-    builder, before = SystemBuilder(np.zeros(3) if gravity is LOST else gravity), len(faults)
+    gravity = decode(value.get("gravity", [0.0, 0.0, 0.0]), jnp.ndarray, f"{where}.gravity", faults)
+    builder, before = SystemBuilder(np.zeros(3) if gravity is INVALID else gravity), len(faults)
     for name in ROWS:
         rows = value.get(name, {})
         if not isinstance(rows, dict):
@@ -237,15 +237,15 @@ def _builder(value, where, faults):
         kind, table = ROWS[name], getattr(builder.declared, name)
         for key, row in rows.items():
             if len(faults) > _MOST_FAULTS:
-                return LOST
+                return INVALID
             at = f"{where}.{name}.{key}"
             if isinstance(row, dict) and row.get("name", key) != key:
-                faults.append(f"{at}: it calls itself {_short(row['name'])}")
-            made = record(kind, {**row, "name": key}, at, faults) if isinstance(row, dict) else LOST
+                faults.append(f"{at}: it calls itself {_shorten(row['name'])}")
+            made = decode_record(kind, {**row, "name": key}, at, faults) if isinstance(row, dict) else INVALID
             if not isinstance(row, dict):
                 faults.append(f"{at}: it must be a mapping")
-            if made is not LOST:
+            if made is not INVALID:
                 table[key] = made
     if len(faults) == before:
         faults += [f"{where}: {fault}" for fault in builder.faults()]
-    return builder if len(faults) == before else LOST
+    return builder if len(faults) == before else INVALID

@@ -17,7 +17,7 @@ from ._registry import ROWS, name_of
 RESERVED = ("type", "function", "mapping", "real")
 
 
-def encoded(value: Any, where: str, faults: list[str]) -> Any:
+def encode(value: Any, where: str, faults: list[str]) -> Any:
     """A JSON value.
 
     Numbers stay exact; infinite ones are "inf", "-inf", "nan".  Objects are mappings with a "type", functions ones
@@ -26,25 +26,25 @@ def encoded(value: Any, where: str, faults: list[str]) -> Any:
     if value is None or isinstance(value, bool | str):
         return value
     if isinstance(value, jax.Array | np.ndarray | np.generic | int | float | complex):
-        return _number(value, where, faults)
+        return _encode_number(value, where, faults)
     if isinstance(value, dict):
-        return _mapping(value, where, faults)
+        return _encode_mapping(value, where, faults)
     if isinstance(value, SystemBuilder):
         found = value.faults()
         faults += [f"{where}: {fault}" for fault in found]
-        return {} if found else {"type": "SystemBuilder", **_tables(value.declared, where, faults)}
+        return {} if found else {"type": "SystemBuilder", **_encode_tables(value.declared, where, faults)}
     if isinstance(value, StaticFunction):
-        return encoded(_inside(value), where, faults)
+        return encode(_wrapped_callable(value), where, faults)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return _record(value, [f.name for f in dataclasses.fields(value)], where, faults)
+        return _encode_record(value, [f.name for f in dataclasses.fields(value)], where, faults)
     if hasattr(value, "_fields"):
-        return _record(value, value._fields, where, faults)
+        return _encode_record(value, value._fields, where, faults)
     if isinstance(value, tuple | list):
-        return [encoded(item, f"{where}[{k}]", faults) for k, item in enumerate(value)]
-    return _function(value, where, faults)
+        return [encode(item, f"{where}[{k}]", faults) for k, item in enumerate(value)]
+    return _encode_function(value, where, faults)
 
 
-def _number(value, where, faults):
+def _encode_number(value, where, faults):
     if not is_concrete(value):
         faults.append(f"{where} is traced: save the model outside of jit, grad and vmap")
         return None
@@ -52,36 +52,36 @@ def _number(value, where, faults):
     if array.dtype == bool or np.issubdtype(array.dtype, np.integer):
         return array.tolist()
     if np.iscomplexobj(array):
-        return {"real": _floats(array.real.tolist()), "imag": _floats(array.imag.tolist())}
-    return _floats(array.astype(float).tolist())
+        return {"real": _encode_floats(array.real.tolist()), "imag": _encode_floats(array.imag.tolist())}
+    return _encode_floats(array.astype(float).tolist())
 
 
-def _floats(value):
+def _encode_floats(value):
     if isinstance(value, list):
-        return [_floats(item) for item in value]
+        return [_encode_floats(item) for item in value]
     return value if math.isfinite(value) else str(value)
 
 
-def _mapping(value, where, faults):
+def _encode_mapping(value, where, faults):
     plain = all(isinstance(key, str) and key not in RESERVED for key in value)
     if plain:
-        return {key: encoded(item, f"{where}.{key}", faults) for key, item in value.items()}
-    return {"mapping": [encoded(pair, where, faults) for pair in value.items()]}
+        return {key: encode(item, f"{where}.{key}", faults) for key, item in value.items()}
+    return {"mapping": [encode(pair, where, faults) for pair in value.items()]}
 
 
-def _tables(declared, where, faults):
+def _encode_tables(declared, where, faults):
     """A builder's tables; a thing's name is its key."""
-    found: dict = {"gravity": encoded(declared.gravity, f"{where}.gravity", faults)}
+    found: dict = {"gravity": encode(declared.gravity, f"{where}.gravity", faults)}
     for table, kind in ROWS.items():
         fields = [field.name for field in dataclasses.fields(kind) if field.name != "name"]
         rows = getattr(declared, table)
         found |= {table: {name: {} for name in rows}} if rows else {}
         for name, row in rows.items():
-            found[table][name] = _filled(row, fields, f"{where}.{table}.{name}", faults)
+            found[table][name] = _nonempty_fields(row, fields, f"{where}.{table}.{name}", faults)
     return found
 
 
-def _record(value, fields, where, faults):
+def _encode_record(value, fields, where, faults):
     name = name_of(type(value))
     if name is None:
         kind = type(value).__name__
@@ -89,31 +89,31 @@ def _record(value, fields, where, faults):
             f"{where}: {kind} is no class of the library: `mbs.io.register({kind.lower()!r}, {kind})` names it"
         )
         return {}
-    return {"type": name, **_filled(value, fields, where, faults)}
+    return {"type": name, **_nonempty_fields(value, fields, where, faults)}
 
 
-def _filled(value, fields, where, faults):
+def _nonempty_fields(value, fields, where, faults):
     """Its fields that hold something: neither nothing nor a switch that is off by default."""
     off = {name for name in fields if getattr(type(value), name, None) is False}
     own = {name: getattr(value, name) for name in fields}
     kept = {name: x for name, x in own.items() if x is not None and not (x is False and name in off)}
-    return {name: encoded(x, f"{where}.{name}", faults) for name, x in kept.items()}
+    return {name: encode(x, f"{where}.{name}", faults) for name, x in kept.items()}
 
 
-def _inside(wrapped: StaticFunction):
+def _wrapped_callable(wrapped: StaticFunction):
     """The callable that a law wrapped for its leaves."""
     arrays = iter(wrapped.arrays)
     leaves = [next(arrays) if is_array else setting for is_array, setting in wrapped.settings]
     return jax.tree.unflatten(wrapped.treedef, leaves)
 
 
-def _function(value, where, faults):
+def _encode_function(value, where, faults):
     if isinstance(value, functools.partial):  # that of JAX is one
-        found = _function(value.func, where, faults)
+        found = _encode_function(value.func, where, faults)
         if value.args:
-            found["arguments"] = encoded(value.args, f"{where}.arguments", faults)
+            found["arguments"] = encode(value.args, f"{where}.arguments", faults)
         if value.keywords:
-            found["keywords"] = encoded(value.keywords, f"{where}.keywords", faults)
+            found["keywords"] = encode(value.keywords, f"{where}.keywords", faults)
         return found
     value = value.function if isinstance(value, KnownFunction) else value
     name = name_of(value)

@@ -6,13 +6,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ...atomic_write import whole_file
+from ...atomic_write import atomic_file
 from ...errors import ModelError, ModelFileError
 from ...kinematics._state import State
 from ...model._system import System
 from .._regular_file import read_bytes
-from ._decode import LOST, decoded
-from ._encode import encoded
+from ._decode import INVALID, decode
+from ._encode import encode
 
 VERSION = 1
 MOST_BYTES = 1_000_000_000
@@ -38,10 +38,10 @@ def save_model(model: Any, path: str | os.PathLike) -> None:
     if isinstance(model, State):
         raise ModelError(["a State is not written: save the builder, and the coordinates by joint beside it"])
     faults: list[str] = []
-    content = encoded(model, "model", faults)
+    content = encode(model, "model", faults)
     if faults:
         raise ModelError(faults)
-    with whole_file(path) as file:
+    with atomic_file(path) as file:
         file.write(_pretty({"jaxmbs model": VERSION, "model": content}) + "\n")
 
 
@@ -52,31 +52,31 @@ def load_model(path: str | os.PathLike) -> Any:
     values that cannot be, functions that are not registered, and what `build` would say.
     """
     path = Path(path)
-    document = _json(path, read_bytes(path, MOST_BYTES))
+    document = _parse_json(path, read_bytes(path, MOST_BYTES))
     version = document.get("jaxmbs model") if isinstance(document, dict) else None
     if type(version) is not int:
         raise ModelFileError(path, ['it is no model file: it does not begin with "jaxmbs model"'])
     if version != VERSION:
-        raise ModelFileError(path, [_of_version(version)])
+        raise ModelFileError(path, [_version_fault(version)])
     beside = [key for key in document if key not in ("jaxmbs model", "model")]
     faults = [f"there is {', '.join(map(repr, beside[:10]))} beside the model"] if beside else []
     faults += [] if "model" in document else ["it has no model"]
     try:
-        found = decoded(document.get("model"), Any, "model", faults)
+        found = decode(document.get("model"), Any, "model", faults)
     except RecursionError as error:
         raise ModelFileError(path, ["its values are nested too deep"]) from error
-    if faults or found is LOST:
+    if faults or found is INVALID:
         more = [f"and {len(faults) - _MOST_FAULTS} more"] if len(faults) > _MOST_FAULTS else []
         raise ModelFileError(path, faults[:_MOST_FAULTS] + more)
     return found
 
 
-def _of_version(version):
+def _version_fault(version):
     way = "a later release reads it" if version > VERSION else "no release wrote it"
     return f"it is of version {version}; this release reads version {VERSION}: {way}"
 
 
-def _json(path, content):
+def _parse_json(path, content):
     def unique(pairs):
         found = dict(pairs)
         if len(found) < len(pairs):

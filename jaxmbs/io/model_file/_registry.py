@@ -17,7 +17,7 @@ from ..robots._equalities import PolynomialCoupling
 from ..robots._springs import ServoEffort
 
 _ROOMS = (joints, forces, elements, reductions)
-_OTHERS = (
+_OTHER_CLASSES = (
     *(model.Pose, ElasticBody, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
     *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling, ServoEffort),
 )
@@ -51,7 +51,7 @@ def register(name: str, item: WordedError[Callable]) -> None:
 def classes() -> dict[str, type]:
     """Classes of the library by name: what can be declared, and the declarations."""
     found = [getattr(room, name) for room in _ROOMS for name in room.__all__]
-    found = [item for item in (*found, *_OTHERS) if isinstance(item, type) and _is_record(item)]
+    found = [item for item in (*found, *_OTHER_CLASSES) if isinstance(item, type) and _is_record(item)]
     return {item.__name__: item for item in found if not item.__name__.startswith("Abstract")}
 
 
@@ -78,6 +78,6 @@ def name_of(item: Any) -> str | None:
     return next((name for name, other in _registered.items() if other is item), None)
 
 
-def names() -> list[str]:
+def registered_names() -> list[str]:
     """All of them."""
     return [*classes(), *_registered]

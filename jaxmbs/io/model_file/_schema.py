@@ -3,7 +3,7 @@
 import dataclasses
 from typing import Any, get_args, get_origin
 
-from ._annotations import alternatives, fits, is_array
+from ._annotations import alternatives, matches, is_array
 from ._registry import ROWS, classes
 
 _NUMBERS = {
@@ -62,7 +62,7 @@ def _record(kind, is_row=False):
     properties = {} if is_row else {"type": {"const": kind.__name__}}
     properties |= {name: _schema(wanted) for name, wanted, _ in fields}
     needed = [] if is_row else ["type"]
-    needed += [name for name, wanted, must in fields if must and not fits(None, wanted)]
+    needed += [name for name, wanted, must in fields if must and not matches(None, wanted)]
     first = (kind.__doc__ or "").strip().partition("\n")[0]
     found = {"description": first, "type": "object", "properties": properties, "additionalProperties": False}
     return {**found, **({"required": needed} if needed else {})}
@@ -72,7 +72,7 @@ def _schema(wanted):
     """The schema of an annotation; True, anything, where it says nothing that JSON could show."""
     found = [] if not is_array(wanted) else [{"$ref": "#/$defs/numbers"}]
     for one in alternatives(wanted):
-        part = _one(one)
+        part = _schema_of_one(one)
         if part is True:
             return True
         if part is not None and part not in found:
@@ -80,7 +80,7 @@ def _schema(wanted):
     return found[0] if len(found) == 1 else {"anyOf": found}
 
 
-def _one(one):
+def _schema_of_one(one):
     if one in _SIMPLE:
         return {"type": _SIMPLE[one]}
     if is_array(one):

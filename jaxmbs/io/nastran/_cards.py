@@ -15,7 +15,7 @@ from ._text import Line
 MAX_FAULTS = 200
 _INTEGER = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[ED]?([+-]?\d{1,4}))?", re.ASCII | re.IGNORECASE)
-NEEDED: Any = object()
+REQUIRED: Any = object()
 
 
 class Card:
@@ -46,17 +46,17 @@ class Card:
             raise ModelError([*self.faults, f"more faults follow; these are the first {MAX_FAULTS}"])
         self.faults.append(f"{self.name} {self.text(1)[:16]} ({self.place}): {message}".replace("  ", " "))
 
-    def integer(self, k: int, name: str, default: Any = NEEDED, low: int = 1) -> Any:
+    def integer(self, k: int, name: str, default: Any = REQUIRED, low: int = 1) -> Any:
         """A whole number, at least `low`."""
         text = self.text(k)
         if not text:
             return self._blank(name, default, low)
         if not _INTEGER.fullmatch(text) or int(text) < low:
             self.fault(f"{name} must be a whole number from {low} on, got {text[:32]!r}")
-            return low if default is NEEDED else default
+            return low if default is REQUIRED else default
         return int(text)
 
-    def real(self, k: int, name: str, default: Any = NEEDED) -> Any:
+    def real(self, k: int, name: str, default: Any = REQUIRED) -> Any:
         """A number; whole ones count, and `1.2-3` is 1.2e-3."""
         text = self.text(k)
         if not text:
@@ -65,7 +65,7 @@ class Card:
         value = float(f"{found[1]}e{found[2] or 0}") if found else math.nan
         if not math.isfinite(value):
             self.fault(f"{name} must be a finite number, got {text[:32]!r}")
-            return 1.0 if default is NEEDED else default
+            return 1.0 if default is REQUIRED else default
         return value
 
     def reals(self, first: int, count: int, name: str, default: Any = 0.0) -> list[float]:
@@ -81,7 +81,7 @@ class Card:
             return ()
         return tuple(sorted(int(digit) - 1 for digit in text))
 
-    def refuse(self, what: str, *fields: int, harmless: tuple = (0.0,)) -> None:
+    def refuse_fields(self, what: str, *fields: int, harmless: tuple = (0.0,)) -> None:
         """Fault where a field says something that is not read."""
         for k in fields:
             text = self.text(k)
@@ -110,13 +110,13 @@ class Card:
         return found
 
     def _blank(self, name, default, stand_in):
-        if default is not NEEDED:
+        if default is not REQUIRED:
             return default
         self.fault(f"{name} is missing")
         return stand_in
 
 
-def positive(card: Card, nonnegative: dict[str, float], **numbers: float) -> None:
+def require_positive(card: Card, nonnegative: dict[str, float], **numbers: float) -> None:
     """Faults where numbers are not positive, or negative."""
     for name, value in numbers.items():
         if not value > 0:
@@ -126,11 +126,11 @@ def positive(card: Card, nonnegative: dict[str, float], **numbers: float) -> Non
             card.fault(f"{name} must not be negative")
 
 
-def cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
+def parse_cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
     """Cards in the order of the deck, to ENDDATA."""
     card, label = None, ""
     for text, place in lines:
-        first, data, tail, row = _split(text)
+        first, data, tail, row = _split_fields(text)
         if not first or first[0] in "+*":
             if card is None:
                 Card("", place, faults).fault("a continuation without a card")
@@ -160,7 +160,7 @@ def cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
         yield card
 
 
-def _split(text):
+def _split_fields(text):
     """First field, data, what stands after them, and how many data a row of this form has."""
     if "," in text:
         parts = [part.strip() for part in text.split(",")]

@@ -7,15 +7,15 @@ import numpy as np
 
 from ...elements import DIRECTIONS
 from ._cards import Card
-from ._context import Context
-from ._groups import AbstractCards, Bars, Plates, Rods, Solids
-from ._properties import Section
+from ._context import DeckContext
+from ._groups import AbstractElementGroup, BarGroup, ShellGroup, RodGroup, SolidGroup
+from ._properties import BeamProperty
 
-Groups = dict[str, AbstractCards]
-_OWNERS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML"), "CROD": ("PROD",), "CHEXA": ("PSOLID",)}
+Groups = dict[str, AbstractElementGroup]
+_PROPERTY_CARDS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML"), "CROD": ("PROD",), "CHEXA": ("PSOLID",)}
 
 
-def gathered(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Card]]:
+def group_cards(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Card]]:
     """Cards by what they have in common, each identifier once; a card that repeats another one is left out."""
     found, seen = {}, {}
     for card in cards:
@@ -29,12 +29,12 @@ def gathered(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Ca
     return found
 
 
-def numbers_of(cards: list[Card]) -> tuple[int, ...]:
+def element_ids(cards: list[Card]) -> tuple[int, ...]:
     """Identifiers of elements."""
     return tuple(card.integer(1, "EID") for card in cards)
 
 
-def joined(card: Card, deck: Context, first: int, count: int) -> tuple[int, ...]:
+def node_indices(card: Card, deck: DeckContext, first: int, count: int) -> tuple[int, ...]:
     """Places of the nodes of an element."""
     nodes = tuple(deck.node(card, k, f"G{k - first + 1}") for k in range(first, first + count))
     if len({card.text(k) for k in range(first, first + count)}) < count and deck.index:
@@ -42,20 +42,20 @@ def joined(card: Card, deck: Context, first: int, count: int) -> tuple[int, ...]
     return nodes
 
 
-def bars(cards: list[Card], deck: Context) -> Groups:
+def bars(cards: list[Card], deck: DeckContext) -> Groups:
     """CBAR or CBEAM; a group for each property and each set of pins."""
     made: Groups = {}
-    for (owner, pins), own in gathered(
-        cards, lambda card: (deck.owner(card, *_OWNERS[card.name]), _pins(card))
+    for (owner, pins), own in group_cards(
+        cards, lambda card: (deck.owner(card, *_PROPERTY_CARDS[card.name]), _pins(card))
     ).items():
-        nodes = [joined(card, deck, 3, 2) for card in own]
-        third = tuple(_third(card, deck) for card in own)
-        vectors = [_vector(card, deck, ends) for card, ends in zip(own, nodes, strict=True)]
+        nodes = [node_indices(card, deck, 3, 2) for card in own]
+        third = tuple(_orientation_node(card, deck) for card in own)
+        vectors = [_orientation_vectors(card, deck, ends) for card, ends in zip(own, nodes, strict=True)]
         offsets = np.array([_offsets(card, deck, ends) for card, ends in zip(own, nodes, strict=True)])
         name = " ".join([own[0].name, owner.partition(" ")[2], *(["without", *pins] if pins else [])])
         given = offsets if np.any(offsets) else None
         polar = deck.polar or own[0].name == "CBEAM"
-        made[name] = Bars(tuple(nodes), numbers_of(own), owner, np.array(vectors), third, given, pins, polar)
+        made[name] = BarGroup(tuple(nodes), element_ids(own), owner, np.array(vectors), third, given, pins, polar)
     return made
 
 
@@ -65,20 +65,20 @@ def _pins(card):
         card.fault("PA and PB free the same direction at both ends: a mechanism")
         return ()
     if card.name == "CBEAM":
-        card.refuse("warping SA, SB", 17, 18)
+        card.refuse_fields("warping SA, SB", 17, 18)
     return tuple(f"{DIRECTIONS[d]}{end}" for end, free in enumerate(ends, start=1) for d in free)
 
 
-def _third(card, deck):
+def _orientation_node(card, deck):
     """Place of the node that gives plane 1, -1 where a vector does."""
     by_node = card.text(5).isdigit() and not card.text(6) and not card.text(7)
     return deck.node(card, 5, "G0") if by_node else -1
 
 
-def _vector(card, deck, ends):
+def _orientation_vectors(card, deck, ends):
     if card.text(8).upper() not in ("", "GGG"):
         card.fault(f"OFFT {card.text(8)[:8]!r} is not read: GGG is")
-    if _third(card, deck) >= 0:
+    if _orientation_node(card, deck) >= 0:
         return np.zeros(3)
     vector = card.reals(5, 3, "X")
     if not any(vector):
@@ -91,41 +91,41 @@ def _offsets(card, deck, ends):
     return [np.array(offset) @ deck.axes(end) for offset, end in zip(given, ends, strict=True)]
 
 
-def rods(cards: list[Card], deck: Context) -> Groups:
+def rods(cards: list[Card], deck: DeckContext) -> Groups:
     """CROD."""
-    return _simple(Rods, cards, deck, 2)
+    return _read_group(RodGroup, cards, deck, 2)
 
 
-def conrods(cards: list[Card], deck: Context) -> Groups:
+def conrods(cards: list[Card], deck: DeckContext) -> Groups:
     """CONROD: a group and a property "CONROD 7", of its first element, for each material, area and NSM."""
     made: Groups = {}
     values = lambda card: (card.integer(2, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))  # noqa: E731
-    for (mid, area, nsm), own in gathered(cards, values).items():
+    for (mid, area, nsm), own in group_cards(cards, values).items():
         name = f"CONROD {own[0].integer(1, 'EID')}"
         if not deck.has_material(f"MAT1 {mid}"):
             own[0].fault(f"there is no MAT1 {mid}")
         for card in own:
-            card.refuse("torsion J", 6)
+            card.refuse_fields("torsion J", 6)
         if not area > 0 or nsm < 0:
             own[0].fault("A must be positive and NSM must not be negative")
-        deck.properties[name] = Section(area, 0.0, 0.0, 0.0, nsm, None, f"MAT1 {mid}")
-        made[name] = Rods(tuple(joined(card, deck, 3, 2) for card in own), numbers_of(own), name)
+        deck.properties[name] = BeamProperty(area, 0.0, 0.0, 0.0, nsm, None, f"MAT1 {mid}")
+        made[name] = RodGroup(tuple(node_indices(card, deck, 3, 2) for card in own), element_ids(own), name)
     return made
 
 
-def solids(cards: list[Card], deck: Context) -> Groups:
+def solids(cards: list[Card], deck: DeckContext) -> Groups:
     """CHEXA of eight nodes."""
     for card in cards:
         if len(card) > 10:
             card.fault(f"{len(card) - 2} nodes: of CHEXA those of 8 nodes are read")
-    return _simple(Solids, cards, deck, 8)
+    return _read_group(SolidGroup, cards, deck, 8)
 
 
-def plates(cards: list[Card], deck: Context) -> Groups:
+def plates(cards: list[Card], deck: DeckContext) -> Groups:
     """CQUAD4 or CTRIA3 of the thickness of their PSHELL."""
     count = 4 if cards[0].name == "CQUAD4" else 3
     for card in cards:
-        card.refuse("the offset ZOFFS", count + 4)
+        card.refuse_fields("the offset ZOFFS", count + 4)
         owner = deck.properties.get(deck.owner(card, "PSHELL"))
         thickness = None if owner is None else float(owner.thickness)
         if owner is not None and owner.is_thin and count == 4:
@@ -136,13 +136,13 @@ def plates(cards: list[Card], deck: Context) -> Groups:
         for k in range(last - count + 1 + (count == 3), last + 1 + (count == 3)):
             if card.real(k, "T", None) not in (None, thickness):
                 card.fault("a thickness T1 ... other than its PSHELL's is not read")
-    return _simple(Plates, cards, deck, count)
+    return _read_group(ShellGroup, cards, deck, count)
 
 
-def _simple(kind, cards, deck, count):
-    owners = _OWNERS.get(cards[0].name, ("PSHELL",))
+def _read_group(kind, cards, deck, count):
+    owners = _PROPERTY_CARDS.get(cards[0].name, ("PSHELL",))
     made = {}
-    for owner, own in gathered(cards, lambda card: deck.owner(card, *owners)).items():
+    for owner, own in group_cards(cards, lambda card: deck.owner(card, *owners)).items():
         name = f"{own[0].name} {owner.partition(' ')[2]}"
-        made[name] = kind(tuple(joined(card, deck, 3, count) for card in own), numbers_of(own), owner)
+        made[name] = kind(tuple(node_indices(card, deck, 3, count) for card in own), element_ids(own), owner)
     return made

@@ -3,13 +3,13 @@
 import numpy as np
 
 from ._cards import Card
-from ._context import Context
-from ._ties import AbstractTie, Combined, Mean, Pair, Rigid
+from ._context import DeckContext
+from ._ties import AbstractTie, MultipointTie, MeanTie, Pair, RigidTie
 
-Found = dict[str, list[Card]]
+CardsByName = dict[str, list[Card]]
 
 
-def chosen(what: str, found: Found, one: int | None, by_case: set[int], faults: list[str]) -> set[int]:
+def select_sets(what: str, found: CardsByName, one: int | None, by_case: set[int], faults: list[str]) -> set[int]:
     """Numbers of the sets of SPC or MPC that act: `one`, else what the case control chooses, else the only one."""
     cards = [card for name in (what, what + "1") for card in found.get(name, ())]
     sums = {}
@@ -33,7 +33,7 @@ def chosen(what: str, found: Found, one: int | None, by_case: set[int], faults: 
     return {part for chosen in wanted for part in (sums[chosen][1] if chosen in sums else [chosen])}
 
 
-def held(found: Found, sets: set[int], deck: Context) -> set[Pair]:
+def read_supports(found: CardsByName, sets: set[int], deck: DeckContext) -> set[Pair]:
     """What SPC and SPC1 of these sets hold."""
     pairs = set()
     for card in found.get("SPC", ()):
@@ -41,7 +41,7 @@ def held(found: Found, sets: set[int], deck: Context) -> set[Pair]:
             for k in (2, 5) if card.text(5) else (2,):
                 node = deck.node(card, k, "G")
                 pairs |= {(node, d) for d in deck.directions(card, k + 1, "C", node)}
-                card.refuse("an enforced displacement D", k + 2)
+                card.refuse_fields("an enforced displacement D", k + 2)
     for card in found.get("SPC1", ()):
         if card.integer(1, "SID") in sets:
             nodes = deck.nodes(card, card.identifiers(3, "G"))
@@ -52,21 +52,21 @@ def held(found: Found, sets: set[int], deck: Context) -> set[Pair]:
     return pairs
 
 
-def ties(found: Found, sets: set[int], deck: Context) -> dict[str, AbstractTie]:
+def read_ties(found: CardsByName, sets: set[int], deck: DeckContext) -> dict[str, AbstractTie]:
     """RBE2, RBAR, RBE3, and the MPC of these sets, by name: "RBE2 7"."""
     made: dict[str, AbstractTie] = {}
     for card in found.get("RBE2", ()):
-        _add(made, card, _rigid(card, deck))
+        _add_tie(made, card, _read_rbe2(card, deck))
     for card in found.get("RBAR", ()):
-        _add(made, card, _rigid_bar(card, deck))
+        _add_tie(made, card, _read_rbar(card, deck))
     for card in found.get("RBE3", ()):
-        _add(made, card, _mean(card, deck))
+        _add_tie(made, card, _read_rbe3(card, deck))
     for k, card in enumerate(card for card in found.get("MPC", ()) if card.integer(1, "SID") in sets):
-        made[f"MPC {k + 1}"] = _combined(card, deck)
+        made[f"MPC {k + 1}"] = _read_mpc(card, deck)
     return made
 
 
-def _add(made, card, tie):
+def _add_tie(made, card, tie):
     name = f"{card.name} {card.integer(1, 'EID')}"
     if name in made:
         card.fault("this element is given here a second time")
@@ -74,7 +74,7 @@ def _add(made, card, tie):
         made[name] = tie
 
 
-def _rigid(card, deck):
+def _read_rbe2(card, deck):
     last = len(card)
     if last > 4 and "." in card.text(last):  # the coefficient of expansion
         deck.note("thermal expansion ALPHA of RBE2")
@@ -87,10 +87,10 @@ def _rigid(card, deck):
     if master in nodes:
         card.fault("its independent node GN is among the dependent ones")
         return None
-    return Rigid(tuple((node, d) for node in nodes for d in directions), master)
+    return RigidTie(tuple((node, d) for node in nodes for d in directions), master)
 
 
-def _rigid_bar(card, deck):
+def _read_rbar(card, deck):
     """RBAR with all six independent directions at one end, as an RBE2 of the other."""
     if card.real(8, "ALPHA", 0.0):
         deck.note("thermal expansion ALPHA of RBAR")
@@ -106,17 +106,17 @@ def _rigid_bar(card, deck):
     if card.text(2) == card.text(3):
         card.fault("it meets a node twice")
         return None
-    return Rigid(tuple((ends[1 - first], d) for d in directions), ends[first])
+    return RigidTie(tuple((ends[1 - first], d) for d in directions), ends[first])
 
 
-def _mean(card, deck):
+def _read_rbe3(card, deck):
     words = {k: card.text(k).upper() for k in range(5, len(card) + 1)}
     marks = {word: k for k, word in words.items() if word in ("UM", "ALPHA")}
     end = min(marks.values(), default=len(card) + 1)
     if "ALPHA" in marks:
         deck.note("thermal expansion ALPHA of RBE3")
     reference, directions = deck.node(card, 3, "REFGRID"), card.directions(4, "REFC")
-    weighed = _weighed(card, deck, end)
+    weighed = _read_weights(card, deck, end)
     of = [(reference, d) for d in directions]
     dependent = _pairs(card, deck, marks["UM"] + 1, marks.get("ALPHA", len(card) + 1)) if "UM" in marks else of
     pairs = [pair for pair, _ in weighed]
@@ -126,14 +126,14 @@ def _mean(card, deck):
     if reference in {node for node, _ in pairs}:
         card.fault("its reference node is among those it averages")
         return None
-    tie = Mean(tuple(dependent), reference, directions, tuple(pairs), np.array([w for _, w in weighed]))
+    tie = MeanTie(tuple(dependent), reference, directions, tuple(pairs), np.array([w for _, w in weighed]))
     if pairs and not tie.holds(deck.positions, deck.axes):
         card.fault("the directions that it averages do not hold its reference node")
         return None
     return tie if pairs else card.fault("it averages nothing")
 
 
-def _weighed(card, deck, end):
+def _read_weights(card, deck, end):
     """((node, direction), weight) of all groups `weight components nodes ...`."""
     found, weight, directions = [], 1.0, ()
     k = 5
@@ -163,7 +163,7 @@ def _pairs(card, deck, first, end):
     return [(deck.node(card, a, "UM"), d) for a, b in named for d in card.directions(b, "UM")]
 
 
-def _combined(card, deck):
+def _read_mpc(card, deck):
     places = [k for row in range(2, len(card) + 1, 8) for k in (row, row + 3) if card.text(k)]
     terms: dict[Pair, float] = {}
     for k in places:
@@ -179,4 +179,4 @@ def _combined(card, deck):
     if scale == 0:
         card.fault("its first coefficient must not be zero")
         scale = 1.0
-    return Combined((first,), tuple(terms), np.array(list(terms.values())) / scale)
+    return MultipointTie((first,), tuple(terms), np.array(list(terms.values())) / scale)

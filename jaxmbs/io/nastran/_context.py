@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from ._cards import Card
-from ._frames import Frame, frames_of, known_frame, place
+from ._coordinate_systems import CoordinateSystem, read_coordinate_systems, find_system, to_basic
 from ._properties import READ
 
 
-class Context:
+class DeckContext:
     """Nodes and properties by number, as far as the cards are right.
 
     Attributes:
@@ -28,14 +28,14 @@ class Context:
         self.notes: dict[str, int] = {}
         self.remarks: dict[str, int] = {}
         self.polar = polar
-        default = _default(found)
+        default = _read_grdset(found)
         grids = {}
         for card in found.get("GRID", ()):
             one, frame = card.integer(1, "ID"), card.integer(2, "CP", default[0], low=0)
             if one in grids and grids[one][0].fields != card.fields:
                 card.fault("this node is given here a second time, otherwise")
             grids[one] = card, frame, card.reals(3, 3, "X")
-        self.frames = frames_of(found, grids)
+        self.frames = read_coordinate_systems(found, grids)
         points = scalar_points(found)
         for one in points & grids.keys():
             grids[one][0].fault("this number is that of a scalar point, too")
@@ -121,15 +121,15 @@ class Context:
             card.fault(f"there is no {' or '.join(names)}{f', but a {others[0]}' if others else ''}")
         return found or ""
 
-    def frame(self, card: Card, one: int) -> Frame:
+    def frame(self, card: Card, one: int) -> CoordinateSystem:
         """A coordinate system by its number."""
-        return known_frame(one, self.frames, card)
+        return find_system(one, self.frames, card)
 
     def _axes(self, node: int) -> np.ndarray:
         return self.frames.get(self.turned[node], self.frames[0]).at(self.positions[node], np)
 
     def _place(self, card, frame, given):
-        found = place(known_frame(frame, self.frames, card), given)
+        found = to_basic(find_system(frame, self.frames, card), given)
         if not np.all(np.isfinite(found)):
             card.fault("its position is not finite")
         return found
@@ -139,7 +139,7 @@ class Context:
         if one == -1:
             card.fault("CD = -1, a fluid's node, is not read")
             return 0
-        known_frame(one, self.frames, card)
+        find_system(one, self.frames, card)
         return one if one in self.frames else 0
 
 
@@ -158,7 +158,7 @@ _SHARED = {"PELAS": 4, "PMASS": 2, "PDAMP": 2} | {
 }
 
 
-def split(found: dict[str, list[Card]]) -> None:
+def split_shared_cards(found: dict[str, list[Card]]) -> None:
     """A card for each of the entries that share one."""
     for name, width in _SHARED.items():
         made = []
@@ -172,7 +172,7 @@ def split(found: dict[str, list[Card]]) -> None:
             found[name] = made
 
 
-def defaults(found: dict[str, list[Card]]) -> None:
+def default_cards(found: dict[str, list[Card]]) -> None:
     """What BAROR and BEAMOR say, where bars and beams are blank."""
     for name, kind in (("BAROR", "CBAR"), ("BEAMOR", "CBEAM")):
         own = found.get(name, [])
@@ -188,7 +188,7 @@ def defaults(found: dict[str, list[Card]]) -> None:
             card.fields = whole
 
 
-def _default(found):
+def _read_grdset(found):
     """CP, CD and PS of GRDSET."""
     cards = found.get("GRDSET", [])
     for card in cards[1:]:

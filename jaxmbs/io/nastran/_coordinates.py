@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...typing import AnyArray
-from ._context import Context
-from ._frames import Frame
+from ._context import DeckContext
+from ._coordinate_systems import CoordinateSystem
 from ._ties import AbstractTie, Pair
 
 
-class Coordinates(eqx.Module):
+class DeckCoordinates(eqx.Module):
     """Free coordinates, and the nodes that move otherwise than by free coordinates of their own in basic axes.
 
     Attributes:
@@ -26,7 +26,7 @@ class Coordinates(eqx.Module):
     turned: tuple[tuple[int, int], ...] = eqx.field(static=True)
     others: tuple[int, ...] = eqx.field(static=True)
     ties: dict[str, AbstractTie]
-    frames: dict[int, Frame]
+    frames: dict[int, CoordinateSystem]
 
     @property
     def plain(self) -> bool:
@@ -58,7 +58,7 @@ class Coordinates(eqx.Module):
         touched = self._touched
         mine = [k for k, pair in enumerate(touched) if pair in column]
         given = -R[:, np.array(mine, int)]
-        if not uncoupled(self.ties):
+        if not are_ties_uncoupled(self.ties):
             given = jnp.linalg.solve(R[:, own], given)
         whole = jnp.zeros((len(dependent), len(column)), R.dtype)
         return dependent, whole.at[:, np.array([column[touched[k]] for k in mine], int)].set(given)
@@ -90,23 +90,23 @@ class Coordinates(eqx.Module):
         return found
 
 
-def uncoupled(ties: dict[str, AbstractTie]) -> bool:
+def are_ties_uncoupled(ties: dict[str, AbstractTie]) -> bool:
     """Whether every tie gives its directions by none that another tie gives."""
     dependent = {pair for tie in ties.values() for pair in tie.dependent}
     free = all(not dependent & (set(tie.pairs) - set(tie.dependent)) for tie in ties.values())
-    return free and all(tie.explicit for tie in ties.values())
+    return free and all(tie.is_explicit for tie in ties.values())
 
 
-def coordinates_of(
-    deck: Context, ties: dict[str, AbstractTie], held: set[Pair], sizes: np.ndarray, weak: set[Pair]
-) -> Coordinates:
+def number_coordinates(
+    deck: DeckContext, ties: dict[str, AbstractTie], held: set[Pair], sizes: np.ndarray, weak: set[Pair]
+) -> DeckCoordinates:
     """From what is held, what the elements give each node (0, 3 or 6 coordinates), and what AUTOSPC holds."""
     present = {(n, d) for n, size in enumerate(sizes.tolist()) for d in range(size)}
-    present |= {pair for tie in ties.values() for pair in tie.raised}
+    present |= {pair for tie in ties.values() for pair in tie.implied_directions}
     dependent = {pair for tie in ties.values() for pair in tie.dependent}
     touched = held | weak | {pair for tie in ties.values() for pair in tie.pairs}
     turned = {n: deck.turned[n] for n in sorted({n for n, _ in touched}) if deck.turned[n]}
     free = sorted(present - held - weak - dependent)
     others = sorted({*turned, *(n for n, _ in dependent), *(n for n, d in free if d >= sizes[n])})
     frames = {one: deck.frames[one] for one in sorted(set(turned.values()))}
-    return Coordinates(tuple(free), tuple(turned.items()), tuple(others), ties, frames)
+    return DeckCoordinates(tuple(free), tuple(turned.items()), tuple(others), ties, frames)

@@ -14,9 +14,9 @@ from ...fem import Group, Structure, assemble, assemble_dense
 from ...linear import LinearSystem
 from ...linear._storage import as_inexact
 from ...typing import AnyArray, Convertible
-from ._coordinates import Coordinates
-from ._groups import AbstractCards, Numbers
-from ._lumped import Lumps
+from ._coordinates import DeckCoordinates
+from ._groups import AbstractElementGroup, DeckParameters
+from ._lumped import LumpedMassGroup
 
 
 class Deck(eqx.Module):
@@ -40,9 +40,9 @@ class Deck(eqx.Module):
     positions: Convertible[Float[Array, "nodes 3"]] = eqx.field(converter=as_real)
     materials: dict[str, Any]
     properties: dict[str, Any]
-    elements: dict[str, AbstractCards]
+    elements: dict[str, AbstractElementGroup]
     mass: Convertible[Float[Array, ""]] = eqx.field(converter=as_real)
-    coordinates: Coordinates
+    coordinates: DeckCoordinates
     fixed: tuple[tuple[int, int], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)
     held: tuple[str, ...] = eqx.field(static=True)
@@ -51,9 +51,9 @@ class Deck(eqx.Module):
     notes: tuple[str, ...] = eqx.field(static=True, default=())
 
     @property
-    def numbers(self) -> Numbers:
+    def numbers(self) -> DeckParameters:
         """What elements are made of."""
-        return Numbers(self.positions, self.materials, self.properties, self.mass)
+        return DeckParameters(self.positions, self.materials, self.properties, self.mass)
 
     @property
     def structure(self) -> Structure:
@@ -114,7 +114,7 @@ class Deck(eqx.Module):
 
     def describe(self) -> str:
         """What was read, what is held and what was ignored, in lines."""
-        own = {name: own for name, own in self.elements.items() if not isinstance(own, Lumps)}
+        own = {name: own for name, own in self.elements.items() if not isinstance(own, LumpedMassGroup)}
         counts = [f"{name}: {len(cards.nodes)} elements" for name, cards in own.items()]
         lines = [f"{len(self.names)} nodes, {len(self.coordinates.free)} free coordinates", *counts]
         lines += [f"tied by {name}" for name in self.coordinates.ties]

@@ -12,7 +12,7 @@ from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 
 
-class Numbers(NamedTuple):
+class DeckParameters(NamedTuple):
     """All physical numbers of a deck: positions (nodes, 3), materials, properties; mass: PARAM WTMASS."""
 
     positions: Array
@@ -21,22 +21,22 @@ class Numbers(NamedTuple):
     mass: Array
 
 
-class AbstractCards(eqx.Module):
+class AbstractElementGroup(eqx.Module):
     """Elements of one property: `nodes` places of the nodes of each, `ids` their numbers in the deck."""
 
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     ids: tuple[int, ...] = eqx.field(static=True)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """One finite element with stacked leaves (elements, ...)."""
         raise NotImplementedError
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """Directions that the elements hold at their nodes: translations and rotations (elements, k, any, 3)."""
         whole = np.broadcast_to(np.eye(3), (len(self.nodes), element.num_nodes, 3, 3))
         return whole, whole if element.coordinates == 6 else whole[:, :, :0]
 
-    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def mass_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """Directions in which the elements have mass at their nodes, likewise."""
         density = np.broadcast_to(getattr(element, "density", 0.0), (len(self.nodes),)) > 0
         whole = density[:, None, None, None] * np.broadcast_to(np.eye(3), (len(self.nodes), element.num_nodes, 3, 3))
@@ -47,7 +47,7 @@ class AbstractCards(eqx.Module):
         return jnp.broadcast_to(value, (len(self.nodes), *jnp.shape(value)))
 
 
-class Bars(AbstractCards):
+class BarGroup(AbstractElementGroup):
     """CBAR and CBEAM.
 
     Attributes:
@@ -63,7 +63,7 @@ class Bars(AbstractCards):
     releases: tuple[str, ...] = eqx.field(static=True)
     polar: bool = eqx.field(static=True)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Beams; the shear factors K1 and K2 make them Timoshenko's."""
         own = numbers.properties[self.property]
         stuff = numbers.materials[own.material]
@@ -89,14 +89,14 @@ class Bars(AbstractCards):
             fibres=jnp.zeros((len(self.nodes), 1, 2), numbers.positions.dtype),
         )
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """The axes of the section along which it is stiff and that no pin frees."""
         bent = "inertia_z", "inertia_y"
         held = self._positive(element, "area", *bent, "torsion", *bent[::-1])
         names = [[f"{name}{end}" for name in ("x", "y", "z", "rx", "ry", "rz")] for end in (1, 2)]
         return self._along(element, numbers, held & ~np.isin(names, self.releases)[None])
 
-    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def mass_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """All but turning about the axis where there is no polar inertia."""
         heavy = self._positive(element, "density") | self._positive(element, "line_mass")
         about = self._positive(element, "density") & np.any(
@@ -111,44 +111,44 @@ class Bars(AbstractCards):
 
     def _along(self, element, numbers, which):
         """Axes of the section at both ends, for translations and rotations, zero where `which` (.., 2, 6) is not."""
-        line = _lines(self.nodes, numbers)
+        line = _element_axes(self.nodes, numbers)
         if self.offsets is not None:
             line = line + np.asarray(self.offsets)[:, 1] - np.asarray(self.offsets)[:, 0]
-        axes = np.stack(_axes(line, np.asarray(element.reference)), axis=1)[:, None]
+        axes = np.stack(_section_axes(line, np.asarray(element.reference)), axis=1)[:, None]
         return which[:, :, :3, None] * axes, which[:, :, 3:, None] * axes
 
 
-def _lines(nodes, numbers):
+def _element_axes(nodes, numbers):
     """From the first node to the second, (elements, 3)."""
     ends = np.asarray(numbers.positions)[np.array(nodes)]
     return ends[:, 1] - ends[:, 0]
 
 
-class Rods(AbstractCards):
+class RodGroup(AbstractElementGroup):
     """CROD."""
 
     property: str = eqx.field(static=True)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Rods; NSM as density."""
         own = numbers.properties[self.property]
         stuff = numbers.materials[own.material]
         density = (stuff.density + own.line_mass / own.area) * numbers.mass
         return Rod(self._all(stuff.young), self._all(own.area), self._all(density))
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """Their line."""
-        line = _lines(self.nodes, numbers)
+        line = _element_axes(self.nodes, numbers)
         line = (line / np.linalg.norm(line, axis=1, keepdims=True))[:, None, None].repeat(2, axis=1)
         return line, line[:, :, :0]
 
 
-class Plates(AbstractCards):
+class ShellGroup(AbstractElementGroup):
     """CQUAD4 and CTRIA3 as flat shells with drilling stiffness."""
 
     property: str = eqx.field(static=True)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Quadrilaterals or triangles; NSM as density."""
         own = numbers.properties[self.property]
         stuff = numbers.materials[own.material]
@@ -160,22 +160,22 @@ class Plates(AbstractCards):
         return Quadrilateral(E, nu, t, rho, self._all(own.shear_factor), drilling)
 
 
-class Solids(AbstractCards):
+class SolidGroup(AbstractElementGroup):
     """CHEXA of eight nodes."""
 
     property: str = eqx.field(static=True)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Hexahedra."""
         stuff = numbers.materials[numbers.properties[self.property].material]
         return Hexahedron(*map(self._all, (stuff.young, stuff.contraction, stuff.density * numbers.mass)))
 
 
 #: Groups whose masses can be lumped.
-HEAVY = (Bars, Rods, Plates, Solids)
+HEAVY = (BarGroup, RodGroup, ShellGroup, SolidGroup)
 
 
-def _axes(line, reference):
+def _section_axes(line, reference):
     """Axes x y z (elements, 3) of beams, as `along` has them."""
     x = line / np.linalg.norm(line, axis=1, keepdims=True)
     z = np.cross(x, reference)

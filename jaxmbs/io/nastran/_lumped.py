@@ -9,38 +9,38 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...elements import AbstractElement, PointMass
-from ._groups import HEAVY, AbstractCards, Numbers
-from ._point_groups import Masses
+from ._groups import HEAVY, AbstractElementGroup, DeckParameters
+from ._point_groups import PointMassGroup
 
 
-class Weightless(AbstractCards):
-    """The stiffness of elements whose masses are `Lumps`."""
+class MasslessGroup(AbstractElementGroup):
+    """The stiffness of elements whose masses are `LumpedMassGroup`."""
 
-    of: AbstractCards
+    of: AbstractElementGroup
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Without density and mass per length."""
         made = self.of.element(numbers)
         heavy = [name for name in ("density", "line_mass") if hasattr(made, name)]
         where = lambda e: [getattr(e, name) for name in heavy]  # noqa: E731
         return eqx.tree_at(where, made, [jnp.zeros_like(value) for value in where(made)])
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """As of those elements."""
-        return self.of.strained(element, numbers)
+        return self.of.stiff_directions(element, numbers)
 
 
-class Lumps(AbstractCards):
+class LumpedMassGroup(AbstractElementGroup):
     """The masses of elements, shares of each on its nodes; those of bars at the ends of their offsets.
 
     Attributes:
         turns: whether ends have inertia about the axis, as those of CBEAM have.
     """
 
-    of: AbstractCards
+    of: AbstractElementGroup
     turns: bool = eqx.field(static=True)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Point masses, node by node."""
         made: Any = self.of.element(numbers)
         nodes = numbers.positions[np.array(self.of.nodes)]
@@ -64,26 +64,26 @@ class Lumps(AbstractCards):
         shares = jnp.trace(jnp.sum(blocks, axis=3), axis1=2, axis2=3) / 3.0
         return jnp.broadcast_to(jnp.mean(shares, axis=1, keepdims=True), shares.shape) if count < 4 else shares
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """Nothing."""
         nothing = np.zeros((len(self.nodes), 1, 0, 3))
         return nothing, nothing
 
-    def carried(self, element: Any, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def mass_directions(self, element: Any, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """As of masses by cards."""
-        masses = Masses(self.nodes, self.ids, element.value, element.offset, element.inertia)
-        return masses.carried(element, numbers)
+        masses = PointMassGroup(self.nodes, self.ids, element.value, element.offset, element.inertia)
+        return masses.mass_directions(element, numbers)
 
 
-def lumped(elements: dict[str, AbstractCards]) -> dict[str, AbstractCards]:
+def lump_masses(elements: dict[str, AbstractElementGroup]) -> dict[str, AbstractElementGroup]:
     """Groups with masses of their own divided in two, "CBAR 1" and "mass of CBAR 1"."""
-    made: dict[str, AbstractCards] = {}
+    made: dict[str, AbstractElementGroup] = {}
     for name, own in elements.items():
         if not isinstance(own, HEAVY):
             made[name] = own
             continue
-        made[name] = Weightless(own.nodes, own.ids, own)
+        made[name] = MasslessGroup(own.nodes, own.ids, own)
         nodes = tuple((node,) for row in own.nodes for node in row)
         ids = tuple(one for one, row in zip(own.ids, own.nodes, strict=True) for _ in row)
-        made[f"mass of {name}"] = Lumps(nodes, ids, own, name.startswith("CBEAM"))
+        made[f"mass of {name}"] = LumpedMassGroup(nodes, ids, own, name.startswith("CBEAM"))
     return made

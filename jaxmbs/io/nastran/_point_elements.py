@@ -3,30 +3,30 @@
 import numpy as np
 
 from ._cards import Card
-from ._connections import Groups, gathered, joined, numbers_of
-from ._context import Context
-from ._point_groups import Bushes, Masses, ScalarSprings
+from ._connections import Groups, group_cards, node_indices, element_ids
+from ._context import DeckContext
+from ._point_groups import BushingGroup, PointMassGroup, ScalarSpringGroup
 
 
-def masses(cards: list[Card], deck: Context) -> Groups:
+def masses(cards: list[Card], deck: DeckContext) -> Groups:
     """CONM2: those that are mere points apart from those with an offset or an inertia."""
     made: Groups = {}
-    for plain, own in gathered(cards, lambda card: not any(card.text(k) for k in range(5, 15))).items():
+    for plain, own in group_cards(cards, lambda card: not any(card.text(k) for k in range(5, 15))).items():
         nodes = tuple((deck.node(card, 2, "G"),) for card in own)
         values = [card.real(4, "M", 0.0) for card in own]
         for card, value in zip(own, values, strict=True):
             if value < 0:
                 card.fault("M must not be negative")
         if plain:
-            made["CONM2"] = Masses(nodes, numbers_of(own), values, None, None)
+            made["CONM2"] = PointMassGroup(nodes, element_ids(own), values, None, None)
             continue
-        found = [_about(card, deck, node) for card, (node,) in zip(own, nodes, strict=True)]
+        found = [_offset_and_inertia(card, deck, node) for card, (node,) in zip(own, nodes, strict=True)]
         offsets, inertias = (np.array(part) for part in zip(*found, strict=True))
-        made["CONM2 with inertia"] = Masses(nodes, numbers_of(own), values, offsets, inertias)
+        made["CONM2 with inertia"] = PointMassGroup(nodes, element_ids(own), values, offsets, inertias)
     return made
 
 
-def _about(card, deck, node):
+def _offset_and_inertia(card, deck, node):
     """Offset (3,) and inertia (3, 3) about the centre of mass, basic axes."""
     one, point = card.integer(3, "CID", 0, low=-1), deck.positions[node]
     axes = deck.frame(card, max(one, 0)).at(point, np)
@@ -42,7 +42,7 @@ def _about(card, deck, node):
 _SCALARS = {"CELAS": ("PELAS", "stiffness"), "CMASS": ("PMASS", "mass"), "CDAMP": ("PDAMP", "damping")}
 
 
-def scalars(cards: list[Card], deck: Context) -> Groups:
+def scalars(cards: list[Card], deck: DeckContext) -> Groups:
     """CELAS, CMASS, CDAMP between two directions of GRIDs or scalar points, or from one to ground.
 
     Forms 1 and 3 have a property, 2 and 4 a number of their own; 3 and 4 join scalar points.
@@ -52,7 +52,7 @@ def scalars(cards: list[Card], deck: Context) -> Groups:
     own_rate, step = form in "24", 2 if form in "12" else 1
     key = lambda card: ("" if own_rate else deck.owner(card, prop), _ends(card, step))  # noqa: E731
     made: Groups = {}
-    for (owner, fields), own in gathered(cards, key).items():
+    for (owner, fields), own in group_cards(cards, key).items():
         nodes = [tuple(deck.node(card, k, "G") for k in fields) for card in own]
         ends = [
             [_direction(card, k + 1 if step == 2 else 99, deck, node) for k, node in zip(fields, row, strict=True)]
@@ -66,7 +66,7 @@ def scalars(cards: list[Card], deck: Context) -> Groups:
         name = " ".join(part for part in parts if part)
         if name in made:  # grounded at the first or at the second end
             name += ", first end"
-        made[name] = ScalarSprings(tuple(nodes), numbers_of(own), owner, rates, np.array(ends), what)
+        made[name] = ScalarSpringGroup(tuple(nodes), element_ids(own), owner, rates, np.array(ends), what)
     return made
 
 
@@ -98,12 +98,12 @@ def _rate(card, deck):
     return value
 
 
-def bushes(cards: list[Card], deck: Context) -> Groups:
+def bushes(cards: list[Card], deck: DeckContext) -> Groups:
     """CBUSH: a group for each property, to ground or between nodes, with axes of its own or along its line."""
     made: Groups = {}
     key = lambda card: (deck.owner(card, "PBUSH"), card.text(4) in ("", "0"), _kind(card))  # noqa: E731
-    for (owner, grounded, kind), own in gathered(cards, key).items():
-        nodes = [(deck.node(card, 3, "GA"),) if grounded else joined(card, deck, 3, 2) for card in own]
+    for (owner, grounded, kind), own in group_cards(cards, key).items():
+        nodes = [(deck.node(card, 3, "GA"),) if grounded else node_indices(card, deck, 3, 2) for card in own]
         axes = vectors = None
         if kind == "frame":
             axes = np.array([_frame(card, deck, row[0]) for card, row in zip(own, nodes, strict=True)])
@@ -116,9 +116,9 @@ def bushes(cards: list[Card], deck: Context) -> Groups:
                 own[0].fault("it needs a vector or a CID: its PBUSH is stiff across its line")
         places = [card.real(9, "S", 0.5) for card in own]
         for card in own:
-            card.refuse("an offset OCID, S1, S2, S3", 10, 11, 12, 13, harmless=("-1",))
+            card.refuse_fields("an offset OCID, S1, S2, S3", 10, 11, 12, 13, harmless=("-1",))
         name = " ".join(["CBUSH", owner.partition(" ")[2], *(["to ground"] if grounded else []), kind])
-        made[name] = Bushes(tuple(nodes), numbers_of(own), owner, axes, vectors, places)
+        made[name] = BushingGroup(tuple(nodes), element_ids(own), owner, axes, vectors, places)
     return made
 
 

@@ -10,10 +10,10 @@ from ...elements import AbstractElement, GroundSpring, PointMass, Spring
 from ...elements._base import as_optional_real, as_real
 from ...elements._shared_matrices import axes_along
 from ...typing import Convertible
-from ._groups import AbstractCards, Numbers
+from ._groups import AbstractElementGroup, DeckParameters
 
 
-class Masses(AbstractCards):
+class PointMassGroup(AbstractElementGroup):
     """CONM2.
 
     Attributes:
@@ -25,17 +25,17 @@ class Masses(AbstractCards):
     offset: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=as_optional_real)
     inertia: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=as_optional_real)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Point masses."""
         inertia = None if self.inertia is None else self.inertia * numbers.mass
         return PointMass(self.mass * numbers.mass, self.offset, inertia)
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """Nothing."""
         nothing = np.zeros((len(self.nodes), 1, 0, 3))
         return nothing, nothing
 
-    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def mass_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """All directions, and those about which the inertia and the offset count."""
         mass = (np.asarray(self.mass) > 0)[:, None, None, None] * np.eye(3)
         if self.inertia is None or self.offset is None:
@@ -105,7 +105,7 @@ class ScalarToGround(ScalarSpring):
     num_nodes = 1
 
 
-class ScalarSprings(AbstractCards):
+class ScalarSpringGroup(AbstractElementGroup):
     """CELAS, CMASS or CDAMP, of one property or with rates of their own.
 
     Attributes:
@@ -119,7 +119,7 @@ class ScalarSprings(AbstractCards):
     ends: Convertible[Float[Array, "elements k 6"]] = eqx.field(converter=as_real)
     what: str = eqx.field(static=True)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Scalar springs, masses or dampers, or those to ground."""
         own = getattr(numbers.properties[self.property], self.what) if self.rate is None else self.rate
         rate = self._all(own) if self.rate is None else own
@@ -132,11 +132,11 @@ class ScalarSprings(AbstractCards):
             jax.vmap(lambda k, d: k * jnp.outer(d[0], d[0]))(rate, self.ends), place=jnp.ones_like(rate)
         )
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """The directions of springs."""
         return self._directions(self.what == "stiffness")
 
-    def carried(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def mass_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """The directions of masses."""
         return self._directions(self.what == "mass")
 
@@ -145,7 +145,7 @@ class ScalarSprings(AbstractCards):
         return ends[..., :3], ends[..., 3:]
 
 
-class Bushes(AbstractCards):
+class BushingGroup(AbstractElementGroup):
     """CBUSH of one PBUSH.
 
     Attributes:
@@ -159,7 +159,7 @@ class Bushes(AbstractCards):
     vectors: Convertible[Float[Array, "elements 3"] | None] = eqx.field(converter=as_optional_real)
     place: Convertible[Float[Array, " elements"]] = eqx.field(converter=as_real)
 
-    def element(self, numbers: Numbers) -> AbstractElement:
+    def element(self, numbers: DeckParameters) -> AbstractElement:
         """Springs of six directions, between two nodes or to ground."""
         own = numbers.properties[self.property]
         matrix, damper = (None if v is None else self._all(jnp.diag(v)) for v in (own.stiffness, own.damping))
@@ -172,7 +172,7 @@ class Bushes(AbstractCards):
         ends = numbers.positions[np.array(self.nodes)]
         return jax.vmap(axes_along)(ends[:, 1] - ends[:, 0], self.vectors)
 
-    def strained(self, element: AbstractElement, numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """The axes along which it is stiff."""
         stiff = np.asarray(numbers.properties[self.property].stiffness) > 0
         axes = np.asarray(self._turned(numbers))[:, None].repeat(len(self.nodes[0]), axis=1)

@@ -7,12 +7,12 @@ from jaxtyping import Array, Float
 
 from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
-from ._cards import Card, positive
+from ._cards import Card, require_positive
 
 Scalar = Convertible[Float[Array, ""]]
 
 
-class Bush(eqx.Module):
+class BushingProperty(eqx.Module):
     """PBUSH.
 
     Attributes:
@@ -23,7 +23,7 @@ class Bush(eqx.Module):
     damping: Convertible[Float[Array, "6"] | None] = eqx.field(converter=as_optional_real)
 
 
-class ScalarProperty(eqx.Module):
+class SpringProperty(eqx.Module):
     """PELAS.
 
     Attributes:
@@ -33,7 +33,7 @@ class ScalarProperty(eqx.Module):
     stiffness: Scalar = eqx.field(converter=as_real)
 
 
-class ScalarMass(eqx.Module):
+class MassProperty(eqx.Module):
     """PMASS.
 
     Attributes:
@@ -43,7 +43,7 @@ class ScalarMass(eqx.Module):
     mass: Scalar = eqx.field(converter=as_real)
 
 
-class ScalarDamper(eqx.Module):
+class DamperProperty(eqx.Module):
     """PDAMP.
 
     Attributes:
@@ -53,7 +53,7 @@ class ScalarDamper(eqx.Module):
     damping: Scalar = eqx.field(converter=as_real)
 
 
-def bush(card: Card, note: Callable[[str], None]) -> Bush:
+def bush(card: Card, note: Callable[[str], None]) -> BushingProperty:
     """PBUSH with K and B; GE and stress recovery are noted."""
     values = {"K": [0.0] * 6, "B": [0.0] * 6}
     for row in range(2, max(len(card), 2) + 1, 8):
@@ -64,24 +64,24 @@ def bush(card: Card, note: Callable[[str], None]) -> Bush:
             note(f"{what} of PBUSH")
         elif what:
             card.fault(f"{what[:16]!r} is none of K, B, GE, RCV")
-    positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
-    return Bush(values["K"], values["B"] if any(values["B"]) else None)
+    require_positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
+    return BushingProperty(values["K"], values["B"] if any(values["B"]) else None)
 
 
-def scalar(card: Card, note: Callable[[str], None]) -> ScalarProperty:
+def scalar(card: Card, note: Callable[[str], None]) -> SpringProperty:
     """PELAS."""
     if card.real(3, "GE", 0.0):
         note("structural damping GE of PELAS")
-    return ScalarProperty(card.real(2, "K"))
+    return SpringProperty(card.real(2, "K"))
 
 
-def scalar_mass(card: Card, note: Callable[[str], None]) -> ScalarMass:
+def scalar_mass(card: Card, note: Callable[[str], None]) -> MassProperty:
     """One mass of a PMASS."""
-    positive(card, nonnegative={"M": card.real(2, "M")})
-    return ScalarMass(card.real(2, "M"))
+    require_positive(card, nonnegative={"M": card.real(2, "M")})
+    return MassProperty(card.real(2, "M"))
 
 
-def scalar_damper(card: Card, note: Callable[[str], None]) -> ScalarDamper:
+def scalar_damper(card: Card, note: Callable[[str], None]) -> DamperProperty:
     """One damper of a PDAMP."""
-    positive(card, nonnegative={"B": card.real(2, "B")})
-    return ScalarDamper(card.real(2, "B"))
+    require_positive(card, nonnegative={"B": card.real(2, "B")})
+    return DamperProperty(card.real(2, "B"))

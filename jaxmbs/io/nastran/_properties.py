@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
-from ._cards import NEEDED, Card, positive
+from ._cards import REQUIRED, Card, require_positive
 from ._point_properties import bush, scalar, scalar_damper, scalar_mass
 from ._sections import SECTIONS
 
@@ -46,7 +46,7 @@ class Material(eqx.Module):
         return 0.0 * self.young if self.shear_modulus is None else self.young / (2.0 * self.shear_modulus) - 1.0
 
 
-class Section(eqx.Module):
+class BeamProperty(eqx.Module):
     """PBAR, PBEAM or PROD.
 
     Attributes:
@@ -64,7 +64,7 @@ class Section(eqx.Module):
     material: str = eqx.field(static=True)
 
 
-class Plate(eqx.Module):
+class ShellProperty(eqx.Module):
     """PSHELL, homogeneous.
 
     Attributes:
@@ -80,7 +80,7 @@ class Plate(eqx.Module):
     material: str = eqx.field(static=True)
 
 
-class Solid(eqx.Module):
+class SolidProperty(eqx.Module):
     """PSOLID: no number of its own.
 
     Attributes:
@@ -99,7 +99,7 @@ def material(card: Card, note: Callable[[str], None]) -> Material:
     if E is None:
         card.fault("E is missing")
         E = 1.0
-    positive(card, E=E, nonnegative={"G": G or 0.0, "RHO": density})
+    require_positive(card, E=E, nonnegative={"G": G or 0.0, "RHO": density})
     ratio = nu if nu is not None else E / (2.0 * G) - 1.0 if G else 0.0
     if not -1.0 < ratio < 0.5:
         card.fault(f"Poisson's ratio {ratio:g} does not lie between -1 and 1/2")
@@ -108,22 +108,22 @@ def material(card: Card, note: Callable[[str], None]) -> Material:
     return Material(E, G, nu, density)
 
 
-def section(card: Card, note: Callable[[str], None]) -> Section:
+def section(card: Card, note: Callable[[str], None]) -> BeamProperty:
     """PBAR, PBEAM of one section along its length, or PROD without torsion."""
     mid = f"MAT1 {card.integer(2, 'MID')}"
     A, I1, I2 = (card.real(k, name, 0.0) for k, name in ((3, "A"), (4, "I1"), (5, "I2")))
     if card.name == "PROD":
-        card.refuse("torsion J", 4)
-        positive(card, A=A, nonnegative={"NSM": card.real(6, "NSM", 0.0)})
-        return Section(A, 0.0, 0.0, 0.0, card.real(6, "NSM", 0.0), None, mid)
+        card.refuse_fields("torsion J", 4)
+        require_positive(card, A=A, nonnegative={"NSM": card.real(6, "NSM", 0.0)})
+        return BeamProperty(A, 0.0, 0.0, 0.0, card.real(6, "NSM", 0.0), None, mid)
     bar = card.name == "PBAR"
     J, nsm = card.real(6 if bar else 7, "J", 0.0), card.real(7 if bar else 8, "NSM", 0.0)
-    card.refuse("the product of inertia I12", 19 if bar else 6)
+    card.refuse_fields("the product of inertia I12", 19 if bar else 6)
     K = _shear_of_bar(card) if bar else _shear_of_beam(card)
-    positive(card, A=A, nonnegative=dict(I1=I1, I2=I2, J=J, NSM=nsm, K1=K[0], K2=K[1]))
+    require_positive(card, A=A, nonnegative=dict(I1=I1, I2=I2, J=J, NSM=nsm, K1=K[0], K2=K[1]))
     if (K[0] > 0) != (K[1] > 0):
         card.fault("K1 and K2 must both be given, or both be zero")
-    return Section(A, I1, I2, J, nsm, K if K[0] > 0 and K[1] > 0 else None, mid)
+    return BeamProperty(A, I1, I2, J, nsm, K if K[0] > 0 and K[1] > 0 else None, mid)
 
 
 def _shear_of_bar(card):
@@ -141,13 +141,13 @@ def _shear_of_beam(card):
         if any(b is not None and b != (a or 0.0) for a, b in zip(first, at, strict=True)):
             card.fault("a section that changes along the beam is not read")
         row += step
-    card.refuse("S1 and S2", row + 2, row + 3)
-    card.refuse("NSI and CW", *range(row + 4, row + 8))
-    card.refuse("M1, M2, N1, N2 beside the centroid", *range(row + 8, row + 16))
+    card.refuse_fields("S1 and S2", row + 2, row + 3)
+    card.refuse_fields("NSI and CW", *range(row + 4, row + 8))
+    card.refuse_fields("M1, M2, N1, N2 beside the centroid", *range(row + 8, row + 16))
     return [card.real(row, "K1", 1.0), card.real(row + 1, "K2", 1.0)]
 
 
-def plate(card: Card, note: Callable[[str], None]) -> Plate:
+def plate(card: Card, note: Callable[[str], None]) -> ShellProperty:
     """PSHELL of one material."""
     mid, bending, across = card.integer(2, "MID1"), card.integer(4, "MID2", 0), card.integer(6, "MID3", 0)
     t, nsm = card.real(3, "T"), card.real(8, "NSM", 0.0)
@@ -155,33 +155,33 @@ def plate(card: Card, note: Callable[[str], None]) -> Plate:
         card.fault("MID2 must be MID1: plates of one material that bend are read")
     if across not in (0, mid):
         card.fault("MID3 must be MID1 or blank")
-    card.refuse("12I/T^3", 5, harmless=(1.0,))
-    card.refuse("the material MID4 that couples", 11)
-    positive(card, T=t, nonnegative={"NSM": nsm})
+    card.refuse_fields("12I/T^3", 5, harmless=(1.0,))
+    card.refuse_fields("the material MID4 that couples", 11)
+    require_positive(card, T=t, nonnegative={"NSM": nsm})
     factor = card.real(7, "TS/T", 5 / 6)
     if not factor > 0:
         card.fault("TS/T must be positive")
-    return Plate(t, nsm, factor if across else _NO_SHEAR, not across, f"MAT1 {mid}")
+    return ShellProperty(t, nsm, factor if across else _NO_SHEAR, not across, f"MAT1 {mid}")
 
 
-def solid(card: Card, note: Callable[[str], None]) -> Solid:
+def solid(card: Card, note: Callable[[str], None]) -> SolidProperty:
     """PSOLID; how it integrates (IN, ISOP) is noted."""
     if any(card.text(k) for k in (4, 6)):
         note("integration IN, ISOP of PSOLID")
     if card.text(7).upper() not in ("", "SMECH"):
         card.fault(f"FCTN {card.text(7)[:16]!r} is not read")
-    return Solid(f"MAT1 {card.integer(2, 'MID')}")
+    return SolidProperty(f"MAT1 {card.integer(2, 'MID')}")
 
 
-def shaped(card: Card, note: Callable[[str], None]) -> Section:
+def section_by_dimensions(card: Card, note: Callable[[str], None]) -> BeamProperty:
     """PBARL, or PBEAML of one section along its length whose shear centre is its centroid."""
     name, mid = card.text(4).upper(), f"MAT1 {card.integer(2, 'MID')}"
-    nothing = Section(1.0, 1.0, 1.0, 1.0, 0.0, None, mid)
+    nothing = BeamProperty(1.0, 1.0, 1.0, 1.0, 0.0, None, mid)
     if name not in SECTIONS:
         card.fault(f"the section {name[:16]!r} is not read: {', '.join(SECTIONS)} are")
         return nothing
     count, sound, of = SECTIONS[name]
-    sizes, nsm = card.reals(9, count, "DIM", NEEDED), card.real(9 + count, "NSM", 0.0)
+    sizes, nsm = card.reals(9, count, "DIM", REQUIRED), card.real(9 + count, "NSM", 0.0)
     if not sound(*sizes):
         card.fault(f"dimensions {', '.join(f'{size:g}' for size in sizes)} make no {name}")
         return nothing
@@ -193,16 +193,16 @@ def shaped(card: Card, note: Callable[[str], None]) -> Section:
             card.fault("a section that changes along the beam is not read")
         row += 3 + count
     if card.name == "PBARL":
-        card.refuse("what follows NSM", *range(row, len(card) + 1))
+        card.refuse_fields("what follows NSM", *range(row, len(card) + 1))
     elif not found.is_centred:
         card.fault(f"a CBEAM of the section {name} has its shear centre beside its centroid, which is not read")
-    positive(card, nonnegative={"NSM": nsm})
+    require_positive(card, nonnegative={"NSM": nsm})
     note(f"{card.name} {name}: torsion and shear factors by beam theory, Nastran's may differ")
-    return Section(found.area, found.inertia_1, found.inertia_2, found.torsion, nsm, found.shear, mid)
+    return BeamProperty(found.area, found.inertia_1, found.inertia_2, found.torsion, nsm, found.shear, mid)
 
 
 READ: dict[str, Callable[..., Any]] = {
-    **dict(MAT1=material, PBAR=section, PBEAM=section, PROD=section, PBARL=shaped, PBEAML=shaped),
+    **dict(MAT1=material, PBAR=section, PBEAM=section, PROD=section, PBARL=section_by_dimensions, PBEAML=section_by_dimensions),
     **dict(PSHELL=plate, PSOLID=solid, PBUSH=bush, PELAS=scalar),
     **dict(PMASS=scalar_mass, PDAMP=scalar_damper),
 }

@@ -9,30 +9,30 @@ import numpy as np
 from ...elements import DIRECTIONS
 from ...elements._base import as_real
 from ...errors import ModelError
-from ._cards import Card, cards
+from ._cards import Card, parse_cards
 from ._connections import Groups, bars, conrods, plates, rods, solids
-from ._constraints import chosen, held, ties
-from ._context import Context, defaults, scalar_points, split
-from ._coordinates import coordinates_of, uncoupled
+from ._constraints import select_sets, read_supports, read_ties
+from ._context import DeckContext, default_cards, scalar_points, split_shared_cards
+from ._coordinates import number_coordinates, are_ties_uncoupled
 from ._deck import Deck
-from ._frames import NAMES
-from ._groups import HEAVY, Numbers
-from ._lumped import Lumps, lumped
-from ._nodal import massless, nodal_sums, weakly_held
+from ._coordinate_systems import NAMES
+from ._groups import HEAVY, DeckParameters
+from ._lumped import LumpedMassGroup, lump_masses
+from ._nodal import massless_rows, nodal_sums, autospc_directions
 from ._point_elements import bushes, masses, scalars
 from ._properties import READ
-from ._text import Text
-from ._ties import AbstractTie, Combined, Mean, Pair
+from ._text import BulkData
+from ._ties import AbstractTie, MultipointTie, MeanTie, Pair
 
-ELEMENTS: dict[str, Callable[[list[Card], Context], Groups]] = {
+ELEMENTS: dict[str, Callable[[list[Card], DeckContext], Groups]] = {
     **dict(CBAR=bars, CBEAM=bars, CROD=rods, CQUAD4=plates, CTRIA3=plates, CHEXA=solids),
     **dict(CONROD=conrods, CONM2=masses, CBUSH=bushes),
     **{f"{kind}{form}": scalars for kind in ("CELAS", "CMASS", "CDAMP") for form in "1234"},
 }
 CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR")
-_USED = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *READ, *ELEMENTS, *CONSTRAINTS}
+_CARDS_READ = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *READ, *ELEMENTS, *CONSTRAINTS}
 #: Loads, requests for solutions, output, reduction: none of them changes mass, stiffness or supports.
-_HARMLESS = {
+_IGNORED_SILENTLY = {
     *("EIGR", "EIGRL", "EIGB", "EIGC", "EIGP", "FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5"),
     *("TSTEP", "TSTEPNL", "TIC", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "LOAD", "GRAV"),
     *("PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "RFORCE", "SLOAD", "DAREA", "DLOAD", "DELAY", "DPHASE", "LSEQ"),
@@ -80,50 +80,50 @@ def read_nastran(
     if masses not in (None, "lumped", "consistent"):
         raise ValueError(f"masses = {masses!r}: one of 'lumped', 'consistent', or None for what the deck says")
     faults: list[str] = []
-    text = Text(Path(path), faults)
+    text = BulkData(Path(path), faults)
     found: dict[str, list[Card]] = {}
-    for card in cards(text.lines(), faults):
+    for card in parse_cards(text.lines(), faults):
         found.setdefault(card.name, []).append(card)
     for name, most in _LENGTHS.items():
         for card in found.get(name, ()):
             if len(card) > most:
                 card.fault(f"it has {len(card)} data; a {name} has {most}")
-    split(found)
-    defaults(found)
-    strange = [name for name in found if name not in _USED | _HARMLESS and name]
+    split_shared_cards(found)
+    default_cards(found)
+    strange = [name for name in found if name not in _CARDS_READ | _IGNORED_SILENTLY and name]
     faults += [f"{name} is not read: {_places(found[name])}" for name in strange]
     if not found.get("GRID") and not scalar_points(found):
         raise ModelError([*faults, f"{text.name} has no GRID"])
-    deck = Context(found, polar)
+    deck = DeckContext(found, polar)
     elements = {
         name: own for kind, read in ELEMENTS.items() if kind in found for name, own in read(found[kind], deck).items()
     }
     if not elements and not any(name.startswith("C") for name in strange):
         faults.append(f"{text.name} has no element")
-    sets = [chosen(kind, found, one, text.choices[kind], faults) for kind, one in (("SPC", spc), ("MPC", mpc))]
-    tied = ties(found, sets[1], deck)
-    on_hold = deck.held | held(found, sets[0], deck)
+    sets = [select_sets(kind, found, one, text.choices[kind], faults) for kind, one in (("SPC", spc), ("MPC", mpc))]
+    tied = read_ties(found, sets[1], deck)
+    on_hold = deck.held | read_supports(found, sets[0], deck)
     settings = _settings(found, deck)
     settings["masses"] = masses or settings["masses"]
-    faults += _clashes(tied, on_hold, deck)
+    faults += _double_constraints(tied, on_hold, deck)
     if faults:
         raise ModelError(faults)
     return _deck(deck, elements, tied, on_hold, settings, _ignored(found, text, deck))
 
 
 def _deck(deck, elements, tied, on_hold, settings, ignored):
-    elements = lumped(elements) if settings["masses"] == "lumped" else elements
-    numbers = Numbers(as_real(deck.positions), deck.materials, deck.properties, as_real(settings["WTMASS"]))
+    elements = lump_masses(elements) if settings["masses"] == "lumped" else elements
+    numbers = DeckParameters(as_real(deck.positions), deck.materials, deck.properties, as_real(settings["WTMASS"]))
     nodal = nodal_sums(deck, elements, numbers)
     for tie in tied.values():
-        for n, d in tie.pairs if isinstance(tie, Combined) else ():
+        for n, d in tie.pairs if isinstance(tie, MultipointTie) else ():
             axis = deck.axes(n)[d % 3]
-            nodal.strained[n, d // 3] += np.outer(axis, axis)
-    weak = weakly_held(deck, nodal, tied) if settings["AUTOSPC"] else set()
-    weak = (weak | _unheard(tied, nodal.sizes)) - on_hold - {pair for tie in tied.values() for pair in tie.dependent}
-    coordinates = coordinates_of(deck, tied, on_hold, nodal.sizes, weak)
-    if not uncoupled(tied):
-        _refuse_rings(coordinates, numbers.positions)
+            nodal.stiff_directions[n, d // 3] += np.outer(axis, axis)
+    weak = autospc_directions(deck, nodal, tied) if settings["AUTOSPC"] else set()
+    weak = (weak | _unsupported_directions(tied, nodal.sizes)) - on_hold - {pair for tie in tied.values() for pair in tie.dependent}
+    coordinates = number_coordinates(deck, tied, on_hold, nodal.sizes, weak)
+    if not are_ties_uncoupled(tied):
+        _refuse_cyclic_ties(coordinates, numbers.positions)
     if not coordinates.free:
         raise ModelError(["nothing is free to move"])
     turned, still = dict(coordinates.turned), on_hold | weak
@@ -134,8 +134,8 @@ def _deck(deck, elements, tied, on_hold, settings, ignored):
         for pairs in (on_hold, weak)
     ]
     parts = deck.materials, deck.properties, elements, numbers.mass, coordinates
-    light = massless(coordinates, nodal, numbers.positions)
-    have_masses = any(isinstance(own, (*HEAVY, Lumps)) for own in elements.values())
+    light = massless_rows(coordinates, nodal, numbers.positions)
+    have_masses = any(isinstance(own, (*HEAVY, LumpedMassGroup)) for own in elements.values())
     notes = [_MASSES[settings["masses"]]] if have_masses else []
     notes += [f"{what}, {times} times" if times > 1 else what for what, times in deck.remarks.items()]
     return Deck(names, numbers.positions, *parts, tuple(sorted(fixed)), light, *labels, ignored, tuple(notes))
@@ -158,14 +158,14 @@ def _settings(found, deck):
     return settings
 
 
-def _unheard(tied: dict[str, AbstractTie], sizes) -> set[Pair]:
+def _unsupported_directions(tied: dict[str, AbstractTie], sizes) -> set[Pair]:
     """Directions that an RBE3 averages and that no element has: they stay where they are."""
-    averaged = {pair for tie in tied.values() if isinstance(tie, Mean) for pair in tie.averaged}
-    raised = {pair for tie in tied.values() for pair in tie.raised}
+    averaged = {pair for tie in tied.values() if isinstance(tie, MeanTie) for pair in tie.averaged}
+    raised = {pair for tie in tied.values() for pair in tie.implied_directions}
     return {(n, d) for n, d in averaged - raised if d >= sizes[n]}
 
 
-def _clashes(tied, on_hold, deck):
+def _double_constraints(tied, on_hold, deck):
     """Directions that depend on two ties, or on a tie and a support."""
     faults, taken = [], {}
     for name, tie in tied.items():
@@ -179,7 +179,7 @@ def _clashes(tied, on_hold, deck):
     return faults[:50]
 
 
-def _refuse_rings(coordinates, positions):
+def _refuse_cyclic_ties(coordinates, positions):
     R, columns = coordinates.equations(positions)
     own = np.asarray(R)[:, columns]
     if not np.all(np.isfinite(own)) or np.linalg.cond(own) > 1e12:
@@ -188,7 +188,7 @@ def _refuse_rings(coordinates, positions):
 
 def _ignored(found, text, deck):
     lines = [f"{text.skipped} lines before the bulk data"] if text.skipped else []
-    lines += [f"{name}: {_places(own)}" for name, own in found.items() if name in _HARMLESS]
+    lines += [f"{name}: {_places(own)}" for name, own in found.items() if name in _IGNORED_SILENTLY]
     lines += [f"{what}, {times} times" if times > 1 else what for what, times in deck.notes.items()]
     return tuple(lines)
 

@@ -22,7 +22,7 @@ class Line(NamedTuple):
     place: str
 
 
-class Text:
+class BulkData:
     """The bulk data of a deck.
 
     Attributes:

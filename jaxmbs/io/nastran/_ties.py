@@ -30,12 +30,12 @@ class AbstractTie(eqx.Module):
         raise NotImplementedError
 
     @property
-    def raised(self) -> tuple[Pair, ...]:
+    def implied_directions(self) -> tuple[Pair, ...]:
         """Those of `pairs` that can move even where no element gives the node such a coordinate."""
         return self.pairs
 
     @property
-    def explicit(self) -> bool:
+    def is_explicit(self) -> bool:
         """Whether equation k has 1 at `dependent[k]` and 0 at the others of them: nothing need be solved."""
         return True
 
@@ -44,7 +44,7 @@ class AbstractTie(eqx.Module):
         raise NotImplementedError
 
 
-class Rigid(AbstractTie):
+class RigidTie(AbstractTie):
     """RBE2: `dependent` follow the node `master` as one rigid body."""
 
     master: int = eqx.field(static=True)
@@ -56,12 +56,12 @@ class Rigid(AbstractTie):
 
     def equations(self, positions: AnyArray, axes: Axes) -> Float[Array, "equations columns"]:
         """`u_i - [E, -arm~; 0, E] u_master`."""
-        rows = _motions(self.dependent, self.master, positions, axes)
-        rows = rows @ _twice(axes((self.master,)))[0].T
+        rows = _rigid_motion_rows(self.dependent, self.master, positions, axes)
+        rows = rows @ _six_axes(axes((self.master,)))[0].T
         return jnp.concatenate([jnp.eye(len(rows), dtype=rows.dtype), -rows], axis=1)
 
 
-class Mean(AbstractTie):
+class MeanTie(AbstractTie):
     """RBE3: the node `reference` moves as the weighted mean of others, `S^T W S u_ref = S^T W u`.
 
     Weights of rotations are multiplied by the square of the mean distance from the reference.
@@ -81,20 +81,20 @@ class Mean(AbstractTie):
         return (*((self.reference, d) for d in self.directions), *self.averaged)
 
     @property
-    def raised(self) -> tuple[Pair, ...]:
+    def implied_directions(self) -> tuple[Pair, ...]:
         """The directions of the reference: what is averaged must have its coordinates from elements."""
         return self.pairs[: len(self.directions)]
 
     @property
-    def explicit(self) -> bool:
+    def is_explicit(self) -> bool:
         """Not with directions that UM names instead of the reference's."""
         return self.dependent == self.pairs[: len(self.directions)]
 
     def equations(self, positions: AnyArray, axes: Axes) -> Float[Array, "equations columns"]:
         """`u_ref - (S^T W S)^-1 S^T W u`, the rows of its directions."""
-        S = _motions(self.averaged, self.reference, positions, axes)
+        S = _rigid_motion_rows(self.averaged, self.reference, positions, axes)
         W = self._weighed(positions).astype(S.dtype)
-        mean = _twice(axes((self.reference,)))[0] @ jnp.linalg.solve((S.T * W[None]) @ S, S.T * W[None])
+        mean = _six_axes(axes((self.reference,)))[0] @ jnp.linalg.solve((S.T * W[None]) @ S, S.T * W[None])
         tied = jnp.eye(len(self.directions), dtype=S.dtype)
         return jnp.concatenate([tied, -mean[np.array(self.directions)]], axis=1)
 
@@ -120,7 +120,7 @@ class Mean(AbstractTie):
         return bool(np.linalg.svd(S / scale, compute_uv=False)[-1] > 1e-9)
 
 
-class Combined(AbstractTie):
+class MultipointTie(AbstractTie):
     """MPC: `terms[0]` is given by the others.
 
     Attributes:
@@ -140,16 +140,16 @@ class Combined(AbstractTie):
         return self.factors.astype(positions.dtype)[None]
 
 
-def _motions(pairs, master, positions, axes):
+def _rigid_motion_rows(pairs, master, positions, axes):
     """(pairs, 6): motions of directions of nodes, in their own axes, by rigid ones of a node, in basic axes."""
     nodes = tuple(dict.fromkeys(node for node, _ in pairs))
     arms = positions[np.array(nodes)] - positions[master][None]
-    full = _twice(axes(nodes)) @ jax.vmap(rigid_arm)(arms)
+    full = _six_axes(axes(nodes)) @ jax.vmap(rigid_arm)(arms)
     place = {node: k for k, node in enumerate(nodes)}
     return full[np.array([place[node] for node, _ in pairs]), np.array([d for _, d in pairs])]
 
 
-def _twice(axes):
+def _six_axes(axes):
     """(nodes, 6, 6) for displacements and rotations."""
     zero = jnp.zeros_like(axes)
     return jnp.concatenate([jnp.concatenate([axes, zero], axis=2), jnp.concatenate([zero, axes], axis=2)], axis=1)

@@ -47,7 +47,7 @@ class Imported:
         return [*(f"left out: {sentence}" for sentence in self.dropped), *(f"note: {note}" for note in self.notes)]
 
 
-class Names:
+class UniqueNames:
     """Names of one kind of thing: what is taken gets a number behind it.
 
     Attributes:
@@ -74,17 +74,17 @@ class Names:
         return [f"{what} {old!r} is called {new!r}, as its name is taken" for new, old in self.renamed.items()]
 
 
-def own_frames(joints: Iterable[str]) -> list[str]:
+def frame_names_of_joints(joints: Iterable[str]) -> list[str]:
     """Names that the frames of joints take."""
     return [f"{joint}.{end}" for joint in joints for end in ("parent", "child")]
 
 
-def counted(number: int, one: str, many: str | None = None) -> str:
+def count_nouns(number: int, one: str, many: str | None = None) -> str:
     """`3 cameras`, `1 camera`."""
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
-def listed(names, most: int = 6) -> str:
+def quote_names(names, most: int = 6) -> str:
     """Names in quotes, the first few of many."""
     names = list(names)
     rest = f" and {len(names) - most} more" if len(names) > most else ""

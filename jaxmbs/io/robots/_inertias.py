@@ -7,7 +7,7 @@ _EXACT = 1e-6  # short of the rule by this much, relative to C, a builder takes 
 _ROUNDING = 1e-3  # A, B and C printed with four digits: 5e-4 of each where it begins with a 1
 
 
-def checked_inertia(where: str, inertia: np.ndarray, mode: str, faults: list[str], notes: list[str]) -> np.ndarray:
+def check_inertia(where: str, inertia: np.ndarray, mode: str, faults: list[str], notes: list[str]) -> np.ndarray:
     """An inertia (3, 3) as it stands or mended, with a note; "refuse" makes a fault of more than rounding.
 
     Mended is the second moment, `tr(I) / 2 - I`, whose negative principal values become zero: C stays, A or B grows.

@@ -13,7 +13,7 @@ from ...joints import Weld
 from ...model._pose import Pose
 
 GROUND = "ground"
-HERE = (np.eye(3), np.zeros(3))
+IDENTITY = (np.eye(3), np.zeros(3))
 
 
 class LinkJoint(NamedTuple):
@@ -21,11 +21,11 @@ class LinkJoint(NamedTuple):
 
     name: str
     kind: Any
-    before: tuple = HERE
-    behind: tuple = HERE
+    before: tuple = IDENTITY
+    behind: tuple = IDENTITY
 
 
-class Link(NamedTuple):
+class TreeLink(NamedTuple):
     """A link in its parent (None: the ground) at `place`, all its joints at zero.
 
     Inertia (3, 3) about its centre of mass `com`, in its own axes.
@@ -57,21 +57,21 @@ class LinkPlacement(NamedTuple):
     pose: tuple
 
 
-def declare(
-    builder: SystemBuilder, links: list[Link], welds: bool = False, any_inertia: bool = False
+def declare_links(
+    builder: SystemBuilder, links: list[TreeLink], welds: bool = False, any_inertia: bool = False
 ) -> dict[str | None, LinkPlacement]:
     """Bodies, joints and frames of links, parents before children; the home of every link, None that of the ground.
 
     Args: welds: a fixed link stays a body; else it is a frame of the body that carries it, its mass added there;
         any_inertia: inertias may break A + B >= C.
     """
-    homes: dict[str | None, LinkPlacement] = {None: LinkPlacement(GROUND, HERE)}
+    homes: dict[str | None, LinkPlacement] = {None: LinkPlacement(GROUND, IDENTITY)}
     parts: dict[str, list] = {}
     for link in links:
         carrier = homes[link.parent]
         fixed = link.is_fixed and not welds
         homes[link.name] = (
-            LinkPlacement(carrier.body, after(carrier.pose, link.place)) if fixed else LinkPlacement(link.name, HERE)
+            LinkPlacement(carrier.body, after(carrier.pose, link.place)) if fixed else LinkPlacement(link.name, IDENTITY)
         )
         body, (R, p) = homes[link.name]
         parts.setdefault(body, []).append((link.mass, R @ link.com + p, R @ link.inertia @ R.T))
@@ -79,7 +79,7 @@ def declare(
         if homes[link.name].body == link.name:
             for hidden in link.bodies[:-1]:
                 builder.body(hidden, 0.0)
-            builder.body(link.name, **combined(parts[link.name]), any_inertia=any_inertia)
+            builder.body(link.name, **combine_masses(parts[link.name]), any_inertia=any_inertia)
     for link in links:
         body, (rotation, position) = homes[link.name]
         if body == link.name:
@@ -96,7 +96,7 @@ def _declare_joints(builder, link, carrier):
         builder.joint(
             joint.name, joint.kind, parent, child, as_pose(after(near, joint.before)), as_pose(joint.behind)
         )
-        near = HERE
+        near = IDENTITY
 
 
 def as_pose(pair) -> Pose:
@@ -104,7 +104,7 @@ def as_pose(pair) -> Pose:
     return Pose(pair[1], pair[0])
 
 
-def combined(parts) -> dict:
+def combine_masses(parts) -> dict:
     """Mass, centre and inertia about it of parts (mass, com, inertia), on the host; parts may have no mass."""
     if len(parts) == 1:
         return dict(zip(("mass", "com", "inertia"), parts[0], strict=True))

@@ -11,12 +11,12 @@ from ...errors import ModelFileError
 from ...joints import Weld
 from ...typing import ArrayLike
 from ._equalities import add_equalities
-from ._imported import Imported, JointLimits, Names, counted, listed, own_frames
-from ._link_tree import HERE, Link, LinkJoint, declare
-from ._mjcf_text import Text, mjcf_text
-from ._mujoco_model import FREE, SCALAR, link_joints, rotation, start_of
+from ._imported import Imported, JointLimits, UniqueNames, count_nouns, quote_names, frame_names_of_joints
+from ._link_tree import IDENTITY, TreeLink, LinkJoint, declare_links
+from ._mjcf_text import MjcfText, mjcf_text
+from ._mujoco_model import FREE, SCALAR, link_joints, rotation, initial_coordinates
 from ._springs import add_actuators, add_springs
-from ._stops import add_stops, limits_left_out
+from ._stops import add_stops, describe_ignored_limits
 
 
 def read_mjcf(
@@ -57,12 +57,12 @@ def read_mjcf(
         if given not in among:
             raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
     text = mjcf_text(path, tendons)
-    model, said = _compiled(path, text)
+    model, said = _compile(path, text)
     dropped = text.dropped + [f"MuJoCo warns: {' '.join(line.split())}" for line in said]
-    return _imported(model, dropped, fixed == "welds", stops, armature == "rotors", controls or {})
+    return _import_model(model, dropped, fixed == "welds", stops, armature == "rotors", controls or {})
 
 
-def _compiled(path: Path, text: Text):
+def _compile(path: Path, text: MjcfText):
     """The compiled model, and what MuJoCo warns of, which it would write to a file in the folder one works in."""
     import mujoco
 
@@ -77,13 +77,13 @@ def _compiled(path: Path, text: Text):
         mujoco.set_mju_user_warning(None)
 
 
-def _imported(model, dropped, welds, stops, rotors, controls):
+def _import_model(model, dropped, welds, stops, rotors, controls):
     builder = SystemBuilder(_gravity(model))
-    names = Names("ground", *own_frames(model.joint(j).name for j in range(model.njnt)))
+    names = UniqueNames("ground", *frame_names_of_joints(model.joint(j).name for j in range(model.njnt)))
     bodies = [None, *(names(model.body(k).name or f"body{k}") for k in range(1, model.nbody))]
-    joint_names = Names()
+    joint_names = UniqueNames()
     joints = [joint_names(name) for name in _joint_names(model, bodies)]
-    homes = declare(builder, [_link(model, k, bodies, joints, joint_names) for k in range(1, model.nbody)], welds)
+    homes = declare_links(builder, [_link(model, k, bodies, joints, joint_names) for k in range(1, model.nbody)], welds)
     home = [homes[name] for name in bodies]
     for k in range(model.nsite):
         body = model.site_bodyid[k]
@@ -91,15 +91,15 @@ def _imported(model, dropped, welds, stops, rotors, controls):
         R, p = home[body].pose
         builder.frame(name, home[body].body, R @ model.site_pos[k] + p, R @ rotation(model.site_quat[k]))
     limits = _limits(model, joints)
-    dropped = [*dropped, *_left_out(model, bodies, joints)]
+    dropped = [*dropped, *_describe_omissions(model, bodies, joints)]
     dropped += add_equalities(builder, model, home, joints, joint_names)
     dropped += add_springs(builder, model, joints, rotors)
     dropped += add_actuators(builder, model, joints, controls)
     add_stops(builder, limits, stops)
-    dropped += limits_left_out(limits, stops)
-    poses = {model.key(k).name or f"key{k}": start_of(model, joints, model.key_qpos[k]) for k in range(model.nkey)}
+    dropped += describe_ignored_limits(limits, stops)
+    poses = {model.key(k).name or f"key{k}": initial_coordinates(model, joints, model.key_qpos[k]) for k in range(model.nkey)}
     notes = names.notes("the body or site") + joint_names.notes("the joint or equality")
-    return Imported(builder, tuple(dropped), limits, start_of(model, joints, model.qpos0), poses, tuple(notes))
+    return Imported(builder, tuple(dropped), limits, initial_coordinates(model, joints, model.qpos0), poses, tuple(notes))
 
 
 def _gravity(model):
@@ -116,15 +116,15 @@ def _joint_names(model, bodies):
     ]
 
 
-def _link(model, k, bodies, joints, names) -> Link:
+def _link(model, k, bodies, joints, names) -> TreeLink:
     own = range(model.body_jntadr[k], model.body_jntadr[k] + model.body_jntnum[k])
     floats = any(model.jnt_type[j] == FREE for j in own)  # its coordinates are its place in the world
-    place = HERE if floats else (rotation(model.body_quat[k]), np.array(model.body_pos[k]))
+    place = IDENTITY if floats else (rotation(model.body_quat[k]), np.array(model.body_pos[k]))
     R = rotation(model.body_iquat[k])
     inertia = R @ np.diag(model.body_inertia[k]) @ R.T
     made = tuple(link_joints(model, own, joints)) or (LinkJoint(names(f"{bodies[k]}.weld"), Weld()),)
     parent = bodies[model.body_parentid[k]]
-    return Link(bodies[k], parent, place, made, float(model.body_mass[k]), np.array(model.body_ipos[k]), inertia)
+    return TreeLink(bodies[k], parent, place, made, float(model.body_mass[k]), np.array(model.body_ipos[k]), inertia)
 
 
 def _limits(model, joints):
@@ -140,22 +140,22 @@ def _limits(model, joints):
     return found
 
 
-def _left_out(model, bodies, joints):
+def _describe_omissions(model, bodies, joints):
     """What the compiled model has and the mechanism has not."""
     touching = int(np.sum((model.geom_contype | model.geom_conaffinity) != 0))
     if touching:
-        yield f"contacts of {counted(touching, 'shape')}"
+        yield f"contacts of {count_nouns(touching, 'shape')}"
     rubbing = [joints[model.dof_jntid[d]] for d in range(model.nv) if model.dof_frictionloss[d]]
     if rubbing:
-        yield f"friction losses of the joints {listed(dict.fromkeys(rubbing))}"
+        yield f"friction losses of the joints {quote_names(dict.fromkeys(rubbing))}"
     lifted = [bodies[k] for k in range(1, model.nbody) if model.body_gravcomp[k]]
     if lifted:
-        yield f"the gravity compensation of the bodies {listed(lifted)}"
+        yield f"the gravity compensation of the bodies {quote_names(lifted)}"
     held = [bodies[k] for k in range(1, model.nbody) if model.body_mocapid[k] >= 0]
     if held:
-        yield f"the motion of the bodies {listed(held)}, which stand still (mocap)"
+        yield f"the motion of the bodies {quote_names(held)}, which stand still (mocap)"
     turned = [joints[j] for j in range(model.njnt) if model.jnt_limited[j] and model.jnt_type[j] not in SCALAR]
     if turned:
-        yield f"limits of the ball joints {listed(turned)}"
+        yield f"limits of the ball joints {quote_names(turned)}"
     if model.opt.density or model.opt.viscosity or np.any(model.opt.wind):
         yield "the forces of the fluid around it (density, viscosity, wind)"

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 from ...errors import ModelFileError
 from .._regular_file import read_bytes
-from ._imported import counted, listed
-from ._xml_text import DEEPEST, MOST_BYTES, inside, parse_xml
+from ._imported import count_nouns, quote_names
+from ._xml_text import MAX_DEPTH, MOST_BYTES, file_inside, parse_xml
 
 _MOST_FILES = 100  # included files, and copies that <replicate> makes times this
 _MOST_COPIES = 10_000
-_UNSEEN = ("visual", "statistic", "sensor", "contact", "custom", "size")
+_UNUSED_SECTIONS = ("visual", "statistic", "sensor", "contact", "custom", "size")
 _REFUSED = {
     "composite": "composite bodies",
     "flexcomp": "flexible bodies",
@@ -26,7 +26,7 @@ _REFUSED = {
 _OF_TENDONS = ("tendon", "tendon1", "tendon2")
 
 
-class Text(NamedTuple):
+class MjcfText(NamedTuple):
     """What the compiler gets, and what was taken out of it, a sentence each."""
 
     xml: str
@@ -34,14 +34,14 @@ class Text(NamedTuple):
     dropped: list[str]
 
 
-def mjcf_text(path: Path, tendons: str) -> Text:
+def mjcf_text(path: Path, tendons: str) -> MjcfText:
     """The text of a model.  Raises: ModelFileError with what it may not have."""
-    root = _included(path)
+    root = _resolve_includes(path)
     if root.tag != "mujoco":
         raise ModelFileError(path, [f"its outermost element is <{root.tag}>, that of an MJCF is <mujoco>"])
     faults: list[str] = []
     _refuse(root, faults)
-    dropped = _left_out(root)
+    dropped = _describe_omissions(root)
     dropped += _tendons(root, tendons, faults)
     compiler = _compiler(root)
     _strip(root)
@@ -51,10 +51,10 @@ def mjcf_text(path: Path, tendons: str) -> Text:
             faults.append(f"<{element.tag}> reads the file {element.get('file')!r}, which is not supported")
     if faults:
         raise ModelFileError(path, faults)
-    return Text(ET.tostring(root, encoding="unicode"), assets, dropped)
+    return MjcfText(ET.tostring(root, encoding="unicode"), assets, dropped)
 
 
-def _included(path) -> ET.Element:
+def _resolve_includes(path) -> ET.Element:
     """The root with every <include> replaced by what that file holds."""
     folder, left = path.parent, [MOST_BYTES, _MOST_FILES]
 
@@ -67,7 +67,7 @@ def _included(path) -> ET.Element:
         return parse_xml(file, content)
 
     def resolve(element, file, depth):
-        if depth > DEEPEST:
+        if depth > MAX_DEPTH:
             raise ModelFileError(path, ["its includes are nested too deep, or include themselves"])
         found = []
         for child in element:
@@ -76,7 +76,7 @@ def _included(path) -> ET.Element:
                 found.append(child)
                 continue
             name = child.get("file", "")
-            other = inside(folder, name, file.parent)
+            other = file_inside(folder, name, file.parent)
             if other is None:
                 raise ModelFileError(path, [f"<include file={name!r}>: no such file inside {str(folder)!r}"])
             part = read(other)
@@ -104,20 +104,20 @@ def _refuse(root, faults):
         faults.append(f"<replicate> makes more than {_MOST_COPIES} copies")
 
 
-def _left_out(root) -> list[str]:
+def _describe_omissions(root) -> list[str]:
     """What no mechanism here has and no picture needs."""
     found = []
     sections = (("sensor", "sensor", "sensors"), ("contact", "rule of contact", "rules of contact"))
     for section, *words in (*sections, ("custom", "custom datum", "custom data")):
         number = sum(len(element) for element in root.findall(section))
         if number:
-            found.append(counted(number, *words))
+            found.append(count_nouns(number, *words))
     for tag in ("camera", "light", "skin"):
         number = sum(
             1 for parent in root.iter() if parent.tag not in ("default", "sensor") for _ in parent.findall(tag)
         )
         if number:
-            found.append(counted(number, tag))
+            found.append(count_nouns(number, tag))
     return found
 
 
@@ -126,7 +126,7 @@ def _tendons(root, tendons, faults) -> list[str]:
     found = [element for section in root.findall("tendon") for element in section]
     if not found:
         return []
-    names = listed(element.get("name", "unnamed") for element in found)
+    names = quote_names(element.get("name", "unnamed") for element in found)
     if tendons == "refuse":
         faults.append(f'it has tendons, {names}, which are not supported; tendons="drop" leaves them out')
         return []
@@ -153,7 +153,7 @@ def _compiler(root) -> dict[str, str]:
 
 def _strip(root):
     """Take out what is not mechanics: pictures, sensors, contacts, memory sizes."""
-    for tag in _UNSEEN:
+    for tag in _UNUSED_SECTIONS:
         for section in root.findall(tag):
             root.remove(section)
     for parent in list(root.iter()):
@@ -193,7 +193,7 @@ def _meshes(path, root, compiler, faults, dropped) -> dict[str, bytes]:
     for world in root.findall("worldbody"):
         visit(world, "world", not everywhere)
     if shapes:
-        dropped.append(f"the shapes of {counted(shapes, 'mesh', 'meshes')}")
+        dropped.append(f"the shapes of {count_nouns(shapes, 'mesh', 'meshes')}")
     return _assets(path, root, compiler, needed, faults)
 
 
@@ -212,7 +212,7 @@ def _assets(path, root, compiler, needed, faults):
                 faults.append(f"mesh {name!r} is made by a program ({mesh.get('builtin')!r}), which is not supported")
             if file is None:
                 continue
-            found = inside(path.parent, file, *folders)
+            found = file_inside(path.parent, file, *folders)
             if found is None:
                 faults.append(
                     f"body {needed[name]!r} takes its mass from the mesh {file!r}, which is not in the folder: "

@@ -38,26 +38,26 @@ def link_joints(model, numbers, names):
         elif kind == SLIDE:
             yield LinkJoint(names[j], Prismatic(axis), (np.eye(3), -ref * axis))
         else:
-            yield LinkJoint(names[j], Revolute(axis), (about(axis, -ref), point), there)
+            yield LinkJoint(names[j], Revolute(axis), (axis_rotation(axis, -ref), point), there)
 
 
-def about(axis, angle) -> np.ndarray:
+def axis_rotation(axis, angle) -> np.ndarray:
     """Rotation by an angle about a unit axis."""
     half = angle / 2
     return np.eye(3) if angle == 0 else rotation((np.cos(half), *(np.sin(half) * axis)))
 
 
-def span(model, j, of="qpos") -> slice:
+def joint_slice(model, j, of="qpos") -> slice:
     """The coordinates ("qpos") or velocities ("qvel") of a joint."""
     sizes, first = ((7, 4, 1, 1), model.jnt_qposadr) if of == "qpos" else ((6, 3, 1, 1), model.jnt_dofadr)
     return slice(first[j], first[j] + sizes[model.jnt_type[j]])
 
 
-def start_of(model, names, qpos) -> dict:
+def initial_coordinates(model, names, qpos) -> dict:
     """Coordinates by joint but those of joints whose two frames agree."""
     found = {}
     for j, name in enumerate(names):
-        value = np.array(qpos[span(model, j)])
+        value = np.array(qpos[joint_slice(model, j)])
         neutral = {FREE: (0, 0, 0, 1, 0, 0, 0), BALL: (1, 0, 0, 0)}.get(model.jnt_type[j], (0,))
         if np.any(value != np.array(neutral)):
             found[name] = float(value[0]) if len(value) == 1 else value

@@ -13,8 +13,8 @@ from ...forces._signals import as_signal
 from ...joints import Coupler, Revolute
 from ...model._pose import Pose
 from ...typing import Convertible, Scalar, Vector3
-from ._imported import Names, listed
-from ._mujoco_model import FREE, SCALAR, rotation, span
+from ._imported import UniqueNames, quote_names
+from ._mujoco_model import FREE, SCALAR, rotation, joint_slice
 
 
 def add_springs(builder, model, joints, rotors) -> list[str]:
@@ -24,10 +24,10 @@ def add_springs(builder, model, joints, rotors) -> list[str]:
     flags, bits = model.opt.disableflags, mujoco.mjtDisableBit
     curved, loose = [], []
     for j, name in enumerate(joints):
-        dof = span(model, j, "qvel").start
+        dof = joint_slice(model, j, "qvel").start
         k = 0.0 if flags & bits.mjDSBL_SPRING else float(model.jnt_stiffness[j])
         c = 0.0 if flags & bits.mjDSBL_DAMPER else float(model.dof_damping[dof])
-        if _curved(model, j, dof):
+        if _is_nonlinear(model, j, dof):
             curved.append(name)
         if k or c:
             _spring(builder, model, j, name, k, c)
@@ -36,11 +36,11 @@ def add_springs(builder, model, joints, rotors) -> list[str]:
             _rotor(builder, name, inertia)
         elif inertia:
             loose.append(name)
-    dropped = [f"the armature of the joints {listed(loose)}"] if loose else []
-    return dropped + ([f"the curved part of springs and dampers of the joints {listed(curved)}"] if curved else [])
+    dropped = [f"the armature of the joints {quote_names(loose)}"] if loose else []
+    return dropped + ([f"the curved part of springs and dampers of the joints {quote_names(curved)}"] if curved else [])
 
 
-def _curved(model, j, dof) -> bool:
+def _is_nonlinear(model, j, dof) -> bool:
     """Whether its spring or damper is not linear; MuJoCo before 4 knows no such ones."""
     of = (("jnt_stiffnesspoly", j), ("jnt_springyield", j), ("dof_dampingpoly", dof))
     return any(np.any(getattr(model, array)[at]) for array, at in of if hasattr(model, array))
@@ -48,7 +48,7 @@ def _curved(model, j, dof) -> bool:
 
 def _spring(builder, model, j, name, k, c):
     force = f"{name}.{'spring' if k else 'damper'}"
-    rest = model.qpos_spring[span(model, j)]
+    rest = model.qpos_spring[joint_slice(model, j)]
     kind = model.jnt_type[j]
     if kind in SCALAR:
         builder.force(force, SpringDamper(k, c, float(rest[0]) if k else 0.0), joint=name)
@@ -87,11 +87,11 @@ def add_actuators(builder, model, joints, controls) -> list[str]:
     Raises: UnknownNameError for controls of none of them.
     """
     taken = [*builder.declared.forces, *(f"{joint}.stop" for joint in joints)]
-    names, dropped, made, limited = Names("drives", *taken), [], set(), []
+    names, dropped, made, limited = UniqueNames("drives", *taken), [], set(), []
     for a in range(len(model.actuator_trntype)):
         own = model.actuator(a).name or f"actuator{a}"
         name = names(own)
-        why = _beyond(model, a)
+        why = _unsupported_reason(model, a)
         if why:
             dropped.append(f"the actuator {name!r}: {why}")
             continue
@@ -105,14 +105,14 @@ def add_actuators(builder, model, joints, controls) -> list[str]:
     for name in controls:
         place_of("actuator", name, made)
     dropped += [f"the name of the actuator {old!r}, called {new!r} here" for new, old in names.renamed.items()]
-    return dropped + ([f"limits of control and force of the actuators {listed(limited)}"] if limited else [])
+    return dropped + ([f"limits of control and force of the actuators {quote_names(limited)}"] if limited else [])
 
 
 def _output(model, a):
     return model.actuator_outadr[a] if hasattr(model, "actuator_outadr") else a
 
 
-def _beyond(model, a) -> str:
+def _unsupported_reason(model, a) -> str:
     """Why an actuator is no function of its joint's coordinate and rate; empty if it is one."""
     import mujoco
 

@@ -9,12 +9,12 @@ from ...errors import ModelFileError
 from ...forces import SpringDamper
 from ...joints import Coupler, Free, Weld
 from ...typing import ArrayLike
-from ._imported import Imported, JointLimits, Names, listed, own_frames
+from ._imported import Imported, JointLimits, UniqueNames, quote_names, frame_names_of_joints
 from ._inertias import MODES
-from ._link_tree import HERE, Link, LinkJoint, declare
-from ._stops import add_stops, limits_left_out
-from ._urdf_elements import inertial, mimic_faults, named, urdf_joint
-from ._urdf_unread import left_out, repeated
+from ._link_tree import IDENTITY, TreeLink, LinkJoint, declare_links
+from ._stops import add_stops, describe_ignored_limits
+from ._urdf_elements import inertial, mimic_faults, elements_by_name, urdf_joint
+from ._urdf_unread import describe_omissions, duplicate_faults
 from ._xml_text import read_xml
 
 _MOST_FAULTS = 50
@@ -58,9 +58,9 @@ def read_urdf(
         if given not in among:
             raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
     robot = _robot(path)
-    faults, notes = list(repeated(robot)), list[str]()
-    bodies = named(robot, "link", faults)
-    joints = {name: urdf_joint(name, element, faults) for name, element in named(robot, "joint", faults).items()}
+    faults, notes = list(duplicate_faults(robot)), list[str]()
+    bodies = elements_by_name(robot, "link", faults)
+    joints = {name: urdf_joint(name, element, faults) for name, element in elements_by_name(robot, "joint", faults).items()}
     masses = {
         name: inertial(f"link {name!r}", element.find("inertial"), inertias, faults, notes)
         for name, element in bodies.items()
@@ -72,23 +72,23 @@ def read_urdf(
         raise ModelFileError(path, faults[:_MOST_FAULTS] + more)
 
     carried = {joint.child: joint for joint in joints.values()}
-    root = LinkJoint(Names(*joints)("base"), Weld() if base == "fixed" else Free())
-    rename = Names("ground", *own_frames([*joints, root.name]))
+    root = LinkJoint(UniqueNames(*joints)("base"), Weld() if base == "fixed" else Free())
+    rename = UniqueNames("ground", *frame_names_of_joints([*joints, root.name]))
     called = {name: rename(name) for name in order}
     links = []
     for name in order:
         joint = carried.get(name)
-        parent, place, own = (None, HERE, root) if joint is None else (called[joint.parent], joint.place, joint.joint)
-        links.append(Link(called[name], parent, place, (own,), *masses[name]))
+        parent, place, own = (None, IDENTITY, root) if joint is None else (called[joint.parent], joint.place, joint.joint)
+        links.append(TreeLink(called[name], parent, place, (own,), *masses[name]))
     builder = SystemBuilder(gravity)
-    declare(builder, links, welds=fixed == "welds", any_inertia=inertias == "accept")
+    declare_links(builder, links, welds=fixed == "welds", any_inertia=inertias == "accept")
     moving = [joint for joint in joints.values() if not isinstance(joint.joint.kind, Weld)]
     notes += rename.notes("link") + _laws(builder, joints)
     limits = {joint.name: joint.limits for joint in moving if joint.limits != JointLimits()}
     add_stops(builder, limits, stops)
     rubbing = [joint.name for joint in moving if joint.friction]
     undamped = [joint.name for joint in moving if joint.damping and len(joint.joint.kind.nodes) > 1]
-    dropped = [*left_out(robot, rubbing, undamped), *limits_left_out(limits, stops)]
+    dropped = [*describe_omissions(robot, rubbing, undamped), *describe_ignored_limits(limits, stops)]
     return Imported(builder, tuple(dropped), limits, notes=tuple(notes))
 
 
@@ -124,19 +124,19 @@ def _order(bodies, joints, faults):
     if not bodies:
         faults.append("it has no links")
     elif len(roots) > 1 and not faults:
-        faults.append(f"it has {len(roots)} links that no joint carries, {listed(roots)}; a URDF has one root")
+        faults.append(f"it has {len(roots)} links that no joint carries, {quote_names(roots)}; a URDF has one root")
     order = roots[:1]
     for name in order:
         order += children[name]
     if len(order) < len(bodies) and not faults:
-        faults.append(f"links {listed(set(bodies) - set(order))} carry one another in a ring")
+        faults.append(f"links {quote_names(set(bodies) - set(order))} carry one another in a ring")
     return order
 
 
 def _laws(builder, joints):
     """Mimic joints as couplers, damping as dampers; notes on what mimics nothing that moves."""
     moving = {name for name, joint in joints.items() if not isinstance(joint.joint.kind, Weld)}
-    names, notes = Names(*joints), []
+    names, notes = UniqueNames(*joints), []
     for name, joint in joints.items():
         if joint.mimic is not None and name in moving:
             leader, factor, offset = joint.mimic

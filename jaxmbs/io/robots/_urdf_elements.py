@@ -7,15 +7,15 @@ import numpy as np
 
 from ...checks import no_such
 from ...joints import AbstractJoint, Free, Planar, Prismatic, Revolute, Weld
-from ._imported import JointLimits, listed
-from ._inertias import checked_inertia
+from ._imported import JointLimits, quote_names
+from ._inertias import check_inertia
 from ._link_tree import LinkJoint
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
 #: Bodies of such a size [m] are points: programs of design write rounding of either sign for their inertia.
-_POINT = 1e-8
+_POINT_SIZE = 1e-8
 
 
 class UrdfJoint(NamedTuple):
@@ -32,7 +32,7 @@ class UrdfJoint(NamedTuple):
     mimic: tuple | None
 
 
-def named(robot, tag, faults) -> dict:
+def elements_by_name(robot, tag, faults) -> dict:
     """Elements of one kind by name."""
     found: dict = {}
     for number, element in enumerate(robot.findall(tag)):
@@ -103,9 +103,9 @@ def inertial(where, element, mode, faults, notes):
         _number(f"{where}, inertia", own, f"i{axes}", faults) for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
     )
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if np.max(np.abs(inertia)) <= _POINT**2 * mass:
+    if np.max(np.abs(inertia)) <= _POINT_SIZE**2 * mass:
         inertia = np.zeros((3, 3))
-    inertia = checked_inertia(where, inertia, mode, faults, notes)
+    inertia = check_inertia(where, inertia, mode, faults, notes)
     return mass, at, R @ inertia @ R.T
 
 
@@ -114,7 +114,7 @@ def urdf_joint(name, element, faults) -> UrdfJoint:
     where, kind = f"joint {name!r}", element.get("type")
     if kind not in _KINDS:
         faults.append(f"{where}: type={kind!r} is none of {', '.join(_KINDS)}")
-    parent, child = (_end(where, end, element, faults) for end in ("parent", "child"))
+    parent, child = (_end_link(where, end, element, faults) for end in ("parent", "child"))
     axis = _vector(where, element.find("axis"), "xyz", faults, (1.0, 0.0, 0.0))
     if kind not in ("fixed", "floating") and not np.any(axis):
         faults.append(f"{where}: its axis is zero")
@@ -169,12 +169,12 @@ def mimic_faults(joints: dict[str, UrdfJoint]) -> list[str]:
             chain.append(following)
         if following in chain:
             ring = chain[chain.index(following) :]
-            faults.append(f"joints {listed(ring)} mimic one another in a ring")
+            faults.append(f"joints {quote_names(ring)} mimic one another in a ring")
         done |= set(chain)
     return faults
 
 
-def _end(where, end, element, faults) -> str:
+def _end_link(where, end, element, faults) -> str:
     found = element.find(end)
     link = "" if found is None else found.get("link", "")
     if not link:

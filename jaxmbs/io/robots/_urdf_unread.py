@@ -4,7 +4,7 @@ import collections
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator
 
-from ._imported import counted, listed
+from ._imported import count_nouns, quote_names
 
 _SHAPES = ("visual", "collision")
 _ATTRIBUTES = {
@@ -22,7 +22,7 @@ _PARTS = {
 _MOST = 20
 
 
-def repeated(robot: ET.Element) -> Iterator[str]:
+def duplicate_faults(robot: ET.Element) -> Iterator[str]:
     """Faults: parts that links and joints have twice."""
     for where, element in _parts(robot):
         count = collections.Counter(child.tag for child in element if child.tag not in _SHAPES)
@@ -31,18 +31,18 @@ def repeated(robot: ET.Element) -> Iterator[str]:
                 yield f"{where} has {count[tag]} <{tag}>"
 
 
-def left_out(robot: ET.Element, rubbing: Iterable[str], undamped: Iterable[str]) -> list[str]:
+def describe_omissions(robot: ET.Element, rubbing: Iterable[str], undamped: Iterable[str]) -> list[str]:
     """Sentences.  Args: names of joints with friction, and of those whose damping is on several coordinates."""
     found = [
-        f"{what} of the joints {listed(names)}"
+        f"{what} of the joints {quote_names(names)}"
         for what, names in (("friction", rubbing), ("damping", undamped))
         if names
     ]
     shapes = sum(len(link.findall("collision")) for link in robot.findall("link"))
     if shapes:
-        found.append(f"contacts of {counted(shapes, 'collision shape')}")
+        found.append(f"contacts of {count_nouns(shapes, 'collision shape')}")
     count = collections.Counter(child.tag for child in robot if child.tag not in ("link", "joint", "material"))
-    lines = [counted(number, f"<{tag}> element") for tag, number in count.items()]
+    lines = [count_nouns(number, f"<{tag}> element") for tag, number in count.items()]
     unknown: dict[str, str] = {}
     for where, element in _parts(robot):
         for child in element:

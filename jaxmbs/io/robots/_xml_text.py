@@ -9,7 +9,7 @@ from ...errors import ModelFileError
 from .._regular_file import read_bytes
 
 MOST_BYTES, MOST_ELEMENTS = 32_000_000, 200_000
-DEEPEST = 200  # a chain of so many bodies is nested no deeper than MuJoCo's own limit
+MAX_DEPTH = 200  # a chain of so many bodies is nested no deeper than MuJoCo's own limit
 _ENCODING = re.compile(r"""\s*<\?xml[^>]*?\sencoding\s*=\s*["']([\w.-]+)["']""", re.ASCII)
 _ENCODINGS = re.compile(
     r"utf-?8(-sig)?|utf-?16|(us-)?ascii|iso-?8859-\d+|latin-?\d|(windows-|cp)\d+|gbk?|gb\d+|big5|shift_jis|euc-\w\w"
@@ -30,7 +30,7 @@ def read_xml(path: Path) -> ET.Element:
 
 def parse_xml(path: Path, content: bytes) -> ET.Element:
     """The root of a file's content; raises as `read_xml`."""
-    text = _decoded(path, content)
+    text = _decode(path, content)
     if _TYPES.search(text):
         raise ModelFileError(path, ["it declares a document type or entities, which models do not need"])
     try:
@@ -39,15 +39,15 @@ def parse_xml(path: Path, content: bytes) -> ET.Element:
         raise ModelFileError(path, [f"it is not well-formed XML: {error}"]) from error
     if sum(1 for _ in root.iter()) > MOST_ELEMENTS:
         raise ModelFileError(path, [f"it has more than {MOST_ELEMENTS} elements"])
-    if _depth(root) > DEEPEST:
-        raise ModelFileError(path, [f"its elements are nested more than {DEEPEST} deep"])
+    if _nesting_depth(root) > MAX_DEPTH:
+        raise ModelFileError(path, [f"its elements are nested more than {MAX_DEPTH} deep"])
     space = root.tag.rpartition("}")[0]
     for element in root.iter() if space else ():  # the namespace of the whole document is no part of its names
         element.tag = element.tag.removeprefix(space + "}")
     return root
 
 
-def _decoded(path, content):
+def _decode(path, content):
     """Text, by its byte order mark, else by the encoding that it declares, else as UTF-8."""
     marks = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
     declared = _ENCODING.match(content[:200].decode("latin-1"))
@@ -61,14 +61,14 @@ def _decoded(path, content):
         raise ModelFileError(path, [f"it is not {encoding.upper().removesuffix('-SIG')} text{where}"]) from error
 
 
-def _depth(root) -> int:
+def _nesting_depth(root) -> int:
     depth, level = 0, [root]
-    while level and depth <= DEEPEST:
+    while level and depth <= MAX_DEPTH:
         depth, level = depth + 1, [child for element in level for child in element]
     return depth
 
 
-def inside(folder: Path, name: str, *beside: Path) -> Path | None:
+def file_inside(folder: Path, name: str, *beside: Path) -> Path | None:
     """The file of that name in one of the folders `beside`, links followed; None where there is none, or where it
     lies outside of `folder`."""
     home = folder.resolve()

@@ -32,7 +32,7 @@ def data_sets(content: bytes, faults: list[str]) -> Iterator[DataSet]:
         if not text.strip():
             continue
         if text.rstrip() != _MARK:
-            faults.append(f"line {line}: {_shown(text)} stands outside of a data set: one before it has no end")
+            faults.append(f"line {line}: {_quote(text)} stands outside of a data set: one before it has no end")
             return
         begin = line
         while text.rstrip() == _MARK and at < len(content):  # some programs write it twice
@@ -40,7 +40,7 @@ def data_sets(content: bytes, faults: list[str]) -> Iterator[DataSet]:
             line += 1
         number = text[:6].strip()
         if not number.isdigit():
-            faults.append(f"line {line}: {_shown(text)} is no number of a data set")
+            faults.append(f"line {line}: {_quote(text)} is no number of a data set")
             return
         is_binary = text[6:7].lower() == b"b"
         found = _binary(content, at, text) if is_binary else _text(content, at)
@@ -84,5 +84,5 @@ def _line(content: bytes, at: int) -> tuple[bytes, int]:
     return content[at:end].rstrip(b"\r"), end + 1
 
 
-def _shown(text):
+def _quote(text):
     return repr(text[:40].decode("utf-8", "replace").strip())

@@ -81,7 +81,7 @@ def function_of(data: DataSet) -> Function:
 def _values(data, precision, spacing, size) -> np.ndarray:
     """So many numbers as the header says; a last row filled up with zeros may hold more."""
     if data.content is not None:
-        found = _from_bytes(data, precision, spacing, size)
+        found = _read_binary(data, precision, spacing, size)
     else:
         found = _reals(" ".join(data.lines[11:]), data)
     if len(found) < size:
@@ -94,7 +94,7 @@ def _values(data, precision, spacing, size) -> np.ndarray:
     return found[:size]
 
 
-def _from_bytes(data, precision, spacing, size):
+def _read_binary(data, precision, spacing, size):
     """Ordinates of the precision that the header says; abscissae of single precision, or of the ordinates'."""
     is_complex, word = _PRECISIONS[precision]
     word = (">" if data.big else "<") + word

@@ -8,20 +8,20 @@ from os import PathLike
 
 import numpy as np
 
-from ...atomic_write import whole_file
+from ...atomic_write import atomic_file
 from ...elements import DIRECTIONS
 from ...errors import ModelError, ModelFileError
 from ...linear._transfer import KINDS, TransferFunctions
 from .._regular_file import read_bytes
 from ._data_sets import data_sets
 from ._functions import FUNCTIONS, TRANSFER, Function, FunctionError, function_of, function_type
-from ._units import FileUnits, file_units, hertz, response
+from ._units import FileUnits, file_units, frequency_unit, response_unit
 
 _CODES = {"receptance": 8, "mobility": 11, "accelerance": 12}  # data types of displacement, velocity, acceleration
 _FORCE, _FREQUENCY = 13, 18
 _NAMED = re.compile(r"^(output|input) (.+)$")
 _MOST_BYTES, _MOST_FAULTS = 2_000_000_000, 50
-_SILENT = (151, 164)  # header and units
+_IGNORED_SILENTLY = (151, 164)  # header and units
 
 
 def write_uff(path: str | PathLike, transfer: TransferFunctions) -> None:
@@ -43,7 +43,7 @@ def write_uff(path: str | PathLike, transfer: TransferFunctions) -> None:
         faults.append(f"{transfer.outputs[i]} by {transfer.inputs[j]} is not finite at {count} frequencies")
     if faults:
         raise ModelError(faults, "the transfer function")
-    with whole_file(path) as file:
+    with atomic_file(path) as file:
         for i, output in enumerate(transfer.outputs):
             for j, driven in enumerate(transfer.inputs):
                 axes = [(_FREQUENCY, "Hz"), (_CODES[transfer.kind], "NONE"), (_FORCE, "NONE"), (0, "NONE")]
@@ -92,7 +92,7 @@ def read_uff(path: str | PathLike, kind: str | None = None) -> TransferFunctions
     faults: list[str] = []
     functions, kinds, others = _functions(read_bytes(path, _MOST_BYTES), kind, faults)
     if not functions and not faults:
-        had = f": it has {_counted(others)}" if others else ""
+        had = f": it has {_count_functions(others)}" if others else ""
         faults.append(f"it has no transfer functions (data set 58, function type 4){had}")
     pairs = [(_channel(f, "output"), _channel(f, "input")) for f in functions]
     outputs, inputs = (list(dict.fromkeys(pair[k] for pair in pairs)) for k in (0, 1))
@@ -101,7 +101,7 @@ def read_uff(path: str | PathLike, kind: str | None = None) -> TransferFunctions
         more = [f"and {len(faults) - _MOST_FAULTS} more"] if len(faults) > _MOST_FAULTS else []
         raise ModelFileError(path, faults[:_MOST_FAULTS] + more)
     if others:
-        warnings.warn(f"{path}: left out: {_counted(others)}", stacklevel=2)
+        warnings.warn(f"{path}: left out: {_count_functions(others)}", stacklevel=2)
     values = np.zeros((len(functions[0].x), len(outputs), len(inputs)), complex)
     for data, (output, driven) in zip(functions, pairs, strict=True):
         values[:, outputs.index(output), inputs.index(driven)] = data.values
@@ -119,7 +119,7 @@ def _functions(content, kind, faults):
             if data.number == 164:
                 units = file_units(data)
             elif data.number != 58:
-                others.update([] if data.number in _SILENT else [f"data set {data.number}"])
+                others.update([] if data.number in _IGNORED_SILENTLY else [f"data set {data.number}"])
             elif (one := function_type(data)) != TRANSFER:
                 others[FUNCTIONS[one] if 0 <= one < len(FUNCTIONS) else f"function of type {one}"] += 1
             else:
@@ -136,8 +136,8 @@ def _in_si(data, units, kind):
         if any(abs(direction) > 6 for _, direction in (data.response, data.reference)):
             raise FunctionError("a direction is none of -6 to 6")
         turns = abs(data.response[1]) > 3, abs(data.reference[1]) > 3
-        its_kind, size = response(data.axes, turns, units, kind)
-        x = data.x * hertz(data.axes[0], kind is not None)
+        its_kind, size = response_unit(data.axes, turns, units, kind)
+        x = data.x * frequency_unit(data.axes[0], kind is not None)
         if np.any(np.diff(x) <= 0):
             raise FunctionError("its frequencies do not ascend")
         if not data.is_complex and not np.any(data.values.real < 0):
@@ -149,7 +149,7 @@ def _in_si(data, units, kind):
     return data._replace(x=x, values=size * data.values), its_kind
 
 
-def _counted(others):
+def _count_functions(others):
     return ", ".join(f"{count} x {name}" for name, count in others.items())
 
 

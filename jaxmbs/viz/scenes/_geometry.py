@@ -12,27 +12,27 @@ from scipy.spatial.transform import Rotation
 
 from ...palette import COLORS
 from ...typing import ScalarLike
-from .._body_shapes import guessed, inertia_box
-from .._drawable import body_frames, distinct, slides, spans, torsions
-from ._solids import Solid, icosphere, rounded_hull, swept, turned_to, unit_coil, unit_cone, unit_cylinder
+from .._body_shapes import default_shapes, inertia_box
+from .._drawable import body_frames, distinct_points, slides, spans, torsions
+from ._solids import Solid, icosphere, rounded_hull, sweep_tube, rotation_to_axis, unit_coil, unit_cone, unit_cylinder
 from ._torsion_solids import torsion_solids
 from ._trajectory import FrameTrajectory
 
 STEEL, DARK, PALE, BRASS = "#8d99a6", "#3a444e", "#c3ccd4", "#b8863b"
-_MANY = 40  # bodies; more are drawn with fewer corners
+_MANY_BODIES = 40  # bodies; more are drawn with fewer corners
 
 
-def encoded(values: Any, kind: str = "<f4") -> str:
+def encode_array(values: Any, kind: str = "<f4") -> str:
     """An array as base64."""
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
-def ink(color: str, alpha=1.0) -> list[float]:
+def rgba(color: str, alpha=1.0) -> list[float]:
     """A colour "#rrggbb" as numbers."""
     return [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)] + [alpha]
 
 
-class Solids:
+class SolidLibrary:
     """All solids of a scene, each stored once."""
 
     def __init__(self):
@@ -46,9 +46,9 @@ class Solids:
         """Its number."""
         faces = np.asarray(solid.faces)
         made = {
-            "vertices": encoded(solid.vertices),
-            "normals": encoded(solid.normals),
-            "faces": encoded(faces, "<u4"),
+            "vertices": encode_array(solid.vertices),
+            "normals": encode_array(solid.normals),
+            "faces": encode_array(faces, "<u4"),
         }
         key = tuple(made.values())
         if key not in self.numbers:
@@ -57,13 +57,13 @@ class Solids:
         return self.numbers[key]
 
 
-class Set:
+class MechanismGeometry:
     """The items of one mechanism; `radius` [m] is that of its bars, `up` (3,) where no gravity pulls."""
 
     def __init__(
-        self, system, film: FrameTrajectory, solids: Solids, radius: ScalarLike, up: np.ndarray, shapes: Mapping
+        self, system, film: FrameTrajectory, solids: SolidLibrary, radius: ScalarLike, up: np.ndarray, shapes: Mapping
     ):
-        self.system, self.top, self.film = system, system.topology, film
+        self.system, self.top, self.trajectory = system, system.topology, film
         self.solids, self.r, self.up, self.shapes = solids, radius, up, shapes
         self.items: list[dict] = []
         self.tags: list[dict] = []
@@ -75,17 +75,17 @@ class Set:
     def solid(self, name, body, number, position, z, radius, length, color, alpha=1.0):
         """One of the unit solids on a body, from a position along z."""
         frame = np.eye(4)
-        frame[:3, :3] = turned_to(np.asarray(z, float)) * [radius, radius, length]
+        frame[:3, :3] = rotation_to_axis(np.asarray(z, float)) * [radius, radius, length]
         frame[:3, 3] = position
         item = {"name": name, "solid": number, "body": body, "local": frame.T.ravel().tolist()}
-        self.items.append(item | {"color": ink(color, alpha)})
+        self.items.append(item | {"color": rgba(color, alpha)})
 
     def _bodies(self):
-        shown, self.slides = body_frames(self.top), slides(self.system, self.film)
+        shown, self.slides = body_frames(self.top), slides(self.system, self.trajectory)
         spared = {b for s in self.slides if s.is_telescope for b in map(self._body, s.joint.frames)}
         blocks = {self._body(s.joint.frames[1]) for s in self.slides}
         meshed = {name for name, value in self.shapes.items() if value is None}
-        few = 2 if len(shown) > _MANY else 3
+        few = 2 if len(shown) > _MANY_BODIES else 3
         for body, frames in shown.items():
             name = self.top.body_names[body] if body >= 0 else "ground"
             own = self.shapes.get(name, self.shapes.get(name.partition(".")[0]) if name in meshed else None)
@@ -94,10 +94,10 @@ class Set:
                 self._put(name, body + 1, solid, solid.color or color)
             if own or body < 0 or body + 1 in spared or self._is_elastic(name):  # a mesh, or spans
                 continue
-            points = distinct([self.film.in_body(self.top, f) for f in frames], 0.6 * self.r)
+            points = distinct_points([self.trajectory.position_in_body(self.top, f) for f in frames], 0.6 * self.r)
             com = np.asarray(self.system.com[body], float)
             if len(points) > 1:
-                for solid in guessed(*self._points(body, frames), self.r, few):
+                for solid in default_shapes(*self._points(body, frames), self.r, few):
                     self._put(name, body + 1, solid, color)
             elif len(points) and np.linalg.norm(com - points[0]) > self.r and body + 1 not in blocks:
                 self._put(name, body + 1, rounded_hull([points[0], com], 0.6 * self.r, few), color)
@@ -114,20 +114,20 @@ class Set:
         joints, axes = [], []
         for joint in self.top.joints:
             here = [f for f in joint.frames if f in frames]
-            joints += [self.film.in_body(self.top, f) for f in here]
-            if here and joint.kind == "Revolute" and joint.name in self.film.axes:
-                world = self.film.R[0, joint.frames[0]] @ self.film.axes[joint.name]
-                axes.append(self.film.R[0, body + 1].T @ world)
+            joints += [self.trajectory.position_in_body(self.top, f) for f in here]
+            if here and joint.kind == "Revolute" and joint.name in self.trajectory.axes:
+                world = self.trajectory.R[0, joint.frames[0]] @ self.trajectory.axes[joint.name]
+                axes.append(self.trajectory.R[0, body + 1].T @ world)
         others = set(frames) - {f for joint in self.top.joints for f in joint.frames}
-        named = [self.film.in_body(self.top, f) for f in sorted(others)]
+        named = [self.trajectory.position_in_body(self.top, f) for f in sorted(others)]
         return (np.array(part).reshape(-1, 3) for part in (joints, named, axes))
 
     def _put(self, name, body, solid, color):
-        self.items.append({"name": name, "solid": self.solids(solid), "body": body, "color": ink(color)})
+        self.items.append({"name": name, "solid": self.solids(solid), "body": body, "color": rgba(color)})
 
     def _lump(self, name, body, com, color):
         """A box with the inertia of the body, a ball where it has none to speak of."""
-        edges, axes = inertia_box(self.system, body, self.film.extent)
+        edges, axes = inertia_box(self.system, body, self.trajectory.extent)
         if edges.max(initial=0.0) < 2.0 * self.r:
             self.solid(name, body + 1, self.solids.ball, com, (0, 0, 1), 2.2 * self.r, 2.2 * self.r, color)
         else:
@@ -139,7 +139,7 @@ class Set:
 
     def _along(self, frame, axis):
         """An axis of a frame in the axes of its body."""
-        return self.film.R[0, self._body(frame)].T @ self.film.R[0, frame] @ axis
+        return self.trajectory.R[0, self._body(frame)].T @ self.trajectory.R[0, frame] @ axis
 
     def _joints(self):
         r = self.r
@@ -148,12 +148,12 @@ class Set:
         sliding = {s.joint.name for s in self.slides}
         for joint in self.top.joints:
             frame = joint.frames[0]
-            body, place = self._body(frame), self.film.in_body(self.top, frame)
+            body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
             if joint.kind not in ("Modal", "Free"):
                 self.tags.append({"name": joint.name, "body": body, "point": place.tolist()})
-            if joint.name in sliding or joint.name not in self.film.axes or self._is_elastic(joint.name):
+            if joint.name in sliding or joint.name not in self.trajectory.axes or self._is_elastic(joint.name):
                 continue
-            axis = self._along(frame, self.film.axes[joint.name])
+            axis = self._along(frame, self.trajectory.axes[joint.name])
             if joint.kind in ("Revolute", "Screw", "Universal"):
                 axes = [axis] if joint.kind != "Universal" else [axis, np.cross(axis, [0.31, 0.87, 0.38])]
                 for z in axes:
@@ -177,7 +177,7 @@ class Set:
         radius = getattr(group.kind, "radius", None)
         if radius is None:
             return
-        radius, place = float(np.ravel(radius)[k]), self.film.in_body(self.top, frame)
+        radius, place = float(np.ravel(radius)[k]), self.trajectory.position_in_body(self.top, frame)
         if hasattr(group.kind, "axle"):
             axis = self._along(frame, np.asarray(group.kind.axle).reshape(-1, 3)[k])
             width = 0.12 * radius
@@ -190,7 +190,7 @@ class Set:
         """Barrel and rod of a cylinder, else a rail with a block on it."""
         r, (a, b), name = self.r, slide.joint.frames, slide.joint.name
         z = self._along(a, slide.axis), self._along(b, slide.axis)
-        at = [self.film.in_body(self.top, frame) for frame in (a, b)]
+        at = [self.trajectory.position_in_body(self.top, frame) for frame in (a, b)]
         low, high = slide.reach
         if slide.is_telescope:
             sign = 1.0 if low > 0 else -1.0
@@ -206,7 +206,7 @@ class Set:
         if slide.joint.kind == "Cylindrical":
             self.solid(name, self._body(b), self.solids.cylinder, at[1] - 2 * r * z[1], z[1], 1.2 * r, 4 * r, color)
         else:
-            block = Solid.box((2.8 * r, 2.8 * r, 5.2 * r)).placed(at[1], turned_to(z[1]))
+            block = Solid.box((2.8 * r, 2.8 * r, 5.2 * r)).placed(at[1], rotation_to_axis(z[1]))
             self._put(name, self._body(b), block, color)
 
     def _spans(self):
@@ -226,7 +226,7 @@ class Set:
         for span in spans(self.system):
             if span.name in self.shapes:  # an elastic body that is drawn as its mesh
                 continue
-            points = [self.film.in_body(self.top, frame) for frame in span.frames]
+            points = [self.trajectory.position_in_body(self.top, frame) for frame in span.frames]
             ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
             for body, point in ((end["body"], end["point"]) for end in ends):
                 if body == 0:
@@ -234,32 +234,32 @@ class Set:
             for solid, part, thick, color in looks[span.kind]:
                 solid = self._coil(span, thick * self.r) if solid is None else solid
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
-                self.items.append(item | {"color": ink(color)})
+                self.items.append(item | {"color": rgba(color)})
 
     def _coil(self, span, radius):
         """A coil with about as many turns as its length asks for, of few kinds so that they are stored once."""
-        a, b = (self.film.x[:, frame] for frame in span.frames)
+        a, b = (self.trajectory.x[:, frame] for frame in span.frames)
         slender = max(float(np.max(np.linalg.norm(b - a, axis=-1))) / radius, 1.0)
         return self.solids(unit_coil(2.0 ** np.clip(np.round(np.log2(slender)), 2, 6)))
 
     def _torsions(self):
         for torsion in torsions(self.system):
-            if torsion.joint.name not in self.film.axes:
+            if torsion.joint.name not in self.trajectory.axes:
                 continue
             first = torsion.joint.frames[0]
-            axis = self.film.R[0, first] @ self.film.axes[torsion.joint.name]
+            axis = self.trajectory.R[0, first] @ self.trajectory.axes[torsion.joint.name]
             made = torsion_solids(torsion.kind, axis, self.r)
             for frame, (solid, color) in zip(torsion.joint.frames, made, strict=True):
-                body, place = self._body(frame), self.film.in_body(self.top, frame)
-                self._put(torsion.name, body, solid.placed(place, self.film.R[0, body].T), color)
+                body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
+                self._put(torsion.name, body, solid.placed(place, self.trajectory.R[0, body].T), color)
 
     def trace(self, name, points, color):
         """The path of points (T, 3) in the world, and a ball that runs along it is left to the body."""
-        solid = self.solids(swept(points, 0.2 * self.r, sides=5))
-        self.items.append({"name": f"path of {name}", "solid": solid, "body": 0, "color": ink(color), "trace": True})
+        solid = self.solids(sweep_tube(points, 0.2 * self.r, sides=5))
+        self.items.append({"name": f"path of {name}", "solid": solid, "body": 0, "color": rgba(color), "trace": True})
 
 
-def tracks(film: FrameTrajectory, bodies: int) -> np.ndarray:
+def pose_tracks(film: FrameTrajectory, bodies: int) -> np.ndarray:
     """Position and quaternion x y z w (T, 1 + bodies, 7) of the ground and all bodies, without jumps of sign."""
     R, x = film.R[:, : bodies + 1], film.x[:, : bodies + 1]
     q = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat().reshape(*R.shape[:2], 4)

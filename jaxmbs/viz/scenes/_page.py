@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from ...atomic_write import write_whole
+from ...atomic_write import write_atomic
 from ...checks import no_such
 from ...errors import ModelError, UnknownNameError
 from ...linear._system import LinearSystem
 from ...model._system import System
 from ...typing import ScalarLike
-from ._actors import SceneObject, act_of
-from ._geometry import Solids, encoded
-from ._view import distance, view_of
+from ._objects import SceneObject, scene_object
+from ._geometry import SolidLibrary, encode_array
+from ._view import camera_distance, fit_view
 
-_THICK = 0.02  # radius of bars over the extent
-_REACH = 0.34  # length of the longest arrow over the extent
+_BAR_RADIUS = 0.02  # radius of bars over the extent
+_LONGEST_ARROW = 0.34  # length of the longest arrow over the extent
 _SECONDS = (3.0, 10.0)  # what a film lasts on the screen, unless real time is within
 
 
@@ -40,7 +40,7 @@ class Scene:
     def save(self, path: str | PathLike) -> Path:
         """Write the page.  Raises: OSError."""
         path = Path(path)
-        write_whole(path, self.html)
+        write_atomic(path, self.html)
         return path
 
     def __repr__(self) -> str:
@@ -88,38 +88,38 @@ def scene(
     """
     if not np.isfinite(scale):
         raise ModelError([f"scale must be a finite number, got {scale}"])
-    systems, motions, found = (_listed(x, system) for x in (system, motion, loads))
+    systems, motions, found = (_one_per_system(x, system) for x in (system, motion, loads))
     names, traces = list(system) if isinstance(system, Mapping) else [""] * len(systems), list(traces)
-    acts = [act_of(*pair, structures, scale) for pair in zip(systems, motions, strict=True)]
+    acts = [scene_object(*pair, structures, scale) for pair in zip(systems, motions, strict=True)]
     if any(len(act.ts) != len(acts[0].ts) for act in acts):
         raise ModelError("motions side by side need the same number of instants")
     _check_traces(traces, acts)
-    made = Scene({"title": title} | _film(acts, names, found, limits or {}, traces, shapes or {}))
+    made = Scene({"title": title} | _scene_data(acts, names, found, limits or {}, traces, shapes or {}))
     if path is not None:
         made.save(path)
     return made
 
 
-def _film(acts, names, loads, limits, traces, shapes):
+def _scene_data(acts, names, loads, limits, traces, shapes):
     """All that is played: the stages of all acts, the solids they share, and from where they are seen."""
-    points, solids = np.concatenate([act.points for act in acts]), Solids()
+    points, solids = np.concatenate([act.points for act in acts]), SolidLibrary()
     extent = float(np.max(np.ptp(points, axis=0), initial=0.0)) or 1.0
-    radius = _THICK * extent
-    view, reach = view_of(points, acts[0].gravity, 4 * radius), _REACH * extent
+    radius = _BAR_RADIUS * extent
+    view, reach = fit_view(points, acts[0].gravity, 4 * radius), _LONGEST_ARROW * extent
     arrows = [act.arrows(own, limits) for act, own in zip(acts, loads, strict=True)]
     largest = max((float(np.max(np.linalg.norm(a["force"], axis=-1), initial=0.0)) for a in arrows if a), default=0.0)
-    offsets = _offsets(view, len(acts))
+    offsets = _side_by_side(view, len(acts))
     seen = [act.points + offset for act, offset in zip(acts, offsets, strict=True)]
     seen += [
-        _tips(a, offset, reach / largest) for a, offset in zip(arrows, offsets, strict=True) if a and largest > 0
+        _arrow_tips(a, offset, reach / largest) for a, offset in zip(arrows, offsets, strict=True) if a and largest > 0
     ]
     stages = [
-        act.staged(solids, radius, view.up, shapes, traces)
-        | {"name": str(name), "offset": offset.tolist(), "arrows": None if a is None else _packed(a, largest)}
+        act.contents(solids, radius, view.up, shapes, traces)
+        | {"name": str(name), "offset": offset.tolist(), "arrows": None if a is None else _encode_arrows(a, largest)}
         for act, name, a, offset in zip(acts, names, arrows, offsets, strict=True)
     ]
     return {
-        "ts": encoded(acts[0].ts),
+        "ts": encode_array(acts[0].ts),
         "stages": stages,
         "solids": solids.stored,
         "cylinder": solids.cylinder,
@@ -132,8 +132,8 @@ def _film(acts, names, loads, limits, traces, shapes):
         "centre": view.centre.tolist(),
         "caption": (view.centre + view.up * (0.62 * view.half)).tolist(),
         "ground": view.ground,
-        **_floor(view, extent, np.concatenate(seen), len(acts)),
-        **_clock(acts[0]),
+        **_floor_and_camera(view, extent, np.concatenate(seen), len(acts)),
+        **_playback(acts[0]),
         "scale": _legend(largest, limits) if largest > 0 else None,
         "has": {
             "loads": largest > 0,
@@ -144,13 +144,13 @@ def _film(acts, names, loads, limits, traces, shapes):
     }
 
 
-def _offsets(view, count):
+def _side_by_side(view, count):
     """Where acts stand side by side, (count, 3)."""
     along = (np.arange(count) - (count - 1) / 2) * 1.3 * view.width
     return along[:, None] * np.cross(view.up, view.front)[None]
 
 
-def _listed(x, systems):
+def _one_per_system(x, systems):
     """One entry for each system; a motion or loads for all of them alike where only one is given."""
     if isinstance(systems, Mapping):
         given = x if isinstance(x, Mapping) else dict.fromkeys(systems, x)
@@ -169,11 +169,11 @@ def _check_traces(traces, acts):
         raise UnknownNameError("; ".join(no_such("frame or body", n, acts[0].traceable) for n in wrong))
 
 
-def _packed(arrow, largest):
+def _encode_arrows(arrow, largest):
     return {
         "names": arrow["names"],
-        "place": encoded(arrow["place"]),
-        "force": encoded(arrow["force"]),
+        "place": encode_array(arrow["place"]),
+        "force": encode_array(arrow["force"]),
         "limits": arrow["limits"],
         "largest": largest,
     }
@@ -186,12 +186,12 @@ def _legend(largest, limits):
     return f"loads: 0 to {largest / unit:.3g} {name}"
 
 
-def _tips(arrow, offset, scale):
+def _arrow_tips(arrow, offset, scale):
     """Where arrows end at any time, (n, 3)."""
     return (arrow["place"] + offset + scale * arrow["force"]).reshape(-1, 3)
 
 
-def _floor(view, extent, points, count):
+def _floor_and_camera(view, extent, points, count):
     """A grid of round meshes about all stages, and the camera that sees all points (n, 3)."""
     half = np.hypot(view.half, 0.5 * 1.3 * view.width * (count - 1))
     wide = 2.6 * half
@@ -199,11 +199,11 @@ def _floor(view, extent, points, count):
     step *= next(k for k in (1, 2, 5, 10) if wide / (k * step) <= 20)
     angle = 0.5
     camera = {"azimuth": view.azimuth * (1.0 if count == 1 else 0.3), "elevation": view.elevation}
-    camera["distance"] = distance(view, points, angle, 5 * _THICK * extent, **camera)
+    camera["distance"] = camera_distance(view, points, angle, 5 * _BAR_RADIUS * extent, **camera)
     return {"floor": wide, "cells": wide / step, "angle": angle, "camera": camera}
 
 
-def _clock(act: SceneObject):
+def _playback(act: SceneObject):
     """How fast it plays, and what the clock shows."""
     span = float(act.ts[-1] - act.ts[0])
     if act.frequency is not None:

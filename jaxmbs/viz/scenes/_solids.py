@@ -39,7 +39,7 @@ class Solid(NamedTuple):
                 corners[:, (axis + 1) % 3] = (-1, 1, 1, -1)
                 corners[:, (axis + 2) % 3] = (-1, -1, 1, 1)
                 parts.append((0.5 * corners, np.tile(sign * np.eye(3)[axis], (4, 1)), [[0, 1, 2], [0, 2, 3]]))
-        return cls(*_joined(parts))._replace(color=color).scaled(size)
+        return cls(*_merge_parts(parts))._replace(color=color).scaled(size)
 
     @classmethod
     def cylinder(cls, radius: ScalarLike, length: ScalarLike, axis: Axis = "z", color: str | None = None) -> "Solid":
@@ -58,7 +58,7 @@ class Solid(NamedTuple):
 
         Raises: OSError; ValueError for a file that holds no triangles.
         """
-        corners = scale * _stl_corners(Path(path))
+        corners = scale * _read_stl_corners(Path(path))
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         size = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = normals / np.where(size > 0.0, size, 1.0)
@@ -72,7 +72,7 @@ class Solid(NamedTuple):
 
     def along(self, axis: Axis) -> "Solid":
         """The solid with its z axis turned to another one."""
-        return self.placed(rotation=turned_to(np.asarray(axis_vector(axis), float)))
+        return self.placed(rotation=rotation_to_axis(np.asarray(axis_vector(axis), float)))
 
     def scaled(self, size: ArrayLike) -> "Solid":
         """The solid stretched along x, y, z."""
@@ -82,7 +82,7 @@ class Solid(NamedTuple):
         return self._replace(vertices=self.vertices * size, normals=normals)
 
 
-def _joined(parts):
+def _merge_parts(parts):
     """Vertices, normals and faces of several parts as one."""
     starts = np.cumsum([0, *(len(v) for v, *_ in parts)])
     vertices, normals = (np.concatenate([np.asarray(part[k], float) for part in parts]) for k in (0, 1))
@@ -90,7 +90,7 @@ def _joined(parts):
     return vertices, normals, np.concatenate(faces)
 
 
-def _stl_corners(path):
+def _read_stl_corners(path):
     """Corners (triangles, 3, 3)."""
     text = path.read_bytes()
     count = int.from_bytes(text[80:84], "little") if len(text) >= 84 else -1
@@ -104,7 +104,7 @@ def _stl_corners(path):
     return corners
 
 
-def turned_to(axis):
+def rotation_to_axis(axis):
     """A rotation (3, 3) that takes z to an axis."""
     z = axis / np.linalg.norm(axis)
     x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
@@ -112,14 +112,14 @@ def turned_to(axis):
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _ring(sides):
+def _unit_circle(sides):
     angle = 2 * np.pi * np.arange(sides) / sides
     return np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
 
 
 def unit_cone(top: ScalarLike = 0.0, sides: int = _SIDES) -> Solid:
     """Radius one at z = 0, `top` at z = 1, closed."""
-    ring, up, k = _ring(sides), np.array([0.0, 0.0, 1.0]), np.arange(sides)
+    ring, up, k = _unit_circle(sides), np.array([0.0, 0.0, 1.0]), np.arange(sides)
     slope = ring + (1.0 - top) * up
     slope = slope / np.linalg.norm(slope, axis=1, keepdims=True)
     after = (k + 1) % sides
@@ -131,7 +131,7 @@ def unit_cone(top: ScalarLike = 0.0, sides: int = _SIDES) -> Solid:
             parts.append(
                 (cap, np.tile((2 * height - 1) * up, (sides + 1, 1)), np.stack([k, after, 0 * k + sides], 1))
             )
-    return Solid(*_joined(parts))
+    return Solid(*_merge_parts(parts))
 
 
 def unit_cylinder(sides: int = _SIDES) -> Solid:
@@ -139,7 +139,7 @@ def unit_cylinder(sides: int = _SIDES) -> Solid:
     return unit_cone(1.0, sides)
 
 
-def swept(points: ArrayLike, radius: ScalarLike, sides: int = 6) -> Solid:
+def sweep_tube(points: ArrayLike, radius: ScalarLike, sides: int = 6) -> Solid:
     """A tube along points (n, 3)."""
     points = np.asarray(points, float)
     along = np.gradient(points, axis=0)
@@ -150,7 +150,7 @@ def swept(points: ArrayLike, radius: ScalarLike, sides: int = 6) -> Solid:
     side[thin] = np.cross(along[thin], [0.3, 0.5, 0.8])
     side = side / np.linalg.norm(side, axis=1, keepdims=True)
     other = np.cross(along, side)
-    circle = _ring(sides)
+    circle = _unit_circle(sides)
     normals = circle[None, :, :1] * side[:, None] + circle[None, :, 1:2] * other[:, None]
     k, row = np.arange(sides), np.arange(len(points) - 1)[:, None] * sides
     near, far = row + k, row + (k + 1) % sides
@@ -166,7 +166,7 @@ def unit_coil(slender: ScalarLike, wire: ScalarLike = 0.13) -> Solid:
     radius = np.minimum(1.0, 12.0 * np.minimum(s, 1.0 - s))  # its ends lead to the axis
     angle = 2 * np.pi * turns * s
     path = np.stack([radius * np.cos(angle), radius * np.sin(angle), slender * s], axis=1)
-    return swept(path, wire).scaled((1.0, 1.0, 1.0 / slender))
+    return sweep_tube(path, wire).scaled((1.0, 1.0, 1.0 / slender))
 
 
 def icosphere(divisions: int) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._solids import Solid, swept, turned_to, unit_cylinder
+from ._solids import Solid, sweep_tube, rotation_to_axis, unit_cylinder
 
 BRASS, STEEL, DARK = "#b8863b", "#8d99a6", "#3a444e"
 
@@ -19,7 +19,7 @@ def torsion_solids(kind: str, axis: np.ndarray, radius: float) -> list[tuple[Sol
         angle, far = 5.0 * np.pi * share, radius * (1.4 + 3.2 * share)
         spiral = np.stack([far * np.cos(angle), far * np.sin(angle), np.full(121, 2.2 * radius)], axis=1)
         finger = unit_cylinder().scaled((0.5 * radius, 0.5 * radius, 2.4 * radius))
-        parts = (swept(spiral, 0.3 * radius), BRASS), (finger.placed((-far[-1], 0.0, radius)), DARK)
+        parts = (sweep_tube(spiral, 0.3 * radius), BRASS), (finger.placed((-far[-1], 0.0, radius)), DARK)
     else:
         drum = unit_cylinder().scaled((3.6 * radius, 3.6 * radius, 0.8 * radius))
         vane = Solid.box((4.0 * radius, 0.9 * radius, 0.5 * radius))
@@ -27,5 +27,5 @@ def torsion_solids(kind: str, axis: np.ndarray, radius: float) -> list[tuple[Sol
             (drum.placed((0.0, 0.0, 1.7 * radius)), STEEL),
             (vane.placed((-2.0 * radius, 0.0, 2.75 * radius)), DARK),
         )
-    turn = turned_to(np.asarray(axis, float))
+    turn = rotation_to_axis(np.asarray(axis, float))
     return [(solid.placed(rotation=turn), color) for solid, color in parts]

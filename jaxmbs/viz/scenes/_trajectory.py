@@ -20,7 +20,7 @@ class FrameTrajectory(NamedTuple):
     x: np.ndarray
     axes: dict[str, np.ndarray]
 
-    def in_body(self, topology, frame: int) -> np.ndarray:
+    def position_in_body(self, topology, frame: int) -> np.ndarray:
         """Position (3,) of a frame in the axes of its body."""
         body = topology.frame_body[frame] + 1
         return self.R[0, body].T @ (self.x[0, frame] - self.x[0, body])
@@ -33,21 +33,21 @@ class FrameTrajectory(NamedTuple):
         return float(np.max(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
-def film(system: System, motion: Any) -> FrameTrajectory:
+def frame_trajectory(system: System, motion: Any) -> FrameTrajectory:
     """The film of a motion, of a State, or of several with one leading axis; times never reached are left out."""
     states = states_of(system, motion)
     if states.coordinates.ndim == 1:
         states = jax.tree.map(lambda x: x[None], states)
-    R, x, W = (np.asarray(part) for part in _positions(system, states.coordinates))
+    R, x, W = (np.asarray(part) for part in _frame_poses(system, states.coordinates))
     ts = np.asarray(getattr(motion, "ts", states.t), float)
     there = np.all(np.isfinite(x), axis=(1, 2)) & np.isfinite(ts)
     if np.any(there):
         R, x, W, ts = (part[there] for part in (R, x, W, ts))
-    return FrameTrajectory(ts, R, x, _axes(system, R[0], W[0]))
+    return FrameTrajectory(ts, R, x, _joint_axes(system, R[0], W[0]))
 
 
 @jit(compile="quick")
-def _positions(system, coordinates):
+def _frame_poses(system, coordinates):
     P = node_parameters(system)
 
     def one(psi):
@@ -57,7 +57,7 @@ def _positions(system, coordinates):
     return jax.vmap(one)(coordinates)
 
 
-def _axes(system, R, W):
+def _joint_axes(system, R, W):
     """By joint: the axis of its last node that turns, else of its first; of a cut one that of its closure."""
     top, found = system.topology, {}
     for joint in top.joints:

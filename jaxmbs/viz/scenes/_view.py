@@ -21,7 +21,7 @@ class View(NamedTuple):
     width: float
 
 
-def view_of(points, gravity=None, margin=0.0) -> View:
+def fit_view(points, gravity=None, margin=0.0) -> View:
     """The view of points (n, 3) that move about; up is against gravity, else the z axis, or y for what lies in x-y.
 
     What lies in a plane is seen from its side, all else over the corner.
@@ -36,7 +36,7 @@ def view_of(points, gravity=None, margin=0.0) -> View:
     else:
         up = np.array([0.0, 1.0, 0.0]) if flat and abs(normal[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
     upright = flat and abs(normal @ up) < 0.3
-    level = normal - (normal @ up) * up if upright else _corner(up)
+    level = normal - (normal @ up) * up if upright else _corner_direction(up)
     front = level / np.linalg.norm(level)
     right = np.cross(up, front)
     if upright and right[np.argmax(np.abs(right))] < 0:
@@ -48,7 +48,7 @@ def view_of(points, gravity=None, margin=0.0) -> View:
     return View(up, front, azimuth, elevation, middle, half or 1.0, ground, width)
 
 
-def distance(view: View, points: np.ndarray, angle: float, pad: float, azimuth: float, elevation: float) -> float:
+def camera_distance(view: View, points: np.ndarray, angle: float, pad: float, azimuth: float, elevation: float) -> float:
     """How far the camera is from the centre where it sees all points (n, 3), each with `pad` [m] around it.
 
     It sees `angle` [rad] from its lower to its upper edge, and as the player has it 1.45 times that across.
@@ -63,7 +63,7 @@ def distance(view: View, points: np.ndarray, angle: float, pad: float, azimuth: 
     return float(np.max(p @ back + np.maximum(high, wide) / np.tan(angle / 2), initial=pad))
 
 
-def _corner(up):
+def _corner_direction(up):
     """Level, against y (or x where y is up): the x axis then points to the right."""
     y = np.array([0.0, -1.0, 0.0])
     level = y - (y @ up) * up

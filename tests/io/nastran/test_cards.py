@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_nastran
-from jaxmbs.io.nastran._cards import Card, cards
-from jaxmbs.io.nastran._text import Text
+from jaxmbs.io.nastran._cards import Card, parse_cards
+from jaxmbs.io.nastran._text import BulkData
 
 BAR = "MAT1,1,2.+11,,0.3,7850.\nPBAR,1,1,1.-3,2.-7,1.-7,3.-7\nGRID,1\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\n"
 
@@ -20,7 +20,7 @@ def read(text, tmp_path, name="deck.bdf"):
     """Cards and faults of a text."""
     (tmp_path / name).write_text(text, newline="")
     faults = []
-    return list(cards(Text(tmp_path / name, faults).lines(), faults)), faults
+    return list(parse_cards(BulkData(tmp_path / name, faults).lines(), faults)), faults
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from jaxmbs import fem, viz
 from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.reaction import JointReaction, Reactions
 from jaxmbs.viz._mesh import moving_meshes
-from jaxmbs.viz.scenes._geometry import tracks
-from jaxmbs.viz.scenes._trajectory import film
+from jaxmbs.viz.scenes._geometry import pose_tracks
+from jaxmbs.viz.scenes._trajectory import frame_trajectory
 from tests.viz.machines import everything, four_bar_angles, made_up_loads, plate, turning_four_bar
 
 
@@ -91,7 +91,7 @@ def test_poses_are_those_of_the_closed_form(shown, four_bar):
 
 
 def test_quaternions_turn_the_short_way(four_bar):
-    poses = tracks(film(*four_bar), 3)
+    poses = pose_tracks(frame_trajectory(*four_bar), 3)
     assert np.all(np.sum(poses[1:, :, 3:] * poses[:-1, :, 3:], axis=-1) > 0.9)
 
 
@@ -112,7 +112,7 @@ def test_arrows_ask_for_the_axes_and_the_side(four_bar):
     """The same loads in other axes and on the other side are the same arrows, on the children, in the world."""
     system, motion = four_bar
     top, loads, drawn = system.topology, made_up_loads(motion.ts), {}
-    R = {name: film(system, motion).R[:, k] for name, k in top.frame_index.items() if name}
+    R = {name: frame_trajectory(system, motion).R[:, k] for name, k in top.frame_index.items() if name}
     for frame, side in itertools.product(("world", "joint"), ("child", "parent")):
         named = {}
         for joint in top.joints:
@@ -236,7 +236,7 @@ def test_a_mode_of_a_mechanism_keeps_its_loops_to_first_order(four_bar):
     made = mbs.vibration.Modes(jnp.ones(2), jnp.array([[1.0 + 0j, 1.0], [2j, -2j]]), roots == 0, roots)
     gaps = []
     for amplitude in (1e-2, 1e-3):
-        seen = film(system, viz.animate_mode(system, made, 0, state, amplitude, frames=5))
+        seen = frame_trajectory(system, viz.animate_mode(system, made, 0, state, amplitude, frames=5))
         index = system.topology.frame_index
         gaps.append(np.linalg.norm(seen.x[0, index["C.parent"]] - seen.x[0, index["C.child"]]))
         moved = np.linalg.norm(seen.x[0, index["C.parent"]] - seen.x[2, index["C.parent"]])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.viz import Solid
-from jaxmbs.viz.scenes._solids import rounded_hull, swept, turned_to, unit_cone
+from jaxmbs.viz.scenes._solids import rounded_hull, sweep_tube, rotation_to_axis, unit_cone
 
 
 def volume(solid):
@@ -29,7 +29,7 @@ def volume(solid):
     ],
 )
 def test_volumes(solid, wanted):
-    moved = solid.placed((0.3, -0.2, 0.1), turned_to(np.array([1.0, 2.0, -0.5])))
+    moved = solid.placed((0.3, -0.2, 0.1), rotation_to_axis(np.array([1.0, 2.0, -0.5])))
     assert np.isclose(volume(moved), wanted, rtol=0.06)
     assert volume(moved) <= wanted * (1 + 1e-9)  # corners lie on the surface
     assert np.allclose(np.linalg.norm(moved.normals, axis=1), 1.0)
@@ -43,7 +43,7 @@ def test_a_box_has_its_edges():
 
 def test_a_tube_keeps_its_radius():
     path = np.stack([np.linspace(0, 1, 9), np.linspace(0, 1, 9) ** 2, 0 * np.linspace(0, 1, 9)], axis=1)
-    tube = swept(path, 0.1, sides=5)
+    tube = sweep_tube(path, 0.1, sides=5)
     apart = np.linalg.norm(tube.vertices.reshape(9, 5, 3) - path[:, None], axis=-1)
     assert np.allclose(apart, 0.1)
 

@@ -13,12 +13,12 @@ from ...model._system import System
 from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import inertia_box
-from .._mesh import Mesh, mesh_of, moving_meshes
-from .._projection import axes_of
-from ._geometry import Set, Solids, encoded, tracks
-from ._trajectory import film
+from .._mesh import DisplayMesh, display_mesh, moving_meshes
+from .._projection import load_axes
+from ._geometry import MechanismGeometry, SolidLibrary, encode_array, pose_tracks
+from ._trajectory import frame_trajectory
 
-_SAME = 1e-7  # singular values below this share of the largest are left out
+_RANK_TOLERANCE = 1e-7  # singular values below this share of the largest are left out
 
 
 class SceneObject:
@@ -33,7 +33,7 @@ class SceneObject:
     frequency: float | None = None
     traceable: tuple[str, ...] = ()
 
-    def staged(self, solids: Solids, radius: Any, up: Any, shapes: Mapping, traces: Iterable[str]) -> dict:
+    def contents(self, solids: SolidLibrary, radius: Any, up: Any, shapes: Mapping, traces: Iterable[str]) -> dict:
         """The objects of the scene, without the arrows."""
         raise NotImplementedError
 
@@ -42,30 +42,30 @@ class SceneObject:
         return None
 
 
-def act_of(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> SceneObject:
+def scene_object(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> SceneObject:
     """The act of a mechanism or a linear system.  Raises: TypeError for anything else."""
     if isinstance(system, System):
-        return MechanismAct(system, motion, structures, scale)
+        return MechanismObject(system, motion, structures, scale)
     if isinstance(system, LinearSystem):
-        return LinearAct(system, motion, structures, scale)
+        return StructureObject(system, motion, structures, scale)
     raise TypeError(f"a scene is of a System or a LinearSystem, not of a {type(system).__name__}")
 
 
-class MechanismAct(SceneObject):
+class MechanismObject(SceneObject):
     """Bodies on joints; elastic ones as meshes where their structures are given."""
 
     def __init__(self, system, motion, structures, scale):
         self.system, self.scale = system, scale
         self.frequency = getattr(motion, "frequency", None)
-        self.film = film(system, motion)
-        self.ts, top = self.film.ts, system.topology
+        self.trajectory = frame_trajectory(system, motion)
+        self.ts, top = self.trajectory.ts, system.topology
         self.gravity = np.asarray(system.gravity, float)
         joined = {f for joint in top.joints for f in joint.frames}
         seen = sorted(joined | {f for f, n in enumerate(top.frame_names) if f > top.bodies.size and n})
-        com = self.film.x[:, 1 : top.bodies.size + 1] + np.einsum(
-            "tbij,bj->tbi", self.film.R[:, 1 : top.bodies.size + 1], np.asarray(system.com, float)
+        com = self.trajectory.x[:, 1 : top.bodies.size + 1] + np.einsum(
+            "tbij,bj->tbi", self.trajectory.R[:, 1 : top.bodies.size + 1], np.asarray(system.com, float)
         )
-        self.points = np.concatenate([self.film.x[:, seen].reshape(-1, 3), *self._boxes(com)])
+        self.points = np.concatenate([self.trajectory.x[:, seen].reshape(-1, 3), *self._boxes(com)])
         self.traceable = top.frame_names
         self.elastic = {}
         given = dict(structures or {})
@@ -81,23 +81,23 @@ class MechanismAct(SceneObject):
         """Centres of bodies, and the middles of the faces of the boxes that have their inertia, (T, 3) each."""
         for body in range(com.shape[1]):
             yield com[:, body]
-            edges, axes = inertia_box(self.system, body, self.film.extent)
+            edges, axes = inertia_box(self.system, body, self.trajectory.extent)
             for half in (0.5 * edges * axes).T:
-                yield from (com[:, body] + sign * self.film.R[:, body + 1] @ half for sign in (-1.0, 1.0))
+                yield from (com[:, body] + sign * self.trajectory.R[:, body + 1] @ half for sign in (-1.0, 1.0))
 
-    def staged(self, solids, radius, up, shapes, traces):
+    def contents(self, solids, radius, up, shapes, traces):
         top = self.system.topology
         own = dict(shapes) | dict.fromkeys(self.elastic)
-        done = Set(self.system, self.film, solids, radius, up, own)
+        done = MechanismGeometry(self.system, self.trajectory, solids, radius, up, own)
         for k, name in enumerate(n for n in traces if n in top.frame_index):
             if len(self.ts) > 1:
-                done.trace(name, self.film.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
+                done.trace(name, self.trajectory.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
         bodies = ["ground", *top.body_names]
         meshes = [self._mesh(name, *given) for name, given in self.elastic.items()]
-        numbers = tracks(self.film, top.bodies.size)
+        numbers = pose_tracks(self.trajectory, top.bodies.size)
         return {
             "bodies": bodies,
-            "tracks": encoded(numbers),
+            "tracks": encode_array(numbers),
             "items": done.items,
             "tags": done.tags,
             "meshes": meshes,
@@ -105,11 +105,11 @@ class MechanismAct(SceneObject):
 
     def _mesh(self, name, structure, frame, q):
         """Shapes by deformation, in the axes of the first interface."""
-        mesh, component, first = mesh_of(structure), frame.system, frame.body.interfaces[0]
-        shapes = mesh.moves(frame.whole, frame.expand(frame.shapes.T))
+        mesh, component, first = display_mesh(structure), frame.system, frame.body.interfaces[0]
+        shapes = mesh.node_translations(frame.whole, frame.expand(frame.shapes.T))
         about = np.asarray(component.positions[component.nodes.index(first)], float)
         body = self.system.topology.body_names.index(f"{name}.{first}") + 1
-        return packed_mesh(name, mesh._replace(rest=mesh.rest - about), shapes, q, body, self.scale)
+        return encode_mesh(name, mesh._replace(rest=mesh.rest - about), shapes, q, body, self.scale)
 
     def arrows(self, loads, limits):
         if loads is None:
@@ -126,16 +126,16 @@ class MechanismAct(SceneObject):
         if len(force) < len(self.ts):
             raise ModelError("the loads are those of another motion: they have fewer instants")
         parents, children = ([ends[name][side] for name in names] for side in (0, 1))
-        force, (frame, side) = np.nan_to_num(force[: len(self.ts)]), axes_of(loads)
+        force, (frame, side) = np.nan_to_num(force[: len(self.ts)]), load_axes(loads)
         if frame == "joint":
-            axes = self.film.R[:, children if side == "child" else parents]
+            axes = self.trajectory.R[:, children if side == "child" else parents]
             force = np.einsum("tjab,tjb->tja", axes, force)
         force = force if side == "child" else -force
-        bounds = [_bound(limits.get(name)) for name in names]
-        return {"names": names, "place": self.film.x[:, children], "force": force, "limits": bounds}
+        bounds = [_load_limit(limits.get(name)) for name in names]
+        return {"names": names, "place": self.trajectory.x[:, children], "force": force, "limits": bounds}
 
 
-def _bound(limit):
+def _load_limit(limit):
     """A number of a limit, None without one or where it is infinite."""
     least = np.inf if limit is None else float(np.min(np.asarray(getattr(limit, "upper", limit), float)))
     if not least > 0.0:
@@ -143,7 +143,7 @@ def _bound(limit):
     return least if np.isfinite(least) else None
 
 
-class LinearAct(SceneObject):
+class StructureObject(SceneObject):
     """Meshes of a linear system, or of all components of a network."""
 
     def __init__(self, system, motion, structures, scale):
@@ -161,37 +161,37 @@ class LinearAct(SceneObject):
             raise ModelError("no component has positions: give structures by component")
         self.points = np.concatenate([(mesh.rest + scale * u).reshape(-1, 3) for mesh, u in self.meshes.values()])
 
-    def staged(self, solids, radius, up, shapes, traces):
+    def contents(self, solids, radius, up, shapes, traces):
         still = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(self.ts), 1, 1))
         meshes = []
         for name, (mesh, u) in self.meshes.items():
             left, size, right = np.linalg.svd(u.reshape(len(u), -1), full_matrices=False)
-            kept = size > _SAME * max(size.max(initial=0.0), 1e-300)
+            kept = size > _RANK_TOLERANCE * max(size.max(initial=0.0), 1e-300)
             basis = right[kept].reshape(-1, *mesh.rest.shape)
-            meshes.append(packed_mesh(name or "structure", mesh, basis, left[:, kept] * size[kept], 0, self.scale))
+            meshes.append(encode_mesh(name or "structure", mesh, basis, left[:, kept] * size[kept], 0, self.scale))
         tags = [
             {"name": n, "body": 0, "point": p.tolist()}
             for mesh, _ in self.meshes.values()
             for n, p in zip(mesh.names, mesh.rest, strict=True)
         ]
-        return {"bodies": ["ground"], "tracks": encoded(still), "items": [], "tags": tags[:200], "meshes": meshes}
+        return {"bodies": ["ground"], "tracks": encode_array(still), "items": [], "tags": tags[:200], "meshes": meshes}
 
 
-def packed_mesh(
-    name: str, mesh: Mesh, basis: np.ndarray, amplitudes: np.ndarray, body: int, scale: ScalarLike
+def encode_mesh(
+    name: str, mesh: DisplayMesh, basis: np.ndarray, amplitudes: np.ndarray, body: int, scale: ScalarLike
 ) -> dict:
     """A mesh on a body, moving by amplitudes (T, m) times shapes (m, nodes, 3)."""
     moved = np.einsum("tm,mvc->tvc", amplitudes, basis)
     return {
         "name": name,
         "body": body,
-        "rest": encoded(mesh.rest),
-        "faces": encoded(mesh.faces, "<u4"),
-        "edges": encoded(mesh.edges, "<u4"),
+        "rest": encode_array(mesh.rest),
+        "faces": encode_array(mesh.faces, "<u4"),
+        "edges": encode_array(mesh.edges, "<u4"),
         "bars": mesh.bars.tolist(),
         "balls": mesh.balls.tolist(),
-        "basis": encoded(basis),
-        "amplitudes": encoded(amplitudes),
+        "basis": encode_array(basis),
+        "amplitudes": encode_array(amplitudes),
         "scale": scale,
         "largest": float(np.max(np.linalg.norm(moved, axis=-1), initial=0.0)),
     }

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from ..runtime import compile_kind, jaxpr_function
-from ._limit import BoundConstraint, Limit, bind, values_of
+from ._limit import BoundConstraint, Limit, bind, limit_values
 from ._variables import Variables
 
 
-class Program(NamedTuple):
+class DesignProblem(NamedTuple):
     """What a search evaluates.
 
     Attributes:
@@ -35,9 +35,9 @@ class Program(NamedTuple):
         return sum(held.size for held in self.limits)
 
 
-def program(
+def trace_problem(
     objective: Callable, variables: Variables, gradient: str, limits: Sequence[Limit] = (), compile: str = "full"
-) -> Program:
+) -> DesignProblem:
     """The program of an objective with limits, to be compiled as `compile` says.
 
     Raises:
@@ -54,8 +54,8 @@ def program(
 
     def answered(x):
         design = variables.unravel(x)
-        value, answers = _parts(objective(design))
-        return value, values_of(limits, design, answers)
+        value, answers = _split_answers(objective(design))
+        return value, limit_values(limits, design, answers)
 
     with compile_kind(compile):  # traced once: shapes and derivatives come from the same equations
         traced, (shape, values) = jax.make_jaxpr(answered, return_shape=True)(variables.vector(variables.start))
@@ -68,26 +68,26 @@ def program(
         parts = [limit.excess(v) for limit, v in zip(known, values, strict=True)]
         return jnp.concatenate([value[None], *parts]), tuple(values)
 
-    differentiate = _by_columns if gradient == "forward" else _by_rows
+    differentiate = _forward_jacobian if gradient == "forward" else _reverse_jacobian
 
     def run(x, rows):
         found, values, slopes = differentiate(flat, x, jnp.concatenate([jnp.zeros(1, rows.dtype), rows + 1]))
         return found[0], slopes[0], found[1:], slopes[1:], values
 
-    return Program(run, known)
+    return DesignProblem(run, known)
 
 
-def _parts(found):
+def _split_answers(found):
     """(objective, answers or None) from what an objective returns."""
     return found if isinstance(found, tuple) and len(found) == 2 else (found, None)
 
 
-def value_alone(objective: Callable, design: PyTree):
+def objective_value(objective: Callable, design: PyTree):
     """The objective of a design without the answers beside it."""
-    return _parts(objective(design))[0]
+    return _split_answers(objective(design))[0]
 
 
-def _by_rows(flat, x, rows):
+def _reverse_jacobian(flat, x, rows):
     """(values, answers, gradients of the rows): one pullback a row."""
     found, pull, answers = jax.vjp(flat, x, has_aux=True)
     if rows.shape[0] == 1:  # by far the most common question: no axis of lanes
@@ -96,7 +96,7 @@ def _by_rows(flat, x, rows):
     return found, answers, jax.vmap(lambda seed: pull(seed)[0])(seeds)
 
 
-def _by_columns(flat, x, rows):
+def _forward_jacobian(flat, x, rows):
     """The same, by one tangent a variable."""
 
     def twice(x):
@@ -107,7 +107,7 @@ def _by_columns(flat, x, rows):
     return found, answers, slopes[rows]
 
 
-def rows_of(size: int, worst: np.ndarray, keep: np.ndarray) -> np.ndarray:
+def select_working_set(size: int, worst: np.ndarray, keep: np.ndarray) -> np.ndarray:
     """(size,) numbers of limits: those to keep, then the worst of the others."""
     others = np.argsort(-worst, kind="stable")
     order = np.concatenate([keep, others[~np.isin(others, keep)]])

@@ -8,16 +8,16 @@ import numpy as np
 from .. import verbs
 from ..motion import Motion
 from ._files import write_table
-from ._models import built, posed, read
-from ._terminal import note, say
+from ._models import build_system, read_state, read
+from ._terminal import print_note, print_result
 
 
 def check(options: argparse.Namespace) -> int:
     """What a model has, its mobility and redundancy, and what its file had besides."""
     model = read(options)
-    say(built(model).describe())
+    print_result(build_system(model).describe())
     for sentence in model.remarks:
-        say(sentence)
+        print_result(sentence)
     return 0
 
 
@@ -25,7 +25,7 @@ def simulate(options: argparse.Namespace) -> int:
     """The motion to `--t1`; status 1 where it fails, what was computed is written all the same."""
     import diffrax
 
-    system, state = posed(options)
+    system, state = read_state(options)
     ts = np.linspace(float(state.t), options.t1, options.steps + 1)
     solver = diffrax.Kvaerno5() if options.stiff else None
     motion = verbs.simulate(system, state, ts=ts, solver=solver, progress=sys.stderr.isatty(), throw=False)
@@ -34,43 +34,43 @@ def simulate(options: argparse.Namespace) -> int:
     else:
         _summarise(system, motion)
     if not bool(motion.ok):
-        note(f"error: {motion.status}, at t = {float(motion.end.t):.6g} s")
+        print_note(f"error: {motion.status}, at t = {float(motion.end.t):.6g} s")
         return 1
     return 0
 
 
 def _summarise(system, motion: Motion):
     energy = np.asarray(motion.diagnostics.kinetic + motion.diagnostics.potential)
-    say(f"{motion.status}: {len(motion.ts)} times to {float(motion.end.t):.6g} s")
-    say(f"energy residual {np.max(np.abs(motion.diagnostics.energy_residual)):.3g} J of {np.ptp(energy):.3g} J moved")
+    print_result(f"{motion.status}: {len(motion.ts)} times to {float(motion.end.t):.6g} s")
+    print_result(f"energy residual {np.max(np.abs(motion.diagnostics.energy_residual)):.3g} J of {np.ptp(energy):.3g} J moved")
     rows = [(name, np.asarray(q)) for name, q in system.coordinates(motion.states).items()]
     width = max((len(name) for name, _ in rows), default=5)
-    say(f"{'joint':<{width}}  {'start':>12}  {'end':>12}  {'least':>12}  {'most':>12}")
+    print_result(f"{'joint':<{width}}  {'start':>12}  {'end':>12}  {'least':>12}  {'most':>12}")
     for name, q in rows:
         for k, x in enumerate(q.reshape(len(q), -1).T):
             label = name if q.ndim == 1 else f"{name} {k}"
-            say(f"{label:<{width}}  {x[0]:>12.6g}  {x[-1]:>12.6g}  {x.min():>12.6g}  {x.max():>12.6g}")
+            print_result(f"{label:<{width}}  {x[0]:>12.6g}  {x[-1]:>12.6g}  {x.min():>12.6g}  {x.max():>12.6g}")
 
 
 def reactions(options: argparse.Namespace) -> int:
     """Forces and moments of all joints in a pose."""
-    system, state = posed(options)
+    system, state = read_state(options)
     loads = verbs.reactions(system, state)
     if options.out:
         write_table(loads, options.out)
         return 0
     width = max((len(name) for name in loads), default=5)
-    say(f"{'joint':<{width}}" + "".join(f"  {what:>12}" for what in _COMPONENTS))
+    print_result(f"{'joint':<{width}}" + "".join(f"  {what:>12}" for what in _COMPONENTS))
     for name, load in loads.items():
         numbers = [*np.asarray(load.force), *np.asarray(load.moment)]
         marks = [*load.unique_force, *load.unique_moment]
         cells = [f"{x:.6g}{'' if known else '*'}" for x, known in zip(numbers, marks, strict=True)]
-        say(f"{name:<{width}}" + "".join(f"  {cell:>12}" for cell in cells))
+        print_result(f"{name:<{width}}" + "".join(f"  {cell:>12}" for cell in cells))
     if any(not all([*load.unique_force, *load.unique_moment]) for _, load in loads.items()):
-        say("* not determined by statics alone; in world axes, as the numbers")
+        print_result("* not determined by statics alone; in world axes, as the numbers")
     short = [name for name, load in loads.items() if load.lacks_contact is not None and load.lacks_contact]
     if short:
-        say(f"bearings carry no contact forces of {', '.join(loads.rows)}: {', '.join(short)}")
+        print_result(f"bearings carry no contact forces of {', '.join(loads.rows)}: {', '.join(short)}")
     return 0
 
 
@@ -79,16 +79,16 @@ _COMPONENTS = ("force x [N]", "y", "z", "moment x [N m]", "y", "z")
 
 def modes(options: argparse.Namespace) -> int:
     """Frequencies and damping ratios of small motions."""
-    system, state = posed(options)
+    system, state = read_state(options)
     if not options.here:
         found = verbs.equilibrium(system, state)
         state = found.state
-        note(f"equilibrium found, {'stable' if bool(found.stable) else 'not stable'}")
+        print_note(f"equilibrium found, {'stable' if bool(found.stable) else 'not stable'}")
     modes = verbs.modes(system, state)
     if options.out:
         write_table(modes, options.out)
         return 0
-    say(f"{'mode':>4}  {'frequency [Hz]':>14}  {'damping ratio':>14}")
+    print_result(f"{'mode':>4}  {'frequency [Hz]':>14}  {'damping ratio':>14}")
     for k, (frequency, ratio) in enumerate(zip(modes.frequencies, modes.damping_ratios, strict=True)):
-        say(f"{k:>4}  {float(frequency):>14.6g}  {float(ratio):>14.6g}")
+        print_result(f"{k:>4}  {float(frequency):>14.6g}  {float(ratio):>14.6g}")
     return 0

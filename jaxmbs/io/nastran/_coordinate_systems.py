@@ -15,7 +15,7 @@ _KINDS = {f"CORD{n}{kind}": (n, kind) for n in "12" for kind in "RCS"}
 NAMES = tuple(_KINDS)
 
 
-class Frame(eqx.Module):
+class CoordinateSystem(eqx.Module):
     """A coordinate system in basic axes.
 
     Attributes:
@@ -46,10 +46,10 @@ class Frame(eqx.Module):
         return xp.stack([flat * radial + along * up, along * radial - flat * up, turned]) @ axes
 
 
-BASIC = Frame(np.zeros(3), np.eye(3))
+BASIC = CoordinateSystem(np.zeros(3), np.eye(3))
 
 
-def place(frame: Frame, given: list[float]) -> np.ndarray:
+def to_basic(frame: CoordinateSystem, given: list[float]) -> np.ndarray:
     """Basic coordinates (3,) of a point given in a frame; looks at values."""
     a, b, c = given
     if frame.kind == "C":
@@ -60,7 +60,7 @@ def place(frame: Frame, given: list[float]) -> np.ndarray:
     return np.asarray(frame.origin) + np.array([a, b, c]) @ np.asarray(frame.axes)
 
 
-def frames_of(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, list[float]]]) -> dict[int, Frame]:
+def read_coordinate_systems(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, list[float]]]) -> dict[int, CoordinateSystem]:
     """All coordinate systems by number, 0 the basic one, whatever their order in the deck.
 
     Args: grids: card, frame and coordinates of each node, for CORD1R and its kin.
@@ -74,7 +74,7 @@ def frames_of(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, li
                 if one in given and given[one][0].fields != card.fields:
                     card.fault(f"the coordinate system {one} is given here a second time")
                 given[one] = card, kind, points
-    needs = {one: _needed(card, points, grids) for one, (card, _, points) in given.items()}
+    needs = {one: _reference_points(card, points, grids) for one, (card, _, points) in given.items()}
     try:
         order = list(graphlib.TopologicalSorter(needs).static_order())
     except graphlib.CycleError as error:
@@ -84,7 +84,7 @@ def frames_of(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, li
     made = {0: BASIC}
     for one in order:
         if one in given:
-            made[one] = _frame(*given[one], made, grids)
+            made[one] = _read_system(*given[one], made, grids)
     return made
 
 
@@ -93,32 +93,32 @@ def _points(card):
     return [card.integer(2, "RID", 0, low=0), *(card.reals(k, 3, name) for k, name in ((3, "A"), (6, "B"), (9, "C")))]
 
 
-def _needed(card, points, grids):
+def _reference_points(card, points, grids):
     if card.name.startswith("CORD2"):
         return {points[0]}
     return {grids[g][1] for g in points if g in grids}
 
 
-def _frame(card, kind, points, made, grids):
+def _read_system(card, kind, points, made, grids):
     if card.name.startswith("CORD2"):
-        reference = known_frame(points[0], made, card)
-        a, b, c = (place(reference, point) for point in points[1:])
+        reference = find_system(points[0], made, card)
+        a, b, c = (to_basic(reference, point) for point in points[1:])
     else:
         missing = [g for g in points if g not in grids]
         if missing:
             card.fault(f"there is no GRID {', '.join(map(str, missing))}")
             return BASIC
-        a, b, c = (place(known_frame(grids[g][1], made, card), grids[g][2]) for g in points)
+        a, b, c = (to_basic(find_system(grids[g][1], made, card), grids[g][2]) for g in points)
     z = b - a
     y = np.cross(z, c - a)
     if not np.linalg.norm(y) > 1e-9 * np.linalg.norm(z) * np.linalg.norm(c - a) or not np.all(np.isfinite(y)):
         card.fault("its three points lie on a line")
         return BASIC
     z, y = z / np.linalg.norm(z), y / np.linalg.norm(y)
-    return Frame(a, np.stack([np.cross(y, z), y, z]), kind)
+    return CoordinateSystem(a, np.stack([np.cross(y, z), y, z]), kind)
 
 
-def known_frame(one: int, made: dict[int, Frame], card: Card) -> Frame:
+def find_system(one: int, made: dict[int, CoordinateSystem], card: Card) -> CoordinateSystem:
     """A coordinate system by its number; the basic one, and a fault, where there is none."""
     if one not in made:
         card.fault(f"there is no coordinate system {one}")
