@@ -249,7 +249,7 @@ def wishbone_rows(options):
     for metric, function in (("loads", loads), ("largest load and gradient", slopes)):
         study = Study(function, points)
         found, cpu, wall, memory = study(points)
-        chunk = batched_function(function, points).fitting(study.lanes(number))[1]
+        chunk = batched_function(function, points).program_within_memory(study.lanes(number))[1]
         rows += [
             common.row("double wishbones", f"{metric}: CPU per design", 1e3 * cpu / number, "ms"),
             common.row("double wishbones", f"{metric}: wall per design", 1e3 * wall / number, "ms"),

@@ -1,4 +1,4 @@
-"""Files that are there as a whole or not at all."""
+"""Atomic writes: a file is replaced as a whole or not at all."""
 
 import contextlib
 import os
@@ -12,10 +12,11 @@ from typing import Any
 
 @contextlib.contextmanager
 def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
-    """A path beside `path` to write to; once all of it is on the disk it takes the place of `path`.
+    """Temporary path beside `path` to write to; once all of it is on the disk, it replaces `path`.
 
-    If something fails, an interrupt and SIGTERM included, it goes, and what was at `path` stays.  A link is followed:
-    the file that it points to is replaced.  What is no file (a pipe, /dev/null) is written to as it is.
+    If writing fails, by an interrupt or SIGTERM too, the temporary file is deleted and `path` is unchanged.  A link
+    is
+    followed: the file that it points to is replaced.  A pipe or device (/dev/null) is written to directly.
     """
     path = Path(os.path.realpath(path))
     if path.exists() and not path.is_file():
@@ -38,19 +39,19 @@ def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def atomic_file(path: str | os.PathLike, newline: str | None = None) -> Iterator[Any]:
-    """A text file that is at `path` once all of it is written."""
+    """Text file that replaces `path` once all of it is written."""
     with atomic_path(path) as part, open(part, "w", encoding="utf-8", newline=newline) as file:
         yield file
 
 
 def write_atomic(path: str | os.PathLike, content: str | bytes) -> None:
-    """The content as the file at `path`, as a whole or not at all."""
+    """Write the content to `path`, as a whole or not at all."""
     with atomic_path(path) as part:
         part.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def _temporary_file(path: Path) -> Path:
-    """A new empty file in the folder of `path`."""
+    """Create an empty temporary file in the folder of `path`."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:
@@ -60,7 +61,7 @@ def _temporary_file(path: Path) -> Path:
 
 
 def _sync(path: Path, flags: int) -> None:
-    """Wait until the disk has what was written."""
+    """Wait until the written data is on the disk (fsync)."""
     handle = os.open(path, flags)
     try:
         os.fsync(handle)
@@ -70,8 +71,7 @@ def _sync(path: Path, flags: int) -> None:
 
 @contextlib.contextmanager
 def _sigterm_as_error() -> Iterator[None]:
-    """Inside, SIGTERM ends the program by an exception, so that what was begun is cleared away, unless the user has a
-    handler of their own."""
+    """Context in which SIGTERM raises SystemExit, so that temporary files are deleted; user handlers stay."""
     main = threading.current_thread() is threading.main_thread()
     if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
@@ -88,7 +88,7 @@ def _sigterm_as_error() -> Iterator[None]:
 
 
 def _umask() -> int:
-    """What permissions this process takes from new files; it can only be read by setting it."""
+    """The umask of this process; the system only returns it when it is set."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

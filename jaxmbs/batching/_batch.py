@@ -16,20 +16,21 @@ from ..errors import BatchError
 from ..runtime import tuning
 from ..status import Status, succeeded
 from ._executor import ChunkExecutor
-from ._program import batched_function, round_to_devices
+from ._program import BatchedFunction, batched_function, round_to_devices
 from ._result import compare_branches, count_steps
 from ._table import is_traced, num_designs, read_designs
 
 
 class Batch(eqx.Module):
-    """What a function returned for each of B designs, and how each of them ended.
+    """Return values of a function for B designs, and the status of each.
 
     Attributes:
         values: like one result of the function, with a leading axis B; arrays of the host (NumPy), or traced ones.
-        status: codes (B,) of `Status`; BRANCH for states of the values that are on another branch than those of the
-            first design that is well.
+        status: codes (B,) of `Status`; BRANCH for designs whose states are on another branch than those of the first
+            successful design.
         cost: of each design (B,): by default the integrator's steps.
-        computed: steps computed for all designs (), those of designs that wait for others included.
+        computed: steps computed for all designs (), including idle steps of designs that wait for others in their
+            chunk.
         seconds: wall time of the run () [s] after compilation; nan when traced, like `computed`.
     """
 
@@ -41,12 +42,11 @@ class Batch(eqx.Module):
 
     @property
     def ok(self) -> Array | np.ndarray:
-        """Which designs (B,) were computed as asked."""
+        """True (B,) for the designs that succeeded."""
         return succeeded(self.status)
 
     def summary(self) -> str:
-        """How many designs ended in which way, how many ran each second, and the steps computed for each that
-        was needed (concrete batches)."""
+        """Number of designs by status, designs per second, and steps computed per step needed (concrete batches)."""
         status = np.asarray(self.status)
         codes, counts = np.unique(status, return_counts=True)
         ran, needed = np.count_nonzero(status > Status.NOT_RUN), np.sum(self.cost, where=self.ok)
@@ -67,86 +67,93 @@ def batch(
     progress: bool = True,
     devices: Sequence[jax.Device] | None = None,
     feasible: Callable[[PyTree], bool] | None = None,
-    cost: Callable[[PyTree], float] = count_steps,
+    cost: Callable[[PyTree], float | Array] = count_steps,
     compile: str = "full",
 ) -> Batch:
-    """Evaluate a function for many designs, of which some may fail.
+    """Evaluate a function for many designs, some of which may fail.
 
     The function is compiled once for chunks of one size and kept: keep the same function object to use it again
-    (`slopes = jax.value_and_grad(f)` outside of the loop that calls `batch(slopes, ...)`).  Chunks run on all cores.
-    Return what you ask for, peaks rather than whole motions: all results stay in memory.
+    (`gradient = jax.value_and_grad(f)` outside of the loop that calls `batch(gradient, ...)`).  Chunks run on all
+    cores. Return only what is needed, peaks rather than whole motions: all results stay in memory.
 
     Args:
-        function: takes one design to a pytree of arrays; it is traced.
+        function: function of one design that returns a pytree of arrays; it is traced.
         designs: a dict of columns or any pytree whose leaves share a leading axis B; a list of B dicts; or a table
-            such as a pandas DataFrame.  If they are traced, or the function holds traced numbers, so is the batch:
-            it can be differentiated and compiled as a part of something larger.
+            such as a pandas DataFrame.  If they are traced, or the function closes over traced numbers, so is the
+            batch: it can be differentiated and compiled as a part of a larger program.
         chunk: designs side by side; by default 32, less for few designs, or where one chunk would take more than
             256 MB of working memory.
         progress: show a progress bar (not when traced).
         devices: spread every chunk over these devices of this host, e.g. `jax.devices()`.
-        feasible: cheap function of one design to whether it is worth running, e.g. `lambda d: mbs.State.at(build(d),
-            A=0.3).ok`; designs that it refuses are not computed (in a trace they are), their results are nan.
-        cost: function of one result to the work it took; by default the steps of all motions in it.  A chunk takes
-            as long as its slowest design, so designs of similar cost are put in one chunk.  Where no motion is
+        feasible: cheap function of one design that returns True if it is worth running, e.g. `lambda d:
+            mbs.State.at(build(d), A=0.3).ok`; other designs are not computed (in a trace they are), their results are
+            nan.
+        cost: function of one result that returns the work it took; by default the steps of all motions in it.  A
+            chunk takes as long as its slowest design, so designs of similar cost are put in one chunk.  If no motion
+            is
             returned, return its steps: `cost=lambda values: values["steps"]`.
         compile: "full", or "quick" for few designs: compiled in half the time, run two to four times as long.
 
     Raises:
-        TypeError, ValueError: naming the column, for designs that are no numbers or differ in length; no designs.
+        TypeError, ValueError: naming the column, for designs that are not numbers or differ in length; no designs.
         BatchError: a chunk raised an error or was interrupted; carries the designs done so far as `.batch`.
     """
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
     designs, devices = read_designs(designs), tuple(devices or ())
     with tqdm(total=num_designs(designs), desc="batch: compiling", unit=" designs", disable=not progress) as bar:
-        lanes = batched_function(function, designs, cost, compile)
-        if lanes.is_traced or is_traced(designs):
+        batched = batched_function(function, designs, cost, compile)
+        if batched.is_traced or is_traced(designs):
             bar.disable = True
-            return _traced_batch(lanes, designs, chunk or tuning.CHUNK, feasible)
+            return _traced_batch(batched, designs, chunk or tuning.CHUNK, feasible)
         threads = 1 if devices else _num_threads()
         if chunk is None:
-            program, chunk = lanes.fitting(round_to_devices(_chunk_size(num_designs(designs), threads), devices), devices)
+            program, chunk = batched.program_within_memory(
+                round_to_devices(_chunk_size(num_designs(designs), threads), devices), devices
+            )
         else:
             chunk = round_to_devices(chunk, devices)
-            program = lanes.program(chunk, devices)
+            program = batched.program(chunk, devices)
         good = np.full(num_designs(designs), True)
         if feasible is not None:
             good = np.asarray(batch(feasible, designs, progress=False, devices=devices, compile=compile).values, bool)
         bar.set_description("batch")
         bar.reset()
-        return _run_chunks(ChunkExecutor(program, chunk, max(len(devices), 1), threads, designs, lanes), lanes, good, bar)
+        executor = ChunkExecutor(program, chunk, max(len(devices), 1), threads, designs, batched)
+        return _run_chunks(executor, batched, good, bar)
 
 
-def _run_chunks(chunks, lanes, good, bar) -> Batch:
+def _run_chunks(executor: ChunkExecutor, batched: BatchedFunction, good: np.ndarray, bar: tqdm) -> Batch:
     begin = time.perf_counter()
-    error = chunks.run(good, bar)
-    values, status, cost = lanes.named(chunks.results)
+    error = executor.run(good, bar)
+    values, status, cost = batched.unflatten(executor.results)
     status = np.asarray(compare_branches(values, status))
-    found = Batch(values, status, cost, chunks.computed, time.perf_counter() - begin)
+    found = Batch(values, status, cost, executor.computed, time.perf_counter() - begin)
     if error is not None:
         raise BatchError(f"the batch stopped early: {error!r}\n{found.summary()}", found) from error
     return found
 
 
-def _traced_batch(lanes, designs, chunk, feasible) -> Batch:
-    """All designs run; of infeasible ones the results become nan by a product, so that their derivatives do too."""
-    values, status, cost = lanes.in_turn(designs, chunk)
+def _traced_batch(
+    batched: BatchedFunction, designs: PyTree, chunk: int, feasible: Callable[[PyTree], bool] | None
+) -> Batch:
+    """A batch inside of a trace; results of infeasible designs become nan by a product, as do their derivatives."""
+    values, status, cost = batched.map_chunks(designs, chunk)
     status = compare_branches(values, status)
     if feasible is not None:
         good = jnp.asarray(batch(feasible, designs, progress=False).values, bool)
         factor = jnp.where(good, 1.0, jnp.nan)
-        spoil = lambda x: x * factor.reshape(-1, *[1] * (x.ndim - 1)).astype(x.dtype)  # noqa: E731
-        values = jax.tree.map(lambda x: spoil(x) if jnp.issubdtype(x.dtype, jnp.inexact) else x, values)
+        mark = lambda x: x * factor.reshape(-1, *[1] * (x.ndim - 1)).astype(x.dtype)  # noqa: E731
+        values = jax.tree.map(lambda x: mark(x) if jnp.issubdtype(x.dtype, jnp.inexact) else x, values)
         status = jnp.where(good, status, Status.INFEASIBLE)
     return Batch(values, status, cost)
 
 
 def _num_threads() -> int:
-    """Threads that call the program: one per core; two elsewhere, so that a device never waits for the host."""
+    """Number of threads that call the program: one per core; two elsewhere, so that no device waits for the host."""
     return (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 2
 
 
 def _chunk_size(number: int, threads: int) -> int:
-    """Power of two that gives each thread its share, up to `tuning.CHUNK`."""
+    """Largest chunk that gives work to each thread: a power of two up to `tuning.CHUNK`."""
     return min(tuning.CHUNK, 2 ** math.ceil(math.log2(math.ceil(number / threads))))

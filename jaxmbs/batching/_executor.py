@@ -1,14 +1,18 @@
-"""Chunks of designs through a compiled program on several threads, their results gathered on the host."""
+"""Executor of a batch: chunks of designs on several threads, their results gathered on the host."""
 
 import math
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
 import jax
 import numpy as np
+from jaxtyping import PyTree
+from tqdm import tqdm
 
 from ..runtime import tuning
 from ..status import Status
+from ._program import BatchedFunction
 from ._scheduling import costliest_first, growing_parts
 from ._table import num_designs, select_designs
 
@@ -17,21 +21,31 @@ class ChunkExecutor:
     """Runs designs through `program`, `chunk` at a time, on `threads`; each chunk is split over `shares` devices.
 
     Attributes:
-        results: leaves (B, ...) of (values, status, cost); what has not run is nan, its status says so.
-        computed: cost of all lanes () so far, the idle time of those that waited for others included.
+        results: leaves (B, ...) of (values, status, cost); nan for designs that have not run, with a status of
+            theirs.
+        computed: cost of all designs () so far, including the idle steps of those that wait for others.
     """
 
-    def __init__(self, program, chunk, shares, threads, designs, lanes):
+    def __init__(
+        self,
+        program: Callable,
+        chunk: int,
+        shares: int,
+        threads: int,
+        designs: PyTree,
+        batched: BatchedFunction,
+    ) -> None:
         self.program, self.chunk, self.shares, self.threads = program, chunk, shares, threads
         self.designs, self.computed = designs, 0.0
-        self.results = [_result_array(num_designs(designs), x) for x in jax.tree.leaves(lanes.shape)]
+        self.results = [_result_array(num_designs(designs), x) for x in jax.tree.leaves(batched.shape)]
         *_, self.status, self.costs = self.results
         self.status[:] = Status.NOT_RUN
 
-    def run(self, feasible, bar):
-        """Run the feasible designs; the error or interrupt that ended it, after the calls under way ended, else None.
+    def run(self, feasible: np.ndarray, bar: tqdm) -> BaseException | None:
+        """Run the feasible designs; returns the error or interrupt that ended the run early, once its calls ended.
 
-        A part is ordered by what has run until a thread would be idle without it: no thread waits for the others.
+        A part of the designs is sorted by expected cost only when a thread would be idle without it, so that no
+        thread waits for the others and the costs of as many designs as possible are known.
         """
         self.status[~feasible] = Status.INFEASIBLE
         bar.update(int(np.sum(~feasible)))
@@ -55,8 +69,8 @@ class ChunkExecutor:
                 return error
         return None
 
-    def _run_chunk(self, index):
-        """Run one chunk, filled up with its last design; (its designs, cost of its lanes)."""
+    def _run_chunk(self, index: np.ndarray) -> tuple[np.ndarray, float]:
+        """Run one chunk, padded with its last design; returns its designs and their cost with idle steps."""
         filled = np.pad(index, (0, self.chunk - len(index)), "edge")
         found = self.program(*jax.tree.leaves(select_designs(self.designs, filled)))
         for column, part in zip(self.results, found, strict=True):
@@ -65,7 +79,7 @@ class ChunkExecutor:
         return index, float(np.sum(together.max(axis=1)) * together.shape[1])
 
 
-def _result_array(number: int, one) -> np.ndarray:
-    """Array for the results of all designs, nan where it can be."""
+def _result_array(number: int, one: jax.ShapeDtypeStruct) -> np.ndarray:
+    """Array for the results of all designs, nan if the type has it."""
     fill = math.nan if jax.dtypes.issubdtype(one.dtype, np.inexact) else 0
     return np.full((number, *one.shape), fill, one.dtype)

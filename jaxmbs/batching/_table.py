@@ -1,24 +1,25 @@
-"""Many designs as one pytree of columns: read from a dict, a list of dicts or a table; cut into rows and chunks."""
+"""Tables of designs: one pytree of columns, read from a dict, a list of dicts or a data frame."""
 
 from collections.abc import Mapping
 from numbers import Number
+from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import PyTree
+from jaxtyping import Array, PyTree
 
 from ..checks import is_concrete
 
 
-def read_designs(designs) -> PyTree:
-    """Designs as a pytree whose leaves are arrays with one leading axis of the same length B >= 1.
+def read_designs(designs: Any) -> PyTree:
+    """Read designs as a pytree whose leaves are arrays with one leading axis of the same length B >= 1.
 
     Args:
         designs: a pytree of arrays or lists of numbers with a leading axis B, typically a dict of columns; a list
             of B dicts; or a table with `.columns` and `.to_dict("list")`, such as a pandas DataFrame.
 
     Raises:
-        TypeError: naming the leaf that holds no numbers.
+        TypeError: naming the leaf that is not numeric.
         ValueError: naming the leaf without an axis of designs or of another length; without any design.
     """
     if hasattr(designs, "columns") and hasattr(designs, "to_dict"):
@@ -32,7 +33,7 @@ def read_designs(designs) -> PyTree:
 
 
 def is_traced(designs: PyTree) -> bool:
-    """Whether some leaf is known only to a trace (jit, grad, vmap)."""
+    """True if some leaf is traced (jit, grad, vmap)."""
     return not is_concrete(designs)
 
 
@@ -52,27 +53,27 @@ def design_shape(designs: PyTree) -> PyTree:
 
 
 def _stack_dicts(designs: list) -> PyTree:
-    """A list of dicts as a dict of columns."""
+    """Stack a list of dicts into a dict of columns."""
     if not designs:
         raise ValueError("there are no designs: the list is empty")
-    first = jax.tree.structure(designs[0])
+    first: Any = jax.tree.structure(designs[0])
     for k, design in enumerate(designs):
         if jax.tree.structure(design) != first:
             raise ValueError(f"design {k} has other entries than design 0: {sorted(design)}, {sorted(designs[0])}")
     return jax.tree.map(lambda *values: np.stack([np.asarray(value) for value in values]), *designs)
 
 
-def _is_column(x) -> bool:
-    """Whether a list is a column of numbers rather than a pytree of columns."""
+def _is_column(x: Any) -> bool:
+    """True if a list is a column of numbers rather than a pytree of columns."""
     return isinstance(x, list) and all(isinstance(entry, Number | list | str) for entry in x)
 
 
-def _label(path) -> str:
+def _label(path: tuple) -> str:
     return jax.tree_util.keystr(path, simple=True, separator=".") or "designs"
 
 
-def _as_column(label: str, leaf):
-    """A column as an array; JAX's own arrays go to the host, traced ones stay."""
+def _as_column(label: str, leaf: Any) -> np.ndarray | Array:
+    """A column as an array; JAX arrays go to the host, traced ones stay."""
     if not is_concrete(leaf):
         return leaf
     column = np.asarray(leaf)
@@ -86,7 +87,7 @@ def _check_lengths(columns: Mapping) -> None:
         raise ValueError("the designs have no variables")
     for label, column in columns.items():
         if column.ndim == 0:
-            raise ValueError(f"{label} needs a leading axis, one entry for each design; it is one number")
+            raise ValueError(f"{label} is one number: it needs a leading axis, one entry for each design")
     (first, column), *others = columns.items()
     for label, other in others:
         if other.shape[0] != column.shape[0]:

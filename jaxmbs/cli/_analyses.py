@@ -1,4 +1,4 @@
-"""Commands that ask a mechanism."""
+"""Commands that analyse a mechanism."""
 
 import argparse
 import sys
@@ -8,12 +8,12 @@ import numpy as np
 from .. import verbs
 from ..motion import Motion
 from ._files import write_table
-from ._models import build_system, read_state, read
+from ._models import build_system, read, read_state
 from ._terminal import print_note, print_result
 
 
 def check(options: argparse.Namespace) -> int:
-    """What a model has, its mobility and redundancy, and what its file had besides."""
+    """Print the parts of a model, its mobility and redundancy, and what its file had besides."""
     model = read(options)
     print_result(build_system(model).describe())
     for sentence in model.remarks:
@@ -42,7 +42,9 @@ def simulate(options: argparse.Namespace) -> int:
 def _summarise(system, motion: Motion):
     energy = np.asarray(motion.diagnostics.kinetic + motion.diagnostics.potential)
     print_result(f"{motion.status}: {len(motion.ts)} times to {float(motion.end.t):.6g} s")
-    print_result(f"energy residual {np.max(np.abs(motion.diagnostics.energy_residual)):.3g} J of {np.ptp(energy):.3g} J moved")
+    print_result(
+        f"energy residual {np.max(np.abs(motion.diagnostics.energy_residual)):.3g} J of {np.ptp(energy):.3g} J moved"
+    )
     rows = [(name, np.asarray(q)) for name, q in system.coordinates(motion.states).items()]
     width = max((len(name) for name, _ in rows), default=5)
     print_result(f"{'joint':<{width}}  {'start':>12}  {'end':>12}  {'least':>12}  {'most':>12}")

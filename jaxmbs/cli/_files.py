@@ -9,7 +9,7 @@ from .. import viz
 from ..atomic_write import atomic_path
 from ..io.model_file import save_model
 from . import _interrupts as interrupts
-from ._models import read_state, read
+from ._models import read, read_state
 
 
 def view(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""An interrupt that is not lost.
+"""Interrupts that are not lost in code that swallows exceptions.
 
 Python drops an exception raised inside a callback of its garbage collector.  JAX has such a callback, and after long
 compiled work it is often the first Python that runs, so the interrupt is remembered as well as raised.

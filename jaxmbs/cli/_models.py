@@ -39,7 +39,9 @@ def read_state(options: argparse.Namespace) -> tuple[System, State]:
         print_note(sentence)
     system = build_system(model)
     guess = {name: value for name, value in model.start.items() if name in system.topology.joint_index}
-    return system, _with_short_warnings(lambda: State.at(system, dict(options.values), dict(options.velocities), guess))
+    return system, _with_short_warnings(
+        lambda: State.at(system, dict(options.values), dict(options.velocities), guess)
+    )
 
 
 def build_system(model: Imported) -> System:
@@ -48,7 +50,7 @@ def build_system(model: Imported) -> System:
 
 
 def _with_short_warnings(call):
-    """What the call returns; its warnings in one line each."""
+    """Result of a call; its warnings are printed in one line each."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         found = call()

@@ -1,4 +1,4 @@
-"""What can be said on the command line; the commands import what they need when they run."""
+"""Parser of the command line; commands import their modules when they run."""
 
 import argparse
 import importlib
@@ -10,13 +10,13 @@ _MODEL = "a .urdf, an .xml of MuJoCo or a .json of jaxmbs"
 
 
 def parser() -> argparse.ArgumentParser:
-    """Of the whole command line; `options.run(options)` runs the command."""
+    """Parser of the whole command line; `options.run(options)` runs the command."""
     whole = argparse.ArgumentParser(prog="python -m jaxmbs", description="Differentiable multibody dynamics in JAX.")
     whole.add_argument("--version", action="version", version=f"jaxmbs {importlib.metadata.version('jaxmbs')}")
     commands = whole.add_subparsers(metavar="command", required=True)
 
     check = _command(commands, "check", "every fault, mobility, redundancy, and what was left out of a file")
-    check.set_defaults(run=_run("questions", "check"))
+    check.set_defaults(run=_run("analyses", "check"))
 
     simulate = _command(commands, "simulate", "the motion from a pose, as a table or a file")
     _pose(simulate)
@@ -24,18 +24,18 @@ def parser() -> argparse.ArgumentParser:
     simulate.add_argument("--steps", type=_count, default=100, metavar="N", help="times saved (default: %(default)s)")
     simulate.add_argument("--stiff", action="store_true", help="an implicit solver, for stiff springs and stops")
     _out(simulate, "table of the motion, .csv or .nc (default: a summary is printed)", _TABLES)
-    simulate.set_defaults(run=_run("questions", "simulate"))
+    simulate.set_defaults(run=_run("analyses", "simulate"))
 
     reactions = _command(commands, "reactions", "what every joint carries in a pose")
     _pose(reactions)
     _out(reactions, "table, .csv or .nc (default: it is printed)", _TABLES)
-    reactions.set_defaults(run=_run("questions", "reactions"))
+    reactions.set_defaults(run=_run("analyses", "reactions"))
 
     modes = _command(commands, "modes", "frequencies and damping about the equilibrium near a pose")
     _pose(modes)
     modes.add_argument("--here", action="store_true", help="about the pose itself, at rest there or not")
     _out(modes, "table, .csv (default: it is printed)", _TABLES[:1])
-    modes.set_defaults(run=_run("questions", "modes"))
+    modes.set_defaults(run=_run("analyses", "modes"))
 
     view = _command(commands, "view", "a picture of a pose, or a scene to turn round")
     _pose(view)

@@ -1,4 +1,4 @@
-"""Lines to the terminal, which names of models and files do not steer."""
+"""Lines on the terminal, free of control characters in names of models and files."""
 
 import sys
 from typing import Any

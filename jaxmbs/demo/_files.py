@@ -1,4 +1,4 @@
-"""What the demo writes: a table of the loads before and after, a scene, and plots where matplotlib is installed."""
+"""Files of the demo: a table of the loads before and after, a scene, and plots if matplotlib is installed."""
 
 import csv
 import sys

@@ -1,10 +1,10 @@
-"""Counterweight and proportions that shake less and load the main bearing less, found by gradients under limits."""
+"""Design optimisation of the demo: counterweight and proportions for less shaking and bearing load."""
 
 import jax.numpy as jnp
 import numpy as np
 
 from ..design import Limit, minimise
-from ._loads import simulate_drive, rms, smooth_peak
+from ._loads import rms, simulate_drive, smooth_peak
 from ._mechanism import BOUNDS, DESIGN, TURN
 
 #: What the wrist pin and the motor can bear, over the peaks of the first design: no more than now.

@@ -10,7 +10,7 @@ from .. import reactions, simulate
 from . import _files as files
 from . import _tables as tables
 from ._improve import improve
-from ._loads import simulate_drive, crank_grid, select_times
+from ._loads import crank_grid, select_times, simulate_drive
 from ._mechanism import DESIGN, slider_crank, start
 from ._reference import FREE_TIMES
 

@@ -1,4 +1,4 @@
-"""What the demo prints."""
+"""Tables that the demo prints."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The optimisers that keep limits: SciPy's SLSQP and trust-constr, and MMA and CCSAQ of nlopt where installed."""
+"""Optimisers with constraints: SciPy's SLSQP and trust-constr, and MMA and CCSAQ of nlopt where installed."""
 
 import math
 from collections.abc import Callable
@@ -9,69 +9,71 @@ from ._optimisers import barrier_value
 from ._search import Point
 from ._working_set import FEASIBILITY, ConstrainedSearch
 
-#: How often a search may take up limits that it had not looked at.
+#: Largest number of runs of an optimiser, each with a new working set or from a better point; a few are usual.
 _ROUNDS = 30
 
 
 class ScaledProblem:
-    """A search as functions of variables z (n,) over their scale, counted from the current point.
+    """A search as functions of scaled variables z (n,): x = x_start + scale * z, from the current point.
 
-    A trial that is not finite has the value of a wall, that turns a line search back, and the current limits.
+    A trial that is not finite gets the value of a barrier, which turns a line search back, and the current
+    constraints.
     """
 
-    def __init__(self, search: ConstrainedSearch):
+    def __init__(self, search: ConstrainedSearch) -> None:
         self.search, self.start = search, search.current
         self.scale, variables = search.variables.scale, search.variables
         self.unit = float(np.max(np.abs(self.start.gradient * self.scale))) or 1.0
         self.lower = (variables.lower - self.start.x) / self.scale
         self.upper = (variables.upper - self.start.x) / self.scale
 
-    def point(self, z) -> Point:
-        """What the search knows at z."""
+    def evaluate(self, z: np.ndarray) -> Point:
+        """The evaluated point at z."""
         point = self.search.evaluate(self.start.x + self.scale * np.asarray(z))
         if point.finite:
             return point
         value, gradient = barrier_value(self.search.current, point.x)
         return self.search.current._replace(x=point.x, value=value, gradient=gradient)
 
-    def objective(self, z):
-        point = self.point(z)
+    def objective(self, z: np.ndarray) -> tuple[float, np.ndarray]:
+        """Scaled objective and its gradient (n,)."""
+        point = self.evaluate(z)
         return point.value / self.unit, point.gradient * self.scale / self.unit
 
-    def room(self, z):
-        """(k,) how far the rows are from their limits, relative."""
-        return -self.point(z).excess[self.search.rows]
+    def constraint_margin(self, z: np.ndarray) -> np.ndarray:
+        """Margins -c (k,) of the working set, not negative where the limits are satisfied (SciPy's sign)."""
+        return -self.evaluate(z).constraints[self.search.working_set]
 
-    def room_slopes(self, z):
-        return -self.point(z).slopes * self.scale
+    def margin_jacobian(self, z: np.ndarray) -> np.ndarray:
+        """Jacobian (k, n) of `constraint_margin`."""
+        return -self.evaluate(z).jacobian * self.scale
 
-    def accept(self, z) -> bool:
-        """A step of the optimiser; whether to stop."""
+    def accept(self, z: np.ndarray) -> bool:
+        """Accept a step of the optimiser; returns True to stop."""
         point = self.search.evaluate(self.start.x + self.scale * np.asarray(z))
         if not point.finite or np.array_equal(point.x, self.search.current.x):
             return False
         stop = self.search.accept(point, by_decrease=False)
-        return stop or self.search.is_at_rest()
+        return stop or self.search.is_working_set_optimal()
 
 
-def run_constrained(search: ConstrainedSearch, steps: int, engine: Callable) -> None:
-    """Run an optimiser until it converges with all limits, those taken up on the way included.
+def run_constrained(search: ConstrainedSearch, steps: int, optimiser: Callable) -> None:
+    """Run an optimiser until it converges with all limits, those that become active on the way included.
 
-    Where it ends outside of the limits, what exceeds them most is made small first.  Where it finds no way on, it
-    begins once more from there, and again while that helps: what it had learned of the curvature may have been
-    rounding.
+    If it ends at an infeasible point, feasibility is restored once.  If it finds no further step, it is started again
+    from there, as long as that halves the residual: its approximation of the curvature may have been rounding.
     """
     restored, before = False, math.inf
     for _ in range(_ROUNDS):
         if search.steps < steps and not search.reason:
-            engine(search, steps - search.steps)
+            optimiser(search, steps - search.steps)
         if search.reason:
             break
         if search.steps >= steps:
             search.reason = "step limit"
-        elif search.is_missing():
+        elif search.is_working_set_insufficient():
             search.update_working_set()
-        elif search.is_proven():
+        elif search.is_best_optimal():
             search.reason = "converged"
         elif search.current.violation > FEASIBILITY and not restored:
             restored = True
@@ -79,13 +81,16 @@ def run_constrained(search: ConstrainedSearch, steps: int, engine: Callable) -> 
         elif search.residual < 0.5 * before:
             before = search.residual
         else:
-            search.reason = search.stuck()
+            search.reason = search.failure_reason()
     if search.best.violation > FEASIBILITY:
-        search.reason = f"no design found that keeps all limits: {search.worst()}"
+        search.reason = f"no design found that satisfies all limits: {search.describe_violations()}"
 
 
 def slsqp(search: ConstrainedSearch, steps: int) -> None:
-    """SciPy's sequential quadratic programming."""
+    """Sequential quadratic programming by SciPy's SLSQP.
+
+    Its own tolerance is below rounding: `ScaledProblem.accept` decides on convergence, by the KKT residual.
+    """
     from scipy.optimize import minimize
 
     scaled = ScaledProblem(search)
@@ -95,23 +100,25 @@ def slsqp(search: ConstrainedSearch, steps: int) -> None:
         jac=True,
         method="SLSQP",
         bounds=np.stack([scaled.lower, scaled.upper], axis=1),
-        constraints={"type": "ineq", "fun": scaled.room, "jac": scaled.room_slopes},
+        constraints={"type": "ineq", "fun": scaled.constraint_margin, "jac": scaled.margin_jacobian},
         callback=_scipy_callback(scaled),
         options={"maxiter": steps, "ftol": 1e-15},
     )
 
 
 def trust_constr(search: ConstrainedSearch, steps: int) -> None:
-    """SciPy's interior points within a trust region."""
+    """Interior points within a trust region by SciPy's trust-constr."""
     from scipy.optimize import BFGS, NonlinearConstraint, minimize
 
     class Curvature(BFGS):
-        def update(self, delta_x, delta_grad):
-            if np.any(delta_grad):  # of a linear function there is none to be learned, SciPy would warn of it
+        """BFGS that skips updates without curvature: SciPy warns of them for linear functions."""
+
+        def update(self, delta_x: np.ndarray, delta_grad: np.ndarray) -> None:
+            if np.any(delta_grad):
                 super().update(delta_x, delta_grad)
 
     scaled = ScaledProblem(search)
-    limits = NonlinearConstraint(scaled.room, 0.0, np.inf, jac=scaled.room_slopes, hess=Curvature())
+    limits = NonlinearConstraint(scaled.constraint_margin, 0.0, np.inf, jac=scaled.margin_jacobian, hess=Curvature())
     minimize(
         scaled.objective,
         np.zeros(len(scaled.scale)),
@@ -119,31 +126,36 @@ def trust_constr(search: ConstrainedSearch, steps: int) -> None:
         hess=Curvature(),
         method="trust-constr",
         bounds=np.stack([scaled.lower, scaled.upper], axis=1),
-        constraints=limits if len(search.rows) else (),
+        constraints=limits if len(search.working_set) else (),
         callback=_scipy_callback(scaled),
         options={
             "maxiter": steps,
-            "gtol": 0.0,  # it is met inside of a barrier too, far from the limits
+            "gtol": 0.0,  # off: it is met for a barrier parameter that is still large, far from the limits
             "xtol": 1e-14,
             "barrier_tol": 1e-10,
+            # SciPy starts at 0.1, which pushes a design away from limits that it is usually near; each decrease of
+            # the barrier (a factor of five) costs evaluations.  Variables and constraints are scaled to the size of
+            # one.
             "initial_barrier_parameter": 1e-3,
             "initial_barrier_tolerance": 1e-3,
-            "factorization_method": "SVDFactorization" if len(search.rows) else None,  # they may contradict
+            "factorization_method": "SVDFactorization" if len(search.working_set) else None,  # rows may be dependent
         },
     )
 
 
 def nlopt_optimiser(name: str) -> Callable:
-    """MMA or CCSAQ of nlopt: convex approximations of Svanberg.
+    """MMA or CCSAQ of nlopt: convex separable approximations (Svanberg 2002).
 
     Raises: ImportError where nlopt is not installed.
     """
     try:
         import nlopt
     except ImportError as error:
-        raise ImportError(f"the optimiser {name!r} is one of nlopt: pip install nlopt") from error
+        raise ImportError(
+            f"the optimiser {name!r} belongs to nlopt, which is not installed: pip install nlopt"
+        ) from error
 
-    def engine(search: ConstrainedSearch, steps: int) -> None:
+    def run(search: ConstrainedSearch, steps: int) -> None:
         scaled, n = ScaledProblem(search), len(search.variables.start)
         optimiser = nlopt.opt(getattr(nlopt, f"LD_{name}"), n)
 
@@ -155,14 +167,14 @@ def nlopt_optimiser(name: str) -> Callable:
                 gradient[:] = slopes
             return float(value)
 
-        def excess(result, z, slopes):
-            result[:] = -scaled.room(z)
-            if slopes.size:
-                slopes[:] = -scaled.room_slopes(z)
+        def constraints(result, z, jacobian):
+            result[:] = -scaled.constraint_margin(z)
+            if jacobian.size:
+                jacobian[:] = -scaled.margin_jacobian(z)
 
         optimiser.set_min_objective(objective)
-        if len(search.rows):
-            optimiser.add_inequality_mconstraint(excess, np.full(len(search.rows), 1e-9))
+        if len(search.working_set):
+            optimiser.add_inequality_mconstraint(constraints, np.full(len(search.working_set), 1e-9))
         optimiser.set_lower_bounds(scaled.lower)
         optimiser.set_upper_bounds(scaled.upper)
         optimiser.set_maxeval(steps)
@@ -172,11 +184,11 @@ def nlopt_optimiser(name: str) -> Callable:
         except (nlopt.ForcedStop, nlopt.RoundoffLimited):
             pass
 
-    return engine
+    return run
 
 
 def restore_feasibility(search: ConstrainedSearch, steps: int) -> None:
-    """From the current point, make the largest excess small; go on from what comes nearest."""
+    """Minimise the largest violation from the current point; continue from the best point found."""
     from scipy.optimize import minimize
 
     scaled = ScaledProblem(search)
@@ -190,16 +202,16 @@ def restore_feasibility(search: ConstrainedSearch, steps: int) -> None:
         bounds=[*zip(scaled.lower, scaled.upper, strict=True), (0.0, None)],
         constraints={
             "type": "ineq",
-            "fun": lambda z: z[n] + scaled.room(z[:n]),
-            "jac": lambda z: np.column_stack([scaled.room_slopes(z[:n]), np.ones(len(search.rows))]),
+            "fun": lambda z: z[n] + scaled.constraint_margin(z[:n]),
+            "jac": lambda z: np.column_stack([scaled.margin_jacobian(z[:n]), np.ones(len(search.working_set))]),
         },
         options={"maxiter": steps, "ftol": 1e-12},
     )
-    search.continue_from_best()
+    search.restart_from_best()
 
 
 def _scipy_callback(scaled: ScaledProblem) -> Callable:
-    """The callback of SciPy's optimisers."""
+    """Callback of SciPy's optimisers: accept the step, and stop where the search ends."""
 
     def callback(intermediate_result):
         if scaled.accept(intermediate_result.x):

@@ -1,11 +1,15 @@
-"""Gradients of a search against differences of what it evaluates, at its first design."""
+"""Check of a search's gradients against finite differences, at its first design."""
 
 import numpy as np
 
 from ._search import Point, Search
 
-_STEP = 1e-5  # of each variable's scale
-_TOLERANCE = 1e-3  # of the largest slope of a function, per scale
+#: Step of the differences, of each variable's scale: near the cube root of the rounding of motions (1e-13 or so),
+#: where truncation and rounding of a central difference are alike.
+_STEP = 1e-5
+#: Deviation that is a fault, of the largest derivative of a function per scale: wrong gradients miss by more,
+#: differences of motions by less.
+_TOLERANCE = 1e-3
 
 
 def check_gradients(search: Search) -> None:
@@ -14,15 +18,15 @@ def check_gradients(search: Search) -> None:
     Raises: ValueError naming function, variable, gradient and difference of all that disagree.
     """
     at, variables, (names, rows) = search.current, search.variables, search.functions
-    gradients = np.concatenate([at.gradient[None], at.slopes]) * variables.scale
+    gradients = np.concatenate([at.gradient[None], at.jacobian]) * variables.scale
     differences = np.zeros_like(gradients)
     for k, width in enumerate(_STEP * variables.scale):
         ends = [search.evaluate(at.x + side * width * np.eye(len(at.x))[k]) for side in (1.0, -1.0)]
-        apart = (ends[0].x[k] - ends[1].x[k]) / variables.scale[k]
-        if apart > 0.0:
-            differences[:, k] = (_values(ends[0], rows) - _values(ends[1], rows)) / apart
+        distance = (ends[0].x[k] - ends[1].x[k]) / variables.scale[k]
+        if distance > 0.0:
+            differences[:, k] = (_values(ends[0], rows) - _values(ends[1], rows)) / distance
         else:
-            differences[:, k] = gradients[:, k]  # a variable that is fixed
+            differences[:, k] = gradients[:, k]  # a fixed variable
     sizes = np.max(np.abs(gradients), axis=1) + _STEP * (1.0 + np.abs(_values(at, rows)))
     wrong = ~(np.abs(gradients - differences) <= _TOLERANCE * sizes[:, None])
     faults = [
@@ -31,9 +35,9 @@ def check_gradients(search: Search) -> None:
         for i, k in np.argwhere(wrong)
     ]
     if faults:
-        raise ValueError("gradients disagree with differences: " + "; ".join(faults))
+        raise ValueError("gradients disagree with finite differences: " + "; ".join(faults))
 
 
 def _values(point: Point, rows: np.ndarray) -> np.ndarray:
-    """Objective and the excess of the rows."""
-    return np.concatenate([[point.value], point.excess[rows]])
+    """Objective and the constraints of the rows."""
+    return np.concatenate([[point.value], point.constraints[rows]])

@@ -1,4 +1,4 @@
-"""Limits on what a design makes: each entry of a value as one number that may not be positive."""
+"""Limits on the values of a design; each entry becomes one constraint c <= 0, relative to its bound."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -16,17 +16,17 @@ from ..typing import AnyArray, ArrayLike
 
 @dataclasses.dataclass(frozen=True)
 class Limit:
-    """What a design has to keep, `Limit("main bearing", load, upper=4e3)`.
+    """A limit that a design must satisfy, `Limit("main bearing", load, upper=4e3)`.
 
     Attributes:
         name: for tables and messages.
         value: function of the design to a number or an array of any shape (joints, times, load cases); or the name
             of an entry of the dict that the objective returns beside its value, where one simulation serves all.
-        lower, upper: what every entry keeps: numbers, or arrays that broadcast to the value's shape.
-        sharpness: None: every entry is a limit by itself.  A number: one smooth limit for all of them (that of
-            Kreisselmeier and Steinhauser), on the safe side of the worst entry by at most log(entries) / sharpness
-            of the limit; the table shows by how much.
-        scale: what an excess is measured by (default: the size of the limit itself, one where it is zero).
+        lower, upper: bounds of every entry: numbers, or arrays that broadcast to the value's shape.
+        sharpness: None: every entry is a constraint by itself.  A number: one smooth constraint for all of them (the
+            Kreisselmeier-Steinhauser function), on the safe side of the worst entry by at most log(entries) /
+            sharpness of the limit; the table shows by how much.
+        scale: unit of a violation (default: the size of the bound itself, one where it is zero).
     """
 
     name: str
@@ -38,7 +38,7 @@ class Limit:
 
     def __post_init__(self):
         if self.lower is None and self.upper is None:
-            raise ValueError(f"limit {self.name!r} has neither lower nor upper")
+            raise ValueError(f"limit {self.name!r} needs a lower or an upper bound")
         for name in ("sharpness", "scale"):
             number = getattr(self, name)
             if number is not None and not (np.isfinite(number) and number > 0.0):
@@ -46,19 +46,23 @@ class Limit:
 
 
 class OneSidedConstraint(NamedTuple):
-    """The entries (k,) of a flat value that are held from one side: by `sign * (x - bound) / size <= 0`."""
+    """Constraints `c = sign * (x - bound) / size <= 0` on the entries (k,) of a flat value.
+
+    The sign is +1 for upper bounds and -1 for lower ones.
+    """
 
     sign: float
-    places: np.ndarray
+    entries: np.ndarray
     bound: np.ndarray
     size: np.ndarray
 
-    def excess(self, x):
-        return self.sign * (x[self.places] - self.bound) / self.size
+    def evaluate(self, x: Any) -> Any:
+        """Constraints (k,) of a flat value."""
+        return self.sign * (x[self.entries] - self.bound) / self.size
 
 
 class BoundConstraint(NamedTuple):
-    """One limit on a value of a known shape."""
+    """A limit bound to the shape of its value."""
 
     limit: Limit
     shape: tuple[int, ...]
@@ -66,24 +70,24 @@ class BoundConstraint(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many numbers of `excess` it makes."""
-        return 1 if self.limit.sharpness else sum(len(side.places) for side in self.sides)
+        """Number of constraints that `evaluate` returns."""
+        return 1 if self.limit.sharpness else sum(len(side.entries) for side in self.sides)
 
-    def entries(self, value) -> Array:
-        """Excess of every entry and side, not aggregated."""
+    def evaluate_entries(self, value: Any) -> Array:
+        """Constraints of every entry and side, not aggregated."""
         x = jnp.ravel(value)
-        return jnp.concatenate([side.excess(x) for side in self.sides])
+        return jnp.concatenate([side.evaluate(x) for side in self.sides])
 
-    def excess(self, value) -> Array:
-        """(size,) none of them positive where the limit is kept."""
-        found = self.entries(value)
+    def evaluate(self, value: Any) -> Array:
+        """Constraints (size,), of which none is positive where the limit is satisfied."""
+        found = self.evaluate_entries(value)
         if not self.limit.sharpness:
             return found
         return (jax.nn.logsumexp(self.limit.sharpness * found) / self.limit.sharpness)[None]
 
 
 def bind(limit: Limit, value: jax.ShapeDtypeStruct) -> BoundConstraint:
-    """A limit on values of a shape.
+    """Bind a limit to the shape of its value.
 
     Raises: ValueError for bounds that do not fit the value, cross or are NaN; TypeError for a value that is not real.
     """
@@ -101,9 +105,11 @@ def bind(limit: Limit, value: jax.ShapeDtypeStruct) -> BoundConstraint:
     if not bounds[0].size:
         raise ValueError(f"limit {limit.name!r}: its value is empty, of shape {value.shape}")
     if np.any(bounds[0] == np.inf) or np.any(bounds[1] == -np.inf):
-        raise ValueError(f"limit {limit.name!r}: no number lies above infinity or below minus infinity")
+        raise ValueError(
+            f"limit {limit.name!r}: a lower bound of infinity or an upper one of minus infinity cannot be met"
+        )
     if not np.any(np.isfinite(bounds)):
-        raise ValueError(f"limit {limit.name!r} limits nothing, its bounds are infinite: leave it out")
+        raise ValueError(f"limit {limit.name!r} has infinite bounds only: leave it out")
     sides = []
     for sign, bound in zip((-1.0, 1.0), bounds, strict=True):
         index = np.flatnonzero(np.isfinite(bound))
@@ -113,13 +119,15 @@ def bind(limit: Limit, value: jax.ShapeDtypeStruct) -> BoundConstraint:
 
 
 def limit_values(limits: Sequence[Limit], design: PyTree, answers: Mapping | None) -> list[Any]:
-    """The value of every limit; answers: what the objective returned beside its value."""
+    """The value of every limit; answers: the dict that the objective returned beside its value."""
     found = []
     for limit in limits:
         if callable(limit.value):
             value = limit.value(design)
         elif answers is None:
-            raise ValueError(f"limit {limit.name!r} names {limit.value!r}: the objective returns no dict of answers")
+            raise ValueError(
+                f"limit {limit.name!r} names the answer {limit.value!r}, but the objective returns no dict of answers"
+            )
         elif limit.value not in answers:
             raise UnknownNameError(f"limit {limit.name!r}: {no_such('answer', limit.value, list(answers))}")
         else:

@@ -1,4 +1,4 @@
-"""What became of the limits of an optimisation: values, margins and prices."""
+"""Limits at the result of an optimisation: values, margins and prices (multipliers in the limits' units)."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,11 +14,13 @@ class LimitResult(NamedTuple):
     Attributes:
         name: of the limit.
         before, after: its value at the first and at the best design, in the value's shape.
-        worst: index of the entry with the least room.
-        bound: what that entry may not pass; side: "<=" for an upper limit, ">=" for a lower one.
-        margin: room that the entry has left, relative to the limit (or its `scale`); negative where it is missed.
-        prices: in the value's shape: what one unit more of each limit would add to the objective, to first order.
-        gap: distance of an aggregated limit beyond its worst entry, relative; the room it wastes.
+        worst: index of the entry with the least margin.
+        bound: bound of that entry; side: "<=" for an upper limit, ">=" for a lower one.
+        margin: distance of that entry to its bound, relative to the bound (or `scale`); negative where it is
+            violated.
+        prices: shadow prices in the value's shape: change of the objective if the bound of the entry moves up by one
+            unit, to first order.
+        gap: relative distance of an aggregated limit beyond its worst entry; the margin that aggregation costs.
     """
 
     name: str
@@ -33,24 +35,24 @@ class LimitResult(NamedTuple):
 
     @property
     def price(self) -> float:
-        """What the objective gains by one unit more of the whole limit."""
+        """Change of the objective if the bounds of all entries move up by one unit."""
         return float(np.sum(self.prices))
 
     @property
     def active(self) -> bool:
-        """Whether it holds the design where it is."""
+        """True if the limit is active: it has a price."""
         return bool(np.any(self.prices != 0.0))
 
     @property
     def ok(self) -> bool:
-        """Whether it is kept, to 1e-6 of itself."""
+        """True if the limit is satisfied, to 1e-6 of itself (what a table of six digits shows)."""
         return self.margin >= -1e-6
 
-    def row(self) -> tuple[str, ...]:
+    def table_row(self) -> tuple[str, ...]:
         """Cells of the table: name, before, after, limit, margin, price, mark."""
         index = f"[{','.join(map(str, self.worst))}]" if self.worst else ""
-        mark = "missed" if not self.ok else "active" if self.active else ""
-        price = f"{self.price:.5g}" if mark == "active" else ""  # where no design keeps it there is none
+        mark = "violated" if not self.ok else "active" if self.active else ""
+        price = f"{self.price:.5g}" if mark == "active" else ""  # a violated limit has no price
         numbers = [f"{x[self.worst]:.6g}" for x in (self.before, self.after)]
         return (self.name + index, *numbers, f"{self.side} {self.bound:.6g}", f"{self.margin:.3%}", price, mark)
 
@@ -61,40 +63,43 @@ def limit_results(
     after: Sequence[np.ndarray],
     multipliers: np.ndarray,
 ) -> tuple[LimitResult, ...]:
-    """Of all limits, from their values; multipliers (m,) of every excess."""
-    parts = np.split(multipliers, np.cumsum([held.size for held in limits])[:-1])
+    """Results of all limits, from their values; multipliers (m,) of every constraint."""
+    parts = np.split(multipliers, np.cumsum([constraint.size for constraint in limits])[:-1])
     return tuple(map(_result, limits, before, after, parts))
 
 
-def _result(held: BoundConstraint, before: np.ndarray, after: np.ndarray, multipliers: np.ndarray) -> LimitResult:
-    entries = np.concatenate([side.excess(np.ravel(after)) for side in held.sides], dtype=float)
+def _result(
+    constraint: BoundConstraint, before: np.ndarray, after: np.ndarray, multipliers: np.ndarray
+) -> LimitResult:
+    limit = constraint.limit
+    entries = np.concatenate([np.asarray(side.evaluate(np.ravel(after)), float) for side in constraint.sides])
     weights = multipliers
-    if held.limit.sharpness:  # the slope of the aggregation shares the one multiplier out
-        weights = np.exp(held.limit.sharpness * (entries - np.max(entries)))
+    if limit.sharpness:  # the gradient of log-sum-exp, a softmax, distributes the one multiplier to the entries
+        weights = np.exp(limit.sharpness * (entries - np.max(entries)))
         weights = multipliers * weights / np.sum(weights)
     sign, index, bound, size = (
         np.concatenate(parts)
-        for parts in zip(*((np.full(len(s.places), s.sign), *s[1:]) for s in held.sides), strict=True)
+        for parts in zip(*((np.full(len(s.entries), s.sign), *s[1:]) for s in constraint.sides), strict=True)
     )
     prices = np.zeros(after.size)
     np.add.at(prices, index, -sign * weights / size)
     k = int(np.argmax(entries))
     return LimitResult(
-        held.limit.name,
+        limit.name,
         before,
         after,
-        tuple(int(i) for i in np.unravel_index(index[k], held.shape)),
+        tuple(int(i) for i in np.unravel_index(index[k], constraint.shape)),
         float(bound[k]),
         "<=" if sign[k] > 0 else ">=",
         -float(entries[k]),
-        prices.reshape(held.shape),
-        float(np.max(np.asarray(held.excess(after))) - entries[k]) if held.limit.sharpness else 0.0,
+        prices.reshape(constraint.shape),
+        float(np.max(np.asarray(constraint.evaluate(after))) - entries[k]) if limit.sharpness else 0.0,
     )
 
 
 def limits_table(limits: Sequence[LimitResult]) -> str:
-    """The limits as text, the worst entry of each."""
-    rows = [("limit", "before", "after", "", "margin", "price", ""), *(limit.row() for limit in limits)]
+    """Table of the limits, the worst entry of each."""
+    rows = [("limit", "before", "after", "", "margin", "price", ""), *(limit.table_row() for limit in limits)]
     widths = [max(len(row[k]) for row in rows) for k in range(7)]
     lines = []
     for row in rows:

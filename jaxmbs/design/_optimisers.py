@@ -1,4 +1,4 @@
-"""The optimisers that drive one search: SciPy's L-BFGS-B, and any of optax."""
+"""Optimisers without constraints: SciPy's L-BFGS-B, and any of optax."""
 
 import contextlib
 from collections.abc import Callable
@@ -11,18 +11,18 @@ from jax.flatten_util import ravel_pytree
 
 from ._search import Point, Search
 
-#: Halvings of a step until the design at its end has finite values.
+#: Halvings of a step until its design has finite values; 2^-30 is 1e-9 of the step, beyond which none is made.
 HALVINGS = 30
 
 
 def lbfgsb(search: Search, steps: int) -> None:
-    """Run SciPy's L-BFGS-B, variables scaled by their bounds."""
+    """Run SciPy's L-BFGS-B on variables scaled by their bounds."""
     from scipy.optimize import minimize
 
     variables = search.variables
     scale = variables.scale
     offset = np.where(np.isfinite(variables.lower), variables.lower, 0.0)
-    unit = search.gradient_norm  # of the objective: the first step is about as long as the bounds are wide
+    unit = search.gradient_norm  # of the objective: the first step is then about as long as the bounds are wide
 
     def scaled(z):
         point = search.evaluate(offset + scale * z)
@@ -43,14 +43,15 @@ def lbfgsb(search: Search, steps: int) -> None:
         options={"maxiter": steps, "maxfun": 50 * steps, "ftol": 0.0, "gtol": 0.0},
     )
     if not search.reason and result.nit < steps:
-        search.reason = "converged" if result.success else search.stuck()
+        search.reason = "converged" if result.success else search.failure_reason()
 
 
 def barrier_value(current: Point, x: np.ndarray) -> tuple[float, np.ndarray]:
-    """A value and gradient that turn a line search back to a quarter of its step towards x.
+    """Value and gradient that stand in for those at a point x that has none, so that a line search turns back.
 
-    Along the step they are those of the parabola that leaves the current point with its slope and has risen,
-    at x, as much as that slope would have fallen.
+    Along the step s they belong to the parabola f + g s (t - 2 t^2), g s < 0, which leaves the current point (t = 0)
+    with its slope g s, has risen by |g s| at x (t = 1), with slope -3 g s, and is least at t = 1/4: a line search
+    that interpolates tries a quarter of the step next.
     """
     rise = abs(float(np.dot(current.gradient, x - current.x)))
     return current.value + (rise or 1.0 + abs(current.value)), -3.0 * current.gradient
@@ -58,7 +59,7 @@ def barrier_value(current: Point, x: np.ndarray) -> tuple[float, np.ndarray]:
 
 @contextlib.contextmanager
 def standard_promotion():
-    """Inside, JAX promotes types and ranks as optax expects, whatever the user's settings."""
+    """Context in which JAX promotes types and ranks as optax expects, whatever the user's settings."""
     with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
         yield
 
@@ -76,12 +77,12 @@ def run_optax(search: Search, objective: Callable, steps: int, optimiser: optax.
         return ravel_pytree(updates)[0], state
 
     with standard_promotion():
-        state = optimiser.init(variables.unravel(variables.vector(variables.start)))
+        state = optimiser.init(variables.unravel(variables.clip(variables.start)))
     for _ in range(steps):
         at = search.current
         slopes = jnp.asarray(at.gradient, float)
         with standard_promotion():
-            move, state = update(variables.vector(at.x), jnp.asarray(at.value, float), slopes, state)
+            move, state = update(variables.clip(at.x), jnp.asarray(at.value, float), slopes, state)
         trials = (search.evaluate(at.x + 0.5**k * np.asarray(move, float)) for k in range(HALVINGS))
         point = next((trial for trial in trials if trial.finite), None)
         if point is None:

@@ -1,4 +1,4 @@
-"""What an optimisation found, and how it went."""
+"""Results of an optimisation: the best design and the history of the search."""
 
 from typing import Any, NamedTuple
 
@@ -10,16 +10,17 @@ from jaxtyping import PyTree
 from ..checks import no_such
 from ..errors import UnknownNameError
 from ._limit_result import LimitResult, limits_table
+from ._variables import AT_BOUND
 
 
 class History(NamedTuple):
-    """One entry for the first design and for every step taken.
+    """History of a search, with one entry for the first design and for every step taken.
 
     Attributes:
         values: objective (steps + 1,).
-        gradient_norms: the largest fall of the objective (steps + 1,) that its slope promises when one
-            variable moves by its scale (width of its bounds, else its size now or at first, or one), or up to its
-            bound; with limits the same of what their multipliers leave.
+        gradient_norms: the largest decrease of the objective (steps + 1,), to first order, when one variable moves by
+            its scale (width of its bounds, else its size now or at first, or one), or up to its bound; with limits
+            the same for the gradient of the Lagrangian.
         evaluations: objective evaluations so far (steps + 1,).
     """
 
@@ -36,20 +37,20 @@ class Optimum(eqx.Module):
         value: its objective.
         initial_design: the first design.
         initial_value: its objective.
-        history: the course of the search.
+        history: objective, gradient norm and evaluations by step.
         lower: lower bounds of the scalar variables (n,).
         upper: upper bounds (n,).
         names: their names.
         reason: why the search ended: "converged", "step limit", "stopped by callback", "non-finite" (no
-            finite objective and gradient ahead), "no further descent" (no lower value on the last line) or
+            finite objective and gradient ahead), "no further descent" (no lower value along the last step) or
             "unbounded: ..." with the variables along which the objective falls without end; "no design
-            found that keeps all limits: ..." with the limits that are missed; of one start among many also "no search
-            can start ...", its value is then NaN.
+            found that satisfies all limits: ..." with those that are violated; for one start among many also "no
+            search can start ...", its value is then NaN.
         starts: the optima from all first designs, where there were many.
-        limits: values, margins and prices of the limits, in their order.
-        bound_prices: (n,) of the variables' bounds, with limits: what one unit more of an active bound adds to the
-            objective.
-        kkt: residual of the conditions of Karush, Kuhn and Tucker, as `History.gradient_norms`.
+        limits: values, margins and shadow prices of the limits, in their order.
+        bound_prices: (n,) shadow prices of the variables' bounds, with limits: change of the objective if an active
+            bound moves up by one unit.
+        kkt: residual of the Karush-Kuhn-Tucker conditions, as `History.gradient_norms`.
     """
 
     design: PyTree
@@ -68,11 +69,11 @@ class Optimum(eqx.Module):
 
     @property
     def ok(self) -> bool:
-        """Whether the tolerance was met."""
+        """True if the search converged."""
         return self.reason == "converged"
 
     def table(self) -> str:
-        """Every variable before and after, with its bounds and a mark where a bound is active."""
+        """Table of every variable before and after, with its bounds and a mark where a bound is active."""
         before, after = _flatten(self.initial_design), _flatten(self.design)
         rows: list[tuple[str, ...]] = [("variable", "before", "after", "lower", "upper", "")]
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
@@ -81,7 +82,7 @@ class Optimum(eqx.Module):
         return _format_table(rows) + ("\n\n" + limits_table(self.limits) if self.limits else "")
 
     def limit(self, name: str) -> LimitResult:
-        """The limit of a name.
+        """The result of the limit with a name.
 
         Raises: UnknownNameError.
         """
@@ -98,7 +99,7 @@ class Optimum(eqx.Module):
         return pandas.DataFrame(columns | {"lower": self.lower, "upper": self.upper}, pandas.Index(self.names))
 
     def limits_to_pandas(self) -> Any:
-        """A `pandas.DataFrame` by limit: its worst entry before and after, what bounds it, margin, price, active."""
+        """A `pandas.DataFrame` by limit: its worst entry before and after, bound, margin, price, active."""
         import pandas
 
         rows = [
@@ -123,7 +124,7 @@ class Optimum(eqx.Module):
         return variables.merge(limits).assign_attrs(objective=self.value, reason=self.reason)
 
     def starts_table(self) -> str:
-        """Every start with its objective before and after, steps and reason; the best one is marked."""
+        """Table of the starts: objective before and after, steps and reason; the best one is marked."""
         rows: list[tuple[str, ...]] = [("start", "before", "after", "steps", "", "")]
         for k, found in enumerate(self.starts):
             mark = "best" if found.value == self.value else ""
@@ -150,6 +151,6 @@ def _bound_mark(x: float, lower: float, upper: float) -> str:
     if lower == upper:
         return "fixed"
     size = upper - lower if np.isfinite(upper - lower) else abs(x) + 1.0
-    if x - lower <= 1e-9 * size:
+    if x - lower <= AT_BOUND * size:
         return "at lower"
-    return "at upper" if upper - x <= 1e-9 * size else ""
+    return "at upper" if upper - x <= AT_BOUND * size else ""

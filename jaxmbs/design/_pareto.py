@@ -1,4 +1,4 @@
-"""Trade-offs: how small one aim can be for every value of another."""
+"""Pareto front of two objectives by the epsilon-constraint method, from its ends found by weighted sums."""
 
 import dataclasses
 from collections.abc import Callable
@@ -22,14 +22,15 @@ from ._working_set import FEASIBILITY, ConstrainedSearch
 
 
 class ParetoFront(eqx.Module):
-    """Designs of which none is better in both aims.
+    """Pareto-optimal designs: none is better in both objectives.
 
     Attributes:
-        first, second: the aims (points,), the first rising, the second falling: points that others beat in both
-            aims are left out.
+        first, second: the objectives (points,), the first ascending, the second descending: dominated points are left
+            out.
         designs: a pytree like one design, with a leading axis (points,).
-        exchange: (points,) what one unit less of the second aim costs of the first; nan at the ends.
-        ok: (points,) whether each search converged.
+        exchange: (points,) trade-off rate: cost in the first objective of one unit less of the second; nan at the
+            ends.
+        ok: (points,) True where the search converged.
     """
 
     first: np.ndarray
@@ -39,7 +40,7 @@ class ParetoFront(eqx.Module):
     ok: np.ndarray
 
     def table(self) -> str:
-        """The aims, their exchange and how each search ended, as text."""
+        """Table of the objectives, their trade-off rate, and a mark for searches that did not converge."""
         lines = [f"{'first':>14}{'second':>14}{'exchange':>14}"]
         for a, b, rate, ok in zip(self.first, self.second, self.exchange, self.ok, strict=True):
             lines.append(f"{a:14.6g}{b:14.6g}{rate:14.4g}" + ("" if ok else "  not converged"))
@@ -58,46 +59,50 @@ def pareto(
     progress: bool = True,
     compile: str = "full",
 ) -> ParetoFront:
-    """The front of two aims, both to be small: the best of each alone, and between them the first aim under limits
-    on the second in equal steps, each search from where its neighbour ended; parts of it that bend inwards are found
-    too.
+    """Find the Pareto front of two objectives, both to be minimised.
 
-    Args: points: how many, three at least (there are fewer where a search ends in a design that another one beats in
-    both aims); the others as of `minimise`.  All searches run one compiled program.
+    Its ends are the minimum of each objective alone.  Between them the first one is minimised subject to limits on
+    the second in equal steps (epsilon-constraint method), each search from the result of its neighbour; non-convex
+    parts of the front are found too.  All searches run one compiled program.
 
-    Raises: ValueError as `minimise`, for fewer than three points, or for an aim that alone has no least value.
+    Args: points: their number, at least three (fewer are returned where a search ends in a dominated design); the
+    others as of `minimise`.
+
+    Raises: ValueError as `minimise`, for fewer than three points, or for an objective that has no minimum alone.
     """
     if points < 3:
-        raise ValueError(f"a front has three points at least, not {points}")
-    limit = Limit("second aim", lambda held: (second(held[0]) - held[1]) / held[2], upper=0.0, scale=1.0)
+        raise ValueError(f"a Pareto front needs at least three points, not {points}")
+    limit = Limit("second objective", lambda x: (second(x[0]) - x[1]) / x[2], upper=0.0, scale=1.0)
     outer = (design0, 0.0, 1.0), None if bounds is None else (bounds, None, None)
-    asked = trace_problem(lambda held: first(held[0]), read_variables(*outer), gradient, [limit], compile)
-    aims = _TwoObjectives(asked, compile, outer)
+    problem = trace_problem(lambda x: first(x[0]), read_variables(*outer), gradient, [limit], compile)
+    objectives = _TwoObjectives(problem, compile, outer)
     with tqdm(total=steps * points, disable=not progress, desc="pareto") as bar:
-        ends = aims.ends(steps, tolerance, bar)
-        (_, high), (_, low) = (aims.values(end.design[0]) for end in ends)
+        ends = objectives.ends(steps, tolerance, bar)
+        (_, high), (_, low) = (objectives.values(end.design[0]) for end in ends)
         span, found, start = high - low, [], ends[0].design[0]
-        levels = np.linspace(high, low, points)[1:-1] if span > 1e-12 * (1.0 + abs(high)) else ()  # or no trade-off
+        levels = (
+            np.linspace(high, low, points)[1:-1] if span > 1e-12 * (1.0 + abs(high)) else ()
+        )  # else there is no trade-off
         for level in levels:
-            for begin in (start, ends[1].design[0]):  # where the limit has no slope there, from the other end
-                search = aims.search(begin, level, span, tolerance, bar)
+            for begin in (start, ends[1].design[0]):  # the second where the first stalls: there c has no gradient
+                search = objectives.search(begin, level, span, tolerance, bar)
                 run_constrained(search, steps, slsqp)
                 if search.best.violation <= FEASIBILITY:
                     break
             found.append(search.optimum())
             start = found[-1].design[0]
     every = [ends[0], *found, ends[1]]
-    values = np.array([aims.values(optimum.design[0]) for optimum in every])
+    values = np.array([objectives.values(optimum.design[0]) for optimum in every])
     exchange = np.array([np.nan, *(-optimum.limits[0].price / span for optimum in found), np.nan])
     kept = _non_dominated(values)
     designs = [every[k].design[0] for k in kept]
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)
-    first_aim, second_aim = values[kept].T
-    return ParetoFront(first_aim, second_aim, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
+    first_values, second_values = values[kept].T
+    return ParetoFront(first_values, second_values, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
 
 
 def _non_dominated(values: np.ndarray) -> list[int]:
-    """The points (n, 2) that no other beats in both aims, the first aim rising; of like ones the first."""
+    """Indices of the non-dominated points among (n, 2), the first objective ascending; of equal ones the first."""
     kept: list[int] = []
     close = 1e-9 * np.ptp(values, axis=0) + 1e-12 * (1.0 + np.max(np.abs(values), axis=0))
     for k in np.lexsort((values[:, 1], values[:, 0])):
@@ -110,61 +115,67 @@ def _non_dominated(values: np.ndarray) -> list[int]:
 
 
 class _TwoObjectives:
-    """Both aims and their gradients as one compiled program of (design, level, span), and the searches that use it.
+    """Both objectives and their gradients as one compiled program of (design, level, span), and searches that use it.
 
-    Level and span of the second aim are variables that bounds hold, so that one program serves all levels.
+    Level and span of the second objective are variables that their bounds fix, so that one program serves all levels.
     """
 
-    def __init__(self, asked: DesignProblem, compile: str, outer):
-        self._asked, self._run, self._outer = asked, jit(asked.run, compile=compile), outer
+    def __init__(self, problem: DesignProblem, compile: str, outer: tuple) -> None:
+        self._problem, self._evaluate, self._outer = problem, jit(problem.evaluate, compile=compile), outer
 
-    def ends(self, steps: int, tolerance: float, bar) -> list[Optimum]:
-        """The best of each aim; of all designs that have it, one where the other aim is best too.
+    def ends(self, steps: int, tolerance: float, bar: tqdm) -> list[Optimum]:
+        """The minimum of each objective; of all designs that reach it, one with the best other objective.
 
-        Raises: ValueError for an aim that has no least value.
+        Raises: ValueError for an objective that has no minimum.
         """
         options = steps, tolerance, bar
         alone = [
-            self._least(self._outer[0][0], weights, (0.0, 0.0), *options) for weights in ((1.0, 0.0), (0.0, 1.0))
+            self._minimise_sum(self._outer[0][0], weights, (0.0, 0.0), *options)
+            for weights in ((1.0, 0.0), (0.0, 1.0))
         ]
         for name, end in zip(("first", "second"), alone, strict=True):
             if end.reason.startswith("unbounded"):
-                raise ValueError(f"there is no front, the {name} aim alone has no least value: {end.reason}")
+                raise ValueError(f"there is no Pareto front, the {name} objective has no minimum: {end.reason}")
         values = np.array([self.values(end.design[0]) for end in alone])
         span = np.abs(values[0] - values[1])
         if not np.all(span > 0.0):
             return alone
         for which, end in enumerate(alone):
             weights = np.where(np.arange(2) == which, 1.0, _TIE_WEIGHT) / span
-            both = self._least(end.design[0], weights, values[which], *options)
+            both = self._minimise_sum(end.design[0], weights, values[which], *options)
             if self.values(both.design[0])[which] <= values[which, which] + _TIE_LOSS * span[which]:
                 alone[which] = dataclasses.replace(end, design=both.design)
         return alone
 
-    def _least(self, start: PyTree, weights, origin, steps: int, tolerance: float, bar) -> Optimum:
-        """The least weighted sum of both aims, counted from their values at the origin."""
+    def _minimise_sum(
+        self, start: PyTree, weights: Any, origin: Any, steps: int, tolerance: float, bar: tqdm
+    ) -> Optimum:
+        """Minimise the weighted sum of both objectives less their values at the origin."""
 
         def weighted(x):
-            value, slopes, excess, rows, _ = self._run(x, _ONLY_CONSTRAINT)
-            sums = weights[0] * (value - origin[0]) + weights[1] * (excess[0] - origin[1])
-            return sums, weights[0] * slopes + weights[1] * rows[0], (), (), ()
+            value, gradient, constraints, jacobian, _ = self._evaluate(x, _ONLY_CONSTRAINT)
+            sums = weights[0] * (value - origin[0]) + weights[1] * (constraints[0] - origin[1])
+            return sums, weights[0] * gradient + weights[1] * jacobian[0], (), (), ()
 
-        search = Search(weighted, self._held(start, 0.0, 1.0), tolerance, None, bar)
+        search = Search(weighted, self._variables(start, 0.0, 1.0), tolerance, None, bar)
         if steps > 0 and not search.reason:
             lbfgsb(search, steps)
         return search.optimum()
 
     def values(self, design: PyTree) -> tuple[float, float]:
-        """Both aims of a design."""
-        variables = self._held(design, 0.0, 1.0)
-        value, _, excess, *_ = self._run(variables.vector(variables.start), _ONLY_CONSTRAINT)
-        return float(value), float(excess[0])
+        """Both objectives of a design."""
+        variables = self._variables(design, 0.0, 1.0)
+        value, _, constraints, *_ = self._evaluate(variables.clip(variables.start), _ONLY_CONSTRAINT)
+        return float(value), float(constraints[0])
 
-    def search(self, begin: PyTree, level: float, span: float, tolerance: float, bar) -> ConstrainedSearch:
-        """Of the first aim where the second is a level at most."""
-        return ConstrainedSearch(self._asked, self._run, self._held(begin, level, span), tolerance, None, bar)
+    def search(self, begin: PyTree, level: float, span: float, tolerance: float, bar: tqdm) -> ConstrainedSearch:
+        """Search for the minimum of the first objective where the second is at most a level."""
+        return ConstrainedSearch(
+            self._problem, self._evaluate, self._variables(begin, level, span), tolerance, None, bar
+        )
 
-    def _held(self, design, level, span) -> Variables:
+    def _variables(self, design: PyTree, level: float, span: float) -> Variables:
+        """Variables (design, level, span) of which the last two are fixed by their bounds."""
         variables = read_variables(*self._outer)
         x = np.concatenate([*(np.ravel(np.asarray(leaf)) for leaf in jax.tree.leaves(design)), [level, span]])
         lower, upper, scale = (part.copy() for part in variables[2:5])
@@ -174,6 +185,10 @@ class _TwoObjectives:
         return Variables(names, np.clip(x, lower, upper), lower, upper, scale, variables.unravel)
 
 
-_TIE_WEIGHT = 1e-7  # weight of the other aim at an end of the front, both over their spans
-_TIE_LOSS = 1e-5  # what an end may lose by it
-_ONLY_CONSTRAINT = np.zeros(1, np.int32)  # the one limit
+#: Weight of the other objective at an end of the front, both over their spans: it decides between designs of equal
+#: first objective, and is small enough not to move a minimum by more than the loss allowed below.
+_TIE_WEIGHT = 1e-7
+#: Share of its span that an objective may lose at its end by that; more means that the design was not equal.
+_TIE_LOSS = 1e-5
+#: The working set of these searches: the one constraint.
+_ONLY_CONSTRAINT = np.zeros(1, np.int32)

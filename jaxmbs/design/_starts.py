@@ -1,4 +1,4 @@
-"""Searches from many first designs: together as one compiled program, and the best of them."""
+"""Starting points of a multistart search, optax from all of them at once, and the best result."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -10,16 +10,16 @@ import optax
 from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
 
+from ..batching._sampling import sobol_points
 from ._optimisers import HALVINGS, standard_promotion
 from ._optimum import Optimum
-from ._sampling import sobol_points
 from ._search import Search
 from ._variables import Variables, read_variables
 
 
 def starting_points(design0: PyTree, bounds: PyTree | None, starts: int | str) -> list[Variables]:
-    """The variables of many first designs: `starts` of one design and points spread between its bounds; of designs
-    that are "stacked" along a leading axis of every leaf.
+    """Variables at many first designs: `design0` and points of Sobol's sequence between its bounds, `starts` in all;
+    or designs that are "stacked" along a leading axis of every leaf.
 
     Raises: as `read_variables`, with the number of the start; ValueError for a leaf without the leading axis that
         others have, and for variables without bounds where points are to be spread.
@@ -28,13 +28,13 @@ def starting_points(design0: PyTree, bounds: PyTree | None, starts: int | str) -
         return _stacked_starts(design0, bounds)
     if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
         raise ValueError(
-            f"starts is a positive whole number, or 'stacked' for designs along a first axis: {starts!r}"
+            f"starts must be a positive whole number, or 'stacked' for designs along a first axis, not {starts!r}"
         )
     return _sobol_starts(read_variables(design0, bounds), int(starts))
 
 
 def _stacked_starts(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
-    """Those of every one of the stacked designs."""
+    """Variables at each of the stacked designs."""
     leaves = jax.tree_util.tree_flatten_with_path(designs)[0]
     if not leaves:
         raise ValueError("design0 has no variables")
@@ -55,13 +55,11 @@ def _stacked_starts(designs: PyTree, bounds: PyTree | None) -> list[Variables]:
 
 
 def _sobol_starts(variables: Variables, starts: int) -> list[Variables]:
-    """The design itself, and points of Sobol's sequence between its bounds."""
-    open_ = [
-        name for name, *ends in zip(*variables[:1], *variables[2:4], strict=True) if not np.all(np.isfinite(ends))
-    ]
-    if open_:
+    """Variables at the design itself and at points of Sobol's sequence between its bounds."""
+    unbounded = [name for name, bounded in zip(variables.names, variables.is_bounded, strict=True) if not bounded]
+    if unbounded:
         raise ValueError(
-            f"{starts} starts from one design need both bounds of every variable: {', '.join(open_)}; "
+            f"{starts} starts from one design need both bounds of every variable: {', '.join(unbounded)}; "
             "where design0 holds many designs along a first axis, say starts='stacked'"
         )
     points = sobol_points(len(variables.start), max(starts - 1, 1), seed=0)[: starts - 1]
@@ -70,7 +68,7 @@ def _sobol_starts(variables: Variables, starts: int) -> list[Variables]:
 
 
 def best_optimum(found: Sequence[Optimum]) -> Optimum:
-    """The best optimum, with all of them in `starts`; what a design gains by the limits' slack does not count.
+    """The best optimum, with all of them in `starts`; a gain by the tolerance of limits does not count.
 
     Raises: ValueError when no search could start.
     """
@@ -85,24 +83,26 @@ def best_optimum(found: Sequence[Optimum]) -> Optimum:
 
 
 def _tolerance_gain(optimum: Optimum) -> float:
-    """What the slack of limits that are missed a little has gained, by their prices; twice, to be safe."""
-    missed = [(limit, abs(limit.after[limit.worst] - limit.bound)) for limit in optimum.limits if limit.margin < 0.0]
-    return 2.0 * float(sum(np.sum(np.abs(limit.prices)) * excess for limit, excess in missed))
+    """Gain in the objective by limits violated within their tolerance, by their prices; twice, to be safe."""
+    violated = [
+        (limit, abs(limit.after[limit.worst] - limit.bound)) for limit in optimum.limits if limit.margin < 0.0
+    ]
+    return 2.0 * float(sum(np.sum(np.abs(limit.prices)) * excess for limit, excess in violated))
 
 
 class _BatchedObjective:
-    """Evaluates a trial design of every start at once and hands each search its own row."""
+    """Evaluates a trial design of every start at once and gives each search its own row."""
 
-    def __init__(self, evaluate: Callable):
+    def __init__(self, evaluate: Callable) -> None:
         self._evaluate = evaluate
         self.values = self.slopes = np.zeros(0)
 
-    def row(self, k: int) -> Callable:
-        """What search k takes for its objective and gradient."""
+    def evaluator(self, k: int) -> Callable:
+        """Evaluator of search k, which returns its row of the last batch."""
         return lambda vector: (self.values[k], self.slopes[k], (), (), ())
 
-    def at(self, x: np.ndarray) -> None:
-        """Evaluate designs (starts, n)."""
+    def evaluate(self, x: np.ndarray) -> None:
+        """Evaluate the designs (starts, n)."""
         values, slopes, *_ = self._evaluate(jnp.asarray(x, float))
         self.values, self.slopes = np.asarray(values, float), np.asarray(slopes, float)
 
@@ -117,14 +117,14 @@ def run_optax_multistart(
     callback: Callable | None,
     progress,
 ) -> list[Search]:
-    """Run an optax optimiser from all starts in step; each stops, steps back and keeps its best for itself.
+    """Run an optax optimiser from all starts in step; each search stops, steps back and records its best on its own.
 
     `evaluate` takes all designs (starts, n).
     """
     batch, unravel = _BatchedObjective(evaluate), variables[0].unravel
-    batch.at(np.stack([v.start for v in variables]))
+    batch.evaluate(np.stack([v.start for v in variables]))
     searches = [
-        Search(batch.row(k), v, tolerance, callback, progress, may_fail=True) for k, v in enumerate(variables)
+        Search(batch.evaluator(k), v, tolerance, callback, progress, may_fail=True) for k, v in enumerate(variables)
     ]
     optimiser = optax.with_extra_args_support(optimiser)
 
@@ -150,13 +150,13 @@ def run_optax_multistart(
 
 
 def _accept_steps(searches: list[Search], batch: _BatchedObjective, move: np.ndarray) -> None:
-    """Accept a finite trial of every search under way, halving the moves (starts, n) that lead to none."""
+    """Accept a finite trial of every running search, halving the moves (starts, n) that do not lead to one."""
     waiting = {k for k, search in enumerate(searches) if not search.reason}
     trial = np.stack([search.current.x for search in searches])
     for halving in range(HALVINGS):
         for k in waiting:
-            trial[k] = np.asarray(searches[k].variables.vector(searches[k].current.x + 0.5**halving * move[k]))
-        batch.at(trial)
+            trial[k] = np.asarray(searches[k].variables.clip(searches[k].current.x + 0.5**halving * move[k]))
+        batch.evaluate(trial)
         for k in sorted(waiting):
             point = searches[k].evaluate(trial[k])
             if point.finite:

@@ -1,4 +1,4 @@
-"""Scatter of the parameters: what it does to an answer, and which of them matters."""
+"""Uncertain parameters: propagation to an answer, tolerances, and global sensitivities."""
 
 import warnings
 from collections.abc import Callable, Mapping
@@ -10,21 +10,22 @@ import numpy as np
 from jaxtyping import PyTree
 
 from ..batching._batch import batch
+from ..batching._sampling import normal_points, sobol_points
 from ..checks import refuse_complex
 from ..runtime import jit
 from ..typing import AnyArray, ArrayLike
-from ._sampling import normal_points, read_deviations, sobol_points
+from ._deviations import read_deviations
 from ._variables import read_variables
 
 
 class Uncertainty(NamedTuple):
-    """An answer under scatter of the parameters.
+    """An answer under uncertain parameters.
 
     Attributes:
         mean, deviation: expected value and standard deviation, in the answer's shape.
-        percentile: the value that so many per cent of the designs stay below.
-        failed: how many samples gave no number; they are left out of the others.
-        samples: (samples, ...) the answers that were drawn; None to first order.
+        percentile: the value that `percent` per cent of the designs lie below.
+        failed: number of samples that gave no number; they are left out of the other results.
+        samples: (samples, ...) the answers of the samples; None to first order.
     """
 
     mean: np.ndarray
@@ -33,33 +34,33 @@ class Uncertainty(NamedTuple):
     failed: int
     samples: np.ndarray | None = None
 
-    def within(self, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> np.ndarray:
-        """The yield: the share of designs whose answer lies between limits, each entry for itself.
+    def fraction_within(self, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> np.ndarray:
+        """The yield: the fraction of designs whose answer lies between limits, each entry by itself.
 
-        Of samples it is counted, and those that failed count as outside; to first order the answer is normal.
+        Samples are counted, failed ones as outside; to first order the answer is taken as normal.
         """
         from scipy.stats import norm
 
         refuse_complex((lower, upper))
         low, high = np.asarray(lower, float), np.asarray(upper, float)
         if not np.all(low <= high):
-            raise ValueError(f"the limits cross or are no numbers: {lower}, {upper}")
+            raise ValueError(f"the limits cross or are not numbers: {lower}, {upper}")
         if self.samples is not None:
             inside = np.sum((low <= self.samples) & (self.samples <= high), axis=0)
             return np.asarray(inside / (len(self.samples) + self.failed))
-        sure = (low <= self.mean) & (self.mean <= high)  # of an answer that does not scatter
+        certain = (low <= self.mean) & (self.mean <= high)  # for answers without deviation
         sigma = np.where(self.deviation > 0.0, self.deviation, np.nan)
         share = norm.cdf((high - self.mean) / sigma) - norm.cdf((low - self.mean) / sigma)
-        return np.where(self.deviation > 0.0, share, sure)
+        return np.where(self.deviation > 0.0, share, certain)
 
 
 class Tolerance(NamedTuple):
-    """What one parameter's tolerance does to an answer.
+    """Contribution of one parameter's tolerance to an answer.
 
     Attributes:
         name: of the parameter; tolerance: its half width.
-        change: of the answer, by its slope, if the parameter lies at the end of its tolerance.
-        share: of the answer's variance, of all parameters one.
+        change: of the answer, to first order, if the parameter lies at the end of its tolerance.
+        share: fraction of the answer's variance; over all parameters the sum is one.
     """
 
     name: str
@@ -78,17 +79,17 @@ def propagate_uncertainty(
     compile: str = "full",
     gradient: str = "forward",
 ) -> Uncertainty:
-    """An answer where every parameter scatters normally about the design, on its own.
+    """Distribution of an answer whose parameters are normal and independent about a design.
 
     Args:
         function: of a design to a number or array; it is traced.
-        deviations: standard deviations, like `design`; zero for what does not scatter.
+        deviations: standard deviations, like `design`; zero for what is certain.
         percent: of the percentile.
-        samples: so many designs are drawn, as by `mbs.studies.normal`; default: to first order, by the gradient.
+        samples: number of designs drawn, as by `mbs.studies.normal`; default: to first order, by the gradient.
         compile: "full", or "quick", as of `minimise`.
-        gradient: "forward" for few parameters, or "reverse": of motions it is what `simulate` was told.
+        gradient: "forward" for few parameters, or "reverse"; for motions the mode that `simulate` was given.
 
-    Returns: a `Uncertainty`; where fewer than two samples gave numbers, what cannot be said is nan.
+    Returns: an `Uncertainty`; nan for what fewer than two samples with numbers cannot give.
 
     Raises: ValueError for deviations that do not fit the design or are negative, `percent` outside of 0 to 100, fewer
     than two samples; TypeError for an answer that is no number or array.
@@ -98,7 +99,7 @@ def propagate_uncertainty(
     x, sigma, unravel = read_deviations(design, deviations, "deviations")
     _check_gradient(gradient)
     if not 0.0 < percent < 100.0:
-        raise ValueError(f"percent lies between 0 and 100, got {percent}")
+        raise ValueError(f"percent must lie between 0 and 100, got {percent}")
     flat = lambda x: _as_real_array(function(unravel(x)))  # noqa: E731
     if samples is None:
         derive = jax.jacfwd if gradient == "forward" else jax.jacrev
@@ -123,7 +124,7 @@ def tolerances(
     compile: str = "full",
     gradient: str = "reverse",
 ) -> list[Tolerance]:
-    """Which parameter's tolerance drives a number, the strongest first; to first order.
+    """Contributions of the parameters' tolerances to a number, the largest first; to first order.
 
     Args: function: of a design to one number; widths: half widths of the tolerances, like `design`; compile and
     gradient: as of `minimise`.
@@ -137,7 +138,7 @@ def tolerances(
     names = read_variables(design, None).names
     bad = [name for name, one in zip(names, slopes, strict=True) if not np.isfinite(one)]
     if bad or not np.isfinite(value):
-        raise ValueError(f"the answer is {value:g} at the design, its slope is not finite for: {', '.join(bad)}")
+        raise ValueError(f"the answer is {value:g} at the design, its gradient is not finite for: {', '.join(bad)}")
     changes = slopes * width
     whole = np.sum(changes**2) or 1.0
     rows = [Tolerance(*row) for row in zip(names, width, changes, changes**2 / whole, strict=True)]
@@ -152,8 +153,9 @@ def sensitivities(
     compile: str = "full",
     gradient: str = "reverse",
 ) -> dict[str, float]:
-    """Mean square of the slope by every parameter over a box, times the square of its width over pi^2 and over the
-    answer's variance: above the share of the variance that the parameter takes part in (its total Sobol index).
+    """Derivative-based global sensitivity of every parameter over a box: an upper bound of its total Sobol index.
+
+    That is the mean square of the derivative, times the square of the width over pi^2 and over the answer's variance.
 
     Args: compile, gradient: as of `minimise`.
 
@@ -166,14 +168,16 @@ def sensitivities(
     _check_samples(samples)
     lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
     if not (bounds and np.all(np.isfinite(upper - lower)) and np.all(lower <= upper)):
-        raise ValueError(f"bounds are finite, (lower, upper), for one parameter at least: {dict(bounds)}")
+        raise ValueError(f"bounds must be finite (lower, upper), for at least one parameter: {dict(bounds)}")
     points = lower + sobol_points(len(lower), samples, seed) * (upper - lower)
     columns = dict(zip(bounds, points.T, strict=True))
     found = batch(_value_and_gradient(function, gradient), columns, progress=False, compile=compile)
     values, slopes = found.values
     good = found.ok
     if np.sum(good) < 2:
-        raise ValueError(f"{np.sum(good)} of {samples} designs gave numbers, two are needed\n{found.summary()}")
+        raise ValueError(
+            f"{np.sum(good)} of {samples} designs gave numbers, at least two are needed\n{found.summary()}"
+        )
     if not np.all(good):
         warnings.warn(f"{np.sum(~good)} of {samples} designs gave no numbers and are left out", stacklevel=2)
     variance = np.var(values[good], ddof=1) or 1.0
@@ -183,13 +187,13 @@ def sensitivities(
 
 
 def _value_and_gradient(function, gradient) -> Callable:
-    """A function of a design to (its number, the slopes)."""
+    """A function of a design that returns (its number, its gradient)."""
     _check_gradient(gradient)
 
     def number(design):
         found = _as_real_array(function(design))
         if found.ndim:
-            raise ValueError(f"the function answers an array of shape {found.shape}: return one number")
+            raise ValueError(f"the function returned an array of shape {found.shape}: return one number")
         return found
 
     if gradient == "reverse":
@@ -198,17 +202,17 @@ def _value_and_gradient(function, gradient) -> Callable:
 
 
 def _as_real_array(value):
-    """What a function answered as an array of real numbers."""
+    """The return value of a function as an array of real numbers."""
     if not isinstance(value, AnyArray | float | int) or jnp.iscomplexobj(value):
-        raise TypeError(f"the function answers {type(value).__name__}: return one real number or array")
+        raise TypeError(f"the function returned a {type(value).__name__}: return one real number or array")
     return jnp.asarray(value, float)
 
 
 def _check_gradient(gradient):
     if gradient not in ("reverse", "forward"):
-        raise ValueError(f"gradient is 'reverse' or 'forward', not {gradient!r}")
+        raise ValueError(f"gradient must be 'reverse' or 'forward', not {gradient!r}")
 
 
 def _check_samples(samples):
     if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or samples < 2:
-        raise ValueError(f"samples is a whole number, two at least, got {samples!r}")
+        raise ValueError(f"samples must be a whole number of at least two, got {samples!r}")

@@ -1,4 +1,4 @@
-"""The variables of a design: a pytree of numbers as one vector with names and bounds."""
+"""Variables of a design: a pytree of numbers as one vector with names and bounds."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,6 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, PyTree
+
+#: A variable nearer to its bound than this share of its scale is at it; optimisers clip to bounds, the rest is
+#: rounding.
+AT_BOUND = 1e-9
 
 
 class Variables(NamedTuple):
@@ -19,7 +23,7 @@ class Variables(NamedTuple):
         lower: lower bounds (n,), minus infinity without one.
         upper: upper bounds (n,), infinity without one.
         scale: width between the bounds (n,); without both bounds the size of the first value, or one.
-        unravel: takes a vector (n,) to the pytree.
+        unravel: function from a vector (n,) to the pytree.
     """
 
     names: tuple[str, ...]
@@ -29,27 +33,27 @@ class Variables(NamedTuple):
     scale: np.ndarray
     unravel: Callable[[Array], PyTree]
 
-    def vector(self, x: np.ndarray) -> Array:
-        """A host vector within the bounds, in the type of the design."""
+    def clip(self, x: np.ndarray) -> Array:
+        """A host vector clipped to the bounds, in the type of the design."""
         return jnp.asarray(np.clip(x, self.lower, self.upper), float)
 
     @property
-    def is_closed(self) -> np.ndarray:
-        """Which variables (n,) have both bounds."""
+    def is_bounded(self) -> np.ndarray:
+        """True (n,) for variables that have both bounds."""
         return np.isfinite(self.upper - self.lower)
 
-    def reach(self, x: np.ndarray) -> np.ndarray:
-        """How far each variable (n,) may go from x: its scale; without both bounds its size where that is larger."""
-        return np.where(self.is_closed, self.scale, np.maximum(self.scale, np.abs(x)))
+    def move_scale(self, x: np.ndarray) -> np.ndarray:
+        """Length of a large move (n,) from x: the scale; without both bounds the variable's size if larger."""
+        return np.where(self.is_bounded, self.scale, np.maximum(self.scale, np.abs(x)))
 
     def predicted_decrease(self, x: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-        """Fall of the objective (n,), by its slope, if one variable moves by its reach or up to its bound."""
-        room = np.where(gradient > 0, x - self.lower, self.upper - x)
-        return np.abs(gradient) * np.minimum(room, self.reach(x))
+        """Decrease of the objective (n,), to first order, if one variable moves by its scale or up to its bound."""
+        distance = np.where(gradient > 0, x - self.lower, self.upper - x)
+        return np.abs(gradient) * np.minimum(distance, self.move_scale(x))
 
 
 def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
-    """Check a first design and its bounds.
+    """Read and check a first design and its bounds.
 
     Raises:
         TypeError: for a leaf that is not a number or an array of numbers.
@@ -88,7 +92,7 @@ def _entry_names(label: str, leaf: np.ndarray) -> list[str]:
 
 
 def _bounds_by_leaf(structure, bounds: PyTree | None) -> list:
-    """The bounds in place of each leaf."""
+    """The bounds given for each leaf, in their order."""
     if bounds is None:
         return [None] * structure.num_leaves
     try:
@@ -103,7 +107,7 @@ def _broadcast_bounds(label: str, leaf: np.ndarray, pair) -> tuple[np.ndarray, n
     if pair is None:
         pair = (None, None)
     if not isinstance(pair, tuple | list) or len(pair) != 2:
-        raise ValueError(f"{label}: bounds are (lower, upper) or None, not {pair!r}")
+        raise ValueError(f"{label}: bounds must be (lower, upper) or None, not {pair!r}")
     lower, upper = (default if x is None else x for x, default in zip(pair, (-np.inf, np.inf), strict=True))
     try:
         lower, upper = (np.broadcast_to(np.asarray(x, float), leaf.shape) for x in (lower, upper))

@@ -1,7 +1,8 @@
-"""The book of a search with limits: the rows it looks at, which point is better, and when it has converged."""
+"""Search subject to limits: working set of constraints, merit of points, and convergence."""
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -12,119 +13,133 @@ from ._problem import DesignProblem, select_working_set
 from ._search import Point, Search
 from ._variables import Variables
 
-#: Excess, relative to the limit, that counts as kept.
+#: Violation of a constraint, relative to its limit, up to which the limit counts as satisfied: above the rounding of
+#: a motion's peaks, and below what the table of limits shows.
 FEASIBILITY = 1e-7
-#: Where an optimiser finds no way on, a residual of so many tolerances is rounding.
+#: Where an optimiser finds no further step, a residual of up to so many tolerances is attributed to rounding.
 _STALLED = 100.0
 
 
 class ConstrainedSearch(Search):
-    """A search whose points keep limits, or come near.
+    """A search subject to limits.
 
-    Of many limits the search differentiates some rows only: those that held it so far, and the worst.
+    Of many constraints only a working set is differentiated: those that were active so far, and the largest.
 
     Attributes:
-        rows: (k,) which ones these are.
+        working_set: (k,) indices of these constraints.
     """
 
-    def __init__(self, program: DesignProblem, evaluate: Callable, variables: Variables, *args, **options):
-        self._program, self._kept = program, np.zeros(0, np.int32)
-        self._proven: tuple[Point, np.ndarray, Multipliers] | None = None
-        self.rows = np.arange(min(program.size, 4 * len(variables.start) + 16), dtype=np.int32)
-        super().__init__(lambda vector: evaluate(vector, self.rows), variables, *args, **options)
-        if not self.reason and len(self.rows) < program.size:
+    def __init__(
+        self, problem: DesignProblem, evaluate: Callable, variables: Variables, *args: Any, **options: Any
+    ) -> None:
+        self._problem, self._active = problem, np.zeros(0, np.int32)
+        self._optimality_record: tuple[Point, np.ndarray, Multipliers] | None = None
+        # n constraints can be active at a vertex; four times as many and 16 spare most re-compilations for larger
+        # sets
+        size = min(problem.num_constraints, 4 * len(variables.start) + 16)
+        self.working_set = np.arange(size, dtype=np.int32)
+        super().__init__(lambda vector: evaluate(vector, self.working_set), variables, *args, **options)
+        if not self.reason and len(self.working_set) < problem.num_constraints:
             self.update_working_set()
 
     def update_working_set(self) -> None:
-        """Choose the rows anew at the current point: those with multipliers so far, then the worst."""
-        held = self.rows[self.multipliers(self.current).limits > 0.0]
-        self._kept = np.union1d(self._kept, held).astype(np.int32)
-        outside = self.current.excess > FEASIBILITY
-        needed = len(np.union1d(self._kept, np.flatnonzero(outside)))
-        size = len(self.rows)
-        while size < min(needed, self._program.size):
-            size = min(2 * size, self._program.size)
-        self.rows = select_working_set(size, self.current.excess, self._kept)
-        self._last = self._last._replace(x=np.full_like(self._last.x, np.nan))  # no gradients of these rows yet
+        """Choose the working set at the current point: constraints that had multipliers so far, then the largest."""
+        active = self.working_set[self.multipliers(self.current).limits > 0.0]
+        self._active = np.union1d(self._active, active).astype(np.int32)
+        violated = np.flatnonzero(self.current.constraints > FEASIBILITY)
+        needed, size = len(np.union1d(self._active, violated)), len(self.working_set)
+        while size < min(needed, self._problem.num_constraints):  # doubled: each size is another program
+            size = min(2 * size, self._problem.num_constraints)
+        self.working_set = select_working_set(size, self.current.constraints, self._active)
+        self._last = self._last._replace(x=np.full_like(self._last.x, np.nan))  # its Jacobian has other rows
         self.current, self.reason = self.evaluate(self.current.x), ""
 
     @property
     def functions(self) -> tuple[tuple[str, ...], np.ndarray]:
-        names = [held.limit.name for held in self._program.limits for _ in range(held.size)]
-        return ("objective", *(names[row] for row in self.rows)), self.rows
+        names = [one.limit.name for one in self._problem.constraints for _ in range(one.size)]
+        return ("objective", *(names[row] for row in self.working_set)), self.working_set
 
-    def is_missing(self) -> bool:
-        """Whether the current point exceeds limits that are not among the rows."""
-        others = np.ones(len(self.current.excess), bool)
-        others[self.rows] = False
-        return bool(np.any(self.current.excess[others] > FEASIBILITY))
+    def is_working_set_insufficient(self) -> bool:
+        """True if the current point violates constraints outside of the working set."""
+        others = np.ones(len(self.current.constraints), bool)
+        others[self.working_set] = False
+        return bool(np.any(self.current.constraints[others] > FEASIBILITY))
 
     def multipliers(self, point: Point) -> Multipliers:
-        """Of the rows, at a point."""
-        return estimate_multipliers(point, self.variables, self.rows)
+        """Multipliers of the working set at a point."""
+        return estimate_multipliers(point, self.variables, self.working_set)
 
     def is_optimal(self, tolerance: float) -> bool:
         return self.current.violation <= FEASIBILITY and super().is_optimal(tolerance)
 
-    def is_at_rest(self) -> bool:
-        """Whether the rows alone would let the search end."""
-        among = float(np.max(self.current.excess[self.rows], initial=0.0))
-        return among <= FEASIBILITY and super().is_optimal(self._tolerance)
+    def is_working_set_optimal(self) -> bool:
+        """True if the current point is optimal for the constraints of the working set alone."""
+        violation = float(np.max(self.current.constraints[self.working_set], initial=0.0))
+        return violation <= FEASIBILITY and super().is_optimal(self._tolerance)
 
-    def continue_from_best(self) -> None:
-        """Go on from the best point so far."""
+    def restart_from_best(self) -> None:
+        """Continue from the best point so far."""
         self.current, self.reason = self.evaluate(self._best.x), ""
 
-    def worst(self) -> str:
-        """The limits that the best point misses, the worst first, for a message."""
+    def describe_violations(self) -> str:
+        """The limits that the best point violates, the worst first, for a message."""
         found = limit_results(
-            self._program.limits, self._first.values, self._best.values, np.zeros(self._program.size)
+            self._problem.constraints,
+            self._first.limit_values,
+            self._best.limit_values,
+            np.zeros(self._problem.num_constraints),
         )
-        missed = sorted((limit for limit in found if not limit.ok), key=lambda limit: limit.margin)
-        return ", ".join(f"{limit.name!r} by {-limit.margin:.3g} of it" for limit in missed)
+        violated = sorted((limit for limit in found if not limit.ok), key=lambda limit: limit.margin)
+        return ", ".join(f"{limit.name!r} by {-limit.margin:.3g} of it" for limit in violated)
 
     @property
     def best(self) -> Point:
-        """The point that keeps the limits with the least objective, or else exceeds them least."""
+        """The feasible point with the least objective, or else the point with the least violation."""
         return self._best
 
-    def is_proven(self) -> bool:
-        """Whether the best point is optimal, by its residual, as far as an optimiser that ended there can tell."""
-        return self._best.violation <= FEASIBILITY and self.residual <= _STALLED * self._tolerance * self.size_of(self._best)
+    def is_best_optimal(self) -> bool:
+        """True if the best point is optimal by its residual, as far as an optimiser that stalled there can tell."""
+        allowed = _STALLED * self._tolerance * self.objective_scale(self._best)
+        return self._best.violation <= FEASIBILITY and self.residual <= allowed
 
     @property
     def residual(self) -> float:
-        """Of the best point, or of an accepted one beside it.
+        """Residual of the KKT conditions at the best point, or at an accepted point as good as it.
 
-        At the best point itself limits may have no single gradients: those of frequencies that meet there.
+        At the best point itself constraints may not be differentiable: frequencies that meet there, for example.
         """
-        return self._proof(self.evaluate(self._best.x))[1].residual
+        return self._best_multipliers(self.evaluate(self._best.x))[1].residual
 
-    def _proof(self, best: Point):
-        """(rows, their multipliers) with the least residual, of the best point or one as good."""
-        proofs = [(self.rows, self.multipliers(best))]
-        if self._proven is not None and abs(self._proven[0].value - best.value) <= 1e-6 * abs(best.value):
-            proofs.append(self._proven[1:])
-        return min(proofs, key=lambda proof: proof[1].residual)
+    def _best_multipliers(self, best: Point) -> tuple[np.ndarray, Multipliers]:
+        """(working set, its multipliers) with the least residual, of the best point or one as good."""
+        found = [(self.working_set, self.multipliers(best))]
+        record = self._optimality_record
+        if record is not None and abs(record[0].value - best.value) <= 1e-6 * abs(best.value):
+            found.append(record[1:])
+        return min(found, key=lambda pair: pair[1].residual)
 
     def optimum(self) -> Optimum:
         best = self.evaluate(self._best.x)
-        rows, found = self._proof(best)
-        every = np.zeros(self._program.size)
+        rows, found = self._best_multipliers(best)
+        every = np.zeros(self._problem.num_constraints)
         every[rows] = found.limits
-        results = limit_results(self._program.limits, self._first.values, best.values, every)
+        results = limit_results(self._problem.constraints, self._first.limit_values, best.limit_values, every)
         return dataclasses.replace(super().optimum(), limits=results, kkt=found.residual, bound_prices=found.bounds)
 
     def _is_better(self, point: Point, best: Point) -> bool:
-        """What two points that keep the limits gain by their slack is taken off again, twice to be on the safe side:
-        an exact penalty, its weight above the multipliers."""
+        """Compare by violation, and feasible points by an exact penalty function.
+
+        Its weight is twice the sum of the multipliers: an l1 penalty is exact for any weight above them (Nocedal and
+        Wright, Numerical Optimization, theorem 17.3), so that no point wins by the tolerance of its constraints.
+        """
         if max(point.violation, best.violation) > FEASIBILITY:
             return point.violation < best.violation
-        weight = 0.0 if self._proven is None else 2.0 * float(np.sum(self._proven[2].limits))
+        record = self._optimality_record
+        weight = 0.0 if record is None else 2.0 * float(np.sum(record[2].limits))
         return point.value + weight * point.violation < best.value + weight * best.violation
 
-    def _norm(self, point: Point) -> float:
-        found = self.multipliers(point)
-        if point.violation <= 10 * FEASIBILITY and (self._proven is None or found.residual <= self._proven[2].residual):
-            self._proven = point, self.rows, found
+    def _optimality(self, point: Point) -> float:
+        found, record = self.multipliers(point), self._optimality_record
+        if point.violation <= 10 * FEASIBILITY and (record is None or found.residual <= record[2].residual):
+            self._optimality_record = point, self.working_set, found
         return found.residual

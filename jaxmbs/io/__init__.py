@@ -1,4 +1,4 @@
-"""Files in and out; each format imports what it needs when it is called."""
+"""Readers and writers of files; each format imports its libraries when it is called."""
 
 from ._matrices import read_dmig, read_matrix_market, read_op4
 from ._meshes import Mesh, read_mesh

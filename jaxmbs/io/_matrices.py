@@ -16,7 +16,7 @@ from ._regular_file import require_file
 def read_matrix_market(
     mass: str | PathLike, stiffness: str | PathLike, damping: str | PathLike | None = None, **options: Any
 ) -> LinearSystem:
-    """From one Matrix Market file per matrix; `options` as of `LinearSystem`.
+    """Read a linear system from one Matrix Market file per matrix; `options` as of `LinearSystem`.
 
     Raises: ModelFileError for what is no such file.
     """
@@ -28,7 +28,7 @@ def read_matrix_market(
 def read_op4(
     path: str | PathLike, mass: str = "mxx", stiffness: str = "kxx", damping: str | None = None, **options: Any
 ) -> LinearSystem:
-    """From matrices by name in an OP4 file, text or binary.
+    """Read a linear system from matrices by name in an OP4 file, text or binary.
 
     Args: options: as of `LinearSystem`; an OP4 file holds no names of coordinates.
 
@@ -47,7 +47,7 @@ def read_dmig(
     interface: Iterable[CoordinateLike] = (),
     positions: Mapping | Sequence | None = None,
 ) -> LinearSystem:
-    """From DMIG cards in a bulk or punch file; coordinates are named by grid and component, "101 rz".
+    """Read a linear system from DMIG cards; coordinates are named by grid and component, "101 rz".
 
     Raises: as `read_op4`.
     """
@@ -65,7 +65,7 @@ def read_dmig(
 
 
 def _parse(read, path, what):
-    """What another library reads; its errors in words that name the file."""
+    """Parse a file by another library; its errors are reported with the name of the file."""
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("error", "Premature end-of-file")  # of pyYeti: a matrix is cut off
@@ -87,7 +87,7 @@ def _drop_missing(matrices):
 
 
 def _select_matrices(path, found, *names):
-    """Matrices by name, None where none is asked."""
+    """Matrices by name, None where none was requested."""
     missing = [name for name in names if name is not None and name.lower() not in found]
     if missing:
         raise ModelFileError(

@@ -1,4 +1,4 @@
-"""Matrices in Matrix Market files; SciPy's reader of bodies ends the process where a number is spoilt."""
+"""Matrix Market files; SciPy's reader ends the process at a damaged number in the data."""
 
 from pathlib import Path
 from typing import Any
@@ -32,14 +32,14 @@ def parse_matrix_market(path: str) -> Any:
 
 
 def _parse_numbers(text):
-    """All numbers behind the line of sizes."""
+    """All numbers after the line of sizes."""
     lines = text.splitlines()
     size = next(k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("%"))
     return np.array(" ".join(lines[size + 1 :]).split(), float)
 
 
 def _unpack_dense(body, rows, columns, symmetry):
-    """Columns one behind the other; of symmetric matrices those parts that lie on and below the diagonal."""
+    """Unpack columns stored one after another; of symmetric matrices the lower triangle is stored."""
     first = {"general": rows, "symmetric": 0, "skew-symmetric": -1}[symmetry]
     count = rows * columns if first > 0 else rows * (rows + 1 + 2 * first) // 2
     if len(body) != count or (first <= 0 and rows != columns):

@@ -113,7 +113,7 @@ def read_mesh(source: Any) -> Mesh:
 
 
 def _dimension(kind):
-    """Of a kind of cells: 3 for tetra, wedge, pyramid, hexahedron and their kin of more nodes, and so on."""
+    """Dimension of a kind of cells: 3 for tetra, wedge, pyramid, hexahedron and higher-order kinds, and so on."""
     by_name = (("vertex", 0), ("line", 1), ("triangle", 2), ("quad", 2), ("polygon", 2))
     return next((dimension for name, dimension in by_name if kind.startswith(name)), 3)
 
@@ -143,7 +143,7 @@ def _read(path):
 
 
 def _size_faults(data):
-    """What meshio would believe: more nodes than lines, tags that need an array of their size, solutions."""
+    """Faults that meshio would not notice: more nodes than lines, tags that size an array, solutions."""
     lines = data.decode("latin-1").split("\n")
     head = lines[1].split() if len(lines) > 1 else []
     if lines[0].strip() != "$MeshFormat" or len(head) != 3:

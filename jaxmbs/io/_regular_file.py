@@ -1,4 +1,4 @@
-"""Files as bytes: regular ones of a bounded size, so that no pipe is waited for."""
+"""Read regular files of bounded size; a pipe or device is refused, not waited for."""
 
 import os
 import stat
@@ -8,7 +8,7 @@ from ..errors import ModelFileError
 
 
 def read_bytes(path: str | os.PathLike, most: int) -> bytes:
-    """A file's bytes.  Raises: ModelFileError where it is not to be read, no regular file, or too large."""
+    """Bytes of a file.  Raises: ModelFileError if it cannot be read, is not a regular file, or is too large."""
     try:
         with open(path, "rb", opener=_open_without_blocking) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
@@ -24,7 +24,7 @@ def read_bytes(path: str | os.PathLike, most: int) -> bytes:
 
 
 def require_file(path: str | os.PathLike) -> Path:
-    """The path, for readers that open it.  Raises: ModelFileError for what is there but no regular file."""
+    """Return the path for readers that open it.  Raises: ModelFileError if it exists and is not a regular file."""
     path = Path(path)
     if path.exists() and not path.is_file():
         raise ModelFileError(path, ["it cannot be read: it is no regular file"])
@@ -32,5 +32,5 @@ def require_file(path: str | os.PathLike) -> Path:
 
 
 def _open_without_blocking(path, flags):
-    """Open a pipe at once, whether or not somebody writes to it."""
+    """Open a path without blocking, even a pipe that nobody writes to."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

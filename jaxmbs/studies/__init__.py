@@ -1,4 +1,4 @@
-"""Studies: a function of a design over a grid, a table or points spread over a box, written to disk as it runs."""
+"""Studies: a function of a design over a grid, a table or samples, written to disk as it runs."""
 
 from ._plans import Designs, grid, latin_hypercube, normal, sobol
 from ._study import StudyError, sweep

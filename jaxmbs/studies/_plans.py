@@ -1,4 +1,4 @@
-"""Which designs a study looks at: products of values, tables, and points spread over a box by SciPy."""
+"""Designs of a study: full factorial grids, tables, and samples of a box or of a normal distribution (SciPy)."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from ..batching._sampling import normal_points, sobol_points
 from ..batching._table import num_designs, read_designs
 from ..checks import refuse_complex
-from ..design._sampling import normal_points, read_deviations, sobol_points
+from ..design._deviations import read_deviations
 from ..typing import ArrayLike
 
 
@@ -25,7 +26,7 @@ class Designs(NamedTuple):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the dimensions of the result."""
+        """Lengths of the dimensions of the result."""
         return tuple(len(values) for _, values in self.axes)
 
 
@@ -38,13 +39,13 @@ def grid(**axes: ArrayLike) -> Designs:
     rows = {name: np.asarray(values, float) for name, values in axes.items()}
     wrong = [name for name, values in rows.items() if values.ndim != 1 or values.size == 0]
     if wrong or not rows:
-        raise ValueError(f"a grid takes one row of numbers for each variable: {', '.join(wrong) or 'none are given'}")
+        raise ValueError(f"a grid needs one row of numbers for each variable: {', '.join(wrong) or 'none are given'}")
     every = np.meshgrid(*rows.values(), indexing="ij")
     return Designs({name: x.ravel() for name, x in zip(rows, every, strict=True)}, tuple(rows.items()))
 
 
 def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Designs:
-    """Points of Sobol's sequence, scrambled, between (lower, upper) of every variable; even for powers of two.
+    """Scrambled Sobol points between (lower, upper) of every variable; balanced for powers of two.
 
     Raises: ValueError for bounds that cross or are not finite, or a number below one.
     """
@@ -54,7 +55,8 @@ def sobol(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0)
 
 
 def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed: int = 0) -> Designs:
-    """Points of a Latin hypercube between (lower, upper) of every variable: one in every of `number` slices of each.
+    """Latin hypercube between (lower, upper) of every variable: one point in each of `number` slices of each
+    variable.
 
     Raises: as `sobol`.
     """
@@ -68,22 +70,23 @@ def latin_hypercube(bounds: Mapping[str, tuple[float, float]], number: int, seed
 def normal(
     design: Mapping[str, ArrayLike], deviations: Mapping[str, ArrayLike], number: int, seed: int = 0
 ) -> Designs:
-    """Designs that scatter normally about one, every number on its own, spread as Sobol's sequence.
+    """Normal, independent samples about a design, spread as Sobol's sequence.
 
-    Args: design: numbers or arrays by name; deviations: their standard deviations, zero for what does not scatter.
+    Args: design: numbers or arrays by name; deviations: their standard deviations, zero for what is certain.
 
     Raises: ValueError for deviations that do not fit the design or are negative, or a number below one.
     """
     if number < 1:
-        raise ValueError(f"a study has at least one design, not {number}")
+        raise ValueError(f"a study needs at least one design, not {number}")
     x, sigma, unravel = read_deviations(dict(design), dict(deviations), "deviations")
     points = x + sigma * normal_points(len(x), number, seed)
     return read_plan(jax.tree.map(np.asarray, jax.vmap(unravel)(points)))
 
 
 def read_plan(designs: Any) -> Designs:
-    """A plan as it is, or one of columns, a list of dicts or a table, whose result has the dimension "design": the
-    numbers of the designs, or the column of that name.
+    """Read the designs of a study: a `Designs` unchanged, else columns, a list of dicts or a table.
+
+    Their result has the dimension "design": the numbers of the designs, or the column of that name.
 
     Raises: as `mbs.batch`; TypeError for designs that have no names.
     """
@@ -91,7 +94,9 @@ def read_plan(designs: Any) -> Designs:
         return designs
     designs = read_designs(designs)
     if not isinstance(designs, dict):
-        raise TypeError("a study names its variables: give a dict of columns, a list of dicts, a table or a Designs")
+        raise TypeError(
+            "the variables of a study need names: give a dict of columns, a list of dicts, a table or a Designs"
+        )
     numbers = designs.get("design", np.arange(num_designs(designs)))
     if np.ndim(numbers) != 1:
         raise ValueError("the variable 'design' has several numbers a design: give it another name")
@@ -103,7 +108,7 @@ def _read_box(bounds, number):
     lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
     wrong = [name for name, a, b in zip(bounds, lower, upper, strict=True) if not (a <= b and np.isfinite(b - a))]
     if wrong or not bounds:
-        raise ValueError(f"bounds are finite, (lower, upper): {', '.join(wrong) or 'none are given'}")
+        raise ValueError(f"bounds must be finite (lower, upper): {', '.join(wrong) or 'none are given'}")
     if number < 1:
-        raise ValueError(f"a study has at least one design, not {number}")
+        raise ValueError(f"a study needs at least one design, not {number}")
     return lower, upper

@@ -17,7 +17,7 @@ def answer_dimensions(
     coords: Mapping[str, Any],
     units: Mapping[str, str],
 ) -> dict[str, tuple[str, ...]]:
-    """Names of the dimensions of every answer behind those of the designs; `answers` are shapes of one design's.
+    """Names of the dimensions of every answer behind those of the designs; `answers` are shapes for one design.
 
     Raises: ValueError for an answer with the name of a variable, or dims and coords that do not fit the shapes;
     UnknownNameError for dims, coords or units of what there is not.
@@ -76,7 +76,10 @@ def build_dataset(
             for name, x in plan.designs.items()
             if name != "design"  # it is the coordinate
         }
-    places = {name: (name, np.asarray(values), _unit_attribute(units, name)) for name, values in (*plan.axes, *coords.items())}
+    places = {
+        name: (name, np.asarray(values), _unit_attribute(units, name))
+        for name, values in (*plan.axes, *coords.items())
+    }
     return xarray.Dataset(data, places)
 
 

@@ -1,4 +1,4 @@
-"""A study on disk: what it is, `study.json`, and one file for every chunk of designs that is done.
+"""Store of a study: its description `study.json`, and one file for every finished chunk of designs.
 
 A chunk file is written beside its place, brought onto the disk and then renamed; it carries the checksum of its
 numbers and the name of its study.  What is cut, changed or missing does not fit, and is computed again.
@@ -68,7 +68,7 @@ class Store:
         return (entry for entry in self.path.iterdir() if entry.name != "chunks" and not entry.name.startswith("."))
 
     def read(self, number: int) -> dict[str, np.ndarray] | None:
-        """The rows of a chunk; None where they are not there as they were written."""
+        """Read the rows of a chunk; None if they are missing or damaged."""
         try:
             head, _, body = self._file(number).read_bytes().partition(b"\n")
         except OSError:
@@ -84,7 +84,7 @@ class Store:
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
-        """Inside, this process writes and no other.
+        """Context in which this process writes and no other.
 
         Raises: StudyError where another one does, or the disk takes nothing.
         """
@@ -105,7 +105,7 @@ class Store:
             lock.release()
 
     def _begin(self) -> None:
-        """Clear away what a killed process had in hand, and say which study this is."""
+        """Delete the partial files of a killed process and write the description of the study."""
         self._check()
         try:
             for half in (*self.path.glob(".study-*"), *self._chunks.glob(".*")):
@@ -116,7 +116,7 @@ class Store:
             raise StudyError(f"{self.path} cannot be written: {error.strerror or error}") from error
 
     def write(self, number: int, arrays: Mapping[str, np.ndarray]) -> None:
-        """The rows of a chunk.  Raises: OSError where the disk does not take them."""
+        """Write the rows of a chunk.  Raises: OSError if the disk does not take them."""
         body = b"".join(np.ascontiguousarray(arrays[name], one.dtype).tobytes() for name, one in self._arrays.items())
         write_atomic(self._file(number), self._head(number, body) + b"\n" + body)
 
@@ -134,7 +134,7 @@ def chunk_spans(rows: int, chunk: int) -> list[slice]:
 
 
 def hash_columns(columns: Mapping[str, np.ndarray]) -> str:
-    """Of names and numbers of designs."""
+    """SHA-256 of names and numbers of designs."""
     found = hashlib.sha256()
     for name, column in columns.items():
         found.update(f"{name}{column.dtype}{column.shape}".encode())

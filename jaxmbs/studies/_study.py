@@ -1,4 +1,4 @@
-"""`sweep`: a function over many designs, chunk by chunk into a store, on this machine or on the workers of dask."""
+"""`sweep`: a function over many designs, chunk by chunk into a store, on this machine or on dask workers."""
 
 import functools
 import os
@@ -7,6 +7,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Array
 from tqdm import tqdm
 
 from ..batching._batch import batch
@@ -16,7 +17,7 @@ from ..errors import BatchError
 from ..runtime import fingerprint, garbage_collection_paused, tuning
 from ..typing import ArrayLike
 from ._plans import Designs, read_plan
-from ._results import build_dataset, answer_dimensions
+from ._results import answer_dimensions, build_dataset
 from ._store import Store, StudyError, chunk_spans, hash_columns
 
 
@@ -32,10 +33,10 @@ def sweep(
     coords: Mapping[str, ArrayLike] | None = None,
     units: Mapping[str, str] | None = None,
     key: str = "",
-    cost: Callable[[dict], float] = count_steps,
+    cost: Callable[[dict], float | Array] = count_steps,
     compile: str = "full",
 ) -> Any:
-    """The answers of a function for many designs as an `xarray.Dataset`, written to disk as they come.
+    """Evaluate a function for many designs into an `xarray.Dataset`, written to disk as it runs.
 
     Args:
         function: of one design, a dict of numbers, to a dict of arrays; traced, as by `mbs.batch`.
@@ -72,7 +73,10 @@ def sweep(
     if path is None:
         _compute_chunks(found, spans, None, run, size, progress)
     else:
-        about = {"designs": hash_columns(plan.designs), "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()}}
+        about = {
+            "designs": hash_columns(plan.designs),
+            "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()},
+        }
         store = Store(path, spans, one, {**about, "function": fingerprint(traced), "key": key})
         if _load_chunks(found, spans, store):  # a study that is done asks nothing of the disk
             with store.writing():
@@ -81,7 +85,7 @@ def sweep(
 
 
 def _load_chunks(found: dict, spans: list[slice], store: Store) -> list[int]:
-    """Numbers of the chunks that are not in the store; the others' rows are put into `found`."""
+    """Load the finished chunks into `found`; returns the indices of the others."""
     left = []
     for number, span in enumerate(spans):
         arrays = store.read(number)
@@ -93,8 +97,10 @@ def _load_chunks(found: dict, spans: list[slice], store: Store) -> list[int]:
     return left
 
 
-def _compute_chunks(found: dict, spans: list[slice], store: Store | None, run: Callable, size: int, progress: bool) -> None:
-    """Compute the chunks that are left, and write each into the store, if there is one."""
+def _compute_chunks(
+    found: dict, spans: list[slice], store: Store | None, run: Callable, size: int, progress: bool
+) -> None:
+    """Compute the missing chunks and write each into the store, if there is one."""
     left = list(range(len(spans))) if store is None else _load_chunks(found, spans, store)
     done = size - sum(spans[k].stop - spans[k].start for k in left)
     where = "the study" if store is None else store.path
@@ -127,7 +133,7 @@ def evaluate_chunk(
 
 
 def _trace_answers(function, plan: Designs) -> tuple[dict, Any]:
-    """Shape and type of every answer to one design, and what the function traces."""
+    """Shape and type of every answer to one design, and the jaxpr of the function."""
     with garbage_collection_paused():
         traced, shape = jax.make_jaxpr(function, return_shape=True)(design_shape(plan.designs))
     found = _flatten_names(shape)

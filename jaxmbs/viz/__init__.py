@@ -1,9 +1,11 @@
-"""Pictures: scenes in three dimensions for a browser; by matplotlib (extra `viz`) films, and plots drawn into `ax`
-and never shown; bond graphs as SVG text."""
+"""Pictures: 3-D scenes for a browser, plots and animations by matplotlib (extra `viz`), bond graphs as SVG.
+
+Plots are drawn into `ax` and never shown.
+"""
 
 from ..bondgraph._drawing import draw_bond_graph
 from ._animation import animate
-from ._designs import plot_pareto_front, plot_limits, plot_parallel, plot_scatter
+from ._designs import plot_limits, plot_parallel, plot_pareto_front, plot_scatter
 from ._envelopes import plot_envelope, plot_polar
 from ._limits import plot_limit_values
 from ._mechanism import plot_mechanism, plot_views

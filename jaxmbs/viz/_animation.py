@@ -1,4 +1,4 @@
-"""`animate`: a motion or a mode as GIF or MP4, the points of all frames found by one program."""
+"""`animate`: a motion or a mode as GIF or MP4."""
 
 from os import PathLike
 from pathlib import Path
@@ -17,7 +17,7 @@ from ._projection import read_projection
 from ._structure import draw_moving
 from .scenes._trajectory import frame_trajectory
 
-_SHORTEST = 2.0  # seconds that a film lasts at least
+_SHORTEST = 2.0  # seconds that an animation lasts at least: shorter ones cannot be followed
 
 
 def animate(
@@ -32,13 +32,13 @@ def animate(
     ax: Any = None,
     dpi: int = 90,
 ) -> Path:
-    """Write a film of a mechanism, structure or network: ".gif", or ".mp4" where ffmpeg is installed.
+    """Write an animation of a mechanism, structure or network: ".gif", or ".mp4" if ffmpeg is installed.
 
     Args:
         motion, structures: as of `scene`.
         plane: as of `plot_mechanism` (default: "xy" of a mechanism, "iso" of meshes).
-        fps: pictures in a second of the film.
-        speed: seconds of the motion in one of the film (default: real time, slower where it lasts less than 2 s).
+        fps: pictures in a second of the animation.
+        speed: seconds of the motion in one of the animation (default: real time, slower if it lasts less than 2 s).
         ax: matplotlib axes to draw into (default: new ones).
 
     Raises: ValueError for another ending or plane; RuntimeError for MP4 without ffmpeg.
@@ -47,8 +47,8 @@ def animate(
     writer = _writer(path, fps)
     new = ax is None
     ax = get_axes(ax, (5.0, 4.0))
-    stage = _mechanism_artist if isinstance(system, System) else _structure_artist
-    ts, show = stage(ax, system, motion, look, structures)
+    artist = _mechanism_artist if isinstance(system, System) else _structure_artist
+    ts, show = artist(ax, system, motion, look, structures)
     span = ts[-1] - ts[0]
     wanted = span / speed if speed else max(span, _SHORTEST)
     if getattr(motion, "frequency", None) is not None:
@@ -74,20 +74,20 @@ def _writer(path, fps):
 
     kinds = {".gif": "pillow", ".mp4": "ffmpeg"}
     if path.suffix not in kinds:
-        raise ValueError(f"the film ends with .gif or .mp4, not {path.suffix!r}")
+        raise ValueError(f"the path must end with .gif or .mp4, not {path.suffix!r}")
     if not animation.writers.is_available(kinds[path.suffix]):
-        raise RuntimeError(f"{kinds[path.suffix]} is not installed, which writes {path.suffix} files")
+        raise RuntimeError(f"{path.suffix} files are written by {kinds[path.suffix]}, which is not installed")
     return animation.writers[kinds[path.suffix]](fps=fps)
 
 
 def _mechanism_artist(ax, system, motion, look, structures):
-    """Times and what shows an instant; limits that hold all of them."""
+    """Times and a function that shows one of them, in axes whose limits contain all of them."""
     seen = frame_trajectory(system, motion)
-    sketch = LineDrawing(system, seen, look)
-    drawn = draw_strokes(ax, sketch.at(0))
-    joined = sorted({frame for frames in sketch.shown.values() for frame in frames})
+    drawing = LineDrawing(system, seen, look)
+    drawn = draw_strokes(ax, drawing.at(0))
+    joined = sorted({frame for frames in drawing.shown.values() for frame in frames})
     _fix_limits(ax, look(seen.x[:, joined]), look)
-    return seen.ts, lambda k: move_strokes(drawn, sketch.at(k))
+    return seen.ts, lambda k: move_strokes(drawn, drawing.at(k))
 
 
 def _structure_artist(ax, system, motion, look, structures):

@@ -1,4 +1,4 @@
-"""Shapes of bodies that nobody gave: bars between joints, plates of planar links, branches to named frames."""
+"""Default shapes of bodies: bars between joints, plates for planar links, branches to named frames."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,8 +7,8 @@ from ..typing import ScalarLike
 from ._drawable import distinct_points
 from .scenes._solids import Solid, rounded_hull
 
-_COINCIDENT = 0.6  # of the radius: points nearer than this are one
-_BRANCH_RADIUS = 0.5  # of the radius
+_COINCIDENT = 0.6  # of the radius: balls about points nearer than this would be hidden in one another
+_BRANCH_RADIUS = 0.5  # of the radius: branches are visibly thinner than bars
 
 
 def default_shapes(
@@ -18,11 +18,11 @@ def default_shapes(
     radius: ScalarLike,
     divisions: int,
 ) -> list[Solid]:
-    """Solids of a body, none where it has less than two points.
+    """Solids of a body, none if it has fewer than two points.
 
-    A link in a plane, which turns about its normal, is a plate through all of its points.  All else is the hull of
-    its joints, a bar for two, with thin branches to the named frames: a tool or a sensor makes no slab of a robot's
-    link.
+    A link in a plane, which turns about its normal, is a plate through all of its points.  Any other body is the hull
+    of its joints, a bar for two, with thin branches to the named frames: the hull of all points would make a slab of
+    a robot's link that carries a tool or a sensor.
 
     Args:
         joints, frames: where its joints and its named frames are; axes: of its joints that turn; in body axes.
@@ -37,14 +37,17 @@ def default_shapes(
         first = points[:1]
         core = np.concatenate([first, points[[np.argmax(np.linalg.norm(points - first, axis=1))]]])
     away = [point for point in points if np.linalg.norm(point - _nearest_point(core, point)) > radius]
-    branches = [rounded_hull([_nearest_point(core, point), point], _BRANCH_RADIUS * radius, divisions) for point in away]
+    branches = [
+        rounded_hull([_nearest_point(core, point), point], _BRANCH_RADIUS * radius, divisions) for point in away
+    ]
     return [rounded_hull(core, radius, divisions), *branches]
 
 
 def inertia_box(system, body: int, extent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (3,) of the box that has the inertia of a body, and its axes (3, 3), columns in body axes; zero edges
-    where there is none, or one too large to be believed: a link with a made-up inertia would be a slab as large as
-    the robot.
+    """Edges (3,) of the homogeneous box with the inertia of a body, and its axes (3, 3), columns in body axes.
+
+    The edges are zero where no box has it, or where the box is too large to be believed: a link with an invented
+    inertia would be a slab as large as the robot.
     """
     mass, inertia = float(system.mass[body]), np.asarray(system.inertia[body], float)
     values, axes = np.linalg.eigh((inertia + inertia.T) / 2)
@@ -55,7 +58,7 @@ def inertia_box(system, body: int, extent: float) -> tuple[np.ndarray, np.ndarra
 
 
 def _is_plate(points, axes):
-    """Whether points lie on a line, or in a plane across one of the axes."""
+    """True if points lie on a line, or in a plane normal to one of the axes."""
     _, spread, across = np.linalg.svd(points - points.mean(axis=0))
     if spread[1] < 1e-3 * spread[0]:
         return True
@@ -63,7 +66,7 @@ def _is_plate(points, axes):
 
 
 def _nearest_point(core, point):
-    """The point of a bar, or the corner of a hull, that is nearest."""
+    """The nearest point of a bar, or the nearest corner of a hull."""
     if len(core) > 2:
         return core[np.argmin(np.linalg.norm(core - point, axis=1))]
     a, b = core

@@ -1,4 +1,4 @@
-"""Axes to draw into, in one style: curves that can be distinguished, named where they end."""
+"""Axes of all plots in one style: distinct curves, labelled at their ends."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,11 +10,11 @@ from ..palette import COLORS
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.2, 1.2, 1.2)))
 _MOST_INSIDE = 6  # names that a legend within the axes may hold
 _MOST_AT_ENDS = 7  # curves that are named where they end
-_COINCIDENT = 3e-3  # of the height of the axes: curves nearer than that hide one another
+_COINCIDENT = 3e-3  # of the height of the axes: about a line's width, nearer curves hide one another
 
 
 def get_axes(ax=None, size=None, **options):
-    """The axes given, or new ones in a figure of this size [inch]; matplotlib is loaded here and not before.
+    """The axes given, or new ones in a figure of this size [inch]; matplotlib is imported here and not before.
 
     Raises: ModuleNotFoundError without matplotlib; it is in the extra `viz`.
     """
@@ -26,7 +26,7 @@ def get_axes(ax=None, size=None, **options):
 
 
 def stack_axes(ax, heights) -> list:
-    """Axes of these relative heights one above the other, with one time axis, in the room of `ax`, the first."""
+    """Stack axes of relative heights in the place of `ax`, the first of them, with a common time axis."""
     panels = _split_axes(ax, heights, True, True)
     for panel in panels[:-1]:
         panel.tick_params(labelbottom=False)
@@ -34,7 +34,7 @@ def stack_axes(ax, heights) -> list:
 
 
 def split_columns(ax, count: int) -> list:
-    """So many axes beside each other in the room of `ax`, the first."""
+    """Split the place of `ax`, the first of them, into columns of axes."""
     return _split_axes(ax, [1] * count, False, False)
 
 
@@ -60,12 +60,12 @@ def _split_axes(ax, parts, down, share):
 
 
 def curve_style(i: int) -> dict:
-    """Colour and dashes of curve number i; they repeat after 24."""
+    """Colour and dashes of curve i; they repeat after 24."""
     return {"color": COLORS[i % len(COLORS)], "linestyle": _DASHES[i // len(COLORS) % len(_DASHES)]}
 
 
 def draw_curves(ax, x, curves: Mapping[str, Any], first: int = 0, **options) -> list:
-    """Curves (T,) by name; one that hides another is dashed, so that both show.  Returns the lines."""
+    """Draw curves (T,) by name, one that would hide another dashed; returns the lines."""
     drawn: list = []
     data = {name: np.asarray(values, float) for name, values in curves.items()}
     finite = [v[np.isfinite(v)] for v in data.values()]
@@ -82,11 +82,13 @@ def draw_curves(ax, x, curves: Mapping[str, Any], first: int = 0, **options) -> 
 
 def _coincide(values, others, height):
     apart = np.abs(values - others)
-    return bool(np.size(apart) and np.nanmedian(apart) < _COINCIDENT * height) if np.any(np.isfinite(apart)) else False
+    return (
+        bool(np.size(apart) and np.nanmedian(apart) < _COINCIDENT * height) if np.any(np.isfinite(apart)) else False
+    )
 
 
 def format_axes(ax, x_label, y_label, legend="inside"):
-    """Labels, a light grid, a legend where there is something to tell apart; returns the axes.
+    """Add labels, a light grid, and a legend if there are several curves; returns the axes.
 
     Args:
         legend: "inside" the axes, unless there are many names, "beside" them, "ends" at the ends of curves, unless
@@ -105,7 +107,7 @@ def format_axes(ax, x_label, y_label, legend="inside"):
 
 
 def _name_ends(ax):
-    """The name of every curve to the right of the axes at the height where it ends, moved apart."""
+    """Write the name of every curve beside its end, moved apart where they would overlap."""
     lines, names = ax.get_legend_handles_labels()
     if len(names) < 2:
         return
@@ -121,7 +123,7 @@ def _name_ends(ax):
 
 
 def _text_scale(ax):
-    """How much taller a line of text is here than in axes of 3 inch."""
+    """Height of a line of text, relative to the axes, over that in axes of 3 inch."""
     return 3.0 / max(ax.get_position().height * ax.figure.get_size_inches()[1], 0.5)
 
 
@@ -132,7 +134,7 @@ def _last_value(line):
 
 
 def spread_apart(heights, gap) -> np.ndarray:
-    """Heights (n,) moved as little as it takes to lie a gap apart, in their order."""
+    """Move heights (n,) apart until they differ by at least a gap, keeping their order."""
     order = np.argsort(heights, kind="stable")
     placed = np.asarray(heights, float)[order]
     for _ in range(100):
@@ -148,7 +150,7 @@ def spread_apart(heights, gap) -> np.ndarray:
 
 
 def _name_curves(ax, where):
-    """A legend; one beside the axes needs a figure that makes room for it, by a layout."""
+    """Add a legend; beside the axes only where the figure's layout engine makes room for it."""
     count = len(ax.get_legend_handles_labels()[0])
     if count and (where == "beside" or count > _MOST_INSIDE) and ax.figure.get_layout_engine() is not None:
         beside_it = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.02), "borderaxespad": 0.0}

@@ -1,4 +1,4 @@
-"""Designs compared: fronts, limits, and studies of many variables."""
+"""Plots of designs: Pareto fronts, limits, and studies of many variables."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,18 +10,19 @@ from ..design._pareto import ParetoFront
 from ..palette import BLUE, GREY, RED
 from ..status import succeeded
 from ..typing import WordedError
-from ._canvas import get_axes, format_axes
+from ._canvas import format_axes, get_axes
 
 _ACCOUNTS = ("status", "reason")  # of a study, not of its designs
 _MAP = "viridis"
 
 
 def plot_pareto_front(
-    front: WordedError[ParetoFront], first: str = "first aim", second: str = "second aim", ax: Any = None
+    front: WordedError[ParetoFront], first: str = "first objective", second: str = "second objective", ax: Any = None
 ) -> Any:
-    """The designs of which none is better in both aims; hollow where a search did not converge.
+    """Plot a Pareto front; designs whose search did not converge are hollow.
 
-    Args: first, second: what the aims are, with their units; ax: matplotlib axes to draw into (default: new ones).
+    Args: first, second: labels of the objectives, with their units; ax: matplotlib axes to draw into (default: new
+    ones).
     """
     ax, ok = get_axes(ax), np.asarray(front.ok, bool)
     ax.plot(front.first, front.second, color=BLUE, linewidth=1.0, zorder=2)
@@ -32,7 +33,7 @@ def plot_pareto_front(
 
 
 def plot_limits(optimum: WordedError[Optimum], ax: Any = None) -> Any:
-    """How much of each limit a design uses, before (thin) and after the search; those that hold it are dark.
+    """Plot the utilisation of each limit, before (line) and after the search; active limits are dark.
 
     Args: ax: matplotlib axes to draw into (default: new ones).
 
@@ -40,7 +41,7 @@ def plot_limits(optimum: WordedError[Optimum], ax: Any = None) -> Any:
     """
     limits = list(optimum.limits)
     if not limits:
-        raise ValueError("the design was searched without limits")
+        raise ValueError("the optimum has no limits: give `minimise` limits")
     ax = get_axes(ax, (6.0, 1.1 + 0.5 * len(limits)))
     used = np.array([[_utilisation(limit, limit.before), _utilisation(limit, limit.after)] for limit in limits])
     rows = np.arange(len(limits))[::-1]
@@ -55,14 +56,14 @@ def plot_limits(optimum: WordedError[Optimum], ax: Any = None) -> Any:
 
 
 def _utilisation(limit, values):
-    """Value over bound, one where the limit is met; from zero where the bound is zero."""
+    """Value over bound, one at the bound; one plus the value where the bound is zero."""
     value, bound = float(np.asarray(values)[limit.worst]), float(limit.bound)
     sign = 1.0 if limit.side == "<=" else -1.0
     return 1.0 + sign * (value - bound) / (abs(bound) or 1.0)
 
 
 def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | None = None, ax: Any = None) -> Any:
-    """Every design of a study as a line over its variables and answers, each on a scale of its own.
+    """Plot every design of a study as a line over its variables and answers, each on a scale of its own.
 
     Args:
         study: the `xarray.Dataset` of `sweep`; designs that failed are left out.
@@ -75,7 +76,7 @@ def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | N
     table, units = _read_table(study, names)
     color = list(table)[-1] if color is None else color
     if color not in table:
-        raise ValueError(f"nothing to plot for {color}; the names are: {', '.join(table)}")
+        raise ValueError(f"there is no column {color} to plot; the names are: {', '.join(table)}")
     ax = get_axes(ax, (1.0 + 1.4 * len(table), 3.4))
     columns = np.stack(list(table.values()), axis=1)
     low, high = columns.min(axis=0), columns.max(axis=0)
@@ -108,7 +109,7 @@ def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | N
 
 
 def plot_scatter(study: Any, names: Sequence[str] | None = None, ax: Any = None) -> Any:
-    """Every pair of variables and answers of a study as points, how each is spread on the diagonal.
+    """Plot every pair of variables and answers of a study as points, histograms on the diagonal.
 
     Args: as of `plot_parallel`; ax becomes the one at the upper left.
 
@@ -132,7 +133,7 @@ def plot_scatter(study: Any, names: Sequence[str] | None = None, ax: Any = None)
 
 
 def _axes_grid(ax, names):
-    """Axes for every pair, in the room of `ax`."""
+    """Axes for every pair, in the place of `ax`."""
     place, n, figure = ax.get_subplotspec(), len(names), ax.figure
     grid = None if place is None else place.subgridspec(n, n, wspace=0.12, hspace=0.12)
     left, bottom, width, height = ax.get_position().bounds
@@ -148,18 +149,18 @@ def _axes_grid(ax, names):
 
 
 def _read_table(study, names):
-    """Numbers (designs,) by name, of the designs that are ok, and their units."""
+    """Numbers (designs,) by name of the successful designs, and their units."""
     dims = study["status"].dims
     numeric = [name for name in study.data_vars if study[name].dtype.kind in "fiu" and study[name].dims == dims]
     known = [*(dim for dim in dims if dim in study.coords and dim != "design"), *numeric]
     wanted = [name for name in known if name not in _ACCOUNTS] if names is None else list(names)
     missing = [name for name in wanted if name not in known]
     if missing or not wanted:
-        raise ValueError(f"nothing to plot for {', '.join(missing)}; the names are: {', '.join(known)}")
+        raise ValueError(f"there is no column {', '.join(missing)} to plot; the names are: {', '.join(known)}")
     columns = {name: (study[name] + 0.0 * study["status"]).transpose(*dims).values.ravel() for name in wanted}
     ok = np.all([np.isfinite(column) for column in columns.values()], axis=0)
     ok = ok & succeeded(study["status"].values.ravel())
     if not np.any(ok):
-        raise ValueError("no design of the study is ok")
+        raise ValueError("no design of the study succeeded")
     units = {name: f"[{study[name].attrs['units']}]" if "units" in study[name].attrs else "" for name in wanted}
     return {name: np.asarray(column[ok], float) for name, column in columns.items()}, units

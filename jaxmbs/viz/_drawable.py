@@ -1,4 +1,4 @@
-"""What of a mechanism can be drawn: points of bodies, slides, and what spans two points."""
+"""Drawable parts of a mechanism: points of bodies, sliding joints, elements between two points, torsion springs."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ SLIDES = ("Prismatic", "Cylindrical")
 
 
 class Span(NamedTuple):
-    """A thing between two frames: "spring", "damper", "actuator", "bushing" or "rod"."""
+    """An element between two frames: "spring", "damper", "actuator", "bushing" or "rod"."""
 
     name: str
     kind: str
@@ -20,8 +20,11 @@ class Span(NamedTuple):
 
 
 class Slide(NamedTuple):
-    """A sliding joint: `reach` are the least and largest distance of its frames along the axis [m]; `is_telescope`
-    where both bodies lie along it, as barrel and rod of a cylinder."""
+    """A sliding joint.
+
+    `reach` are the least and largest distance of its frames along the axis [m]; `is_telescope` is True if both bodies
+    lie along it, as barrel and rod of a cylinder.
+    """
 
     joint: object
     axis: np.ndarray
@@ -71,7 +74,7 @@ def torsions(system) -> list[Torsion]:
 
 
 def _law_kind(group, law):
-    """How a law looks: a spring where it stores, a damper where it only dissipates."""
+    """Symbol of a law: a spring if it stores energy, a damper if it only dissipates."""
     if isinstance(group.port, PosePort):
         return "bushing"
     if law.stores:
@@ -80,7 +83,7 @@ def _law_kind(group, law):
 
 
 def body_frames(topology, names=None) -> dict[int, list[int]]:
-    """Frames that show on each body (-1 ground): its ends of joints, then the named ones (default: all)."""
+    """Frames drawn on each body (-1 ground): its ends of joints, then the named ones (default: all)."""
     shown: dict[int, list[int]] = {body: [] for body in (-1, *range(topology.bodies.size))}
     for joint in topology.joints:
         if joint.kind == "Modal":  # moves no frame
@@ -96,7 +99,7 @@ def body_frames(topology, names=None) -> dict[int, list[int]]:
 
 
 def slides(system, film) -> list[Slide]:
-    """The sliding joints of a film."""
+    """The sliding joints of a mechanism along a trajectory."""
     top, found = system.topology, []
     points = {body: _points_in_body(film, top, frames) for body, frames in body_frames(top).items()}
     for joint in top.joints:
@@ -121,13 +124,13 @@ def _points_in_body(film, topology, frames):
 
 
 def _is_along(points, axis, extent):
-    """Whether points (n, 3) lie on one line along an axis."""
+    """True if points (n, 3) lie on one line along an axis."""
     offset = points - points[:1]
     return bool(np.all(np.linalg.norm(np.cross(offset, axis), axis=1) < 1e-3 * extent))
 
 
 def distinct_points(points, near) -> np.ndarray:
-    """Points (n, 3) without those that lie nearer than `near` to one before."""
+    """Points (n, 3) without those nearer than `near` to an earlier one."""
     kept: list = []
     for point in np.asarray(points, float).reshape(-1, 3):
         if all(np.linalg.norm(point - other) > near for other in kept):

@@ -1,4 +1,4 @@
-"""What a bearing has to carry: the load round the clock, and the range of many cases."""
+"""Bearing loads: polar diagrams, and the envelope of many cases."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,7 @@ import numpy as np
 from ..palette import BLUE, RED
 from ..reaction._result import Reactions
 from ..typing import ArrayLike, ScalarLike, WordedError
-from ._canvas import get_axes, curve_style, format_axes
+from ._canvas import curve_style, format_axes, get_axes
 from ._plots import check_names
 from ._projection import axes_suffix, read_projection
 
@@ -21,7 +21,7 @@ def plot_polar(
     *,
     kilo: bool = False,
 ) -> Any:
-    """Where the force of a bearing points, and how large it is: its path round the clock, the start as a dot.
+    """Polar diagram of a bearing's force: the path of its tip, the start as a dot.
 
     Args:
         loads: `reactions` along a motion; joints: one name or several.
@@ -47,7 +47,7 @@ def plot_polar(
 
 
 def _draw_circles(ax, largest):
-    """Circles of round forces."""
+    """Draw circles at round values of the force."""
     step = 10.0 ** np.floor(np.log10(largest))
     step *= next(k for k in (0.2, 0.5, 1.0, 2.0) if largest / (k * step) <= 5)
     angle = np.linspace(0.0, 2 * np.pi, 121)
@@ -68,7 +68,7 @@ def plot_envelope(
     limit: ScalarLike | None = None,
     ax: Any = None,
 ) -> Any:
-    """The range of many cases or designs, their median, and the case that reaches furthest.
+    """Plot the range of many cases or designs, their median, and the case with the largest value.
 
     Args:
         x: (T,) times or whatever the values are over; values: (cases, T), nan where a case failed.
@@ -80,7 +80,7 @@ def plot_envelope(
     """
     x, values = np.asarray(x), np.asarray(values, float)
     if values.ndim != 2 or values.shape[1:] != x.shape:
-        raise ValueError(f"values of cases have shape (cases, {len(x)}), not {values.shape}")
+        raise ValueError(f"values must have the shape (cases, {len(x)}), not {values.shape}")
     kept = np.flatnonzero(np.all(np.isfinite(values), axis=1))
     if len(kept) == 0:
         raise ValueError("no case has finite values")

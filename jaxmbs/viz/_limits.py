@@ -1,4 +1,4 @@
-"""Limit values against peaks of the full transient."""
+"""Plot of limit values against peaks of the full transient."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,16 +8,16 @@ import numpy as np
 from ..coupling._limit_loads import truncation_shortfall
 from ..palette import COLORS
 from ..typing import ArrayLike
-from ._canvas import get_axes, format_axes
+from ._canvas import format_axes, get_axes
 
 
 def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | None = None, ax: Any = None) -> Any:
-    """Quotients limit / truth over cases; the legend says how often and by how much each sum falls short.
+    """Plot quotients limit / truth over cases; the legend gives the share of cases below one, and the worst.
 
     Args:
         limits: limit values (cases,) by name of the sum.
         truth: peaks of the full transient (cases,).
-        cases: what the cases differ in (cases,), default their number.
+        cases: abscissa (cases,), default their number.
         ax: matplotlib axes to draw into (default: new ones).
     """
     from matplotlib.ticker import LogLocator, NullFormatter

@@ -1,4 +1,4 @@
-"""The lines of a stick picture at one pose, in an order that is the same at every pose."""
+"""Line drawings of mechanisms: strokes of a pose, in an order that is the same for every pose."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ _STEEL, _DARK = "0.45", "0.2"
 
 
 class Stroke(NamedTuple):
-    """Points (n, 2) of a line, or of an area where `fill`, and its style for matplotlib."""
+    """Points (n, 2) of a line, or of an area if `fill`, and its style for matplotlib."""
 
     points: np.ndarray
     style: dict
@@ -20,7 +20,7 @@ class Stroke(NamedTuple):
 
 
 class LineDrawing:
-    """A mechanism seen from one side: `at(k)` are the strokes of instant k of its film."""
+    """A mechanism in a projection: `at(k)` returns the strokes at instant k of its trajectory."""
 
     def __init__(self, system, film, look, frames=None):
         self.system, self.top, self.trajectory, self.look = system, system.topology, film, look
@@ -45,7 +45,7 @@ class LineDrawing:
         return [stroke for stroke in strokes if stroke is not None] + self._marks(points)
 
     def _body(self, points, body, frames):
-        """A stick, or the hull of what spreads wide; nothing for a body of one point."""
+        """A stick, or the hull of points that span an area; None for a body of one point."""
         place = points[frames]
         wide = self.trajectory.x[0, frames]
         if body in self.hidden or len(frames) < 2 or np.ptp(wide, axis=0).max() < 1e-9 * self.trajectory.extent:
@@ -108,8 +108,9 @@ class LineDrawing:
         return [Stroke(np.stack([a, b]), thin | {"color": _STEEL, "linewidth": 2.0})]
 
     def _torsion(self, k, torsion):
-        """A spiral about the joint from the parent to the child, which winds up as it turns; of a damper a vane in a
-        drum: an arc and a thick part of it that turns with the child."""
+        """A spiral about the joint from the parent to the child, which winds up as it turns; for a damper a drum with
+        a
+        vane: an arc, and a thick part of it that turns with the child."""
         first, second = torsion.joint.frames
         axis = self.trajectory.axes[torsion.joint.name]
         one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -150,8 +151,8 @@ class LineDrawing:
 
 
 def _outline(place):
-    """Points (n, 2) of a body as a line: a stick along its largest spread, or the hull of those that spread wide."""
-    if not np.all(np.isfinite(place)):  # a state that was never reached: nothing shows
+    """Points (n, 2) of a body as a line: a stick along its longest extent, or the hull if they span an area."""
+    if not np.all(np.isfinite(place)):  # a state that was never reached: nothing is drawn
         return place
     centred = place - place.mean(axis=0)
     _, size, axis = np.linalg.svd(centred)

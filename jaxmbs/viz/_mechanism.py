@@ -1,4 +1,4 @@
-"""Stick pictures of a mechanism: at one pose or several, from one side or three."""
+"""Line drawings of a mechanism in one pose or several, in one view or three."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -27,17 +27,19 @@ def plot_mechanism(
     traces: Iterable[str] = (),
     poses: int | None = None,
 ) -> Any:
-    """Bodies as lines through their joints and named frames, pins as circles, slides as blocks on rails, cylinders as
-    barrel and rod, springs and dampers as such; the first pose is drawn strongest.
+    """Draw a mechanism; of several poses the first is drawn strongest.
+
+    Bodies are lines through their joints and named frames, pins circles, slides blocks on rails, cylinders barrel and
+    rod; springs and dampers have their symbols.
 
     Args:
-        states: a State, several with one leading axis, a motion, or a mode by `swing`.
+        states: a State, several with one leading axis, a motion, or a mode by `animate_mode`.
         plane: the two world axes to look at, "xy", "xz", "yz", in the order right, up; or "iso", over the corner.
         frames: names of frames to show beside the joints (default: all that the user named).
         ax: matplotlib axes to draw into (default: new ones).
         names: write the names of joints beside them, at the first pose.
         traces: names of frames or bodies whose path over all instants is drawn.
-        poses: how many instants are drawn, evenly spread (default: all).
+        poses: number of instants that are drawn, evenly spread (default: all).
 
     Raises: ValueError for an unknown plane or no pose; UnknownNameError for traces.
     """
@@ -47,15 +49,15 @@ def plot_mechanism(
     if wrong:
         raise UnknownNameError("; ".join(wrong))
     if poses is not None and poses < 1:
-        raise ValueError(f"poses = {poses}: one is needed at least")
+        raise ValueError(f"poses = {poses}: at least one is needed")
     ax, seen = get_axes(ax), frame_trajectory(system, states)
-    sketch = LineDrawing(system, seen, look, frames)
+    drawing = LineDrawing(system, seen, look, frames)
     instants = np.arange(len(seen.ts))
     if poses is not None:
         instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
     strengths = np.linspace(1.0, 0.25, len(instants)) if len(instants) > 1 else [1.0]
     for k, strength in reversed(list(zip(instants.tolist(), strengths, strict=True))):
-        draw_strokes(ax, sketch.at(k), strength)
+        draw_strokes(ax, drawing.at(k), strength)
     for k, name in enumerate(traces):
         path = look(seen.x[:, known[name]])
         ax.plot(*path.T, color=COLORS[k % len(COLORS)], linewidth=1.0, linestyle=":", zorder=1.5)
@@ -67,7 +69,7 @@ def plot_mechanism(
 def plot_views(
     system: System, states: Any, planes: Iterable[str] = ("xz", "yz", "xy"), ax: Any = None, **options: Any
 ) -> Any:
-    """`plot_mechanism` from several sides at once, beside each other.
+    """Draw a mechanism in several views beside each other, by `plot_mechanism`.
 
     Args:
         planes: of each picture, as of `plot_mechanism`, which takes the other options too.
@@ -77,7 +79,7 @@ def plot_views(
     """
     planes = list(planes)
     if not planes:
-        raise ValueError("there is no plane to look at")
+        raise ValueError("planes is empty: give at least one")
     ax = get_axes(ax, (3.2 * len(planes), 3.2))
     for room, plane in zip(split_columns(ax, len(planes)), planes, strict=True):
         plot_mechanism(system, states, plane, ax=room, **options)
@@ -85,7 +87,7 @@ def plot_views(
 
 
 def draw_strokes(ax, strokes, strength=1.0) -> list:
-    """Draw strokes; returns what was drawn, for `move_strokes`."""
+    """Draw strokes; returns the artists, for `move_strokes`."""
     drawn = []
     for points, style, fill in strokes:
         if fill:
@@ -96,13 +98,13 @@ def draw_strokes(ax, strokes, strength=1.0) -> list:
 
 
 def move_strokes(drawn, strokes) -> None:
-    """Move what was drawn to other strokes."""
+    """Move artists to other strokes."""
     for artist, stroke in zip(drawn, strokes, strict=True):
         artist.set_xy(stroke.points) if stroke.fill else artist.set_data(*stroke.points.T)
 
 
 def format_view(ax, look):
-    """Equal scales, labels where the view is along an axis."""
+    """Set equal scales, and labels if the view is along an axis."""
     ax.set_aspect("equal", adjustable="datalim" if look.labels is None else "box")
     ax.margins(0.07)
     if look.labels is None:
@@ -116,7 +118,7 @@ def format_view(ax, look):
 
 
 def _write_names(ax, topology, points):
-    """Names of joints, those at one place in one text."""
+    """Write the names of joints, those at one place as one text."""
     found: dict = {}
     size = np.ptp(points, axis=0).max() or 1.0
     for joint in topology.joints:

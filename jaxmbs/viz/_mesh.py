@@ -1,4 +1,4 @@
-"""Meshes: what of a structure, a linear system or an elastic body can be drawn, and how its nodes move."""
+"""Display meshes of structures, linear systems and elastic bodies, and the translations of their nodes."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -13,12 +13,14 @@ from ..fem._structure import Structure
 from ..linear._system import LinearSystem
 from ..reductions._base import Reduced
 
-_MAX_BARS = 3  # stiff pairs for each node; more of them are no mesh but a reduction
+_MAX_BARS = 3  # stiff pairs for each node; a system with more is taken as reduced, its nodes coupled to all others
 
 
 class DisplayMesh(NamedTuple):
-    """Nodes by name at rest (nodes, 3) [m]; cells (k, 4) with the last node twice where there are three, their edges,
-    bars and single nodes, as numbers of nodes."""
+    """Nodes by name at rest (nodes, 3) [m]; cells, edges, bars and single nodes as indices of nodes.
+
+    Cells have shape (k, 4); triangles repeat their last node.
+    """
 
     names: tuple[str, ...]
     rest: np.ndarray
@@ -77,7 +79,7 @@ def _structure_mesh(structure):
 
 
 def _boundary_faces(quads):
-    """Faces (k, 4) that only one element has."""
+    """Boundary faces (k, 4): those that belong to one element only."""
     if len(quads) == 0:
         return quads
     _, where, count = np.unique(np.sort(quads, axis=1), axis=0, return_index=True, return_counts=True)
@@ -86,14 +88,16 @@ def _boundary_faces(quads):
 
 def _system_mesh(system):
     if system.positions is None:
-        raise ModelError("what has no positions cannot be drawn: give the structure, or LinearSystem(positions=...)")
+        raise ModelError("a linear system without node positions cannot be drawn: give structures= or positions=")
     none = np.zeros((0, 4), int)
     nodes = np.arange(len(system.nodes))
-    return DisplayMesh(system.nodes, np.asarray(system.positions, float), none, none[:, :2], _stiff_pairs(system), nodes)
+    return DisplayMesh(
+        system.nodes, np.asarray(system.positions, float), none, none[:, :2], _stiff_pairs(system), nodes
+    )
 
 
 def _stiff_pairs(system):
-    """Pairs of nodes between which there is stiffness, none where nearly all are coupled."""
+    """Pairs of nodes that are coupled by stiffness; none if nearly all nodes are coupled."""
     numbers = {name: k for k, name in enumerate(system.nodes)}
     node = np.array([numbers.get(name, -1) if direction else -1 for name, direction in system.coordinates])
     K = system.stiffness
@@ -106,7 +110,7 @@ def _stiff_pairs(system):
 
 
 def moving_meshes(system: LinearSystem, x: Any, structures: Any = None) -> dict[str, tuple[DisplayMesh, np.ndarray]]:
-    """Meshes by component (one, "", of what is no network) and the translations (T, nodes, 3) of their nodes.
+    """Meshes by component ("" for a single system) and the translations (T, nodes, 3) of their nodes.
 
     Args:
         x: displacements (T, n), those of what was reduced or joined are expanded.

@@ -1,4 +1,4 @@
-"""A mode, swinging: made into a motion, so that whatever draws a motion draws a mode."""
+"""Animate a mode shape as a motion, for all functions that draw motions."""
 
 from typing import NamedTuple
 
@@ -21,12 +21,12 @@ from ..vibration._modes import Modes
 from ._mesh import moving_meshes
 from .scenes._trajectory import frame_trajectory
 
-AMPLITUDE = 0.08  # of the extent, where no amplitude is asked
+AMPLITUDE = 0.08  # of the extent, the default amplitude: clearly visible, and still small beside the shape
 
 
 class ModeAnimation(NamedTuple):
     """One period of a mode: times ts (T,) [s], and states of a mechanism or displacements (T, n) of a linear system;
-    `frequency` [Hz], zero of a rigid mode, whose period is made up."""
+    `frequency` [Hz], zero for a rigid mode, which gets a period of 1 s."""
 
     ts: np.ndarray
     states: State | None
@@ -45,16 +45,16 @@ def animate_mode(
     """One period of a mode, for `scene`, `animate` and the plots.
 
     Args:
-        number: which of the modes.
-        state: of a mechanism the state that the modes are about; its loops close to first order.
-        amplitude: what the shape is multiplied by (default: the largest displacement that is seen is 8 % of the
-            extent, of what has no positions of the largest entry one).
-        frames: how many instants, the last as the first.
+        number: index of the mode.
+        state: for a mechanism the state that was linearised about; its loops close to first order.
+        amplitude: factor of the shape (default: the largest displacement is 8 % of the extent; without positions the
+            largest entry is one).
+        frames: number of instants, the last equal to the first.
 
     Raises: ValueError for no such mode; ModelError for a mechanism without a state, or shapes of another system.
     """
     if not -modes.shapes.shape[1] <= number < modes.shapes.shape[1]:
-        raise ValueError(f"there are {modes.shapes.shape[1]} modes, none of number {number}")
+        raise ValueError(f"mode {number} does not exist: there are {modes.shapes.shape[1]} modes")
     if modes.roots is None:
         omega = float(np.sqrt(np.maximum(np.asarray(modes.values)[number], 0.0)))
     else:
@@ -69,24 +69,28 @@ def animate_mode(
     if isinstance(system, System):
         return ModeAnimation(ts, _mode_states(system, state, waves, ts, amplitude), None, frequency)
     if waves.shape[1] != system.num_rows:
-        raise ModelError([f"the modes have {waves.shape[1]} rows, the system {system.num_rows} coordinates"])
+        raise ModelError(
+            [f"the mode shapes have {waves.shape[1]} rows, but the system has {system.num_rows} coordinates"]
+        )
     if amplitude is None:
         amplitude = _default_amplitude(system, waves)
     return ModeAnimation(ts, None, amplitude * waves, frequency)
 
 
 def _position_shape(system, state, shape):
-    """Of a mode of coordinates and velocities the former (n,)."""
+    """Coordinates (n,) of a mode of coordinates and velocities."""
     n = len(independent_positions(system))
     if state is None:
-        raise ModelError(["modes of a mechanism are those about a state: swing(system, modes, number, state)"])
+        raise ModelError(
+            ["the modes of a mechanism need the state they belong to: animate_mode(system, modes, number, state)"]
+        )
     if len(shape) <= n:
-        raise ModelError([f"the modes have {len(shape)} rows, those of this mechanism more than {n}"])
+        raise ModelError([f"the mode shapes have {len(shape)} rows, those of this mechanism have more than {n}"])
     return shape[:n]
 
 
 def _align_phase(shape):
-    """The shape turned so that its largest entry is real: it starts where that is largest."""
+    """Shift the phase so that the largest entry is real: the animation starts where it is largest."""
     largest = shape[np.argmax(np.abs(shape))]
     return shape * np.conj(largest) / np.abs(largest) if np.abs(largest) > 0 else shape
 

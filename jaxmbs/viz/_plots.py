@@ -1,4 +1,4 @@
-"""Curves over time, or over a coordinate: coordinates, reactions, energies, searches."""
+"""Plots over time or over a coordinate: coordinates, reactions, energies, histories of searches."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,7 +11,7 @@ from ..motion._motion import Motion
 from ..palette import BLUE, GREEN, RED
 from ..reaction._result import Reactions
 from ..typing import ArrayLike, WordedError
-from ._canvas import get_axes, curve_style, draw_curves, format_axes, stack_axes
+from ._canvas import curve_style, draw_curves, format_axes, get_axes, stack_axes
 from ._projection import axes_suffix
 
 _UNITS = {
@@ -40,7 +40,7 @@ def plot_coordinates(
     degrees: bool = False,
     velocities: bool = False,
 ) -> Any:
-    """Joint coordinates along a motion, those of each unit in axes of their own, one above the other.
+    """Plot joint coordinates along a motion, in stacked axes, one for each unit.
 
     Args:
         joints: names (default: all that have coordinates).
@@ -74,7 +74,7 @@ def plot_coordinates(
 
 
 def _abscissa(system, motion, over, degrees):
-    """What a curve is drawn over, (T,), and its label."""
+    """Abscissa (T,) and its label."""
     if over is None:
         return np.asarray(motion.ts), "time [s]"
     values = system.coordinates(motion.states)
@@ -87,7 +87,7 @@ def _abscissa(system, motion, over, degrees):
 
 
 def _units(topology, joint, rates=False):
-    """What each coordinate of a joint is, with its unit."""
+    """Quantity and unit of each coordinate of a joint."""
     names, count = (_RATES, joint.num_velocities) if rates else (_UNITS, joint.num_coordinates)
     if joint.kind == "Modal":
         return [names["Modal"]] * count
@@ -107,7 +107,7 @@ def plot_reactions(
     kilo: bool = False,
     limits: Mapping[str, float] | None = None,
 ) -> Any:
-    """Size of the force [N] (or moment [N m]) that joints carry along a motion.
+    """Plot the magnitude of the force [N] (or moment [N m]) in joints along a motion.
 
     Args:
         loads: what `reactions` returned for a motion, ts (T,) its times [s].
@@ -116,7 +116,7 @@ def plot_reactions(
         ax: matplotlib axes to draw into (default: new ones).
         component: "x", "y" or "z" of the world, or of the joints as the loads are, in place of the size.
         kilo: in kN and kN m.
-        limits: what a joint may carry by name [N or N m], drawn as thin lines.
+        limits: allowed load of joints by name [N or N m], drawn as thin lines.
 
     Raises: ValueError for unknown joints or another component.
     """
@@ -139,10 +139,10 @@ def plot_reactions(
 
 
 def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
-    """Kinetic and potential energy and their sum less all work [J]; below, the residual of that account.
+    """Plot kinetic and potential energy and their sum less all work [J]; below, the residual of that balance.
 
     Args:
-        ax: matplotlib axes to draw into (default: new ones); they give the residual the lower quarter of their room.
+        ax: matplotlib axes to draw into (default: new ones); their lower quarter shows the residual.
     """
     ax, below = stack_axes(get_axes(ax), (3, 1))
     ts, accounts = np.asarray(motion.ts), motion.diagnostics
@@ -160,11 +160,11 @@ def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
 def check_names(joints, known):
     missing = [name for name in joints or () if name not in known]
     if missing:
-        raise ValueError(f"nothing to plot for {', '.join(missing)}; the names are: {', '.join(known)}")
+        raise ValueError(f"there is no joint {', '.join(missing)} to plot; the names are: {', '.join(known)}")
 
 
 def plot_history(optimum: Optimum, ax: Any = None) -> Any:
-    """The objective over the steps of a search and, below, how far it was from an optimum.
+    """Plot the objective over the steps of a search and, below, its gradient norm.
 
     Args: ax: matplotlib axes to draw into (default: new ones); they become the upper ones.
     """
@@ -173,5 +173,5 @@ def plot_history(optimum: Optimum, ax: Any = None) -> Any:
     rooms[0].plot(steps, history.values, **curve_style(0))
     format_axes(rooms[0], "", "objective", None)
     rooms[1].semilogy(steps, np.where(history.gradient_norms > 0.0, history.gradient_norms, np.nan), **curve_style(1))
-    format_axes(rooms[1], "step", "slope left", None)
+    format_axes(rooms[1], "step", "gradient norm", None)
     return ax

@@ -1,4 +1,4 @@
-"""Where the energy of a motion goes: stacked powers of all elements, and their energies since the start."""
+"""Power flow of a motion: stacked powers of all elements, and their energies since the start."""
 
 from typing import Any
 
@@ -8,18 +8,18 @@ from ..bondgraph._power import BondPowers
 from ..motion._motion import Motion
 from ..palette import COLORS
 from ..typing import WordedError
-from ._canvas import get_axes, format_axes, stack_axes
+from ._canvas import format_axes, get_axes, stack_axes
 
 _SHOWN = {"I": "kinetic", "GR": "kinetic", "C": "springs", "R": "dissipated", "Se": "sources", "Sf": "drives"}
 _FAMILIES = ("kinetic", "springs", "dissipated", "sources", "drives", "others")
 _HATCHES = (None, "////", "....", "xxxx")
-_MAX_ELEMENTS = 11  # elements told apart
+_MAX_ELEMENTS = 11  # elements shown by themselves: as many as colours and hatches can distinguish
 
 
 def plot_power(
     motion: WordedError[Motion], powers: WordedError[BondPowers], by: str = "element", ax: Any = None
 ) -> Any:
-    """Power [W] that every element feeds into the mechanism, stacked; what stores or dissipates counts negative.
+    """Plot the power [W] that every element feeds into the mechanism, stacked; storing and dissipating is negative.
 
     Below, the energies [J] that sources and drives fed in since the start and that motion, springs and resistors
     took, by trapezoids over the saved times, and what these miss of the motion's own kinetic energy.
@@ -62,7 +62,7 @@ def energy_since_start(ts, power):
 
 
 def _largest_parts(parts):
-    """The parts of the largest peaks in their order, all others as one."""
+    """The parts with the largest peaks in their order, and the sum of all others."""
     peaks = {name: np.max(np.abs(power)) for name, power in parts.items()}
     most = set(sorted(peaks, key=peaks.get, reverse=True)[:_MAX_ELEMENTS])
     shown = {name: power for name, power in parts.items() if name in most}
@@ -71,7 +71,7 @@ def _largest_parts(parts):
 
 
 def _draw_stack(ax, ts, parts, families):
-    """Positive parts stacked upwards, negative ones downwards; a family has one colour, its members hatches."""
+    """Stack positive parts upwards and negative ones downwards; a family has one colour, its members hatches."""
     top, bottom = np.zeros_like(ts), np.zeros_like(ts)
     least = 1e-9 * max((np.max(np.abs(power)) for power in parts.values()), default=0.0)
     members = dict.fromkeys(_FAMILIES, 0)

@@ -1,4 +1,4 @@
-"""From where flat pictures look: along an axis, or over the corner."""
+"""Projections of flat pictures: along an axis, or isometric."""
 
 from typing import NamedTuple
 
@@ -18,12 +18,11 @@ class Projection(NamedTuple):
 
 
 def read_projection(plane: str, azimuth: float = 0.6, elevation: float = 0.4) -> Projection:
-    """A view by the world axes that point to the right and up, "xy", "xz", ..., or "iso": z up, over the corner
-    between the x axis and the reverse of y.
+    """Read a projection by the world axes that point to the right and up, "xy", "xz", ..., or "iso", with z up.
 
-    Args: azimuth, elevation: of "iso", how far round the eye has gone from the reverse of y, and how high [rad].
+    Args: azimuth, elevation: of the eye for "iso", measured from the negative y axis towards x, and upwards [rad].
 
-    Raises: ValueError for another one.
+    Raises: ValueError for another plane.
     """
     if plane == "iso":
         c, s = np.cos(azimuth), np.sin(azimuth)
@@ -37,12 +36,11 @@ def read_projection(plane: str, azimuth: float = 0.6, elevation: float = 0.4) ->
 
 
 def load_axes(loads) -> tuple[str, str]:
-    """Frame and side of loads, as `reactions` was asked; those of a mapping made by hand are in the world, on the
-    children."""
+    """Frame and side of loads, as given to `reactions`; a plain mapping counts as in the world, on the children."""
     return getattr(loads, "frame", "world"), getattr(loads, "side", "child")
 
 
 def axes_suffix(loads) -> str:
-    """What a label says of the axes of components: nothing of those in the world, on the children."""
+    """Suffix of a label for the axes of components; empty for those in the world, on the children."""
     frame, side = load_axes(loads)
     return ", joint axes" * (frame == "joint") + ", on the parent" * (side == "parent")

@@ -1,4 +1,4 @@
-"""Vibrations: frequency responses, modes over speed, and how alike two sets of modes are."""
+"""Plots of vibrations: frequency responses, Campbell diagrams, modal assurance criteria."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -8,13 +8,13 @@ import numpy as np
 from ..linear._transfer import TransferFunctions
 from ..typing import ArrayLike
 from ..vibration._modes import Modes
-from ._canvas import get_axes, curve_style, draw_curves, format_axes, stack_axes
+from ._canvas import curve_style, draw_curves, format_axes, get_axes, stack_axes
 
 _PER_FORCE = {"receptance": "m/N", "mobility": "m/(N s)", "accelerance": "m/(N s$^2$)"}
 
 
 def plot_bode(functions: TransferFunctions, ax: Any = None, *, unit: str | None = None) -> Any:
-    """Size and phase of transfer functions over frequency [Hz], a curve for every output and input.
+    """Bode diagram: magnitude and phase of transfer functions over frequency [Hz], a curve for every pair.
 
     Args:
         ax: matplotlib axes to draw into (default: new ones); they become the upper ones.
@@ -34,7 +34,7 @@ def plot_bode(functions: TransferFunctions, ax: Any = None, *, unit: str | None 
 
 
 def plot_nyquist(functions: TransferFunctions, ax: Any = None, *, unit: str | None = None) -> Any:
-    """Transfer functions in the complex plane; resonances are circles.
+    """Nyquist diagram: transfer functions in the complex plane; resonances are circles.
 
     Args: as of `plot_bode`.
     """
@@ -59,12 +59,12 @@ def _channels(functions):
 def plot_campbell(
     speeds: ArrayLike, modes: ArrayLike | Sequence[Modes], orders: Iterable[float] = (1.0, 2.0), ax: Any = None
 ) -> Any:
-    """Frequencies [Hz] over a speed of rotation [rad/s], and the lines on which an order of it excites them.
+    """Campbell diagram: frequencies [Hz] over a speed of rotation [rad/s], and lines of its orders.
 
     Args:
-        speeds: (S,); modes: frequencies (S, m) [Hz], or the `Modes` at every speed, as many at each (`track` keeps
-            their order).
-        orders: how often in a turn something excites.
+        speeds: (S,); modes: frequencies (S, m) [Hz], or the `Modes` at every speed, as many at each (`track_modes`
+            keeps their order).
+        orders: excitations in a turn.
         ax: matplotlib axes to draw into (default: new ones).
 
     Raises: ValueError for frequencies of another shape.
@@ -73,7 +73,7 @@ def plot_campbell(
     given = modes if isinstance(modes, list | tuple) else list(np.asarray(modes))
     hertz = np.array([np.asarray(one.frequencies if isinstance(one, Modes) else one) for one in given], float)
     if hertz.ndim != 2 or len(hertz) != len(speeds):
-        raise ValueError(f"frequencies have shape ({len(speeds)}, modes), not {hertz.shape}")
+        raise ValueError(f"frequencies must have the shape ({len(speeds)}, modes), not {hertz.shape}")
     ax = get_axes(ax)
     for order in orders:
         line = order * speeds / (2 * np.pi)
@@ -87,14 +87,14 @@ def plot_campbell(
 
 
 def _order_label(ax, speeds, order, top):
-    """ "2×" where the line of an order leaves the axes."""
+    """Write "2×" at the place where the line of an order leaves the axes."""
     end = min(speeds[-1], 2 * np.pi * 0.93 * top / order) if order > 0 else speeds[-1]
     place = (end, order * end / (2 * np.pi))
     ax.annotate(f"{order:g}×", place, (-3, 2), textcoords="offset points", ha="right", fontsize="small", color="0.4")
 
 
 def plot_mac(values: ArrayLike, ax: Any = None, *, rows: str = "mode", columns: str = "mode") -> Any:
-    """Modal assurance criteria (m, k) of `mac` as squares, their numbers in them where there is room.
+    """Plot modal assurance criteria (m, k) of `mac` as coloured squares, with numbers if there is room.
 
     Args: ax: matplotlib axes to draw into (default: new ones); rows, columns: what the two sets are called.
 
@@ -102,7 +102,7 @@ def plot_mac(values: ArrayLike, ax: Any = None, *, rows: str = "mode", columns: 
     """
     values = np.asarray(values, float)
     if values.ndim != 2:
-        raise ValueError(f"criteria have the shape (modes, modes), not {values.shape}")
+        raise ValueError(f"criteria must have the shape (modes, modes), not {values.shape}")
     ax = get_axes(ax, (4.6, 3.8))
     m, k = values.shape
     shown = ax.imshow(values, cmap="Blues", vmin=0.0, vmax=1.0, origin="lower", extent=(0.5, k + 0.5, 0.5, m + 0.5))

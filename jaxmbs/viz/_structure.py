@@ -1,4 +1,4 @@
-"""Pictures of structures, networks and their modes: faces and bars, coloured by how far they move."""
+"""Pictures of structures, networks and their modes: faces and bars, coloured by displacement."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -29,7 +29,8 @@ def plot_structure(
     label: str = "",
     scale: ScalarLike | None = None,
 ) -> Any:
-    """A mesh at rest, or moved by displacements and coloured by their size, the mesh at rest in grey behind it.
+    """Plot a mesh at rest, or displaced and coloured by the size of displacements, the mesh at rest in grey behind
+    it.
 
     Args:
         what: a structure, a linear system whose nodes have positions, or a network.
@@ -38,8 +39,8 @@ def plot_structure(
         ax: matplotlib axes to draw into (default: new ones).
         structures: as of `scene`.
         values: numbers (nodes,) to colour a single mesh by, such as stresses, in place of displacements.
-        label: what they are.
-        scale: what displacements are multiplied by (default: the largest becomes 8 % of the extent).
+        label: their label.
+        scale: factor of the displacements (default: the largest becomes 8 % of the extent).
 
     Raises: ModelError without positions; ValueError for displacements of another shape or an unknown plane.
     """
@@ -57,7 +58,8 @@ def plot_structure(
             _draw_undeformed(ax, mesh, look)
         numbers = (np.linalg.norm(u, axis=-1) if values is None else np.asarray(values)) * unit
         shown = (
-            _draw_mesh(ax, mesh, mesh.rest + scale * u, look, numbers if colored else None, (low, top * unit)) or shown
+            _draw_mesh(ax, mesh, mesh.rest + scale * u, look, numbers if colored else None, (low, top * unit))
+            or shown
         )
     if colored and shown is not None and text:
         _color_bar(shown, ax, text)
@@ -74,11 +76,12 @@ def plot_modes(
     *,
     structures: Any = None,
 ) -> Any:
-    """Modes beside each other, each where it is furthest from rest, its frequency [Hz] above it; colours are shares
-    of its largest displacement.
+    """Plot modes beside each other at their largest displacement, with frequencies [Hz].
+
+    Colours are shares of the largest displacement of each mode.
 
     Args:
-        numbers: which (default: the first four that are not rigid).
+        numbers: indices of modes (default: the first four that are not rigid).
         ax: matplotlib axes to draw into (default: new ones); they become the leftmost.
 
     Raises: ModelError as `plot_structure`; ValueError for no such mode or none.
@@ -88,7 +91,7 @@ def plot_modes(
         numbers = range(first, min(first + 4, modes.shapes.shape[1]))
     numbers = list(numbers)
     if not numbers:
-        raise ValueError("there is no mode to show")
+        raise ValueError("there is no mode to show: numbers is empty, or all modes are rigid")
     ax, shown = get_axes(ax, (2.6 * len(numbers) + 0.6, 1.9)), None
     rooms = split_columns(ax, len(numbers))
     for room, number in zip(rooms, numbers, strict=True):
@@ -115,7 +118,7 @@ def _displaced_meshes(what, x, structures):
     n = what.num_rows
     x = np.zeros(n) if x is None else np.real(np.asarray(x))
     if x.shape != (n,):
-        raise ValueError(f"displacements of {n} coordinates are needed, not of shape {x.shape}")
+        raise ValueError(f"displacements must have the shape ({n},), not {x.shape}")
     return [(mesh, u[0]) for mesh, u in moving_meshes(what, x[None], structures).values()]
 
 
@@ -127,12 +130,14 @@ def _node_displacements(mesh: DisplayMesh, structure, x):
         return x[:, :3]
     labels = structure.labels
     if x.shape != (len(labels),):
-        raise ValueError(f"the structure has {len(labels)} coordinates and {len(mesh.rest)} nodes, not {x.shape}")
+        raise ValueError(
+            f"displacements must have the shape ({len(labels)},) or ({len(mesh.rest)}, 3 or 6), not {x.shape}"
+        )
     return mesh.node_translations(labels, x)
 
 
 def _color_bar(shown, rooms, text):
-    """A colour bar at the right of axes."""
+    """Add a colour bar at the right of axes."""
     figure = (rooms[0] if isinstance(rooms, list) else rooms).figure
     bar = figure.colorbar(shown, ax=rooms, shrink=0.6, pad=0.02)
     bar.set_label(text)
@@ -140,7 +145,7 @@ def _color_bar(shown, rooms, text):
 
 
 def _length_unit(largest, extent):
-    """Millimetres where they read well."""
+    """Unit and label of displacements: millimetres, or metres for large ones."""
     return (largest, 1e3, "displacement [mm]") if largest < 0.5 * extent else (largest, 1.0, "displacement [m]")
 
 
@@ -152,7 +157,7 @@ def _draw_undeformed(ax, mesh, look):
 
 
 def draw_moving(ax, meshes, look, largest):
-    """Pairs of mesh and translations (T, nodes, 3) at their first instant; returns what shows another."""
+    """Draw meshes with translations (T, nodes, 3) at their first instant; returns a function that shows another."""
     drawn: list = []
 
     def show(k):
@@ -170,7 +175,7 @@ def draw_moving(ax, meshes, look, largest):
 
 
 def _draw_mesh(ax, mesh, places, look, numbers, limits):
-    """Faces from far to near, bars and nodes; returns what a colour bar is made for."""
+    """Draw faces from far to near, bars and nodes; returns the artist for a colour bar."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     shown, options = None, {"cmap": _MAP, "clim": limits}

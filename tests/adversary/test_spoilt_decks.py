@@ -104,7 +104,7 @@ def test_twenty_thousand_spoilt_files(name):
         ("\x00\xff" * 1000, "no name of a card"),
         ("GRID,1\n" * 3 + ",1" * 10_000, "it has .* data; a GRID has 8"),
         ("RBE2,1,1,123,1,THRU,99999999\nGRID,1\nGRID,2,,1.,,\n", "no element"),
-        ("CORD2R,1,2,,,,,,1.\n,1.\nCORD2R,2,1,,,,,,1.\n,1.\nGRID,1,1\n", "in a ring"),
+        ("CORD2R,1,2,,,,,,1.\n,1.\nCORD2R,2,1,,,,,,1.\n,1.\nGRID,1,1\n", "in a cycle"),
         (
             "".join(f"CORD2R,{k},{k + 1},,,,,,1.\n,1.\n" for k in range(1, 1000)) + "GRID,1,1\n",
             "no coordinate system",

@@ -15,7 +15,7 @@ from jax import numpy as jnp
 
 import jaxmbs as mbs
 from jaxmbs.batching import _batch as batches
-from jaxmbs.batching import _program as lanes
+from jaxmbs.batching import _program as programs
 from jaxmbs.batching._result import count_steps, design_status
 from jaxmbs.runtime import tuning, working_bytes
 from jaxmbs.status import Status
@@ -68,7 +68,7 @@ def test_kinds_of_tables(designs):
     "designs, error, text",
     [
         ({"a": np.ones(3), "b": np.ones(4)}, ValueError, "b has 4 designs, a has 3"),
-        ({"a": np.ones(3), "b": 1.0}, ValueError, "b needs a leading axis"),
+        ({"a": np.ones(3), "b": 1.0}, ValueError, "b .* needs a leading axis"),
         ({"a": np.ones(0)}, ValueError, "there are no designs"),
         ([], ValueError, "there are no designs"),
         ({}, ValueError, "no variables"),
@@ -94,9 +94,9 @@ def test_compiled_once(monkeypatch):
         traces.append(1)
         return area(design)
 
-    compile_one = lanes.BatchedFunction._compile
+    compile_one = programs.BatchedFunction._compile
     compiled = []
-    monkeypatch.setattr(lanes.BatchedFunction, "_compile", lambda *args: compiled.append(1) or compile_one(*args))
+    monkeypatch.setattr(programs.BatchedFunction, "_compile", lambda *args: compiled.append(1) or compile_one(*args))
     for number in (5, 40, 7):
         batch(function, table(number), chunk=8)
     assert len(traces) == len(compiled) == 1
@@ -111,13 +111,13 @@ def test_chunk_shrinks_where_memory_is_short(monkeypatch):
         return jnp.sort(x)
 
     monkeypatch.setattr(tuning, "CHUNK_BYTES", 100_000)
-    found = lanes.batched_function(hungry, {"a": np.ones(256)})
-    program, chunk = found.fitting(64)
+    found = programs.batched_function(hungry, {"a": np.ones(256)})
+    program, chunk = found.program_within_memory(64)
     assert chunk < 16 and working_bytes(program) <= 100_000
-    assert found.fitting(64)[0] is program
+    assert found.program_within_memory(64)[0] is program
     np.testing.assert_allclose(batch(hungry, {"a": np.arange(256.0)}).values[:, -1], 1000 * np.arange(256.0))
     monkeypatch.setattr(tuning, "CHUNK_BYTES", 1)
-    assert found.fitting(64)[1] == 1
+    assert found.program_within_memory(64)[1] == 1
 
 
 def test_threads_give_the_same_bits(monkeypatch):
@@ -180,7 +180,7 @@ def _motion():
 @pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
 def test_an_error_keeps_what_was_computed(error, monkeypatch):
     monkeypatch.setattr(batches, "_num_threads", lambda: 1)
-    running = lanes.BatchedFunction.program
+    running = programs.BatchedFunction.program
     calls = []
 
     def program(self, chunk, devices=()):
@@ -194,7 +194,7 @@ def test_an_error_keeps_what_was_computed(error, monkeypatch):
 
         return call
 
-    monkeypatch.setattr(lanes.BatchedFunction, "program", program)
+    monkeypatch.setattr(programs.BatchedFunction, "program", program)
     with pytest.raises(mbs.BatchError, match="boom") as caught:
         batch(area, {"a": np.arange(10.0), "b": np.ones((10, 1))}, chunk=2)
     found = caught.value.batch

@@ -7,7 +7,7 @@ import optax
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.batching import _program as lanes
+from jaxmbs.batching import _program as programs
 from jaxmbs.design import pareto, propagate_uncertainty, sensitivities, tolerances
 from jaxmbs.runtime import _jit as compiling
 
@@ -57,7 +57,7 @@ def kinds(monkeypatch):
         asked.add(kind)
         return before(kind, backend, *often, **named)
 
-    for module in (compiling, lanes):
+    for module in (compiling, programs):
         monkeypatch.setattr(module, "options", options)
     return asked
 
@@ -90,6 +90,6 @@ def counted(design):
 @pytest.mark.parametrize("function, level", [(bowl, True), (counted, False)], ids=["evaluation", "motion"])
 def test_a_batch_of_what_is_no_motion_compiles_at_the_highest_level(function, level, monkeypatch):
     asked = []
-    monkeypatch.setattr(lanes, "compiler_options", lambda kind, backend, often: asked.append(often) or {})
+    monkeypatch.setattr(programs, "compiler_options", lambda kind, backend, often: asked.append(often) or {})
     mbs.batch(lambda d: function(d), rows(5), progress=False)
     assert asked == [level]

@@ -144,13 +144,13 @@ def test_progress_bar(capsys):
         ({"bounds": {"x": (0.0, 1.0), "y": None}}, ValueError, "x: -1.2 lies outside its bounds"),
         ({"bounds": {"x": (1.0, 0.0), "y": None}}, ValueError, "x: the bounds cross"),
         ({"bounds": {"x": (0.0, 1.0)}}, ValueError, "structure of design0"),
-        ({"bounds": {"x": 1.0, "y": None}}, ValueError, "x: bounds are"),
+        ({"bounds": {"x": 1.0, "y": None}}, ValueError, "x: bounds must be"),
         ({"bounds": {"x": (np.zeros(2), None), "y": None}}, ValueError, "x: bounds .* do not fit"),
         ({"design0": {"x": "long", "y": 1.0}}, TypeError, "x is not a number"),
         ({"design0": {}}, ValueError, "no variables"),
         ({"objective": lambda d: jnp.stack([d["x"], d["y"]])}, ValueError, "real scalar"),
         ({"objective": lambda d: jnp.sqrt(d["x"]) + d["y"]}, ValueError, "nan, its gradient .* for x$"),
-        ({"optimiser": "Newton"}, ValueError, "'Newton' is not known"),
+        ({"optimiser": "Newton"}, ValueError, "unknown optimiser 'Newton'"),
         ({"optimiser": 3}, TypeError, "optimiser"),
         ({"gradient": "central"}, ValueError, "'central'"),
     ],
@@ -183,7 +183,11 @@ def test_optimisers_that_know_limits_need_none(optimiser):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"steps": -1}, "steps is a whole"), ({"tolerance": np.nan}, "tolerance"), ({"tolerance": -1.0}, "tolerance")],
+    [
+        ({"steps": -1}, "steps must be"),
+        ({"tolerance": np.nan}, "tolerance"),
+        ({"tolerance": -1.0}, "tolerance"),
+    ],
 )
 def test_options_out_of_range(options, message):
     with pytest.raises(ValueError, match=message):

@@ -130,7 +130,7 @@ def test_an_error_of_the_batch_ends_all(monkeypatch):
         ({"x": 1.0, "y": 2.0}, "stacked", r"x has shape \(\)"),
         ({"x": np.zeros(0), "y": np.zeros((0, 2))}, "stacked", "axis is empty"),
         (first([1.0, 9.0]), "stacked", "start 1: x: 9 lies outside"),
-        (first([1.0]), 0, "starts is a positive whole number"),
+        (first([1.0]), 0, "starts must be a positive whole number"),
         (first([1.0]), "many", "'many'"),
     ],
 )

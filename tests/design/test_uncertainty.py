@@ -39,15 +39,17 @@ def test_the_yield_between_limits():
         propagate_uncertainty(both, design, sigma),
         propagate_uncertainty(both, design, sigma, samples=4096),
     )
-    np.testing.assert_allclose(first.within(upper=np.array([5.4, -2.5])), wanted, rtol=1e-12)
-    np.testing.assert_allclose(drawn.within(upper=np.array([5.4, -2.5])), wanted, atol=3e-3)
-    np.testing.assert_allclose(first.within(4.5, 5.5)[0], norm.cdf(1.0) - norm.cdf(-1.0))
-    np.testing.assert_allclose(first.within(), 1.0)
-    np.testing.assert_array_equal(propagate_uncertainty(product, design, {"a": 0.0, "b": 0.0}).within(6.0, 6.5), 1.0)
+    np.testing.assert_allclose(first.fraction_within(upper=np.array([5.4, -2.5])), wanted, rtol=1e-12)
+    np.testing.assert_allclose(drawn.fraction_within(upper=np.array([5.4, -2.5])), wanted, atol=3e-3)
+    np.testing.assert_allclose(first.fraction_within(4.5, 5.5)[0], norm.cdf(1.0) - norm.cdf(-1.0))
+    np.testing.assert_allclose(first.fraction_within(), 1.0)
+    np.testing.assert_array_equal(
+        propagate_uncertainty(product, design, {"a": 0.0, "b": 0.0}).fraction_within(6.0, 6.5), 1.0
+    )
     lost = propagate_uncertainty(lambda d: jnp.sqrt(d["a"] - 3.0), design, sigma, samples=256)
-    np.testing.assert_allclose(lost.within(), 0.5, atol=0.02)  # what failed lies outside
+    np.testing.assert_allclose(lost.fraction_within(), 0.5, atol=0.02)  # what failed lies outside
     with pytest.raises(ValueError, match="limits cross"):
-        first.within(2.0, 1.0)
+        first.fraction_within(2.0, 1.0)
 
 
 @pytest.mark.parametrize("good", [0, 1, 2])
@@ -60,7 +62,7 @@ def test_samples_that_fail(good):
     assert found.failed == 16 - good and found.samples.shape == (good,)
     assert np.isfinite(found.mean) == np.isfinite(found.percentile) == (good > 0)
     assert np.isfinite(found.deviation) == (good > 1)
-    np.testing.assert_allclose(found.within(), good / 16)
+    np.testing.assert_allclose(found.fraction_within(), good / 16)
 
 
 @pytest.mark.filterwarnings("error")
@@ -137,21 +139,21 @@ def test_global_sensitivities():
             "between 0 and 100",
         ),
         (lambda: tolerances(product, {"a": 1.0, "b": 1.0}, {"a": np.nan, "b": 1.0}), "must not be negative"),
-        (lambda: sensitivities(product, {"a": (1.0, 0.0), "b": (0.0, 1.0)}), "bounds are finite"),
+        (lambda: sensitivities(product, {"a": (1.0, 0.0), "b": (0.0, 1.0)}), "bounds must be finite"),
         (
             lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": np.ones(2), "b": 1.0}),
             "in the shapes of the design",
         ),
         (
             lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, samples=1),
-            "two at least",
+            "at least two",
         ),
         (
             lambda: propagate_uncertainty(product, {"a": 1.0, "b": 1.0}, {"a": 1.0, "b": 1.0}, gradient="back"),
             "'back'",
         ),
         (lambda: tolerances(lambda d: jnp.stack([d, d]), 1.0, 0.1), "return one number"),
-        (lambda: tolerances(lambda d: jnp.sqrt(d), 0.0, 0.1), "slope is not finite for: design"),
+        (lambda: tolerances(lambda d: jnp.sqrt(d), 0.0, 0.1), "gradient is not finite for: design"),
         (lambda: tolerances(lambda d: jnp.log(d - 1.0), 0.5, 0.1), "the answer is nan"),
         (lambda: sensitivities(lambda d: d["a"] * jnp.nan, {"a": (0.0, 1.0)}), "0 of 256 designs gave numbers"),
     ],

@@ -76,13 +76,13 @@ def test_it_bends_in_a_scene(body):
     system = b.build()
     state = mbs.State.at(system, {"arm.tip": (*NUDGE[:3], np.cos(1e-3), 0.0, np.sin(1e-3), 0.0)})
     data = viz.scene(system, state, structures={"arm": (structure, frame)}).data
-    (mesh,) = data["stages"][0]["meshes"]
+    (mesh,) = data["objects"][0]["meshes"]
     decode = lambda text, *shape: np.frombuffer(base64.b64decode(text), "<f4").reshape(shape)  # noqa: E731
     m, n = frame.shapes.shape[1], structure.num_nodes
     moved = np.einsum("m,mnc->nc", decode(mesh["amplitudes"], 1, m)[0], decode(mesh["basis"], m, n, 3))
     wanted = np.asarray(fem.scatter_rows(structure, held_by_hand(structure)))[:, :3]
     np.testing.assert_allclose(moved, wanted, atol=1e-6)
-    assert data["stages"][0]["bodies"][mesh["body"]] == "arm.hub"
+    assert data["objects"][0]["bodies"][mesh["body"]] == "arm.hub"
     hub = decode(mesh["rest"], n, 3)[[structure.node(name) for name in HUB]]
     np.testing.assert_allclose(hub.mean(axis=0), 0.0, atol=1e-7)
     with pytest.raises(mbs.UnknownNameError, match="leg"):

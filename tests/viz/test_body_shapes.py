@@ -51,7 +51,7 @@ def test_an_inertia_larger_than_the_machine_is_no_slab():
 def placed(data, instant=0):
     """Names and world corners of the solids on bodies, as the player puts them there."""
     numbers = lambda text, kind="<f4": np.frombuffer(base64.b64decode(text), kind)  # noqa: E731
-    for stage in data["stages"]:
+    for stage in data["objects"]:
         poses = numbers(stage["tracks"]).reshape(-1, len(stage["bodies"]), 7)[instant]
         for item in stage["items"]:
             if "body" not in item:
@@ -106,14 +106,14 @@ def test_limits_that_are_infinite_are_none(tmp_path):
     system, motion = turning_four_bar()
     loads = made_up_loads(motion.ts)
     page = viz.scene(system, motion, tmp_path / "a.html", loads=loads, limits={"A": np.inf, "B": 200.0})
-    assert page.data["stages"][0]["arrows"]["limits"] == [None, 200.0, None, None]
+    assert page.data["objects"][0]["arrows"]["limits"] == [None, 200.0, None, None]
     assert "Infinity" not in page.html and "NaN" not in page.html
     for wrong in (0.0, -3.0, np.nan):
         with pytest.raises(ValueError, match="must be positive"):
             viz.scene(system, motion, loads=loads, limits={"A": wrong})
     structure = plate(2, 1)
     clamped = mbs.fem.assemble(structure)
-    with pytest.raises(mbs.ModelError, match="no displacement"):
+    with pytest.raises(mbs.ModelError, match="no finite displacement"):
         viz.scene(clamped, np.full(clamped.num_rows, np.nan), structures=structure)
     with pytest.raises(mbs.ModelError, match="scale must be a finite number"):
         viz.scene(clamped, np.zeros(clamped.num_rows), structures=structure, scale=np.inf)

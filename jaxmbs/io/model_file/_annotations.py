@@ -1,4 +1,4 @@
-"""What the annotation of a field says: whether arrays may stand there, and whether a value does."""
+"""Annotations of fields: test for arrays, and for values that match."""
 
 import types
 from collections.abc import Callable, Mapping
@@ -19,7 +19,7 @@ def alternatives(wanted: Any) -> tuple:
 
 
 def is_array(wanted: Any) -> bool:
-    """Whether an array may stand there."""
+    """True if the annotation allows an array."""
     return any(_is_array_type(one) for one in alternatives(wanted))
 
 
@@ -30,7 +30,7 @@ def _is_array_type(one) -> bool:
 
 
 def matches(value: Any, wanted: Any) -> bool:
-    """Whether a value is what the annotation says."""
+    """True if a value matches the annotation."""
     return any(_matches_one(value, one) for one in alternatives(wanted))
 
 
@@ -49,7 +49,9 @@ def _matches_one(value, one) -> bool:
             return all(matches(item, inside[0]) for item in value)
         return len(value) == len(inside) and all(map(matches, value, inside))
     if get_origin(one) in (dict, Mapping):
-        return isinstance(value, dict) and all(matches(k, inside[0]) and matches(v, inside[1]) for k, v in value.items())
+        return isinstance(value, dict) and all(
+            matches(k, inside[0]) and matches(v, inside[1]) for k, v in value.items()
+        )
     if get_origin(one) is not None:
         return True
     if one is float:
@@ -60,7 +62,7 @@ def _matches_one(value, one) -> bool:
 
 
 def describe(wanted: Any) -> str:
-    """An annotation in words."""
+    """Description of an annotation for messages."""
     return " or ".join(dict.fromkeys(_describe_one(one) for one in alternatives(wanted)))
 
 

@@ -1,4 +1,4 @@
-"""From JSON back to objects, by the types that the classes themselves declare; every fault is collected."""
+"""Decoding of JSON to objects, by the types that their classes declare; all faults are collected."""
 
 import dataclasses
 import math
@@ -14,7 +14,7 @@ from ...checks import no_such
 from ...elements import DIRECTIONS
 from ...linear import LinearSystem
 from ...runtime import as_array
-from ._annotations import alternatives, matches, is_array, describe
+from ._annotations import alternatives, describe, is_array, matches
 from ._registry import ROWS, class_of, function_of, registered_names
 
 _MOST_FAULTS = 50
@@ -46,7 +46,7 @@ _CONSTRUCTORS = {fem.Structure: _structure, LinearSystem: _linear_system}
 
 
 class _InvalidType:
-    """What could not be read; its fault is in the list."""
+    """Placeholder for a value that could not be read; its fault is in the list."""
 
 
 INVALID, _NOTHING = _InvalidType(), _InvalidType()
@@ -74,7 +74,7 @@ def decode(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
 
 
 def _is_numeric(value, wanted):
-    """Whether the value must be numbers if the annotation lets numbers stand there."""
+    """True if the annotation allows numbers and no other reading of the value fits."""
     if isinstance(value, str):
         return value in _SPECIAL_FLOATS and str not in alternatives(wanted)
     if isinstance(value, dict):
@@ -83,12 +83,12 @@ def _is_numeric(value, wanted):
 
 
 def _is_leaf(wanted):
-    """Whether the annotation wants an array of JAX; declarations of a builder take one of NumPy, which is quicker."""
+    """True if the annotation is a JAX array; declarations of a builder take NumPy arrays, which is faster."""
     return not any(one is np.ndarray for one in alternatives(wanted))
 
 
 def _has_shape(wanted):
-    """Whether the annotation is of arrays of a shape and type, which tells whether they may be complex."""
+    """True if the annotation is an array of a shape and type, which determines if it may be complex."""
     return any(hasattr(one, "array_type") for one in alternatives(wanted))
 
 
@@ -110,7 +110,7 @@ def _as_array(value):
 
 
 def _replace_special_floats(value):
-    """Numbers in place of the words for those that JSON has not.  Raises: TypeError for anything else."""
+    """Replace the words for infinity and NaN, which JSON lacks, by numbers.  Raises: TypeError for anything else."""
     if isinstance(value, list):
         return [_replace_special_floats(item) for item in value]
     if isinstance(value, str):
@@ -200,7 +200,7 @@ def decode_record(kind: type, values: dict, where: str, faults: list[str]) -> An
 
 
 def _decode_fields(wanted, defaults, values, where, faults):
-    """Values by field; what is not given is its default, else None."""
+    """Values by field; a missing one gets its default, else None."""
     odd = [key for key in values if key not in wanted]
     _report_unknown_keys(odd, "field", wanted, where, faults)
     found = {}
@@ -216,7 +216,7 @@ def _decode_fields(wanted, defaults, values, where, faults):
 
 
 def _report_unknown_keys(odd, what, among, where, faults):
-    """Keys that have no place there, the first of them in full."""
+    """Report unknown keys, the first of them in full."""
     faults += [f"{where}: {no_such(what, key, among)}" for key in odd[:_MOST_FAULTS]]
     if len(odd) > _MOST_FAULTS:
         faults.append(f"{where}: there are {len(odd) - _MOST_FAULTS} more keys that have no place there")

@@ -1,4 +1,4 @@
-"""Objects of the library as what JSON can hold: one rule for all classes, field by field."""
+"""Encoding of objects to JSON: one rule for all classes, field by field."""
 
 import dataclasses
 import functools
@@ -18,7 +18,7 @@ RESERVED = ("type", "function", "mapping", "real")
 
 
 def encode(value: Any, where: str, faults: list[str]) -> Any:
-    """A JSON value.
+    """Encode an object as a JSON value.
 
     Numbers stay exact; infinite ones are "inf", "-inf", "nan".  Objects are mappings with a "type", functions ones
     with a "function"; sequences come back as tuples.  Faults: what is traced, or has no name.
@@ -93,7 +93,7 @@ def _encode_record(value, fields, where, faults):
 
 
 def _nonempty_fields(value, fields, where, faults):
-    """Its fields that hold something: neither nothing nor a switch that is off by default."""
+    """Fields of a record that are neither None nor a default that is off."""
     off = {name for name in fields if getattr(type(value), name, None) is False}
     own = {name: getattr(value, name) for name in fields}
     kept = {name: x for name, x in own.items() if x is not None and not (x is False and name in off)}

@@ -21,7 +21,7 @@ _MOST_FAULTS = 100
 
 
 def save_model(model: Any, path: str | os.PathLike) -> None:
-    """Write a model so that `load_model` gives the very same numbers back, in JSON that a person can read.
+    """Write a model as readable JSON; `load_model` returns exactly the same numbers.
 
     Args:
         model: a `SystemBuilder` with all that was declared; or joints, laws, elements, a `Structure`, reductions,
@@ -34,9 +34,9 @@ def save_model(model: Any, path: str | os.PathLike) -> None:
     classes without a name, all in one report; OSError where the file cannot be written.
     """
     if isinstance(model, System):
-        raise ModelError(["a built System is not written: give save_model the builder that it was built from"])
+        raise ModelError(["a built System cannot be saved: give save_model the builder that it was built from"])
     if isinstance(model, State):
-        raise ModelError(["a State is not written: save the builder, and the coordinates by joint beside it"])
+        raise ModelError(["a State cannot be saved: save the builder, and the coordinates by joint beside it"])
     faults: list[str] = []
     content = encode(model, "model", faults)
     if faults:
@@ -46,7 +46,7 @@ def save_model(model: Any, path: str | os.PathLike) -> None:
 
 
 def load_model(path: str | os.PathLike) -> Any:
-    """What `save_model` wrote: a `SystemBuilder`, or whatever it was given.  Runs no code that the file names.
+    """Load a model that `save_model` wrote: a `SystemBuilder` or another object.  No code of the file is run.
 
     Raises: ModelFileError with every fault: no model file, of a later version, unknown types, fields and names,
     values that cannot be, functions that are not registered, and what `build` would say.
@@ -55,7 +55,7 @@ def load_model(path: str | os.PathLike) -> Any:
     document = _parse_json(path, read_bytes(path, MOST_BYTES))
     version = document.get("jaxmbs model") if isinstance(document, dict) else None
     if type(version) is not int:
-        raise ModelFileError(path, ['it is no model file: it does not begin with "jaxmbs model"'])
+        raise ModelFileError(path, ['it is not a model file: it does not begin with "jaxmbs model"'])
     if version != VERSION:
         raise ModelFileError(path, [_version_fault(version)])
     beside = [key for key in document if key not in ("jaxmbs model", "model")]
@@ -82,11 +82,11 @@ def _parse_json(path, content):
         if len(found) < len(pairs):
             names = [name for name, _ in pairs]
             twice = [name for name, count in collections.Counter(names).items() if count > 1]
-            raise ValueError(f"{', '.join(map(repr, twice[:10]))} {'is' if len(twice) == 1 else 'are'} there twice")
+            raise ValueError(f"{', '.join(map(repr, twice[:10]))} {'is' if len(twice) == 1 else 'are'} defined twice")
         return found
 
     def no_constant(word):
-        raise ValueError(f"{word} is no JSON; write it as a string")
+        raise ValueError(f"{word} is not JSON; write it as a string")
 
     try:
         return json.loads(content.decode("utf-8-sig"), object_pairs_hook=unique, parse_constant=no_constant)

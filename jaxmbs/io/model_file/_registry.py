@@ -1,4 +1,4 @@
-"""Names that a model file may use: classes of the library, and the functions and classes that a user registers.
+"""Registry of names in model files: classes of the library, and functions and classes of users.
 
 A file holds names, never code or places where code lies; what has no name here is refused.
 """
@@ -34,7 +34,7 @@ _registered: dict[str, Any] = {}
 
 
 def register(name: str, item: WordedError[Callable]) -> None:
-    """Let model files speak of your own function or class by a name; under a name given before it replaces that.
+    """Register a function or class under a name for model files; a name used before is replaced.
 
     A function's own numbers are not in the file: make them fields of an `equinox.Module` class, register the class.
 
@@ -79,5 +79,5 @@ def name_of(item: Any) -> str | None:
 
 
 def registered_names() -> list[str]:
-    """All of them."""
+    """All names of the library and of users."""
     return [*classes(), *_registered]

@@ -3,7 +3,7 @@
 import dataclasses
 from typing import Any, get_args, get_origin
 
-from ._annotations import alternatives, matches, is_array
+from ._annotations import alternatives, is_array, matches
 from ._registry import ROWS, classes
 
 _NUMBERS = {

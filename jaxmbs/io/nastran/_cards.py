@@ -1,7 +1,10 @@
 """Cards of bulk data: small, large and free fields, with continuations.
 
-Written here because pyYeti's `rdcards`, which the tests compare it with, loses what follows a comment inside a card,
-takes any text for a number, follows INCLUDE anywhere and knows no line numbers.
+The library has its own reader for two reasons.  pyYeti's `rdcards`, which the tests compare it with, loses the fields
+after a comment inside a card, accepts any text as a number, follows INCLUDE anywhere and reports no line numbers.
+pyNastran, the field's reader of whole models, makes objects of its own of some 400 cards and requires matplotlib and
+qtpy among others; what is needed here, numbers as leaves of a pytree, all faults in one report with their lines, and
+INCLUDE within one folder, would have to be written around it all the same.
 """
 
 import math
@@ -12,7 +15,7 @@ from typing import Any
 from ...errors import ModelError
 from ._text import Line
 
-MAX_FAULTS = 200
+MAX_FAULTS = 200  # more are not read by anybody
 _INTEGER = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[ED]?([+-]?\d{1,4}))?", re.ASCII | re.IGNORECASE)
 REQUIRED: Any = object()
@@ -21,8 +24,8 @@ REQUIRED: Any = object()
 class Card:
     """One card: `fields[0]` is its name, `fields[k]` the k-th datum, eight to a row.
 
-    The methods return what stands in a field, its default where it is blank, and a default and a fault where it is
-    wrong: so all faults of a deck are found at once.
+    The methods return the value of a field, its default if it is blank, and a default with a fault if it is wrong, so
+    that all faults of a deck are found at once.
     """
 
     def __init__(self, name: str, place: str, faults: list[str]) -> None:
@@ -37,13 +40,13 @@ class Card:
         return max((k for k, text in enumerate(self.fields) if text), default=0)
 
     def text(self, k: int) -> str:
-        """The datum as it stands, "" where there is none."""
+        """The datum as text, "" if it is blank."""
         return self.fields[k] if k < len(self.fields) else ""
 
     def fault(self, message: str) -> None:
-        """Report what is wrong: "CBAR 7 (frame.bdf:12): ..."."""
+        """Report a fault: "CBAR 7 (frame.bdf:12): ..."."""
         if len(self.faults) >= MAX_FAULTS:
-            raise ModelError([*self.faults, f"more faults follow; these are the first {MAX_FAULTS}"])
+            raise ModelError([*self.faults, f"there are more faults; these are the first {MAX_FAULTS}"])
         self.faults.append(f"{self.name} {self.text(1)[:16]} ({self.place}): {message}".replace("  ", " "))
 
     def integer(self, k: int, name: str, default: Any = REQUIRED, low: int = 1) -> Any:
@@ -82,12 +85,12 @@ class Card:
         return tuple(sorted(int(digit) - 1 for digit in text))
 
     def refuse_fields(self, what: str, *fields: int, harmless: tuple = (0.0,)) -> None:
-        """Fault where a field says something that is not read."""
+        """Report fields whose content is not supported."""
         for k in fields:
             text = self.text(k)
             value = _REAL.fullmatch(text)
             if text and text not in harmless and not (value and float(f"{value[1]}e{value[2] or 0}") in harmless):
-                self.fault(f"{what} {text[:16]!r} is not read")
+                self.fault(f"{what} {text[:16]!r} is not supported")
 
     def identifiers(self, first: int, name: str, low: int = 1, last: int | None = None) -> list[range]:
         """Identifiers to the end of the card (or to `last`), `5 THRU 8` among them, as ranges."""
@@ -117,7 +120,7 @@ class Card:
 
 
 def require_positive(card: Card, nonnegative: dict[str, float], **numbers: float) -> None:
-    """Faults where numbers are not positive, or negative."""
+    """Report numbers that are not positive, or negative ones among `nonnegative`."""
     for name, value in numbers.items():
         if not value > 0:
             card.fault(f"{name} must be positive")
@@ -133,7 +136,7 @@ def parse_cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
         first, data, tail, row = _split_fields(text)
         if not first or first[0] in "+*":
             if card is None:
-                Card("", place, faults).fault("a continuation without a card")
+                Card("", place, faults).fault("a continuation line without a card")
                 continue
             if label and first[1:] and label != first[1:]:
                 card.fault(f"the continuation {first!r} at {place} does not follow its card, which ends in {label!r}")
@@ -145,14 +148,14 @@ def parse_cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
                 return
             card = Card(name, place, faults)
             if not re.fullmatch(r"[A-Z][A-Z0-9]{0,7}", name):
-                card.fault("replication of cards is not read" if name[:1] == "=" else "this is no name of a card")
+                card.fault("replication of cards is not supported" if name[:1] == "=" else "invalid card name")
         if row == 8 and (len(card.fields) - 1) % 8:
             card.fields += [""] * 4
         label = ""
         if tail and (not tail[0] or tail[0][0] in "+*" or "," not in text):  # the tenth field
             label, tail = tail[0][1:] if tail[0][:1] in ("+", "*") else "", tail[1:]
             if any(tail):
-                card.fault(f"{place} has data behind its tenth field")
+                card.fault(f"{place} has data after its tenth field")
             tail = []
         data += tail  # a long line of free fields goes on without an end of line
         card.fields += data + [""] * (-len(data) % row if data else row)

@@ -8,7 +8,7 @@ import numpy as np
 from ...elements import DIRECTIONS
 from ._cards import Card
 from ._context import DeckContext
-from ._groups import AbstractElementGroup, BarGroup, ShellGroup, RodGroup, SolidGroup
+from ._groups import AbstractElementGroup, BarGroup, RodGroup, ShellGroup, SolidGroup
 from ._properties import BeamProperty
 
 Groups = dict[str, AbstractElementGroup]
@@ -22,7 +22,7 @@ def group_cards(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list
         one = card.integer(1, "EID")
         if one in seen:
             if seen[one] != card.fields:
-                card.fault("this element is given here a second time, otherwise")
+                card.fault("duplicate element with different data")
             continue
         seen[one] = card.fields
         found.setdefault(key(card), []).append(card)
@@ -38,7 +38,7 @@ def node_indices(card: Card, deck: DeckContext, first: int, count: int) -> tuple
     """Places of the nodes of an element."""
     nodes = tuple(deck.node(card, k, f"G{k - first + 1}") for k in range(first, first + count))
     if len({card.text(k) for k in range(first, first + count)}) < count and deck.index:
-        card.fault("it meets a node twice")
+        card.fault("it repeats a node")
     return nodes
 
 
@@ -77,7 +77,7 @@ def _orientation_node(card, deck):
 
 def _orientation_vectors(card, deck, ends):
     if card.text(8).upper() not in ("", "GGG"):
-        card.fault(f"OFFT {card.text(8)[:8]!r} is not read: GGG is")
+        card.fault(f"OFFT {card.text(8)[:8]!r} is not supported: only GGG is")
     if _orientation_node(card, deck) >= 0:
         return np.zeros(3)
     vector = card.reals(5, 3, "X")
@@ -117,7 +117,7 @@ def solids(cards: list[Card], deck: DeckContext) -> Groups:
     """CHEXA of eight nodes."""
     for card in cards:
         if len(card) > 10:
-            card.fault(f"{len(card) - 2} nodes: of CHEXA those of 8 nodes are read")
+            card.fault(f"{len(card) - 2} nodes: only CHEXA with 8 nodes are supported")
     return _read_group(SolidGroup, cards, deck, 8)
 
 
@@ -135,7 +135,7 @@ def plates(cards: list[Card], deck: DeckContext) -> Groups:
         last = 2 * count + 6  # T1 ... stand in the last fields of the second row
         for k in range(last - count + 1 + (count == 3), last + 1 + (count == 3)):
             if card.real(k, "T", None) not in (None, thickness):
-                card.fault("a thickness T1 ... other than its PSHELL's is not read")
+                card.fault("a thickness T1 ... other than that of its PSHELL is not supported")
     return _read_group(ShellGroup, cards, deck, count)
 
 

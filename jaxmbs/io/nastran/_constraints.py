@@ -1,27 +1,27 @@
-"""Cards that hold or tie directions of nodes: SPC, MPC, RBE2, RBE3."""
+"""Cards of supports and ties: SPC, MPC, RBE2, RBE3, RBAR."""
 
 import numpy as np
 
 from ._cards import Card
 from ._context import DeckContext
-from ._ties import AbstractTie, MultipointTie, MeanTie, Pair, RigidTie
+from ._ties import AbstractTie, MeanTie, MultipointTie, Pair, RigidTie
 
 CardsByName = dict[str, list[Card]]
 
 
 def select_sets(what: str, found: CardsByName, one: int | None, by_case: set[int], faults: list[str]) -> set[int]:
-    """Numbers of the sets of SPC or MPC that act: `one`, else what the case control chooses, else the only one."""
+    """Numbers of the active SPC or MPC sets: `one`, else those of the case control, else the only set."""
     cards = [card for name in (what, what + "1") for card in found.get(name, ())]
     sums = {}
     for card in found.get(what + "ADD", ()):
         if card.integer(1, "SID") in sums:
-            card.fault("this set stands here a second time")
+            card.fault("duplicate set")
         sums[card.integer(1, "SID")] = card, [card.integer(k, "S") for k in range(2, len(card) + 1)]
     sets = {card.integer(1, "SID") for card in cards}
     wanted = {one} if one is not None else by_case or (set(sums) if len(sums) == 1 else sets)
     listed = ", ".join(map(str, sorted(sets | set(sums))[:20])) or "none"
     if len(wanted) > 1:
-        faults.append(f"of the {what} sets {listed} one must be said to act: read_nastran(..., {what.lower()}=)")
+        faults.append(f"the deck has the {what} sets {listed}; choose one: read_nastran(..., {what.lower()}=)")
     for missing in sorted(wanted - sets - set(sums)):
         faults.append(f"there is no {what} set {missing}; there are: {listed}")
     for card, parts in (sums[chosen] for chosen in wanted if chosen in sums):
@@ -29,12 +29,12 @@ def select_sets(what: str, found: CardsByName, one: int | None, by_case: set[int
             if part not in sets:
                 card.fault(f"there is no {what} set {part}{', but a sum of sets' if part in sums else ''}")
         if not parts:
-            card.fault("it adds no sets")
+            card.fault("it lists no sets")
     return {part for chosen in wanted for part in (sums[chosen][1] if chosen in sums else [chosen])}
 
 
 def read_supports(found: CardsByName, sets: set[int], deck: DeckContext) -> set[Pair]:
-    """What SPC and SPC1 of these sets hold."""
+    """Directions that SPC and SPC1 of these sets hold."""
     pairs = set()
     for card in found.get("SPC", ()):
         if card.integer(1, "SID") in sets:
@@ -46,7 +46,7 @@ def read_supports(found: CardsByName, sets: set[int], deck: DeckContext) -> set[
         if card.integer(1, "SID") in sets:
             nodes = deck.nodes(card, card.identifiers(3, "G"))
             if not nodes:
-                card.fault("it holds no GRID")
+                card.fault("it names no GRID")
             directions = deck.directions(card, 2, "C", nodes[0] if nodes else -1)
             pairs |= {(node, d) for node in nodes for d in directions}
     return pairs
@@ -69,7 +69,7 @@ def read_ties(found: CardsByName, sets: set[int], deck: DeckContext) -> dict[str
 def _add_tie(made, card, tie):
     name = f"{card.name} {card.integer(1, 'EID')}"
     if name in made:
-        card.fault("this element is given here a second time")
+        card.fault("duplicate element")
     if tie is not None:
         made[name] = tie
 
@@ -82,7 +82,7 @@ def _read_rbe2(card, deck):
     master, directions = deck.node(card, 2, "GN"), card.directions(3, "CM")
     nodes = dict.fromkeys(deck.nodes(card, card.identifiers(4, "GM")))
     if not nodes:
-        card.fault("it moves no GRID")
+        card.fault("it has no dependent GRID")
         return None
     if master in nodes:
         card.fault("its independent node GN is among the dependent ones")
@@ -104,7 +104,7 @@ def _read_rbar(card, deck):
         card.fault("the end with the independent directions has dependent ones, too")
     directions = card.directions(7 - first, "CMB" if first == 0 else "CMA", "") or tuple(range(6))
     if card.text(2) == card.text(3):
-        card.fault("it meets a node twice")
+        card.fault("it repeats a node")
         return None
     return RigidTie(tuple((ends[1 - first], d) for d in directions), ends[first])
 
@@ -124,13 +124,13 @@ def _read_rbe3(card, deck):
         card.fault(f"UM must name {len(of)} of the directions that it ties")
         return None
     if reference in {node for node, _ in pairs}:
-        card.fault("its reference node is among those it averages")
+        card.fault("its reference node is among the averaged nodes")
         return None
     tie = MeanTie(tuple(dependent), reference, directions, tuple(pairs), np.array([w for _, w in weighed]))
     if pairs and not tie.holds(deck.positions, deck.axes):
         card.fault("the directions that it averages do not hold its reference node")
         return None
-    return tie if pairs else card.fault("it averages nothing")
+    return tie if pairs else card.fault("it averages no node")
 
 
 def _read_weights(card, deck, end):
@@ -146,7 +146,7 @@ def _read_weights(card, deck, end):
             k += 2
         else:
             if text.upper() == "THRU":
-                card.fault("THRU is not read in RBE3")
+                card.fault("THRU is not supported in RBE3")
             elif text:
                 node = deck.node(card, k, "G")
                 found += [((node, d), weight) for d in directions]

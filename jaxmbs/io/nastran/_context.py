@@ -1,4 +1,4 @@
-"""What the cards of a deck refer to while it is read: nodes, coordinate systems, materials, properties."""
+"""Context of a deck while it is read: nodes, coordinate systems, materials, properties."""
 
 from functools import lru_cache
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ._cards import Card
-from ._coordinate_systems import CoordinateSystem, read_coordinate_systems, find_system, to_basic
+from ._coordinate_systems import CoordinateSystem, find_system, read_coordinate_systems, to_basic
 from ._properties import READ
 
 
@@ -33,12 +33,12 @@ class DeckContext:
         for card in found.get("GRID", ()):
             one, frame = card.integer(1, "ID"), card.integer(2, "CP", default[0], low=0)
             if one in grids and grids[one][0].fields != card.fields:
-                card.fault("this node is given here a second time, otherwise")
+                card.fault("duplicate node with different data")
             grids[one] = card, frame, card.reals(3, 3, "X")
         self.frames = read_coordinate_systems(found, grids)
         points = scalar_points(found)
         for one in points & grids.keys():
-            grids[one][0].fault("this number is that of a scalar point, too")
+            grids[one][0].fault("a scalar point has the same number")
         grids |= {one: (Card("SPOINT", "", []), 0, [0.0] * 3) for one in points - grids.keys()}
         self.ids = sorted(grids)
         self.index = {one: k for k, one in enumerate(self.ids)}
@@ -60,7 +60,7 @@ class DeckContext:
             for card in found.get(kind, ()):
                 name = f"{kind} {card.integer(1, 'ID')}"
                 if name in cards_of and cards_of[name].fields != card.fields:
-                    card.fault("this number is given here a second time, otherwise")
+                    card.fault("duplicate number with different data")
                 (self.materials if kind == "MAT1" else self.properties)[name] = read(card, self.note)
                 cards_of[name] = card
         self._unread = {
@@ -72,15 +72,15 @@ class DeckContext:
                 cards_of[name].fault(f"there is no {owner.material}")
 
     def note(self, what: str) -> None:
-        """Something that is read over."""
+        """Note something that is ignored."""
         self.notes[what] = self.notes.get(what, 0) + 1
 
     def remark(self, what: str) -> None:
-        """Something that was decided."""
+        """Note an assumption."""
         self.remarks[what] = self.remarks.get(what, 0) + 1
 
     def has_material(self, name: str | None) -> bool:
-        """Whether it is there, or stands on a card of another kind, which is not read: that is said once."""
+        """True if the material exists, or is on a card that is not read, which is reported once."""
         return name is None or name in self.materials or name.partition(" ")[2] in self._unread
 
     def directions(self, card: Card, k: int, name: str, node: int) -> tuple[int, ...]:
@@ -137,7 +137,7 @@ class DeckContext:
     def _turned(self, card, default):
         one = card.integer(6, "CD", default, low=-1)
         if one == -1:
-            card.fault("CD = -1, a fluid's node, is not read")
+            card.fault("fluid nodes (CD = -1) are not supported")
             return 0
         find_system(one, self.frames, card)
         return one if one in self.frames else 0
@@ -159,7 +159,7 @@ _SHARED = {"PELAS": 4, "PMASS": 2, "PDAMP": 2} | {
 
 
 def split_shared_cards(found: dict[str, list[Card]]) -> None:
-    """A card for each of the entries that share one."""
+    """Split cards that hold several entries."""
     for name, width in _SHARED.items():
         made = []
         for card in found.get(name, ()):
@@ -173,11 +173,11 @@ def split_shared_cards(found: dict[str, list[Card]]) -> None:
 
 
 def default_cards(found: dict[str, list[Card]]) -> None:
-    """What BAROR and BEAMOR say, where bars and beams are blank."""
+    """Fill blank fields of bars and beams from BAROR and BEAMOR."""
     for name, kind in (("BAROR", "CBAR"), ("BEAMOR", "CBEAM")):
         own = found.get(name, [])
         for card in own[1:]:
-            card.fault(f"{name} stands here a second time")
+            card.fault(f"duplicate {name}")
         for card in found.get(kind, ()) if own else ():
             whole = card.fields + [""] * (9 - len(card.fields))
             given = (2,), (5, 6, 7), (8,)  # PID, the vector as a whole, OFFT
@@ -192,7 +192,7 @@ def _read_grdset(found):
     """CP, CD and PS of GRDSET."""
     cards = found.get("GRDSET", [])
     for card in cards[1:]:
-        card.fault("GRDSET is given here a second time")
+        card.fault("duplicate GRDSET")
     if not cards:
         return 0, 0, ()
     card = cards[0]

@@ -60,7 +60,9 @@ def to_basic(frame: CoordinateSystem, given: list[float]) -> np.ndarray:
     return np.asarray(frame.origin) + np.array([a, b, c]) @ np.asarray(frame.axes)
 
 
-def read_coordinate_systems(found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, list[float]]]) -> dict[int, CoordinateSystem]:
+def read_coordinate_systems(
+    found: dict[str, list[Card]], grids: dict[int, tuple[Card, int, list[float]]]
+) -> dict[int, CoordinateSystem]:
     """All coordinate systems by number, 0 the basic one, whatever their order in the deck.
 
     Args: grids: card, frame and coordinates of each node, for CORD1R and its kin.
@@ -72,14 +74,14 @@ def read_coordinate_systems(found: dict[str, list[Card]], grids: dict[int, tuple
                 one = card.integer(start, "CID")
                 points = [card.integer(k, "G") for k in range(start + 1, start + 4)] if form == "1" else _points(card)
                 if one in given and given[one][0].fields != card.fields:
-                    card.fault(f"the coordinate system {one} is given here a second time")
+                    card.fault(f"duplicate coordinate system {one}")
                 given[one] = card, kind, points
     needs = {one: _reference_points(card, points, grids) for one, (card, _, points) in given.items()}
     try:
         order = list(graphlib.TopologicalSorter(needs).static_order())
     except graphlib.CycleError as error:
         card = next(given[one][0] for one in error.args[1] if one in given)
-        card.fault(f"coordinate systems refer to one another in a ring: {error.args[1][:8]}")
+        card.fault(f"coordinate systems refer to one another in a cycle: {error.args[1][:8]}")
         return {0: BASIC}
     made = {0: BASIC}
     for one in order:

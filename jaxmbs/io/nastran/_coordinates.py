@@ -1,4 +1,4 @@
-"""Which coordinates of a deck are free, and how all displacements follow from them."""
+"""Free coordinates of a deck, and the displacements of all nodes by them."""
 
 import equinox as eqx
 import jax
@@ -30,7 +30,7 @@ class DeckCoordinates(eqx.Module):
 
     @property
     def plain(self) -> bool:
-        """Whether no node moves otherwise than by its own coordinates."""
+        """True if every node moves by its own coordinates only."""
         return not self.others
 
     def motions(self, positions: AnyArray) -> Float[Array, "others 6 free"]:
@@ -91,7 +91,7 @@ class DeckCoordinates(eqx.Module):
 
 
 def are_ties_uncoupled(ties: dict[str, AbstractTie]) -> bool:
-    """Whether every tie gives its directions by none that another tie gives."""
+    """True if no tie depends on a direction that another tie gives."""
     dependent = {pair for tie in ties.values() for pair in tie.dependent}
     free = all(not dependent & (set(tie.pairs) - set(tie.dependent)) for tie in ties.values())
     return free and all(tie.is_explicit for tie in ties.values())
@@ -100,7 +100,7 @@ def are_ties_uncoupled(ties: dict[str, AbstractTie]) -> bool:
 def number_coordinates(
     deck: DeckContext, ties: dict[str, AbstractTie], held: set[Pair], sizes: np.ndarray, weak: set[Pair]
 ) -> DeckCoordinates:
-    """From what is held, what the elements give each node (0, 3 or 6 coordinates), and what AUTOSPC holds."""
+    """Number the free coordinates from supports, coordinates of elements (0, 3 or 6 a node) and AUTOSPC."""
     present = {(n, d) for n, size in enumerate(sizes.tolist()) for d in range(size)}
     present |= {pair for tie in ties.values() for pair in tie.implied_directions}
     dependent = {pair for tie in ties.values() for pair in tie.dependent}

@@ -1,4 +1,4 @@
-"""A structure read from Nastran bulk data: its numbers are leaves, finite elements are made of them when asked."""
+"""`Deck`: a structure read from Nastran bulk data, its numbers as leaves."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -52,7 +52,7 @@ class Deck(eqx.Module):
 
     @property
     def numbers(self) -> DeckParameters:
-        """What elements are made of."""
+        """Numbers that the elements are made of."""
         return DeckParameters(self.positions, self.materials, self.properties, self.mass)
 
     @property
@@ -113,7 +113,7 @@ class Deck(eqx.Module):
         return found.at[..., np.array(self.coordinates.others), :].set(others)
 
     def describe(self) -> str:
-        """What was read, what is held and what was ignored, in lines."""
+        """Summary of what was read, held and ignored, in lines."""
         own = {name: own for name, own in self.elements.items() if not isinstance(own, LumpedMassGroup)}
         counts = [f"{name}: {len(cards.nodes)} elements" for name, cards in own.items()]
         lines = [f"{len(self.names)} nodes, {len(self.coordinates.free)} free coordinates", *counts]

@@ -119,7 +119,7 @@ class BarGroup(AbstractElementGroup):
 
 
 def _element_axes(nodes, numbers):
-    """From the first node to the second, (elements, 3)."""
+    """Vectors (elements, 3) from the first node to the second."""
     ends = np.asarray(numbers.positions)[np.array(nodes)]
     return ends[:, 1] - ends[:, 0]
 

@@ -1,4 +1,4 @@
-"""Masses of elements on their nodes, as Nastran has them unless PARAM COUPMASS asks for consistent ones."""
+"""Lumped masses of elements, as Nastran has them unless PARAM COUPMASS requests consistent ones."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ class MasslessGroup(AbstractElementGroup):
         return eqx.tree_at(where, made, [jnp.zeros_like(value) for value in where(made)])
 
     def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
-        """As of those elements."""
+        """Stiff directions of those elements."""
         return self.of.stiff_directions(element, numbers)
 
 
@@ -70,7 +70,7 @@ class LumpedMassGroup(AbstractElementGroup):
         return nothing, nothing
 
     def mass_directions(self, element: Any, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
-        """As of masses by cards."""
+        """Mass directions as of CONM2."""
         masses = PointMassGroup(self.nodes, self.ids, element.value, element.offset, element.inertia)
         return masses.mass_directions(element, numbers)
 

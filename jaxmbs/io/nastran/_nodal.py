@@ -1,4 +1,4 @@
-"""What the elements of a deck give its nodes: coordinates, stiffness and mass by direction, seen without matrices."""
+"""Stiffness and mass of nodes by direction, summed over elements without matrices."""
 
 from typing import NamedTuple
 
@@ -20,12 +20,12 @@ class NodalSums(NamedTuple):
     """
 
     sizes: np.ndarray
-    strained: np.ndarray
+    stiff_directions: np.ndarray
     mass_directions: np.ndarray
 
 
 def nodal_sums(deck: DeckContext, elements: Groups, numbers: DeckParameters) -> NodalSums:
-    """Sums over all elements.  Raises: ModelError for elements whose nodes lie wrongly."""
+    """Sums over all elements.  Raises: ModelError for badly shaped elements."""
     count = len(deck.ids)
     found, faults = NodalSums(np.zeros(count, int), *np.zeros((2, count, 2, 3, 3))), []
     for name, own in elements.items():
@@ -35,7 +35,10 @@ def nodal_sums(deck: DeckContext, elements: Groups, numbers: DeckParameters) -> 
         if faults:
             continue
         np.maximum.at(found.sizes, nodes.ravel(), element.coordinates)
-        for total, given in ((found.stiff_directions, own.stiff_directions), (found.mass_directions, own.mass_directions)):
+        for total, given in (
+            (found.stiff_directions, own.stiff_directions),
+            (found.mass_directions, own.mass_directions),
+        ):
             for kind, directions in enumerate(given(element, numbers)):
                 np.add.at(total[:, kind], nodes, np.einsum("eknx,ekny->ekxy", directions, directions))
     if faults:
@@ -44,7 +47,7 @@ def nodal_sums(deck: DeckContext, elements: Groups, numbers: DeckParameters) -> 
 
 
 def autospc_directions(deck: DeckContext, nodal: NodalSums, ties: dict[str, AbstractTie]) -> set[Pair]:
-    """Directions that no element stiffens, as PARAM AUTOSPC holds them."""
+    """Directions that no element stiffens, which PARAM AUTOSPC holds."""
     masters = {tie.master for tie in ties.values() if isinstance(tie, RigidTie)}
     found = set()
     values = np.linalg.eigvalsh(nodal.stiff_directions)
@@ -65,8 +68,12 @@ def autospc_directions(deck: DeckContext, nodal: NodalSums, ties: dict[str, Abst
 def massless_rows(coordinates: DeckCoordinates, nodal: NodalSums, positions) -> tuple[int, ...]:
     """Rows of the free coordinates in which nothing has mass."""
     apart = set(coordinates.others)
-    mass = np.array([0.0 if n in apart else nodal.mass_directions[n, d // 3, d % 3, d % 3] for n, d in coordinates.free])
+    mass = np.array(
+        [0.0 if n in apart else nodal.mass_directions[n, d // 3, d % 3, d % 3] for n, d in coordinates.free]
+    )
     if apart:
         motions = np.asarray(coordinates.motions(positions)).reshape(len(apart), 2, 3, len(mass))
-        mass = mass + np.einsum("okaq,okab,okbq->q", motions, nodal.mass_directions[np.array(coordinates.others)], motions)
+        mass = mass + np.einsum(
+            "okaq,okab,okbq->q", motions, nodal.mass_directions[np.array(coordinates.others)], motions
+        )
     return tuple(np.flatnonzero(mass <= 1e-14 * np.max(mass, initial=0.0)).tolist())

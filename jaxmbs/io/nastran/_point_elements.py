@@ -3,7 +3,7 @@
 import numpy as np
 
 from ._cards import Card
-from ._connections import Groups, group_cards, node_indices, element_ids
+from ._connections import Groups, element_ids, group_cards, node_indices
 from ._context import DeckContext
 from ._point_groups import BushingGroup, PointMassGroup, ScalarSpringGroup
 
@@ -61,7 +61,7 @@ def scalars(cards: list[Card], deck: DeckContext) -> Groups:
         rates = [_rate(card, deck) for card in own] if own_rate else None
         for card, row in zip(own, nodes, strict=True):
             if len(set(row)) < len(row):
-                card.fault("a spring between two directions of one node is not read")
+                card.fault("a spring between two directions of one node is not supported")
         parts = [own[0].name, owner.partition(" ")[2], "to ground" if len(fields) == 1 else ""]
         name = " ".join(part for part in parts if part)
         if name in made:  # grounded at the first or at the second end
@@ -74,7 +74,7 @@ def _ends(card, step):
     """Fields of the nodes that are given."""
     given = tuple(k for k in (3, 3 + step) if card.text(k) not in ("", "0"))
     if not given:
-        card.fault("it joins no node")
+        card.fault("it names no node")
     return given or (3,)
 
 
@@ -135,7 +135,7 @@ def _frame(card, deck, node):
 def _line(card, deck, row):
     line = deck.positions[row[-1]] - deck.positions[row[0]]
     if not np.linalg.norm(line) > 0:
-        card.fault("its nodes are at one place or it is grounded: it needs a CID")
+        card.fault("its nodes coincide or it is grounded: it needs a CID")
     return line
 
 

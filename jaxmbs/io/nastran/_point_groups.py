@@ -75,7 +75,7 @@ class ScalarSpring(AbstractElement):
 
     @property
     def has_damping(self) -> bool:
-        """Whether it is a damper."""
+        """True for a damper."""
         return self.what == "damping"
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
@@ -95,7 +95,7 @@ class ScalarSpring(AbstractElement):
         return ((self._row() @ u.reshape(-1)) * (self.rate if self.what == "stiffness" else 0.0 * self.rate))[None]
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
-        """Never: its nodes may lie at one point."""
+        """No fault: the nodes of a scalar element may coincide."""
         return np.zeros(len(nodes), bool)
 
 

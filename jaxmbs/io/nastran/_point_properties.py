@@ -63,7 +63,7 @@ def bush(card: Card, note: Callable[[str], None]) -> BushingProperty:
         elif what in ("GE", "RCV"):
             note(f"{what} of PBUSH")
         elif what:
-            card.fault(f"{what[:16]!r} is none of K, B, GE, RCV")
+            card.fault(f"{what[:16]!r} is not supported: only K, B, GE, RCV are")
     require_positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
     return BushingProperty(values["K"], values["B"] if any(values["B"]) else None)
 

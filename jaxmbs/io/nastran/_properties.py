@@ -139,7 +139,7 @@ def _shear_of_beam(card):
         step = 16 if card.text(row).upper() == "YES" else 8
         at = [card.real(row + k, "A, I, J or NSM", None) for k in (2, 3, 4, 6, 7)]
         if any(b is not None and b != (a or 0.0) for a, b in zip(first, at, strict=True)):
-            card.fault("a section that changes along the beam is not read")
+            card.fault("a section that changes along the beam is not supported")
         row += step
     card.refuse_fields("S1 and S2", row + 2, row + 3)
     card.refuse_fields("NSI and CW", *range(row + 4, row + 8))
@@ -152,7 +152,7 @@ def plate(card: Card, note: Callable[[str], None]) -> ShellProperty:
     mid, bending, across = card.integer(2, "MID1"), card.integer(4, "MID2", 0), card.integer(6, "MID3", 0)
     t, nsm = card.real(3, "T"), card.real(8, "NSM", 0.0)
     if bending != mid:
-        card.fault("MID2 must be MID1: plates of one material that bend are read")
+        card.fault("MID2 must be MID1: only plates of one material with bending are supported")
     if across not in (0, mid):
         card.fault("MID3 must be MID1 or blank")
     card.refuse_fields("12I/T^3", 5, harmless=(1.0,))
@@ -169,7 +169,7 @@ def solid(card: Card, note: Callable[[str], None]) -> SolidProperty:
     if any(card.text(k) for k in (4, 6)):
         note("integration IN, ISOP of PSOLID")
     if card.text(7).upper() not in ("", "SMECH"):
-        card.fault(f"FCTN {card.text(7)[:16]!r} is not read")
+        card.fault(f"FCTN {card.text(7)[:16]!r} is not supported")
     return SolidProperty(f"MAT1 {card.integer(2, 'MID')}")
 
 
@@ -178,31 +178,38 @@ def section_by_dimensions(card: Card, note: Callable[[str], None]) -> BeamProper
     name, mid = card.text(4).upper(), f"MAT1 {card.integer(2, 'MID')}"
     nothing = BeamProperty(1.0, 1.0, 1.0, 1.0, 0.0, None, mid)
     if name not in SECTIONS:
-        card.fault(f"the section {name[:16]!r} is not read: {', '.join(SECTIONS)} are")
+        card.fault(f"the section {name[:16]!r} is not supported; supported are {', '.join(SECTIONS)}")
         return nothing
     count, sound, of = SECTIONS[name]
     sizes, nsm = card.reals(9, count, "DIM", REQUIRED), card.real(9 + count, "NSM", 0.0)
     if not sound(*sizes):
-        card.fault(f"dimensions {', '.join(f'{size:g}' for size in sizes)} make no {name}")
+        card.fault(f"dimensions {', '.join(f'{size:g}' for size in sizes)} do not make a valid {name}")
         return nothing
     found = of(*sizes)
     row = 10 + count
     while card.name == "PBEAML" and row <= len(card):
         again = [card.real(k, "DIM or NSM", None) for k in range(row + 2, row + 3 + count)]
         if any(b is not None and b != a for a, b in zip([*sizes, nsm], again, strict=True)):
-            card.fault("a section that changes along the beam is not read")
+            card.fault("a section that changes along the beam is not supported")
         row += 3 + count
     if card.name == "PBARL":
         card.refuse_fields("what follows NSM", *range(row, len(card) + 1))
     elif not found.is_centred:
-        card.fault(f"a CBEAM of the section {name} has its shear centre beside its centroid, which is not read")
+        card.fault(f"a CBEAM of the section {name} has its shear centre off its centroid, which is not supported")
     require_positive(card, nonnegative={"NSM": nsm})
     note(f"{card.name} {name}: torsion and shear factors by beam theory, Nastran's may differ")
     return BeamProperty(found.area, found.inertia_1, found.inertia_2, found.torsion, nsm, found.shear, mid)
 
 
 READ: dict[str, Callable[..., Any]] = {
-    **dict(MAT1=material, PBAR=section, PBEAM=section, PROD=section, PBARL=section_by_dimensions, PBEAML=section_by_dimensions),
+    **dict(
+        MAT1=material,
+        PBAR=section,
+        PBEAM=section,
+        PROD=section,
+        PBARL=section_by_dimensions,
+        PBEAML=section_by_dimensions,
+    ),
     **dict(PSHELL=plate, PSOLID=solid, PBUSH=bush, PELAS=scalar),
     **dict(PMASS=scalar_mass, PDAMP=scalar_damper),
 }

@@ -1,4 +1,4 @@
-"""From the cards of a deck to its structure."""
+"""`read_nastran`: from the cards of a deck to its structure."""
 
 from collections.abc import Callable
 from os import PathLike
@@ -11,18 +11,18 @@ from ...elements._base import as_real
 from ...errors import ModelError
 from ._cards import Card, parse_cards
 from ._connections import Groups, bars, conrods, plates, rods, solids
-from ._constraints import select_sets, read_supports, read_ties
+from ._constraints import read_supports, read_ties, select_sets
 from ._context import DeckContext, default_cards, scalar_points, split_shared_cards
-from ._coordinates import number_coordinates, are_ties_uncoupled
-from ._deck import Deck
 from ._coordinate_systems import NAMES
+from ._coordinates import are_ties_uncoupled, number_coordinates
+from ._deck import Deck
 from ._groups import HEAVY, DeckParameters
 from ._lumped import LumpedMassGroup, lump_masses
-from ._nodal import massless_rows, nodal_sums, autospc_directions
+from ._nodal import autospc_directions, massless_rows, nodal_sums
 from ._point_elements import bushes, masses, scalars
 from ._properties import READ
 from ._text import BulkData
-from ._ties import AbstractTie, MultipointTie, MeanTie, Pair
+from ._ties import AbstractTie, MeanTie, MultipointTie, Pair
 
 ELEMENTS: dict[str, Callable[[list[Card], DeckContext], Groups]] = {
     **dict(CBAR=bars, CBEAM=bars, CROD=rods, CQUAD4=plates, CTRIA3=plates, CHEXA=solids),
@@ -78,7 +78,7 @@ def read_nastran(
     ValueError for other `masses`; OSError where there is no file.
     """
     if masses not in (None, "lumped", "consistent"):
-        raise ValueError(f"masses = {masses!r}: one of 'lumped', 'consistent', or None for what the deck says")
+        raise ValueError(f"masses must be 'lumped', 'consistent', or None to follow the deck, not {masses!r}")
     faults: list[str] = []
     text = BulkData(Path(path), faults)
     found: dict[str, list[Card]] = {}
@@ -87,7 +87,7 @@ def read_nastran(
     for name, most in _LENGTHS.items():
         for card in found.get(name, ()):
             if len(card) > most:
-                card.fault(f"it has {len(card)} data; a {name} has {most}")
+                card.fault(f"it has {len(card)} fields; a {name} has at most {most}")
     split_shared_cards(found)
     default_cards(found)
     strange = [name for name in found if name not in _CARDS_READ | _IGNORED_SILENTLY and name]
@@ -120,12 +120,16 @@ def _deck(deck, elements, tied, on_hold, settings, ignored):
             axis = deck.axes(n)[d % 3]
             nodal.stiff_directions[n, d // 3] += np.outer(axis, axis)
     weak = autospc_directions(deck, nodal, tied) if settings["AUTOSPC"] else set()
-    weak = (weak | _unsupported_directions(tied, nodal.sizes)) - on_hold - {pair for tie in tied.values() for pair in tie.dependent}
+    weak = (
+        (weak | _unsupported_directions(tied, nodal.sizes))
+        - on_hold
+        - {pair for tie in tied.values() for pair in tie.dependent}
+    )
     coordinates = number_coordinates(deck, tied, on_hold, nodal.sizes, weak)
     if not are_ties_uncoupled(tied):
         _refuse_cyclic_ties(coordinates, numbers.positions)
     if not coordinates.free:
-        raise ModelError(["nothing is free to move"])
+        raise ModelError(["no coordinate is free: all are held or tied"])
     turned, still = dict(coordinates.turned), on_hold | weak
     fixed = [(n, d) for n, d in still if n not in turned or {(n, 3 * (d // 3) + k) for k in range(3)} <= still]
     names = tuple(f"{'SPOINT' if n in deck.scalars else 'GRID'} {one}" for n, one in enumerate(deck.ids))
@@ -183,7 +187,7 @@ def _refuse_cyclic_ties(coordinates, positions):
     R, columns = coordinates.equations(positions)
     own = np.asarray(R)[:, columns]
     if not np.all(np.isfinite(own)) or np.linalg.cond(own) > 1e12:
-        raise ModelError(["the ties depend on one another in a ring"])
+        raise ModelError(["the ties depend on one another in a cycle"])
 
 
 def _ignored(found, text, deck):

@@ -52,7 +52,7 @@ class BulkData:
         numbered = iter(list(enumerate(found, start=1))[start:])
         for number, text in numbered:
             if _BEGIN.match(text):
-                self.faults.append(f"{name}:{number}: one part BEGIN BULK is read, no superelements")
+                self.faults.append(f"{name}:{number}: superelements (a second BEGIN BULK) are not supported")
             if not (include := _INCLUDE.match(text)):
                 if text:
                     yield Line(text, f"{name}:{number}")
@@ -67,7 +67,7 @@ class BulkData:
     def _inside(self, name, path, place, depth) -> Path | None:
         """The file that an INCLUDE names, if it lies in the folder of the deck."""
         if depth >= MAX_DEPTH:
-            raise ModelError([f"{place}: INCLUDE goes deeper than {MAX_DEPTH} files"])
+            raise ModelError([f"{place}: INCLUDE is nested more than {MAX_DEPTH} files deep"])
         try:
             there = [(base / name).resolve() for base in (self._root, path.resolve().parent)]
             inside = [other for other in there if other.is_relative_to(self._root)]
@@ -75,15 +75,15 @@ class BulkData:
         except (OSError, ValueError, RuntimeError):  # names too long, with zero bytes, links in a ring
             inside, found = [self._root], None
         if not inside:
-            self.faults.append(f"{place}: INCLUDE {name[:80]!r} leads out of the folder of the deck")
+            self.faults.append(f"{place}: INCLUDE {name[:80]!r} leaves the folder of the deck")
         elif found is None:
-            self.faults.append(f"{place}: INCLUDE {name[:80]!r} is no file in the folder of the deck")
+            self.faults.append(f"{place}: INCLUDE {name[:80]!r} is not a file in the folder of the deck")
         return found
 
     def _read(self, path) -> list[str]:
         self._files += 1
         self._bytes += require_file(path).stat().st_size
         if self._bytes > MAX_BYTES or self._files > MAX_FILES:
-            raise ModelError([f"{path.name}: more than {MAX_BYTES} bytes or {MAX_FILES} files of a deck"])
+            raise ModelError([f"{path.name}: the deck has more than {MAX_BYTES} bytes or {MAX_FILES} files"])
         text = path.read_bytes().decode("latin-1")
         return [line.split("$", 1)[0].expandtabs(8).rstrip() for line in text.split("\n")]

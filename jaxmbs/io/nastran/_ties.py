@@ -26,17 +26,17 @@ class AbstractTie(eqx.Module):
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
-        """What the equations join, one for each column."""
+        """Directions (node, component) of the columns of the equations."""
         raise NotImplementedError
 
     @property
     def implied_directions(self) -> tuple[Pair, ...]:
-        """Those of `pairs` that can move even where no element gives the node such a coordinate."""
+        """The `pairs` that can move even if no element gives the node such a coordinate."""
         return self.pairs
 
     @property
     def is_explicit(self) -> bool:
-        """Whether equation k has 1 at `dependent[k]` and 0 at the others of them: nothing need be solved."""
+        """True if equation k has 1 at `dependent[k]` and 0 at the other dependent ones: none must be solved."""
         return True
 
     def equations(self, positions: AnyArray, axes: Axes) -> Float[Array, "equations columns"]:
@@ -87,7 +87,7 @@ class MeanTie(AbstractTie):
 
     @property
     def is_explicit(self) -> bool:
-        """Not with directions that UM names instead of the reference's."""
+        """False with directions that UM names instead of those of the reference."""
         return self.dependent == self.pairs[: len(self.directions)]
 
     def equations(self, positions: AnyArray, axes: Axes) -> Float[Array, "equations columns"]:
@@ -107,7 +107,7 @@ class MeanTie(AbstractTie):
         return jnp.where(turns, self.weights * length**2, self.weights)
 
     def holds(self, positions: np.ndarray, axes: Callable[[int], np.ndarray]) -> bool:
-        """Whether what is averaged says how the reference moves in all six directions; looks at values."""
+        """True if the averaged directions determine the reference's motion in all six directions; looks at values."""
         rows = []
         for node, d in self.averaged:
             along = axes(node)[d % 3]

@@ -1,4 +1,4 @@
-"""What reading a mechanism's file gives: a builder, and beside it what a mechanism here does not hold."""
+"""Result of reading a mechanism's file: a builder, and the data that a mechanism here does not hold."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from ...builder import SystemBuilder
 
 
 class JointLimits(NamedTuple):
-    """What a file says a joint can do: coordinates [m or rad], velocity, effort [N or N m]; infinite where unsaid."""
+    """Limits of a joint: coordinates [m or rad], velocity, effort [N or N m]; infinite if not given."""
 
     lower: float = -np.inf
     upper: float = np.inf
@@ -43,7 +43,7 @@ class Imported:
 
     @property
     def remarks(self) -> list[str]:
-        """What was left out and what was taken otherwise, one sentence each."""
+        """Omissions and assumptions, one sentence each."""
         return [*(f"left out: {sentence}" for sentence in self.dropped), *(f"note: {note}" for note in self.notes)]
 
 

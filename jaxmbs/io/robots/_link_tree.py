@@ -41,7 +41,7 @@ class TreeLink(NamedTuple):
 
     @property
     def is_fixed(self) -> bool:
-        """Whether no joint moves it."""
+        """True if no joint moves it."""
         return all(isinstance(joint.kind, Weld) for joint in self.joints)
 
     @property
@@ -51,7 +51,7 @@ class TreeLink(NamedTuple):
 
 
 class LinkPlacement(NamedTuple):
-    """Where a link is in the mechanism: its body, and its pose in that body."""
+    """Placement of a link in the mechanism: its body, and its pose in that body."""
 
     body: str
     pose: tuple
@@ -71,7 +71,9 @@ def declare_links(
         carrier = homes[link.parent]
         fixed = link.is_fixed and not welds
         homes[link.name] = (
-            LinkPlacement(carrier.body, after(carrier.pose, link.place)) if fixed else LinkPlacement(link.name, IDENTITY)
+            LinkPlacement(carrier.body, after(carrier.pose, link.place))
+            if fixed
+            else LinkPlacement(link.name, IDENTITY)
         )
         body, (R, p) = homes[link.name]
         parts.setdefault(body, []).append((link.mass, R @ link.com + p, R @ link.inertia @ R.T))

@@ -11,10 +11,10 @@ from ...errors import ModelFileError
 from ...joints import Weld
 from ...typing import ArrayLike
 from ._equalities import add_equalities
-from ._imported import Imported, JointLimits, UniqueNames, count_nouns, quote_names, frame_names_of_joints
-from ._link_tree import IDENTITY, TreeLink, LinkJoint, declare_links
+from ._imported import Imported, JointLimits, UniqueNames, count_nouns, frame_names_of_joints, quote_names
+from ._link_tree import IDENTITY, LinkJoint, TreeLink, declare_links
 from ._mjcf_text import MjcfText, mjcf_text
-from ._mujoco_model import FREE, SCALAR, link_joints, rotation, initial_coordinates
+from ._mujoco_model import FREE, SCALAR, initial_coordinates, link_joints, rotation
 from ._springs import add_actuators, add_springs
 from ._stops import add_stops, describe_ignored_limits
 
@@ -83,7 +83,9 @@ def _import_model(model, dropped, welds, stops, rotors, controls):
     bodies = [None, *(names(model.body(k).name or f"body{k}") for k in range(1, model.nbody))]
     joint_names = UniqueNames()
     joints = [joint_names(name) for name in _joint_names(model, bodies)]
-    homes = declare_links(builder, [_link(model, k, bodies, joints, joint_names) for k in range(1, model.nbody)], welds)
+    homes = declare_links(
+        builder, [_link(model, k, bodies, joints, joint_names) for k in range(1, model.nbody)], welds
+    )
     home = [homes[name] for name in bodies]
     for k in range(model.nsite):
         body = model.site_bodyid[k]
@@ -97,9 +99,14 @@ def _import_model(model, dropped, welds, stops, rotors, controls):
     dropped += add_actuators(builder, model, joints, controls)
     add_stops(builder, limits, stops)
     dropped += describe_ignored_limits(limits, stops)
-    poses = {model.key(k).name or f"key{k}": initial_coordinates(model, joints, model.key_qpos[k]) for k in range(model.nkey)}
+    poses = {
+        model.key(k).name or f"key{k}": initial_coordinates(model, joints, model.key_qpos[k])
+        for k in range(model.nkey)
+    }
     notes = names.notes("the body or site") + joint_names.notes("the joint or equality")
-    return Imported(builder, tuple(dropped), limits, initial_coordinates(model, joints, model.qpos0), poses, tuple(notes))
+    return Imported(
+        builder, tuple(dropped), limits, initial_coordinates(model, joints, model.qpos0), poses, tuple(notes)
+    )
 
 
 def _gravity(model):
@@ -141,7 +148,7 @@ def _limits(model, joints):
 
 
 def _describe_omissions(model, bodies, joints):
-    """What the compiled model has and the mechanism has not."""
+    """Describe the parts of the compiled model that the mechanism lacks."""
     touching = int(np.sum((model.geom_contype | model.geom_conaffinity) != 0))
     if touching:
         yield f"contacts of {count_nouns(touching, 'shape')}"

@@ -27,7 +27,7 @@ _OF_TENDONS = ("tendon", "tendon1", "tendon2")
 
 
 class MjcfText(NamedTuple):
-    """What the compiler gets, and what was taken out of it, a sentence each."""
+    """Text for the compiler, and a sentence for each part removed from it."""
 
     xml: str
     assets: dict[str, bytes]
@@ -105,7 +105,7 @@ def _refuse(root, faults):
 
 
 def _describe_omissions(root) -> list[str]:
-    """What no mechanism here has and no picture needs."""
+    """Describe the parts that no mechanism here has and no picture needs."""
     found = []
     sections = (("sensor", "sensor", "sensors"), ("contact", "rule of contact", "rules of contact"))
     for section, *words in (*sections, ("custom", "custom datum", "custom data")):

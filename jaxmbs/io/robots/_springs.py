@@ -14,7 +14,7 @@ from ...joints import Coupler, Revolute
 from ...model._pose import Pose
 from ...typing import Convertible, Scalar, Vector3
 from ._imported import UniqueNames, quote_names
-from ._mujoco_model import FREE, SCALAR, rotation, joint_slice
+from ._mujoco_model import FREE, SCALAR, joint_slice, rotation
 
 
 def add_springs(builder, model, joints, rotors) -> list[str]:
@@ -37,11 +37,13 @@ def add_springs(builder, model, joints, rotors) -> list[str]:
         elif inertia:
             loose.append(name)
     dropped = [f"the armature of the joints {quote_names(loose)}"] if loose else []
-    return dropped + ([f"the curved part of springs and dampers of the joints {quote_names(curved)}"] if curved else [])
+    return dropped + (
+        [f"the curved part of springs and dampers of the joints {quote_names(curved)}"] if curved else []
+    )
 
 
 def _is_nonlinear(model, j, dof) -> bool:
-    """Whether its spring or damper is not linear; MuJoCo before 4 knows no such ones."""
+    """True if a spring or damper of the joint is not linear; MuJoCo before 4 has none."""
     of = (("jnt_stiffnesspoly", j), ("jnt_springyield", j), ("dof_dampingpoly", dof))
     return any(np.any(getattr(model, array)[at]) for array, at in of if hasattr(model, array))
 
@@ -113,7 +115,7 @@ def _output(model, a):
 
 
 def _unsupported_reason(model, a) -> str:
-    """Why an actuator is no function of its joint's coordinate and rate; empty if it is one."""
+    """Reason why an actuator is not a function of its joint's coordinate and rate; empty if it is one."""
     import mujoco
 
     if model.actuator_trntype[a] != int(mujoco.mjtTrn.mjTRN_JOINT):

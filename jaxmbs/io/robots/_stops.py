@@ -20,7 +20,7 @@ def add_stops(builder: SystemBuilder, limits: Mapping[str, JointLimits], stiffne
 
 
 def describe_ignored_limits(limits: Mapping[str, JointLimits], stiffness: float | None) -> list[str]:
-    """What to say of ends of strokes that hold nothing back."""
+    """Sentences on joint limits that have no stops."""
     number = len(_bounded_joints(limits))
     if stiffness is not None or not number:
         return []

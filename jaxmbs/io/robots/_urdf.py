@@ -9,11 +9,11 @@ from ...errors import ModelFileError
 from ...forces import SpringDamper
 from ...joints import Coupler, Free, Weld
 from ...typing import ArrayLike
-from ._imported import Imported, JointLimits, UniqueNames, quote_names, frame_names_of_joints
+from ._imported import Imported, JointLimits, UniqueNames, frame_names_of_joints, quote_names
 from ._inertias import MODES
-from ._link_tree import IDENTITY, TreeLink, LinkJoint, declare_links
+from ._link_tree import IDENTITY, LinkJoint, TreeLink, declare_links
 from ._stops import add_stops, describe_ignored_limits
-from ._urdf_elements import inertial, mimic_faults, elements_by_name, urdf_joint
+from ._urdf_elements import elements_by_name, inertial, mimic_faults, urdf_joint
 from ._urdf_unread import describe_omissions, duplicate_faults
 from ._xml_text import read_xml
 
@@ -60,7 +60,9 @@ def read_urdf(
     robot = _robot(path)
     faults, notes = list(duplicate_faults(robot)), list[str]()
     bodies = elements_by_name(robot, "link", faults)
-    joints = {name: urdf_joint(name, element, faults) for name, element in elements_by_name(robot, "joint", faults).items()}
+    joints = {
+        name: urdf_joint(name, element, faults) for name, element in elements_by_name(robot, "joint", faults).items()
+    }
     masses = {
         name: inertial(f"link {name!r}", element.find("inertial"), inertias, faults, notes)
         for name, element in bodies.items()
@@ -78,7 +80,9 @@ def read_urdf(
     links = []
     for name in order:
         joint = carried.get(name)
-        parent, place, own = (None, IDENTITY, root) if joint is None else (called[joint.parent], joint.place, joint.joint)
+        parent, place, own = (
+            (None, IDENTITY, root) if joint is None else (called[joint.parent], joint.place, joint.joint)
+        )
         links.append(TreeLink(called[name], parent, place, (own,), *masses[name]))
     builder = SystemBuilder(gravity)
     declare_links(builder, links, welds=fixed == "welds", any_inertia=inertias == "accept")
@@ -129,7 +133,7 @@ def _order(bodies, joints, faults):
     for name in order:
         order += children[name]
     if len(order) < len(bodies) and not faults:
-        faults.append(f"links {quote_names(set(bodies) - set(order))} carry one another in a ring")
+        faults.append(f"links {quote_names(set(bodies) - set(order))} form a cycle")
     return order
 
 
@@ -144,9 +148,9 @@ def _laws(builder, joints):
             builder.constraint(names(f"{name}.mimic"), Coupler({name: 1.0, **led}, offset))
             if not led or factor == 0:
                 why = "its multiplier is zero" if led else f"its leader {leader!r} is fixed"
-                notes.append(f"joint {name!r} is held at {offset:g}, the offset of its mimic: {why}")
+                notes.append(f"joint {name!r} is fixed at {offset:g}, the offset of its mimic: {why}")
         elif joint.mimic is not None:
-            notes.append(f"joint {name!r} is fixed: its mimic says nothing")
+            notes.append(f"joint {name!r} is fixed: its mimic has no effect")
         if joint.damping and len(joint.joint.kind.nodes) == 1:
             builder.force(f"{name}.damper", SpringDamper(damping=joint.damping), joint=name)
     return notes

@@ -40,7 +40,7 @@ def elements_by_name(robot, tag, faults) -> dict:
         if not name:
             faults.append(f"{tag} number {number + 1} has no name")
         elif name in found:
-            faults.append(f"{tag} {name!r} is there twice")
+            faults.append(f"{tag} {name!r} is defined twice")
         else:
             found[name] = element
     return found
@@ -110,7 +110,7 @@ def inertial(where, element, mode, faults, notes):
 
 
 def urdf_joint(name, element, faults) -> UrdfJoint:
-    """Of one <joint>."""
+    """Read one <joint>."""
     where, kind = f"joint {name!r}", element.get("type")
     if kind not in _KINDS:
         faults.append(f"{where}: type={kind!r} is none of {', '.join(_KINDS)}")
@@ -169,7 +169,7 @@ def mimic_faults(joints: dict[str, UrdfJoint]) -> list[str]:
             chain.append(following)
         if following in chain:
             ring = chain[chain.index(following) :]
-            faults.append(f"joints {quote_names(ring)} mimic one another in a ring")
+            faults.append(f"joints {quote_names(ring)} mimic one another in a cycle")
         done |= set(chain)
     return faults
 

@@ -1,4 +1,4 @@
-"""What of a URDF no mechanism takes up: elements, attributes and shapes, one sentence each."""
+"""Parts of a URDF that are not read: elements, attributes and shapes, one sentence each."""
 
 import collections
 import xml.etree.ElementTree as ET

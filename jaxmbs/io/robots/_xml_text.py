@@ -1,4 +1,4 @@
-"""XML of others, read with distrust: of one folder, of bounded size, without document types, entities or depth."""
+"""Untrusted XML: bounded size and depth, one folder, no document types or entities."""
 
 import codecs
 import re

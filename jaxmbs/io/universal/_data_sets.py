@@ -19,7 +19,7 @@ class DataSet(NamedTuple):
 
     @property
     def place(self) -> str:
-        """Where it stands, in words."""
+        """Location in the file, for messages."""
         return f"data set {self.number} at line {self.line}"
 
 

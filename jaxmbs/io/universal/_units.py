@@ -41,7 +41,7 @@ class FileUnits(NamedTuple):
 
 
 def file_units(data: DataSet) -> FileUnits:
-    """Of a data set 164, whose factors divide the file's numbers to make SI.  Raises: FunctionError."""
+    """Units of a data set 164, whose factors divide the file's numbers to make SI.  Raises: FunctionError."""
     words = " ".join(data.lines[1:]).upper().replace("D", "E").split()
     try:
         length, force = (1.0 / float(word) for word in words[:2])

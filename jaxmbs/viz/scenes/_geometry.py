@@ -1,6 +1,6 @@
-"""The objects of a scene: solids of bodies, marks of joints, springs, traces, loads and meshes.
+"""Geometry of a scene: solids of bodies, symbols of joints, springs and traces.
 
-Numbers become text here: arrays of float32 as base64, each solid once.  Body 0 is the ground.
+Arrays are encoded as base64 of float32, each solid once.  Body 0 is the ground.
 """
 
 import base64
@@ -14,21 +14,21 @@ from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import default_shapes, inertia_box
 from .._drawable import body_frames, distinct_points, slides, spans, torsions
-from ._solids import Solid, icosphere, rounded_hull, sweep_tube, rotation_to_axis, unit_coil, unit_cone, unit_cylinder
+from ._solids import Solid, icosphere, rotation_to_axis, rounded_hull, sweep_tube, unit_coil, unit_cone, unit_cylinder
 from ._torsion_solids import torsion_solids
 from ._trajectory import FrameTrajectory
 
 STEEL, DARK, PALE, BRASS = "#8d99a6", "#3a444e", "#c3ccd4", "#b8863b"
-_MANY_BODIES = 40  # bodies; more are drawn with fewer corners
+_MANY_BODIES = 40  # more are drawn with fewer corners, to keep the file below a megabyte
 
 
 def encode_array(values: Any, kind: str = "<f4") -> str:
-    """An array as base64."""
+    """Encode an array as base64."""
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
 def rgba(color: str, alpha=1.0) -> list[float]:
-    """A colour "#rrggbb" as numbers."""
+    """Red, green, blue and opacity between 0 and 1 of a colour "#rrggbb"."""
     return [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)] + [alpha]
 
 
@@ -43,7 +43,7 @@ class SolidLibrary:
         self.ball = self(Solid(points, points, faces))
 
     def __call__(self, solid: Solid) -> int:
-        """Its number."""
+        """Store a solid and return its index."""
         faces = np.asarray(solid.faces)
         made = {
             "vertices": encode_array(solid.vertices),
@@ -58,7 +58,7 @@ class SolidLibrary:
 
 
 class MechanismGeometry:
-    """The items of one mechanism; `radius` [m] is that of its bars, `up` (3,) where no gravity pulls."""
+    """Geometry of one mechanism; `radius` [m] is that of its bars, `up` (3,) the direction against gravity."""
 
     def __init__(
         self, system, film: FrameTrajectory, solids: SolidLibrary, radius: ScalarLike, up: np.ndarray, shapes: Mapping
@@ -67,20 +67,21 @@ class MechanismGeometry:
         self.solids, self.r, self.up, self.shapes = solids, radius, up, shapes
         self.items: list[dict] = []
         self.tags: list[dict] = []
-        self._bodies()
-        self._joints()
-        self._spans()
-        self._torsions()
+        self._add_bodies()
+        self._add_joints()
+        self._add_spans()
+        self._add_torsions()
 
-    def solid(self, name, body, number, position, z, radius, length, color, alpha=1.0):
-        """One of the unit solids on a body, from a position along z."""
+    def add_unit_solid(self, name, body, number, position, z, radius, length, color, alpha=1.0):
+        """Add a unit solid on a body, from a position along z."""
         frame = np.eye(4)
         frame[:3, :3] = rotation_to_axis(np.asarray(z, float)) * [radius, radius, length]
         frame[:3, 3] = position
         item = {"name": name, "solid": number, "body": body, "local": frame.T.ravel().tolist()}
         self.items.append(item | {"color": rgba(color, alpha)})
 
-    def _bodies(self):
+    def _add_bodies(self):
+        # Sizes below are in bar radii: symbols of joints must stand out of the bars, and were chosen by eye.
         shown, self.slides = body_frames(self.top), slides(self.system, self.trajectory)
         spared = {b for s in self.slides if s.is_telescope for b in map(self._body, s.joint.frames)}
         blocks = {self._body(s.joint.frames[1]) for s in self.slides}
@@ -91,26 +92,26 @@ class MechanismGeometry:
             own = self.shapes.get(name, self.shapes.get(name.partition(".")[0]) if name in meshed else None)
             color = COLORS[body % len(COLORS)] if body >= 0 else PALE
             for solid in own or ():
-                self._put(name, body + 1, solid, solid.color or color)
+                self._add_solid(name, body + 1, solid, solid.color or color)
             if own or body < 0 or body + 1 in spared or self._is_elastic(name):  # a mesh, or spans
                 continue
             points = distinct_points([self.trajectory.position_in_body(self.top, f) for f in frames], 0.6 * self.r)
             com = np.asarray(self.system.com[body], float)
             if len(points) > 1:
                 for solid in default_shapes(*self._points(body, frames), self.r, few):
-                    self._put(name, body + 1, solid, color)
+                    self._add_solid(name, body + 1, solid, color)
             elif len(points) and np.linalg.norm(com - points[0]) > self.r and body + 1 not in blocks:
-                self._put(name, body + 1, rounded_hull([points[0], com], 0.6 * self.r, few), color)
-                self._lump(name, body, com, color)
+                self._add_solid(name, body + 1, rounded_hull([points[0], com], 0.6 * self.r, few), color)
+                self._add_mass_marker(name, body, com, color)
             elif body + 1 not in blocks:
-                self._lump(name, body, com, color)
+                self._add_mass_marker(name, body, com, color)
 
     def _is_elastic(self, name):
-        """Whether it is a part of an elastic body: an interface, the joint of one, or the modes."""
+        """True for a part of an elastic body: an interface, the joint of one, or the modes."""
         return name.partition(".")[0] in {n for group in self.system.elastic for n in group.names}
 
     def _points(self, body, frames):
-        """Places of a body's joints and of its named frames, and axes of its joints that turn, in its axes."""
+        """Positions of a body's joints and named frames, and axes of its revolute joints, in body axes."""
         joints, axes = [], []
         for joint in self.top.joints:
             here = [f for f in joint.frames if f in frames]
@@ -122,29 +123,29 @@ class MechanismGeometry:
         named = [self.trajectory.position_in_body(self.top, f) for f in sorted(others)]
         return (np.array(part).reshape(-1, 3) for part in (joints, named, axes))
 
-    def _put(self, name, body, solid, color):
+    def _add_solid(self, name, body, solid, color):
         self.items.append({"name": name, "solid": self.solids(solid), "body": body, "color": rgba(color)})
 
-    def _lump(self, name, body, com, color):
-        """A box with the inertia of the body, a ball where it has none to speak of."""
+    def _add_mass_marker(self, name, body, com, color):
+        """Add the inertia box of a body, or a ball where that is small."""
         edges, axes = inertia_box(self.system, body, self.trajectory.extent)
         if edges.max(initial=0.0) < 2.0 * self.r:
-            self.solid(name, body + 1, self.solids.ball, com, (0, 0, 1), 2.2 * self.r, 2.2 * self.r, color)
+            self.add_unit_solid(name, body + 1, self.solids.ball, com, (0, 0, 1), 2.2 * self.r, 2.2 * self.r, color)
         else:
             size = np.maximum(edges, 0.5 * self.r)
-            self._put(name, body + 1, Solid.box(size).placed(com, axes), color)
+            self._add_solid(name, body + 1, Solid.box(size).placed(com, axes), color)
 
     def _body(self, frame):
         return self.top.frame_body[frame] + 1
 
-    def _along(self, frame, axis):
-        """An axis of a frame in the axes of its body."""
+    def _axis_in_body(self, frame, axis):
+        """An axis of a frame, in the axes of its body."""
         return self.trajectory.R[0, self._body(frame)].T @ self.trajectory.R[0, frame] @ axis
 
-    def _joints(self):
+    def _add_joints(self):
         r = self.r
         for slide in self.slides:
-            self._slide(slide)
+            self._add_slide(slide)
         sliding = {s.joint.name for s in self.slides}
         for joint in self.top.joints:
             frame = joint.frames[0]
@@ -153,43 +154,49 @@ class MechanismGeometry:
                 self.tags.append({"name": joint.name, "body": body, "point": place.tolist()})
             if joint.name in sliding or joint.name not in self.trajectory.axes or self._is_elastic(joint.name):
                 continue
-            axis = self._along(frame, self.trajectory.axes[joint.name])
+            axis = self._axis_in_body(frame, self.trajectory.axes[joint.name])
             if joint.kind in ("Revolute", "Screw", "Universal"):
                 axes = [axis] if joint.kind != "Universal" else [axis, np.cross(axis, [0.31, 0.87, 0.38])]
                 for z in axes:
                     z = z / np.linalg.norm(z)
-                    self.solid(joint.name, body, self.solids.cylinder, place - 1.5 * r * z, z, 0.6 * r, 3 * r, DARK)
+                    self.add_unit_solid(
+                        joint.name, body, self.solids.cylinder, place - 1.5 * r * z, z, 0.6 * r, 3 * r, DARK
+                    )
             elif joint.kind == "Spherical":
-                self.solid(joint.name, body, self.solids.ball, place, axis, 1.4 * r, 1.4 * r, DARK)
+                self.add_unit_solid(joint.name, body, self.solids.ball, place, axis, 1.4 * r, 1.4 * r, DARK)
             elif joint.kind == "Planar":
-                self.solid(joint.name, body, self.solids.cylinder, place - 0.2 * r * axis, axis, 4 * r, 0.2 * r, PALE)
+                self.add_unit_solid(
+                    joint.name, body, self.solids.cylinder, place - 0.2 * r * axis, axis, 4 * r, 0.2 * r, PALE
+                )
             if body == 0 and joint.kind in ("Revolute", "Spherical", "Universal", "Screw"):
-                self._foot(joint.name, place)
+                self._add_ground_support(joint.name, place)
         for group in self.system.closures:
             for k, (name, frame) in enumerate(zip(group.names, group.second, strict=True)):
-                self._rolling(group, k, name, frame)
+                self._add_wheel(group, k, name, frame)
 
-    def _foot(self, name, place):
+    def _add_ground_support(self, name, place):
         base = place - 4.5 * self.r * self.up
-        self.solid(name, 0, self.solids(unit_cone(0.35)), base, self.up, 2.6 * self.r, 4.5 * self.r, PALE)
+        self.add_unit_solid(name, 0, self.solids(unit_cone(0.35)), base, self.up, 2.6 * self.r, 4.5 * self.r, PALE)
 
-    def _rolling(self, group, k, name, frame):
+    def _add_wheel(self, group, k, name, frame):
         radius = getattr(group.kind, "radius", None)
         if radius is None:
             return
         radius, place = float(np.ravel(radius)[k]), self.trajectory.position_in_body(self.top, frame)
         if hasattr(group.kind, "axle"):
-            axis = self._along(frame, np.asarray(group.kind.axle).reshape(-1, 3)[k])
+            axis = self._axis_in_body(frame, np.asarray(group.kind.axle).reshape(-1, 3)[k])
             width = 0.12 * radius
             start = place - 0.5 * width * axis / np.linalg.norm(axis)
-            self.solid(name, self._body(frame), self.solids.cylinder, start, axis, radius, width, STEEL)
+            self.add_unit_solid(name, self._body(frame), self.solids.cylinder, start, axis, radius, width, STEEL)
         else:
-            self.solid(name, self._body(frame), self.solids.ball, place, (0, 0, 1), radius, radius, STEEL, 0.6)
+            self.add_unit_solid(
+                name, self._body(frame), self.solids.ball, place, (0, 0, 1), radius, radius, STEEL, 0.6
+            )
 
-    def _slide(self, slide):
-        """Barrel and rod of a cylinder, else a rail with a block on it."""
+    def _add_slide(self, slide):
+        """Add barrel and rod of a cylinder, else a rail with a block."""
         r, (a, b), name = self.r, slide.joint.frames, slide.joint.name
-        z = self._along(a, slide.axis), self._along(b, slide.axis)
+        z = self._axis_in_body(a, slide.axis), self._axis_in_body(b, slide.axis)
         at = [self.trajectory.position_in_body(self.top, frame) for frame in (a, b)]
         low, high = slide.reach
         if slide.is_telescope:
@@ -197,19 +204,23 @@ class MechanismGeometry:
             least, most = min(abs(low), abs(high)), max(abs(low), abs(high))
             barrel = 0.9 * least
             rod = max(0.96 * least, most - 0.85 * barrel)
-            self.solid(name, self._body(a), self.solids.cylinder, at[0], sign * z[0], 1.15 * r, barrel, STEEL)
-            self.solid(name, self._body(b), self.solids.cylinder, at[1], -sign * z[1], 0.6 * r, rod, PALE)
+            self.add_unit_solid(
+                name, self._body(a), self.solids.cylinder, at[0], sign * z[0], 1.15 * r, barrel, STEEL
+            )
+            self.add_unit_solid(name, self._body(b), self.solids.cylinder, at[1], -sign * z[1], 0.6 * r, rod, PALE)
             return
         start, length = at[0] + (low - 3.2 * r) * z[0], high - low + 6.4 * r
-        self.solid(name, self._body(a), self.solids.cylinder, start, z[0], 0.45 * r, length, STEEL)
+        self.add_unit_solid(name, self._body(a), self.solids.cylinder, start, z[0], 0.45 * r, length, STEEL)
         color = COLORS[(self._body(b) - 1) % len(COLORS)]
         if slide.joint.kind == "Cylindrical":
-            self.solid(name, self._body(b), self.solids.cylinder, at[1] - 2 * r * z[1], z[1], 1.2 * r, 4 * r, color)
+            self.add_unit_solid(
+                name, self._body(b), self.solids.cylinder, at[1] - 2 * r * z[1], z[1], 1.2 * r, 4 * r, color
+            )
         else:
             block = Solid.box((2.8 * r, 2.8 * r, 5.2 * r)).placed(at[1], rotation_to_axis(z[1]))
-            self._put(name, self._body(b), block, color)
+            self._add_solid(name, self._body(b), block, color)
 
-    def _spans(self):
+    def _add_spans(self):
         looks = {
             "spring": [(None, (0.0, 1.0), 1.25, BRASS)],
             "damper": [
@@ -230,19 +241,21 @@ class MechanismGeometry:
             ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
             for body, point in ((end["body"], end["point"]) for end in ends):
                 if body == 0:
-                    self.solid(span.name, 0, self.solids.ball, point, (0, 0, 1), 0.9 * self.r, 0.9 * self.r, PALE)
+                    self.add_unit_solid(
+                        span.name, 0, self.solids.ball, point, (0, 0, 1), 0.9 * self.r, 0.9 * self.r, PALE
+                    )
             for solid, part, thick, color in looks[span.kind]:
                 solid = self._coil(span, thick * self.r) if solid is None else solid
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
                 self.items.append(item | {"color": rgba(color)})
 
     def _coil(self, span, radius):
-        """A coil with about as many turns as its length asks for, of few kinds so that they are stored once."""
+        """A coil for the length of a spring, rounded to powers of two so that few solids are stored."""
         a, b = (self.trajectory.x[:, frame] for frame in span.frames)
         slender = max(float(np.max(np.linalg.norm(b - a, axis=-1))) / radius, 1.0)
         return self.solids(unit_coil(2.0 ** np.clip(np.round(np.log2(slender)), 2, 6)))
 
-    def _torsions(self):
+    def _add_torsions(self):
         for torsion in torsions(self.system):
             if torsion.joint.name not in self.trajectory.axes:
                 continue
@@ -251,16 +264,16 @@ class MechanismGeometry:
             made = torsion_solids(torsion.kind, axis, self.r)
             for frame, (solid, color) in zip(torsion.joint.frames, made, strict=True):
                 body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
-                self._put(torsion.name, body, solid.placed(place, self.trajectory.R[0, body].T), color)
+                self._add_solid(torsion.name, body, solid.placed(place, self.trajectory.R[0, body].T), color)
 
-    def trace(self, name, points, color):
-        """The path of points (T, 3) in the world, and a ball that runs along it is left to the body."""
+    def add_trace(self, name, points, color):
+        """Add the path of points (T, 3) in the world."""
         solid = self.solids(sweep_tube(points, 0.2 * self.r, sides=5))
         self.items.append({"name": f"path of {name}", "solid": solid, "body": 0, "color": rgba(color), "trace": True})
 
 
 def pose_tracks(film: FrameTrajectory, bodies: int) -> np.ndarray:
-    """Position and quaternion x y z w (T, 1 + bodies, 7) of the ground and all bodies, without jumps of sign."""
+    """Position and quaternion x y z w (T, 1 + bodies, 7) of the ground and all bodies, of continuous sign."""
     R, x = film.R[:, : bodies + 1], film.x[:, : bodies + 1]
     q = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat().reshape(*R.shape[:2], 4)
     turned = np.sum(q[1:] * q[:-1], axis=-1) < 0

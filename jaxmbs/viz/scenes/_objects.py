@@ -1,4 +1,4 @@
-"""Who is on stage: a mechanism, a structure or a network with its motion, in the numbers that a scene plays."""
+"""Objects of a scene: a mechanism, a structure or a network with its motion, as data for the player."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -18,13 +18,13 @@ from .._projection import load_axes
 from ._geometry import MechanismGeometry, SolidLibrary, encode_array, pose_tracks
 from ._trajectory import frame_trajectory
 
-_RANK_TOLERANCE = 1e-7  # singular values below this share of the largest are left out
+_RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones vanish in the player's float32
 
 
 class SceneObject:
     """One system and its motion: `ts` (T,), `points` (n, 3) that it reaches, `gravity`, `frequency` of a mode [Hz].
 
-    `traceable` are the names that paths can be drawn of.
+    `traceable` are the names whose paths can be drawn.
     """
 
     ts: np.ndarray
@@ -34,25 +34,25 @@ class SceneObject:
     traceable: tuple[str, ...] = ()
 
     def contents(self, solids: SolidLibrary, radius: Any, up: Any, shapes: Mapping, traces: Iterable[str]) -> dict:
-        """The objects of the scene, without the arrows."""
+        """Bodies, solids, labels and meshes for the player, without arrows."""
         raise NotImplementedError
 
     def arrows(self, loads: Any, limits: Mapping) -> dict | None:
-        """Places and forces (T, joints, 3) on the children, in world axes, None where there are none."""
+        """Places and forces (T, joints, 3) on the children, in world axes; None without loads."""
         return None
 
 
 def scene_object(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> SceneObject:
-    """The act of a mechanism or a linear system.  Raises: TypeError for anything else."""
+    """The scene object of a mechanism or a linear system.  Raises: TypeError for anything else."""
     if isinstance(system, System):
         return MechanismObject(system, motion, structures, scale)
     if isinstance(system, LinearSystem):
         return StructureObject(system, motion, structures, scale)
-    raise TypeError(f"a scene is of a System or a LinearSystem, not of a {type(system).__name__}")
+    raise TypeError(f"a scene shows a System or a LinearSystem, not a {type(system).__name__}")
 
 
 class MechanismObject(SceneObject):
-    """Bodies on joints; elastic ones as meshes where their structures are given."""
+    """A mechanism: bodies and joints, elastic bodies as meshes if their structures are given."""
 
     def __init__(self, system, motion, structures, scale):
         self.system, self.scale = system, scale
@@ -78,7 +78,7 @@ class MechanismObject(SceneObject):
             self.elastic[name] = structure, frame, q[: len(self.ts)]
 
     def _boxes(self, com):
-        """Centres of bodies, and the middles of the faces of the boxes that have their inertia, (T, 3) each."""
+        """Centres of bodies and face centres of their inertia boxes, (T, 3) each."""
         for body in range(com.shape[1]):
             yield com[:, body]
             edges, axes = inertia_box(self.system, body, self.trajectory.extent)
@@ -91,7 +91,7 @@ class MechanismObject(SceneObject):
         done = MechanismGeometry(self.system, self.trajectory, solids, radius, up, own)
         for k, name in enumerate(n for n in traces if n in top.frame_index):
             if len(self.ts) > 1:
-                done.trace(name, self.trajectory.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
+                done.add_trace(name, self.trajectory.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
         bodies = ["ground", *top.body_names]
         meshes = [self._mesh(name, *given) for name, given in self.elastic.items()]
         numbers = pose_tracks(self.trajectory, top.bodies.size)
@@ -104,7 +104,7 @@ class MechanismObject(SceneObject):
         }
 
     def _mesh(self, name, structure, frame, q):
-        """Shapes by deformation, in the axes of the first interface."""
+        """Mesh of an elastic body with its deformation shapes, in the axes of the first interface."""
         mesh, component, first = display_mesh(structure), frame.system, frame.body.interfaces[0]
         shapes = mesh.node_translations(frame.whole, frame.expand(frame.shapes.T))
         about = np.asarray(component.positions[component.nodes.index(first)], float)
@@ -124,7 +124,7 @@ class MechanismObject(SceneObject):
             raise UnknownNameError("; ".join(wrong))
         force = np.stack([np.asarray(loads[name].force).reshape(-1, 3) for name in names], axis=1)
         if len(force) < len(self.ts):
-            raise ModelError("the loads are those of another motion: they have fewer instants")
+            raise ModelError("the loads belong to another motion: they have fewer instants")
         parents, children = ([ends[name][side] for name in names] for side in (0, 1))
         force, (frame, side) = np.nan_to_num(force[: len(self.ts)]), load_axes(loads)
         if frame == "joint":
@@ -136,7 +136,7 @@ class MechanismObject(SceneObject):
 
 
 def _load_limit(limit):
-    """A number of a limit, None without one or where it is infinite."""
+    """The limit of a load as a number; None without one or if it is infinite."""
     least = np.inf if limit is None else float(np.min(np.asarray(getattr(limit, "upper", limit), float)))
     if not least > 0.0:
         raise ValueError(f"a limit of a load must be positive, got {least}")
@@ -144,7 +144,7 @@ def _load_limit(limit):
 
 
 class StructureObject(SceneObject):
-    """Meshes of a linear system, or of all components of a network."""
+    """A structure: the mesh of a linear system, or those of all components of a network."""
 
     def __init__(self, system, motion, structures, scale):
         self.scale = scale
@@ -154,7 +154,7 @@ class StructureObject(SceneObject):
         ts = np.asarray(getattr(motion, "ts", np.arange(len(x))), float)
         there = np.all(np.isfinite(x), axis=1) & np.isfinite(ts)
         if not np.any(there):
-            raise ModelError(["no displacement of the motion is finite"])
+            raise ModelError(["the motion has no finite displacement"])
         x, self.ts = x[there], ts[there]
         self.meshes = moving_meshes(system, x, structures)
         if not self.meshes:
@@ -174,13 +174,19 @@ class StructureObject(SceneObject):
             for mesh, _ in self.meshes.values()
             for n, p in zip(mesh.names, mesh.rest, strict=True)
         ]
-        return {"bodies": ["ground"], "tracks": encode_array(still), "items": [], "tags": tags[:200], "meshes": meshes}
+        return {
+            "bodies": ["ground"],
+            "tracks": encode_array(still),
+            "items": [],
+            "tags": tags[:200],
+            "meshes": meshes,
+        }
 
 
 def encode_mesh(
     name: str, mesh: DisplayMesh, basis: np.ndarray, amplitudes: np.ndarray, body: int, scale: ScalarLike
 ) -> dict:
-    """A mesh on a body, moving by amplitudes (T, m) times shapes (m, nodes, 3)."""
+    """Encode a mesh on a body, moving by amplitudes (T, m) times shapes (m, nodes, 3)."""
     moved = np.einsum("tm,mvc->tvc", amplitudes, basis)
     return {
         "name": name,

@@ -16,17 +16,23 @@ from ...errors import ModelError, UnknownNameError
 from ...linear._system import LinearSystem
 from ...model._system import System
 from ...typing import ScalarLike
-from ._objects import SceneObject, scene_object
 from ._geometry import SolidLibrary, encode_array
+from ._objects import SceneObject, scene_object
 from ._view import camera_distance, fit_view
 
-_BAR_RADIUS = 0.02  # radius of bars over the extent
-_LONGEST_ARROW = 0.34  # length of the longest arrow over the extent
-_SECONDS = (3.0, 10.0)  # what a film lasts on the screen, unless real time is within
+# Sizes relative to the extent of the scene, chosen by eye.
+_BAR_RADIUS = 0.02  # of bars
+_LONGEST_ARROW = 0.34  # the largest load: a third of the machine is long enough to compare, and does not hide it
+_CAPTION = (
+    0.62  # height of the names of systems side by side above the centre, over half the view: just above the box
+)
+_FLOOR = 2.6  # half width of the floor over half the view: it fades out beyond the edges of the picture
+_SPACING = 1.3  # distance of systems side by side over their width
+_SECONDS = (3.0, 10.0)  # duration on the screen, unless real time is within
 
 
 class Scene:
-    """A scene: `html` is the whole page, `data` what it plays; a notebook shows it."""
+    """A scene: `html` is the whole page, `data` the data that it plays; notebooks display it."""
 
     def __init__(self, data: dict) -> None:
         self.data = data
@@ -35,7 +41,7 @@ class Scene:
             text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
         except ValueError:
             raise ModelError(["the scene has a number that is not finite: a motion, a load or a scale"]) from None
-        self.html = page.read_text("utf-8").replace("PLAYER", player.read_text("utf-8")).replace("FILM", text)
+        self.html = page.read_text("utf-8").replace("PLAYER", player.read_text("utf-8")).replace("SCENE_DATA", text)
 
     def save(self, path: str | PathLike) -> Path:
         """Write the page.  Raises: OSError."""
@@ -64,63 +70,66 @@ def scene(
     scale: ScalarLike = 1.0,
     title: str = "",
 ) -> Scene:
-    """A scene to be turned, played and looked at, in a browser or a notebook, without network.
+    """Make a 3-D scene of a motion for a browser or a notebook; the page works without network.
 
     Args:
         system: a mechanism, a structure or a network; or several, by name or in a row, side by side.
-        motion: of it: what `simulate` returned, a State, a mode by `swing`, displacements (T, n) of a linear system;
-            of several systems one for each.
+        motion: a result of `simulate`, a State, a mode by `animate_mode`, or displacements (T, n) of a linear system;
+            for several systems one for each.
         path: the file to write, "motion.html".
-        loads: `reactions` of the motion (of each): forces of joints on their children as arrows, in whichever frame
-            and on whichever side they were asked.
-        limits: force [N] that a joint may carry by name, or objects of `Limit` with an upper bound; arrows are then
-            coloured by how much of it is used, those of joints without a limit grey.
+        loads: `reactions` of the motion (of each), in any frame and on any side: arrows show forces of joints on
+            their children.
+        limits: allowed force [N] of joints by name, or objects of `Limit` with an upper bound; arrows are then
+            coloured by utilisation, those of joints without a limit grey.
         traces: names of frames or bodies whose paths are drawn.
-        shapes: lists of `Solid` by body (or "ground"), in place of what its joints suggest:
+        shapes: lists of `Solid` by body (or "ground"), in place of the default shapes:
             `{"ram": [Solid.stl("a.stl")]}`.
         structures: the mesh of a linear system; of a network structures by component; of a mechanism `(structure,
             floating frame)` by elastic body.
-        scale: what deformations of meshes are multiplied by.
+        scale: factor of deformations of meshes.
 
-    Returns: a `Scene`; of a four-bar it is about 0.1 MB.
+    Returns: a `Scene`; for a four-bar of about 0.1 MB.
 
-    Raises: UnknownNameError; ModelError for what has no positions, no instants or other instants than its neighbours.
+    Raises: UnknownNameError; ModelError for systems without positions or instants, or with other instants than
+    others.
     """
     if not np.isfinite(scale):
         raise ModelError([f"scale must be a finite number, got {scale}"])
     systems, motions, found = (_one_per_system(x, system) for x in (system, motion, loads))
     names, traces = list(system) if isinstance(system, Mapping) else [""] * len(systems), list(traces)
-    acts = [scene_object(*pair, structures, scale) for pair in zip(systems, motions, strict=True)]
-    if any(len(act.ts) != len(acts[0].ts) for act in acts):
-        raise ModelError("motions side by side need the same number of instants")
-    _check_traces(traces, acts)
-    made = Scene({"title": title} | _scene_data(acts, names, found, limits or {}, traces, shapes or {}))
+    shown = [scene_object(*pair, structures, scale) for pair in zip(systems, motions, strict=True)]
+    if any(len(one.ts) != len(shown[0].ts) for one in shown):
+        raise ModelError("motions of several systems need the same number of instants")
+    _check_traces(traces, shown)
+    made = Scene({"title": title} | _scene_data(shown, names, found, limits or {}, traces, shapes or {}))
     if path is not None:
         made.save(path)
     return made
 
 
-def _scene_data(acts, names, loads, limits, traces, shapes):
-    """All that is played: the stages of all acts, the solids they share, and from where they are seen."""
-    points, solids = np.concatenate([act.points for act in acts]), SolidLibrary()
+def _scene_data(shown, names, loads, limits, traces, shapes):
+    """Data of the scene: all objects, the solids that they share, and the view."""
+    points, solids = np.concatenate([one.points for one in shown]), SolidLibrary()
     extent = float(np.max(np.ptp(points, axis=0), initial=0.0)) or 1.0
     radius = _BAR_RADIUS * extent
-    view, reach = fit_view(points, acts[0].gravity, 4 * radius), _LONGEST_ARROW * extent
-    arrows = [act.arrows(own, limits) for act, own in zip(acts, loads, strict=True)]
+    view, reach = fit_view(points, shown[0].gravity, 4 * radius), _LONGEST_ARROW * extent
+    arrows = [one.arrows(own, limits) for one, own in zip(shown, loads, strict=True)]
     largest = max((float(np.max(np.linalg.norm(a["force"], axis=-1), initial=0.0)) for a in arrows if a), default=0.0)
-    offsets = _side_by_side(view, len(acts))
-    seen = [act.points + offset for act, offset in zip(acts, offsets, strict=True)]
+    offsets = _side_by_side(view, len(shown))
+    seen = [one.points + offset for one, offset in zip(shown, offsets, strict=True)]
     seen += [
-        _arrow_tips(a, offset, reach / largest) for a, offset in zip(arrows, offsets, strict=True) if a and largest > 0
+        _arrow_tips(a, offset, reach / largest)
+        for a, offset in zip(arrows, offsets, strict=True)
+        if a and largest > 0
     ]
-    stages = [
-        act.contents(solids, radius, view.up, shapes, traces)
+    objects = [
+        one.contents(solids, radius, view.up, shapes, traces)
         | {"name": str(name), "offset": offset.tolist(), "arrows": None if a is None else _encode_arrows(a, largest)}
-        for act, name, a, offset in zip(acts, names, arrows, offsets, strict=True)
+        for one, name, a, offset in zip(shown, names, arrows, offsets, strict=True)
     ]
     return {
-        "ts": encode_array(acts[0].ts),
-        "stages": stages,
+        "ts": encode_array(shown[0].ts),
+        "objects": objects,
         "solids": solids.stored,
         "cylinder": solids.cylinder,
         "cone": solids.cone,
@@ -130,43 +139,43 @@ def _scene_data(acts, names, loads, limits, traces, shapes):
         "up": view.up.tolist(),
         "front": view.front.tolist(),
         "centre": view.centre.tolist(),
-        "caption": (view.centre + view.up * (0.62 * view.half)).tolist(),
+        "caption": (view.centre + view.up * (_CAPTION * view.half)).tolist(),
         "ground": view.ground,
-        **_floor_and_camera(view, extent, np.concatenate(seen), len(acts)),
-        **_playback(acts[0]),
+        **_floor_and_camera(view, extent, np.concatenate(seen), len(shown)),
+        **_playback(shown[0]),
         "scale": _legend(largest, limits) if largest > 0 else None,
         "has": {
             "loads": largest > 0,
             "traces": bool(traces),
-            "rest": any(s["meshes"] for s in stages),
+            "rest": any(s["meshes"] for s in objects),
             "names": True,
         },
     }
 
 
 def _side_by_side(view, count):
-    """Where acts stand side by side, (count, 3)."""
-    along = (np.arange(count) - (count - 1) / 2) * 1.3 * view.width
+    """Offsets (count, 3) of systems side by side."""
+    along = (np.arange(count) - (count - 1) / 2) * _SPACING * view.width
     return along[:, None] * np.cross(view.up, view.front)[None]
 
 
 def _one_per_system(x, systems):
-    """One entry for each system; a motion or loads for all of them alike where only one is given."""
+    """One entry for each system; a single motion or loads count for all systems."""
     if isinstance(systems, Mapping):
         given = x if isinstance(x, Mapping) else dict.fromkeys(systems, x)
         missing = [no_such("system", name, systems) for name in given if name not in systems]
         if missing or len(given) < len(systems):
-            raise UnknownNameError("; ".join(missing) or "there is one motion for each system, by its name")
+            raise UnknownNameError("; ".join(missing) or "give one motion per system, keyed by its name")
         return [given[name] for name in systems]
     if isinstance(systems, list | tuple):
         return list(x) if isinstance(x, list | tuple) else [x] * len(systems)
     return [x]
 
 
-def _check_traces(traces, acts):
-    wrong = [name for name in traces if not any(name in act.traceable for act in acts)]
+def _check_traces(traces, shown):
+    wrong = [name for name in traces if not any(name in one.traceable for one in shown)]
     if wrong:
-        raise UnknownNameError("; ".join(no_such("frame or body", n, acts[0].traceable) for n in wrong))
+        raise UnknownNameError("; ".join(no_such("frame or body", n, shown[0].traceable) for n in wrong))
 
 
 def _encode_arrows(arrow, largest):
@@ -187,28 +196,28 @@ def _legend(largest, limits):
 
 
 def _arrow_tips(arrow, offset, scale):
-    """Where arrows end at any time, (n, 3)."""
+    """Tips (n, 3) of all arrows at all times."""
     return (arrow["place"] + offset + scale * arrow["force"]).reshape(-1, 3)
 
 
 def _floor_and_camera(view, extent, points, count):
-    """A grid of round meshes about all stages, and the camera that sees all points (n, 3)."""
-    half = np.hypot(view.half, 0.5 * 1.3 * view.width * (count - 1))
-    wide = 2.6 * half
+    """A floor with cells of round size under all objects, and a camera that sees all points (n, 3)."""
+    half = np.hypot(view.half, 0.5 * _SPACING * view.width * (count - 1))
+    wide = _FLOOR * half
     step = 10.0 ** np.floor(np.log10(extent / 3))
     step *= next(k for k in (1, 2, 5, 10) if wide / (k * step) <= 20)
-    angle = 0.5
+    angle = 0.5  # field of view [rad], about that of a 75 mm lens: little perspective distortion
     camera = {"azimuth": view.azimuth * (1.0 if count == 1 else 0.3), "elevation": view.elevation}
     camera["distance"] = camera_distance(view, points, angle, 5 * _BAR_RADIUS * extent, **camera)
     return {"floor": wide, "cells": wide / step, "angle": angle, "camera": camera}
 
 
-def _playback(act: SceneObject):
-    """How fast it plays, and what the clock shows."""
-    span = float(act.ts[-1] - act.ts[0])
-    if act.frequency is not None:
-        return {"speed": span / 2.0, "digits": 4, "clock": f"{act.frequency:.4g} Hz"}
+def _playback(shown: SceneObject):
+    """Speed of playback and format of the clock."""
+    span = float(shown.ts[-1] - shown.ts[0])
+    if shown.frequency is not None:
+        return {"speed": span / 2.0, "digits": 4, "clock": f"{shown.frequency:.4g} Hz"}
     low, high = _SECONDS
-    shown = min(max(span, low), high) if span > 0 else 1.0
+    duration = min(max(span, low), high) if span > 0 else 1.0
     digits = int(np.clip(2 - np.floor(np.log10(span)), 1, 6)) if span > 0 else 2
-    return {"speed": span / shown, "digits": digits, "clock": None}
+    return {"speed": span / duration, "digits": digits, "clock": None}

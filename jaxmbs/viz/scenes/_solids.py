@@ -1,4 +1,4 @@
-"""Solids as triangles: what bodies, joints and springs look like in a scene."""
+"""Solids as triangle meshes: boxes, cylinders, balls, STL files, tubes, coils and rounded hulls."""
 
 import re
 from os import PathLike
@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 from ...math._rotation import axis_vector
 from ...typing import ArrayLike, Axis, ScalarLike
 
-_SIDES = 28
+_SIDES = 28  # of a circle: corners are not seen at the sizes of a screen
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])  # a triangle of a binary STL
 _NUMBER = rb"([-+0-9.eE]+)"
 _CORNER = re.compile(rb"vertex\s+" + rb"\s+".join([_NUMBER] * 3))
@@ -43,12 +43,12 @@ class Solid(NamedTuple):
 
     @classmethod
     def cylinder(cls, radius: ScalarLike, length: ScalarLike, axis: Axis = "z", color: str | None = None) -> "Solid":
-        """A cylinder about the body's origin, its middle there."""
+        """A cylinder centred at the body's origin."""
         return unit_cylinder()._replace(color=color).placed((0, 0, -0.5)).scaled((radius, radius, length)).along(axis)
 
     @classmethod
     def ball(cls, radius: ScalarLike, color: str | None = None) -> "Solid":
-        """A ball about the body's origin."""
+        """A ball centred at the body's origin."""
         points, faces = icosphere(3)
         return cls(np.asarray(radius * points), points, faces, color)
 
@@ -66,12 +66,12 @@ class Solid(NamedTuple):
         return cls(corners.reshape(-1, 3), np.repeat(normals, 3, axis=0), faces, color)
 
     def placed(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> "Solid":
-        """The solid turned by a rotation matrix (3, 3), then moved to a position (3,) [m]."""
+        """The solid rotated by a matrix (3, 3), then moved to a position (3,) [m]."""
         R = np.eye(3) if rotation is None else np.asarray(rotation)
         return self._replace(vertices=self.vertices @ R.T + np.asarray(position), normals=self.normals @ R.T)
 
     def along(self, axis: Axis) -> "Solid":
-        """The solid with its z axis turned to another one."""
+        """The solid rotated so that its z axis points along another one."""
         return self.placed(rotation=rotation_to_axis(np.asarray(axis_vector(axis), float)))
 
     def scaled(self, size: ArrayLike) -> "Solid":
@@ -83,7 +83,7 @@ class Solid(NamedTuple):
 
 
 def _merge_parts(parts):
-    """Vertices, normals and faces of several parts as one."""
+    """Merge vertices, normals and faces of several parts."""
     starts = np.cumsum([0, *(len(v) for v, *_ in parts)])
     vertices, normals = (np.concatenate([np.asarray(part[k], float) for part in parts]) for k in (0, 1))
     faces = [np.asarray(part[2], int) + start for part, start in zip(parts, starts, strict=False)]
@@ -100,12 +100,12 @@ def _read_stl_corners(path):
         corners = np.array(_CORNER.findall(text), float)
         corners = corners[: len(corners) // 3 * 3].reshape(-1, 3, 3)
     if len(corners) == 0 or not np.all(np.isfinite(corners)):
-        raise ValueError(f"{path}: no triangles of an STL file")
+        raise ValueError(f"{path}: the file has no triangles of an STL surface")
     return corners
 
 
 def rotation_to_axis(axis):
-    """A rotation (3, 3) that takes z to an axis."""
+    """Rotation (3, 3) that takes z to an axis."""
     z = axis / np.linalg.norm(axis)
     x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
     x = x / np.linalg.norm(x)
@@ -118,7 +118,7 @@ def _unit_circle(sides):
 
 
 def unit_cone(top: ScalarLike = 0.0, sides: int = _SIDES) -> Solid:
-    """Radius one at z = 0, `top` at z = 1, closed."""
+    """Closed cone of radius one at z = 0 and `top` at z = 1."""
     ring, up, k = _unit_circle(sides), np.array([0.0, 0.0, 1.0]), np.arange(sides)
     slope = ring + (1.0 - top) * up
     slope = slope / np.linalg.norm(slope, axis=1, keepdims=True)
@@ -135,7 +135,7 @@ def unit_cone(top: ScalarLike = 0.0, sides: int = _SIDES) -> Solid:
 
 
 def unit_cylinder(sides: int = _SIDES) -> Solid:
-    """Radius one from z = 0 to z = 1."""
+    """Closed cylinder of radius one from z = 0 to z = 1."""
     return unit_cone(1.0, sides)
 
 
@@ -160,7 +160,7 @@ def sweep_tube(points: ArrayLike, radius: ScalarLike, sides: int = 6) -> Solid:
 
 
 def unit_coil(slender: ScalarLike, wire: ScalarLike = 0.13) -> Solid:
-    """A spring of radius one from z = 0 to z = 1, its wire round where it is stretched to `slender` times that."""
+    """Coil of radius one from z = 0 to z = 1, whose wire is round once it is stretched to `slender` times that."""
     turns = int(np.clip(0.6 * slender, 5, 16))
     s = np.linspace(0.0, 1.0, 16 * turns + 1)
     radius = np.minimum(1.0, 12.0 * np.minimum(s, 1.0 - s))  # its ends lead to the axis
@@ -170,7 +170,7 @@ def unit_coil(slender: ScalarLike, wire: ScalarLike = 0.13) -> Solid:
 
 
 def icosphere(divisions: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) and triangles of a unit ball."""
+    """Points (n, 3) and triangles of a unit ball, from an icosahedron."""
     g = (1.0 + 5**0.5) / 2.0
     corners = np.array([p for a in (-1, 1) for b in (-g, g) for p in ((0, a, b), (a, b, 0), (b, 0, a))], float)
     n = 2 * divisions - 1
@@ -182,7 +182,7 @@ def icosphere(divisions: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rounded_hull(points: ArrayLike, radius: ScalarLike, divisions: int = 3) -> Solid:
-    """The hull of balls about points (n, 3): a capsule for two, a plate with round edges for more in a plane."""
+    """Convex hull of balls about points (n, 3): a capsule for two, a plate with round edges for more in a plane."""
     points, (ball, _) = np.asarray(points, float), icosphere(divisions)
     cloud = (points[:, None] + radius * ball[None]).reshape(-1, 3)
     hull = ConvexHull(cloud)

@@ -1,8 +1,8 @@
-"""Springs and dampers that turn with a joint, as solids: one part on the parent, one that the child takes along."""
+"""Solids of torsion springs and dampers: one part on the joint's parent, one on its child."""
 
 import numpy as np
 
-from ._solids import Solid, sweep_tube, rotation_to_axis, unit_cylinder
+from ._solids import Solid, rotation_to_axis, sweep_tube, unit_cylinder
 
 BRASS, STEEL, DARK = "#b8863b", "#8d99a6", "#3a444e"
 

@@ -1,4 +1,4 @@
-"""A film: where all frames of a mechanism are at every time, found by one program for all of them."""
+"""Poses of all frames of a mechanism along a motion, by one compiled program."""
 
 from typing import Any, NamedTuple
 
@@ -12,8 +12,11 @@ from ...runtime import jit
 
 
 class FrameTrajectory(NamedTuple):
-    """Times ts (T,), rotations R (T, frames, 3, 3) and positions x (T, frames, 3) of all frames, those of joints and
-    bodies included; `axes` (3,) by joint name, in axes of its first frame: what it turns about or slides along."""
+    """Poses of all frames at times.
+
+    Times ts (T,), rotations R (T, frames, 3, 3) and positions x (T, frames, 3) of all frames, those of joints and
+    bodies included; `axes` (3,) by joint name, in axes of the joint's first frame: its axis of rotation or sliding.
+    """
 
     ts: np.ndarray
     R: np.ndarray
@@ -27,14 +30,14 @@ class FrameTrajectory(NamedTuple):
 
     @property
     def extent(self) -> float:
-        """The largest edge of the box that holds all joints at all times [m], one where there is none."""
+        """The largest edge of the box of all frames at all times [m]; one if it is empty."""
         points = self.x.reshape(-1, 3)
         points = points[np.all(np.isfinite(points), axis=1)]
         return float(np.max(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
 def frame_trajectory(system: System, motion: Any) -> FrameTrajectory:
-    """The film of a motion, of a State, or of several with one leading axis; times never reached are left out."""
+    """Frame poses of a motion, a State, or several with one leading axis; without times that were not reached."""
     states = states_of(system, motion)
     if states.coordinates.ndim == 1:
         states = jax.tree.map(lambda x: x[None], states)
@@ -58,7 +61,7 @@ def _frame_poses(system, coordinates):
 
 
 def _joint_axes(system, R, W):
-    """By joint: the axis of its last node that turns, else of its first; of a cut one that of its closure."""
+    """Axis by joint: of its last rotating node, else of its first; for a cut joint that of its closure."""
     top, found = system.topology, {}
     for joint in top.joints:
         nodes = range(joint.first_velocity, joint.first_velocity + joint.num_velocities)

@@ -1,8 +1,9 @@
-// Plays a film of bodies in WebGL 2: all it shows is in the block "film" of its page, and it asks for nothing else.
-// Poses lie between the saved ones by straight lines and shortest turns; `#t=0.5` in the address sets the time.
+// Player of a scene in WebGL 2.  All data is in the block "scene-data" of the page; nothing is loaded from elsewhere.
+// Between saved times, positions are interpolated linearly and rotations by normalised quaternions; `#t=0.5` in the
+// address sets the time.
 "use strict";
 (function () {
-const film = JSON.parse(document.getElementById("film").textContent);
+const scene = JSON.parse(document.getElementById("scene-data").textContent);
 const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
 const floats = (text) => new Float32Array(bytes(text));
 const byId = (name) => document.getElementById(name);
@@ -98,12 +99,12 @@ function buffers(vertices, normals, index, usage = gl.STATIC_DRAW) {
   gl.bindVertexArray(null);
   return { own, slots, count: index.length };
 }
-const shapes = film.solids.map((s) => buffers(floats(s.vertices), floats(s.normals), new Uint32Array(bytes(s.faces))));
+const shapes = scene.solids.map((s) => buffers(floats(s.vertices), floats(s.normals), new Uint32Array(bytes(s.faces))));
 const plane = buffers(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]), new Float32Array(12), new Uint32Array([0, 1, 2, 0, 2, 3]));
 
-// ---- what is on stage at a time
-const ts = floats(film.ts), last = ts.length - 1;
-const stages = film.stages.map((s) => ({ ...s, tracks: floats(s.tracks), arrows: s.arrows && { ...s.arrows,
+// ---- objects at a time
+const ts = floats(scene.ts), last = ts.length - 1;
+const objects = scene.objects.map((s) => ({ ...s, tracks: floats(s.tracks), arrows: s.arrows && { ...s.arrows,
   place: floats(s.arrows.place), force: floats(s.arrows.force) }, meshes: s.meshes.map((mesh) => {
   const rest = floats(mesh.rest), faces = new Uint32Array(bytes(mesh.faces)), edges = new Uint32Array(bytes(mesh.edges));
   return { ...mesh, rest, faces, now: new Float32Array(rest), normals: new Float32Array(rest.length),
@@ -123,11 +124,11 @@ const blend = (data, width, k, [i, j, s]) => {
   for (let c = 0; c < width; c++) out[c] = (1 - s) * data[i * k.all + k.from + c] + s * data[j * k.all + k.from + c];
   return out;
 };
-function poses(stage, when) {
-  const all = stage.bodies.length * 7;
-  return stage.bodies.map((_, b) => {
-    const row = blend(stage.tracks, 7, { all, from: 7 * b }, when), q = row.slice(3), n = Math.hypot(...q);
-    return posed(add(row.slice(0, 3), stage.offset), q.map((c) => c / n));
+function poses(object, when) {
+  const all = object.bodies.length * 7;
+  return object.bodies.map((_, b) => {
+    const row = blend(object.tracks, 7, { all, from: 7 * b }, when), q = row.slice(3), n = Math.hypot(...q);
+    return posed(add(row.slice(0, 3), object.offset), q.map((c) => c / n));
   });
 }
 function deform(mesh, when) { // rest + scale * sum of shapes times amplitudes, its normals and its size
@@ -157,9 +158,9 @@ function heat(x) {
   const [i, s] = x < .5 ? [0, x / .5] : x < .8 ? [1, (x - .5) / .3] : [2, Math.min(1, (x - .8) / .2)];
   return HEAT[i].map((c, k) => (1 - s) * c + s * HEAT[i + 1][k]);
 }
-function staged(stage, when) { // everything to draw: { shape, model, color, name }
-  const at = poses(stage, when), found = [];
-  for (const item of stage.items) {
+function contents(object, when) { // everything to draw: { shape, model, color, name }
+  const at = poses(object, when), found = [];
+  for (const item of object.items) {
     if (item.trace && !shown.traces) continue;
     let model = item.body === undefined ? null : item.local ? times(at[item.body], item.local) : at[item.body];
     if (item.ends) {
@@ -168,8 +169,8 @@ function staged(stage, when) { // everything to draw: { shape, model, color, nam
     }
     found.push({ shape: shapes[item.solid], model, color: item.color, name: item.name, shadow: !item.trace });
   }
-  for (const mesh of stage.meshes) {
-    const place = deform(mesh, when), model = at[mesh.body], thick = film.radius;
+  for (const mesh of object.meshes) {
+    const place = deform(mesh, when), model = at[mesh.body], thick = scene.radius;
     const named = { name: mesh.name, mode: 2 };
     found.push({ shape: mesh.skin, model, color: [1, 1, 1, 1], ...named, shadow: true });
     found.push({ shape: mesh.wires, model, color: [.10, .13, .17, .55], lines: true });
@@ -177,31 +178,31 @@ function staged(stage, when) { // everything to draw: { shape, model, color, nam
     for (const [i, j] of mesh.bars) {
       const color = [...heat((mesh.values[i] + mesh.values[j]) / 2), 1];
       const [a, b] = [i, j].map((v) => moved(model, place(v)));
-      found.push({ shape: shapes[film.cylinder], model: spanning(a, b, .55 * thick), color, name: mesh.name, shadow: true });
+      found.push({ shape: shapes[scene.cylinder], model: spanning(a, b, .55 * thick), color, name: mesh.name, shadow: true });
     }
     for (const i of mesh.balls) {
       const p = moved(model, place(i)), r = mesh.bars.length ? .56 * thick : .9 * thick;
       const local = new Float32Array([r, 0, 0, 0, 0, r, 0, 0, 0, 0, r, 0, ...p, 1]);
-      found.push({ shape: shapes[film.ball], model: local, color: [...heat(mesh.values[i]), 1], name: mesh.name, shadow: true });
+      found.push({ shape: shapes[scene.ball], model: local, color: [...heat(mesh.values[i]), 1], name: mesh.name, shadow: true });
     }
   }
-  if (stage.arrows && shown.loads) found.push(...arrows(stage, when));
+  if (object.arrows && shown.loads) found.push(...arrows(object, when));
   return found;
 }
-function arrows(stage, when) {
-  const { names, place, force, limits, largest } = stage.arrows, all = 3 * names.length, found = [];
+function arrows(object, when) {
+  const { names, place, force, limits, largest } = object.arrows, all = 3 * names.length, found = [];
   names.forEach((name, k) => {
-    const p = add(blend(place, 3, { all, from: 3 * k }, when), stage.offset);
+    const p = add(blend(place, 3, { all, from: 3 * k }, when), object.offset);
     const f = blend(force, 3, { all, from: 3 * k }, when), newton = size(f), limit = limits[k];
     const share = limit ? newton / limit : newton / (largest || 1);
-    const length = film.reach * (newton / (largest || 1));
-    if (!(length > 0.004 * film.reach)) return;
+    const length = scene.reach * (newton / (largest || 1));
+    if (!(length > 0.004 * scene.reach)) return;
     const plain = !limit && limits.some((x) => x); // among limits a joint without one is neither near nor far
-    const color = [...(plain ? [.55, .58, .6] : heat(Math.min(share, 1))), 1], n = unit(f), head = Math.min(3.4 * film.radius, .6 * length);
+    const color = [...(plain ? [.55, .58, .6] : heat(Math.min(share, 1))), 1], n = unit(f), head = Math.min(3.4 * scene.radius, .6 * length);
     const tip = add(p, n, length), neck = add(tip, n, -head), told = name + ": " + spoken(newton)
       + (limit ? ", " + (100 * share).toFixed(0) + " % of its limit" : "");
-    found.push({ shape: shapes[film.cylinder], model: spanning(p, neck, .5 * film.radius), color, name: told, through: true });
-    found.push({ shape: shapes[film.cone], model: spanning(neck, tip, 1.7 * film.radius), color, name: told, through: true });
+    found.push({ shape: shapes[scene.cylinder], model: spanning(p, neck, .5 * scene.radius), color, name: told, through: true });
+    found.push({ shape: shapes[scene.cone], model: spanning(neck, tip, 1.7 * scene.radius), color, name: told, through: true });
   });
   return found;
 }
@@ -209,22 +210,22 @@ const spoken = (n) => n >= 1e6 ? (n / 1e6).toPrecision(3) + " MN" : n >= 1e3 ? (
 
 // ---- the camera goes round its target: drag turns, shift or right button shifts, wheel nears
 const shown = { loads: true, traces: true, names: false, rest: true, shadow: true };
-const right = cross(film.up, film.front), start = { ...film.camera };
-let eye = { ...start }, target = [...film.centre], asked = true;
+const right = cross(scene.up, scene.front), start = { ...scene.camera };
+let eye = { ...start }, target = [...scene.centre], asked = true;
 function look() {
   const c = Math.cos(eye.elevation), s = Math.sin(eye.elevation), sides = canvas.width / canvas.height;
-  const flat = add(film.front.map((x) => x * Math.cos(eye.azimuth)), right, Math.sin(eye.azimuth));
-  const back = add(flat.map((x) => x * c), film.up, s), from = add(target, back, eye.distance);
-  const x = unit(cross(film.up, back)), y = cross(back, x), f = 1 / Math.tan(.5 * film.angle);
+  const flat = add(scene.front.map((x) => x * Math.cos(eye.azimuth)), right, Math.sin(eye.azimuth));
+  const back = add(flat.map((x) => x * c), scene.up, s), from = add(target, back, eye.distance);
+  const x = unit(cross(scene.up, back)), y = cross(back, x), f = 1 / Math.tan(.5 * scene.angle);
   const near = .02 * eye.distance, far = 40 * eye.distance, wide = Math.min(sides / 1.45, 1);
   const view = new Float32Array([x[0], y[0], back[0], 0, x[1], y[1], back[1], 0, x[2], y[2], back[2], 0,
     -dot(x, from), -dot(y, from), -dot(back, from), 1]);
   const lens = new Float32Array([f * wide / sides, 0, 0, 0, 0, f * wide, 0, 0, 0, 0, (far + near) / (near - far), -1,
     0, 0, 2 * far * near / (near - far), 0]);
-  return { camera: times(lens, view), from, x, y, light: unit(add(add(film.up.map((u) => 1.1 * u), x, -.55), back, .75)) };
+  return { camera: times(lens, view), from, x, y, light: unit(add(add(scene.up.map((u) => 1.1 * u), x, -.55), back, .75)) };
 }
 function flattened(light) { // the shadow of a point on the ground
-  const u = film.up, s = dot(u, light), h = film.ground, m = new Float32Array(16);
+  const u = scene.up, s = dot(u, light), h = scene.ground, m = new Float32Array(16);
   for (let i = 0; i < 3; i++) {
     for (let j = 0; j < 3; j++) m[4 * j + i] = (i == j ? 1 : 0) - light[i] * u[j] / s;
     m[12 + i] = light[i] * h / s;
@@ -243,7 +244,7 @@ function draw(things, sight, picking) {
   gl.useProgram(solid.made);
   gl.uniformMatrix4fv(solid.at.camera, false, sight.camera);
   gl.uniformMatrix4fv(solid.at.flat_, false, STILL);
-  gl.uniform3fv(solid.at.eye, sight.from); gl.uniform3fv(solid.at.up, film.up); gl.uniform3fv(solid.at.light, sight.light);
+  gl.uniform3fv(solid.at.eye, sight.from); gl.uniform3fv(solid.at.up, scene.up); gl.uniform3fv(solid.at.light, sight.light);
   things.forEach((thing, k) => {
     if (picking && thing.lines) return;
     const see = !picking && thing.color[3] < 1;
@@ -266,20 +267,20 @@ function draw(things, sight, picking) {
   });
 }
 function floor(things, sight) {
-  const s = film.floor, u = film.up, c = add(film.centre, u, film.ground - dot(film.centre, u));
+  const s = scene.floor, u = scene.up, c = add(scene.centre, u, scene.ground - dot(scene.centre, u));
   gl.enable(gl.BLEND); gl.depthMask(false);
   gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   gl.useProgram(ground.made);
   gl.uniformMatrix4fv(ground.at.camera, false, sight.camera);
-  gl.uniform1f(ground.at.cells, film.cells);
+  gl.uniform1f(ground.at.cells, scene.cells);
   gl.uniformMatrix4fv(ground.at.model, false, new Float32Array([...right.map((x) => x * s), 0,
-    ...film.front.map((x) => x * s), 0, ...u, 0, ...c, 1]));
+    ...scene.front.map((x) => x * s), 0, ...u, 0, ...c, 1]));
   gl.bindVertexArray(plane.own);
   gl.drawElements(gl.TRIANGLES, plane.count, gl.UNSIGNED_INT, 0);
   if (shown.shadow) {
     gl.useProgram(solid.made);
     gl.uniformMatrix4fv(solid.at.camera, false, sight.camera);
-    gl.uniformMatrix4fv(solid.at.flat_, false, flattened(unit(add(film.up, sight.light, .35))));
+    gl.uniformMatrix4fv(solid.at.flat_, false, flattened(unit(add(scene.up, sight.light, .35))));
     gl.uniform4fv(solid.at.color, [.12, .16, .22, .17]); gl.uniform1i(solid.at.mode, 1);
     gl.enable(gl.STENCIL_TEST); gl.stencilFunc(gl.EQUAL, 0, 255); gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
     for (const thing of things) if (thing.shadow) {
@@ -300,7 +301,7 @@ function toggle(on) { playing = on && last > 0; play.textContent = playing ? "â
 function frame(stamp) {
   if (playing) {
     const passed = before === null ? 0 : Math.min(.1, (stamp - before) / 1000), span = ts[last] - ts[0];
-    now += passed * film.speed * Number(speed.value);
+    now += passed * scene.speed * Number(speed.value);
     if (now > ts[last]) now = ts[0] + ((now - ts[0]) % span);
     asked = true;
   }
@@ -309,11 +310,11 @@ function frame(stamp) {
   if (canvas.width != w || canvas.height != h) { canvas.width = w; canvas.height = h; asked = true; }
   if (asked && w && h) {
     const when = instant(now), sight = look();
-    things = stages.flatMap((stage) => staged(stage, when));
+    things = objects.flatMap((object) => contents(object, when));
     draw(things, sight, false);
     label(when, sight);
     slider.value = last > 0 ? (now - ts[0]) / (ts[last] - ts[0]) : 0;
-    clock.textContent = film.clock ? film.clock : (now >= 0 ? "\u2007" : "") + now.toFixed(film.digits) + " s";
+    clock.textContent = scene.clock ? scene.clock : (now >= 0 ? "\u2007" : "") + now.toFixed(scene.digits) + " s";
     asked = false;
     document.body.dataset.ready = String(now);
   }
@@ -322,10 +323,10 @@ function frame(stamp) {
 const tags = [];
 function label(when, sight) {
   const wanted = [];
-  for (const stage of stages) {
-    const at = poses(stage, when);
-    if (stages.length > 1) wanted.push({ name: stage.name, p: add(film.caption, stage.offset), big: true });
-    if (shown.names) for (const tag of stage.tags) wanted.push({ name: tag.name, p: moved(at[tag.body], tag.point) });
+  for (const object of objects) {
+    const at = poses(object, when);
+    if (objects.length > 1) wanted.push({ name: object.name, p: add(scene.caption, object.offset), big: true });
+    if (shown.names) for (const tag of object.tags) wanted.push({ name: tag.name, p: moved(at[tag.body], tag.point) });
   }
   while (tags.length < wanted.length) tags.push(byId("tags").appendChild(document.createElement("span")));
   tags.forEach((tag, k) => {
@@ -341,11 +342,11 @@ play.onclick = () => toggle(!playing);
 slider.oninput = () => { toggle(false); seek(ts[0] + slider.value * (ts[last] - ts[0])); };
 for (const name of ["loads", "traces", "names", "rest"]) {
   const box = byId(name);
-  box.parentElement.hidden = name != "names" && !film.has[name];
+  box.parentElement.hidden = name != "names" && !scene.has[name];
   box.checked = shown[name];
   box.onchange = () => { shown[name] = box.checked; asked = true; };
 }
-byId("home").onclick = () => { eye = { ...start }; target = [...film.centre]; asked = true; };
+byId("home").onclick = () => { eye = { ...start }; target = [...scene.centre]; asked = true; };
 let held = null;
 canvas.onpointerdown = (e) => { held = [e.clientX, e.clientY, e.button || e.shiftKey]; canvas.setPointerCapture(e.pointerId); tip.hidden = true; };
 canvas.onpointerup = () => { held = null; };
@@ -355,7 +356,7 @@ canvas.onpointermove = (e) => {
   const dx = e.clientX - held[0], dy = e.clientY - held[1];
   held = [e.clientX, e.clientY, held[2]];
   if (held[2]) {
-    const s = 2 * eye.distance * Math.tan(.5 * film.angle) / canvas.clientHeight, { x, y } = look();
+    const s = 2 * eye.distance * Math.tan(.5 * scene.angle) / canvas.clientHeight, { x, y } = look();
     target = add(add(target, x, -dx * s), y, dy * s);
   } else {
     eye.azimuth -= .008 * dx; eye.elevation = Math.min(1.55, Math.max(-1.2, eye.elevation + .008 * dy));
@@ -381,10 +382,10 @@ setInterval(() => { // the name under the pointer: all is drawn once more, each 
   tip.style.left = hit.clientX - box.left + 14 + "px"; tip.style.top = hit.clientY - box.top + 10 + "px";
   if (!playing) hit = null;
 }, 120);
-byId("title").textContent = film.title;
+byId("title").textContent = scene.title;
 for (const part of [slider, clock, play, speed]) part.hidden = last == 0;
-byId("scale").hidden = !film.scale;
-if (film.scale) byId("most").textContent = film.scale;
+byId("scale").hidden = !scene.scale;
+if (scene.scale) byId("most").textContent = scene.scale;
 function address() {
   const given = new URLSearchParams(location.hash.slice(1));
   if (given.has("t")) { toggle(false); seek(Number(given.get("t"))); }

@@ -131,9 +131,9 @@ def test_included_files_of_the_folder_only(tmp_path):
     assert [card.place for card in found] == ["more.bdf:1", "grids.bdf:2", "deck.bdf:3"]
     for path in ("../secret.bdf", str(outside), "link.bdf"):
         found, faults = read(f"INCLUDE '{path}'\n", inside)
-        assert not found and "leads out of the folder" in faults[0]
-    assert "is no file" in read("INCLUDE 'absent.bdf'\n", inside)[1][0]
-    with pytest.raises(ModelError, match="deeper than 20"):
+        assert not found and "leaves the folder" in faults[0]
+    assert "is not a file" in read("INCLUDE 'absent.bdf'\n", inside)[1][0]
+    with pytest.raises(ModelError, match="more than 20 files deep"):
         read("INCLUDE 'deck.bdf'\n", inside)
 
 
@@ -150,7 +150,7 @@ def test_case_control_is_skipped_and_its_sets_are_chosen(tmp_path):
     with pytest.raises(ModelError, match="there is no SPC set 5; there are: 1, 2"):
         read_nastran(deck, spc=5)
     deck.write_text(BAR + held)
-    with pytest.raises(ModelError, match="of the SPC sets 1, 2 one must be said to act"):
+    with pytest.raises(ModelError, match="has the SPC sets 1, 2; choose one"):
         read_nastran(deck)
 
 

@@ -183,7 +183,7 @@ def test_gear_of_two_masses(tmp_path):
     np.testing.assert_allclose(frequencies(deck(text, tmp_path)), np.sqrt(800.0 / 23.0) / (2 * np.pi), rtol=1e-12)
     with pytest.raises(ModelError, match="GRID 1, direction 2: depends on MPC 1 and on MPC 2"):
         deck(text + "MPC,8,1,2,1.,2,2,1.\n", tmp_path)
-    with pytest.raises(ModelError, match="in a ring"):
+    with pytest.raises(ModelError, match="in a cycle"):
         deck(text + "MPC,8,2,2,3.,1,2,-1.\n", tmp_path)
 
 

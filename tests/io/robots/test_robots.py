@@ -146,7 +146,10 @@ WRONG_MIMICS = {
     "joint '1' mimics itself": [("revolute", MIMIC("1", 1, 0))],
     "there is no joint 'elbow'": [("revolute", MIMIC("elbow", 1, 0))],
     "there is no joint ''": [("revolute", MIMIC("", 1, 0))],
-    "joints '1', '2' mimic one another in a ring": [("revolute", MIMIC("2", 2, 0)), ("revolute", MIMIC("1", 0.5, 0))],
+    "joints '1', '2' mimic one another in a cycle": [
+        ("revolute", MIMIC("2", 2, 0)),
+        ("revolute", MIMIC("1", 0.5, 0)),
+    ],
     "joints '2', '3' mimic one another": [
         ("revolute", MIMIC("2", 2, 0)),
         ("revolute", MIMIC("3", 0.5, 0)),
@@ -169,8 +172,8 @@ def test_wrong_mimics(message, tmp_path):
 def test_mimics_that_hold_a_joint_are_said(tmp_path):
     found = read(chain(("revolute", MIMIC("2", 3, 0.4)), ("fixed", ""), ("revolute", MIMIC("1", 0, 0.1))), tmp_path)
     assert found.notes == (
-        "joint '1' is held at 0.4, the offset of its mimic: its leader '2' is fixed",
-        "joint '3' is held at 0.1, the offset of its mimic: its multiplier is zero",
+        "joint '1' is fixed at 0.4, the offset of its mimic: its leader '2' is fixed",
+        "joint '3' is fixed at 0.1, the offset of its mimic: its multiplier is zero",
     )
     q = mbs.State.at(found.builder.build()).coordinates
     np.testing.assert_allclose(np.sort(q), [0.1, 0.4], rtol=1e-9)

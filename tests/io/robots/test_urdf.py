@@ -104,7 +104,7 @@ FAULTS = {
     "link 'fore', mass: value='heavy' is not a number": ('<mass value="1.5"/>', '<mass value="heavy"/>'),
     "xyz='0 0' is not three numbers": ('<origin xyz="0 0 0.12"/>', '<origin xyz="0 0"/>'),
     "xyz='0 0 nan' is not three numbers": ('<origin xyz="0 0 0.12"/>', '<origin xyz="0 0 nan"/>'),
-    "link 'fore' is there twice": ('<link name="tool"/>', '<link name="tool"/><link name="fore"/>'),
+    "link 'fore' is defined twice": ('<link name="tool"/>', '<link name="tool"/><link name="fore"/>'),
     "no joint 'elbw': did you mean 'elbow'": ('mimic joint="elbow"', 'mimic joint="elbw"'),
     "2 links that no joint carries, 'base', 'spare'": (
         '<link name="tool"/>',

@@ -43,9 +43,9 @@ def shown(four_bar, tmp_path_factory):
     return made, path.read_text("utf-8")
 
 
-def film_of(page):
+def scene_data(page):
     """What the page plays."""
-    return json.loads(re.search(r'id="film">(.*?)</script>', page, re.DOTALL).group(1))
+    return json.loads(re.search(r'id="scene-data">(.*?)</script>', page, re.DOTALL).group(1))
 
 
 def numbers(text, *shape):
@@ -66,13 +66,13 @@ def test_it_is_one_small_file_that_asks_for_nothing(shown):
     assert len(page) < 2e6
     assert not outside(page)
     assert outside('<script src="x.js">') and outside("fetch('a')")  # it would be noticed
-    assert "<A & B>" not in page and film_of(page)["title"] == "<A & B>"
+    assert "<A & B>" not in page and scene_data(page)["title"] == "<A & B>"
 
 
 def test_poses_are_those_of_the_closed_form(shown, four_bar):
     """Crank, coupler and rocker by the crossing of two circles."""
-    data, ts = film_of(shown[1]), four_bar[1].ts
-    (stage,) = data["stages"]
+    data, ts = scene_data(shown[1]), four_bar[1].ts
+    (stage,) = data["objects"]
     poses = numbers(stage["tracks"], len(ts), 4, 7)
     assert np.allclose(numbers(data["ts"], len(ts)), ts, atol=1e-6)
     assert stage["bodies"][0] == "ground" and np.allclose(poses[:, 0], [0, 0, 0, 0, 0, 0, 1])
@@ -96,8 +96,8 @@ def test_quaternions_turn_the_short_way(four_bar):
 
 
 def test_arrows_are_the_loads_at_their_joints(shown, four_bar):
-    data, ts = film_of(shown[1]), four_bar[1].ts
-    arrows = data["stages"][0]["arrows"]
+    data, ts = scene_data(shown[1]), four_bar[1].ts
+    arrows = data["objects"][0]["arrows"]
     place, force = (numbers(arrows[key], len(ts), 4, 3) for key in ("place", "force"))
     loads = made_up_loads(ts)
     for k, name in enumerate(arrows["names"]):
@@ -123,7 +123,7 @@ def test_arrows_ask_for_the_axes_and_the_side(four_bar):
             named[joint.name] = JointReaction(turned, 0 * turned, none, none, every, every)
         ok = jnp.ones(len(motion.ts), bool)
         given = Reactions(named, jnp.zeros((len(ok), 0)), jnp.zeros(len(ok)), ok, frame=frame, side=side)
-        arrows = viz.scene(system, motion, loads=given).data["stages"][0]["arrows"]
+        arrows = viz.scene(system, motion, loads=given).data["objects"][0]["arrows"]
         drawn[frame, side] = [numbers(arrows[key], len(ok), 4, 3) for key in ("force", "place")]
     for found in drawn.values():
         np.testing.assert_allclose(found, drawn["world", "child"], atol=1e-4)
@@ -135,7 +135,7 @@ def test_arrows_ask_for_the_axes_and_the_side(four_bar):
 def test_designs_stand_side_by_side(four_bar):
     system, motion = four_bar
     both = viz.scene({"before": system, "after": system}, {"before": motion, "after": motion})
-    left, right = both.data["stages"]
+    left, right = both.data["objects"]
     assert [left["name"], right["name"]] == ["before", "after"]
     assert left["offset"][0] < -0.9 and right["offset"][0] > 0.9 and left["tracks"] == right["tracks"]
     with pytest.raises(mbs.UnknownNameError, match="atfer"):
@@ -144,7 +144,7 @@ def test_designs_stand_side_by_side(four_bar):
 
 def test_every_joint_and_law_is_on_stage(tmp_path):
     system, states = everything()
-    (stage,) = viz.scene(system, states, shapes={"ram": [viz.Solid.box((0.2, 0.1, 0.1), "#ff0000")]}).data["stages"]
+    (stage,) = viz.scene(system, states, shapes={"ram": [viz.Solid.box((0.2, 0.1, 0.1), "#ff0000")]}).data["objects"]
     names = {item["name"] for item in stage["items"]}
     joints = {f"{name} joint" for name in ("mast", "ram", "sleeve", "nut", "ball", "cross", "puck")}
     assert names >= joints | {"cylinder", "strut", "dashpot", "muscle", "mount", "link", "bird", "plate", "ram"}
@@ -170,7 +170,7 @@ def test_what_turns_with_a_joint_has_a_part_on_either_body(kind):
     system = b.build()
     states = jax.vmap(lambda angle: mbs.State.at(system, pin=angle))(jnp.array([0.3, 1.4]))
     data = viz.scene(system, states).data
-    (stage,) = data["stages"]
+    (stage,) = data["objects"]
     still, moving = (item for item in stage["items"] if item["name"] == "law")
     assert (still["body"], moving["body"]) == (0, 1)
     own, taken = (numbers(data["solids"][item["solid"]]["vertices"], -1, 3) for item in (still, moving))
@@ -209,7 +209,7 @@ def test_a_mode_of_a_structure_swings():
     mode = viz.animate_mode(clamped, mbs.modes(clamped, num=2), 1)
     assert np.allclose(mode.displacement[0], mode.displacement[-1]) and np.isclose(mode.ts[-1], 1 / mode.frequency)
     data = viz.scene(clamped, mode, structures=structure).data
-    (mesh,) = data["stages"][0]["meshes"]
+    (mesh,) = data["objects"][0]["meshes"]
     m = len(base64.b64decode(mesh["amplitudes"])) // 4 // len(mode.ts)
     basis = numbers(mesh["basis"], m, structure.num_nodes, 3)
     moved = np.einsum("tm,mvc->tvc", numbers(mesh["amplitudes"], len(mode.ts), m), basis)
@@ -223,7 +223,7 @@ def test_a_mode_of_a_structure_swings():
 
 def test_what_has_no_positions_is_told():
     bare = mbs.LinearSystem(mass=np.eye(2), stiffness=np.eye(2))
-    with pytest.raises(mbs.ModelError, match="no positions"):
+    with pytest.raises(mbs.ModelError, match="without node positions"):
         viz.scene(bare, np.zeros((3, 2)))
     with pytest.raises(ValueError, match="there are 2 modes"):
         viz.animate_mode(bare, mbs.modes(bare), 2)
@@ -242,7 +242,7 @@ def test_a_mode_of_a_mechanism_keeps_its_loops_to_first_order(four_bar):
         moved = np.linalg.norm(seen.x[0, index["C.parent"]] - seen.x[2, index["C.parent"]])
         assert moved > 0.1 * amplitude
     assert gaps[1] < 0.02 * gaps[0] < 0.02 * 1e-3
-    with pytest.raises(mbs.ModelError, match="about a state"):
+    with pytest.raises(mbs.ModelError, match="state they belong to"):
         viz.animate_mode(system, made, 0)
 
 
@@ -262,7 +262,7 @@ def test_a_mode_of_a_network_swings():
     assert [len(mesh.bars) for mesh, _ in (left, right)] == [2, 2]
     np.testing.assert_allclose(left[1][:, 2], right[1][:, 0], atol=1e-9)
     assert np.isclose(max(np.abs(u).max() for _, u in (left, right)), 0.08 * 2.0)
-    names = [mesh["name"] for mesh in viz.scene(net, mode).data["stages"][0]["meshes"]]
+    names = [mesh["name"] for mesh in viz.scene(net, mode).data["objects"][0]["meshes"]]
     assert names == ["left", "right"]
     with pytest.raises(mbs.UnknownNameError, match="rigth"):
         viz.scene(net, mode, structures={"rigth": plate()})

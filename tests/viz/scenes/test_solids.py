@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.viz import Solid
-from jaxmbs.viz.scenes._solids import rounded_hull, sweep_tube, rotation_to_axis, unit_cone
+from jaxmbs.viz.scenes._solids import rotation_to_axis, rounded_hull, sweep_tube, unit_cone
 
 
 def volume(solid):

@@ -1,6 +1,5 @@
-"""Points spread over a box, or about a design."""
+"""Deviations of the variables of a design: standard deviations or tolerances as one vector."""
 
-import math
 from collections.abc import Callable
 
 import jax
@@ -11,22 +10,8 @@ from ..checks import refuse_complex
 from ._variables import read_variables
 
 
-def sobol_points(dimension: int, number: int, seed: int) -> np.ndarray:
-    """(number, dimension) of Sobol's sequence, scrambled, within 0 and 1; even for powers of two."""
-    from scipy.stats import qmc
-
-    return qmc.Sobol(dimension, seed=seed).random_base2(math.ceil(math.log2(number)))[:number]
-
-
-def normal_points(dimension: int, number: int, seed: int) -> np.ndarray:
-    """(number, dimension) of independent normal numbers, spread as Sobol's sequence."""
-    from scipy.stats import norm
-
-    return norm.ppf(np.clip(sobol_points(dimension, number, seed), 1e-12, 1.0 - 1e-12))
-
-
 def read_deviations(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarray, np.ndarray, Callable]:
-    """(design (n,), widths (n,), the way back to a pytree).
+    """Read a design and deviations of its variables: (design (n,), deviations (n,), function back to a pytree).
 
     Raises: ValueError for widths of another structure or shape, or negative ones; `what` names them.
     """
@@ -38,7 +23,7 @@ def read_deviations(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarr
     try:
         flat = np.concatenate([np.broadcast_to(np.asarray(w, float), np.shape(leaf)).ravel() for w, leaf in pairs])
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{what} are numbers in the shapes of the design: {widths}") from error
+        raise ValueError(f"{what} must be numbers in the shapes of the design, not {widths}") from error
     if not np.all((flat >= 0.0) & np.isfinite(flat)):
         raise ValueError(f"{what} must not be negative or infinite: {widths}")
     return variables.start, flat, variables.unravel
