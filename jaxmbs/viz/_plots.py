@@ -157,7 +157,8 @@ def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
     return ax
 
 
-def check_names(joints, known):
+def check_names(joints, known) -> None:
+    """Raises: ValueError for joints that are not among the known names."""
     missing = [name for name in joints or () if name not in known]
     if missing:
         raise ValueError(f"there is no joint {', '.join(missing)} to plot; the names are: {', '.join(known)}")

@@ -7,8 +7,8 @@ import optax
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.batching import _program as programs
 from jaxmbs.design import pareto, propagate_uncertainty, sensitivities, tolerances
+from jaxmbs.runtime import _batch_program as batch_program
 from jaxmbs.runtime import _jit as compiling
 
 DESIGN, BOX = {"a": 1.0, "b": 2.0}, {"a": (0.1, 3.0), "b": (0.1, 3.0)}
@@ -57,8 +57,8 @@ def kinds(monkeypatch):
         asked.add(kind)
         return before(kind, backend, *often, **named)
 
-    for module in (compiling, programs):
-        monkeypatch.setattr(module, "options", options)
+    for module in (compiling, batch_program):
+        monkeypatch.setattr(module, "compiler_options", options)
     return asked
 
 
@@ -90,6 +90,6 @@ def counted(design):
 @pytest.mark.parametrize("function, level", [(bowl, True), (counted, False)], ids=["evaluation", "motion"])
 def test_a_batch_of_what_is_no_motion_compiles_at_the_highest_level(function, level, monkeypatch):
     asked = []
-    monkeypatch.setattr(programs, "compiler_options", lambda kind, backend, often: asked.append(often) or {})
+    monkeypatch.setattr(batch_program, "compiler_options", lambda kind, backend, often: asked.append(often) or {})
     mbs.batch(lambda d: function(d), rows(5), progress=False)
     assert asked == [level]

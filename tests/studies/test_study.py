@@ -215,7 +215,7 @@ def test_a_finished_study_asks_nothing_of_the_disk(tmp_path, monkeypatch):
     def read_only(*args, **options):
         raise OSError(30, "Read-only file system")
 
-    for owner, name in ((store, "write_whole"), (Path, "mkdir"), (Path, "unlink"), (Store, "writing")):
+    for owner, name in ((store, "write_atomic"), (Path, "mkdir"), (Path, "unlink"), (Store, "writing")):
         monkeypatch.setattr(owner, name, read_only)
     assert sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2).identical(first)
     monkeypatch.undo()
