@@ -5,7 +5,7 @@ import platform
 
 import jax
 
-from .runtime import flag_advice, sets_marks, trick_states
+from .runtime import flag_advice, is_double, sets_marks, trick_states
 
 _PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy")
 _BAD_RELEASES = {("jax", "0.11.1"): "makes scans with stacked outputs quadratic on CPU: take another"}
@@ -17,8 +17,9 @@ def report() -> str:
     lines = [f"{'python':<10} {platform.python_version()} on {platform.platform()}"]
     lines += [f"{name:<10} {version}" for name, version in versions.items()]
     lines += [f"{'devices':<10} {', '.join(str(device) for device in jax.devices())}"]
-    lines += [f"{'x64':<10} {'on' if jax.config.jax_enable_x64 else 'off'}"]
-    lines += [f"{'cache':<10} {jax.config.jax_compilation_cache_dir or 'off: `mbs.cache()` keeps compiled programs'}"]
+    lines += [f"{'x64':<10} {'on' if is_double() else 'off'}"]
+    folder = jax.config.values["jax_compilation_cache_dir"]
+    lines += [f"{'cache':<10} {folder or 'off: `mbs.cache()` keeps compiled programs'}"]
     lines += [""] + _tricks()
     advice = _advice(versions)
     return "\n".join([*lines, "", *(advice or ["no issues found"])])
@@ -49,6 +50,6 @@ def _tricks() -> list[str]:
 
 def _advice(versions: dict[str, str]) -> list[str]:
     advice = [f"{name} {bad} {why}." for (name, bad), why in _BAD_RELEASES.items() if versions[name] == bad]
-    if not jax.config.jax_enable_x64:
+    if not is_double():
         advice += ['x64 is off: call jax.config.update("jax_enable_x64", True) before building a model.']
     return advice + flag_advice(versions["jax"], sets_marks(versions["jax"]))

@@ -19,7 +19,7 @@ from ._gather import constant_product, gather_static, map_chunked, segment_sum_s
 from ._jaxpr import jaxpr_function
 from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._packing import Packing
-from ._precision import follow_precision
+from ._precision import follow_precision, is_double
 from ._registry import TrickState, trick_states
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
@@ -50,6 +50,7 @@ __all__ = [
     "fusion_barrier",
     "garbage_collection_paused",
     "gather_static",
+    "is_double",
     "is_motion",
     "is_on",
     "jaxpr_function",

@@ -3,10 +3,17 @@
 import gc
 
 import jax
+import jax.numpy as jnp
+import numpy as np
 
 from ._tracing import not_tracing
 
 _seen: set[bool] = set()  # the setting at the last call, once there was one
+
+
+def is_double() -> bool:
+    """True if floats are double precision (`jax_enable_x64`)."""
+    return jnp.result_type(float) == np.float64
 
 
 def follow_precision() -> None:
@@ -17,7 +24,7 @@ def follow_precision() -> None:
     have lost half of their digits.  This concerns the constants of every library, so only the programs can go.
     Nothing happens inside of a trace.
     """
-    double = bool(jax.config.jax_enable_x64)
+    double = is_double()
     if double in _seen or not not_tracing():
         return
     if _seen:

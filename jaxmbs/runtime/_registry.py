@@ -22,7 +22,12 @@ class TrickState(NamedTuple):
 
 def trick_states() -> list[TrickState]:
     """The state of every trick on this JAX, with its backend and XLA_FLAGS."""
-    return [TrickState(name, *_state(name), gain) for name, gain in TRICKS.items()]
+    return [_trick_state(name, gain) for name, gain in TRICKS.items()]
+
+
+def _trick_state(name, gain):
+    state, reason = _state(name)
+    return TrickState(name, state, reason, gain)
 
 
 def _state(name):

@@ -14,11 +14,11 @@ import jax
 
 #: Name of each trick and what it gains.
 TRICKS = {
-    "fusion_emitters": "XLA's older code for fused loops, which compiles faster and can be part of a kernel",
+    "fusion_emitters": "JAX before 0.12: XLA's older code for fused loops, which compiles faster and fits into kernels",
     "ynn_fusion": "sums stay in the program in place of calls of XLA's library of kernels",
     "codegen_split": "programs are compiled in 8 parts, not 32",
     "optimization_level": "level 1 compiles sooner than XLA's 3, level 0 in quick programs",
-    "small_call": "loops of motions and gradients are compiled as one kernel",
+    "small_call": "JAX 0.10: loops of motions and gradients are compiled as one kernel",
     "small_products": "batches: small matrix products are sums inside of fused loops",
     "small_matmul": "products of small matrices in a batch are sums of outer products",
     "spatial_components": "spatial algebra by components, which XLA fuses, in place of small matrix products",
