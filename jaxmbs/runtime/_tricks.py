@@ -14,7 +14,7 @@ import jax
 
 #: Name of each trick and what it gains.
 TRICKS = {
-    "fusion_emitters": "JAX before 0.12: XLA's older code for fused loops, which compiles faster and fits into kernels",
+    "fusion_emitters": "JAX before 0.12: older code for fused loops, which compiles faster and fits into kernels",
     "ynn_fusion": "sums stay in the program in place of calls of XLA's library of kernels",
     "codegen_split": "programs are compiled in 8 parts, not 32",
     "optimization_level": "level 1 compiles sooner than XLA's 3, level 0 in quick programs",
