@@ -17,7 +17,7 @@ from ..model._topology import JointRecord, Topology
 from ..model._tree import Tree
 from ..model.inertia import as_matrix
 from ..runtime import KnownFunction, as_array
-from ._arrays import after, joint_poses, pair, stack, stacked, tree_arrays
+from ._arrays import compose, joint_poses, rotation_and_position, stack, stack_poses, tree_arrays
 from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
 from ._spanning_tree import SpanningTree
@@ -50,9 +50,9 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
 
     frames = _FrameList()
     for name in (GROUND, *order):
-        frames.add(name, name, pair(Pose()))
+        frames.add(name, name, rotation_and_position(Pose()))
     for frame in named.values():
-        frames.add(frame.name, frame.body, pair(frame.pose))
+        frames.add(frame.name, frame.body, rotation_and_position(frame.pose))
     joint_frames = {
         name: tuple(
             frames.add(f"{name}.{end}", body, pose)
@@ -91,10 +91,10 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         mass=_stack_numbers([bodies[b].mass for b in order]),
         com=_stack_numbers([bodies[b].com for b in order]),
         inertia=_stack_numbers([as_matrix(bodies[b].inertia) for b in order]),
-        body_pose=stacked([in_node[b] for b in order]),
-        placement=stacked(placements),
+        body_pose=stack_poses([in_node[b] for b in order]),
+        placement=stack_poses(placements),
         lead=_stack_numbers(leads) if leads else jnp.zeros(0),
-        frames=stacked([after(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]),
+        frames=stack_poses([compose(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]),
         forces=force_groups,
         closures=closures,
         rows=rows,
@@ -175,7 +175,7 @@ def _force_groups(forces, frames, record, bodies, named):
         places = []
         for side, reference in zip("ab", ends, strict=False):
             body, pose = resolve_frame(reference, bodies, named)
-            places.append(frames.add(f"{force.name}.{side}", body, pair(pose)))
+            places.append(frames.add(f"{force.name}.{side}", body, rotation_and_position(pose)))
         items.append((force.name, force.law, *(places or (0, 0)), port_of(force.law)))
     return tuple(
         ForceGroup(names=names, port=port, first=first, second=second, law=law)
@@ -196,7 +196,7 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
             ends = []
             for side, reference in zip("ab", item.between, strict=True):
                 body, pose = resolve_frame(reference, bodies, named)
-                ends.append(frames.add(f"{item.name}.{side}", body, pair(pose)))
+                ends.append(frames.add(f"{item.name}.{side}", body, rotation_and_position(pose)))
             items.append((item.name, _with_signals(item.law), *ends, "closure"))
         elif isinstance(item.law, Coupler):
             mine = [record[n] for n in item.law.joints]

@@ -119,8 +119,8 @@ def resolve_frame(reference, bodies, frames) -> tuple[str, Pose]:
     return body, as_pose(place)
 
 
-def joint_frame(value, body, frames) -> Pose:
-    """Pose in body axes of a joint's frame: None, a point, a Pose, or the name of a frame on that body."""
+def joint_frame(value: Any, frames: dict[str, Frame]) -> Pose:
+    """Pose in body axes of a joint's frame: None, a point, a Pose, or the name of a frame."""
     if isinstance(value, str):
-        return frames[value].pose if frames[value].body == body else None
+        return frames[value].pose
     return as_pose(value)

@@ -104,6 +104,6 @@ def elastic_items(elastic, index, record):
 def elastic_groups(grouped) -> tuple[ElasticGroup, ...]:
     """Elastic bodies of equal shape, stacked."""
     return tuple(
-        ElasticGroup(names, frames, *zip(*numbers, strict=True), body)
+        ElasticGroup(names, frames, tuple(c for c, _ in numbers), tuple(q for _, q in numbers), body)
         for _, names, body, frames, numbers, _ in grouped
     )

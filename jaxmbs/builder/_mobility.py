@@ -1,33 +1,35 @@
-"""Mobility of a model: counted on the host at assembled poses, the one of use where a guess says which that is."""
+"""Mobility of a model, counted on the host at several assembled poses, about that of the guess if there is one."""
 
 import dataclasses
+from collections.abc import Iterable
 
 import jax.numpy as jnp
 import numpy as np
 
 from ..errors import AssemblyError, ModelError
 from ..joints._base import HALF_TURN_RESIDUAL
+from ..kinematics._host_assembly import close_on_host, has_finite_rows, is_closed, search_on_host
 from ..kinematics._host_rows import evaluate_rows, step_on_host
+from ..kinematics._levenberg_marquardt import BUILD_RESTARTS, CLOSED_RESIDUAL
 from ..kinematics._mobility import mobility_of, row_spaces, with_mobility
 from ..kinematics._poses import neutral_coordinates
 from ..kinematics._rank import constraint_spaces
 from ..kinematics._state import State
 from ..model._system import System
 
-_NUM_POSES = 4
+_NUM_POSES = 4  # at which ranks are compared: one singular pose among them does no harm, nor do two
 _STEP = 0.3  # between poses, about [rad]: beyond rounding, and near enough to close again
 _STEP_NEAR_GUESS = 0.05  # the same about a pose of use, whose branch is to be kept
 _SEED = 7  # of the poses looked at: any, but the same in every build, so that a model has one answer
-_CLOSED_RESIDUAL = {8: 1e-9, 4: 1e-4}  # residuals that count as closed
-_HALF_TURN_MARGIN = 1e-4  # relative: about a degree
-_ZERO_INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none
+_HALF_TURN_MARGIN = 1e-4  # relative residual, about a degree off half a turn
+_ZERO_INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none: rounding of the mass matrix
 
 
 def _float_type():
     return jnp.result_type(float)
 
 
-def analyse_mobility(system: System, independent=None) -> System:
+def analyse_mobility(system: System, independent: Iterable[str] | None = None) -> System:
     """A concrete system with its characteristic length and its mobility: the largest rank near the pose of use, or
     near the reference pose where no guess says which pose that is.
 
@@ -39,8 +41,9 @@ def analyse_mobility(system: System, independent=None) -> System:
     x = evaluate_rows(system, psi, t).positions
     length = float(np.max(np.linalg.norm(x - x.mean(0)[None], axis=1))) or 1.0
     system, weight = with_mobility(system, None, length), np.where(top.spins > 0, 1.0, length)
-    psi = _pose_from_guess(system) if top.guess else _close_loops(system, psi, t, weight, random)
-    best, fault, stresses = None, None, []
+    psi = _pose_from_guess(system) if top.guess else _close_loops(system, psi, t, random)
+    best, stresses = None, []
+    fault: str | None = None
     for _ in range(_NUM_POSES):
         rows = evaluate_rows(system, psi, t)
         spaces = rank, Z, _ = row_spaces(system, rows)
@@ -56,8 +59,9 @@ def analyse_mobility(system: System, independent=None) -> System:
         psi = _another_pose(system, psi, t, Z, weight, random)
     if fault:
         raise ModelError([fault])
-    found = mobility_of(system, *best, independent)
-    return with_mobility(system, dataclasses.replace(found, pose_dependent_rows=_pose_dependent_rows(stresses)))
+    assert best is not None
+    mobility = mobility_of(system, best[0], best[1], independent)
+    return with_mobility(system, dataclasses.replace(mobility, pose_dependent_rows=_pose_dependent_rows(stresses)))
 
 
 def _pose_dependent_rows(stresses):
@@ -72,15 +76,14 @@ def check_closure_and_inertia(system: System) -> None:
     top, random = system.topology, np.random.default_rng(_SEED)
     weight, t = np.ones(top.num_velocities), np.zeros((), _float_type())
     psi = neutral_coordinates(top).astype(_float_type())
-    psi, fault = _pose_from_guess(system) if top.guess else _close_loops(system, psi, t, weight, random), None
+    psi = _pose_from_guess(system) if top.guess else _close_loops(system, psi, t, random)
     for _ in range(_NUM_POSES):
         rows = evaluate_rows(system, psi, t)
         Z = constraint_spaces(rows.A, 1.0)[1]
-        fault = _inertia_fault(top, rows.M, Z, weight)
-        if fault is None:
+        if (fault := _inertia_fault(top, rows.M, Z, weight)) is None:
             return
         psi = _another_pose(system, psi, t, Z, weight, random)
-    raise ModelError([fault])
+    raise ModelError([fault] if fault else [])
 
 
 def _pose_from_guess(system):
@@ -95,68 +98,35 @@ def _another_pose(system, psi, t, Z, weight, random):
     """Another closed pose, along the motions Z."""
     step = _STEP_NEAR_GUESS if system.topology.guess else _STEP
     move = weight * (Z @ random.normal(size=Z.shape[1]) * step)
-    found, error = _newton(system, step_on_host(system.topology, psi, move), t, weight)
-    return found if np.isfinite(error) else psi
+    found, rows = close_on_host(system, step_on_host(system.topology, psi, move), t, np.ones(len(weight)))
+    return found if has_finite_rows(rows) else psi
 
 
-def _newton(system, psi, t, weight, iterations=60):
-    """Least-squares Newton from psi with damping: (coordinates, largest residual, infinite where a row has no slope).
-
-    The damping falls faster than it rises: near the solution steps are Newton's own.  A sum of squares of 1e-24 is
-    residuals of 1e-12, a thousandth of what counts as closed.
-    """
-    top, damping = system.topology, 1e-3
-    f, A, *_ = evaluate_rows(system, psi, t)
-    for _ in range(iterations):
-        cost = float(np.dot(f, f))
-        if not np.isfinite(cost) or cost < 1e-24 or not np.all(np.isfinite(A)):
-            break
-        J = np.asarray(A)[top.position_rows] * weight[None]
-        step = (
-            -weight
-            * np.linalg.lstsq(
-                np.vstack([J, np.sqrt(damping) * np.eye(J.shape[1])]), np.r_[f, np.zeros(J.shape[1])], rcond=None
-            )[0]
-        )
-        trial = step_on_host(top, psi, step)
-        g, B, *_ = evaluate_rows(system, trial, t)
-        if float(np.dot(g, g)) < cost:
-            psi, f, A, damping = trial, g, B, max(damping * 0.05, 1e-15)
-        else:
-            damping *= 10
-            if damping > 1e8:
-                break
-    return psi, float(np.max(np.abs(f), initial=0.0)) if np.all(np.isfinite(A)) else np.inf
-
-
-def _close_loops(system, psi, t, weight, random):
-    """An assembled pose near the neutral one; ModelError when none is found."""
+def _close_loops(system, psi, t, random):
+    """An assembled pose near the neutral one.  Raises: ModelError where none is found."""
     top = system.topology
     if not top.num_rows:
         return psi
-    start = psi
     _refuse_half_turns(system, evaluate_rows(system, psi, t).f)
-    for _ in range(25):
-        found, error = _newton(system, psi, t, weight)
-        if error < _CLOSED_RESIDUAL[_float_type().itemsize]:
-            return found
-        psi = step_on_host(top, start, weight * random.normal(size=top.num_velocities))
-    rows, least = evaluate_rows(system, found, t), _CLOSED_RESIDUAL[_float_type().itemsize]
+    found, rows = search_on_host(system, psi, t, np.ones(top.num_velocities), random, BUILD_RESTARTS)
+    if is_closed(rows):
+        return found
     f, steep = np.abs(rows.f), ~np.all(np.isfinite(rows.A), axis=1)
     if np.any(steep):
         names = ", ".join(repr(name) for name in sorted({top.row_joint[k] for k in np.nonzero(steep)[0]}))
         raise ModelError([f"the slope of {names} is not finite at any pose that was tried; check the function"])
-    open_rows = sorted({top.row_joint[k] for k, value in zip(top.position_rows, f, strict=True) if not value < least})
+    is_open = ~(f < CLOSED_RESIDUAL[f.dtype.itemsize])
+    open_rows = sorted({top.row_joint[k] for k in top.position_rows[is_open]})
     raise ModelError(
         [
-            f"the loops cannot be closed; still open (largest residual {error:.3g}): {', '.join(open_rows)}; "
+            f"the loops cannot be closed; still open (largest residual {np.max(f):.3g}): {', '.join(open_rows)}; "
             "check the joint frames and link lengths"
         ]
     )
 
 
 def _refuse_half_turns(system, f):
-    """ModelError where the frames of a closing joint stand half a turn apart in the reference pose."""
+    """Raises: ModelError where the frames of a closing joint are half a turn apart in the reference pose."""
     faults, first = [], 0
     for group in system.closures:
         units = group.kind.row_units[: group.kind.num_rows - group.kind.num_slips]
@@ -174,8 +144,8 @@ def _refuse_half_turns(system, f):
         raise ModelError(faults)
 
 
-def _inertia_fault(top, M, Z, weight):
-    """What is wrong where a motion among Z moves no inertia; else None."""
+def _inertia_fault(top, M, Z, weight) -> str | None:
+    """Message where a motion among Z moves no inertia; else None."""
     reduced = (Z * weight[:, None]).T @ M @ (Z * weight[:, None])
     if reduced.size == 0:
         return None

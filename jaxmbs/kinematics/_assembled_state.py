@@ -18,14 +18,11 @@ from ._branches import branch_signs
 from ._cut_joints import with_cut_values
 from ._host_assembly import assemble_on_host
 from ._host_rows import evaluate_rows
+from ._levenberg_marquardt import CLOSED_RESIDUAL, STATE_RESTARTS
 from ._named_values import StateRequest, coordinate_mask, free_column_mask
 from ._poses import node_parameters
 from ._rank import constraint_rank
 
-#: Residuals [m or rad] up to which loops count as closed, by precision: some 1e7 times the rounding of a model of one
-#: metre, so that large models and flat poses pass, and far below any tolerance of manufacture.
-CLOSED_RESIDUAL = {8: 1e-8, 4: 1e-3}
-_RESTARTS = 12  # searches from random guesses before a state counts as impossible
 _ROUNDED_RESIDUAL = 1e-2  # residuals [m or rad] that rounded coordinates leave open
 _NO_SLOPE_HINT = (
     "; an infinite residual belongs to a row without a finite value or slope there: begin elsewhere, by guess="
@@ -67,9 +64,8 @@ def find_on_host(asked: StateRequest) -> AssembledState:
     t = np.asarray(asked.t, asked.coordinates.dtype)
     psi = _start_coordinates(asked, t)
     if asked.cut_guesses:
-        psi = _search_with_restarts(
-            with_cut_values(system, {**asked.cut_guesses, **asked.cuts}), psi, u, t, free, restart=True
-        )[0]
+        guessed = with_cut_values(system, {**asked.cut_guesses, **asked.cuts})
+        psi = _search_with_restarts(guessed, psi, u, t, free, True)[0]
     if asked.cuts:
         holding = with_cut_values(system, asked.cuts)
         psi, _, f, *_ = _search_with_restarts(holding, psi, u, t, free, restart)
@@ -146,24 +142,12 @@ def _start_coordinates(asked, t):
     return psi
 
 
-def _search_with_restarts(system, psi, u, t, free, restart):
-    """Assemble from psi on the host; searches that fail start again from random guesses."""
+def _search_with_restarts(system, psi, u, t, free, restarts):
+    """`assemble_on_host` from psi, for systems with or without constraints."""
     if not system.has_constraints:
         none = np.zeros(0, psi.dtype)
         return psi, u, none, none, np.zeros((0, len(u)), psi.dtype)
-    found = assemble_on_host(system, psi, u, t, *free)
-    # one seed: a state is a function of its arguments
-    random, simple = np.random.default_rng(0), np.array([k != "ball" for k in system.topology.node_kind])
-    columns = np.nonzero(simple)[0]
-    index = np.asarray(system.topology.node_coordinate)[columns]
-    for _ in range(_RESTARTS if restart else 0):
-        if np.max(np.abs(found[2]), initial=0.0) < CLOSED_RESIDUAL[psi.dtype.itemsize]:
-            break
-        scale = np.where(system.topology.spins[columns] > 0, 1.0, np.asarray(system.length))
-        start = np.array(psi)
-        start[index] += random.normal(size=len(columns)) * scale * free[0][columns]
-        found = assemble_on_host(system, start, u, t, *free)
-    return found
+    return assemble_on_host(system, psi, u, t, *free, STATE_RESTARTS if restarts else 0)
 
 
 def check_closed(system: System, f, g, columns=()) -> None:

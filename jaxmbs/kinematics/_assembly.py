@@ -7,15 +7,12 @@ import numpy as np
 from jax import lax
 
 from ..math._linalg import saddle_solve
-from ..math._spd import spd_inverse
 from ..model._system import System
 from ..runtime import jit
 from . import _constraints as constraints
 from ._configuration import configuration
+from ._levenberg_marquardt import minimise_in_trace
 from ._poses import coordinate_rate, node_parameters, normalise, step_coordinates
-
-_ITERATIONS = 100  # of Levenberg and Marquardt; what closes takes some ten
-_NEAR = 1e-20  # squared residual [m, rad] from where on the passes end as soon as one gains nothing: at rounding
 
 
 def metric(system: System):
@@ -52,37 +49,6 @@ def _least_norm_step(system, A, gap):
     return saddle_solve(metric_matrix(system), A, jnp.zeros(A.shape[1], A.dtype), gap, rows)[0]
 
 
-def _levenberg_marquardt(system, P, psi, t, free):
-    """Coordinates near psi with the least residual; robust far from a solution, no derivative passes.
-
-    Each pass looks at a trial, keeps it if it is better and makes the next one, so that the rows are traced once.
-    Near the solution, where the damping has fallen away, they are Newton's steps of least size.
-    """
-    weight = metric_matrix(system)
-
-    def look(carry):
-        k, trial, damping, _, best = carry
-        f, A = linearise_rows(system, P, trial, t, free)
-        found, (_, _, _, value) = (trial, f, A, jnp.dot(f, f)), best
-        better = found[-1] < value
-        stuck = better & (value - found[-1] < 1e-6 * value)  # at the bottom, and open: what cannot close ends here
-        best = jax.tree.map(lambda new, old: jnp.where(better, new, old), found, best)
-        damping = jnp.clip(damping * jnp.where(better, 0.1, 10.0), 1e-12, 1e8)
-        damping = jnp.where(stuck, 1e8, damping)
-        psi, f, A, _ = best
-        delta = -(spd_inverse(A.T @ A + damping * weight) @ (A.T @ f))
-        return k + 1, step_coordinates(system.topology, psi, delta), damping, better, best
-
-    def running(carry):
-        k, _, damping, better, (*_, value) = carry
-        return (k <= _ITERATIONS) & (better | (value > _NEAR)) & (damping < 1e7)
-
-    rows, columns = len(system.topology.position_rows), len(weight)
-    number = lambda x: jnp.full((), x, psi.dtype)  # noqa: E731
-    nothing = (psi, jnp.zeros(rows, psi.dtype), jnp.zeros((rows, columns), psi.dtype), number(jnp.inf))
-    return lax.while_loop(running, look, (0, psi, number(1e-2), jnp.asarray(True), nothing))[4][0]
-
-
 def assemble_coordinates(system: System, P, psi, t, free, search: bool = True):
     """Coordinates (nq,) on the constraint manifold near psi; columns with free (nv,) = 0 are held.
 
@@ -96,7 +62,15 @@ def assemble_coordinates(system: System, P, psi, t, free, search: bool = True):
 
 @eqx.filter_custom_jvp
 def _closed_coordinates(system, P, psi, t, free, search):
-    return _levenberg_marquardt(system, P, psi, t, free) if search else psi
+    if not search:
+        return psi
+    return minimise_in_trace(
+        lambda psi: linearise_rows(system, P, psi, t, free),
+        lambda psi, delta: step_coordinates(system.topology, psi, delta),
+        psi,
+        metric_matrix(system),
+        len(system.topology.position_rows),
+    )
 
 
 @_closed_coordinates.def_jvp

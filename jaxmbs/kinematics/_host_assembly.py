@@ -1,67 +1,85 @@
-"""Assembly on the host, in NumPy on the rows that `evaluate_rows` gives; `_assembly` is the same in a trace."""
+"""Assembly on the host, in NumPy on the rows of `evaluate_rows`; `_assembly` is the same within a trace."""
 
 import numpy as np
 
 from ..model._system import System
-from ._host_rows import evaluate_rows, step_on_host
+from ._host_rows import RowEvaluation, evaluate_rows, step_on_host
+from ._levenberg_marquardt import CLOSED_RESIDUAL, minimise_on_host
 
-_ITERATIONS = 100  # of Levenberg and Marquardt; what closes takes some ten
-_NEWTON = 3  # steps of least size at the end
+_NEWTON_STEPS = 3  # of least size, which bring residuals of 1e-10 to rounding; one is nearly always enough
 _RANK_TOLERANCE = {8: 1e-7, 4: 1e-3}  # singular values of the rows that count as zero, relative
 
 
-def assemble_on_host(system: System, psi, u, t, free_position, free_velocity):
+def assemble_on_host(system: System, psi, u, t, free_position, free_velocity, restarts: int = 0):
     """(coordinates, velocities, position residual, velocity residual, all rows A) from guesses; see `State.at`."""
-    top = system.topology
-    root = np.where(np.asarray(top.spins) > 0, 1.0, 1.0 / np.asarray(system.length))  # of the metric
-    root = root.astype(psi.dtype)
-
-    def least(A, free, gap):
-        """The least step (nv,) with `A step = gap` in the free columns."""
-        if not A.size:
-            return np.zeros_like(root)
-        return np.linalg.lstsq(A * (free / root)[None], gap, rcond=_RANK_TOLERANCE[psi.dtype.itemsize])[0] / root
-
-    psi, rows = _newton(system, psi, t, free_position, root, least)
-    if not has_finite_rows(rows):  # open without end where a row has no slope, so that a search starts elsewhere
+    top, random = system.topology, np.random.default_rng(0)  # one seed: a state is a function of its arguments
+    psi, rows = search_on_host(system, psi, t, free_position, random, restarts)
+    if not has_finite_rows(rows):  # infinite residuals of rows without a slope
         smooth = np.all(np.isfinite(rows.A), axis=1)
         f, g = (np.where(at, x, np.inf) for at, x in ((smooth[top.position_rows], rows.f), (smooth, rows.f_t)))
         return psi, u, f, g, rows.A
-    u = u + least(rows.A, free_velocity, -rows.f_t - rows.A @ u)
+    u = u + _least_norm_step(system, rows.A, free_velocity, -rows.f_t - rows.A @ u)
     return _unit_quaternions(top, psi), u, rows.f, rows.A @ u + rows.f_t, rows.A
 
 
-def _newton(system, psi, t, free, root, least):
-    """Coordinates near psi with the least residual and the rows there: Levenberg and Marquardt, then Newton."""
-    top, rows, damping = system.topology, evaluate_rows(system, psi, t), 1e-3
-    value = rows.f @ rows.f
-
-    for _ in range(_ITERATIONS):
-        if not value > 1e-20 or damping >= 1e7 or not has_finite_rows(rows):
+def search_on_host(system: System, psi, t, free, random: np.random.Generator, restarts: int):
+    """`close_on_host` from psi (nq,), and where loops stay open from random coordinates around it."""
+    start, (psi, rows) = psi, close_on_host(system, psi, t, free)
+    for _ in range(restarts):
+        if is_closed(rows):
             break
-        A = rows.A[top.position_rows] * free[None]
-        delta = -np.linalg.solve(A.T @ A + damping * np.diag(root**2), A.T @ rows.f)
-        trial = step_on_host(top, psi, delta)
-        found = evaluate_rows(system, trial, t)
-        new = found.f @ found.f
-        better = new < value and has_finite_rows(found)
-        damping = np.clip(damping * (0.1 if better else 10.0), 1e-12, 1e8)
-        if better:
-            stuck = value - new < 1e-6 * value  # at the bottom, and open: what cannot close ends here
-            psi, rows, value = trial, found, new
-            damping = 1e8 if stuck else damping
-    for _ in range(_NEWTON if has_finite_rows(rows) else 0):
-        trial = step_on_host(top, psi, least(rows.A[top.position_rows], free, -rows.f))
-        found = evaluate_rows(system, trial, t)
-        if not found.f @ found.f < value or not has_finite_rows(found):
-            break
-        psi, rows, value = trial, found, found.f @ found.f
+        move = free * random.normal(size=len(free)) / metric_root(system)
+        psi, rows = close_on_host(system, step_on_host(system.topology, start, move), t, free)
     return psi, rows
 
 
-def has_finite_rows(rows):
-    """Whether all rows have a slope."""
+def close_on_host(system: System, psi, t, free) -> tuple[np.ndarray, RowEvaluation]:
+    """Coordinates near psi (nq,) with the least residual and the rows there: Levenberg-Marquardt, then Newton.
+
+    Columns with free (nv,) = 0 stay.
+    """
+    top = system.topology
+
+    def evaluate(psi):
+        rows = evaluate_rows(system, psi, t)
+        return rows.f, rows.A[top.position_rows] * (free if has_finite_rows(rows) else np.nan * free)[None], rows
+
+    def step(psi, delta):
+        return step_on_host(top, psi, delta)
+
+    psi, rows = minimise_on_host(evaluate, step, psi, np.diag(metric_root(system) ** 2))
+    for _ in range(_NEWTON_STEPS if has_finite_rows(rows) else 0):
+        trial = step(psi, _least_norm_step(system, rows.A[top.position_rows], free, -rows.f))
+        found = evaluate_rows(system, trial, t)
+        if not found.f @ found.f < rows.f @ rows.f or not has_finite_rows(found):
+            break
+        psi, rows = trial, found
+    return psi, rows
+
+
+def metric_root(system: System) -> np.ndarray:
+    """Root (nv,) of the metric: 1 for turning columns, 1 / length for sliding ones."""
+    root = np.where(np.asarray(system.topology.spins) > 0, 1.0, 1.0 / np.asarray(system.length))
+    return root.astype(system.gravity.dtype)
+
+
+def is_closed(rows: RowEvaluation) -> bool:
+    """True if the residuals of the position rows count as closed, and all rows have a slope."""
+    closed = np.max(np.abs(rows.f), initial=0.0) < CLOSED_RESIDUAL[rows.f.dtype.itemsize]
+    return bool(closed) and has_finite_rows(rows)
+
+
+def has_finite_rows(rows: RowEvaluation) -> bool:
+    """True if all rows have a slope."""
     return bool(np.all(np.isfinite(rows.A)))
+
+
+def _least_norm_step(system, A, free, gap):
+    """The step (nv,) of least size in the metric with `A step = gap` in the free columns."""
+    root = metric_root(system)
+    if not A.size:
+        return np.zeros_like(root)
+    return np.linalg.lstsq(A * (free / root)[None], gap, rcond=_RANK_TOLERANCE[A.dtype.itemsize])[0] / root
 
 
 def _unit_quaternions(topology, psi):

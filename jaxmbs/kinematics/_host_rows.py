@@ -32,7 +32,7 @@ class RowEvaluation(NamedTuple):
 def _evaluation_program(system: System, psi, t):
     at = configuration(system, node_parameters(system), psi, t)
     (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
-    return RowEvaluation(f, A, f_t, reaction_map(system, at), mass_matrix(system, at), at.x)
+    return f, A, f_t, reaction_map(system, at), mass_matrix(system, at), at.x
 
 
 def evaluate_rows(system: System, psi, t) -> RowEvaluation:

@@ -49,6 +49,7 @@ def position_map(system: System, at: Configuration):
     """(nv, n): displacements of all columns per independent coordinate, rows of position alone: what Gamma is for
     rates, and differs from it where rolling or blades restrict velocities further."""
     top = system.topology
+    assert top.analysis is not None
     pick = np.eye(top.num_velocities)[list(top.analysis.independent_positions)]
     A = constraints.jacobian(system, at)[top.position_rows]
     right = np.concatenate([np.zeros((A.shape[0], len(pick))), np.eye(len(pick))])

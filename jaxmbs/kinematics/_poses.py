@@ -1,4 +1,13 @@
-"""Poses, joint twists and inertias of all nodes; rates of quaternions; steps on the configuration space."""
+"""Poses, joint twists and inertias of all nodes; rates of quaternions; steps on the configuration space.
+
+Frames and signs.  A node is a simple joint: it turns by its coordinate q, right-handed about the z axis of its own
+frame, or slides along it, or both (screw).  Its frame in that of the parent node is the constant placement R, p, then
+the motion: `R Rz(q)` and `p + lead q R e_z`, so that frames at q = 0 are the placements.  World poses W are those of
+the parent times these.  The twist of a unit rate is (z, X x z + lead z) about the origin, with the world axis z and
+position X of the node; both are the same in the parent's and the node's frame, as the node turns about z.  A ball is
+three nodes with one quaternion (w, x, y, z) of child in parent: its rates are angular velocities in child axes, one
+column for each, and its columns' z axes are x, y and z of the child (`CYCLE`).
+"""
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +28,7 @@ from ..math._spatial import (
 from ..model._system import System
 from ..model._topology import Topology
 from ..runtime import fusion_barrier, gather_static
+from ._node_parameters import NodeParameters, positions, z_axes
 from ._tree import poses
 
 #: Cyclic rotation that takes z to x: a ball's three columns are x, y, z of the child by applying it thrice.
@@ -31,8 +41,7 @@ def broadcast_nodes(values, x):
 
 
 def node_parameters(system: System):
-    """All parameters of the tree in one array (nodes, 23): placement rotation (9) and position (3), lead, then the
-    mass, centre of mass (3) and inertia about it (6) of the bodies on the node, in node axes."""
+    """Packed `NodeParameters` (nodes, 23) of a system."""
     top, n = system.topology, system.topology.nodes.size
     R, p = system.body_pose.rotation, system.body_pose.position
     com = p + jnp.einsum("bij,bj->bi", R, system.com)
@@ -43,9 +52,8 @@ def node_parameters(system: System):
     else:
         mass = system.mass
     upper = inertia.reshape(n, 9)[:, TRIANGLE]
-    rotation = system.placement.rotation.reshape(n, 9)
-    columns = [rotation, system.placement.position, system.lead[:, None], mass[:, None], com, upper]
-    return jnp.concatenate(columns, axis=1)
+    placement = system.placement
+    return NodeParameters.pack(placement.rotation, placement.position, system.lead, mass, com, upper)
 
 
 def _combine_welded_bodies(n, node, mass, com, inertia):
@@ -64,14 +72,15 @@ def _combine_welded_bodies(n, node, mass, com, inertia):
 
 def local_transforms(topology: Topology, P, psi):
     """Pose of each node in its parent, (nodes, 12, ...), at coordinates psi (nq[, batch])."""
-    R, x = rotations(P), P[:, 9:12]
+    nodes = NodeParameters(P)
+    R, x = nodes.rotation, nodes.position
     simple = topology.is_simple
     start = np.asarray(topology.node_coordinate)
     q = psi if simple else psi[start]
     angle = q if all(topology.turns) else q * broadcast_nodes(topology.turns, q)
     turning, x = rows(turned(R, angle)), jnp.broadcast_to(x, (*x.shape[:2], *q.shape[1:]))
     if topology.has_translations:
-        x = x + scale(P[:, 2:9:3], P[:, 12] * q)
+        x = x + scale(nodes.axis, nodes.lead * q)
     local = jnp.concatenate([turning, x], axis=1)
     if simple:
         return local
@@ -96,15 +105,15 @@ def node_poses(topology: Topology, P, psi):
 
 def joint_twists(topology: Topology, P, W):
     """World twist (nodes, 6, ...) of a unit rate of each column, about the world origin.  Source: S2 (11), (14)."""
-    z, X, lead = W[:, 2:9:3], W[:, 9:], append_batch_axes(P, W[:, 0])[:, 12]
+    z, X, lead = z_axes(W), positions(W), NodeParameters(append_batch_axes(P, W[:, 0])).lead
     turn = None if all(topology.spins) else broadcast_nodes(topology.spins, W[:, 0])
     return screw_twists(z, X, turn, jnp.broadcast_to(lead, W[:, 0].shape))
 
 
 def node_inertias(P, W):
     """World inertia (nodes, 10, ...) of every node about the world origin."""
-    P = append_batch_axes(P, W[:, 0])
-    return world_inertia(W, P[:, 13:14], P[:, 14:17], P[:, 17:23])
+    nodes = NodeParameters(append_batch_axes(P, W[:, 0]))
+    return world_inertia(W, nodes.mass, nodes.com, nodes.inertia)
 
 
 def coordinate_rate(topology: Topology, psi, u):
@@ -161,21 +170,21 @@ def _scatter_simple(topology, into, values):
 def first_body_position(topology: Topology, W):
     """World position (3, ...) of the first body that moves, a constant to derivatives."""
     nodes = [node for node in topology.body_node if node >= 0]
-    return lax.stop_gradient(W[nodes[0], 9:]) if nodes else jnp.zeros(3, W.dtype)
+    return lax.stop_gradient(positions(W)[nodes[0]]) if nodes else jnp.zeros(3, W.dtype)
 
 
 def shift_origin(W, origin):
     """Poses W (nodes, 12, ...) with positions from `origin` (3, ...)."""
-    return jnp.concatenate([W[:, :9], W[:, 9:] - origin[None]], axis=1)
+    return jnp.concatenate([W[:, :9], positions(W) - origin[None]], axis=1)
 
 
 def frame_poses(system: System, W, origin=None):
     """Pose of every frame: rotations (frames, 3, 3) and positions (frames, 3), like those of W from `origin`; no
     batch axes."""
-    R = W[:, :9].reshape(-1, 3, 3)
+    R = rotations(W)
     R = jnp.concatenate([R, np.eye(3, dtype=R.dtype)[None]])
     ground = jnp.zeros((1, 3), W.dtype) if origin is None else -origin[None]
-    X = jnp.concatenate([W[:, 9:], ground])
+    X = jnp.concatenate([positions(W), ground])
     node = np.asarray(system.topology.frame_node) % len(R)
     R, X = gather_static(R, node), gather_static(X, node)
     position = X + jnp.einsum("fij,fj->fi", R, system.frames.position)

@@ -18,7 +18,6 @@ from ..model._topology import Topology
 from ..runtime import as_array
 from ..typing import ArrayLike
 from ._assembled_state import (
-    CLOSED_RESIDUAL,
     AssembledState,
     check_closed,
     find_in_trace,
@@ -27,6 +26,7 @@ from ._assembled_state import (
 )
 from ._branch_following import first_branch_point
 from ._host_rows import runs_on_host
+from ._levenberg_marquardt import CLOSED_RESIDUAL
 from ._mobility import count_mobility
 from ._named_values import StateRequest, parse_request
 

@@ -145,7 +145,7 @@ CHECKS = {
     "spring_kic": lambda w: [(w.v["G_C"], np.outer(_gap(w), _gap(w) @ w.by_phi("spring", 0)) / (_gap(w) @ _gap(w)))],
     "spring_kic_second": lambda w: [(w.s["spring"], np.swapaxes(w.by_phi("G_C"), 0, 1))],
     "count_mobility": lambda w: [(kinematics.count_mobility(w.system, w.state).mobility, w.freedoms)],
-    "system_at": lambda w: [(kinematics.with_mobility_at(w.system, w.state) is w.system, True)],
+    "with_mobility_at": lambda w: [(kinematics.with_mobility_at(w.system, w.state) is w.system, True)],
     "kinetic_energy": lambda w: [(w.v["energy"][0], _kinetic(w))],
     "mass_matrix": lambda w: [(w.u @ w.v["mass"] @ w.u, 2.0 * _kinetic(w)), (w.v["I_star"], _inertia(w))],
     "inertia_field": lambda w: [(w.v["I_star"], _inertia(w)), (w.Gamma.T @ w.v["mass"] @ w.Gamma, _inertia(w))],

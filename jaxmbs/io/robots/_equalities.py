@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...builder._arrays import after
+from ...builder._arrays import compose
 from ...joints import Coupler, Spherical, Weld
 from ._link_tree import as_pose
 from ._mujoco_model import rotation
@@ -51,7 +51,7 @@ def _ends(model, e, home, is_weld):
         places = [(one, (rotation(data[6:10]), data[3:6])), (two, (np.eye(3), data[:3]))]
     else:
         places = [(one, (np.eye(3), data[:3])), (two, (np.eye(3), data[3:6]))]
-    return [(home[body].body, after(home[body].pose, place)) for body, place in places]
+    return [(home[body].body, compose(home[body].pose, place)) for body, place in places]
 
 
 class PolynomialCoupling(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...builder import SystemBuilder
-from ...builder._arrays import after
+from ...builder._arrays import compose
 from ...joints import Weld
 from ...model._pose import Pose
 
@@ -71,7 +71,7 @@ def declare_links(
         carrier = homes[link.parent]
         fixed = link.is_fixed and not welds
         homes[link.name] = (
-            LinkPlacement(carrier.body, after(carrier.pose, link.place))
+            LinkPlacement(carrier.body, compose(carrier.pose, link.place))
             if fixed
             else LinkPlacement(link.name, IDENTITY)
         )
@@ -93,10 +93,10 @@ def declare_links(
 
 def _declare_joints(builder, link, carrier):
     ends = [carrier.body, *link.bodies]
-    near = after(carrier.pose, link.place)
+    near = compose(carrier.pose, link.place)
     for joint, parent, child in zip(link.joints, ends[:-1], ends[1:], strict=True):
         builder.joint(
-            joint.name, joint.kind, parent, child, as_pose(after(near, joint.before)), as_pose(joint.behind)
+            joint.name, joint.kind, parent, child, as_pose(compose(near, joint.before)), as_pose(joint.behind)
         )
         near = IDENTITY
 
