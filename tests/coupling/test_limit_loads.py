@@ -269,5 +269,5 @@ def test_sums():
     apart = cqc_correlation(jnp.array([1.0, 3.0]), jnp.array([0.02, 0.05]))
     np.testing.assert_allclose(apart, apart.T, rtol=1e-12)
     assert apart[0, 1] < 0.01
-    with pytest.raises(ValueError, match="one of"):
+    with pytest.raises(ValueError, match="must be"):
         combine_modal_maxima(values, "mean")

@@ -139,7 +139,10 @@ def test_a_network_shows_its_components_and_bonds():
     """A table that fits a screen, of a part too; with traced numbers, shapes."""
     net = network(STIFFNESS, AXES)
     lines = repr(net).splitlines()
-    assert len(lines) == 2 + 4 + 4 and lines[0] == f"Network: {net.num_rows} coordinates of 4 components, 4 bonds"
+    assert (
+        len(lines) == 2 + 4 + 4
+        and lines[0] == f"ComponentNetwork: {net.num_rows} coordinates of 4 components, 4 bonds"
+    )
     assert any(line.split()[:2] == ["pin", "bond"] and line.endswith("x y z rx rz") for line in lines)
     part = repr(PARTS["stage"])
     assert "18 coordinates, 18 of them interface, dense matrices, no damping" in part and "knee" in part
@@ -267,5 +270,5 @@ def test_wrong_numbers_and_names():
         mbs.equilibrium(connect({"a": component(*beam(2), (0, 1))}, {}), {"a": jnp.ones(6)})
     with pytest.raises(ModelError, match="component 'a' is a tuple, not a LinearSystem"):
         connect({"a": beam(2)}, {})
-    with pytest.raises(ValueError, match="not under tracing"):
+    with pytest.raises(ValueError, match="not possible under tracing"):
         jax.jit(lambda K: connect({"a": component(K, beam(2)[1], (0, 1))}, {}).determinacy().redundant)(beam(2)[0])

@@ -243,7 +243,7 @@ def test_virtual_point_of_an_interface_that_stretches():
     assert np.all(found.motion_residual < 1e-10) and np.all(found.force_residual < 1e-10)
     assert np.all(np.max(virtual_point(measured, point, sensors, impacts).motion_residual, axis=1) > 0.01)
     turned = {"turn": lambda arm: jnp.cross(jnp.array([0.0, 0.0, 1.0]), arm)}
-    with pytest.raises(ModelError, match="tell 6 of 7 coordinates"):
+    with pytest.raises(ModelError, match="determine only 6 of 7 coordinates"):
         virtual_point(measured, point, sensors, impacts, flexible=turned)
 
 
@@ -323,7 +323,7 @@ def _short():
         (lambda: couple(A, [("a", "a")]), "joined to itself"),
         (lambda: uncoupled_transfer({"A": A, "B": _short()}), "5 frequencies"),
         (lambda: uncoupled_transfer({"A": A, "B": B.to("mobility")}), "'B' is a mobility"),
-        (lambda: decouple(AB, B, list("d"), list("de")), "fewer than 2 forces"),
+        (lambda: decouple(AB, B, list("d"), list("de")), "fewer than the 2 of equilibrium"),
         (lambda: decouple(AB, B, [("d", "x")]), "no output 'x'"),
         (lambda: remove_stiffness(A, ["b"], np.eye(2)), "1 channels need"),
         (lambda: free_response(jnp.ones((3, 2, 1)), jnp.ones((3, 2, 1))), "1 runs are too few for 2"),

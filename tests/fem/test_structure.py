@@ -142,9 +142,9 @@ ROD, BEAM = Rod(1.0, 1.0), Beam(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 FAULTS = [
     (lambda: Structure({"a": (0, 0, 0), "b": (1, 0, 0)}, {"r": (ROD, [("a", "c")])}), "r: there is no node 'c'"),
     (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1, 2)])}), "r[0] joins 3 nodes, a Rod has 2"),
-    (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1), (2, 2)])}), "r[1] meets a node twice"),
+    (lambda: Structure(np.eye(3), {"r": (ROD, [(0, 1), (2, 2)])}), "r[1] repeats a node"),
     (lambda: Structure(np.eye(3), {"r": ([ROD, ROD], [(0, 1)])}), "r has 2 elements for 1 connections"),
-    (lambda: Structure(np.eye(3), {"r": ([ROD, BEAM], [(0, 1), (1, 2)])}), "equal kinds"),
+    (lambda: Structure(np.eye(3), {"r": ([ROD, BEAM], [(0, 1), (1, 2)])}), "of one kind with equal settings"),
     (lambda: Structure(np.eye(3), {"r": (Rod(1.0, -1.0), [(0, 1)])}), "r[0]: area must not be negative"),
     (lambda: Structure(CUBE, {"h": (Hexahedron(1.0, 0.5), [tuple(range(8))])}), "poisson must lie between"),
     (lambda: Structure(np.eye(3), {"r": (Rod(np.nan, 1.0), [(0, 1)])}), "r[0]: young must be finite"),
@@ -180,10 +180,16 @@ FAULTS = [
         lambda: Structure(CUBE, {"b": (Beam(1, 1, 1, 1, 1, 1, reference=(2.0, 0, 0)), [(0, 1)])}),
         "b[0]: its ends meet, or its reference lies along it",
     ),
-    (lambda: Structure(CUBE, {"b": (Beam(1, 1, 1, 1, 2, 1), [(0, 1)])}), "b[0]: give it a reference"),
+    (
+        lambda: Structure(CUBE, {"b": (Beam(1, 1, 1, 1, 2, 1), [(0, 1)])}),
+        "b[0]: its section differs in y and z: give a reference",
+    ),
     (lambda: Structure(CUBE, {"s": (Spring(np.triu(np.ones((6, 6)))), [(0, 1)])}), "s[0]: matrix must be symmetric"),
-    (lambda: Structure(CUBE, {"s": (Spring((1.0,) * 6, axes=2 * np.eye(3)), [(0, 1)])}), "axes must be three unit"),
-    (lambda: Structure(CUBE, {"s": (Spring((1.0,) * 6, axes=-np.eye(3)), [(0, 1)])}), "and right-handed"),
+    (
+        lambda: Structure(CUBE, {"s": (Spring((1.0,) * 6, axes=2 * np.eye(3)), [(0, 1)])}),
+        "axes must be three right-handed orthogonal unit",
+    ),
+    (lambda: Structure(CUBE, {"s": (Spring((1.0,) * 6, axes=-np.eye(3)), [(0, 1)])}), "right-handed orthogonal"),
     (
         lambda: Structure(CUBE, {"q": (Quadrilateral(1, 0.3, 0.0), [(0, 1, 2, 3)])}),
         "q[0]: thickness must not be zero",

@@ -101,7 +101,7 @@ def test_bad_input():
     with pytest.raises(ValueError, match="must be between 0 and 105"):
         reduce(component(K, M, [0, 1, 2]), CraigBampton(106))
     padded = bs.Pattern(2, 3, [(0, 1)], sizes=[3, 1])
-    with pytest.raises(ValueError, match=r"coordinates \[4\] are smaller"):
+    with pytest.raises(ValueError, match=r"coordinates \[4\] do not exist: they are padding"):
         interface_rows(padded, [3, 4])
 
 

@@ -358,15 +358,18 @@ def test_a_turned_sector_is_one_made_in_its_new_place():
     ("wrong", "said"),
     [
         (lambda: reduce(half(), Mirror("w")), "unknown normal 'w': give one of x, y, z"),
-        (lambda: reduce(half(), Mirror("x")), "nodes b, p are not in one plane across x"),
+        (lambda: reduce(half(), Mirror("x")), "nodes b, p do not lie in one plane normal to x"),
         (lambda: reduce(half().with_interface(), Mirror("x")), "no node is on the plane"),
         (lambda: reduce(half(), Mirror("x", ["q"])), "there is no coordinate or node 'q'"),
         (lambda: reduce(half(), Cyclic(3, 2, {"b": "p"})), r"harmonics 0 \.\.\. 1"),
         (lambda: reduce(sector(5), Cyclic(5, 1, {})), "give pairs of nodes"),
         (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "low+"}, axis="r")), "unknown axis 'r'"),
-        (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "high+"})), "'low' does not come to 'high\\+'"),
-        (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "low+ x"})), "differ in their coordinates"),
-        (lambda: rotate(half(), np.eye(3) * 2), "square to each other"),
+        (
+            lambda: reduce(sector(5), Cyclic(5, 1, {"low": "high+"})),
+            "'low' rotated by 1/5 turn about z does not meet 'high\\+'",
+        ),
+        (lambda: reduce(sector(5), Cyclic(5, 1, {"low": "low+ x"})), "have different coordinates"),
+        (lambda: rotate(half(), np.eye(3) * 2), "orthogonal"),
         (
             lambda: rotate(LinearSystem(mass=np.eye(1), stiffness=np.eye(1), coordinates=["a x"]), about_z(0.3)),
             "a x",

@@ -126,7 +126,7 @@ def test_bonds_of_a_network_do_no_work_together():
 def test_whole_numbers_and_single_precision():
     """Loads and coordinates in whole numbers are numbers like others; single precision stays single."""
     ones = np.ones(N, int)
-    for f in (BEAM_REDUCED.expand, MOTIONS.bonds):
+    for f in (BEAM_REDUCED.expand, MOTIONS.bond_displacements):
         np.testing.assert_allclose(f(np.arange(7)), f(np.arange(7.0)), rtol=1e-12)
     for f in (BEAM_REDUCED.generalised_forces, lambda load: MOTIONS.generalised_forces(forces=load)):
         np.testing.assert_allclose(f(ones), f(1.0 * ones), rtol=1e-12)
