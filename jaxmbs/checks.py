@@ -1,4 +1,4 @@
-"""What can be asked of values before anything is traced: are they known, and are they what they must be?"""
+"""Checks of values before anything is traced: are they concrete, and are they admissible?"""
 
 import difflib
 from collections.abc import Callable, Iterable
@@ -11,17 +11,17 @@ from .errors import UnknownNameError
 
 
 def is_concrete(*values: Any) -> bool:
-    """Whether all numbers in these pytrees are there to be looked at: none of them is traced."""
+    """True if no number in these pytrees is traced, so that all can be read."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
 def may_be_nonzero(*values: Any) -> bool:
-    """Whether some number is other than zero, or not known yet."""
+    """True if some number is other than zero, or traced."""
     return not is_concrete(*values) or any(np.any(np.asarray(value) != 0) for value in values)
 
 
 def any_concrete(condition: Callable[..., Any], *values: Any) -> bool:
-    """Whether `condition` holds anywhere for these values; False while any of them is traced."""
+    """True if `condition` holds anywhere for these values; False while any of them is traced."""
     return is_concrete(*values) and bool(np.any(condition(*map(np.asarray, values))))
 
 
@@ -31,22 +31,22 @@ def faults_if(*checks: tuple[bool, str]) -> list[str]:
 
 
 def negative(value: Any) -> bool:
-    """Whether any known entry is negative."""
+    """True if any concrete entry is negative."""
     return any_concrete(lambda x: x < 0, value)
 
 
 def not_positive(value: Any) -> bool:
-    """Whether any known entry is zero or negative."""
+    """True if any concrete entry is zero or negative."""
     return any_concrete(lambda x: x <= 0, value)
 
 
 def not_increasing(points: Any) -> bool:
-    """Whether known abscissae fail to increase strictly."""
+    """True if concrete abscissae do not increase strictly."""
     return any_concrete(lambda x: np.diff(x) <= 0, points)
 
 
 def are_axes(rows: Any) -> bool:
-    """Whether (..., 3, 3) has unit rows, square to each other and right-handed; traced ones cannot be looked at."""
+    """True if (..., 3, 3) has unit rows, orthogonal and right-handed; or if it is traced and cannot be read."""
     if not is_concrete(rows):
         return True
     rows = np.asarray(rows)
@@ -72,7 +72,7 @@ def no_such(what: str, name: Any, among: Iterable[str]) -> str:
 
 
 def place_of(what: str, name: Any, among: Iterable[str]) -> int:
-    """Where a name stands.  Raises: UnknownNameError, with the names near it."""
+    """Index of a name.  Raises: UnknownNameError, with the names near it."""
     names = list(among)
     if name not in names:
         raise UnknownNameError(no_such(what, name, names))

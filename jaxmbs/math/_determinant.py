@@ -37,7 +37,7 @@ def _known_sign(A, least):
 
 
 def _column_signs(A, together, least):
-    """What each column (n,) brings to the sign of its block, by elimination; together (n, n): in the same block.
+    """Sign (n,) that each column contributes to its block by elimination; together (n, n): in the same block.
 
     The largest entry left in a column is its pivot.  Rows stay where they are: the determinant is expanded along the
     column, with the sign of the pivot's place among the rows of the block that are left.

@@ -103,17 +103,11 @@ _SINGLE = (
 
 
 def same(values):
-    """Which eigenvalues count as equal (n, n): by their own size, with a floor at the rounding of the largest."""
+    """Mask (n, n) of eigenvalues that count as equal: by their own size, with a floor at the rounding of the largest."""
     eps = jnp.finfo(values.dtype).eps
     size = jnp.maximum(jnp.abs(values)[:, None], jnp.abs(values)[None, :])
     gap = jnp.abs(values[:, None] - values[None, :])
     return gap <= jnp.sqrt(eps) * size + 50 * eps * jnp.max(size)
-
-
-def group_means(values):
-    """Every eigenvalue (n,) replaced by the mean of those equal to it; has a derivative while groups stay whole."""
-    together = lax.stop_gradient(same(values)).astype(values.dtype)
-    return together @ values / jnp.sum(together, axis=1)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))

@@ -6,12 +6,13 @@ Angles in rad. Functions take single rotations; map them with `jax.vmap`.
 
 import functools
 import math
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from jaxmbs.typing import Axis, Matrix3, Quaternion, Scalar, ScalarLike, Vector3
+from jaxmbs.typing import Axis, Matrix3, Quaternion, Scalar, Vector3
 
 from ..checks import is_concrete
 from ..runtime import as_array
@@ -101,24 +102,6 @@ def matrix_quaternion(matrix: Matrix3) -> Quaternion:
     return jnp.where(q[0] < 0, -q, q)
 
 
-def about_x(angle: ScalarLike) -> Matrix3:
-    """Rotation by an angle [rad] about the x-axis."""
-    one, zero, c, s = _entries(angle)
-    return _matrix([one, zero, zero], [zero, c, -s], [zero, s, c])
-
-
-def about_y(angle: ScalarLike) -> Matrix3:
-    """Rotation by an angle [rad] about the y-axis."""
-    one, zero, c, s = _entries(angle)
-    return _matrix([c, zero, s], [zero, one, zero], [-s, zero, c])
-
-
-def about_z(angle: ScalarLike) -> Matrix3:
-    """Rotation by an angle [rad] about the z-axis."""
-    one, zero, c, s = _entries(angle)
-    return _matrix([c, -s, zero], [s, c, zero], [zero, zero, one])
-
-
 def axis_vector(axis: Axis) -> Vector3:
     """Unit vector of an axis: "x", "-y", "+z", ... or three numbers of any length but zero.
 
@@ -152,18 +135,11 @@ def axis_basis(axis: Vector3) -> Matrix3:
     return as_array(xp.stack([first, xp.cross(third, first), third], axis=1), None)
 
 
-def _entries(angle: ScalarLike) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """1, 0, cosine and sine of an angle, all of its type."""
-    angle = jnp.asarray(angle)
-    angle = angle if jnp.issubdtype(angle.dtype, jnp.floating) else angle.astype(float)
-    return jnp.ones_like(angle), jnp.zeros_like(angle), jnp.cos(angle), jnp.sin(angle)
-
-
 def _matrix(*rows: list) -> Array:
     return jnp.stack([jnp.stack(row) for row in rows])
 
 
-def _series(coefficients: list[float], argument: Scalar) -> Scalar:
+def _series(coefficients: list[Any], argument: Scalar) -> Scalar:
     """Polynomial by Horner's rule, lowest order first."""
     return functools.reduce(lambda total, c: total * argument + c, reversed(coefficients))
 

@@ -3,7 +3,7 @@ back to velocities.  The projection onto the constraint rows is common to all.
 """
 
 import abc
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -189,4 +189,5 @@ def is_rheonomic(system: System) -> bool:
 
 def num_powers(system: System) -> int:
     """Number of entries of the work account: one per force element, one for all drives."""
-    return sum(len(group.names) for group in (*system.forces, *system.elastic)) + int(is_rheonomic(system))
+    groups: tuple[Any, ...] = (*system.forces, *system.elastic)
+    return sum(len(group.names) for group in groups) + int(is_rheonomic(system))

@@ -83,7 +83,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     y1, saved_y, error, failed = _apply_projection(problem, t1, y1, error, args, failed)
     error = jax.tree.map(lambda e: jnp.where(jnp.isnan(e), jnp.inf, e), error)
 
-    order = problem.solver.error_order(problem.term)
+    order: Any = problem.solver.error_order(problem.term)
     keep, start, t_next, jump, new_control, refused = problem.controller.adapt_step_size(
         t, t1, *stop_gradients((state.y, y1)), args, stop_gradients(error), order, control
     )

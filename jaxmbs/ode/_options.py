@@ -127,7 +127,8 @@ def make_options(
         solver = _with_root_finder(solver, dt, rtol, atol)
     steps = num_fixed_steps(*span, dt)
     max_steps = max_steps if steps is None else steps + (MAX_EVENT_STEPS if has_event else 2)
-    step, *tolerances = (None if x is None else as_array(x, dtype) for x in (dt, rtol, atol))
+    step = None if dt is None else as_array(dt, dtype)
+    tolerances = as_array(rtol, dtype), as_array(atol, dtype)
     limit = as_array(max_steps, np.int32)
     lands_on_times = lands_on_times and dt is None
     return Options(

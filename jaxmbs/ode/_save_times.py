@@ -24,7 +24,7 @@ def save_times(t0: ArrayLike, t1: ArrayLike | None, ts: ArrayLike | None, dtype:
             raise ValueError("give t1= (end time) or ts= (times to save)")
         _check_end(t0, t1)
         if not is_concrete(t0, t1):
-            return jnp.linspace(t0, as_dtype(t1, jnp.result_type(dtype)), _DEFAULT_NUMBER)
+            return jnp.linspace(jnp.asarray(t0), as_dtype(t1, jnp.result_type(dtype)), _DEFAULT_NUMBER)
         equal = np.linspace(np.asarray(t0), np.asarray(t1, float), _DEFAULT_NUMBER)
         return as_array(equal, dtype)  # compiles nothing
     ts = as_array(ts, dtype)
@@ -33,7 +33,7 @@ def save_times(t0: ArrayLike, t1: ArrayLike | None, ts: ArrayLike | None, dtype:
     if ts.ndim != 1 or ts.shape[0] == 0:
         raise ValueError(f"ts must be a list of times, got shape {ts.shape}")
     if is_concrete(t0, ts) and (np.any(np.diff(ts) < 0) or np.asarray(ts)[0] < np.asarray(t0) - EARLY):
-        raise ValueError(f"ts must increase and start at or after the start of the motion at {float(t0)}")
+        raise ValueError(f"ts must increase and start at or after the start of the motion at {np.asarray(t0)}")
     if t1 is not None:
         _check_end(t0, t1)
     if t1 is not None and is_concrete(t0, ts, t1) and np.asarray(ts)[-1] > np.asarray(t1):

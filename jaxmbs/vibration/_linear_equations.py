@@ -80,7 +80,8 @@ class LinearEquations(eqx.Module):
         found = jnp.split(solved, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
         own = [jax.tree.map(lambda a: a.astype(M.dtype) if hasattr(a, "astype") else a, law.law) for law in laws]
         bare: Any = eqx.tree_at(lambda c: c.system, condensation, None)
-        return cls(*found[:3], None if load is None else found[3], rows, tuple(own), load, bare)
+        by_load = None if load is None else found[3]
+        return cls(found[0], found[1], found[2], by_load, rows, tuple(own), load, bare)
 
     def rate(self, t: Array, y: tuple) -> tuple[Array, Array, Array]:
         """The rate of (x, x', nothing)."""
@@ -118,7 +119,7 @@ def load_function(
         return None
     if callable(forces):
         return eqx.filter_closure_convert(lambda t: system.load(forces(t)), ts[0])
-    return SampledLoad(ts, sampled_load(system, ts, forces))
+    return SampledLoad(jnp.asarray(ts), sampled_load(system, ts, forces))
 
 
 def sampled_load(system: LinearSystem, ts: AnyArray, forces: Mapping | AnyArray) -> Array:
@@ -136,6 +137,6 @@ def forces_at(times: Array, ts: AnyArray, forces: Mapping | Callable | AnyArray)
 
     def resampled(leaf):
         leaf = jnp.asarray(leaf)
-        return jax.vmap(SampledLoad(ts, leaf))(times) if leaf.shape[:1] == ts.shape else leaf
+        return jax.vmap(SampledLoad(jnp.asarray(ts), leaf))(times) if leaf.shape[:1] == ts.shape else leaf
 
     return jax.tree.map(resampled, forces)

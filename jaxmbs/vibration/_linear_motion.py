@@ -6,7 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from ..forces import AbstractScalarLaw
 from ..linear._massless import condense_massless
@@ -111,7 +111,7 @@ class LinearMotion(eqx.Module):
         return Status(int(np.asarray(self.result)))
 
     @property
-    def ok(self) -> Bool[Array, ""]:
+    def ok(self) -> Array:
         """True if the motion ended as asked (traceable)."""
         return succeeded(self.result)
 

@@ -88,23 +88,23 @@ def simulate(
     """
     system, laws = system.to_dense(), tuple(laws)
     forces = None if isinstance(forces, Mapping) and not forces else forces
-    modal = isinstance(solver, ModalSuperposition)
-    solver = diffrax.Dopri8() if solver is None else solver
-    check_options(diffrax.Dopri8() if modal else solver, controller, dt, rtol, atol, gradient)
+    modal = solver if isinstance(solver, ModalSuperposition) else None
+    solver = diffrax.Dopri8() if solver is None or modal else solver
+    check_options(solver, controller, dt, rtol, atol, gradient)
     t0, x0 = _start(system, start, ts)
     ts = save_times(t0, t1, ts, system.dtype)
     t1 = ts[-1] if t1 is None else as_dtype(t1, ts.dtype)
     if forces is not None and not callable(forces):
         _check_samples(t0, ts, t1)
-    condensation = condense_massless(system, damped=not (modal and solver.ratios is not None))
+    condensation = condense_massless(system, damped=modal is None or modal.ratios is None)
     if condensation.light:
         _check_light(system, condensation, laws, forces, ts)
-    if modal:
+    if modal is not None:
         if start is not None or laws or callable(forces) or forces is None:
             raise ValueError("ModalSuperposition moves a system from rest under sampled forces, without laws")
         if not (dt is None and controller is None and event is None):
             raise ValueError("ModalSuperposition takes no steps: leave out dt, controller and event")
-        return _in_modes(system, condensation, ts, forces, solver)
+        return _in_modes(system, condensation, ts, forces, modal)
     check_event(event, LinearState(t0, *x0), "s.displacement[0]")
     options = make_options(
         solver,
