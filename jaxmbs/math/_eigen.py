@@ -103,7 +103,7 @@ _SINGLE = (
 
 
 def same(values):
-    """Mask (n, n) of eigenvalues that count as equal: by their own size, with a floor at the rounding of the largest."""
+    """Mask (n, n) of eigenvalues that count as equal: by their size, with a floor at the rounding of the largest."""
     eps = jnp.finfo(values.dtype).eps
     size = jnp.maximum(jnp.abs(values)[:, None], jnp.abs(values)[None, :])
     gap = jnp.abs(values[:, None] - values[None, :])
