@@ -19,7 +19,7 @@ from tests.zoo import SPECIMENS
 
 TIMES, DESIGN, STEP = np.array([0.02, 0.05]), np.array([1.1, 0.9]), 1e-5
 KINDS = ("tree", "floating", "four_bar", "driven", "rolling", "elastic")
-LONG = ("floating", "rolling", "elastic")  # of gradients
+LONG = ("floating", "driven", "rolling", "elastic")  # of gradients
 
 
 @pytest.mark.user
