@@ -53,6 +53,7 @@ def shares(com, feet):
     return jnp.stack([found[f"mount{k}"].on_first[2] for k in range(1, 5)]), found.ok
 
 
+@pytest.mark.slow
 def test_the_weight_is_shared_by_levers():
     """Four equal springs: `W/4 (1 + x c_x/a^2 + y c_y/b^2)`; its slopes by the centre of mass and by the feet."""
     x, y = np.array(list(FEET.values())).T[:2]

@@ -149,6 +149,7 @@ def test_wrong_names_are_refused_in_one_report():
         mass_properties(bare)
 
 
+@pytest.mark.slow
 def test_frames_of_elastic_bodies_are_refused():
     system, _ = chain_of_beams(2, mbs.Revolute("y"))
     component = assembled(bob=False)

@@ -35,7 +35,7 @@ def test_estimate_against_the_frequencies_of_blades(blade, speed):
     np.testing.assert_allclose(estimate, exact, rtol=0.25)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fast_blade_is_said(blade):
     """By `linearise`, `modes` and `simulate`, with the body's name; not within a trace, where the field says it."""
     fast, slow = spinning(blade, 2.0), spinning(blade, 0.25)

@@ -162,7 +162,7 @@ def slider_truth(angle):
     return -lean - angle, 0.3 * np.cos(angle) + np.cos(lean)
 
 
-@pytest.mark.parametrize("signal", [pytest.param(s, marks=[pytest.mark.slow] * (s != "function")) for s in SIGNALS])
+@pytest.mark.parametrize("signal", [pytest.param(s, marks=pytest.mark.slow) for s in SIGNALS])
 def test_a_search_begins_where_the_drive_is(signal):
     """The others are guessed exactly; from a crank at zero five of these closed on the other branch."""
     first = slider_crank(SIGNALS[signal](jnp.asarray(1.0)))

@@ -84,6 +84,7 @@ def test_gradients_along_a_branch(bars, rest):
     np.testing.assert_allclose(by_angles, slope(lambda angle: np.sin(rocker(angle)), some), rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_random_four_bars_arrive_or_say_that_they_cannot(bars):
     """Grashof or not, from either branch: what can be reached is reached, nothing is on another branch."""
     random, turn = np.random.default_rng(5), np.linspace(0.0, 2.0 * np.pi, 25)
@@ -109,6 +110,7 @@ def test_random_four_bars_arrive_or_say_that_they_cannot(bars):
     assert np.max(off(D, wanted)[ok]) < 1e-8 and np.all(np.isnan(D[~ok]))
 
 
+@pytest.mark.slow
 def test_the_end_of_a_branch_is_said(bars, rest):
     """The rocker has limits; an exact one from the triangle in which crank and coupler are in line."""
     last = np.arccos((1.0 + 0.75**2 - (1.1 + 0.42) ** 2) / (2.0 * 0.75))
@@ -196,7 +198,7 @@ def rssr_rocker(angle, sign, length=1.4):
     return np.arctan2(c[2], c[1]) + sign * np.arccos(level / np.hypot(c[1], c[2]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_spatial_loop_with_a_second_freedom():
     system, turn, signs = rssr(), np.linspace(0.3, 0.3 + 2.0 * np.pi, 31), []
     for sign in (1.0, -1.0):
@@ -259,6 +261,7 @@ def test_where_the_redundancy_turns_there_is_no_sign():
     np.testing.assert_allclose(product, product[0], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_states_without_loops_and_by_hand_have_no_signs(bars, rest):
     b = mbs.SystemBuilder()
     b.body("bob", 1.0, (1.0, 0.0, 0.0))

@@ -74,7 +74,7 @@ def test_state_reports_another_mobility_than_the_build(drawn_flat):
     assert "mobility: 1 (tree velocities 7) at this state, 2 at the pose of the build" in drawn_flat.describe(state)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:state. the mechanism has mobility")
 def test_answers_on_the_freedoms_of_the_state(drawn_flat):
     state = at_work(drawn_flat)
@@ -171,6 +171,7 @@ def test_guesses_that_are_none(guess, message):
         four_bar(guess=guess)
 
 
+@pytest.mark.slow
 def test_singular_pose_keeps_its_answer_and_says_so():
     """A parallelogram laid flat: at that pose, and there alone, it has one freedom more."""
     system = four_bar(lengths=(1.0, 0.4, 1.0, 0.4), guess={"A": 0.5, "B": -0.5, "D": 0.5})

@@ -111,7 +111,7 @@ def test_no_mass_says_so_by_name_and_never_nan():
             wrong()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_motion_by_steps_in_modes_and_by_the_exponential():
     """Forces on rows with and without mass that grow straight: displacements against the exponential of SciPy."""
     K, M, C = matrices(damping=1.0)

@@ -130,7 +130,7 @@ NO_ANSWER = {
 }
 
 
-SLOW, LONG = ("massless", "pendulum", "driven"), ("free", "clamped")
+SLOW, LONG = ("massless", "driven"), ("free", "clamped", "pendulum")
 
 
 def _marked(name):

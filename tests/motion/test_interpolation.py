@@ -25,7 +25,7 @@ def motion(system, state, ts):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param("swing", marks=pytest.mark.long), pytest.param("loop", marks=pytest.mark.slow)]
+    "name", [pytest.param("swing", marks=pytest.mark.long), pytest.param("loop", marks=pytest.mark.long)]
 )
 def test_states_between_fall_with_the_sixth_power(name, request):
     system, state = request.getfixturevalue("swing") if name == "swing" else looped()
@@ -76,6 +76,7 @@ def test_the_slope_by_the_time_is_the_rate(swing):
     np.testing.assert_allclose(slope, mbs.velocity(system, saved.at(system, 0.233), tip), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_event_ends_what_there_is_between(swing):
     system, state = swing
     ended = mbs.simulate(system, state, ts=np.arange(0.0, 2.0, 0.05), event=lambda s: s.velocities[1] - 0.5)

@@ -34,7 +34,9 @@ def ball():
     return falling()
 
 
-@pytest.mark.parametrize("mode", [pytest.param("reverse", marks=pytest.mark.slow), "forward"])
+@pytest.mark.parametrize(
+    "mode", [pytest.param("reverse", marks=pytest.mark.slow), pytest.param("forward", marks=pytest.mark.slow)]
+)
 def test_the_end_of_a_fall_through_oil(ball, mode):
     """v = -g m / c (1 - exp(-c t / m)), by the drag and by the end."""
 
@@ -49,7 +51,7 @@ def test_the_end_of_a_fall_through_oil(ball, mode):
     np.testing.assert_allclose(slope, wanted, rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_is_lost_is_nan_where_used_and_harms_nothing_where_not():
     """Until it bursts the ball falls through oil; the derivative of what was saved before is that of the fall."""
     like = falling(law=Bursting(jnp.array(0.5)))

@@ -129,7 +129,7 @@ def test_every_shape_has_its_derivative_where_values_differ():
     np.testing.assert_allclose(slope, expected, atol=1e-5 * np.abs(expected).max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_lowest_modes_in_single_precision_and_where_they_do_not_converge():
     K, M = held_matrices(jnp.asarray(1.2))
     exact = natural_modes(K=K.to_dense(), M=M.to_dense(), num=NUM).frequencies

@@ -120,7 +120,7 @@ def test_mirror_image_joined_to_the_half():
     np.testing.assert_allclose(squared([net]), squared([whole]), rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_subsystems_of_one_family_joined():
     """The column does not reach the plane; both families joined are the whole portal."""
     column, girder = half(groups=[("a", "b")]), half(groups=[("b", "p")])

@@ -12,7 +12,7 @@ def axial(W):
     return np.array([W[2, 1], W[0, 2], W[1, 0]])
 
 
-@of_all(quick=("four_bar",), slow=("floating", "driven"))
+@of_all(quick=("four_bar",), slow=("floating",))
 def test_velocities_and_accelerations_are_rates(specimen):
     found = motion(specimen)
     rate = found.rate_of

@@ -91,6 +91,7 @@ def test_tensor_of_the_antagonistic_stiffness(on_cart):
     assert np.max(np.abs(antagonistic)) > 1.0
 
 
+@pytest.mark.slow
 def test_ends_that_coincide_have_no_direction():
     system = HAND.build()
     state, ends = mbs.State.at(system), ("ground", "cart")
