@@ -75,7 +75,7 @@ def _closed_coordinates(system, P, psi, t, free, search):
 
 @_closed_coordinates.def_jvp
 def _closed_coordinates_jvp(primals, tangents):
-    """Where psi and all else move the rows, the least step that closes them again is added to the motion of psi."""
+    """Derivative rule: the least-norm step that closes the perturbed rows again is added to the tangent of psi."""
     system, _, _, _, free, _ = primals
     found = _closed_coordinates(*primals)
     at = (system, primals[1], found, primals[3])

@@ -181,7 +181,7 @@ def _next_step(way, step, share, rows):
 
 
 def _shorter_step(way, step):
-    """The same step, a quarter as long."""
+    """The step repeated, a quarter as long."""
     return _predict_step(way, step, 0.25 * step.length)
 
 

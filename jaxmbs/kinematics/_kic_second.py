@@ -97,7 +97,7 @@ def body_kic_second(system: System, at: Configuration):
 
 
 def body_kic_second_vector(system: System, at: Configuration):
-    """The same in vector form: every joint twist S_j turns with its frame, `dS_j/dphi_m = V_m x S_j`.
+    """`body_kic_second` in vector form: every joint twist S_j turns with its frame, `dS_j/dphi_m = V_m x S_j`.
 
     Rotational part: `sum_i sum_{j before i} w_in w_jm (z_j x z_i) + sum_i Hi[s(i), n, m] z_i`; the translational
     part, not printed, is its moment about the moving centre of mass.  Source: S2 (19)-(21), (24), (26).

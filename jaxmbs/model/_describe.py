@@ -67,5 +67,5 @@ def describe(topology, built=None, rows=()) -> str:
 
 
 def describe_html(topology, rows=()) -> str:
-    """The same as an HTML table, for notebooks."""
+    """Description of a topology as an HTML table, for notebooks."""
     return as_html(_heading_lines(topology) + _coupler_lines(topology, rows), [_HEAD, *_joint_rows(topology)])
