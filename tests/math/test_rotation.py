@@ -118,14 +118,6 @@ def test_second_derivative_at_zero_of_the_angle_squared():
     np.testing.assert_allclose(gradient, np.zeros(3), atol=1e-15)
 
 
-@pytest.mark.parametrize("name", ["x", "y", "z"])
-def test_turns_about_coordinate_axes(name):
-    turn = getattr(rotation, f"about_{name}")
-    for angle in (0.0, 0.4, -2.5, 1):
-        np.testing.assert_allclose(turn(angle), Rotation.from_euler(name, angle).as_matrix(), atol=1e-15)
-    np.testing.assert_allclose(jax.jacfwd(turn)(0.4), (turn(0.4 + 1e-6) - turn(0.4 - 1e-6)) / 2e-6, atol=1e-9)
-
-
 @pytest.mark.parametrize("axis", ["x", "y", "z", "-x", "-y", "-z"])
 def test_axis_basis_of_coordinate_axes_is_exact(axis):
     basis = np.array(rotation.axis_basis(2.0 * rotation.axis_vector(axis)))
