@@ -86,7 +86,7 @@ for a, b in zip(reduced.frequencies[:8], full.frequencies[:8], strict=True):
 # %% [markdown]
 # ## What the bolts carry
 # A gust pushes the middle of the stage for a moment. The motion of every mode is exact between the samples of the
-# load; what the bolts put on the instrument is asked by name.
+# load; the loads of the bolts on the instrument are evaluated by name.
 
 # %%
 step, count = 1e-3, 600 if FAST else 4000

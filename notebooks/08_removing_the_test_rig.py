@@ -158,7 +158,7 @@ print(f"{100 * inside:.1f} % of all values lie within three predicted standard d
 # %% [markdown]
 # The error bar is that of the noise. One sweep also errs by its speed, `-i w' B''/2`; the sweep down errs the other
 # way, so that the mean of the two is free of it to first order. What remains shows at the first mode, and the end of
-# the start's transient at the lowest frequencies: a slower sweep is the remedy, no error bar tells of it.
+# the start's transient at the lowest frequencies: a slower sweep is the remedy, no error bar shows it.
 #
 # ## Levels
 # A linear structure answers alike at every level: the difference of three levels beside what the noise makes of it.

@@ -197,8 +197,8 @@ for name in ("braking", "cornering"):
 
 # %% [markdown]
 # ## No bump steer, within limits
-# Four coordinates of the tie rod's ends; the aim is little toe over travel; the tie rod may carry 3 kN in "brake and
-# corner", and 10 mm of the rack have to steer at least 3.2 degrees.
+# Four coordinates of the tie rod's ends; the objective is little toe over travel; the tie rod may carry 3 kN in
+# "brake and corner", and 10 mm of the rack have to steer at least 3.2 degrees.
 
 
 # %%

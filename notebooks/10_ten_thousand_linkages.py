@@ -14,8 +14,8 @@
 # # Ten thousand linkages
 #
 # A crank turns and a rocker swings. A large swing with a small load in the pins is wanted; which lengths give it?
-# First ten thousand designs, spread over a box and kept on disk as a dataset with named axes. Then the front of the
-# trade-off by gradients, through the corner of the cloud that chance hardly finds.
+# First ten thousand designs, spread over a box and kept on disk as a dataset with named axes. Then the Pareto front
+# of the trade-off by gradients, through the corner of the cloud that chance hardly finds.
 
 # %%
 import os
@@ -106,10 +106,10 @@ print(dict(zip(reasons.tolist(), counts.tolist(), strict=True)))
 
 
 # %% [markdown]
-# ## The front
-# Both aims by gradients: the least load for every swing. The force is a maximum over instants, so a smooth one stands
-# for it while the search runs. Grashof's rule keeps the crank turning: the shortest and the longest are together no
-# longer than the other two; the box of the search stays within it.
+# ## The Pareto front
+# Both objectives by gradients: the least load for every swing. The force is a maximum over instants, so a smooth one
+# stands for it while the search runs. Grashof's rule keeps the crank turning: the shortest and the longest are
+# together no longer than the other two; the box of the search stays within it.
 
 
 # %%
@@ -143,7 +143,7 @@ best = mbs.jit(jax.vmap(answers), compile="quick")(front.designs)
 # %%
 fig, ax = plt.subplots(figsize=(6, 4), layout="constrained")
 ax.scatter(turning["swing"], turning["load"], s=3, c="0.7", label="designs that turn")
-ax.plot(best["swing"], best["load"], "o-", label="front by gradients")
+ax.plot(best["swing"], best["load"], "o-", label="Pareto front by gradients")
 ax.set_yscale("log")
 ax.set_xlabel("swing of the rocker [deg]")
 ax.set_ylabel("largest force in the pins [N]")

@@ -145,5 +145,5 @@ print(f"the eye of the boom's cylinder, higher: {(high - low) / 2e-4:.1f} N/m by
 print([f"{one.name}: {one.change / one.tolerance:.1f}" for one in ranked if one.name.startswith("boom_cyl")])
 
 # %% [markdown]
-# The places of the boom's cylinder matter most: its lever decides. A drawing that asks for half a millimetre there
+# The places of the boom's cylinder matter most: its lever decides. A drawing that requires half a millimetre there
 # may ask for less elsewhere.

@@ -16,15 +16,15 @@ def improve(system, before, size, steps):
 
     Args:
         system: a concrete build of the mechanism.
-        before: `Loads` of the first design, the unit of both aims.
+        before: `Loads` of the first design, the unit of both objectives.
     """
     ts = np.arange(size) * TURN / size
     shaking, bearing = float(rms(before.shaking)), float(smooth_peak(before.main))
 
     def objective(design):
         loads = simulate_drive(design, ts, like=system)[-1]
-        aim = 0.5 * rms(loads.shaking) / shaking + 0.5 * smooth_peak(loads.main) / bearing
-        return aim, {"wrist": jnp.linalg.norm(loads.wrist, axis=1), "torque": loads.torque[:, 0]}
+        total = 0.5 * rms(loads.shaking) / shaking + 0.5 * smooth_peak(loads.main) / bearing
+        return total, {"wrist": jnp.linalg.norm(loads.wrist, axis=1), "torque": loads.torque[:, 0]}
 
     torque = TORQUE * float(np.max(np.abs(before.torque)))
     limits = [

@@ -66,8 +66,8 @@ def study(size: int, steps: int, step=lambda text: None) -> dict:
     after = select_times(every_after, even)
     print("\n" + optimum.table())
     print("\n" + tables.comparison_table(before, after))
-    print("The aim is the mean of RMS shaking force and main bearing peak, each over its first value.  Wrist pin and")
-    print("motor are limits: a price says what one unit more of a limit would change the aim by.")
+    print("The objective is the mean of RMS shaking force and main bearing peak, each over its first value.")
+    print("Wrist pin and motor are limits: a price is the change of the objective if the limit moves up by one unit.")
     return {
         "deviations": deviations,
         "optimum": optimum,
