@@ -93,8 +93,8 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        ParetoFront History Limit LimitResult Optimum Tolerance Uncertainty minimise pareto propagate_uncertainty
-        sensitivities tolerances
+        History Limit LimitResult Optimum ParetoFront Tolerance Uncertainty minimise pareto
+        propagate_uncertainty sensitivities tolerances
     """,
     "jaxmbs.experiment": """
         SuspensionCheck VirtualPoint add_noise check_suspension coherence_variance decouple flexible_channels
@@ -148,9 +148,9 @@ FACES = {
     """,
     "jaxmbs.viz": """
         ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell
-        plot_coordinates plot_energy plot_envelope plot_pareto_front plot_history plot_limit_values plot_limits
-        plot_mac plot_mechanism plot_modes plot_nyquist plot_parallel plot_polar plot_power plot_reactions
-        plot_scatter plot_structure plot_views scene
+        plot_coordinates plot_energy plot_envelope plot_history plot_limit_values plot_limits plot_mac
+        plot_mechanism plot_modes plot_nyquist plot_parallel plot_pareto_front plot_polar plot_power
+        plot_reactions plot_scatter plot_structure plot_views scene
     """,
 }
 
