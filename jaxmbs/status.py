@@ -1,4 +1,4 @@
-"""How a computation ended, in one list for motions and the designs of a batch."""
+"""Statuses of computations, one list for motions and the designs of a batch."""
 
 import enum
 
@@ -47,5 +47,5 @@ class Status(enum.IntEnum):
 
 
 def succeeded(code):
-    """Whether result codes (...) are those of what was computed as asked (traceable)."""
+    """True for result codes (...) of computations that ended as asked (traceable)."""
     return (code >= Status.SUCCESS) & (code <= Status.EVENT)

@@ -30,7 +30,7 @@ FACES = {
         Gauss4 ImplicitMidpoint SemiImplicitEuler
     """,
     "jaxmbs.runtime": """
-        FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_lane as_array as_dtype cache
+        FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_in_batch as_array as_dtype cache
         compile_batch compile_kind constant_product content_of export fingerprint flag_advice follow_precision
         fusion_barrier garbage_collection_paused gather_static is_double is_motion is_on jaxpr_function jit
         lapack lazy_where load_program map_chunked not_tracing remat report_compiles reverse_only save_factor

@@ -18,11 +18,11 @@ from ..math._spatial import (
     TRIANGLE,
     compose,
     quaternion_rotations,
+    rotate_about_axis,
     rotations,
     rows,
     scale,
     screw_twists,
-    turned,
     world_inertia,
 )
 from ..model._system import System
@@ -78,7 +78,7 @@ def local_transforms(topology: Topology, P, psi):
     start = np.asarray(topology.node_coordinate)
     q = psi if simple else psi[start]
     angle = q if all(topology.turns) else q * broadcast_nodes(topology.turns, q)
-    turning, x = rows(turned(R, angle)), jnp.broadcast_to(x, (*x.shape[:2], *q.shape[1:]))
+    turning, x = rows(rotate_about_axis(R, angle)), jnp.broadcast_to(x, (*x.shape[:2], *q.shape[1:]))
     if topology.has_translations:
         x = x + scale(nodes.axis, nodes.lead * q)
     local = jnp.concatenate([turning, x], axis=1)

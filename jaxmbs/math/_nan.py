@@ -22,13 +22,13 @@ def value_where(lost: Array, x: Array, value: Array) -> Array:
     A tangent there is NaN.  A cotangent that is zero there stays zero, as the value is not used; any other is NaN,
     not the zero of a branch that was not taken, which a search would believe.
     """
-    return jnp.where(_beside(lost, x), value, x)
+    return jnp.where(_expand_to(lost, x), value, x)
 
 
 @value_where.defjvp
 def _value_where_jvp(primals, tangents):
     lost, x, _ = primals
-    factor = jnp.where(_beside(lost, x), jnp.asarray(jnp.nan, x.dtype), 1.0)
+    factor = jnp.where(_expand_to(lost, x), jnp.asarray(jnp.nan, x.dtype), 1.0)
 
     def times(_, right):
         return right * factor
@@ -40,6 +40,6 @@ def _value_where_jvp(primals, tangents):
     return value_where(*primals), lax.custom_linear_solve(lambda x: x / factor, tangents[1], times, used)
 
 
-def _beside(lost, x):
+def _expand_to(lost, x):
     """`lost` with as many axes as x."""
     return jnp.reshape(lost, jnp.shape(lost) + (1,) * (x.ndim - jnp.ndim(lost)))

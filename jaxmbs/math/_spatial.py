@@ -164,7 +164,7 @@ def axial(R):
     return 0.5 * jnp.tensordot(R, jnp.asarray(CROSS, R.dtype), 2, precision=lax.Precision.HIGHEST)
 
 
-def turned(R, angle):
+def rotate_about_axis(R, angle):
     """Rotations R (n, 3, 3, ...) turned by angles (n, ...) about their own z."""
     c, s = jnp.cos(angle), jnp.sin(angle)
     if not _fused(angle, axes=0):

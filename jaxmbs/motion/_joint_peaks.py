@@ -16,7 +16,7 @@ from ._motion import Motion
 from ._peaks import Peak, peak
 
 
-def _told(peaks):
+def _table_parts(peaks):
     rows = [
         (name, *(format_number(x) for p in (peaks.force[name], peaks.moment[name]) for x in (p.value, p.time)))
         for name in peaks.force
@@ -33,7 +33,7 @@ class LoadPeaks(eqx.Module):
     force: dict[str, Peak]
     moment: dict[str, Peak]
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_table_parts)
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame` by joint and by load, "force" or "moment": its value, its time, and the coordinates of

@@ -1,4 +1,4 @@
-"""What a simulation returns: states at the saved times, how it ended, and its accounts."""
+"""Result of a simulation: states at the saved times, the status of its end, and its accounts."""
 
 from typing import Any
 
@@ -47,7 +47,7 @@ class Diagnostics(eqx.Module):
     stiffening: dict = eqx.field(default_factory=dict)
 
 
-def _told(motion):
+def _table_parts(motion):
     """Every coordinate in a row; how the motion ended and its accounts in the summary."""
     ts, psi, accounts = np.asarray(motion.ts), np.asarray(motion.states.coordinates), motion.diagnostics
     residual, drift = (np.nanmax(np.abs(x)) for x in (accounts.energy_residual, accounts.constraint_drift))
@@ -78,16 +78,16 @@ class Motion(eqx.Module):
     diagnostics: Diagnostics
     end: State
 
-    __repr__, _repr_html_ = table_repr(_told)
+    __repr__, _repr_html_ = table_repr(_table_parts)
 
     @property
     def status(self) -> Status:
-        """How the motion ended, `str` of it in words (concrete motions of one design)."""
+        """Status of the end of the motion, `str` of it in words (concrete motions of one design)."""
         return Status(int(np.asarray(self.result)))
 
     @property
     def ok(self) -> jax.Array:
-        """Whether the motion ended as asked (traceable)."""
+        """True if the motion ended as asked (traceable)."""
         return succeeded(self.result)
 
     def __len__(self) -> int:

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from ..runtime import Packing, any_lane, small_call, tuning
+from ..runtime import Packing, any_in_batch, small_call, tuning
 from ._diffrax_internals import has_explicit_stages
 from ._loop import attempt_step, begin, finish, first_of_duplicates, integrate, set_row
 from ._problem import LoopState, OdeProblem
@@ -111,7 +111,7 @@ def _forward(perturbed, start, problem, t0, dt0):
         after, keep, dense = attempt_step(problem, state, args)
         return after, log.with_step(packing.pack(_log_entry(problem, state, dense)), keep)
 
-    running = lambda carry: any_lane(carry[0].is_running(problem))  # noqa: E731
+    running = lambda carry: any_in_batch(carry[0].is_running(problem))  # noqa: E731
     steps = functools.partial(lax.while_loop, running, body)
     state, log = small_call(steps)((first, CheckpointBuffer.empty(packing, problem.checkpoints)))
     state = finish(problem, state)
@@ -156,7 +156,7 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
             counts = (k >= 0) & (is_used | (row[0][4] <= last_used))
             return k - 1, jax.tree.map(lambda new, old: jnp.where(counts, new, old), found, bars)
 
-        bars = lax.while_loop(lambda carry: any_lane(carry[0] >= 0), one, (count - 1, bars))[1]
+        bars = lax.while_loop(lambda carry: any_in_batch(carry[0] >= 0), one, (count - 1, bars))[1]
         return number - 1, start[0], pieces, bars
 
     memory = jax.tree.map(jnp.zeros_like, memory_of(problem, packing.unpack(log.rows[0])[0][3]))
@@ -169,7 +169,7 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
         jnp.zeros_like(log.rows),
         (jax.tree.map(jnp.zeros_like, moving), y_bar, memory, projected_bar),
     )
-    bars = lax.while_loop(lambda carry: any_lane(carry[0] >= 0), segment, first)[3]
+    bars = lax.while_loop(lambda carry: any_in_batch(carry[0] >= 0), segment, first)[3]
     moving_bar, y_bar = first_memory(problem, y0, t0, dt0, args_of, moving, bars[:3])
     is_start = (index < skipped) | (index >= saved)  # rows of the start: saved before the first step, or never
 
@@ -198,7 +198,7 @@ def _repeat_steps(problem, args, packing, row, end, pieces, stride):
         return after, pieces, jnp.where(keep, count + 1, count)
 
     carry = _resume(start), pieces, jnp.zeros_like(stride)
-    _, pieces, count = lax.while_loop(lambda carry: any_lane(carry[0].is_running(shorter)), body, carry)
+    _, pieces, count = lax.while_loop(lambda carry: any_in_batch(carry[0].is_running(shorter)), body, carry)
     return pieces, jnp.where(stride > 1, count, 1)
 
 

@@ -16,7 +16,7 @@ from diffrax import RESULTS
 from jax import lax
 from jaxtyping import Array, PyTree
 
-from ..runtime import any_lane, small_call
+from ..runtime import any_in_batch, small_call
 from ._diffrax_internals import is_diagonally_implicit
 from ._event import locate_event, start_bracket
 from ._implicit_step import step as implicit_step
@@ -40,7 +40,7 @@ def stop_gradients(tree: Tree) -> Tree:
 def integrate(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTree) -> LoopState:
     """Integrate from y0 at t0 to the end; dt0 is the first step."""
     # under vmap, iterate until every batch element is done: a batched condition would copy all saved rows each step
-    running = lambda state: any_lane(state.is_running(problem))  # noqa: E731
+    running = lambda state: any_in_batch(state.is_running(problem))  # noqa: E731
     steps = functools.partial(lax.while_loop, running, lambda state: attempt_step(problem, state, args)[0])
     return finish(problem, small_call(steps)(begin(problem, y0, t0, dt0, args)))
 
@@ -192,7 +192,7 @@ def _save(problem, state, keep, y1, dense):
         y = interpolate(problem, state.t, state.t_next, y1, dense, problem.times[saved])
         return _increment_if(saved, left(carry)), set_row(ys, jnp.where(left(carry), saved, problem.times.size), y)
 
-    return lax.while_loop(lambda carry: any_lane(left(carry)), save, (state.saved, state.ys))
+    return lax.while_loop(lambda carry: any_in_batch(left(carry)), save, (state.saved, state.ys))
 
 
 def interpolate(problem: OdeProblem, t0: Array, t1: Array, y1: PyTree, dense: Any, t: Array) -> PyTree:

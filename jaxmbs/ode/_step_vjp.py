@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..runtime import any_lane, small_call
+from ..runtime import any_in_batch, small_call
 from ._diffrax_internals import butcher_arrays, has_explicit_stages, is_diagonally_implicit, with_scan_kind
 from ._loop import begin, interpolate, next_save_time, solver_step
 from ._problem import OdeProblem
@@ -102,7 +102,7 @@ def _with_saved(problem, t0, t1, saved, y1, dense, end_bars, ys_bar):
         change = back(jax.tree.map(lambda ys: jnp.where(there, ys[k], 0.0), ys_bar))
         return jnp.where(there, k + 1, k), jax.tree.map(jnp.add, bars, change)
 
-    return lax.while_loop(lambda carry: any_lane(left(carry)), body, (saved, (y_bar, none)))[1]
+    return lax.while_loop(lambda carry: any_in_batch(left(carry)), body, (saved, (y_bar, none)))[1]
 
 
 def _stages_vjp(problem, t0, t1, y0, K, args_of, moving, moving_bar, y_bar, K_bar):

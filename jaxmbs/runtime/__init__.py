@@ -8,7 +8,7 @@ from . import _lapack as lapack
 from . import _tuning as tuning
 from ._barrier import fusion_barrier
 from ._batch_program import compile_batch, is_motion, working_bytes
-from ._batched import any_lane, lazy_where
+from ._batched import any_in_batch, lazy_where
 from ._cache import cache
 from ._compile_log import report_compiles
 from ._compiler_options import flag_advice, set_quick_flags
@@ -35,7 +35,7 @@ __all__ = [
     "Program",
     "SMALL_PROGRAM",
     "TrickState",
-    "any_lane",
+    "any_in_batch",
     "as_array",
     "as_dtype",
     "cache",

@@ -10,7 +10,7 @@ from jax.custom_batching import custom_vmap
 from jaxtyping import Array
 
 
-def any_lane(condition: Array) -> Array:
+def any_in_batch(condition: Array) -> Array:
     """True if the condition () holds in any lane of the batches around it.
 
     As the condition of a `while_loop` it is not batched: were it each lane's own, every pass would copy all that the

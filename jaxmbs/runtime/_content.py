@@ -69,7 +69,7 @@ class _Reader:
         self._strict, self._open = strict, set()
 
     def tokens(self, value: Any) -> Iterator[str]:
-        """What a value holds, in order."""
+        """Contents of a value, in order."""
         if isinstance(value, _NUMBERS) and not isinstance(value, enum.Enum):
             yield f"{type(value).__name__} {value!r}"
         elif isinstance(value, np.ndarray | np.generic | jax.Array):
@@ -93,7 +93,7 @@ class _Reader:
         return f"{array.dtype}{array.shape} {hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()}"
 
     def _parts(self, value) -> list:
-        """What an object is made of."""
+        """Parts of an object."""
         if isinstance(value, types.FunctionType):
             return self._function(value)
         if isinstance(value, types.CodeType):
@@ -154,7 +154,7 @@ class _Reader:
 
 
 def _of_library(module) -> bool:
-    """Whether a module is one whose entries do not change."""
+    """True if a module is one whose entries do not change."""
     root = str(module).partition(".")[0]
     return root in _LIBRARIES or (root in sys.stdlib_module_names and root != "__main__")
 

@@ -8,7 +8,7 @@ from jaxtyping import Array, PyTree
 
 
 class Packing:
-    """How trees like `example` (arrays, or their shapes and types) become vectors of a floating type, and back.
+    """Conversion of trees like `example` (arrays, or their shapes and types) to vectors of a floating type, and back.
 
     Whole numbers and truth values are kept as such numbers: exact up to 2^53 in double, 2^24 in single precision.
     """

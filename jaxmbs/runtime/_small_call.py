@@ -41,7 +41,7 @@ def sets_marks(jax_version: str) -> bool:
 
 
 def should_mark(backend: str, options: dict) -> bool:
-    """Whether programs with these options of the compiler are to have marked loops.
+    """True if programs with these options of the compiler are to have marked loops.
 
     Not with XLA's newer emitters of fused loops and its library of kernels, which cannot be part of a kernel.
     """
@@ -73,7 +73,7 @@ def small_call(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
 
 
 def is_marked(equation: JaxprEqn) -> bool:
-    """Whether it is the call of a marked loop."""
+    """True for the call of a marked loop."""
     return equation.primitive.name == "jit" and equation.params["name"] == small_call.__name__
 
 
@@ -109,7 +109,7 @@ def _marked(function, given):
 
 
 def _fits(jaxpr):
-    """Whether a kernel holds all that is in it."""
+    """True if one kernel can hold all operations of it."""
     found = ((equation.primitive.name, equation) for equation in equations(jaxpr))
     return not any(name in _CALLS or (name == "dot_general" and _is_dense(equation)) for name, equation in found)
 

@@ -26,7 +26,7 @@ def expand_small_products(jaxpr: ClosedJaxpr) -> ClosedJaxpr:
 
 
 def _is_small(equation):
-    """Whether it is a batched product of small matrices."""
+    """True for a batched product of small matrices."""
     if equation.primitive.name != "dot_general":
         return False
     (summed, _), (batched, _) = equation.params["dimension_numbers"]

@@ -51,7 +51,7 @@ def to_data(value: Any, where: str = "the result") -> Any:
 
 
 def from_data(data: Any) -> Any:
-    """What `to_data` made data of.
+    """The object that `to_data` made data of.
 
     Raises: ValueError for what it did not make, and for a class of the user's whose module is not imported.
     """

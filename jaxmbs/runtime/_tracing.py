@@ -14,7 +14,7 @@ _OUTSIDE = get_opaque_trace_state()
 
 
 def not_tracing() -> bool:
-    """Whether no trace is under way: neither a jit, nor a grad, nor a vmap of the user's."""
+    """True if no trace is under way: neither a jit, nor a grad, nor a vmap of the user's."""
     return get_opaque_trace_state() == _OUTSIDE
 
 

@@ -107,7 +107,7 @@ class LinearMotion(eqx.Module):
 
     @property
     def status(self) -> Status:
-        """How the motion ended, `str` of it in words (one concrete motion)."""
+        """Status of the end of the motion, `str` of it in words (one concrete motion)."""
         return Status(int(np.asarray(self.result)))
 
     @property

@@ -111,7 +111,7 @@ def _own_rates(C, modes: Modes):
 
 
 def _parting(A, M, modes: Modes, diagonal):
-    """How a change of A parts the modes of a group (n, n): zero, with the derivative of what is off the diagonal."""
+    """Splitting of the modes of a group by a change of A (n, n): zero, with a derivative off the diagonal."""
     values, X, diagonal = lax.stop_gradient((modes.values, modes.shapes, diagonal))
     R = X.T @ A @ X - (X.T @ M @ X) * diagonal[None, :]
     R = jnp.where(same(values) & ~jnp.eye(len(values), dtype=bool), R, 0.0)

@@ -85,7 +85,7 @@ CASES = {
     "compose": (spatial.compose, np.matmul, turns(), turns()),
     "less": (spatial.compose_inverse, lambda A, B: A @ np.linalg.inv(B), turns(), turns()),
     "turned": (
-        lambda R, angle: spatial.turned(R, angle[:, 0]),
+        lambda R, angle: spatial.rotate_about_axis(R, angle[:, 0]),
         lambda R, angle: R @ Rotation.from_rotvec([0.0, 0.0, angle[0]]).as_matrix(),
         turns(),
         vectors(1),

@@ -154,7 +154,7 @@ def test_couplers_that_share_have_no_one_multiplier():
     assert [bool(loads.row(name).unique[0]) for name in ("one", "two", "other")] == [False, False, True]
     assert "not determined by statics" in repr(loads.row("one"))
     said = system.describe()
-    assert "redundant constraints: 1; reactions that statics cannot determine in: one, two\n" in said
+    assert "redundant constraints: 1; statics does not determine all reactions of: one, two\n" in said
     assert "other couples coordinates: the bearings of c, d carry no forces of its contact" in said
 
 

@@ -16,7 +16,7 @@ from jax.extend.core import jaxpr_as_fun
 from jaxmbs.runtime import _compile_log as compile_log
 from jaxmbs.runtime import _compiler_options as options
 from jaxmbs.runtime import (
-    any_lane,
+    any_in_batch,
     compile_batch,
     fusion_barrier,
     garbage_collection_paused,
@@ -137,8 +137,8 @@ def test_traces_are_noticed():
 
 
 def test_a_condition_of_all_lanes_is_no_batch():
-    assert jax.vmap(any_lane, out_axes=None)(jnp.array([False, True])).shape == ()
-    assert not jax.vmap(any_lane, out_axes=None)(jnp.array([False, False]))
+    assert jax.vmap(any_in_batch, out_axes=None)(jnp.array([False, True])).shape == ()
+    assert not jax.vmap(any_in_batch, out_axes=None)(jnp.array([False, False]))
 
 
 def test_lanes_that_are_good_are_left_alone():

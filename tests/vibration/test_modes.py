@@ -198,7 +198,7 @@ def test_proportional_and_modal_damping():
     [
         (lambda K, M: natural_modes(K=K, M=M.at[1, 1].set(0.0)), r"\[1\] have no mass"),
         (lambda K, M: natural_modes(K=K, M=M.at[:2, :2].set(1.0)), "not positive definite"),
-        (lambda K, M: natural_modes(K=K, M=M[:2, :2]), r"alike, not of shapes \[\(3, 3\), \(2, 2\)\]"),
+        (lambda K, M: natural_modes(K=K, M=M[:2, :2]), r"and of one size, not of shapes \[\(3, 3\), \(2, 2\)\]"),
         (lambda K, M: natural_modes(K=K.at[0, 0].set(jnp.nan), M=M), "the stiffness is not finite"),
         (lambda K, M: natural_modes(K=K, M=M, num=4), "there are 3 modes"),
         (lambda K, M: mode_ratios(natural_modes(K=K, M=M), 3), r"3 must be one of 0 \.\.\. 2"),

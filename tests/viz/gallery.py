@@ -17,8 +17,9 @@ _SIZE = (900, 520)
 
 
 def shown() -> set[str]:
-    """Names of the pictures on the page."""
-    return set(re.findall(r"\]\(\.\./images/([\w.]+)\)", PAGE.read_text("utf-8")))
+    """Names of the pictures on the page, and of those that the README shows."""
+    readme = (PAGE.parents[2] / "README.md").read_text("utf-8")
+    return set(re.findall(r"\]\((?:\.\.|docs)/images/([\w.]+)\)", PAGE.read_text("utf-8") + readme))
 
 
 def saved() -> set[str]:

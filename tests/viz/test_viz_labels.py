@@ -81,7 +81,7 @@ def pictured(fleet, motion):
         "plot_nyquist": lambda ax: viz.plot_nyquist(functions, ax=ax),
         "plot_campbell": lambda ax: viz.plot_campbell(np.arange(5.0) * 40, hertz, ax=ax),
         "plot_mac": lambda ax: viz.plot_mac(np.eye(4), ax=ax),
-        "plot_front": lambda ax: viz.plot_pareto_front(front, "peak [kN]", "mass [kg]", ax=ax),
+        "plot_pareto_front": lambda ax: viz.plot_pareto_front(front, "peak [kN]", "mass [kg]", ax=ax),
         "plot_limits": lambda ax: viz.plot_limits(limited, ax=ax),
         "plot_parallel": lambda ax: viz.plot_parallel(table, ax=ax),
         "plot_scatter": lambda ax: viz.plot_scatter(table, ax=ax),
@@ -158,7 +158,7 @@ def faults(figure) -> list[str]:
 NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_energy", "plot_power"]
 NAMES += ["plot_power kind", "plot_mechanism", "plot_history", "plot_limit_values"]
 OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
-OTHERS += ["plot_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
+OTHERS += ["plot_pareto_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
 
 
 def test_every_picture_is_looked_at(pictured):

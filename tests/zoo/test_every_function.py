@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import dynamics, kinematics
+from jaxmbs import dynamics, kinematics, reaction
 from tests.zoo import driven_mechanisms as m
 from tests.zoo.walked import EFFORTS, FREE_LENGTH, MODELS, REFUSED, SPRING, H, axial, walk
 
@@ -208,7 +208,7 @@ of_models = pytest.mark.parametrize(
 def test_every_function_is_walked():
     functions = {
         f"{name}"
-        for room in (kinematics, dynamics)
+        for room in (kinematics, dynamics, reaction)
         for name in room.__all__
         if not isinstance(getattr(room, name), type)
     }

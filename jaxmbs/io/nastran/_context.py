@@ -91,9 +91,9 @@ class DeckContext:
 
     def node(self, card: Card, k: int, name: str) -> int:
         """Place of the GRID that a field names; 0, and a fault, where there is none."""
-        return self.known(card, card.integer(k, name))
+        return self.place_of_node(card, card.integer(k, name))
 
-    def known(self, card: Card, one: int) -> int:
+    def place_of_node(self, card: Card, one: int) -> int:
         """Place of a GRID by its number; 0, and a fault, where there is none."""
         if one not in self.index:
             card.fault(f"there is no GRID {one}")
@@ -104,7 +104,7 @@ class DeckContext:
         found = []
         for numbers in ranges:
             if len(numbers) == 1:
-                found.append(self.known(card, numbers[0]))
+                found.append(self.place_of_node(card, numbers[0]))
             else:
                 low, high = np.searchsorted(self.ids, [numbers.start, numbers.stop])
                 found.extend(range(int(low), int(high)))
