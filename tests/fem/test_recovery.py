@@ -70,5 +70,5 @@ def test_times_and_cases_come_first():
     for wrong in (np.ones(7), np.ones((4, 3, 5)), np.ones((2, 17))):
         with pytest.raises(ValueError, match="has the shape"):
             element_forces(STRUCTURE, jnp.asarray(wrong))
-    with pytest.raises(ValueError, match="has the shape"):
+    with pytest.raises(ValueError, match="must be of shape"):
         scatter_rows(STRUCTURE, jnp.ones((2, 17)))
