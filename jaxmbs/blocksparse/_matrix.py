@@ -127,6 +127,19 @@ def assemble(pattern: Pattern, blocks: ArrayLike, elements: Array | np.ndarray) 
     return BlockMatrix(pattern, diagonal, upper)
 
 
+def constrain(matrix: BlockMatrix, held: np.ndarray, one: bool) -> BlockMatrix:
+    """Constrain coordinates of a symmetric matrix: zero rows and columns, `one` or zero on the diagonal.
+
+    Args: held: (blocks, size) bool.
+    """
+    i, j = matrix.pattern.edges.T
+    free = jnp.asarray(~held, matrix.diagonal.dtype)
+    diagonal = matrix.diagonal * free[:, :, None] * free[:, None, :]
+    if one:
+        diagonal = diagonal + jnp.eye(held.shape[1], dtype=free.dtype)[None] * (1.0 - free)[:, :, None]
+    return BlockMatrix(matrix.pattern, diagonal, matrix.upper * free[i][:, :, None] * free[j][:, None, :])
+
+
 def _edges_between(pattern, first, second):
     """Numbers of the edges between two lists of blocks, and where the first block is the larger."""
     low, high = np.minimum(first, second), np.maximum(first, second)

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..blocksparse import BlockMatrix, Pattern
 from ..blocksparse import assemble as summed
+from ..blocksparse._matrix import constrain
 from ..elements import DIRECTIONS
 from ..linear._system import LinearSystem
 from ..runtime import jit
@@ -110,17 +111,7 @@ def _constrain_held(structure, matrix, one):
     held = np.zeros((structure.num_nodes, 6), bool)
     for node, direction in structure.held:
         held[node, direction] = True
-    return hold(matrix, held[:, : structure.size], one)
-
-
-def hold(matrix: BlockMatrix, held, one: bool) -> BlockMatrix:
-    """A symmetric matrix with coordinates `held` (blocks, size) bool taken out: zero, or `one` on its diagonal."""
-    i, j = matrix.pattern.edges.T
-    free = jnp.asarray(~held, matrix.diagonal.dtype)
-    diagonal = matrix.diagonal * free[:, :, None] * free[:, None, :]
-    if one:
-        diagonal = diagonal + jnp.eye(held.shape[1], dtype=free.dtype)[None] * (1.0 - free)[:, :, None]
-    return BlockMatrix(matrix.pattern, diagonal, matrix.upper * free[i][:, :, None] * free[j][:, None, :])
+    return constrain(matrix, held[:, : structure.size], one)
 
 
 def node_pattern(structure: Structure) -> Pattern:

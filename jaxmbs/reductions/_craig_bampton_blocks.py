@@ -8,8 +8,8 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import analyse, factor, solve
+from ..blocksparse._matrix import constrain
 from ..checks import is_concrete
-from ..fem._assembly import hold
 from ..linear._condensation import check_nonsingular, partition
 from ..linear._symmetric import ASYMMETRY_TOLERANCE
 from ..linear._system import LinearSystem
@@ -31,7 +31,7 @@ def craig_bampton_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Re
     _check_symmetric(stiffness=stiffness, mass=mass)
     held = np.isin(np.arange(n * b), outer).reshape(n, b)
     plan = analyse(pattern, positions=_block_positions(system))
-    K = factor(hold(stiffness, held, True), "cholesky", plan)
+    K = factor(constrain(stiffness, held, True), "cholesky", plan)
     free = jnp.asarray(~held, dtype)[:, :, None]
 
     @jax.checkpoint
@@ -46,7 +46,7 @@ def craig_bampton_blocks(system: LinearSystem, num_modes: int, chunk: int) -> Re
     check_nonsingular(T, "the interface")
     shapes = jnp.zeros((n * b, 0), dtype)
     if num_modes:
-        shapes = lowest_modes(K, hold(mass, held, False), num_modes).shapes
+        shapes = lowest_modes(K, constrain(mass, held, False), num_modes).shapes
     basis = jnp.concatenate([T, shapes], axis=1)
     coupling, zero = inertia.T @ shapes, jnp.zeros((k, num_modes), dtype)
     own = _project(stiffness, shapes)  # not the squared frequencies, whose derivatives miss how a group splits
