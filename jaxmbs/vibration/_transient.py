@@ -100,10 +100,7 @@ def simulate(
     if condensation.light:
         _check_light(system, condensation, laws, forces, ts)
     if modal is not None:
-        if start is not None or laws or callable(forces) or forces is None:
-            raise ValueError("ModalSuperposition moves a system from rest under sampled forces, without laws")
-        if not (dt is None and controller is None and event is None):
-            raise ValueError("ModalSuperposition takes no steps: leave out dt, controller and event")
+        _check_modal(start, laws, forces, (dt, controller, event))
         return _in_modes(system, condensation, ts, forces, modal)
     check_event(event, LinearState(t0, *x0), "s.displacement[0]")
     options = make_options(
@@ -203,6 +200,14 @@ def _in_modes(system, condensation, ts, forces, modal):
     given = None if modal.ratios is None else jnp.asarray(ratios, system.dtype)
     end = LinearState(ts[-1], rows[0][-1], rows[1][-1])
     return LinearMotion(ts, *rows, none, (forces,), jnp.asarray(int(Status.SUCCESS)), end, zero, zero, given)
+
+
+def _check_modal(start, laws, forces, step_options):
+    """Raises: ValueError for arguments that the superposition of modes has no use for."""
+    if start is not None or laws or callable(forces) or forces is None:
+        raise ValueError("ModalSuperposition moves a system from rest under sampled forces, without laws")
+    if any(option is not None for option in step_options):
+        raise ValueError("ModalSuperposition takes no steps: leave out dt, controller and event")
 
 
 def _check_samples(t0, ts, t1):
