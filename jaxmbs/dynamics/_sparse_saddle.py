@@ -213,7 +213,7 @@ def _closure_sizes(graph, S, nodes, mobility, directions):
     reach = ancestors(nodes, S[:, :, None] * S[:, None, :] * mobility[:, None, None])
     reach = jnp.concatenate([reach, jnp.zeros((1, 6, 6), reach.dtype)])
     a, b = np.append(graph.node, nodes.size)[graph.ends].T
-    between = reach[a] + reach[b] - 2.0 * reach[graph.fork]
+    between = reach[a] + reach[b] - 2.0 * reach[graph.common_ancestor]
     sizes, first = [jnp.zeros(0, reach.dtype)], 0
     for D in directions:
         sizes.append(jnp.einsum("era,eab,erb->er", D, between[first : first + len(D)], D).reshape(-1))

@@ -229,7 +229,7 @@ def test_modes_and_responses_take_what_is_at_hand():
         mbs.frequency_response(linear, [1.0], into=["pim"], out=["pin"])
     with pytest.raises(mbs.ModelError, match="both"):
         mbs.frequency_response(linear, [1.0], into=["pin"])
-    with pytest.raises(TypeError, match="about a state"):
+    with pytest.raises(TypeError, match="need a state"):
         mbs.modes(system)
 
 

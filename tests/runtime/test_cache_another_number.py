@@ -69,4 +69,4 @@ def test_a_force_element_changes_no_program_that_needs_no_forces(programs):
     system = four_bar(1.0, 0.3, 0.9, 0.7, 1.0, 3.0)
     state = mbs.State.at(system, A=0.7, guess={"B": -0.3, "D": 1.2})
     assert state.ok and float(jnp.abs(state.residual)) < 1e-9
-    assert sum("_evaluate" in name for name in programs) == 1
+    assert sum("_evaluation_program" in name for name in programs) == 1

@@ -191,7 +191,7 @@ def test_rest_and_a_start_from_it():
     assert at_rest["left root"].force.shape == (3,)  # its coordinates have no directions: zeros
     with pytest.raises(UnknownNameError, match="no bond 'left rot': did you mean 'left root'"):
         at_rest["left rot"]
-    with pytest.raises(ModelError, match="of the bonds of a network"):
+    with pytest.raises(ModelError, match="a network made by"):
         mbs.reactions(net.components[0], rest)
 
 

@@ -44,7 +44,7 @@ def test_coordinates(pendulum, ax):
     system, motion, _ = pendulum
     assert viz.plot_coordinates(system, motion, ax=ax) is ax
     assert np.allclose(ax.lines[0].get_ydata(), motion.states.coordinates[:, 0])
-    with pytest.raises(ValueError, match="hinge; the names are: pivot"):
+    with pytest.raises(ValueError, match="hinge to plot; the names are: pivot"):
         viz.plot_coordinates(system, motion, ["hinge"], ax=ax)
 
 

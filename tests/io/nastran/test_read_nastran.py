@@ -80,7 +80,7 @@ def test_half_of_the_truss_on_its_interface(theirs):
     T[outer], T[inner] = np.eye(24), -np.linalg.solve(K[np.ix_(inner, inner)], K[np.ix_(inner, outer)])
     T[:, 6:12] = T[:, 6:12].reshape(-1, 2, 3)[:, :, [1, 2, 0]].reshape(-1, 6)  # frame 10: its x y z are y z x
     np.testing.assert_allclose(T.T @ K @ T, Ke[:24, :24], rtol=0, atol=1e-8 * np.abs(Ke[:24, :24]).max())
-    rigid = np.asarray(linear.rigid.rigid_rows(system))[outer]
+    rigid = np.asarray(linear._rigid_motions.rigid_rows(system))[outer]
     rigid[6:12] = rigid[6:12].reshape(2, 3, 6)[:, [1, 2, 0]].reshape(6, 6)
     body = rigid.T @ T.T @ M @ T @ rigid
     np.testing.assert_allclose(body, rigid.T @ Me[:24, :24] @ rigid, rtol=0, atol=1e-7 * np.abs(body).max())
