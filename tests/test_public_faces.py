@@ -51,9 +51,9 @@ FACES = {
         states_along velocity with_mobility_at
     """,
     "jaxmbs.joints": """
-        AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Planar PointOnLine
+        AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Node Planar PointOnLine
         PointOnPlane PositionRows Prismatic Revolute RollingDisk RollingSphere Screw Spherical Universal
-        VelocityRows Weld
+        VelocityRows Weld parallel_rows
     """,
     "jaxmbs.elements": """
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle

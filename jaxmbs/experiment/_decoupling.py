@@ -40,7 +40,7 @@ def decouple(
     Returns: the assembled structure's channels; those inside the removed component no longer mean anything.
 
     Raises: ModelError for unknown or repeated channels, and fewer conditions than forces.
-    Source: S1 (1)-(2), (41); S. Voormeeren, D. Rixen, Mech. Syst. Signal Process. 27 (2012) 56.
+    Source: S1 (1)-(2), (41); S. Voormeeren, D. Rixen, Mech. Syst. Signal Process. 27 (2012) 379.
     """
     check_compatible({"assembled": assembled, "known": known})
     motion, force = _split_names(compatibility), _split_names(compatibility if equilibrium is None else equilibrium)

@@ -1,6 +1,8 @@
 """Joints, one per file.  A new joint is a file here and a line below; the tests over all joints take it in."""
 
 from ._base import AbstractJoint as AbstractJoint
+from ._base import Node as Node
+from ._base import parallel_rows as parallel_rows
 from ._closures import AbstractClosure as AbstractClosure
 from ._closures import Coupler as Coupler
 from ._closures import Distance as Distance
@@ -34,6 +36,7 @@ __all__ = [
     "FramePath",
     "Free",
     "KnifeEdge",
+    "Node",
     "Planar",
     "PointOnLine",
     "PointOnPlane",
@@ -47,4 +50,5 @@ __all__ = [
     "Universal",
     "VelocityRows",
     "Weld",
+    "parallel_rows",
 ]

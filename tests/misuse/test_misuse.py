@@ -36,7 +36,7 @@ EXEMPT = {
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
-        joints.AbstractJoint reductions.AbstractReduction motion.Formulation
+        joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
     """,
     "no argument, a name, or a solver that simulate judges": """
         elements.DIRECTIONS motion.Gauss4 motion.ImplicitMidpoint motion.SemiImplicitEuler builder.SystemBuilder
