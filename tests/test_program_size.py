@@ -88,7 +88,7 @@ def test_equations_and_loops(model):
             assert size[0] > 0.9 * most_equations, f"{name}: {size[0]} equations; lower its ceiling"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("small", GRADIENT)
 def test_the_gradient_of_a_load(small):
     system = four_bar(LENGTHS)

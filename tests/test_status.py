@@ -26,6 +26,7 @@ def test_times_that_are_known_are_asked_first(times, text):
         mbs.simulate(system, mbs.State.at(system, pin=0.3), **times)
 
 
+@pytest.mark.slow
 def test_traced_times_that_are_no_numbers_have_a_status():
     system = bar()
 
@@ -38,6 +39,7 @@ def test_traced_times_that_are_no_numbers_have_a_status():
     assert np.isfinite(angles[0]).all() and np.isnan(angles[1:]).all()
 
 
+@pytest.mark.slow
 def test_traced_times_that_do_not_rise_stop_no_other_lane():
     system = bar()
 

@@ -130,7 +130,7 @@ def test_situations_that_are_refused(situation, error, words):
         situation()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_locked_mechanism_rests():
     """A triangle of bars has no freedom: the motion is evaluated, its reactions are those of a truss."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)

@@ -218,7 +218,7 @@ def check_viscous(places):
         np.testing.assert_allclose(a, b, rtol=1e-7, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_viscous_receptances():
     check_viscous(
         {
@@ -236,7 +236,7 @@ def test_viscous_receptances_of_a_free_component():
     check_viscous({str(k): changed(VISCOUS, _2=0.0, _3=0.0, _5=0.0, _6=0.0, _8=0.7 + 0.1 * k) for k in range(5)})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_viscous_receptances_at_critical_damping():
     near = changed(CRITICAL, _5=2.0 + 1e-9)
     check_viscous({"one": changed(CRITICAL, _6=0.5), "both": CRITICAL, "beside": near})

@@ -80,7 +80,7 @@ def spoilt(name, count, seed):
     assert found["refused"] > count / 4 and found["read"] > 0 and found.total() == count
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "decks" else n for n in READERS])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n == "decks" else n for n in READERS])
 def test_two_hundred_spoilt_files(name):
     spoilt(name, 100, 1)
 

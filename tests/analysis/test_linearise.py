@@ -293,7 +293,7 @@ def test_ratio_and_frequency_of_a_damped_mass():
     np.testing.assert_allclose(modes.frequencies, np.sqrt(k / m) / (2 * np.pi), rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_states_and_modes_of_a_rolling_system_have_names():
     """A disk on the table, held by a spring across: more coordinates than velocities, each with its name."""
     b = mbs.SystemBuilder()

@@ -13,7 +13,7 @@ def shares(graph):
     return {s.name: (s.independent, s.dependent, s.idle) for s in graph.storages}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_dependent_inertias_of_a_double_pendulum(graphs):
     """Two angular momenta are states, and in the plane the two linear ones follow from them."""
     graph = graphs["pendulum detailed"]
@@ -109,6 +109,7 @@ def test_causal_rules(graphs, name, view):
             assert near.count(True) == (own.get(element.name, 0) > 0), element.name
 
 
+@pytest.mark.slow
 def test_parameters_known_to_be_zero_leave_their_element_out(graphs):
     names = set(graphs["arm inertia"].order)
     assert {"C:bushing", "R:grease", "C:stay", "R:stay", "Se:wind", "Se:push", "gravity"} <= names

@@ -126,6 +126,7 @@ def test_plot_power(swing, by):
     assert np.max(np.abs(below["missing"])) < 1e-3 * np.max(accounts.kinetic)
 
 
+@pytest.mark.slow
 def test_plot_power_faults(swing):
     with pytest.raises(ValueError, match="by must be"):
         viz.plot_power(*swing[1:], by="body", ax=Figure().add_subplot())

@@ -118,7 +118,7 @@ def test_links_drawn_at_their_places_are_assembled_there():
         np.testing.assert_allclose(one[name].force, two[name].force, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_points_of_a_drawing_have_derivatives():
     first = four_bar()
 

@@ -113,6 +113,7 @@ def test_gear_pair(accelerations):
     np.testing.assert_allclose(accelerations["gear_2_pin"], -a / 3.0, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_hinged_pendulum(accelerations):
     np.testing.assert_allclose(accelerations["hinge"], -G / 0.7 * np.sin(0.5), rtol=1e-12)
 

@@ -42,6 +42,7 @@ def rig():
     return measured("mast", "root", "end", "middle x", kind="accelerance")
 
 
+@pytest.mark.slow
 def test_a_measured_mass_on_a_modelled_spring():
     """`H = 1 / (k - (m + n) w^2)` with the measured mass m, which the bond pushes by `-m w^2 H`."""
     k, m, n, omega = 300.0, 2.0, 0.5, np.array([5.0, 9.0, 20.0])

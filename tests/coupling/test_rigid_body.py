@@ -127,7 +127,7 @@ def answers(com, points):
     return jnp.stack([values[0], *(loads[name].on_first[..., -1 if name == "spring" else 2] for name in loads)])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_flap_on_two_bearings_and_a_spring():
     """`w^2 = k l^2 / (I_y + m d^2)`; loads by levers; known and traced places, and slopes by them."""
     com = np.array([0.7, 0.1, 0.2])
@@ -276,7 +276,7 @@ def test_every_bond_of_rigid_bodies_against_a_dense_model():
     assert "com" in repr(RigidBody(points=POINTS, **BOX)) and "box" in repr(net)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_block_of_a_mechanism():
     """The same block on the same bushings in a `SystemBuilder`, its centre off the middle."""
     com, feet = (0.1, -0.05, 0.2), {**FEET, "foot1": (A, B, 0.1)}
@@ -321,6 +321,7 @@ def test_a_rigid_body_beside_measured_components():
     np.testing.assert_allclose(found, exact, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_two_welded_bodies_share_a_push_by_mass():
     """Inertia relief of what has no stiffness at all; their mass, centre and inertia together."""
     parts = {

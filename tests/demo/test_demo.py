@@ -31,7 +31,7 @@ def studied(results, monkeypatch):
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loads_meet_the_reference(results):
     for name, reference in LOADS.items():
         assert results["deviations"][name] < reference.tolerance, name

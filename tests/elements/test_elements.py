@@ -95,6 +95,7 @@ def test_mass_properties_of_a_rod_a_plate_and_a_brick():
     np.testing.assert_allclose(np.diag(R.T @ M @ R), 1.5 * np.array([1, 1, 1, 1 / 6, 1 / 6, 1 / 6]), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["thick_beam", "triangle", "quadrilateral", "hexahedron"])
 def test_gradients(name):
     """By every number of the element and every position, against differences."""

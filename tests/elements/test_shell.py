@@ -122,6 +122,7 @@ def test_cooks_membrane(kind, tolerance):
     np.testing.assert_allclose(solve(structure, load)[index[-1, 4], 1], 23.96, rtol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "tolerance"), [("triangle", 0.02), ("quadrilateral", 0.005)])
 def test_thin_clamped_plate_under_pressure(kind, tolerance):
     """0.00126532 p a^4 / D at the centre (Timoshenko and Woinowsky-Krieger), a/t = 1000: no shear locking."""

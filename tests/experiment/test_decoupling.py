@@ -144,6 +144,7 @@ def test_weights_know_the_worse_sensors():
     assert error(jnp.array([1.0, 1.0, 100.0, 100.0])) < 0.1 * error(None)
 
 
+@pytest.mark.slow
 def test_free_response_from_measured_support_forces():
     """Whatever the supports are, their measured forces take them out; their forces need not even be linear."""
     Z = net(4, 7)
@@ -197,6 +198,7 @@ def test_kinds_of_transfer_functions():
             assert given.to(other).kind == other
 
 
+@pytest.mark.slow
 def test_virtual_point():
     """A rigid block on springs, seen by nine sensors and hit at ten places, is a 6 by 6 inverse."""
     r = np.random.default_rng(8)

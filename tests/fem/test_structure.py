@@ -49,6 +49,7 @@ def both(structure):
     return dense, [b.to_dense() for b in blocks]
 
 
+@pytest.mark.slow
 def test_block_form_is_the_dense_form():
     """The same matrices, held and absent coordinates set aside."""
     structure = mixed()

@@ -27,6 +27,7 @@ def spinning(system, speed):
     return mbs.State.at(system, velocities={"root": speed * UNIT})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", list(LAG))
 def test_estimate_against_the_frequencies_of_blades(blade, speed):
     """Without stiffening the squared lag frequency is `w_1^2 - Omega^2`; the estimate is what lacks, to a quarter."""

@@ -205,7 +205,7 @@ def test_stored_energy(answers):
     np.testing.assert_allclose(answers["potential"], springs + struts + 25.0 * X**2, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 def test_efforts_by_cause(system, answers, name):
     at_rest = rest(name, X, 0.0, T)

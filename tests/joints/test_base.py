@@ -62,6 +62,7 @@ def test_a_prismatic_half_a_turn_off_is_refused_by_name():
         slider(["P"], almost)
 
 
+@pytest.mark.slow
 def test_a_slider_crank_has_one_freedom_wherever_it_is_cut():
     def build(cut, turned):
         b = mbs.SystemBuilder(gravity=DOWN_Y)

@@ -200,6 +200,7 @@ def loops(tree):
 
 
 # -------------------------------------------------------------------------------------------------- tests
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 def test_pose_follows_the_definition(name, tree, back):
     tree = back if name in BACK else tree
@@ -321,7 +322,7 @@ def needed(system, state, name, accelerations):
     return force, inertia @ alpha + np.cross(w, inertia @ w) + np.cross(arm, force)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", CLOSING)
 def test_closing_a_loop_equals_carrying_the_body(name, loops, loop_outcome, tree_outcome):
     """The cut joint's reaction, the tree joint's, and what the body's own motion needs are one."""

@@ -235,6 +235,7 @@ def on_axes(law):
     return b.build()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CONES)
 def test_rows_without_a_slope_where_all_is_zero(kind):
     """A cone, regular but at its tip."""

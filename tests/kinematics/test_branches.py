@@ -46,6 +46,7 @@ def rest(bars):
     return mbs.State.at(bars, A=0.6, guess={"B": 0.4, "D": rocker(0.6)})
 
 
+@pytest.mark.slow
 def test_a_whole_turn_stays_on_the_branch(bars, rest):
     """181 crank angles; without `near=` some forty are the mirror image, and their sign says so."""
     guess = {name: float(bars.coordinates(rest)[name]) for name in "BD"}
@@ -62,7 +63,7 @@ def test_a_whole_turn_stays_on_the_branch(bars, rest):
         np.testing.assert_array_equal(mbs.kinematics.branch(bars, states, ["A"]), states.branch)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradients_along_a_branch(bars, rest):
     def followed(angle):
         return bars.coordinates(mbs.State.at(bars, A=angle, near=rest))["D"]

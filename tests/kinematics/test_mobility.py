@@ -113,7 +113,7 @@ def test_build_at_a_pose_of_use(for_work):
     np.testing.assert_allclose(mbs.modes(for_work, state).frequencies, [frequency()] * 2, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_of_a_frequency_at_the_pose_of_use(for_work):
     def first(rate):
         system = lift(rate, like=for_work)

@@ -97,6 +97,7 @@ def check_against_dense(tree, local, S, dense, p, found):
     np.testing.assert_allclose(expected @ u, p, atol=1e-8 * np.linalg.cond(expected) ** 0.5)
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None, database=None, derandomize=True)
 @given(tree=trees(), seed=st.integers(0, 1000))
 def test_primitives_are_what_they_say(everything, tree, seed):

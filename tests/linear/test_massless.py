@@ -72,7 +72,7 @@ def test_complex_modes_where_damping_is_proportional_to_stiffness():
     assert mbs.modes(bare, damped=False).roots is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("damping", [0.0, 1.0])
 @pytest.mark.parametrize("loss", [0.0, 0.05])
 def test_frequency_response_in_modes_is_the_direct_one(damping, loss):
@@ -144,6 +144,7 @@ def test_motion_by_steps_in_modes_and_by_the_exponential():
 METHODS = [CraigBampton(2), Hurty(2, ("node0 x",)), Rubin(2), MacNeal(2), Mixed(2), CraigChang(1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: type(m).__name__)
 @pytest.mark.parametrize("interface", [("node0", "node6"), ("node0", "node1")], ids=["heavy", "light"])
 def test_reductions_of_a_free_component(method, interface):

@@ -50,6 +50,7 @@ def projector(t):
     return jnp.sum((X @ X.T) * WEIGHTS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("invariant", "directions"), [(pair, range(4)), (projector, range(4))])
 def test_invariants_of_groups_have_right_derivatives(invariant, directions):
     """Sums and projectors of a group that stays or parts."""

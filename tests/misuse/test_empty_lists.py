@@ -119,7 +119,7 @@ EMPTY = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_empty_lists():
     """Zeros where nothing acts and where nothing is asked of the right shape; or words."""
     faults, z = [], Nothing()

@@ -156,9 +156,7 @@ def test_every_question_has_an_answer(name):
     assert not faults, faults
 
 
-@pytest.mark.parametrize(
-    "name", ["welded", *(pytest.param(n, marks=pytest.mark.slow) for n in ("pendulum", "driven"))]
-)
+@pytest.mark.parametrize("name", ["welded", *map(_marked, ("driven", "pendulum"))])
 def test_every_question_takes_a_motion(name):
     """The answers for a motion are those for its states, one by one, in front the axis of times; or it says in words
     that it takes one state."""

@@ -67,7 +67,7 @@ def test_a_drive_that_jumps_is_a_failure_at_its_time():
     assert np.all(np.isnan(motion.states.coordinates[~known]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_mechanism_that_locks_says_when():
     """The crank cannot pass where coupler and rocker are in line: its angle there by the law of cosines."""
     lengths = (1.0, 0.8, 0.5, 0.6)

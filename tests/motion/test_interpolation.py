@@ -45,7 +45,7 @@ def looped():
     return system, four_bar_state(system)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_states_by_number_and_their_ends(swing):
     system, state = swing
     ts = np.array([0.1, 0.2, 0.3])
@@ -67,7 +67,7 @@ def test_states_by_number_and_their_ends(swing):
     assert np.isnan(jax.jit(lambda t: saved.at(system, t).coordinates)(0.31)).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_slope_by_the_time_is_the_rate(swing):
     system, state = swing
     saved = motion(system, state, np.arange(0.0, 0.41, 0.05))
@@ -76,7 +76,7 @@ def test_the_slope_by_the_time_is_the_rate(swing):
     np.testing.assert_allclose(slope, mbs.velocity(system, saved.at(system, 0.233), tip), rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_event_ends_what_there_is_between(swing):
     system, state = swing
     ended = mbs.simulate(system, state, ts=np.arange(0.0, 2.0, 0.05), event=lambda s: s.velocities[1] - 0.5)

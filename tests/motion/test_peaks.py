@@ -126,7 +126,7 @@ def test_spikes_in_a_four_bar():
     np.testing.assert_allclose(slope, (peaks(2.001)[0][0] - peaks(1.999)[0][0]) / 0.002, rtol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_peak_loads_of_every_joint_are_one_table():
     """A weight on an arm: its pin carries most at the bottom, by the fall; the weld the moment of its offset too."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))

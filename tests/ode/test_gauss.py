@@ -26,6 +26,7 @@ def double_pendulum():
 
 
 # ------------------------------------------------------------------------------------------------- order, structure
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", GAUSS)
 def test_order_of_convergence(double_pendulum, solver):
     """D1 at 1 s: differences between halved steps shrink by 2^order; the limit is heyoka's."""

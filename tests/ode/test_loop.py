@@ -151,7 +151,7 @@ def test_second_derivatives_forward_over_reverse():
     np.testing.assert_allclose(mixed, mixed.T, rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_too_few_steps_and_nothing_to_do():
     short = eqx.tree_at(lambda m: m.max_steps, problem(diffrax.Tsit5()), jnp.asarray(7, jnp.int32))
     state = ours(integrate, STIFFNESS, START, short)

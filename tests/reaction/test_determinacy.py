@@ -102,7 +102,7 @@ def open_by_singular_values(system, state, frame, side):
     return size > 1e-6 * max(size.max(), 1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:state. the mechanism has mobility")
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_marks_are_those_of_the_null_space(name):

@@ -57,7 +57,7 @@ def test_springs_without_stiffness_change_nothing(swap):
     np.testing.assert_allclose(plain["front"].force, plain["back"].force, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bonds_carry_the_same():
     system, loads = shaft(drives=("front", "back"))
     found = mbs.statics.bond_reactions(*mbs.reaction.reaction_bonds(system, mbs.State.at(system)))

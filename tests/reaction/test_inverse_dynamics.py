@@ -27,7 +27,7 @@ def motion(driven):
     return mbs.simulate(driven, start, ts=np.linspace(0.0, 0.5, 4))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_actuator_is_the_drive(driven, motion):
     found = mbs.inverse_dynamics(driven, motion, actuators=["A"])
     assert np.all(found.ok)

@@ -71,7 +71,7 @@ def loads_and_sums(rotors, **options):
     return loads, sums
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_sums_close_over_all_laws_couplers_rows_and_drives(rotors):
     system, state = rotors
     loads, sums = loads_and_sums(rotors)
@@ -114,6 +114,7 @@ def test_actuators_in_place_of_the_drives(rotors):
         loads.drive("coupler 1")
 
 
+@pytest.mark.slow
 def test_couplers_and_rows_say_what_they_leave_out(rotors):
     """Bearings of tied shafts are short of the forces where the teeth touch, whichever way they are tied; the axial
     moment is known all the same, and nothing else is marked."""
@@ -172,6 +173,7 @@ def test_names_are_found_behind_the_right_door(rotors):
     assert "multipliers" in repr(loads.row("coupler")) and "0.7" in repr(loads.law("wind"))
 
 
+@pytest.mark.slow
 def test_accelerations_that_tear_the_loop_are_not_ok():
     """As `reactions` says of the same: no actuators make them, though their efforts balance."""
     system = four_bar()

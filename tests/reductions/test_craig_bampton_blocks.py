@@ -48,7 +48,7 @@ def response(r):
     return jnp.sum(jnp.linalg.inv(Z)[0, :9] * jnp.arange(1.0, 10.0)) + jnp.sum(jnp.sin(jnp.diagonal(r.damping)[:9]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_short_bar_in_blocks_is_its_dense_reduction():
     """Two blocks of solids, one face the interface: frequencies, and statics to the last digit."""
     nodes = jnp.asarray(

@@ -161,6 +161,7 @@ def test_gradient_by_the_height_of_the_portal():
     np.testing.assert_allclose(slope, (exact(1.1 + 1e-5) - exact(1.1 - 1e-5)) / 2e-5, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_quarter_of_a_membrane_in_closed_form():
     """Three by three masses in a fixed frame, by four families of a quarter; the way back finds all images."""
     T, m = np.array([[2.0, -1.0], [-1.0, 1.0]]), np.diag([1.0, 0.5])  # half a string: its middle is halved

@@ -35,6 +35,7 @@ def along(step, x, h):
     return jax.tree.map(lambda a, b: a + h * b, x, step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*LEAVES, "loads"])
 def test_gradient(problem, name):
     both, _, numbers, step = problem

@@ -50,7 +50,7 @@ def test_each_gain_is_the_share_of_its_mode_at_its_resonance():
     np.testing.assert_allclose(found.mass, [3.0, 1.0], rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_sum_over_the_table_is_the_transmissibility():
     """(43)-(45): at any frequency, for damping inside of the structure, by the function, and by NumPy's inverse."""
     omega = np.array([0.3, 1.9, 2.1, 40.0])

@@ -42,7 +42,7 @@ def test_rough_loads_at_a_coarse_step():
             )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_and_single_precision():
     def energy(s):
         return jnp.sum(modal_motion(s * W, Z, LOADS, 0.5, Q0, V0).displacement ** 2)

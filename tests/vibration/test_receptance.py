@@ -107,7 +107,7 @@ def test_some_modes_with_residual_terms():
         np.testing.assert_allclose(slope[i], (f(T0 + e)[0] - f(T0 - e)[0]) / 2e-4, rtol=1e-4, atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_asked_pairs_and_loads_in_chunks():
     K, M, C, _ = parameters(T0)
     pairs = receptance(K=K, M=M, omega=OMEGA, out=OUT, into=INTO, C=C, chunk=2)

@@ -133,7 +133,7 @@ def test_names_of_what_was_reduced():
     assert made.inputs == ("normal 0",) and made.outputs[0] == "tip x"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_front_door():
     """One verb for a mechanism and for a linear system."""
     b = mbs.SystemBuilder(gravity=(0, 0, -9.81))

@@ -35,6 +35,7 @@ def test_an_event_ends_the_motion_on_it():
     np.testing.assert_allclose(motion.end.velocity, -2.0, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_both_modes_of_derivative_and_the_end():
     """x(t1) and its derivatives by the stiffness and by the end time; a motion goes on from its end."""
 

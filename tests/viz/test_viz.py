@@ -48,6 +48,7 @@ def test_coordinates(pendulum, ax):
         viz.plot_coordinates(system, motion, ["hinge"], ax=ax)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", [False, True])
 def test_reactions(pendulum, ax, moment):
     _, motion, loads = pendulum

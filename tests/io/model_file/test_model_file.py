@@ -131,7 +131,7 @@ def test_structures_and_matrices(tmp_path):
 KINDS = st.sampled_from(sorted(set(EXAMPLES) - {"Weld"}))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     seed=st.integers(0, 10**6), kinds=st.lists(KINDS, min_size=1, max_size=6), name=st.text(min_size=1, max_size=8)

@@ -137,6 +137,7 @@ def test_included_files_of_the_folder_only(tmp_path):
         read("INCLUDE 'deck.bdf'\n", inside)
 
 
+@pytest.mark.slow
 def test_case_control_is_skipped_and_its_sets_are_chosen(tmp_path):
     held = "SPC1,1,123456,1\nSPC1,2,123456,2\n"
     deck = tmp_path / "deck.bdf"

@@ -66,6 +66,7 @@ def test_truss_of_rods_against_nastran(tmp_path):
         deck(text, tmp_path, masses="diagonal")
 
 
+@pytest.mark.slow
 def test_lumped_bars(tmp_path):
     """Halves at the ends of the offsets, none in rotation but about the axis of a CBEAM; NSM and WTMASS; by hand."""
     text = BAR.replace("3.-7\nPBEAM", "3.-7,2.\nPBEAM") + "GRID,1\nGRID,2,,2.,0.,0.\nPARAM,WTMASS,.5\n"

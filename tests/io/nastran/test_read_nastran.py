@@ -110,6 +110,7 @@ def test_rbe3_against_nastran(case, theirs, tmp_path):
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7 * np.max(np.abs(exact)))
 
 
+@pytest.mark.slow
 def test_mass_properties_against_nastran(theirs):
     """CBEAM, CONM2 with inertia, PARAM WTMASS: mass, centre, inertia of the grid point weight generator."""
     from pyyeti.nastran import op2
