@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from ..runtime import as_array
@@ -128,8 +128,12 @@ def _half_angle_factor_jvp(primals, tangents):
     return stretch, -stretch * tangents[0] / jnp.where(cosine < 0.0, above * (1.0 - cosine), above)
 
 
-def parallel_rows(R):
-    """Two rows that vanish when the child's z lies along the parent's z, and only then: see `half_angle_tangents`."""
+def parallel_rows(R: Matrix3) -> Float[Array, "2"]:
+    """Two rows that vanish when the child's z lies along the parent's z, and only then; twice the tangents of half
+    the angles between them.
+
+    Args: R: (3, 3), rotation of the child in the canonical axes of the parent.
+    """
     z = R[:, 2]
     return half_angle_tangents(z[:2], z[2])
 
