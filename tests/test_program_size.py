@@ -19,6 +19,7 @@ import jaxmbs as mbs
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from tests.models import chain_of_bars, four_bar_builder
 
+pytestmark = pytest.mark.skipif("JAXMBS_TRICKS" in os.environ, reason="without its tricks a program is another one")
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
 sys.path.append(str(BENCHMARKS))
 from program_size import equations, loops, stablehlo_bytes  # noqa: E402
