@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field
 import environment  # noqa: F401
 import jax
 
-import jaxmbs as mbs
+from jaxmbs.runtime import compile_kind
 from jaxmbs.runtime._compiler_options import compiler_options
 
 jax.config.update("jax_enable_x64", True)
@@ -91,24 +91,15 @@ def timed(function, count):
     return time.process_time() - start
 
 
-def compiled(function, *args):
-    """The compiled function and the CPU seconds of tracing, lowering and compiling it, from cold, with the options of
-    the library's programs."""
+def compiled(function, *args, often=False):
+    """The compiled function and the CPU seconds of tracing, lowering and compiling it, from cold, as `mbs.jit` does;
+    often: as `mbs.batch` does its batches."""
     jax.clear_caches()
     start = time.process_time()
-    executable = jax.jit(function).lower(*args).compile(compiler_options("full", jax.default_backend()))
+    with compile_kind("full"):
+        lowered = jax.jit(function).lower(*args)
+    executable = lowered.compile(compiler_options("full", jax.default_backend(), often))
     return executable, time.process_time() - start
-
-
-def compiled_by_user(function, *args):
-    """The function as a program of `mbs.jit`, and the CPU seconds from cold to its first answer less those of a
-    second one."""
-    jax.clear_caches()
-    program, clocks = mbs.jit(function), [time.process_time()]
-    for _ in range(2):
-        jax.block_until_ready(program(*args))
-        clocks.append(time.process_time())
-    return program, clocks[1] - clocks[0] - (clocks[2] - clocks[1])
 
 
 # ---------------------------------------------------------------------------------------------------------- output

@@ -1,6 +1,9 @@
 """Settings made before JAX and NumPy are imported; every benchmark imports `common`, which imports this first."""
 
+import importlib.metadata
 import os
+
+SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 
 
 def prepare():
@@ -10,11 +13,14 @@ def prepare():
 
 
 def tune():
-    """One BLAS thread and one thread inside XLA's operations, so that two rows of a table do not share the cores."""
+    """One BLAS thread, one thread inside XLA's operations, and one kernel per small loop on JAX before 0.12."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_cpu_multi_thread_eigen" not in flags:
         flags += " --xla_cpu_multi_thread_eigen=false"
+    version = tuple(int(part) for part in importlib.metadata.version("jax").split(".")[:2])
+    if version < (0, 12) and SMALL_LOOPS not in flags:
+        flags += f" --xla_backend_extra_options={SMALL_LOOPS}=100000000"
     os.environ["XLA_FLAGS"] = flags.strip()
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
 

@@ -163,7 +163,7 @@ def rows(case, batch, programs, counts, samples, rounds):
     name, goal = case.name(batch), goals(case.shape, case.n)[batch == 1]
     functions, seconds = {"peer": pinocchio_batch(case, samples)}, {}
     for which, (function, arguments) in programs.items():
-        program, seconds[which] = common.compiled_by_user(function, *arguments)
+        program, seconds[which] = common.compiled(function, *arguments, often=batch > 1)
         functions[which] = functools.partial(program, *arguments)
     counts = counts | {"peer": samples}
     times = {which: 1e6 * time / counts[which] for which, time in common.cpu_seconds(functions, rounds).items()}
