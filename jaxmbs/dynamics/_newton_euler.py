@@ -18,8 +18,10 @@ from ..model._entry_points import state_function
 from ..model._system import System
 from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
+from ._frontal_saddle import frontal_saddle
 from ._loads import Loads, on_columns
-from ._sparse_saddle import constraint_operator, sparse_saddle
+from ._saddle_operator import constraint_operator
+from ._sparse_saddle import sparse_saddle
 
 
 def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads):
@@ -46,9 +48,9 @@ def accelerations(system: System, at: VelocityKinematics, method="dense", loads=
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
     at = at if at.directions is not None else closures.with_directions(system, at)
     need, gamma = saddle_sides(system, at, loads)
-    if method == "block-sparse":
+    if method != "dense":
         rows = constraint_operator(system, at)
-        a, y = sparse_saddle(system, at, rows, need, gamma)
+        a, y = {"frontal": frontal_saddle, "block-sparse": sparse_saddle}[method](system, at, rows, need, gamma)
         return a, -y, rows.rates(a) / rows.unit - gamma
     A = constraints.jacobian(system, at)
     a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))

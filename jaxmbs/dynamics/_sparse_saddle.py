@@ -5,32 +5,23 @@ eliminated with a small compliance, proximal iterations, refinement against the 
 is formed: products with M and A are walks of the tree, and `M + A^T C^-1 A` is inverted by `body_matrix`.
 """
 
-import dataclasses
-from typing import NamedTuple
-
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from .. import blocksparse
-from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics import _coordinate_rows as coordinate_rows
-from ..kinematics._configuration import ClosureDirections, Configuration, node_motion, with_velocities
-from ..kinematics._poses import frame_twists
+from ..kinematics._configuration import Configuration
 from ..kinematics._tree import ancestors, subtrees
 from ..math._linalg import proximal_rounds, relative
 from ..math._spatial import dot, momentum
 from ..math._spd import spd_inverse
-from ..model._rows import Drive
 from ..model._system import System
-from ..runtime import gather_static
-from ._bodies import body_momenta
 from ._body_graph import body_graph
 from ._body_matrix import body_matrix, joint_maps
-from ._loads import on_columns
 from ._modal_condensation import condense_modes, lumped_inertia, solve_with_modes
+from ._saddle_operator import ConstraintOperator, apply_mass, largest_of_element, row_kinds, stop_gradients
 
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
 #: 1e-16 / C^2: the 3e-10 of `saddle_solve`, whose inverse is better, leads to divergence on redundant loops.
@@ -39,63 +30,15 @@ PROXIMAL_COMPLIANCE = {8: 3e-7, 4: 2e-3}
 REFINEMENTS = 2
 
 
-class ConstraintOperator(NamedTuple):
-    """The constraint rows A at a configuration as a linear operator, scaled to one unit."""
-
-    system: System
-    at: Configuration
-    unit: Array
-
-    @property
-    def directions(self) -> tuple:
-        """Directions (elements, rows, 6) of every group of closures."""
-        return closures.directions(self.system, self.at)
-
-    def rates(self, a):
-        """Rates of the rows `A a` (rows,) for accelerations a (nv,)."""
-        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, self.twists(a))
-        for group, D in zip(system.closures, self.directions, strict=True):
-            relative = gather_static(twist, group.second) - gather_static(twist, group.first)
-            parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
-        if system.rows:
-            parts.append(coordinate_rows.rates(system, self.at.psi, self.at.t, a))
-        return self.unit * jnp.concatenate(parts)
-
-    def twists(self, a):
-        """Rates (nodes, 6) of the nodes' twists from accelerations a (nv,) alone."""
-        return node_motion(self.system.topology, self.at.S, a)
-
-    def sizes(self, twists, a):
-        """Magnitude (rows,) of what adds up in `rates`, from the rates of twists (nodes, 6)."""
-        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, jnp.abs(twists))
-        for group, D in zip(system.closures, self.directions, strict=True):
-            both = gather_static(twist, group.second) + gather_static(twist, group.first)
-            parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
-        if system.rows:
-            parts.append(jnp.abs(coordinate_rows.rates(system, self.at.psi, self.at.t, a)))
-        return self.unit * jnp.concatenate(parts)
-
-    def efforts(self, y):
-        """Generalised efforts `A^T y` (nv,) of multipliers y (rows,)."""
-        return jax.linear_transpose(self.rates, jnp.zeros(self.at.S.shape[0], y.dtype))(y)[0]
-
-
-def constraint_operator(system: System, at: Configuration) -> ConstraintOperator:
-    """The operator of the rows at a configuration."""
-    values = ClosureDirections(closures.directions(system, at), None)
-    unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
-    return ConstraintOperator(system, dataclasses.replace(at, directions=values), unit)
-
-
 def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b, c):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
     n = b.shape[0]
-    C, inverse = _penalty_inverse(*_stop_gradients((system, at, rows)))
+    C, inverse = _penalty_inverse(*stop_gradients((system, at, rows)))
     right = jnp.concatenate([b, rows.unit * c])
 
     def apply(z, C):
         a, y = z[:n], z[n:]
-        return jnp.concatenate([_apply_mass(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
+        return jnp.concatenate([apply_mass(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
 
     def eliminated(right):
         a = inverse(right[:n] + rows.efforts(right[n:] / C))
@@ -118,39 +61,6 @@ def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b
     return z[:n], rows.unit * z[n:]
 
 
-def _stop_gradients(tree):
-    return jax.tree.map(lambda x: lax.stop_gradient(x) if isinstance(x, Array) else x, tree)
-
-
-def _apply_mass(system, at, a):
-    """Product `M a` (nv,) by a walk of the tree."""
-    return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
-
-
-class RowKinds(NamedTuple):
-    """Number of closure rows; indices of drive rows and the columns that they prescribe; indices of all other
-    rows."""
-
-    closures: int
-    drives: np.ndarray
-    columns: np.ndarray
-    others: np.ndarray
-
-
-def row_kinds(system: System) -> RowKinds:
-    """Classify the constraint rows: closures, drives, others."""
-    top = system.topology
-    first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
-    driven = {}
-    for row in system.rows:
-        if isinstance(row, Drive):
-            driven[at] = row.columns[0]
-        if not row.is_nonholonomic:
-            at += sum(name == row.name for name in top.row_joint)
-    others = np.setdiff1d(np.arange(first, top.num_rows), list(driven))
-    return RowKinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
-
-
 def _penalty_inverse(system, at, rows):
     """Compliances C (rows,), and the function `(M + A^T C^-1 A)^-1` from efforts to accelerations (nv,).
 
@@ -166,7 +76,7 @@ def _penalty_inverse(system, at, rows):
     sizes = jnp.concatenate([part.astype(dtype) for part in sizes])
     sizes = sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
     sizes = sizes.at[kinds.others].set((B * B) @ mobility)
-    C = PROXIMAL_COMPLIANCE[dtype.itemsize] * _largest_of_element(sizes, constraints.row_scale(system).block)
+    C = PROXIMAL_COMPLIANCE[dtype.itemsize] * largest_of_element(sizes, constraints.row_scale(system).block)
 
     maps = joint_maps(graph, at, system.length.astype(dtype))
     each = zip(closures, _split_by_group(rows, C), strict=True)
@@ -219,12 +129,3 @@ def _closure_sizes(graph, S, nodes, mobility, directions):
         sizes.append(jnp.einsum("era,eab,erb->er", D, between[first : first + len(D)], D).reshape(-1))
         first += len(D)
     return jnp.maximum(jnp.concatenate(sizes), 0.0)
-
-
-def _largest_of_element(sizes, block):
-    """Sizes (rows,) where all rows of a closure element get the largest size among them."""
-    if not len(block):
-        return sizes
-    largest = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block]
-    # rows that vanish at a singular pose fade out, but not to a division by zero
-    return jnp.maximum(largest, 1e-12 * jnp.max(sizes, initial=1e-18))

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..dynamics._sparse_saddle import row_kinds
+from ..dynamics._saddle_operator import row_kinds
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics import _reaction_map as reaction_map

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..dynamics._sparse_saddle import constraint_operator
+from ..dynamics._saddle_operator import constraint_operator
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..math._linalg import relative

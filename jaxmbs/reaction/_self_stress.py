@@ -13,7 +13,8 @@ import numpy as np
 from jax import Array, lax
 
 from ..dynamics._newton_euler import saddle_sides
-from ..dynamics._sparse_saddle import constraint_operator, row_kinds, sparse_saddle
+from ..dynamics._saddle_operator import constraint_operator, row_kinds
+from ..dynamics._sparse_saddle import sparse_saddle
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics
 from ..model._system import System

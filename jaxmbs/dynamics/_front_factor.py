@@ -1,0 +1,166 @@
+"""Factor and solves of the frontal method: `H = M + A^T C^-1 A` of a tree with loops, linear in its nodes.
+
+All twists are about the nodes' own points, all angles in units of 1 / length.  One step of the factor is the step of
+the articulated-body algorithm on a front of open nodes: the closures that end on the node join as springs, its column
+is eliminated by a rank-one update, and its slot merges into that of its parent.  The steps then stand as matrices, so
+that a solve is two scans, up with the matrices and down with their transposes.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..math._spatial import cross
+from ..runtime import fusion_barrier, small_call
+from ._front_plan import FrontPlan
+
+
+class LocalKinematics(NamedTuple):
+    """What the factor is made of, about the nodes' points; n nodes, e closures of six rows or fewer.
+
+    Attributes:
+        S (n, 6): joint twists; offset (n, 3): from the parent's point, zero on the ground.
+        J (n, 6, 6): inertias; held (n,): what is added to the diagonal of each column.
+        directions_a, directions_b (e, 6, 6): of the rows by the twists of the nodes at both ends; zero where there is
+            no row, or on the ground.
+        stiffness (e, 6): of the rows, 1 / C.
+    """
+
+    S: Array
+    offset: Array
+    J: Array
+    held: Array
+    directions_a: Array
+    directions_b: Array
+    stiffness: Array
+
+
+class FrontFactor(NamedTuple):
+    """Factor of H, in the order of the plan; w slots.
+
+    Attributes:
+        transfer (n, 6 w, 6 w): a step up maps the wrenches on the front.
+        column (n, 6 w): wrenches on the front per unit effort of the node's joint.
+        mobility (n,): inverse of the inertia that its joint sees; S (n, 6), offset (n, 3) as in `LocalKinematics`.
+    """
+
+    transfer: Array
+    column: Array
+    mobility: Array
+    S: Array
+    offset: Array
+
+
+def front_factor(plan: FrontPlan, local: LocalKinematics) -> FrontFactor:
+    """The factor of H."""
+    own, parent = (jnp.asarray(x, local.S.dtype) for x in (plan.own, plan.parent))
+    S, offset = local.S[plan.order], local.offset[plan.order]
+    U, mobility = _eliminate(plan, local, S, offset, own, parent)
+    on_own = jnp.sum(own[:, :, None] * U, axis=1)
+    rest = (1.0 - own)[:, :, None] * U
+    column = rest + parent[:, :, None] * shift_wrenches(offset, on_own)[:, None]
+    kept = np.eye(plan.width)[None] * (1.0 - plan.own)[:, None]
+    moved = plan.parent[:, :, None] * plan.own[:, None, :]
+    eye = np.eye(6, dtype=S.dtype)[None, None, :, None, :]
+    transfer = jnp.asarray(kept, S.dtype)[:, :, None, :, None] * eye
+    transfer = transfer + jnp.asarray(moved, S.dtype)[:, :, None, :, None] * _shift_matrices(offset)[:, None, :, None]
+    used = (mobility[:, None, None] * own[:, :, None] * S[:, None])[:, None, None]
+    transfer = transfer - column[:, :, :, None, None] * used
+    size = 6 * plan.width
+    return FrontFactor(transfer.reshape(-1, size, size), column.reshape(-1, size), mobility, S, offset)
+
+
+def _eliminate(plan, local, S, offset, own, parent):
+    """(U (n, w, 6), mobility (n,)) of every step: `U = H[:, own] S` and the inverse of `S . U[own]`."""
+    stiffness = local.stiffness[:, :, None]
+    a, b = local.directions_a, local.directions_b
+    none = jnp.zeros((1, 6, 6), S.dtype)
+    transposed = lambda x: jnp.swapaxes(x, 1, 2)  # noqa: E731
+    pairs = transposed(a) @ (stiffness * a), transposed(b) @ (stiffness * b), -transposed(a) @ (stiffness * b)
+    on_a, on_b, between = (jnp.concatenate([x, none]) for x in pairs)
+    J, far, cross_terms = local.J[plan.order], [], []
+    for e, is_b in zip(plan.closure.T, plan.is_end_b.T[:, :, None, None], strict=True):
+        J = J + jnp.where(is_b, on_b[e], on_a[e])
+        far.append(jnp.where(is_b, on_a[e], on_b[e]))
+        cross_terms.append(jnp.where(is_b, transposed(between)[e], between[e]))
+    hot = tuple(jnp.asarray(x, S.dtype) for x in np.moveaxis(plan.far, 1, 0))
+    rows = (S, offset, J, local.held[plan.order], own, parent, tuple(far), tuple(cross_terms), hot)
+
+    def step(H, row):
+        s, r, J, held, own, parent, far, cross_terms, hot = row
+        at_own = jnp.sum(own[:, None, None, None] * H, axis=0) + J[:, None, :] * own[None, :, None]
+        for K, slot in zip(cross_terms, hot, strict=True):
+            at_own = at_own + K[:, None, :] * slot[None, :, None]
+        U = fusion_barrier(jnp.sum(at_own * s[:, None, None], axis=0))
+        U_own = jnp.sum(own[:, None] * U, axis=0)
+        mobility = fusion_barrier(1.0 / (jnp.sum(U_own * s) + held))
+        left = at_own - (mobility * U_own)[:, None, None] * U[None]
+        left = _shift_wrench(r, left)
+        corner = _shift_wrench(r, jnp.sum(own[None, :, None] * left, axis=1).T)
+        stays = 1.0 - own
+        left = fusion_barrier(left * stays[None, :, None])
+        H = _outer(stays, stays) * (H - (mobility * U)[:, :, None, None] * U[None, None])
+        H = H + parent[:, None, None, None] * left[None]
+        H = H + parent[None, None, :, None] * left.transpose(1, 2, 0)[:, :, None, :]
+        H = H + _outer(parent, parent) * corner[None, :, None, :]
+        for K, slot in zip(far, hot, strict=True):
+            H = H + _outer(slot, slot) * K[None, :, None, :]
+        return H, (U, mobility)
+
+    start = jnp.zeros((plan.width, 6, plan.width, 6), S.dtype)
+    return small_call(lambda rows: lax.scan(step, start, rows)[1])(rows)
+
+
+def _outer(a, b):
+    return a[:, None, None, None] * b[None, None, :, None]
+
+
+def solve_front(plan: FrontPlan, factor: FrontFactor, efforts, wrenches):
+    """Velocities (n,) and twists (n, 6) of `H u = efforts + J^T wrenches`, in the order of the plan.
+
+    Args: efforts (n,) on the columns; wrenches (n, 6) on the nodes, about their points.
+    """
+    own, parent = (jnp.asarray(x, efforts.dtype) for x in (plan.own, plan.parent))
+    A, column, mobility, S, offset = factor
+    first = mobility * (efforts + jnp.sum(S * wrenches, axis=1))
+    given = (parent[:, :, None] * shift_wrenches(offset, wrenches)[:, None]).reshape(A.shape[:2])
+    given = given - column * first[:, None]
+    zero = jnp.zeros(A.shape[1], efforts.dtype)
+    up = lambda front, x: (jnp.sum(x[0] * front[None], axis=1) + x[1], front)  # noqa: E731
+    front = lax.scan(up, zero, (A, given))[1].reshape(*own.shape, 6)
+    on_own = jnp.sum(own[:, :, None] * front, axis=1)
+    rate = first + mobility * jnp.sum(S * on_own, axis=1)
+    given = (own[:, :, None] * (S * rate[:, None])[:, None]).reshape(A.shape[:2])
+    down = lambda front, x: (jnp.sum(x[0] * front[:, None], axis=0) + x[1], front)  # noqa: E731
+    front = lax.scan(down, zero, (A, given), reverse=True)[1]
+    velocity = rate - mobility * jnp.sum(column * front, axis=1)
+    above = jnp.sum(parent[:, :, None] * front.reshape(*own.shape, 6), axis=1)
+    return velocity, shift_twists(offset, above) + S * velocity[:, None]
+
+
+def shift_wrenches(offset, wrenches):
+    """Wrenches (n, 6) about the parents' points."""
+    return jnp.concatenate([wrenches[:, :3] + cross(offset, wrenches[:, 3:]), wrenches[:, 3:]], axis=1)
+
+
+def shift_twists(offset, twists):
+    """Twists (n, 6) about the nodes' points of those about the parents'."""
+    return jnp.concatenate([twists[:, :3], twists[:, 3:] + cross(twists[:, :3], offset)], axis=1)
+
+
+def _shift_wrench(r, wrench):
+    """A wrench (6, ...) about the parent's point."""
+    m, f = wrench[:3], wrench[3:]
+    moment = [r[1] * f[2] - r[2] * f[1], r[2] * f[0] - r[0] * f[2], r[0] * f[1] - r[1] * f[0]]
+    return jnp.concatenate([m + jnp.stack(moment), f])
+
+
+def _shift_matrices(offset):
+    """Matrices (n, 6, 6) that shift wrenches to the parents' points."""
+    x, y, z = offset.T
+    o = jnp.zeros_like(x)
+    skew = jnp.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)
+    eye = jnp.broadcast_to(np.eye(3, dtype=offset.dtype), skew.shape)
+    return jnp.concatenate([jnp.concatenate([eye, skew], 2), jnp.concatenate([jnp.zeros_like(skew), eye], 2)], 1)

@@ -1,0 +1,147 @@
+"""Products with the matrices of a mechanism's saddle system, by walks of the tree; no matrix is formed."""
+
+import dataclasses
+from functools import lru_cache
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..kinematics import _closures as closures
+from ..kinematics import _constraints as constraints
+from ..kinematics import _coordinate_rows as coordinate_rows
+from ..kinematics._configuration import ClosureDirections, Configuration, node_motion, with_velocities
+from ..kinematics._poses import frame_twists
+from ..model._rows import Drive
+from ..model._system import System
+from ..runtime import gather_static
+from ._bodies import body_momenta
+from ._loads import on_columns
+
+
+class ConstraintOperator(NamedTuple):
+    """The constraint rows A at a configuration as a linear operator, scaled to one unit."""
+
+    system: System
+    at: Configuration
+    unit: Array
+
+    @property
+    def directions(self) -> tuple:
+        """Directions (elements, rows, 6) of every group of closures."""
+        return closures.directions(self.system, self.at)
+
+    def rates(self, a):
+        """Rates of the rows `A a` (rows,) for accelerations a (nv,)."""
+        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, self.twists(a))
+        for group, D in zip(system.closures, self.directions, strict=True):
+            relative = gather_static(twist, group.second) - gather_static(twist, group.first)
+            parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
+        if system.rows:
+            parts.append(coordinate_rows.rates(system, self.at.psi, self.at.t, a))
+        return self.unit * jnp.concatenate(parts)
+
+    def twists(self, a):
+        """Rates (nodes, 6) of the nodes' twists from accelerations a (nv,) alone."""
+        return node_motion(self.system.topology, self.at.S, a)
+
+    def sizes(self, twists, a):
+        """Magnitude (rows,) of what adds up in `rates`, from the rates of twists (nodes, 6)."""
+        system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, jnp.abs(twists))
+        for group, D in zip(system.closures, self.directions, strict=True):
+            both = gather_static(twist, group.second) + gather_static(twist, group.first)
+            parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
+        if system.rows:
+            parts.append(jnp.abs(coordinate_rows.rates(system, self.at.psi, self.at.t, a)))
+        return self.unit * jnp.concatenate(parts)
+
+    def efforts(self, y):
+        """Generalised efforts `A^T y` (nv,) of multipliers y (rows,)."""
+        return jax.linear_transpose(self.rates, jnp.zeros(self.at.S.shape[0], y.dtype))(y)[0]
+
+
+def constraint_operator(system: System, at: Configuration) -> ConstraintOperator:
+    """The operator of the rows at a configuration."""
+    values = ClosureDirections(closures.directions(system, at), None)
+    unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
+    return ConstraintOperator(system, dataclasses.replace(at, directions=values), unit)
+
+
+def stop_gradients(tree):
+    """A pytree whose arrays pass no derivative."""
+    return jax.tree.map(lambda x: lax.stop_gradient(x) if isinstance(x, Array) else x, tree)
+
+
+def apply_mass(system, at, a):
+    """Product `M a` (nv,) by a walk of the tree."""
+    return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
+
+
+class RowKinds(NamedTuple):
+    """Number of closure rows; indices of drive rows and the columns that they prescribe; indices of all other
+    rows."""
+
+    closures: int
+    drives: np.ndarray
+    columns: np.ndarray
+    others: np.ndarray
+
+
+def row_kinds(system: System) -> RowKinds:
+    """Classify the constraint rows: closures, drives, others."""
+    top = system.topology
+    first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
+    driven = {}
+    for row in system.rows:
+        if isinstance(row, Drive):
+            driven[at] = row.columns[0]
+        if not row.is_nonholonomic:
+            at += sum(name == row.name for name in top.row_joint)
+    others = np.setdiff1d(np.arange(first, top.num_rows), list(driven))
+    return RowKinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
+
+
+def largest_of_element(sizes, block):
+    """Sizes (rows,) where all rows of a closure element get the largest size among them."""
+    if not len(block):
+        return sizes
+    largest = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block]
+    # rows that vanish at a singular pose fade out, but not to a division by zero
+    return jnp.maximum(largest, 1e-12 * jnp.max(sizes, initial=1e-18))
+
+
+def loop_mobility(system: System, at: Configuration, rows: ConstraintOperator, mobility):
+    """Diagonal (rows,) of A diag(mobility) A^T for the rows of closures and drives; zero for all others.
+
+    The columns between the frames of each closure are listed, so that far from the origin nothing cancels.
+    """
+    kinds, (column, element) = row_kinds(system), _loop_columns(system)
+    parts, first = [jnp.zeros(0, at.S.dtype)], 0
+    for D in rows.directions:
+        chosen = (element >= first) & (element < first + len(D))
+        of, on = element[chosen] - first, column[chosen]
+        along = jnp.einsum("crk,ck->cr", D[of], at.S[on]) ** 2 * mobility[on][:, None]
+        parts.append(jax.ops.segment_sum(along, jnp.asarray(of), len(D), indices_are_sorted=True).reshape(-1))
+        first += len(D)
+    sizes = jnp.pad(jnp.concatenate(parts), (0, system.topology.num_rows - kinds.closures)) * rows.unit**2
+    return sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
+
+
+def _loop_columns(system):
+    top = system.topology
+    ends = [end for group in system.closures for end in zip(group.first, group.second, strict=True)]
+    return _columns_between(top.nodes.parent, tuple((top.frame_node[a], top.frame_node[b]) for a, b in ends))
+
+
+@lru_cache(maxsize=64)
+def _columns_between(parent, ends):
+    """(columns, elements): the nodes on the way between both ends of every closure."""
+    columns, elements = [], []
+    for e, (a, b) in enumerate(ends):
+        while a != b:  # a parent has the lower number
+            columns.append(max(a, b))
+            elements.append(e)
+            a, b = (parent[a], b) if a > b else (a, parent[b])
+    return np.array(columns, int), np.array(elements, int)
