@@ -18,8 +18,11 @@ from ..kinematics._configuration import (
     with_velocities,
 )
 from ..kinematics._elastic import mass_matrix
+from ..kinematics._frontal_saddle import frontal_saddle
 from ..kinematics._kic import velocity_map
+from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import coordinate_rate
+from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._tree import solve, subtrees
 from ..math._linalg import saddle_solve
 from ..math._spatial import cross_motion, dot
@@ -29,6 +32,7 @@ from ..model._topology import Topology
 from ._bodies import body_momenta, inertial_loads
 from ._efforts import efforts
 from ._loads import Loads, on_columns
+from ._sparse_saddle import sparse_saddle
 
 
 def momentum_rate(topology: Topology, S, V, h, F):
@@ -60,8 +64,12 @@ def velocities(system: System, at: Configuration, p):
     """Velocities u (nv,) of the state (psi, p) and the multipliers sigma (rows,) of the momentum."""
     if system.is_rigid_tree:
         return solve(system.topology.nodes, at.S, at.J, p), None
-    A = constraints.jacobian(system, at)
-    M, f_t = mass_matrix(system, at), constraints.time_rate(system, at)
+    f_t = constraints.time_rate(system, at)
+    method = linear_solver(system)
+    if method != "dense":
+        rows = constraint_operator(system, at)
+        return (frontal_saddle if method == "frontal" else sparse_saddle)(system, at, rows, p, -f_t)
+    A, M = constraints.jacobian(system, at), mass_matrix(system, at)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 
 

@@ -10,6 +10,9 @@ from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._elastic import mass_matrix as inertia_matrix
+from ..kinematics._frontal_saddle import frontal_saddle
+from ..kinematics._linear_solver import linear_solver
+from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._state import State
 from ..kinematics._tree import solve
 from ..kinematics._wrench_targets import node_targets
@@ -18,9 +21,7 @@ from ..model._entry_points import state_function
 from ..model._system import System
 from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
-from ._frontal_saddle import frontal_saddle
 from ._loads import Loads, on_columns
-from ._saddle_operator import constraint_operator
 from ._sparse_saddle import sparse_saddle
 
 
@@ -33,14 +34,14 @@ def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads
     )
 
 
-def accelerations(system: System, at: VelocityKinematics, method="dense", loads=None):
+def accelerations(system: System, at: VelocityKinematics, method=None, loads=None):
     """Accelerations u_dot (nv,), multipliers (rows,) and gaps (rows,) of the rows.
 
     They satisfy `M u_dot + bias - Q = A^T lambda`; the gaps `A u_dot - gamma` are rounding where the rows are
     regular.
 
     Args:
-        method: "dense" in the tree's velocities, or "block-sparse" on the graph of bodies.
+        method: of `linear_solver`, by default the one of the system.
         loads: of the force elements on nodes and columns, where they are evaluated already.
     """
     if system.is_rigid_tree:
@@ -48,9 +49,10 @@ def accelerations(system: System, at: VelocityKinematics, method="dense", loads=
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
     at = at if at.directions is not None else closures.with_directions(system, at)
     need, gamma = saddle_sides(system, at, loads)
+    method = linear_solver(system) if method is None else method
     if method != "dense":
         rows = constraint_operator(system, at)
-        a, y = {"frontal": frontal_saddle, "block-sparse": sparse_saddle}[method](system, at, rows, need, gamma)
+        a, y = (frontal_saddle if method == "frontal" else sparse_saddle)(system, at, rows, need, gamma)
         return a, -y, rows.rates(a) / rows.unit - gamma
     A = constraints.jacobian(system, at)
     a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))

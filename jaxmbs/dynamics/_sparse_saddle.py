@@ -12,16 +12,18 @@ from jax import lax
 
 from .. import blocksparse
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Configuration
+from ..kinematics._configuration import Configuration, with_velocities
+from ..kinematics._saddle_operator import ConstraintOperator, largest_of_element, row_kinds, stop_gradients
 from ..kinematics._tree import ancestors, subtrees
 from ..math._linalg import proximal_rounds, relative
 from ..math._spatial import dot, momentum
 from ..math._spd import spd_inverse
 from ..model._system import System
+from ._bodies import body_momenta
 from ._body_graph import body_graph
 from ._body_matrix import body_matrix, joint_maps
+from ._loads import on_columns
 from ._modal_condensation import condense_modes, lumped_inertia, solve_with_modes
-from ._saddle_operator import ConstraintOperator, apply_mass, largest_of_element, row_kinds, stop_gradients
 
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
 #: 1e-16 / C^2: the 3e-10 of `saddle_solve`, whose inverse is better, leads to divergence on redundant loops.
@@ -38,7 +40,7 @@ def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b
 
     def apply(z, C):
         a, y = z[:n], z[n:]
-        return jnp.concatenate([apply_mass(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
+        return jnp.concatenate([_apply_mass(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
 
     def eliminated(right):
         a = inverse(right[:n] + rows.efforts(right[n:] / C))
@@ -59,6 +61,11 @@ def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b
 
     z = lax.custom_linear_solve(whole, right, solve, solve, symmetric=True)
     return z[:n], rows.unit * z[n:]
+
+
+def _apply_mass(system, at, a):
+    """Product `M a` (nv,) by a walk of the tree."""
+    return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
 
 
 def _penalty_inverse(system, at, rows):

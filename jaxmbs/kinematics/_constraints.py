@@ -23,16 +23,16 @@ from ._wrench_targets import node_targets
 
 def residual(system: System, at: Configuration):
     """f(psi, t), shape (rows,): lengths [m], tangents of half angles, coordinates.  Source: S2 (1)-(2)."""
-    return _concatenate_rows(system, at, closures.residual(system, at))
+    return rows_together(system, at, closures.residual(system, at))
 
 
 def residual_and_jacobian(system: System, at: Configuration):
     """`residual` (position rows,) and `jacobian` (rows, nv), with one evaluation of the closures."""
     parts, at = closures.residual_and_directions(system, at)
-    return _concatenate_rows(system, at, parts), jacobian(system, at)
+    return rows_together(system, at, parts), jacobian(system, at)
 
 
-def _concatenate_rows(system, at, parts):
+def rows_together(system, at, parts):
     """Rows of the loops, then those of coordinates, as one vector."""
     if system.rows:
         parts = [*parts, coordinate_rows.residual(system, at.psi, at.t)]

@@ -12,11 +12,15 @@ from jax import Array, lax
 
 from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import accelerations
+from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics._assembly import metric_matrix, newton_step
+from ..kinematics._assembly import metric, metric_matrix, newton_step
 from ..kinematics._configuration import Configuration, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
+from ..kinematics._frontal_saddle import frontal_saddle
+from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
+from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._state import State
 from ..math._linalg import saddle_solve
 from ..model._system import System
@@ -145,19 +149,19 @@ class Formulation(eqx.Module):
         alone, m = 0, g minus their residual, and u the step.  The last one projects the velocities: K is the mass
         matrix, A all rows, m the momentum, g minus their rates in time, and u the velocities nearest in energy.
         """
-        system, P, rows = self.system, self.P, constraints.row_scale(self.system)
-        weight, is_position = metric_matrix(system), np.zeros((len(rows.block), 1), bool)
+        system, is_frontal = self.system, linear_solver(self.system) == "frontal"
+        is_position = np.zeros(system.topology.num_rows, bool)
         is_position[system.topology.position_rows] = True
-        row_of = np.where(is_position[:, 0], np.cumsum(is_position) - 1, is_position.sum())  # the last one is zero
+        row_of = np.where(is_position, np.cumsum(is_position) - 1, is_position.sum())  # the last one is zero
 
         def one_pass(psi, last):
-            at = configuration(system, P, psi, t)
-            (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
-            momentum = self.momenta_of(at, p * self.scale)
-            K = jnp.where(last, mass_matrix(system, at), weight)
+            at = configuration(system, self.P, psi, t)
+            parts, at = closures.residual_and_directions(system, at)
+            f, f_t = constraints.rows_together(system, at, parts), constraints.time_rate(system, at)
+            momentum = jnp.where(last, self.momenta_of(at, p * self.scale), 0.0)
             gap = jnp.where(last, f_t, gather_static(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
-            A = jnp.where(last | is_position, A, 0.0)
-            u, _ = saddle_solve(K, A, jnp.where(last, momentum, 0.0), -gap, rows)
+            solve = self._saddle_on_front if is_frontal else self._saddle_of_matrices
+            u = solve(at, last, last | is_position, momentum, -gap)
             then = self.second_of(at, u) / self.scale
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
             return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then, u)
@@ -165,6 +169,21 @@ class Formulation(eqx.Module):
         # to keep all that a pass makes costs more, compiled and run
         psi, (gaps, then, u) = lax.scan(remat(one_pass), psi, np.array([False, False, True]))
         return psi, then[2], u[2], _has_converged(gaps)
+
+    def _saddle_of_matrices(self, at, of_velocities, active, m, g):
+        """u of the system of `_project_both`, for the rows that are active."""
+        system = self.system
+        K = jnp.where(of_velocities, mass_matrix(system, at), metric_matrix(system))
+        A = jnp.where(active[:, None], constraints.jacobian(system, at), 0.0)
+        return saddle_solve(K, A, m, g, constraints.row_scale(system))[0]
+
+    def _saddle_on_front(self, at, of_velocities, active, m, g):
+        """The same without a matrix."""
+        rows = constraint_operator(self.system, at).masked(active)
+        mass = jnp.where(of_velocities, 1.0, 0.0).astype(m.dtype)
+        return frontal_saddle(self.system, at, rows, m, g, mass, (1.0 - mass) * metric(self.system).astype(m.dtype))[
+            0
+        ]
 
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
         """Coordinates after two Newton steps onto the constraints, quaternions of unit length; and True if the first

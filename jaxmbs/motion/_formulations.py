@@ -16,8 +16,12 @@ from ..kinematics._assembly import metric_matrix
 from ..kinematics._configuration import with_velocities
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._kic import velocity_map
+from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import coordinate_rate
+from ..kinematics._tree import subtrees
 from ..math._linalg import diagonal, saddle_factor, saddle_solve
+from ..math._spatial import dot, momentum
+from ..runtime import gather_static
 from ._formulation import Formulation, Rates
 
 _OWN = 1e-6  # of the inertia that the loops lend: less is none
@@ -32,6 +36,8 @@ class Canonical(Formulation):
 
     @classmethod
     def start(cls, system, at, u):
+        if linear_solver(system) == "frontal":
+            return hamilton.momenta(system, with_velocities(system, at, u)), _composite_inertia(system, at)
         M = mass_matrix(system, at)
         return M @ u, _seen_inertia(system, at, M)
 
@@ -124,4 +130,13 @@ def _seen_inertia(system, at, M):
     rows = constraints.row_scale(system)
     A = rows.unit[:, None] * constraints.jacobian(system, at)
     lent = 1.0 / diagonal(saddle_factor(M, A, rows.block)[0])
+    return jnp.where(own > _OWN * lent, own, lent)
+
+
+def _composite_inertia(system, at):
+    """Inertia (nv,) of what each column carries, or where that is nothing beside it of what its parent carries."""
+    nodes = system.topology.nodes
+    composite = subtrees(nodes, at.J)
+    above = gather_static(jnp.concatenate([composite, jnp.zeros_like(composite[:1])]), nodes.parent_or_size)
+    own, lent = (dot(at.S, momentum(J, at.S)) for J in (composite, above))
     return jnp.where(own > _OWN * lent, own, lent)

@@ -4,11 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..dynamics._saddle_operator import row_kinds
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import Configuration
+from ..kinematics._saddle_operator import row_kinds
 from ..math._linalg import RowScale, saddle_solve
 from ..math._spatial import from_public_order, to_public_order
 from ..math._spd import spd_solve

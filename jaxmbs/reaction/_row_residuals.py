@@ -4,9 +4,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..dynamics._saddle_operator import constraint_operator
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
+from ..kinematics._saddle_operator import constraint_operator
 from ..math._linalg import relative
 from ..model._system import System
 

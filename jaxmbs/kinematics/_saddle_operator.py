@@ -1,4 +1,4 @@
-"""Products with the matrices of a mechanism's saddle system, by walks of the tree; no matrix is formed."""
+"""The constraint rows of a mechanism as a linear operator, by walks of the tree; no matrix is formed."""
 
 import dataclasses
 from functools import lru_cache
@@ -9,16 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
-from ..kinematics import _coordinate_rows as coordinate_rows
-from ..kinematics._configuration import ClosureDirections, Configuration, node_motion, with_velocities
-from ..kinematics._poses import frame_twists
 from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import gather_static
-from ._bodies import body_momenta
-from ._loads import on_columns
+from . import _closures as closures
+from . import _constraints as constraints
+from . import _coordinate_rows as coordinate_rows
+from ._configuration import ClosureDirections, Configuration, node_motion
+from ._poses import frame_twists
 
 
 class ConstraintOperator(NamedTuple):
@@ -32,6 +30,10 @@ class ConstraintOperator(NamedTuple):
     def directions(self) -> tuple:
         """Directions (elements, rows, 6) of every group of closures."""
         return closures.directions(self.system, self.at)
+
+    def masked(self, active) -> "ConstraintOperator":
+        """The operator with the rows that are not active (rows,) set to zero."""
+        return self._replace(unit=self.unit * active)
 
     def rates(self, a):
         """Rates of the rows `A a` (rows,) for accelerations a (nv,)."""
@@ -72,11 +74,6 @@ def constraint_operator(system: System, at: Configuration) -> ConstraintOperator
 def stop_gradients(tree):
     """A pytree whose arrays pass no derivative."""
     return jax.tree.map(lambda x: lax.stop_gradient(x) if isinstance(x, Array) else x, tree)
-
-
-def apply_mass(system, at, a):
-    """Product `M a` (nv,) by a walk of the tree."""
-    return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
 
 
 class RowKinds(NamedTuple):

@@ -1,0 +1,244 @@
+"""The saddle system of a mechanism by the frontal method: work linear in its bodies, for trees whose loops are short.
+
+`m M a + diag(w) a + A^T y = b`, `A a = c`, as `math.linalg.saddle_solve` solves it: rows eliminated with a small
+compliance C, then proximal rounds.  With `H = m M + diag(w) + A^T C^-1 A` each round solves
+
+    H da = b - m M a - w a - A^T (y - C^-1 (c - A a)),   a += da,   y += C^-1 (A a - c),
+
+with the right-hand side on the nodes as wrenches, so that a round is one pass up the tree and one down.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..math import _components as components
+from ..math._spatial import cross, dot, momentum, world_inertia
+from ..math._spd import spd_inverse
+from ..model._system import System
+from ..runtime import gather_static, small_call
+from . import _constraints as constraints
+from . import _tree as tree
+from ._configuration import Configuration
+from ._front_factor import FrontFactor, LocalKinematics, front_factor, solve_front
+from ._front_plan import FrontPlan, front_plan
+from ._node_parameters import NodeParameters, positions
+from ._saddle_operator import ConstraintOperator, largest_of_element, loop_mobility, row_kinds, stop_gradients
+
+#: Compliance C of the rows, relative to their mobility (double, single).
+PROXIMAL_COMPLIANCE = {8: 3e-9, 4: 1e-5}
+#: Proximal rounds.
+ROUNDS = {8: 6, 4: 8}
+#: Inertia lent to every node, relative to the mean mass.
+LENT_INERTIA = {8: 1e-14, 4: 1e-8}
+_UPPER = np.zeros((6, 6), int)
+for _k, (_i, _j) in enumerate(components.UPPER):
+    _UPPER[_i, _j] = _UPPER[_j, _i] = _k
+
+
+class Border(NamedTuple):
+    """Rows that may read any column, k of them: couplers and the user's; they should be few.
+
+    Attributes:
+        rows B (k, n); velocities (k, n) and twists (k, n, 6) of `H^-1 B^T`, in the order of the nodes.
+        middle (k, k): inverse of `C + B H^-1 B^T`; stiffness (k,): 1 / C.
+    """
+
+    rows: Array
+    velocities: Array
+    twists: Array
+    middle: Array
+    stiffness: Array
+
+
+class FrontalMatrix(NamedTuple):
+    """A saddle system at a configuration, factored; rows in their units.
+
+    Attributes:
+        plan, factor, local: of the front.
+        columns (d,): that drives prescribe; drive_unit, drive_stiffness (d,): unit and 1 / C of their rows.
+        border: all other rows; weight (n,): what is added to the diagonal of M.
+    """
+
+    plan: FrontPlan
+    factor: FrontFactor
+    local: LocalKinematics
+    columns: np.ndarray
+    drive_unit: Array
+    drive_stiffness: Array
+    border: Border
+    weight: Array
+
+
+class Multipliers(NamedTuple):
+    """Numbers of the rows: closures (e, 6), zero where an element has fewer rows; drives (d,); others (k,)."""
+
+    closures: Array
+    drives: Array
+    others: Array
+
+
+def frontal_saddle(system: System, at: Configuration, rows: ConstraintOperator, b, c, mass=1.0, weight=None):
+    """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,).
+
+    Args: mass: (), factor m of the mass matrix; weight: w (nv,), default zero.
+    """
+    n = b.shape[0]
+    weight = jnp.zeros(n, b.dtype) if weight is None else weight
+    matrix = _factored(*stop_gradients((system, at, rows, mass, weight)))
+
+    def whole(z):
+        a, y = z[:n], z[n:]
+        momenta = weight * a + rows.efforts(y)
+        if at.J is not None:
+            momenta = momenta + mass * tree.apply_mass(system.topology.nodes, at.S, at.J, a)
+        return jnp.concatenate([momenta, rows.rates(a)])
+
+    def solve(_, right):
+        a, y = _proximal_rounds(matrix, right[:n], _by_kind(system, rows, right[n:]))
+        return jnp.concatenate([a, _by_row(system, rows, y)])
+
+    z = lax.custom_linear_solve(whole, jnp.concatenate([b, rows.unit * c]), solve, solve, symmetric=True)
+    return z[:n], rows.unit * z[n:]
+
+
+def _proximal_rounds(matrix: FrontalMatrix, b, c: Multipliers):
+    """(a (n,), y) of the saddle system, after a fixed number of rounds.
+
+    Fixed, since a number that depends on the state would make the solution jump where the rounds have not converged,
+    beside singular poses; an integrator then shortens its steps.
+    """
+    stiffness = Multipliers(matrix.local.stiffness, matrix.drive_stiffness, matrix.border.stiffness)
+
+    def all_rounds(start):
+        b, c = start
+
+        def one_round(_, carry):
+            a, v, y = carry
+            gap = jax.tree.map(jnp.subtract, c, _rates(matrix, a, v))
+            push = jax.tree.map(lambda y, k, gap: y - k * gap, y, stiffness, gap)
+            da, dv = _solve(matrix, *_left_over(matrix, b, a, v, push))
+            y = jax.tree.map(lambda push, k, rate: push + k * rate, push, stiffness, _rates(matrix, da, dv))
+            return a + da, v + dv, y
+
+        zero = jnp.zeros_like(b), jnp.zeros((len(b), 6), b.dtype), jax.tree.map(jnp.zeros_like, c)
+        a, _, y = lax.fori_loop(0, ROUNDS[b.dtype.itemsize], one_round, zero)
+        return a, y
+
+    return small_call(all_rounds)((b, c))
+
+
+def _rates(matrix, a, v):
+    """Rates of the rows for velocities a (n,) and twists v (n, 6) of the nodes."""
+    ends = np.minimum(matrix.plan.ends, len(a) - 1)  # directions on the ground are zero
+    first, second = (gather_static(v, end)[:, None] for end in ends.T)
+    closures = jnp.sum(matrix.local.directions_b * second - matrix.local.directions_a * first, axis=2)
+    return Multipliers(closures, matrix.drive_unit * a[matrix.columns], matrix.border.rows @ a)
+
+
+def _left_over(matrix, b, a, v, y):
+    """`b - m M a - w a - A^T y` as efforts (n,) on the columns and wrenches (n, 6) on the nodes."""
+    local, plan = matrix.local, matrix.plan
+    first, second = (jnp.sum(D * y.closures[:, :, None], axis=1) for D in (-local.directions_a, local.directions_b))
+    both = jnp.concatenate([jnp.stack([first, second], axis=1).reshape(-1, 6), jnp.zeros((1, 6), b.dtype)])
+    wrenches = -jnp.sum(local.J * v[:, None], axis=2) - sum(both[touching] for touching in plan.touching.T)
+    efforts = b - matrix.weight * a - y.others @ matrix.border.rows
+    return efforts.at[matrix.columns].add(-matrix.drive_unit * y.drives), wrenches
+
+
+def _solve(matrix, efforts, wrenches):
+    """Velocities (n,) and twists (n, 6) of `(H + B^T C^-1 B) u = efforts + J^T wrenches`."""
+    a, v = _on_nodes(matrix.plan, matrix.factor, efforts, wrenches)
+    border = matrix.border
+    if len(border.rows):
+        taken = border.middle @ (border.rows @ a)
+        a, v = a - taken @ border.velocities, v - jnp.tensordot(taken, border.twists, 1)
+    return a, v
+
+
+def _on_nodes(plan, factor, efforts, wrenches):
+    """`solve_front` in the order of the nodes."""
+    a, v = solve_front(plan, factor, efforts[plan.order], wrenches[plan.order])
+    return a[plan.step], v[plan.step]
+
+
+def _factored(system, at, rows, mass, weight):
+    top, dtype = system.topology, at.psi.dtype
+    length = system.length.astype(dtype)
+    own, lent, J = weight, 0.0, jnp.zeros((top.num_velocities, 6, 6), dtype)
+    if at.J is not None:
+        J = mass * _own_inertias(at, length)
+        own = own + mass * dot(at.S, momentum(tree.subtrees(top.nodes, at.J), at.S))
+        # a node without inertia may be held by its rows alone; the factor lends it some, the rounds take it back
+        lent = LENT_INERTIA[dtype.itemsize] * mass * jnp.sum(at.J[:, 0]) / top.num_velocities
+    massless = own <= 1e-9 * jnp.max(own, initial=1e-30)
+    mobility = jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, own))
+    kinds = row_kinds(system)
+    B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
+    sizes = loop_mobility(system, at, rows, mobility).at[kinds.others].set((B * B) @ mobility)
+    C = PROXIMAL_COMPLIANCE[dtype.itemsize] * largest_of_element(sizes, constraints.row_scale(system).block)
+    stiffness, unit = (_by_kind(system, rows, x) for x in (1.0 / C, rows.unit))
+    local = _local(system, at, rows, unit.closures, length, J, stiffness.closures)
+    held = weight.at[kinds.columns].add(unit.drives**2 * stiffness.drives)
+    plan = front_plan(system)
+    factor = front_factor(plan, local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=held))
+    border = _border(plan, factor, B, stiffness.others)
+    return FrontalMatrix(plan, factor, local, kinds.columns, unit.drives, stiffness.drives, border, weight)
+
+
+def _border(plan, factor, B, stiffness):
+    still = jnp.zeros((B.shape[1], 6), B.dtype)
+    velocities, twists = jax.vmap(lambda b: _on_nodes(plan, factor, b, still))(B)
+    middle = spd_inverse(jnp.diag(1.0 / stiffness) + B @ velocities.T) if len(B) else B @ B.T
+    return Border(B, velocities, twists, middle, stiffness)
+
+
+def _local(system, at, rows, unit, length, J, stiffness):
+    plan, nodes = front_plan(system), system.topology.nodes
+    x = jnp.concatenate([positions(at.W), jnp.zeros((1, 3), at.W.dtype)])
+    parent = nodes.parent_or_size
+    offset = (x[:-1] - x[parent]) / length
+    offset = jnp.where((parent == nodes.size)[:, None], 0.0, offset)
+    spin, speed = at.S[:, :3], at.S[:, 3:] - cross(x[:-1], at.S[:, :3])
+    D = [jnp.pad(d, ((0, 0), (0, 6 - d.shape[1]), (0, 0))) for d in rows.directions]
+    D = jnp.concatenate([*D, jnp.zeros((0, 6, 6), x.dtype)]) * unit[:, :, None]
+
+    def about(node):
+        moment = D[:, :, :3] - jnp.cross(x[node][:, None], D[:, :, 3:])
+        there = jnp.concatenate([moment / length, D[:, :, 3:]], axis=2)
+        return there * (node < nodes.size)[:, None, None]
+
+    S = jnp.concatenate([spin * length, speed], axis=1)
+    return LocalKinematics(S, offset, J, jnp.zeros_like(S[:, 0]), *map(about, plan.ends.T), stiffness)
+
+
+def _own_inertias(at, length):
+    """Inertias (n, 6, 6) of the nodes about their own points, angles in units of 1 / length."""
+    parameters = NodeParameters(at.P)
+    about = jnp.concatenate([at.W[:, :9], jnp.zeros_like(at.W[:, 9:])], axis=1)
+    J = world_inertia(about, parameters.mass, parameters.com, parameters.inertia)
+    full = components.pack(components.symmetric_matrix(components.unpack(J)))[:, _UPPER]
+    unit = jnp.concatenate([jnp.full(3, 1.0 / length), jnp.ones(3)]).astype(J.dtype)
+    return full * (unit[:, None] * unit[None])[None]
+
+
+def _by_kind(system, rows, x):
+    """Numbers (rows,) by the kind of their rows."""
+    kinds, parts, first = row_kinds(system), [jnp.zeros((0, 6), x.dtype)], 0
+    for e, k, _ in (D.shape for D in rows.directions):
+        parts.append(jnp.pad(x[first : first + e * k].reshape(e, k), ((0, 0), (0, 6 - k))))
+        first += e * k
+    return Multipliers(jnp.concatenate(parts), x[kinds.drives], x[kinds.others])
+
+
+def _by_row(system, rows, values):
+    """Numbers (rows,) in the order of the rows."""
+    kinds, parts, first = row_kinds(system), [], 0
+    for e, k, _ in (D.shape for D in rows.directions):
+        parts.append(values.closures[first : first + e, :k].reshape(-1))
+        first += e
+    order = np.argsort(np.concatenate([np.arange(kinds.closures), kinds.drives, kinds.others]))
+    return jnp.concatenate([*parts, values.drives, values.others])[order]
